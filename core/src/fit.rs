@@ -1,0 +1,153 @@
+//! The fit: a few steps of SGD with a step size per parameter, in bounded slices of work.
+//!
+//! theta <- theta - alpha * grad(loss), the loss being the mean over all samples (paper,
+//! Algorithm 1, `Learn`).
+
+use crate::loss::cosine_weighted_log_error;
+use crate::model::{Model, ParameterSet, Sample};
+use crate::recipe::Floats;
+
+/// The memory of a fit, which the caller owns: parameters and their gradient.
+///
+/// It can live in a static: [`Workspace::new`] is all zeros.
+#[derive(Clone, Debug)]
+pub struct Workspace<M: Model> {
+    parameters: M::Parameters<f32>,
+    gradient: M::Parameters<f32>,
+}
+
+impl<M: Model> Default for Workspace<M> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl<M: Model> Workspace<M> {
+    /// All zeros.
+    #[must_use]
+    pub fn new() -> Self {
+        Self {
+            parameters: M::Parameters::filled(0.0),
+            gradient: M::Parameters::filled(0.0),
+        }
+    }
+
+    /// The parameters as they are now.
+    #[must_use]
+    pub fn parameters(&self) -> &M::Parameters<f32> {
+        &self.parameters
+    }
+}
+
+/// How far a fit is, counted in gradients of one sample.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Progress {
+    /// Gradients computed.
+    pub done: u32,
+    /// Gradients that the whole fit takes: samples times steps.
+    pub total: u32,
+}
+
+impl Progress {
+    /// True if nothing is left to do.
+    #[must_use]
+    pub fn is_complete(&self) -> bool {
+        self.done >= self.total
+    }
+}
+
+/// A fit that is under way. It holds where it is; the caller holds workspace and samples.
+#[derive(Clone, Copy, Debug)]
+pub struct Fit<'a> {
+    step_sizes: Floats<'a>,
+    steps: u16,
+    step: u16,
+    sample: usize,
+}
+
+impl<'a> Fit<'a> {
+    /// Begins a fit: `workspace` starts at the initial parameters.
+    pub fn start<M: Model>(
+        workspace: &mut Workspace<M>,
+        initial: Floats<'_>,
+        step_sizes: Floats<'a>,
+        steps: u16,
+    ) -> Self {
+        for (parameter, value) in workspace.parameters.iter_mut().zip(initial.iter()) {
+            *parameter = value;
+        }
+        workspace.gradient.iter_mut().for_each(|entry| *entry = 0.0);
+        Self {
+            step_sizes,
+            steps,
+            step: 0,
+            sample: 0,
+        }
+    }
+
+    /// Computes the gradients of at most `budget` samples, and a step after each last sample.
+    ///
+    /// `samples` and `workspace` must be the same from call to call; the result does not depend
+    /// on the budgets.
+    pub fn advance<M: Model>(
+        &mut self,
+        workspace: &mut Workspace<M>,
+        samples: &[Sample<f32>],
+        budget: usize,
+    ) -> Progress {
+        let mut left = budget;
+        while self.step < self.steps {
+            let todo = samples.get(self.sample..).unwrap_or_default();
+            for sample in todo.iter().take(left) {
+                gradient::<M>(workspace, sample);
+            }
+            let done = todo.len().min(left);
+            left -= done;
+            self.sample += done;
+            if self.sample < samples.len() {
+                break;
+            }
+            self.sample = 0;
+            self.step += 1;
+            self.update(workspace);
+            if left == 0 {
+                break;
+            }
+        }
+        let samples = samples.len() as u32;
+        Progress {
+            done: u32::from(self.step) * samples + self.sample as u32,
+            total: u32::from(self.steps) * samples,
+        }
+    }
+
+    fn update<M: Model>(&self, workspace: &mut Workspace<M>) {
+        let entries = workspace
+            .parameters
+            .iter_mut()
+            .zip(workspace.gradient.iter_mut());
+        for ((parameter, entry), step_size) in entries.zip(self.step_sizes.iter()) {
+            *parameter -= step_size * *entry;
+            *entry = 0.0;
+        }
+    }
+}
+
+/// Kept out of line: one copy, and its temporaries are off the stack between samples.
+#[inline(never)]
+fn gradient<M: Model>(workspace: &mut Workspace<M>, sample: &Sample<f32>) {
+    M::accumulate_gradient::<f32, false>(&workspace.parameters, sample, &mut workspace.gradient);
+}
+
+/// The error of each sample under `parameters`: the mean over its channels, whatever its weight.
+pub fn residuals<M: Model>(
+    parameters: &M::Parameters<f32>,
+    samples: &[Sample<f32>],
+) -> impl Iterator<Item = f32> {
+    samples.iter().map(|sample| {
+        let modelled = M::brdf::<f32>(parameters, &sample.at);
+        let cosine = sample.at.cos_theta_i();
+        cosine_weighted_log_error(sample.measured, modelled, cosine, 1.0 / 3.0).value
+    })
+}

@@ -1,0 +1,123 @@
+//! The reflectance models, each with its loss and gradient in one function.
+
+mod neural;
+mod phong;
+
+pub use neural::{Neural, NeuralParameters};
+pub use phong::{Phong, PhongParameters};
+
+use serde::{Deserialize, Serialize};
+
+use crate::angles::HalfDifference;
+use crate::scalar::Scalar;
+
+/// Names a model in recipes and on the link. The order is part of the recipe format.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum ModelKind {
+    /// [`Phong`].
+    Phong,
+    /// [`Neural`].
+    Neural,
+}
+
+impl ModelKind {
+    /// The name on the command line and in exported files.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Phong => "phong",
+            Self::Neural => "neural",
+        }
+    }
+
+    /// How many parameters the model has.
+    #[must_use]
+    pub const fn parameters(self) -> usize {
+        match self {
+            Self::Phong => Phong::PARAMETERS,
+            Self::Neural => Neural::PARAMETERS,
+        }
+    }
+}
+
+impl core::fmt::Display for ModelKind {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+/// One number for every parameter of a model: the parameters themselves, their gradient, their
+/// step sizes.
+pub trait ParameterSet<T: Copy + 'static>: Clone {
+    /// All entries equal.
+    fn filled(value: T) -> Self;
+    /// The entries as runs, in the order that recipes and exports use.
+    fn runs(&self) -> impl Iterator<Item = &[T]>;
+    /// The same, to be changed.
+    fn runs_mut(&mut self) -> impl Iterator<Item = &mut [T]>;
+
+    /// All entries, in order.
+    fn iter(&self) -> impl Iterator<Item = &T> {
+        self.runs().flatten()
+    }
+
+    /// All entries in order, to be changed.
+    fn iter_mut(&mut self) -> impl Iterator<Item = &mut T> {
+        self.runs_mut().flatten()
+    }
+}
+
+/// One measured sample of a BRDF.
+#[derive(Clone, Copy, Debug)]
+pub struct Sample<S> {
+    /// Where it was measured.
+    pub at: HalfDifference<S>,
+    /// What was measured: the BRDF y in linear RGB, sr^-1 (not times the cosine).
+    pub measured: [S; 3],
+    /// Its weight in the loss: 1 / (3 n) for the mean over n samples and three channels.
+    pub weight: S,
+}
+
+/// The derivatives of the loss by what a sample was taken at and by what was measured there.
+#[derive(Clone, Copy, Debug)]
+pub struct SampleGradient<S> {
+    /// By the half and the difference vector, as if their five coordinates were independent.
+    pub at: HalfDifference<S>,
+    /// By the measured BRDF.
+    pub measured: [S; 3],
+}
+
+/// The weighted loss of a sample, and its derivatives by the sample.
+#[derive(Clone, Copy, Debug)]
+pub struct Evaluation<S> {
+    /// The loss, times the sample's weight.
+    pub loss: S,
+    /// Zero unless it was asked for.
+    pub gradient: SampleGradient<S>,
+}
+
+/// A reflectance model: f_r(x; theta), differentiable in theta and x.
+pub trait Model {
+    /// The model's name.
+    const KIND: ModelKind;
+    /// How many parameters it has.
+    const PARAMETERS: usize;
+    /// One `T` for every parameter.
+    type Parameters<T: Copy + 'static>: ParameterSet<T>;
+
+    /// The BRDF in linear RGB, sr^-1, not times the cosine.
+    fn brdf<S: Scalar>(
+        parameters: &Self::Parameters<S::Parameter>,
+        at: &HalfDifference<S>,
+    ) -> [S; 3];
+
+    /// The weighted loss at one sample; adds its gradient by the parameters to `gradient`.
+    ///
+    /// With `SAMPLE`, the gradient by the sample's coordinates and measured value comes back too.
+    fn accumulate_gradient<S: Scalar, const SAMPLE: bool>(
+        parameters: &Self::Parameters<S::Parameter>,
+        sample: &Sample<S>,
+        gradient: &mut Self::Parameters<S::Sum>,
+    ) -> Evaluation<S>;
+}

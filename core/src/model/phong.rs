@@ -1,0 +1,183 @@
+//! The energy-conserving Phong model (Lafortune and Willems 1994), 7 parameters.
+//!
+//! f = k_d / pi + k_s (q + 2) / (2 pi) (max(<w_o, r>, 0) + 1e-5)^q, r the mirror direction of w_i,
+//! with k_d = s t, k_s = s (1 - t), s = sigmoid(sum), t = sigmoid(ratio) per channel, and
+//! q = exp(exponent). (Paper, "Models: Phong".)
+
+use core::f64::consts::PI;
+use core::slice;
+
+use super::{Evaluation, Model, ModelKind, ParameterSet, Sample, SampleGradient};
+use crate::angles::HalfDifference;
+use crate::loss::cosine_weighted_log_error;
+use crate::scalar::Scalar;
+
+/// The model; see the file's head for its formula.
+#[derive(Clone, Copy, Debug)]
+pub struct Phong;
+
+/// One value for each of Phong's parameters.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PhongParameters<T> {
+    /// Logits of k_d + k_s, per channel.
+    pub sum: [T; 3],
+    /// Logits of k_d / (k_d + k_s), per channel.
+    pub ratio: [T; 3],
+    /// Logarithm of the glossiness q.
+    pub exponent: T,
+}
+
+impl<T: Copy + 'static> ParameterSet<T> for PhongParameters<T> {
+    fn filled(value: T) -> Self {
+        Self {
+            sum: [value; 3],
+            ratio: [value; 3],
+            exponent: value,
+        }
+    }
+
+    #[inline(always)]
+    fn runs(&self) -> impl Iterator<Item = &[T]> {
+        [&self.sum[..], &self.ratio, slice::from_ref(&self.exponent)].into_iter()
+    }
+
+    #[inline(always)]
+    fn runs_mut(&mut self) -> impl Iterator<Item = &mut [T]> {
+        [
+            &mut self.sum[..],
+            &mut self.ratio,
+            slice::from_mut(&mut self.exponent),
+        ]
+        .into_iter()
+    }
+}
+
+/// What evaluation and gradient share.
+struct Terms<S> {
+    /// s and t of each channel.
+    sum: [S; 3],
+    ratio: [S; 3],
+    /// <w_o, r>, and the same clamped and offset.
+    dot: S,
+    base: S,
+    exponent: S,
+    log_base: S,
+    /// (q + 2) / (2 pi), base^q, and their product.
+    normalization: S,
+    power: S,
+    lobe: S,
+}
+
+impl<S: Scalar> Terms<S> {
+    #[inline(always)]
+    fn new(parameters: &PhongParameters<S::Parameter>, at: &HalfDifference<S>) -> Self {
+        // <w_o, r> = -o_x i_x - o_y i_y + o_z i_z, written in half and difference vectors.
+        let dot = (at.dz * at.dz + at.dx * at.dx) * (at.hz * at.hz - at.hx * at.hx) + at.dy * at.dy;
+        let base = dot.relu() + S::constant(1e-5);
+        let exponent = S::broadcast(parameters.exponent).exp();
+        let log_base = base.ln();
+        let normalization = (exponent + S::constant(2.0)) * S::constant(0.5 / PI);
+        let power = (exponent * log_base).exp();
+        Self {
+            sum: parameters.sum.map(|logit| S::broadcast(logit).sigmoid()),
+            ratio: parameters.ratio.map(|logit| S::broadcast(logit).sigmoid()),
+            dot,
+            base,
+            exponent,
+            log_base,
+            normalization,
+            power,
+            lobe: normalization * power,
+        }
+    }
+
+    #[inline(always)]
+    fn brdf(&self) -> [S; 3] {
+        let lambert = S::constant(1.0 / PI);
+        let mut brdf = self.sum;
+        for (f, ratio) in brdf.iter_mut().zip(self.ratio) {
+            *f = *f * (self.lobe + ratio * (lambert - self.lobe));
+        }
+        brdf
+    }
+}
+
+impl Model for Phong {
+    const KIND: ModelKind = ModelKind::Phong;
+    const PARAMETERS: usize = 7;
+    type Parameters<T: Copy + 'static> = PhongParameters<T>;
+
+    #[inline(always)]
+    fn brdf<S: Scalar>(
+        parameters: &PhongParameters<S::Parameter>,
+        at: &HalfDifference<S>,
+    ) -> [S; 3] {
+        Terms::new(parameters, at).brdf()
+    }
+
+    #[inline(always)]
+    fn accumulate_gradient<S: Scalar, const SAMPLE: bool>(
+        parameters: &PhongParameters<S::Parameter>,
+        sample: &Sample<S>,
+        gradient: &mut PhongParameters<S::Sum>,
+    ) -> Evaluation<S> {
+        let zero = S::constant(0.0);
+        let one = S::constant(1.0);
+        let at = &sample.at;
+        let terms = Terms::new(parameters, at);
+        let cos_theta_i = at.cos_theta_i();
+        let loss =
+            cosine_weighted_log_error(sample.measured, terms.brdf(), cos_theta_i, sample.weight);
+
+        // f = s (lobe + t (1/pi - lobe)), channel by channel.
+        let lambert_minus_lobe = S::constant(1.0 / PI) - terms.lobe;
+        let mut by_lobe = zero;
+        let sums = gradient.sum.iter_mut().zip(&mut gradient.ratio);
+        let values = terms.sum.into_iter().zip(terms.ratio);
+        for (((sum_entry, ratio_entry), (sum, ratio)), by_f) in
+            sums.zip(values).zip(loss.by_modelled)
+        {
+            let f_by_sum = terms.lobe + ratio * lambert_minus_lobe;
+            S::add_product(sum_entry, by_f * f_by_sum, sum * (one - sum));
+            S::add_product(
+                ratio_entry,
+                by_f * sum * lambert_minus_lobe,
+                ratio * (one - ratio),
+            );
+            by_lobe = by_lobe + by_f * sum * (one - ratio);
+        }
+        // lobe = (q + 2) / (2 pi) base^q, and dq = q d(exponent).
+        let lobe_by_q = terms.power * S::constant(0.5 / PI) + terms.lobe * terms.log_base;
+        S::add_product(&mut gradient.exponent, by_lobe * lobe_by_q, terms.exponent);
+
+        let mut by_sample = SampleGradient {
+            at: HalfDifference {
+                hx: zero,
+                hz: zero,
+                dx: zero,
+                dy: zero,
+                dz: zero,
+            },
+            measured: [zero; 3],
+        };
+        if SAMPLE {
+            let slope = by_lobe * terms.exponent * terms.lobe / terms.base;
+            let twice_by_dot = terms.dot.if_positive(slope + slope, zero);
+            let horizontal = at.hz * at.hz - at.hx * at.hx;
+            let vertical = at.dz * at.dz + at.dx * at.dx;
+            let c = loss.by_cosine;
+            by_sample.at = HalfDifference {
+                hx: -(twice_by_dot * vertical * at.hx) - c * at.dx,
+                hz: twice_by_dot * vertical * at.hz + c * at.dz,
+                dx: twice_by_dot * horizontal * at.dx - c * at.hx,
+                dy: twice_by_dot * at.dy,
+                dz: twice_by_dot * horizontal * at.dz + c * at.hz,
+            };
+            by_sample.measured = loss.by_measured;
+        }
+        Evaluation {
+            loss: loss.value,
+            gradient: by_sample,
+        }
+    }
+}

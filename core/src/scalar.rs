@@ -1,0 +1,135 @@
+//! The arithmetic that models are written in.
+//!
+//! A model's loss and gradient are written once, over [`Scalar`]. On the device
+//! the scalar is `f32`; in tests it is `f64`; the trainer brings SIMD lanes
+//! (eight samples at once) and dual numbers over them.
+
+use core::ops::{Add, Div, Mul, Neg, Sub};
+
+use crate::math;
+
+/// A number, or several numbers computed side by side.
+///
+/// Two associated types keep memory traffic small when a scalar is wide: a
+/// parameter is shared by all samples, so it is stored narrow and
+/// [broadcast](Scalar::broadcast); a gradient entry sums over samples, so it
+/// has an accumulator of its own.
+pub trait Scalar:
+    Copy
+    + 'static
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+{
+    /// How one model parameter is stored.
+    type Parameter: Copy + 'static;
+    /// What one entry of a gradient accumulates in.
+    type Sum: Copy + 'static;
+
+    /// A constant; rounded to the scalar's precision.
+    fn constant(value: f64) -> Self;
+    /// One parameter, the same for all samples.
+    fn broadcast(parameter: Self::Parameter) -> Self;
+    /// `sum += a * b`.
+    fn add_product(sum: &mut Self::Sum, a: Self, b: Self);
+    /// `sum += a`.
+    fn add_to(sum: &mut Self::Sum, a: Self);
+    /// `self + a * b`, fused or not, whichever the target does better.
+    #[must_use]
+    fn plus_product(self, a: Self, b: Self) -> Self;
+    /// `if self > 0 { then } else { otherwise }`, sample by sample; both are computed.
+    #[must_use]
+    fn if_positive(self, then: Self, otherwise: Self) -> Self;
+    /// e to the power of `self`.
+    #[must_use]
+    fn exp(self) -> Self;
+    /// Natural logarithm; `self` > 0.
+    #[must_use]
+    fn ln(self) -> Self;
+
+    /// `max(self, 0)`.
+    #[inline(always)]
+    #[must_use]
+    fn relu(self) -> Self {
+        self.if_positive(self, Self::constant(0.0))
+    }
+
+    /// -1, 0 or 1.
+    #[inline(always)]
+    #[must_use]
+    fn sign(self) -> Self {
+        let zero = Self::constant(0.0);
+        let negative = (-self).if_positive(Self::constant(-1.0), zero);
+        self.if_positive(Self::constant(1.0), negative)
+    }
+
+    /// The logistic function 1 / (1 + exp(-x)), from the reals to (0, 1).
+    #[inline(always)]
+    #[must_use]
+    fn sigmoid(self) -> Self {
+        let one = Self::constant(1.0);
+        one / (one + (-self).exp())
+    }
+}
+
+/// Scalars that angles can be computed in.
+pub trait Trigonometry: Scalar {
+    /// Sine and cosine of an angle in radians.
+    fn sin_cos(self) -> (Self, Self);
+}
+
+macro_rules! plain_scalar {
+    ($type:ty, $exp:path, $ln:path, $sin_cos:path) => {
+        impl Scalar for $type {
+            type Parameter = Self;
+            type Sum = Self;
+
+            #[inline(always)]
+            fn constant(value: f64) -> Self {
+                value as Self
+            }
+            #[inline(always)]
+            fn broadcast(parameter: Self) -> Self {
+                parameter
+            }
+            #[inline(always)]
+            fn add_product(sum: &mut Self, a: Self, b: Self) {
+                *sum += a * b;
+            }
+            #[inline(always)]
+            fn add_to(sum: &mut Self, a: Self) {
+                *sum += a;
+            }
+            #[inline(always)]
+            fn plus_product(self, a: Self, b: Self) -> Self {
+                self + a * b
+            }
+            #[inline(always)]
+            fn if_positive(self, then: Self, otherwise: Self) -> Self {
+                if self > 0.0 { then } else { otherwise }
+            }
+            #[inline(always)]
+            fn exp(self) -> Self {
+                $exp(self)
+            }
+            #[inline(always)]
+            fn ln(self) -> Self {
+                $ln(self)
+            }
+        }
+
+        impl Trigonometry for $type {
+            #[inline(always)]
+            fn sin_cos(self) -> (Self, Self) {
+                $sin_cos(self)
+            }
+        }
+    };
+}
+
+plain_scalar!(f32, math::exp, math::ln, math::sin_cos);
+// Double precision is for hosts (tests, and tables in the trainer); nothing on the device links it.
+#[cfg(feature = "libm")]
+plain_scalar!(f64, libm::exp, libm::log, libm::sincos);
