@@ -62,8 +62,7 @@ struct Terms<S> {
     base: S,
     exponent: S,
     log_base: S,
-    /// (q + 2) / (2 pi), base^q, and their product.
-    normalization: S,
+    /// base^q, and the same times (q + 2) / (2 pi).
     power: S,
     lobe: S,
 }
@@ -85,7 +84,6 @@ impl<S: Scalar> Terms<S> {
             base,
             exponent,
             log_base,
-            normalization,
             power,
             lobe: normalization * power,
         }

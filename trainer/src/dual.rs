@@ -1,0 +1,197 @@
+//! Dual numbers: a value and its derivatives along `N` directions, carried through any function
+//! that is written over [`Scalar`].
+//!
+//! Evaluating a model's *gradient* on dual numbers, with the parameters carrying the tangent v,
+//! gives Hessian times v and the mixed derivatives by the sample, exactly.
+
+use std::array::from_fn;
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
+use glimpse_core::angles::Angles;
+use glimpse_core::model::{Model, ParameterSet};
+use glimpse_core::scalar::{Scalar, Trigonometry};
+
+/// A value with `N` tangents.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Dual<T, const N: usize = 1> {
+    /// The value.
+    pub value: T,
+    /// Its derivatives.
+    pub tangent: [T; N],
+}
+
+impl<T: Scalar, const N: usize> Dual<T, N> {
+    #[inline(always)]
+    fn chain(self, value: T, slope: T) -> Self {
+        Self {
+            value,
+            tangent: from_fn(|i| self.tangent[i] * slope),
+        }
+    }
+}
+
+impl<T: Scalar, const N: usize> Add for Dual<T, N> {
+    type Output = Self;
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        Self {
+            value: self.value + other.value,
+            tangent: from_fn(|i| self.tangent[i] + other.tangent[i]),
+        }
+    }
+}
+
+impl<T: Scalar, const N: usize> Sub for Dual<T, N> {
+    type Output = Self;
+    #[inline(always)]
+    fn sub(self, other: Self) -> Self {
+        Self {
+            value: self.value - other.value,
+            tangent: from_fn(|i| self.tangent[i] - other.tangent[i]),
+        }
+    }
+}
+
+impl<T: Scalar, const N: usize> Mul for Dual<T, N> {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(self, other: Self) -> Self {
+        Self {
+            value: self.value * other.value,
+            tangent: from_fn(|i| {
+                (self.tangent[i] * other.value).plus_product(self.value, other.tangent[i])
+            }),
+        }
+    }
+}
+
+impl<T: Scalar, const N: usize> Div for Dual<T, N> {
+    type Output = Self;
+    #[inline(always)]
+    fn div(self, other: Self) -> Self {
+        let inverse = T::constant(1.0) / other.value;
+        let value = self.value * inverse;
+        Self {
+            value,
+            tangent: from_fn(|i| (self.tangent[i] - value * other.tangent[i]) * inverse),
+        }
+    }
+}
+
+impl<T: Scalar, const N: usize> Neg for Dual<T, N> {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(self) -> Self {
+        Self {
+            value: -self.value,
+            tangent: self.tangent.map(T::neg),
+        }
+    }
+}
+
+impl<T: Scalar, const N: usize> Scalar for Dual<T, N> {
+    type Parameter = Dual<T::Parameter, N>;
+    /// Of a gradient only the tangent is wanted; its value was computed in the forward sweep.
+    type Sum = [T::Sum; N];
+
+    #[inline(always)]
+    fn constant(value: f64) -> Self {
+        Self {
+            value: T::constant(value),
+            tangent: [T::constant(0.0); N],
+        }
+    }
+
+    #[inline(always)]
+    fn broadcast(parameter: Self::Parameter) -> Self {
+        Self {
+            value: T::broadcast(parameter.value),
+            tangent: parameter.tangent.map(T::broadcast),
+        }
+    }
+
+    #[inline(always)]
+    fn add_product(sum: &mut Self::Sum, a: Self, b: Self) {
+        for (i, sum) in sum.iter_mut().enumerate() {
+            T::add_product(sum, a.tangent[i], b.value);
+            T::add_product(sum, a.value, b.tangent[i]);
+        }
+    }
+
+    #[inline(always)]
+    fn add_to(sum: &mut Self::Sum, a: Self) {
+        for (sum, tangent) in sum.iter_mut().zip(a.tangent) {
+            T::add_to(sum, tangent);
+        }
+    }
+
+    #[inline(always)]
+    fn plus_product(self, a: Self, b: Self) -> Self {
+        Self {
+            value: self.value.plus_product(a.value, b.value),
+            tangent: from_fn(|i| {
+                self.tangent[i]
+                    .plus_product(a.tangent[i], b.value)
+                    .plus_product(a.value, b.tangent[i])
+            }),
+        }
+    }
+
+    #[inline(always)]
+    fn if_positive(self, then: Self, otherwise: Self) -> Self {
+        Self {
+            value: self.value.if_positive(then.value, otherwise.value),
+            tangent: from_fn(|i| self.value.if_positive(then.tangent[i], otherwise.tangent[i])),
+        }
+    }
+
+    #[inline(always)]
+    fn exp(self) -> Self {
+        let value = self.value.exp();
+        self.chain(value, value)
+    }
+
+    #[inline(always)]
+    fn ln(self) -> Self {
+        self.chain(self.value.ln(), T::constant(1.0) / self.value)
+    }
+}
+
+impl<T: Trigonometry, const N: usize> Trigonometry for Dual<T, N> {
+    #[inline(always)]
+    fn sin_cos(self) -> (Self, Self) {
+        let (sin, cos) = self.value.sin_cos();
+        (self.chain(sin, cos), self.chain(cos, -sin))
+    }
+}
+
+impl<const N: usize> Dual<f32, N> {
+    /// A model's parameters as constants: all tangents 0.
+    pub fn constants<M: Model>(parameters: &M::Parameters<f32>) -> M::Parameters<Self> {
+        let mut constants = M::Parameters::filled(Self::constant(0.0));
+        for (constant, value) in constants.iter_mut().zip(parameters.iter()) {
+            constant.value = *value;
+        }
+        constants
+    }
+}
+
+impl<T: Scalar> Dual<T, 3> {
+    /// Angles as the three variables to differentiate by.
+    pub fn variables(angles: Angles<T>) -> Angles<Self> {
+        let variable = |value, index| Self {
+            value,
+            tangent: from_fn(|i| T::constant(f64::from(u8::from(i == index)))),
+        };
+        Angles {
+            theta_h: variable(angles.theta_h, 0),
+            theta_d: variable(angles.theta_d, 1),
+            phi_d: variable(angles.phi_d, 2),
+        }
+    }
+
+    /// Values, and derivatives of each value.
+    pub fn split<const M: usize>(duals: [Self; M]) -> ([T; M], [[T; 3]; M]) {
+        (duals.map(|dual| dual.value), duals.map(|dual| dual.tangent))
+    }
+}

@@ -1,0 +1,2 @@
+//! The command line `trainer`.
+fn main() {}

@@ -1,0 +1,109 @@
+//! NBRDF: a material as a network of 675 weights in six `.npy` files (Sztrajman et al. 2021).
+//!
+//! `NAME_fc1.npy` (6 x 21), `_b1` (21), `_fc2` (21 x 21), `_b2` (21), `_fc3` (21 x 3), `_b3` (3);
+//! little-endian f32, C order, matrices inputs-by-outputs.
+
+use std::fs;
+use std::path::Path;
+
+use glimpse_core::angles::{Angles, HalfDifference};
+use glimpse_core::model::{Model, Neural, NeuralParameters, ParameterSet};
+
+use super::{Material, SourceError};
+use crate::dual::Dual;
+
+/// The six arrays: name and shape.
+const ARRAYS: [(&str, &[u64]); 6] = [
+    ("fc1", &[6, 21]),
+    ("b1", &[21]),
+    ("fc2", &[21, 21]),
+    ("b2", &[21]),
+    ("fc3", &[21, 3]),
+    ("b3", &[3]),
+];
+
+/// A material that is a network.
+#[derive(Clone, Debug)]
+pub struct NeuralBrdf {
+    name: String,
+    parameters: NeuralParameters<f32>,
+}
+
+impl NeuralBrdf {
+    /// From parameters.
+    #[must_use]
+    pub fn new(name: String, parameters: NeuralParameters<f32>) -> Self {
+        Self { name, parameters }
+    }
+
+    /// Reads the six files of the material whose first file is `path`, `NAME_fc1.npy`.
+    ///
+    /// # Errors
+    /// If a file is missing, damaged or of another shape, or a weight is not finite.
+    pub fn read(path: &Path) -> Result<Self, SourceError> {
+        let name = Self::name_of(path).ok_or_else(|| SourceError::Unknown(path.into()))?;
+        let mut parameters = NeuralParameters::filled(0.0);
+        for (run, (array, shape)) in parameters.runs_mut().zip(ARRAYS) {
+            let file = path.with_file_name(format!("{name}_{array}.npy"));
+            run.copy_from_slice(&read_npy(&file, shape)?);
+        }
+        Ok(Self { name, parameters })
+    }
+
+    /// `NAME` of a path `.../NAME_fc1.npy`; None for any other.
+    #[must_use]
+    pub fn name_of(path: &Path) -> Option<String> {
+        let name = path.file_name()?.to_str()?.strip_suffix("_fc1.npy")?;
+        Some(name.to_owned())
+    }
+
+    /// The weights.
+    #[must_use]
+    pub fn parameters(&self) -> &NeuralParameters<f32> {
+        &self.parameters
+    }
+}
+
+impl Material for NeuralBrdf {
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    fn brdf(&self, angles: Angles<f32>) -> [f32; 3] {
+        Neural::brdf::<f32>(&self.parameters, &HalfDifference::from_angles(angles))
+    }
+
+    fn brdf_with_derivative(&self, angles: Angles<f32>) -> ([f32; 3], [[f32; 3]; 3]) {
+        let parameters = Dual::constants::<Neural>(&self.parameters);
+        let at = HalfDifference::from_angles(Dual::variables(angles));
+        Dual::split(Neural::brdf::<Dual<f32, 3>>(&parameters, &at))
+    }
+}
+
+/// Reads a `.npy` file of little-endian f32 in C order with the given shape.
+fn read_npy(path: &Path, shape: &[u64]) -> Result<Vec<f32>, SourceError> {
+    let bytes = fs::read(path).map_err(|source| SourceError::Read {
+        path: path.into(),
+        source,
+    })?;
+    let damaged = |what| SourceError::Damaged {
+        path: path.into(),
+        what,
+    };
+    let array = npyz::NpyFile::new(&bytes[..])
+        .map_err(|error| damaged(format!("it is not a whole NumPy array: {error}")))?;
+    if array.shape() != shape || array.order() != npyz::Order::C {
+        return Err(damaged(format!(
+            "it should hold an array of shape {shape:?} in C order, not {:?} in {:?} order",
+            array.shape(),
+            array.order()
+        )));
+    }
+    let values: Vec<f32> = array
+        .into_vec()
+        .map_err(|error| damaged(format!("it should hold 32-bit floats: {error}")))?;
+    match values.iter().position(|value| !value.is_finite()) {
+        Some(index) => Err(damaged(format!("number {index} is not finite"))),
+        None => Ok(values),
+    }
+}

@@ -1,0 +1,63 @@
+//! Where materials come from: a directory, a file, or the built-in procedural set.
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+use super::{Material, NeuralBrdf};
+
+/// Why materials cannot be read.
+#[derive(Debug, thiserror::Error)]
+pub enum SourceError {
+    /// The operating system refuses.
+    #[error("cannot read {}: {source}", path.display())]
+    Read {
+        /// The file or directory.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+    /// A file is not what its name says.
+    #[error("{}: {what}", path.display())]
+    Damaged {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it, and the remedy.
+        what: String,
+    },
+    /// A file of no known kind.
+    #[error(
+        "{} is no material: expected MERL (*.binary), NBRDF (NAME_fc1.npy and its five \
+         siblings), a directory of those, or procedural[:COUNT[:SEED]]", .0.display()
+    )]
+    Unknown(PathBuf),
+    /// A directory without materials.
+    #[error(
+        "{} holds no materials: expected MERL (*.binary) or NBRDF (NAME_fc1.npy and its five \
+         siblings) in it", .0.display()
+    )]
+    Empty(PathBuf),
+    /// `procedural:...` with something that is not a number.
+    #[error("`{0}` is not understood: write procedural, procedural:COUNT or procedural:COUNT:SEED")]
+    Procedural(String),
+}
+
+/// Where to take materials from, as written on the command line.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Source(pub String);
+
+impl Source {
+    /// Reads all materials, sorted by name.
+    ///
+    /// # Errors
+    /// If nothing is there, or any file is damaged.
+    pub fn load(&self) -> Result<Vec<Box<dyn Material>>, SourceError> {
+        let path = Path::new(&self.0);
+        let mut files: Vec<PathBuf> = std::fs::read_dir(path)
+            .map_err(|source| SourceError::Read { path: path.into(), source })?
+            .filter_map(|entry| Some(entry.ok()?.path()))
+            .collect();
+        files.sort();
+        files.iter().filter(|f| NeuralBrdf::name_of(f).is_some())
+            .map(|f| Ok(Box::new(NeuralBrdf::read(f)?) as Box<dyn Material>)).collect()
+    }
+}
