@@ -98,7 +98,7 @@ pub struct Evaluation<S> {
 }
 
 /// A reflectance model: f_r(x; theta), differentiable in theta and x.
-pub trait Model {
+pub trait Model: Sync {
     /// The model's name.
     const KIND: ModelKind;
     /// How many parameters it has.

@@ -21,12 +21,22 @@ pub struct Dual<T, const N: usize = 1> {
 }
 
 impl<T: Scalar, const N: usize> Dual<T, N> {
+    /// A constant: all tangents 0.
     #[inline(always)]
-    fn chain(self, value: T, slope: T) -> Self {
+    pub fn from_value(value: T) -> Self {
         Self {
             value,
-            tangent: from_fn(|i| self.tangent[i] * slope),
+            tangent: [T::constant(0.0); N],
         }
+    }
+
+    #[inline(always)]
+    fn chain(self, value: T, slope: T) -> Self {
+        let mut tangent = self.tangent;
+        for t in &mut tangent {
+            *t = *t * slope;
+        }
+        Self { value, tangent }
     }
 }
 
@@ -34,9 +44,13 @@ impl<T: Scalar, const N: usize> Add for Dual<T, N> {
     type Output = Self;
     #[inline(always)]
     fn add(self, other: Self) -> Self {
+        let mut tangent = self.tangent;
+        for (t, other) in tangent.iter_mut().zip(&other.tangent) {
+            *t = *t + *other;
+        }
         Self {
             value: self.value + other.value,
-            tangent: from_fn(|i| self.tangent[i] + other.tangent[i]),
+            tangent,
         }
     }
 }
@@ -45,9 +59,13 @@ impl<T: Scalar, const N: usize> Sub for Dual<T, N> {
     type Output = Self;
     #[inline(always)]
     fn sub(self, other: Self) -> Self {
+        let mut tangent = self.tangent;
+        for (t, other) in tangent.iter_mut().zip(&other.tangent) {
+            *t = *t - *other;
+        }
         Self {
             value: self.value - other.value,
-            tangent: from_fn(|i| self.tangent[i] - other.tangent[i]),
+            tangent,
         }
     }
 }
@@ -56,11 +74,13 @@ impl<T: Scalar, const N: usize> Mul for Dual<T, N> {
     type Output = Self;
     #[inline(always)]
     fn mul(self, other: Self) -> Self {
+        let mut tangent = self.tangent;
+        for (t, by_other) in tangent.iter_mut().zip(&other.tangent) {
+            *t = (*t * other.value).plus_product(self.value, *by_other);
+        }
         Self {
             value: self.value * other.value,
-            tangent: from_fn(|i| {
-                (self.tangent[i] * other.value).plus_product(self.value, other.tangent[i])
-            }),
+            tangent,
         }
     }
 }
@@ -71,10 +91,11 @@ impl<T: Scalar, const N: usize> Div for Dual<T, N> {
     fn div(self, other: Self) -> Self {
         let inverse = T::constant(1.0) / other.value;
         let value = self.value * inverse;
-        Self {
-            value,
-            tangent: from_fn(|i| (self.tangent[i] - value * other.tangent[i]) * inverse),
+        let mut tangent = self.tangent;
+        for (t, by_other) in tangent.iter_mut().zip(&other.tangent) {
+            *t = (*t - value * *by_other) * inverse;
         }
+        Self { value, tangent }
     }
 }
 
@@ -82,9 +103,13 @@ impl<T: Scalar, const N: usize> Neg for Dual<T, N> {
     type Output = Self;
     #[inline(always)]
     fn neg(self) -> Self {
+        let mut tangent = self.tangent;
+        for t in &mut tangent {
+            *t = -*t;
+        }
         Self {
             value: -self.value,
-            tangent: self.tangent.map(T::neg),
+            tangent,
         }
     }
 }
@@ -96,52 +121,57 @@ impl<T: Scalar, const N: usize> Scalar for Dual<T, N> {
 
     #[inline(always)]
     fn constant(value: f64) -> Self {
-        Self {
-            value: T::constant(value),
-            tangent: [T::constant(0.0); N],
-        }
+        Self::from_value(T::constant(value))
     }
 
     #[inline(always)]
     fn broadcast(parameter: Self::Parameter) -> Self {
+        let mut tangent = [T::constant(0.0); N];
+        for (t, parameter) in tangent.iter_mut().zip(&parameter.tangent) {
+            *t = T::broadcast(*parameter);
+        }
         Self {
             value: T::broadcast(parameter.value),
-            tangent: parameter.tangent.map(T::broadcast),
+            tangent,
         }
     }
 
     #[inline(always)]
     fn add_product(sum: &mut Self::Sum, a: Self, b: Self) {
-        for (i, sum) in sum.iter_mut().enumerate() {
-            T::add_product(sum, a.tangent[i], b.value);
-            T::add_product(sum, a.value, b.tangent[i]);
+        for ((sum, by_a), by_b) in sum.iter_mut().zip(&a.tangent).zip(&b.tangent) {
+            T::add_product(sum, *by_a, b.value);
+            T::add_product(sum, a.value, *by_b);
         }
     }
 
     #[inline(always)]
     fn add_to(sum: &mut Self::Sum, a: Self) {
-        for (sum, tangent) in sum.iter_mut().zip(a.tangent) {
-            T::add_to(sum, tangent);
+        for (sum, tangent) in sum.iter_mut().zip(&a.tangent) {
+            T::add_to(sum, *tangent);
         }
     }
 
     #[inline(always)]
     fn plus_product(self, a: Self, b: Self) -> Self {
+        let mut tangent = self.tangent;
+        for ((t, by_a), by_b) in tangent.iter_mut().zip(&a.tangent).zip(&b.tangent) {
+            *t = t.plus_product(*by_a, b.value).plus_product(a.value, *by_b);
+        }
         Self {
             value: self.value.plus_product(a.value, b.value),
-            tangent: from_fn(|i| {
-                self.tangent[i]
-                    .plus_product(a.tangent[i], b.value)
-                    .plus_product(a.value, b.tangent[i])
-            }),
+            tangent,
         }
     }
 
     #[inline(always)]
     fn if_positive(self, then: Self, otherwise: Self) -> Self {
+        let mut tangent = then.tangent;
+        for (t, otherwise) in tangent.iter_mut().zip(&otherwise.tangent) {
+            *t = self.value.if_positive(*t, *otherwise);
+        }
         Self {
             value: self.value.if_positive(then.value, otherwise.value),
-            tangent: from_fn(|i| self.value.if_positive(then.tangent[i], otherwise.tangent[i])),
+            tangent,
         }
     }
 

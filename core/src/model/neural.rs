@@ -81,7 +81,10 @@ fn affine<'a, S: Scalar, const OUTPUTS: usize>(
     inputs: impl Iterator<Item = (S, &'a [S::Parameter; OUTPUTS])> + Clone,
     bias: &[S::Parameter; OUTPUTS],
 ) -> [S; OUTPUTS] {
-    let mut outputs = bias.map(S::broadcast);
+    let mut outputs = [S::constant(0.0); OUTPUTS];
+    for (output, bias) in outputs.iter_mut().zip(bias) {
+        *output = S::broadcast(*bias);
+    }
     for (tile, block) in outputs.as_chunks_mut::<TILE>().0.iter_mut().enumerate() {
         let mut sums = *block;
         for (input, row) in inputs.clone() {
@@ -135,6 +138,14 @@ fn accumulate<'a, S: Scalar, const OUTPUTS: usize>(
     }
 }
 
+#[inline(always)]
+fn relu<S: Scalar>(mut values: [S; HIDDEN]) -> [S; HIDDEN] {
+    for value in &mut values {
+        *value = value.relu();
+    }
+    values
+}
+
 /// Activations of both hidden layers, and the output before its activation.
 struct Forward<S> {
     hidden_1: [S; HIDDEN],
@@ -153,9 +164,9 @@ impl<S: Scalar> Forward<S> {
             (at.dy, row_dy),
             (at.dz, row_dz),
         ];
-        let hidden_1 = affine(inputs.into_iter(), &parameters.b1).map(S::relu);
+        let hidden_1 = relu(affine(inputs.into_iter(), &parameters.b1));
         let rows = hidden_1.into_iter().zip(&parameters.fc2);
-        let hidden_2 = affine(rows, &parameters.b2).map(S::relu);
+        let hidden_2 = relu(affine(rows, &parameters.b2));
         let rows = hidden_2.into_iter().zip(&parameters.fc3);
         let output = affine(rows, &parameters.b3);
         Self {
@@ -186,7 +197,11 @@ impl Model for Neural {
         at: &HalfDifference<S>,
     ) -> [S; 3] {
         let forward = Forward::new(parameters, at);
-        forward.output.map(|z| (z.exp() - S::constant(1.0)).relu())
+        let mut brdf = forward.output;
+        for f in &mut brdf {
+            *f = (f.exp() - S::constant(1.0)).relu();
+        }
+        brdf
     }
 
     #[inline(always)]
@@ -198,8 +213,12 @@ impl Model for Neural {
         let zero = S::constant(0.0);
         let at = &sample.at;
         let forward = Forward::new(parameters, at);
-        let exponentials = forward.output.map(S::exp);
-        let modelled = exponentials.map(|e| (e - S::constant(1.0)).relu());
+        let mut exponentials = forward.output;
+        let mut modelled = forward.output;
+        for (exponential, f) in exponentials.iter_mut().zip(&mut modelled) {
+            *exponential = exponential.exp();
+            *f = (*exponential - S::constant(1.0)).relu();
+        }
         let loss =
             cosine_weighted_log_error(sample.measured, modelled, at.cos_theta_i(), sample.weight);
 

@@ -67,6 +67,16 @@ struct Terms<S> {
     lobe: S,
 }
 
+#[inline(always)]
+fn sigmoids<S: Scalar>(logits: &[S::Parameter; 3]) -> [S; 3] {
+    let [red, green, blue] = *logits;
+    [
+        S::broadcast(red).sigmoid(),
+        S::broadcast(green).sigmoid(),
+        S::broadcast(blue).sigmoid(),
+    ]
+}
+
 impl<S: Scalar> Terms<S> {
     #[inline(always)]
     fn new(parameters: &PhongParameters<S::Parameter>, at: &HalfDifference<S>) -> Self {
@@ -78,8 +88,8 @@ impl<S: Scalar> Terms<S> {
         let normalization = (exponent + S::constant(2.0)) * S::constant(0.5 / PI);
         let power = (exponent * log_base).exp();
         Self {
-            sum: parameters.sum.map(|logit| S::broadcast(logit).sigmoid()),
-            ratio: parameters.ratio.map(|logit| S::broadcast(logit).sigmoid()),
+            sum: sigmoids(&parameters.sum),
+            ratio: sigmoids(&parameters.ratio),
             dot,
             base,
             exponent,

@@ -53,11 +53,17 @@ impl Source {
     pub fn load(&self) -> Result<Vec<Box<dyn Material>>, SourceError> {
         let path = Path::new(&self.0);
         let mut files: Vec<PathBuf> = std::fs::read_dir(path)
-            .map_err(|source| SourceError::Read { path: path.into(), source })?
+            .map_err(|source| SourceError::Read {
+                path: path.into(),
+                source,
+            })?
             .filter_map(|entry| Some(entry.ok()?.path()))
             .collect();
         files.sort();
-        files.iter().filter(|f| NeuralBrdf::name_of(f).is_some())
-            .map(|f| Ok(Box::new(NeuralBrdf::read(f)?) as Box<dyn Material>)).collect()
+        files
+            .iter()
+            .filter(|f| NeuralBrdf::name_of(f).is_some())
+            .map(|f| Ok(Box::new(NeuralBrdf::read(f)?) as Box<dyn Material>))
+            .collect()
     }
 }

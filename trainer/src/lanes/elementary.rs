@@ -1,0 +1,81 @@
+//! exp and ln on lanes: one polynomial each, written over the few operations that they need.
+//!
+//! Both are within 3e-7 relative of the true value (ln: absolute near 1), as the tests measure.
+//! The coefficients are a least-maximum fit of Cephes (Moshier) in single precision.
+
+/// Bit operations and rounding, lane by lane.
+pub(super) trait Elementary: Copy {
+    fn splat(value: f32) -> Self;
+    /// self * b + c
+    fn multiply_add(self, b: Self, c: Self) -> Self;
+    fn multiply(self, b: Self) -> Self;
+    fn add(self, b: Self) -> Self;
+    fn clamp(self, low: f32, high: f32) -> Self;
+    /// The nearest integer.
+    fn round(self) -> Self;
+    /// 2 to the power of `self`, an integer in -126..=127.
+    fn power_of_two(self) -> Self;
+    /// (m, e) with self = m 2^e and m in \[sqrt(1/2), sqrt(2)); self is positive and normal.
+    fn split(self) -> (Self, Self);
+}
+
+/// ln 2 in two parts; the first has few bits, so that its multiples are exact.
+const LN_2_HIGH: f32 = 0.693_359_375;
+const LN_2_LOW: f32 = -2.121_944_4e-4;
+
+#[inline(always)]
+fn polynomial<E: Elementary, const N: usize>(x: E, coefficients: [f32; N]) -> E {
+    let mut sum = E::splat(0.0);
+    for coefficient in coefficients {
+        sum = sum.multiply_add(x, E::splat(coefficient));
+    }
+    sum
+}
+
+/// e^x; x is clamped to \[-87, 88\], where the result is a normal number.
+#[inline(always)]
+pub(super) fn exp<E: Elementary>(x: E) -> E {
+    let x = x.clamp(-87.0, 88.0);
+    let n = x.multiply(E::splat(std::f32::consts::LOG2_E)).round();
+    let r = n.multiply_add(E::splat(-LN_2_HIGH), x);
+    let r = n.multiply_add(E::splat(-LN_2_LOW), r);
+    let p = polynomial(
+        r,
+        [
+            1.987_569_1e-4,
+            1.398_2e-3,
+            8.333_452e-3,
+            4.166_579_6e-2,
+            1.666_666_5e-1,
+            5e-1,
+        ],
+    );
+    let series = p.multiply(r).multiply_add(r, r).add(E::splat(1.0));
+    series.multiply(n.power_of_two())
+}
+
+/// ln x of a positive normal x.
+#[inline(always)]
+pub(super) fn ln<E: Elementary>(x: E) -> E {
+    let (mantissa, exponent) = x.split();
+    let m = mantissa.add(E::splat(-1.0));
+    let p = polynomial(
+        m,
+        [
+            7.037_683_6e-2,
+            -1.151_461e-1,
+            1.167_699_9e-1,
+            -1.242_014e-1,
+            1.424_932_3e-1,
+            -1.666_805_7e-1,
+            2.000_071_5e-1,
+            -2.499_999_4e-1,
+            3.333_333e-1,
+        ],
+    );
+    let square = m.multiply(m);
+    let y = p.multiply(m).multiply(square);
+    let y = exponent.multiply_add(E::splat(LN_2_LOW), y);
+    let y = square.multiply_add(E::splat(-0.5), y);
+    exponent.multiply_add(E::splat(LN_2_HIGH), m.add(y))
+}

@@ -1,0 +1,201 @@
+//! Lanes as plain arrays: for any machine, and vectorized by the compiler where it can.
+
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
+use glimpse_core::scalar::Scalar;
+
+use super::elementary::{self, Elementary};
+use super::{Lanes, Octet};
+
+/// Eight numbers in an array.
+#[derive(Clone, Copy, Debug)]
+pub struct PortableLanes(Octet);
+
+/// Lane by lane; a macro, because a closure would not be inlined everywhere.
+macro_rules! each {
+    ($lane:ident => $value:expr) => {{
+        let mut result = Octet::default();
+        for ($lane, value) in result.0.iter_mut().enumerate() {
+            *value = $value;
+        }
+        PortableLanes(result)
+    }};
+}
+
+macro_rules! operator {
+    ($trait:ident, $method:ident, $operator:tt) => {
+        impl $trait for PortableLanes {
+            type Output = Self;
+            #[inline(always)]
+            fn $method(self, other: Self) -> Self {
+                each!(lane => self.0.0[lane] $operator other.0.0[lane])
+            }
+        }
+    };
+}
+operator!(Add, add, +);
+operator!(Sub, sub, -);
+operator!(Mul, mul, *);
+operator!(Div, div, /);
+
+impl Neg for PortableLanes {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(self) -> Self {
+        each!(lane => -self.0.0[lane])
+    }
+}
+
+impl Scalar for PortableLanes {
+    type Parameter = f32;
+    type Sum = Self;
+
+    #[inline(always)]
+    fn constant(value: f64) -> Self {
+        Self::splat(value as f32)
+    }
+    #[inline(always)]
+    fn broadcast(parameter: f32) -> Self {
+        Self::splat(parameter)
+    }
+    #[inline(always)]
+    fn add_product(sum: &mut Self, a: Self, b: Self) {
+        *sum = sum.plus_product(a, b);
+    }
+    #[inline(always)]
+    fn add_to(sum: &mut Self, a: Self) {
+        *sum = *sum + a;
+    }
+    #[inline(always)]
+    fn plus_product(self, a: Self, b: Self) -> Self {
+        a.multiply_add(b, self)
+    }
+    #[inline(always)]
+    fn if_positive(self, then: Self, otherwise: Self) -> Self {
+        each!(lane => if self.0.0[lane] > 0.0 { then.0.0[lane] } else { otherwise.0.0[lane] })
+    }
+    #[inline(always)]
+    fn exp(self) -> Self {
+        elementary::exp(self)
+    }
+    #[inline(always)]
+    fn ln(self) -> Self {
+        elementary::ln(self)
+    }
+}
+
+impl Lanes for PortableLanes {
+    #[inline(always)]
+    fn load(octet: &Octet) -> Self {
+        Self(*octet)
+    }
+    #[inline(always)]
+    fn store(self) -> Octet {
+        self.0
+    }
+}
+
+impl Elementary for PortableLanes {
+    #[inline(always)]
+    fn splat(value: f32) -> Self {
+        Self(Octet([value; super::WIDTH]))
+    }
+    #[inline(always)]
+    fn multiply_add(self, b: Self, c: Self) -> Self {
+        // Fused only where the instruction is part of the baseline; a call to `fmaf` is slow.
+        if cfg!(any(target_feature = "fma", target_arch = "aarch64")) {
+            each!(lane => self.0.0[lane].mul_add(b.0.0[lane], c.0.0[lane]))
+        } else {
+            each!(lane => self.0.0[lane] * b.0.0[lane] + c.0.0[lane])
+        }
+    }
+    #[inline(always)]
+    fn multiply(self, b: Self) -> Self {
+        self * b
+    }
+    #[inline(always)]
+    fn add(self, b: Self) -> Self {
+        self + b
+    }
+    #[inline(always)]
+    fn clamp(self, low: f32, high: f32) -> Self {
+        each!(lane => self.0.0[lane].clamp(low, high))
+    }
+    #[inline(always)]
+    fn round(self) -> Self {
+        each!(lane => self.0.0[lane].round_ties_even())
+    }
+    #[inline(always)]
+    fn power_of_two(self) -> Self {
+        each!(lane => f32::from_bits(((self.0.0[lane] as i32 + 127) << 23) as u32))
+    }
+    #[inline(always)]
+    fn split(self) -> (Self, Self) {
+        let sqrt_half = std::f32::consts::FRAC_1_SQRT_2.to_bits() as i32;
+        let bits = |lane: usize| self.0.0[lane].to_bits() as i32;
+        let exponent = |lane: usize| bits(lane).wrapping_sub(sqrt_half) >> 23;
+        (
+            each!(lane => f32::from_bits(bits(lane).wrapping_sub(exponent(lane) << 23) as u32)),
+            each!(lane => exponent(lane) as f32),
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::lanes::{Kernel, WIDTH, dispatch};
+
+    /// exp and ln of eight numbers.
+    struct Both([f32; WIDTH]);
+    impl Kernel for Both {
+        type Output = ([f32; WIDTH], [f32; WIDTH]);
+        #[inline(always)]
+        fn run<L: Lanes>(self) -> Self::Output {
+            let x = L::load(&Octet(self.0));
+            (x.exp().store().0, x.ln().store().0)
+        }
+    }
+
+    fn close(found: f32, expected: f64, what: f32) {
+        let error = (f64::from(found) - expected).abs();
+        assert!(
+            error <= 3e-7 * expected.abs().max(0.3),
+            "at {what}: {found} instead of {expected}"
+        );
+    }
+
+    #[test]
+    fn elementary_functions_are_accurate_on_all_lanes() {
+        for i in 0..40_000 {
+            let x: [f32; WIDTH] =
+                std::array::from_fn(|lane| (i * WIDTH + lane) as f32 * 2.5e-4 + 1e-5);
+            let outcomes = [dispatch(Both(x)), Both(x).run::<PortableLanes>()];
+            for (exp, ln) in outcomes {
+                for lane in 0..WIDTH {
+                    close(ln[lane], f64::from(x[lane]).ln(), x[lane]);
+                    if x[lane] < 80.0 {
+                        close(exp[lane], f64::from(x[lane]).exp(), x[lane]);
+                    }
+                }
+            }
+            let negative = x.map(|x| -x);
+            for lane in 0..WIDTH {
+                let found = dispatch(Both(negative)).0[lane];
+                if x[lane] < 80.0 {
+                    let expected = f64::from(negative[lane]).exp();
+                    assert!((f64::from(found) - expected).abs() <= 3e-7 * expected.max(1e-30));
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn extremes_stay_finite() {
+        let (exp, _) = dispatch(Both([-1e9, 1e9, -88.0, 88.5, 0.0, -0.0, 1.0, -1.0]));
+        assert!(
+            exp.iter().all(|value| value.is_finite() && *value >= 0.0),
+            "{exp:?}"
+        );
+    }
+}

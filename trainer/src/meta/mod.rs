@@ -1,0 +1,19 @@
+//! Meta-learning: where to measure, from which parameters to start, and how far to step.
+
+pub mod gradient;
+pub mod parameters;
+
+pub mod pattern;
+pub mod pool;
+
+pub mod training;
+pub mod unroll;
+
+use glimpse_core::model::ParameterSet;
+
+/// Copies a flat list, in the model's order, into a parameter set.
+pub fn unflatten<T: Copy + 'static, P: ParameterSet<T>>(list: &[T], set: &mut P) {
+    for (entry, value) in set.iter_mut().zip(list) {
+        *entry = *value;
+    }
+}

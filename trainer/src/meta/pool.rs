@@ -1,0 +1,132 @@
+//! Materials as tasks: each evaluated once at a pool of uniform valid directions.
+//!
+//! The pool's directions are the same for all materials and in random order, so that any few
+//! octets of it are a uniform random draw; training never evaluates a material elsewhere than in
+//! its pool and at the pattern's directions.
+
+use glimpse_core::angles::HalfDifference;
+use glimpse_core::model::Sample;
+use rand::Rng;
+use rand_chacha::ChaCha8Rng;
+use rayon::prelude::*;
+
+use super::unroll::Samples;
+use crate::lanes::{Lanes, Octet, OctetAt, WIDTH};
+use crate::material::Material;
+use crate::sampling::uniform_valid;
+
+/// Measured values of eight samples.
+pub type OctetRgb = [Octet; 3];
+
+/// The pool of directions, and each material's BRDF there.
+pub struct Pool {
+    at: Vec<OctetAt>,
+    values: Vec<Vec<OctetRgb>>,
+}
+
+impl Pool {
+    /// Evaluates all materials at `size` (rounded up to octets) uniform valid directions.
+    #[must_use]
+    pub fn new(materials: &[Box<dyn Material>], size: usize, seed: u64) -> Self {
+        let octets = size.div_ceil(WIDTH);
+        let angles = uniform_valid(octets * WIDTH, seed);
+        let at: Vec<OctetAt> = angles
+            .chunks(WIDTH)
+            .map(|angles| {
+                let at: Vec<_> = angles
+                    .iter()
+                    .copied()
+                    .map(HalfDifference::from_angles)
+                    .collect();
+                Octet::transpose(&at)
+            })
+            .collect();
+        let values = materials
+            .par_iter()
+            .map(|material| {
+                let values: Vec<[f32; 3]> =
+                    angles.iter().map(|angles| material.brdf(*angles)).collect();
+                values.chunks(WIDTH).map(transpose_rgb).collect()
+            })
+            .collect();
+        Self { at, values }
+    }
+
+    /// How many octets there are.
+    #[must_use]
+    pub fn octets(&self) -> usize {
+        self.at.len()
+    }
+
+    /// Draws `count` samples of a material: whole octets, the last one filled up with weight 0.
+    #[must_use]
+    pub fn draw(&self, material: usize, count: usize, random: &mut ChaCha8Rng) -> Draw<'_> {
+        let last = self.at.len() as u32;
+        let indices = (0..count.div_ceil(WIDTH)).map(|_| random.random_range(0..last));
+        Draw {
+            pool: self,
+            material,
+            indices: indices.collect(),
+            count,
+        }
+    }
+
+    /// All samples of a material.
+    #[must_use]
+    pub fn all(&self, material: usize) -> Draw<'_> {
+        Draw {
+            pool: self,
+            material,
+            indices: (0..self.at.len() as u32).collect(),
+            count: self.at.len() * WIDTH,
+        }
+    }
+}
+
+/// Eight RGB values, channel by channel; missing ones are 0.
+pub(super) fn transpose_rgb(values: &[[f32; 3]]) -> OctetRgb {
+    let mut octets = OctetRgb::default();
+    for (lane, rgb) in values.iter().take(WIDTH).enumerate() {
+        for (octet, value) in octets.iter_mut().zip(rgb) {
+            octet.0[lane] = *value;
+        }
+    }
+    octets
+}
+
+/// Weights of eight samples of a mean over `count` samples and three channels: 0 past the end.
+pub(super) fn weights(octet: usize, count: usize) -> Octet {
+    let mut weights = Octet::default();
+    for (lane, weight) in weights.0.iter_mut().enumerate() {
+        if octet * WIDTH + lane < count {
+            *weight = 1.0 / (3.0 * count as f32);
+        }
+    }
+    weights
+}
+
+/// Some samples of one material, drawn from a pool.
+pub struct Draw<'p> {
+    pool: &'p Pool,
+    material: usize,
+    indices: Vec<u32>,
+    count: usize,
+}
+
+impl<L: Lanes> Samples<L> for Draw<'_> {
+    #[inline(always)]
+    fn batches(&self) -> usize {
+        self.indices.len()
+    }
+
+    #[inline(always)]
+    fn batch(&self, index: usize) -> Sample<L> {
+        let octet = self.indices[index] as usize;
+        let [red, green, blue] = &self.pool.values[self.material][octet];
+        Sample {
+            at: L::load_at(&self.pool.at[octet]),
+            measured: [L::load(red), L::load(green), L::load(blue)],
+            weight: L::load(&weights(index, self.count)),
+        }
+    }
+}

@@ -1,0 +1,271 @@
+//! The outer loop: phases of Adam steps on meta-gradients over batches of tasks.
+
+use std::marker::PhantomData;
+
+use glimpse_core::angles::Angles;
+use glimpse_core::model::Model;
+use rand::seq::SliceRandom;
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rayon::prelude::*;
+
+use super::gradient::{DrawnGradient, Learner, PatternGradient};
+use super::parameters::{Groups, Optimization};
+use super::pattern::Pattern;
+use super::pool::{Draw, Pool};
+use crate::lanes::dispatch;
+use crate::material::Material;
+
+/// What the inner loop learns on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum InnerSamples {
+    /// So many fresh uniform samples at every step.
+    Fresh(usize),
+    /// So many uniform samples, the same at every step.
+    Random(usize),
+    /// The pattern's samples, the same at every step.
+    Pattern,
+}
+
+/// One stage of meta-training.
+#[derive(Clone, Debug)]
+pub struct Phase {
+    /// For progress reports.
+    pub name: &'static str,
+    /// Outer steps.
+    pub steps: usize,
+    /// Tasks in each.
+    pub batch: usize,
+    /// What to learn on.
+    pub inner: InnerSamples,
+    /// How many samples to judge by.
+    pub outer: usize,
+    /// Learning rates at its start; 0 freezes a group.
+    pub rates: Groups<f64>,
+    /// Learning rates at its end, as a share of those at its start (cosine annealing).
+    pub final_rate: f64,
+}
+
+/// The tasks of training: materials, and their values at the pool of directions.
+pub struct Tasks<'a> {
+    /// The materials.
+    pub materials: &'a [Box<dyn Material>],
+    /// Their values.
+    pub pool: Pool,
+}
+
+/// What a step of training reports.
+#[derive(Clone, Copy, Debug)]
+pub struct StepReport {
+    /// Index of the phase.
+    pub phase: usize,
+    /// Outer step within it.
+    pub step: usize,
+    /// Mean outer loss of the batch.
+    pub loss: f32,
+}
+
+/// A training run.
+pub struct Training<'a, M: Model> {
+    /// The tasks.
+    pub tasks: &'a Tasks<'a>,
+    /// The phases, in order.
+    pub phases: &'a [Phase],
+    /// Inner steps, K.
+    pub inner_steps: usize,
+    /// Seed of all random numbers.
+    pub seed: u64,
+    /// The meta-parameters.
+    pub optimization: Optimization,
+    /// The model.
+    pub model: PhantomData<M>,
+}
+
+/// Gradients of all groups are scaled down to at most this norm, each group by itself.
+const LARGEST_NORM: f32 = 1.0;
+
+impl<M: Model> Training<'_, M> {
+    /// One outer step; returns the mean outer loss of its batch.
+    pub fn step(&mut self, phase_index: usize, step: usize) -> f32 {
+        let phase = &self.phases[phase_index];
+        let values = self.optimization.values();
+        let step_sizes: Vec<f32> = values.log_step_sizes.iter().map(|log| log.exp()).collect();
+        let learner = Learner {
+            initial: &values.initial,
+            step_sizes: &step_sizes,
+            steps: self.inner_steps,
+        };
+        let pattern = Pattern::from_logits(&values.pattern);
+        let chosen = self.batch(phase_index, step);
+        let found: Vec<(f32, Groups<Vec<f32>>)> = chosen
+            .par_iter()
+            .enumerate()
+            .map(|(slot, task)| {
+                let mut random = self.random(phase_index, step, slot + 1);
+                self.task_gradient(phase, learner, &pattern, *task, &mut random)
+            })
+            .collect();
+        // Summed in the batch's order, whichever thread was first.
+        let share = 1.0 / found.len() as f32;
+        let mut loss = 0.0;
+        let mut sum = Groups {
+            initial: vec![0.0; values.initial.len()],
+            log_step_sizes: vec![0.0; step_sizes.len()],
+            pattern: vec![0.0; values.pattern.len()],
+        };
+        for (task_loss, gradients) in &found {
+            loss += share * task_loss;
+            for (sum, gradient) in sum.each_mut().into_iter().zip(gradients.each()) {
+                for (sum, value) in sum.iter_mut().zip(gradient) {
+                    *sum += share * value;
+                }
+            }
+        }
+        for (by_log, step_size) in sum.log_step_sizes.iter_mut().zip(&step_sizes) {
+            *by_log *= step_size;
+        }
+        for gradient in sum.each_mut() {
+            clip(gradient);
+        }
+        let done = step as f64 / phase.steps as f64;
+        let annealed = phase.final_rate
+            + (1.0 - phase.final_rate) * 0.5 * (1.0 + (std::f64::consts::PI * done).cos());
+        let rates = Groups {
+            initial: phase.rates.initial * annealed,
+            log_step_sizes: phase.rates.log_step_sizes * annealed,
+            pattern: phase.rates.pattern * annealed,
+        };
+        self.optimization.step(sum, &rates);
+        loss
+    }
+
+    fn task_gradient(
+        &self,
+        phase: &Phase,
+        learner: Learner<'_>,
+        pattern: &Pattern,
+        task: usize,
+        random: &mut ChaCha8Rng,
+    ) -> (f32, Groups<Vec<f32>>) {
+        let pool = &self.tasks.pool;
+        let outer = pool.draw(task, phase.outer, random);
+        let mut by_pattern = vec![0.0; 3 * pattern.angles().len()];
+        let found = match phase.inner {
+            InnerSamples::Pattern => {
+                let measured = pattern.measure(&*self.tasks.materials[task]);
+                let found = dispatch(PatternGradient::<M> {
+                    learner,
+                    inner: &measured,
+                    outer: &outer,
+                    model: PhantomData,
+                });
+                by_pattern = measured.gradient_by_logits(&found.samples);
+                found
+            }
+            InnerSamples::Fresh(count) | InnerSamples::Random(count) => {
+                let lists = match phase.inner {
+                    InnerSamples::Fresh(_) => learner.steps,
+                    _ => 1,
+                };
+                let draws: Vec<Draw<'_>> =
+                    (0..lists).map(|_| pool.draw(task, count, random)).collect();
+                let inner: Vec<&Draw<'_>> = draws.iter().collect();
+                dispatch(DrawnGradient::<M> {
+                    learner,
+                    inner: &inner,
+                    outer: &outer,
+                    model: PhantomData,
+                })
+            }
+        };
+        let gradients = Groups {
+            initial: found.initial,
+            log_step_sizes: found.step_sizes,
+            pattern: by_pattern,
+        };
+        (found.loss, gradients)
+    }
+
+    /// The tasks of a batch: consecutive in an order that is shuffled anew each epoch.
+    fn batch(&self, phase_index: usize, step: usize) -> Vec<usize> {
+        let tasks = self.tasks.materials.len();
+        let size = self.phases[phase_index].batch;
+        let mut chosen = Vec::with_capacity(size);
+        let mut shuffled: Option<(usize, Vec<usize>)> = None;
+        for position in step * size..(step + 1) * size {
+            let epoch = position / tasks;
+            let order = match shuffled.take() {
+                Some((of, order)) if of == epoch => order,
+                _ => {
+                    let mut order: Vec<usize> = (0..tasks).collect();
+                    order.shuffle(&mut self.random(phase_index, epoch, 0));
+                    order
+                }
+            };
+            chosen.push(order[position % tasks]);
+            shuffled = Some((epoch, order));
+        }
+        chosen
+    }
+
+    /// A generator of its own for each slot of each step: slot 0 orders tasks, the others draw.
+    fn random(&self, phase: usize, step: usize, slot: usize) -> ChaCha8Rng {
+        let mut random = ChaCha8Rng::seed_from_u64(self.seed);
+        random.set_stream(((phase as u64) << 56) | ((slot as u64) << 40) | step as u64);
+        random
+    }
+}
+
+/// Scales a gradient down to [`LARGEST_NORM`]; one that is not finite becomes 0.
+fn clip(gradient: &mut [f32]) {
+    let norm = gradient
+        .iter()
+        .map(|value| value * value)
+        .sum::<f32>()
+        .sqrt();
+    let scale = match norm {
+        norm if !norm.is_finite() => {
+            gradient.fill(0.0);
+            return;
+        }
+        norm if norm > LARGEST_NORM => LARGEST_NORM / norm,
+        _ => return,
+    };
+    for value in gradient {
+        *value *= scale;
+    }
+}
+
+/// Where the network begins: weights uniform within the reach of each layer's fan-in, and
+/// outputs a little above 0, since a unit below 0 everywhere never recovers.
+#[must_use]
+pub fn first_guess<M: Model>(random: &mut impl Rng) -> Vec<f32> {
+    use glimpse_core::model::{ModelKind, Neural, NeuralParameters, ParameterSet};
+    match M::KIND {
+        ModelKind::Neural => {
+            let mut parameters = NeuralParameters::filled(0.0);
+            let mut layer = |weights: &mut [f32], inputs: f32| {
+                let reach = (3.0 / inputs).sqrt();
+                for weight in weights {
+                    *weight = random.random_range(-reach..reach);
+                }
+            };
+            layer(parameters.fc1.as_flattened_mut(), 5.0);
+            layer(parameters.fc2.as_flattened_mut(), 21.0);
+            layer(parameters.fc3.as_flattened_mut(), 21.0);
+            for weight in parameters.fc3.as_flattened_mut() {
+                *weight *= 0.1;
+            }
+            parameters.b3 = [0.15; 3];
+            let _ = Neural::PARAMETERS;
+            parameters.iter().copied().collect()
+        }
+        ModelKind::Phong => vec![-1.0, -1.0, -1.0, 1.0, 1.0, 1.0, 2.5],
+    }
+}
+
+/// The pattern's angles of meta-parameters.
+#[must_use]
+pub fn pattern_angles(values: &Groups<Vec<f32>>) -> Vec<Angles<f32>> {
+    Pattern::from_logits(&values.pattern).angles().to_vec()
+}
