@@ -3,7 +3,7 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
-use super::{Material, NeuralBrdf};
+use super::{Material, NeuralBrdf, Procedural};
 
 /// Why materials cannot be read.
 #[derive(Debug, thiserror::Error)]
@@ -51,6 +51,9 @@ impl Source {
     /// # Errors
     /// If nothing is there, or any file is damaged.
     pub fn load(&self) -> Result<Vec<Box<dyn Material>>, SourceError> {
+        if let Some(rest) = self.0.strip_prefix("procedural") {
+            return self.procedural(rest);
+        }
         let path = Path::new(&self.0);
         let mut files: Vec<PathBuf> = std::fs::read_dir(path)
             .map_err(|source| SourceError::Read {
@@ -65,5 +68,28 @@ impl Source {
             .filter(|f| NeuralBrdf::name_of(f).is_some())
             .map(|f| Ok(Box::new(NeuralBrdf::read(f)?) as Box<dyn Material>))
             .collect()
+    }
+
+    /// `procedural`, `procedural:COUNT` or `procedural:COUNT:SEED`; `rest` is what follows the word.
+    fn procedural(&self, rest: &str) -> Result<Vec<Box<dyn Material>>, SourceError> {
+        let misunderstood = || SourceError::Procedural(self.0.clone());
+        let mut parts = rest.split(':');
+        let (mut count, mut seed) = (100, 0);
+        if parts.next() != Some("") {
+            return Err(misunderstood());
+        }
+        if let Some(part) = parts.next() {
+            count = part.parse().map_err(|_| misunderstood())?;
+        }
+        if let Some(part) = parts.next() {
+            seed = part.parse().map_err(|_| misunderstood())?;
+        }
+        if parts.next().is_some() || !(1..=100_000).contains(&count) {
+            return Err(misunderstood());
+        }
+        Ok(Procedural::set(count, seed)
+            .into_iter()
+            .map(|material| Box::new(material) as Box<dyn Material>)
+            .collect())
     }
 }

@@ -1,0 +1,254 @@
+//! Materials made up to look measured: richer than any model here can fit.
+//!
+//! Each is a diffuse base with retro-reflection at grazing angles, two microfacet lobes of one
+//! highlight (a core and a wider haze, GGX), Schlick's Fresnel, sheen, a retro-reflective lobe,
+//! and noise that grows towards grazing angles, as gonioreflectometers show it. The kinds and
+//! their ranges follow what one finds among measured materials: metals, metallic paints, plastics
+//! and lacquers, rubbers and other rough ones, fabrics, woods.
+
+use glimpse_core::angles::{Angles, HalfDifference};
+use glimpse_core::scalar::{Scalar, Trigonometry};
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use std::f64::consts::PI;
+
+use super::Material;
+use crate::dual::Dual;
+
+/// The kinds, each with its share of a set.
+const KINDS: [(&str, f64); 6] = [
+    ("metal", 0.22),
+    ("metallic-paint", 0.15),
+    ("plastic", 0.27),
+    ("rubber", 0.12),
+    ("fabric", 0.12),
+    ("wood", 0.12),
+];
+
+/// A procedural material.
+#[derive(Clone, Debug)]
+pub struct Procedural {
+    name: String,
+    /// Diffuse albedo, in linear RGB.
+    diffuse: [f64; 3],
+    /// Burley's F90 of the diffuse part: below 1 darkens grazing angles, above brightens them.
+    diffuse_grazing: f64,
+    /// Highlight: strength in linear RGB, reflectance at normal incidence.
+    specular: [f64; 3],
+    fresnel: f64,
+    /// GGX roughness of the core, the same of the haze, and the haze's share.
+    core: f64,
+    haze: f64,
+    haze_share: f64,
+    /// Sheen at large theta_d, in linear RGB.
+    sheen: [f64; 3],
+    /// Retro-reflective lobe at small theta_d: strength and width.
+    retro: f64,
+    retro_width: f64,
+    /// Noise: amplitude at the horizon; frequencies of each angle and a phase for each wave.
+    noise: f64,
+    waves: [[f64; 4]; 4],
+}
+
+impl Procedural {
+    /// The first `count` materials of the set with this seed.
+    #[must_use]
+    pub fn set(count: usize, seed: u64) -> Vec<Self> {
+        (0..count).map(|index| Self::new(index, seed)).collect()
+    }
+
+    /// Material `index` of the set with this seed.
+    #[must_use]
+    pub fn new(index: usize, seed: u64) -> Self {
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        random.set_stream(index as u64);
+        let random = &mut random;
+        // Kinds come in a fixed proportion along a low-discrepancy sequence (golden ratio), so
+        // that small sets are mixed well too.
+        let mut share = (index as f64 * 0.618_033_988_749_895 + uniform(random, 0.0, 0.02)) % 1.0;
+        let mut kind = KINDS[0].0;
+        for (name, part) in KINDS {
+            kind = name;
+            share -= part;
+            if share < 0.0 {
+                break;
+            }
+        }
+        let mut material = Self {
+            name: format!("procedural-{index:03}-{kind}"),
+            diffuse: [0.0; 3],
+            diffuse_grazing: uniform(random, 0.4, 1.8),
+            specular: [1.0; 3],
+            fresnel: 0.04,
+            core: 0.1,
+            haze: 0.3,
+            haze_share: 0.0,
+            sheen: [0.0; 3],
+            retro: 0.0,
+            retro_width: uniform(random, 0.01, 0.1),
+            noise: uniform(random, 0.0, 0.3),
+            waves: std::array::from_fn(|_| {
+                [
+                    uniform(random, -25.0, 25.0),
+                    uniform(random, -25.0, 25.0),
+                    2.0 * f64::from(random.random_range(0..8)),
+                    uniform(random, 0.0, 2.0 * PI),
+                ]
+            }),
+        };
+        material.dress(kind, random);
+        material
+    }
+
+    fn dress(&mut self, kind: &str, random: &mut ChaCha8Rng) {
+        let (core, wider) = match kind {
+            "metal" => {
+                self.specular = metal_tint(random);
+                self.fresnel = uniform(random, 0.4, 0.9);
+                self.diffuse = scaled(self.specular, log_uniform(random, 0.002, 0.08));
+                self.haze_share = uniform(random, 0.1, 0.6);
+                (log_uniform(random, 0.025, 0.35), uniform(random, 1.5, 4.0))
+            }
+            "metallic-paint" => {
+                let hue = tint(random, 0.9);
+                self.specular = mixed(hue, [1.0; 3], uniform(random, 0.1, 0.9));
+                self.fresnel = uniform(random, 0.05, 0.4);
+                self.diffuse = scaled(hue, log_uniform(random, 0.01, 0.2));
+                self.haze_share = uniform(random, 0.3, 0.9);
+                (log_uniform(random, 0.05, 0.3), uniform(random, 1.5, 5.0))
+            }
+            "plastic" => {
+                self.fresnel = log_uniform(random, 0.025, 0.1);
+                self.diffuse = scaled(tint(random, 0.95), log_uniform(random, 0.01, 0.7));
+                self.haze_share = uniform(random, 0.05, 0.6);
+                (log_uniform(random, 0.02, 0.25), uniform(random, 1.5, 5.0))
+            }
+            "rubber" => {
+                self.fresnel = log_uniform(random, 0.015, 0.06);
+                self.diffuse = scaled(tint(random, 0.9), log_uniform(random, 0.015, 0.7));
+                self.haze_share = uniform(random, 0.2, 0.9);
+                (log_uniform(random, 0.2, 0.7), uniform(random, 1.2, 2.5))
+            }
+            "fabric" => {
+                let hue = tint(random, 0.9);
+                self.specular = mixed(hue, [1.0; 3], uniform(random, 0.2, 0.8));
+                self.fresnel = log_uniform(random, 0.01, 0.08);
+                self.diffuse = scaled(hue, log_uniform(random, 0.015, 0.5));
+                self.sheen = scaled(mixed(hue, [1.0; 3], 0.5), uniform(random, 0.0, 0.4));
+                self.retro = uniform(random, 0.0, 0.15);
+                self.haze_share = uniform(random, 0.2, 0.9);
+                (log_uniform(random, 0.3, 0.9), uniform(random, 1.1, 1.8))
+            }
+            _ => {
+                let hue = mixed([0.75, 0.42, 0.2], tint(random, 0.6), uniform(random, 0.0, 0.5));
+                self.fresnel = log_uniform(random, 0.02, 0.07);
+                self.diffuse = scaled(hue, log_uniform(random, 0.05, 0.5));
+                self.retro = uniform(random, 0.0, 0.05);
+                self.haze_share = uniform(random, 0.1, 0.8);
+                (log_uniform(random, 0.08, 0.4), uniform(random, 1.3, 3.0))
+            }
+        };
+        self.core = core;
+        self.haze = (core * wider).min(1.0);
+    }
+
+    fn evaluate<S: Trigonometry>(&self, angles: Angles<S>) -> [S; 3] {
+        let c = S::constant;
+        let one = c(1.0);
+        let at = HalfDifference::from_angles(angles);
+        // Just above the horizon at least, so that nothing diverges outside of the valid region.
+        let floor = |cosine: S| (cosine - c(1e-3)).relu() + c(1e-3);
+        let (incoming, outgoing) = (floor(at.cos_theta_i()), floor(at.cos_theta_o()));
+
+        let grazing = c(self.diffuse_grazing - 1.0);
+        let base = (one + grazing * fifth(one - incoming))
+            * (one + grazing * fifth(one - outgoing))
+            * c(1.0 / PI);
+        let retro = c(self.retro / PI) * ((at.dz * at.dz - one) * c(1.0 / self.retro_width)).exp();
+
+        let grazing_difference = fifth(one - at.dz);
+        let fresnel = c(self.fresnel) + c(1.0 - self.fresnel) * grazing_difference;
+        let lobe = |roughness: f64| {
+            let squared = roughness * roughness;
+            let bell = one - at.hz * at.hz * c(1.0 - squared);
+            let shadow = 0.5 * roughness;
+            let visible = |cosine: S| cosine * c(1.0 - shadow) + c(shadow);
+            c(squared / (4.0 * PI)) / (bell * bell * visible(incoming) * visible(outgoing))
+        };
+        let highlight = fresnel
+            * (lobe(self.core) * c(1.0 - self.haze_share) + lobe(self.haze) * c(self.haze_share));
+
+        let mut noise = c(0.0);
+        for [theta_h, theta_d, phi_d, phase] in self.waves {
+            let wave = angles.theta_h * c(theta_h)
+                + angles.theta_d * c(theta_d)
+                + angles.phi_d * c(phi_d)
+                + c(phase);
+            noise = noise + wave.sin_cos().0 * c(0.25);
+        }
+        let lower = (incoming - outgoing).if_positive(outgoing, incoming);
+        let noise = one + c(self.noise) * fifth(one - lower) * noise;
+
+        let mut brdf = [c(0.0); 3];
+        for (channel, f) in brdf.iter_mut().enumerate() {
+            let diffuse = (base + retro) * c(self.diffuse[channel]);
+            let sheen = grazing_difference * c(self.sheen[channel] / PI);
+            *f = (diffuse + sheen + highlight * c(self.specular[channel])) * noise;
+        }
+        brdf
+    }
+}
+
+impl Material for Procedural {
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    fn brdf(&self, angles: Angles<f32>) -> [f32; 3] {
+        self.evaluate(angles)
+    }
+
+    fn brdf_with_derivative(&self, angles: Angles<f32>) -> ([f32; 3], [[f32; 3]; 3]) {
+        Dual::split(self.evaluate(Dual::variables(angles)))
+    }
+}
+
+fn fifth<S: Scalar>(x: S) -> S {
+    let squared = x * x;
+    squared * squared * x
+}
+
+fn uniform(random: &mut ChaCha8Rng, low: f64, high: f64) -> f64 {
+    low + (high - low) * random.random::<f64>()
+}
+
+fn log_uniform(random: &mut ChaCha8Rng, low: f64, high: f64) -> f64 {
+    uniform(random, low.ln(), high.ln()).exp()
+}
+
+fn scaled(colour: [f64; 3], scale: f64) -> [f64; 3] {
+    colour.map(|value| value * scale)
+}
+
+fn mixed(a: [f64; 3], b: [f64; 3], share: f64) -> [f64; 3] {
+    std::array::from_fn(|i| a[i] + (b[i] - a[i]) * share)
+}
+
+/// A colour whose largest channel is 1; the saturation is at most `saturation`.
+fn tint(random: &mut ChaCha8Rng, saturation: f64) -> [f64; 3] {
+    let strength = saturation * uniform(random, 0.0, 1.0);
+    let colour: [f64; 3] = std::array::from_fn(|_| uniform(random, 0.0, 1.0));
+    let largest = colour.iter().copied().fold(1e-6, f64::max);
+    mixed([1.0; 3], scaled(colour, 1.0 / largest), strength)
+}
+
+/// From silver over nickel and brass to copper.
+fn metal_tint(random: &mut ChaCha8Rng) -> [f64; 3] {
+    let warmth = uniform(random, -0.05, 0.6).max(0.0);
+    let noise: [f64; 3] = std::array::from_fn(|_| uniform(random, 0.9, 1.1));
+    [
+        noise[0],
+        noise[1] * (1.0 - 0.5 * warmth),
+        noise[2] * (1.0 - warmth),
+    ]
+}
