@@ -20,7 +20,7 @@ pub(super) trait Elementary: Copy {
 }
 
 /// ln 2 in two parts; the first has few bits, so that its multiples are exact.
-const LN_2_HIGH: f32 = 0.693_359_375;
+const LN_2_HIGH: f32 = 0.693_359_4;
 const LN_2_LOW: f32 = -2.121_944_4e-4;
 
 #[inline(always)]

@@ -140,7 +140,11 @@ impl Procedural {
                 (log_uniform(random, 0.3, 0.9), uniform(random, 1.1, 1.8))
             }
             _ => {
-                let hue = mixed([0.75, 0.42, 0.2], tint(random, 0.6), uniform(random, 0.0, 0.5));
+                let hue = mixed(
+                    [0.75, 0.42, 0.2],
+                    tint(random, 0.6),
+                    uniform(random, 0.0, 0.5),
+                );
                 self.fresnel = log_uniform(random, 0.02, 0.07);
                 self.diffuse = scaled(hue, log_uniform(random, 0.05, 0.5));
                 self.retro = uniform(random, 0.0, 0.05);

@@ -6,6 +6,7 @@ pub mod parameters;
 pub mod pattern;
 pub mod pool;
 
+pub mod start;
 pub mod training;
 pub mod unroll;
 

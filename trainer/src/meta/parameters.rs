@@ -19,8 +19,8 @@ const DEVICE: NdArrayDevice = NdArrayDevice::Cpu;
 pub struct MetaParameters<B: Backend> {
     /// theta_0, in the model's order.
     initial: Param<Tensor<B, 1>>,
-    /// Logarithms of alpha, a step size for each parameter.
-    log_step_sizes: Param<Tensor<B, 1>>,
+    /// alpha, a step size for each parameter, or its logarithm.
+    step_sizes: Param<Tensor<B, 1>>,
     /// Logits of the pattern, three for each sample.
     pattern: Param<Tensor<B, 1>>,
 }
@@ -30,8 +30,8 @@ pub struct MetaParameters<B: Backend> {
 pub struct Groups<T> {
     /// theta_0.
     pub initial: T,
-    /// ln alpha.
-    pub log_step_sizes: T,
+    /// alpha or ln alpha.
+    pub step_sizes: T,
     /// Logits of the pattern.
     pub pattern: T,
 }
@@ -39,16 +39,12 @@ pub struct Groups<T> {
 impl<T> Groups<T> {
     /// The groups, in a fixed order.
     pub fn each(&self) -> [&T; 3] {
-        [&self.initial, &self.log_step_sizes, &self.pattern]
+        [&self.initial, &self.step_sizes, &self.pattern]
     }
 
     /// The groups, to be changed.
     pub fn each_mut(&mut self) -> [&mut T; 3] {
-        [
-            &mut self.initial,
-            &mut self.log_step_sizes,
-            &mut self.pattern,
-        ]
+        [&mut self.initial, &mut self.step_sizes, &mut self.pattern]
     }
 }
 
@@ -78,7 +74,7 @@ impl Optimization {
         Self {
             parameters: MetaParameters {
                 initial: parameter(1, values.initial),
-                log_step_sizes: parameter(2, values.log_step_sizes),
+                step_sizes: parameter(2, values.step_sizes),
                 pattern: parameter(3, values.pattern),
             },
             optimizer: adam(),
@@ -99,7 +95,7 @@ impl Optimization {
         };
         Groups {
             initial: list(&self.parameters.initial),
-            log_step_sizes: list(&self.parameters.log_step_sizes),
+            step_sizes: list(&self.parameters.step_sizes),
             pattern: list(&self.parameters.pattern),
         }
     }
@@ -109,10 +105,10 @@ impl Optimization {
         let ids = [1, 2, 3].map(ParamId::from);
         let Groups {
             initial,
-            log_step_sizes,
+            step_sizes,
             pattern,
         } = gradients;
-        let gradients = [initial, log_step_sizes, pattern];
+        let gradients = [initial, step_sizes, pattern];
         for ((id, gradient), rate) in ids.into_iter().zip(gradients).zip(rates.each()) {
             if *rate == 0.0 {
                 continue;

@@ -9,7 +9,7 @@ use std::f32::consts::{FRAC_PI_2, PI};
 use glimpse_core::angles::{Angles, HalfDifference};
 use glimpse_core::model::{Sample, SampleGradient};
 
-use super::pool::{OctetRgb, transpose_rgb};
+use super::pool::{OctetRgb, Variation, transpose_rgb};
 use super::unroll::Samples;
 use crate::dual::Dual;
 use crate::lanes::{Lanes, Octet, OctetAt, WIDTH};
@@ -118,13 +118,20 @@ impl Pattern {
 
     /// Measures a material at the pattern; derivatives are for [`Pattern::gradient`].
     #[must_use]
-    pub fn measure(&self, material: &dyn Material) -> MeasuredPattern<'_> {
+    pub fn measure(&self, material: &dyn Material, variation: Variation) -> MeasuredPattern<'_> {
         let (values, derivatives): (Vec<_>, Vec<_>) = self
             .angles
             .iter()
             .zip(&self.valid)
             .map(|(angles, valid)| match valid {
-                true => material.brdf_with_derivative(*angles),
+                true => {
+                    let (brdf, derivative) = material.brdf_with_derivative(*angles);
+                    let Variation { order, gains } = variation;
+                    (
+                        [0, 1, 2].map(|c| gains[c] * brdf[order[c]]),
+                        [0, 1, 2].map(|c| derivative[order[c]].map(|slope| gains[c] * slope)),
+                    )
+                }
                 false => ([0.0; 3], [[0.0; 3]; 3]),
             })
             .unzip();

@@ -7,6 +7,7 @@
 use glimpse_core::angles::HalfDifference;
 use glimpse_core::model::Sample;
 use rand::Rng;
+use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
@@ -17,6 +18,38 @@ use crate::sampling::uniform_valid;
 
 /// Measured values of eight samples.
 pub type OctetRgb = [Octet; 3];
+
+/// A material seen through a filter: each channel is another one of it, times a gain.
+///
+/// Such variations of the training materials are materials too, and there are far more of them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Variation {
+    /// Which channel of the material each channel is.
+    pub order: [usize; 3],
+    /// What it is multiplied by.
+    pub gains: [f32; 3],
+}
+
+impl Variation {
+    /// The material as it is.
+    pub const NONE: Self = Self {
+        order: [0, 1, 2],
+        gains: [1.0; 3],
+    };
+
+    /// Channels in random order; gains between 1 / `gain` and `gain`: one for all channels, and
+    /// the square root of the range for each.
+    #[must_use]
+    pub fn random(gain: f32, random: &mut ChaCha8Rng) -> Self {
+        let mut order = [0, 1, 2];
+        order.shuffle(random);
+        let reach = gain.ln();
+        let mut log_gain = |reach: f32| reach * (2.0 * random.random::<f32>() - 1.0);
+        let shared = log_gain(reach);
+        let gains = [0; 3].map(|_| (shared + log_gain(0.5 * reach)).exp());
+        Self { order, gains }
+    }
+}
 
 /// The pool of directions, and each material's BRDF there.
 pub struct Pool {
@@ -60,12 +93,19 @@ impl Pool {
 
     /// Draws `count` samples of a material: whole octets, the last one filled up with weight 0.
     #[must_use]
-    pub fn draw(&self, material: usize, count: usize, random: &mut ChaCha8Rng) -> Draw<'_> {
+    pub fn draw(
+        &self,
+        material: usize,
+        variation: Variation,
+        count: usize,
+        random: &mut ChaCha8Rng,
+    ) -> Draw<'_> {
         let last = self.at.len() as u32;
         let indices = (0..count.div_ceil(WIDTH)).map(|_| random.random_range(0..last));
         Draw {
             pool: self,
             material,
+            variation,
             indices: indices.collect(),
             count,
         }
@@ -77,6 +117,7 @@ impl Pool {
         Draw {
             pool: self,
             material,
+            variation: Variation::NONE,
             indices: (0..self.at.len() as u32).collect(),
             count: self.at.len() * WIDTH,
         }
@@ -109,6 +150,7 @@ pub(super) fn weights(octet: usize, count: usize) -> Octet {
 pub struct Draw<'p> {
     pool: &'p Pool,
     material: usize,
+    variation: Variation,
     indices: Vec<u32>,
     count: usize,
 }
@@ -122,10 +164,15 @@ impl<L: Lanes> Samples<L> for Draw<'_> {
     #[inline(always)]
     fn batch(&self, index: usize) -> Sample<L> {
         let octet = self.indices[index] as usize;
-        let [red, green, blue] = &self.pool.values[self.material][octet];
+        let values = &self.pool.values[self.material][octet];
+        let Variation { order, gains } = self.variation;
+        let mut measured = [L::constant(0.0); 3];
+        for (channel, y) in measured.iter_mut().enumerate() {
+            *y = L::load(&values[order[channel]]) * L::broadcast(gains[channel]);
+        }
         Sample {
             at: L::load_at(&self.pool.at[octet]),
-            measured: [L::load(red), L::load(green), L::load(blue)],
+            measured,
             weight: L::load(&weights(index, self.count)),
         }
     }

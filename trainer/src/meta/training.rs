@@ -2,17 +2,16 @@
 
 use std::marker::PhantomData;
 
-use glimpse_core::angles::Angles;
 use glimpse_core::model::Model;
+use rand::SeedableRng;
 use rand::seq::SliceRandom;
-use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
 use super::gradient::{DrawnGradient, Learner, PatternGradient};
 use super::parameters::{Groups, Optimization};
 use super::pattern::Pattern;
-use super::pool::{Draw, Pool};
+use super::pool::{Draw, Pool, Variation};
 use crate::lanes::dispatch;
 use crate::material::Material;
 
@@ -44,6 +43,65 @@ pub struct Phase {
     pub rates: Groups<f64>,
     /// Learning rates at its end, as a share of those at its start (cosine annealing).
     pub final_rate: f64,
+    /// Steps over which the rates rise to their start.
+    pub warm_up: usize,
+    /// Train on [random variations](Variation::random) with this gain rather than on the
+    /// materials as they are.
+    pub gain: Option<f32>,
+}
+
+impl Phase {
+    /// The learning rates of a step.
+    fn rates_at(&self, step: usize) -> Groups<f64> {
+        let done = step as f64 / self.steps as f64;
+        let cosine = 0.5 * (1.0 + (std::f64::consts::PI * done).cos());
+        let annealed = self.final_rate + (1.0 - self.final_rate) * cosine;
+        let risen = ((step + 1) as f64 / self.warm_up.max(1) as f64).min(1.0);
+        let share = annealed * risen;
+        Groups {
+            initial: self.rates.initial * share,
+            step_sizes: self.rates.step_sizes * share,
+            pattern: self.rates.pattern * share,
+        }
+    }
+}
+
+/// What is optimized for the step sizes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum StepSizeForm {
+    /// alpha itself, of any sign, as in the paper.
+    Plain,
+    /// ln alpha: alpha stays positive, and Adam's steps are relative.
+    Logarithm,
+}
+
+impl StepSizeForm {
+    /// alpha of what is optimized.
+    #[must_use]
+    pub fn step_sizes(self, values: &[f32]) -> Vec<f32> {
+        match self {
+            Self::Plain => values.to_vec(),
+            Self::Logarithm => values.iter().map(|log| log.exp()).collect(),
+        }
+    }
+
+    /// What is optimized for an alpha.
+    #[must_use]
+    pub fn value(self, step_size: f32) -> f32 {
+        match self {
+            Self::Plain => step_size,
+            Self::Logarithm => step_size.ln(),
+        }
+    }
+
+    /// From the gradient by alpha to the one by what is optimized.
+    fn chain(self, gradient: &mut [f32], step_sizes: &[f32]) {
+        if self == Self::Logarithm {
+            for (gradient, step_size) in gradient.iter_mut().zip(step_sizes) {
+                *gradient *= step_size;
+            }
+        }
+    }
 }
 
 /// The tasks of training: materials, and their values at the pool of directions.
@@ -52,17 +110,6 @@ pub struct Tasks<'a> {
     pub materials: &'a [Box<dyn Material>],
     /// Their values.
     pub pool: Pool,
-}
-
-/// What a step of training reports.
-#[derive(Clone, Copy, Debug)]
-pub struct StepReport {
-    /// Index of the phase.
-    pub phase: usize,
-    /// Outer step within it.
-    pub step: usize,
-    /// Mean outer loss of the batch.
-    pub loss: f32,
 }
 
 /// A training run.
@@ -75,6 +122,8 @@ pub struct Training<'a, M: Model> {
     pub inner_steps: usize,
     /// Seed of all random numbers.
     pub seed: u64,
+    /// What the group of step sizes holds.
+    pub step_size_form: StepSizeForm,
     /// The meta-parameters.
     pub optimization: Optimization,
     /// The model.
@@ -89,7 +138,7 @@ impl<M: Model> Training<'_, M> {
     pub fn step(&mut self, phase_index: usize, step: usize) -> f32 {
         let phase = &self.phases[phase_index];
         let values = self.optimization.values();
-        let step_sizes: Vec<f32> = values.log_step_sizes.iter().map(|log| log.exp()).collect();
+        let step_sizes = self.step_size_form.step_sizes(&values.step_sizes);
         let learner = Learner {
             initial: &values.initial,
             step_sizes: &step_sizes,
@@ -110,7 +159,7 @@ impl<M: Model> Training<'_, M> {
         let mut loss = 0.0;
         let mut sum = Groups {
             initial: vec![0.0; values.initial.len()],
-            log_step_sizes: vec![0.0; step_sizes.len()],
+            step_sizes: vec![0.0; step_sizes.len()],
             pattern: vec![0.0; values.pattern.len()],
         };
         for (task_loss, gradients) in &found {
@@ -121,21 +170,11 @@ impl<M: Model> Training<'_, M> {
                 }
             }
         }
-        for (by_log, step_size) in sum.log_step_sizes.iter_mut().zip(&step_sizes) {
-            *by_log *= step_size;
-        }
+        self.step_size_form.chain(&mut sum.step_sizes, &step_sizes);
         for gradient in sum.each_mut() {
             clip(gradient);
         }
-        let done = step as f64 / phase.steps as f64;
-        let annealed = phase.final_rate
-            + (1.0 - phase.final_rate) * 0.5 * (1.0 + (std::f64::consts::PI * done).cos());
-        let rates = Groups {
-            initial: phase.rates.initial * annealed,
-            log_step_sizes: phase.rates.log_step_sizes * annealed,
-            pattern: phase.rates.pattern * annealed,
-        };
-        self.optimization.step(sum, &rates);
+        self.optimization.step(sum, &phase.rates_at(step));
         loss
     }
 
@@ -148,11 +187,15 @@ impl<M: Model> Training<'_, M> {
         random: &mut ChaCha8Rng,
     ) -> (f32, Groups<Vec<f32>>) {
         let pool = &self.tasks.pool;
-        let outer = pool.draw(task, phase.outer, random);
+        let variation = match phase.gain {
+            Some(gain) => Variation::random(gain, random),
+            None => Variation::NONE,
+        };
+        let outer = pool.draw(task, variation, phase.outer, random);
         let mut by_pattern = vec![0.0; 3 * pattern.angles().len()];
         let found = match phase.inner {
             InnerSamples::Pattern => {
-                let measured = pattern.measure(&*self.tasks.materials[task]);
+                let measured = pattern.measure(&*self.tasks.materials[task], variation);
                 let found = dispatch(PatternGradient::<M> {
                     learner,
                     inner: &measured,
@@ -167,8 +210,9 @@ impl<M: Model> Training<'_, M> {
                     InnerSamples::Fresh(_) => learner.steps,
                     _ => 1,
                 };
-                let draws: Vec<Draw<'_>> =
-                    (0..lists).map(|_| pool.draw(task, count, random)).collect();
+                let draws: Vec<Draw<'_>> = (0..lists)
+                    .map(|_| pool.draw(task, variation, count, random))
+                    .collect();
                 let inner: Vec<&Draw<'_>> = draws.iter().collect();
                 dispatch(DrawnGradient::<M> {
                     learner,
@@ -180,7 +224,7 @@ impl<M: Model> Training<'_, M> {
         };
         let gradients = Groups {
             initial: found.initial,
-            log_step_sizes: found.step_sizes,
+            step_sizes: found.step_sizes,
             pattern: by_pattern,
         };
         (found.loss, gradients)
@@ -234,38 +278,4 @@ fn clip(gradient: &mut [f32]) {
     for value in gradient {
         *value *= scale;
     }
-}
-
-/// Where the network begins: weights uniform within the reach of each layer's fan-in, and
-/// outputs a little above 0, since a unit below 0 everywhere never recovers.
-#[must_use]
-pub fn first_guess<M: Model>(random: &mut impl Rng) -> Vec<f32> {
-    use glimpse_core::model::{ModelKind, Neural, NeuralParameters, ParameterSet};
-    match M::KIND {
-        ModelKind::Neural => {
-            let mut parameters = NeuralParameters::filled(0.0);
-            let mut layer = |weights: &mut [f32], inputs: f32| {
-                let reach = (3.0 / inputs).sqrt();
-                for weight in weights {
-                    *weight = random.random_range(-reach..reach);
-                }
-            };
-            layer(parameters.fc1.as_flattened_mut(), 5.0);
-            layer(parameters.fc2.as_flattened_mut(), 21.0);
-            layer(parameters.fc3.as_flattened_mut(), 21.0);
-            for weight in parameters.fc3.as_flattened_mut() {
-                *weight *= 0.1;
-            }
-            parameters.b3 = [0.15; 3];
-            let _ = Neural::PARAMETERS;
-            parameters.iter().copied().collect()
-        }
-        ModelKind::Phong => vec![-1.0, -1.0, -1.0, 1.0, 1.0, 1.0, 2.5],
-    }
-}
-
-/// The pattern's angles of meta-parameters.
-#[must_use]
-pub fn pattern_angles(values: &Groups<Vec<f32>>) -> Vec<Angles<f32>> {
-    Pattern::from_logits(&values.pattern).angles().to_vec()
 }

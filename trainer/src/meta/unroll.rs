@@ -191,11 +191,12 @@ where
         }
         let samples = inner.samples[step % inner.samples.len()];
         let mut sums = M::Parameters::<[S; 1]>::filled([zero]);
+        let mut by_batches = by_samples.iter_mut();
         for index in 0..samples.batches() {
             let sample = constant(samples.batch(index));
             let found = M::accumulate_gradient::<Dual<S>, SAMPLES>(&dual, &sample, &mut sums);
-            if SAMPLES {
-                subtract_tangent(&mut by_samples[index], &found.gradient);
+            if let Some(by_batch) = by_batches.next() {
+                subtract_tangent(by_batch, &found.gradient);
             }
         }
         for (lambda, [product]) in lambda.iter_mut().zip(sums.iter()) {
