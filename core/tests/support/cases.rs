@@ -67,7 +67,7 @@ pub(crate) fn neural() -> impl Strategy<Value = Vec<f64>> {
 /// Where Phong's lobe is cut off its slope is as steep as (1e-5)^(q-1), and central differences
 /// of any width in question are too coarse.
 pub(crate) fn near_edge_of_lobe(variables: Variables) -> bool {
-    mirror_cosine(variables).abs() < 0.01
+    mirror_cosine(variables).abs() < 0.02
 }
 
 /// <w_o, r>, r the mirror direction of w_i.

@@ -155,7 +155,7 @@ impl Differences {
     }
 
     /// Reports; fails if fewer than `least` slopes other than 0 were compared, or more than one
-    /// in fifty discarded.
+    /// in twenty discarded.
     pub(crate) fn conclude(&self, what: &str, least: usize) {
         let Self {
             compared,
@@ -170,7 +170,7 @@ impl Differences {
         );
         assert!(*sloping >= least, "{what}: only {sloping} compared");
         assert!(
-            50 * discarded <= compared + discarded,
+            20 * discarded <= compared + discarded,
             "{what}: {discarded} of {} discarded",
             compared + discarded
         );
