@@ -171,6 +171,8 @@ fn agree(found: f64, expected: f64) -> Result<(), TestCaseError> {
 }
 
 proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+
     #[test]
     fn phong_is_its_formula(list in phong(), variables in variables(), weight in 0.01..1.0f64) {
         let expected = expected_phong(&list, variables);
