@@ -69,6 +69,7 @@ fn compare_many<M: Model>(cases: u32, list: impl Strategy<Value = Vec<f64>>) {
     let config = ProptestConfig {
         cases,
         max_shrink_iters: 200,
+        failure_persistence: None,
         ..ProptestConfig::default()
     };
     let outcome = TestRunner::new(config).run(

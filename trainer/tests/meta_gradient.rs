@@ -152,6 +152,7 @@ fn compare_many<M: Model>(
     let config = ProptestConfig {
         cases: cases as u32,
         max_shrink_iters: 50,
+        failure_persistence: None,
         ..ProptestConfig::default()
     };
     let step_sizes = prop::collection::vec(log_step_sizes.prop_map(f64::exp), M::PARAMETERS);
