@@ -5,3 +5,20 @@ pub mod lanes;
 pub mod material;
 pub mod meta;
 pub mod sampling;
+
+/// Runs `$body` with `$M` standing for the model of a [`ModelKind`](glimpse_core::model::ModelKind).
+#[macro_export]
+macro_rules! with_model {
+    ($kind:expr, $M:ident => $body:expr) => {
+        match $kind {
+            glimpse_core::model::ModelKind::Phong => {
+                type $M = glimpse_core::model::Phong;
+                $body
+            }
+            glimpse_core::model::ModelKind::Neural => {
+                type $M = glimpse_core::model::Neural;
+                $body
+            }
+        }
+    };
+}

@@ -1,10 +1,13 @@
 //! Meta-learning: where to measure, from which parameters to start, and how far to step.
 
+pub mod checkpoint;
 pub mod gradient;
 pub mod parameters;
 
 pub mod pattern;
+pub mod plan;
 pub mod pool;
+pub mod run;
 
 pub mod start;
 pub mod training;
