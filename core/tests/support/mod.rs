@@ -90,6 +90,8 @@ impl Scalar for Traced {
 pub(crate) struct Differences {
     /// Half the distance of a difference's inner points.
     step: f64,
+    /// Largest relative error that passes.
+    tolerance: f64,
     /// How many agreed, and how many of those were not 0.
     compared: usize,
     sloping: usize,
@@ -100,18 +102,23 @@ pub(crate) struct Differences {
 }
 
 impl Differences {
-    /// Largest relative error that passes.
-    const TOLERANCE: f64 = 1e-5;
-
-    /// None yet; `step` is half the distance of a difference's inner points.
+    /// None yet; `step` is half the distance of a difference's inner points. Slopes must agree to
+    /// 1e-5.
     pub(crate) fn new(step: f64) -> Self {
         Self {
             step,
+            tolerance: 1e-5,
             compared: 0,
             sloping: 0,
             discarded: 0,
             worst: 0.0,
         }
+    }
+
+    /// For slopes that are themselves not found in double precision.
+    pub(crate) fn with_tolerance(mut self, tolerance: f64) -> Self {
+        self.tolerance = tolerance;
+        self
     }
 
     /// Compares `slope` with the central difference (fourth order) of `function` about 0.
@@ -137,7 +144,7 @@ impl Differences {
         difference /= 12.0 * self.step;
         let error = (slope - difference).abs() / slope.abs().max(scale);
         // Written so that a NaN fails as well.
-        if !(error <= Self::TOLERANCE) {
+        if !(error <= self.tolerance) {
             return Err(format!(
                 "by {what}: the slope is {slope:e} but the central difference {difference:e}, \
                  {error:e} off relative to a scale of {scale:e}"

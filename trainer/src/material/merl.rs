@@ -9,7 +9,7 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::fs::File;
-use std::io::{self, BufWriter, Write};
+use std::io;
 use std::path::Path;
 
 use glimpse_core::angles::{Angles, HalfDifference};
@@ -19,6 +19,7 @@ use rayon::prelude::*;
 
 use super::{Material, SourceError};
 use crate::dual::Dual;
+use crate::meta::checkpoint::write_whole;
 
 /// Nodes of theta_h, theta_d and phi_d.
 const NODES: [usize; 3] = [90, 90, 180];
@@ -199,8 +200,18 @@ fn cells(angles: Angles<f64>) -> [Cell; 3] {
     // The node after the last one is the first again.
     phi_d.nodes[1] %= NODES[2];
     [
-        Cell::around(angles.theta_h, NODES[0] as f64 * root, NODES[0] - 1, theta_h),
-        Cell::around(angles.theta_d, angles.theta_d.to_degrees(), NODES[1] - 1, degrees),
+        Cell::around(
+            angles.theta_h,
+            NODES[0] as f64 * root,
+            NODES[0] - 1,
+            theta_h,
+        ),
+        Cell::around(
+            angles.theta_d,
+            angles.theta_d.to_degrees(),
+            NODES[1] - 1,
+            degrees,
+        ),
         phi_d,
     ]
 }
@@ -229,70 +240,68 @@ impl Cell {
     /// The nodes, each with its share at `angle`.
     fn shares<S: Scalar>(&self, angle: S) -> [(usize, S); 2] {
         let [low, high] = self.ends;
-        let share = match high > low {
-            true => (angle - S::constant(low)) * S::constant(1.0 / (high - low)),
-            false => S::constant(0.0),
-        };
-        let rest = match high > low {
-            true => (S::constant(high) - angle) * S::constant(1.0 / (high - low)),
-            false => S::constant(1.0),
+        let (rest, share) = if high > low {
+            let per_radian = S::constant(1.0 / (high - low));
+            (
+                (S::constant(high) - angle) * per_radian,
+                (angle - S::constant(low)) * per_radian,
+            )
+        } else {
+            (S::constant(1.0), S::constant(0.0))
         };
         [(self.nodes[0], rest), (self.nodes[1], share)]
     }
 }
 
-/// Tabulates a material at MERL's nodes; below the horizon it writes "not measured".
+/// Tabulates a material at MERL's nodes. Below the horizon it writes "not measured", and 0 for
+/// what is less, which would read as that.
 ///
 /// The file appears whole or not at all.
 ///
 /// # Errors
-/// If the material is not finite somewhere or the file cannot be written.
+/// If the material is not finite somewhere, or the file cannot be written.
 pub fn write_merl(path: &Path, material: &dyn Material) -> Result<(), SourceError> {
-    let rows: Vec<[usize; 2]> = (0..NODES[0])
-        .flat_map(|h| (0..NODES[1]).map(move |d| [h, d]))
+    let rows: Vec<Vec<[f64; 3]>> = (0..NODES[0] * NODES[1])
+        .into_par_iter()
+        .map(|row| tabulate_row(material, theta_h(row / NODES[1]), degrees(row % NODES[1])))
         .collect();
-    let values: Vec<[f64; 3]> = rows
-        .par_iter()
-        .flat_map_iter(|[h, d]| {
-            (0..NODES[2]).map(|phi| {
-                let angles = Angles {
-                    theta_h: theta_h(*h) as f32,
-                    theta_d: degrees(*d) as f32,
-                    phi_d: degrees(phi) as f32,
-                };
-                match HalfDifference::from_angles(angles).is_valid() {
-                    true => {
-                        let brdf = material.brdf(angles);
-                        std::array::from_fn(|c| f64::from(brdf[c].max(0.0)) / SCALE[c])
-                    }
-                    false => [NOT_MEASURED; 3],
-                }
-            })
-        })
-        .collect();
-    write_whole(path, &values).map_err(|source| SourceError::Write {
+    let fail = |source| SourceError::Write {
         path: path.into(),
         source,
-    })
-}
-
-/// Writes beside `path` and puts the file there once it is whole.
-fn write_whole(path: &Path, values: &[[f64; 3]]) -> io::Result<()> {
-    let directory = match path.parent() {
-        Some(parent) if parent != Path::new("") => parent,
-        _ => Path::new("."),
     };
-    let mut file = BufWriter::new(tempfile::NamedTempFile::new_in(directory)?);
+    let mut bytes = Vec::with_capacity(FILE_BYTES);
     for nodes in NODES {
-        file.write_all(&(nodes as i32).to_le_bytes())?;
+        bytes.extend_from_slice(&(nodes as i32).to_le_bytes());
     }
     for channel in 0..SCALE.len() {
-        for value in values {
-            file.write_all(&value[channel].to_le_bytes())?;
+        for values in rows.iter().flatten() {
+            let value = values[channel];
+            if !value.is_finite() {
+                let what = format!("{} is not finite everywhere", material.name());
+                return Err(fail(io::Error::new(io::ErrorKind::InvalidData, what)));
+            }
+            bytes.extend_from_slice(&value.to_le_bytes());
         }
     }
-    let file = file.into_inner().map_err(io::IntoInnerError::into_error)?;
-    file.as_file().sync_all()?;
-    file.persist(path)?;
-    Ok(())
+    write_whole(path, &bytes).map_err(fail)
+}
+
+/// A material's stored values at all phi_d.
+fn tabulate_row(material: &dyn Material, theta_h: f64, theta_d: f64) -> Vec<[f64; 3]> {
+    let value = |phi: usize| {
+        let angles = Angles {
+            theta_h: theta_h as f32,
+            theta_d: theta_d as f32,
+            phi_d: degrees(phi) as f32,
+        };
+        if !HalfDifference::from_angles(angles).is_valid() {
+            return [NOT_MEASURED; 3];
+        }
+        let brdf = material.brdf(angles).map(f64::from);
+        std::array::from_fn(|channel| match brdf[channel] {
+            negative if negative < 0.0 => 0.0,
+            f => f / SCALE[channel],
+        })
+    };
+    (0..NODES[2]).map(value).collect()
 }
