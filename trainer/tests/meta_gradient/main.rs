@@ -5,6 +5,8 @@
 #[path = "../../../core/tests/support/mod.rs"]
 mod support;
 
+mod determinism;
 mod differences;
+mod lanes;
 mod problem;
 mod witness;
