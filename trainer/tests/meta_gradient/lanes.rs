@@ -18,12 +18,12 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 /// Largest distance of a gradient in f32 from the one in f64, relative to its length.
-const TOLERANCE: f64 = 1e-3;
+const TOLERANCE: f64 = 1e-4;
 
 const STEPS: usize = 20;
 
 /// Lanes taken apart into samples in f64; lanes without weight are left out.
-fn unpack(samples: &impl Samples<PortableLanes>) -> Vec<Sample<f64>> {
+pub(crate) fn unpack(samples: &impl Samples<PortableLanes>) -> Vec<Sample<f64>> {
     let mut list = Vec::new();
     for index in 0..samples.batches() {
         let batch = samples.batch(index);

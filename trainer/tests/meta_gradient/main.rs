@@ -1,6 +1,6 @@
-//! The meta-gradient, held against everything that can be held against it: central differences
-//! of the whole unrolled loss, an independent program that burn differentiates, and itself in
-//! other precision, on other lanes and on other numbers of threads.
+//! The meta-gradient against central differences of the whole unrolled loss, and against itself in
+//! other precision, on other lanes and on other numbers of threads. (`burn_witness` holds it
+//! against an independent program.)
 
 #[path = "../../../core/tests/support/mod.rs"]
 mod support;
@@ -8,5 +8,5 @@ mod support;
 mod determinism;
 mod differences;
 mod lanes;
+mod pattern;
 mod problem;
-mod witness;

@@ -1,10 +1,19 @@
-//! An independent witness: the inner loop as a program of tensor operations, written from the
-//! paper's formulas without the crates under test, and differentiated by burn.
+//! An independent witness of the meta-gradient: the inner loop as a program of tensor operations,
+//! written from the paper's formulas without the crates under test, and differentiated by burn.
 //!
 //! burn's autodiff is first-order, so the gradient that the inner loop steps along is written out
 //! by hand; burn then differentiates the steps, and the outer loss, which it reads as plain
 //! formulas. All of it runs in f64, except where burn does not: it computes sigmoids, and slopes
-//! through a division by a number, in f32, so neither is used.
+//! through a division by a number, in f32, so neither is used. These tests have a process of their
+//! own, because burn settles once in each whether tensors are in f32 or f64.
+
+#[allow(dead_code, reason = "differences are taken elsewhere")]
+#[path = "../../../core/tests/support/mod.rs"]
+mod support;
+
+#[allow(dead_code, reason = "losses are traced elsewhere")]
+#[path = "../meta_gradient/problem.rs"]
+mod problem;
 
 use std::f64::consts::FRAC_1_PI;
 
