@@ -64,8 +64,8 @@ fn compare<M: Model>(
 }
 
 fn compare_many<M: Model>(cases: u32, list: impl Strategy<Value = Vec<f64>>) {
-    let by_parameters = RefCell::new(Differences::new(1e-4));
-    let by_sample = RefCell::new(Differences::new(1e-4));
+    let by_parameters = RefCell::new(Differences::new(1e-4, 1e-5));
+    let by_sample = RefCell::new(Differences::new(1e-4, 1e-5));
     let config = ProptestConfig {
         cases,
         max_shrink_iters: 200,

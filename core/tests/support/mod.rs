@@ -102,23 +102,17 @@ pub(crate) struct Differences {
 }
 
 impl Differences {
-    /// None yet; `step` is half the distance of a difference's inner points. Slopes must agree to
-    /// 1e-5.
-    pub(crate) fn new(step: f64) -> Self {
+    /// None yet; `step` is half the distance of a difference's inner points, `tolerance` the
+    /// largest relative error that passes.
+    pub(crate) fn new(step: f64, tolerance: f64) -> Self {
         Self {
             step,
-            tolerance: 1e-5,
+            tolerance,
             compared: 0,
             sloping: 0,
             discarded: 0,
             worst: 0.0,
         }
-    }
-
-    /// For slopes that are themselves not found in double precision.
-    pub(crate) fn with_tolerance(mut self, tolerance: f64) -> Self {
-        self.tolerance = tolerance;
-        self
     }
 
     /// Compares `slope` with the central difference (fourth order) of `function` about 0.
@@ -143,8 +137,7 @@ impl Differences {
         }
         difference /= 12.0 * self.step;
         let error = (slope - difference).abs() / slope.abs().max(scale);
-        // Written so that a NaN fails as well.
-        if !(error <= self.tolerance) {
+        if error.is_nan() || error > self.tolerance {
             return Err(format!(
                 "by {what}: the slope is {slope:e} but the central difference {difference:e}, \
                  {error:e} off relative to a scale of {scale:e}"

@@ -48,7 +48,7 @@ impl MerlTable {
     ///
     /// # Errors
     /// If the file cannot be read, has other dimensions or another length, or holds a value that
-    /// is not finite.
+    /// is not finite (in f32, as look-ups are).
     pub fn read(path: &Path) -> Result<Self, SourceError> {
         let refused = |source| SourceError::Read {
             path: path.into(),
@@ -90,9 +90,11 @@ impl MerlTable {
             )));
         }
         let table = Self { name, bytes };
-        match (0..3 * PLANE).find(|index| !table.value(*index).is_finite()) {
+        // Of what passes, f32 look-ups are finite. (NaN does not pass.)
+        let passes = |value: f64| value.abs() <= f64::from(f32::MAX);
+        match (0..3 * PLANE).find(|index| !passes(table.value(*index))) {
             Some(index) => Err(damaged(format!(
-                "value {index} is {}, not a finite number; get the file again",
+                "value {index} is {:e}, which is no BRDF; get the file again",
                 table.value(index)
             ))),
             None => Ok(table),

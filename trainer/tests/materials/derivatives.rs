@@ -26,7 +26,7 @@ fn brdf(weights: &NeuralParameters<f32>, [theta_h, theta_d, phi_d]: [f64; 3]) ->
 #[test]
 fn a_network_s_derivatives_agree_with_differences() {
     // Single precision is all that the derivatives are found in.
-    let mut differences = Differences::new(2e-4).with_tolerance(1e-4);
+    let mut differences = Differences::new(2e-4, 1e-4);
     for seed in 0..20 {
         let network = network(seed);
         for angles in uniform_valid(100, seed) {

@@ -327,7 +327,7 @@ fn damaged_tables_are_refused_by_name() {
     tabulated.read();
 
     for (at, number, described) in [
-        (0, 0.0_f64 / 0.0, "value 0 is NaN"),
+        (0, f64::NAN, "value 0 is NaN"),
         (1_458_000 * 2 + 7, f64::INFINITY, "value 2916007 is inf"),
         (
             1_458_000 * 3 - 1,
@@ -337,7 +337,7 @@ fn damaged_tables_are_refused_by_name() {
     ] {
         let place = 12 + 8 * at;
         tabulated.patch(place, &number.to_le_bytes());
-        let expected = format!("{path}: {described}, not a finite number; get the file again");
+        let expected = format!("{path}: {described}, which is no BRDF; get the file again");
         assert_eq!(tabulated.complaint(), expected);
         tabulated.patch(place, &1.0_f64.to_le_bytes());
     }

@@ -76,9 +76,9 @@ fn compare_many<M: Model>(
     problems: impl Strategy<Value = Problem>,
 ) {
     let compared = RefCell::new(Compared {
-        initial: Differences::new(step),
-        step_sizes: Differences::new(step),
-        samples: Differences::new(step),
+        initial: Differences::new(step, 1e-5),
+        step_sizes: Differences::new(step, 1e-5),
+        samples: Differences::new(step, 1e-5),
     });
     let config = ProptestConfig {
         cases: cases as u32,

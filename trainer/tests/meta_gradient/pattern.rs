@@ -136,7 +136,7 @@ impl Task<'_> {
 /// Compares the gradient of outer loss and barrier by all logits, for both kinds of material.
 fn compare<M: Model>() {
     // The gradient under test is found in single precision.
-    let mut differences = Differences::new(1e-4).with_tolerance(1e-4);
+    let mut differences = Differences::new(1e-4, 1e-4);
     for seed in 0..40 {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let materials: [Box<dyn Material>; 2] = [
