@@ -1,5 +1,8 @@
 //! Angles, half and difference vectors and directions against independent trigonometry.
 
+// f64 is a scalar with libm only.
+#![cfg(feature = "libm")]
+
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 use glimpse_core::angles::{Angles, Directions, HalfDifference};
