@@ -16,6 +16,7 @@ mod support;
 mod problem;
 
 use std::f64::consts::FRAC_1_PI;
+use std::sync::{Mutex, PoisonError};
 
 use burn::tensor::activation::relu;
 use burn::tensor::{Tensor, TensorData};
@@ -239,7 +240,12 @@ struct Witnessed {
     measured: Vec<f64>,
 }
 
+/// burn 0.21 loses gradients when two threads build or differentiate graphs at once
+/// (tracel-ai/burn#5573), so they take turns.
+static TURN: Mutex<()> = Mutex::new(());
+
 fn witness<P: Program>(problem: &Problem) -> Witnessed {
+    let _turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
     let matrices = |list: &[f64]| -> Vec<Matrix> {
         let mut rest = list;
         let shapes = P::SHAPES.iter();
