@@ -5,3 +5,4 @@ pub mod files;
 pub mod material;
 pub mod metrics;
 pub mod render;
+pub mod report;

@@ -3,7 +3,9 @@
 use std::array;
 
 /// Cells along one side of the table: the whole sphere in cells of 0.4 to 1.2 degrees.
-const CELLS: usize = 256;
+const CELLS: usize = LAST_CELL as usize + 1;
+/// The last of them.
+const LAST_CELL: u8 = 255;
 /// Nodes along one side.
 const NODES: usize = CELLS + 1;
 
@@ -19,7 +21,7 @@ const NODES: usize = CELLS + 1;
 #[derive(Clone, Debug)]
 pub struct Environment {
     /// Row by row; the fourth number pads each node to one SIMD register.
-    nodes: Vec<[f32; 4]>,
+    nodes: Vec<[[f32; 4]; NODES]>,
 }
 
 impl Environment {
@@ -27,12 +29,12 @@ impl Environment {
     #[must_use]
     pub fn from_fn(radiance: impl Fn([f32; 3]) -> [f32; 3]) -> Self {
         let coordinate = |index: usize| 2.0 * index as f32 / CELLS as f32 - 1.0;
-        let nodes = (0..NODES * NODES)
-            .map(|index| {
-                let direction = fold([coordinate(index % NODES), coordinate(index / NODES)]);
-                let [r, g, b] = radiance(direction);
-                [r, g, b, 0.0]
-            })
+        let node = |column, row| {
+            let [r, g, b] = radiance(fold([coordinate(column), coordinate(row)]));
+            [r, g, b, 0.0]
+        };
+        let nodes = (0..NODES)
+            .map(|row| array::from_fn(|column| node(column, row)))
             .collect();
         Self { nodes }
     }
@@ -54,20 +56,27 @@ impl Environment {
     #[inline(always)]
     pub(super) fn padded(&self, direction: [f32; 3]) -> [f32; 4] {
         let [u, v] = unfold(direction).map(|c| (c + 1.0) * (0.5 * CELLS as f32));
-        // `as` saturates, and a NaN becomes 0: every direction falls into a cell.
-        let (column, row) = ((u as usize).min(CELLS - 1), (v as usize).min(CELLS - 1));
+        let (column, row) = (cell(u), cell(v));
         let (right, down) = (u - column as f32, v - row as f32);
-        let first = row * NODES + column;
-        let upper = &self.nodes[first..first + 2];
-        let lower = &self.nodes[first + NODES..first + NODES + 2];
-        array::from_fn(|channel| {
-            let [ul, ur] = [upper[0][channel], upper[1][channel]];
-            let [ll, lr] = [lower[0][channel], lower[1][channel]];
-            let top = ul + right * (ur - ul);
-            let bottom = ll + right * (lr - ll);
-            top + down * (bottom - top)
-        })
+        let (column, row) = (usize::from(column), usize::from(row));
+        let (upper, lower) = (&self.nodes[row], &self.nodes[row + 1]);
+        let top = between(upper[column], upper[column + 1], right);
+        let bottom = between(lower[column], lower[column + 1], right);
+        between(top, bottom, down)
     }
+}
+
+/// The cell of a coordinate, of which `as` makes a number in any case: it saturates, and a NaN
+/// becomes 0. (Through i32, because that takes one instruction.)
+#[inline(always)]
+fn cell(coordinate: f32) -> u8 {
+    (coordinate as i32).clamp(0, LAST_CELL.into()) as u8
+}
+
+/// `from` at 0, `to` at 1.
+#[inline(always)]
+fn between(from: [f32; 4], to: [f32; 4], t: f32) -> [f32; 4] {
+    array::from_fn(|channel| from[channel] + t * (to[channel] - from[channel]))
 }
 
 /// From a direction to the square \[-1, 1\]^2: projected on the octahedron |x| + |y| + |z| = 1,

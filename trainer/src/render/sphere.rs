@@ -1,5 +1,6 @@
 //! A sphere seen from far away, shaded by direct integration.
 
+use std::array;
 use std::collections::BTreeMap;
 
 use glimpse_core::angles::HalfDifference;
@@ -132,9 +133,8 @@ impl Shader {
             let mut sum = [0.0; 4];
             for (incoming, [r, g, b]) in self.nodes.incoming.iter().zip(&self.brdf) {
                 let light = environment.padded(circle.to_world(azimuth, *incoming));
-                for ((sum, light), value) in sum.iter_mut().zip(light).zip([r, g, b, &0.0]) {
-                    *sum += light * value;
-                }
+                let value = [*r, *g, *b, 0.0];
+                sum = array::from_fn(|channel| sum[channel] + light[channel] * value[channel]);
             }
             let [r, g, b, _] = sum;
             let mut radiance = BACKGROUND;
