@@ -57,8 +57,8 @@ pub(super) fn render_with(
 
 /// Pixels at one distance from the centre of the sphere.
 pub(super) struct Circle {
-    sin_theta_o: f32,
-    cos_theta_o: f32,
+    pub(super) sin_theta_o: f32,
+    pub(super) cos_theta_o: f32,
     /// How much of each pixel the sphere covers, in \[0, 1\].
     pub(super) coverage: f32,
     /// Each with its index in the image and the cosine and sine of its azimuth about the centre.
@@ -151,7 +151,7 @@ impl Circle {
     /// From the frame of the surface, whose x axis lies in the plane of normal and viewer, to the
     /// frame of the picture.
     #[inline(always)]
-    fn to_world(&self, [cos_phi, sin_phi]: [f32; 2], [x, y, z]: [f32; 3]) -> [f32; 3] {
+    pub(super) fn to_world(&self, [cos_phi, sin_phi]: [f32; 2], [x, y, z]: [f32; 3]) -> [f32; 3] {
         // The normal points at azimuth phi; x points from it towards the viewer.
         let outwards = z * self.sin_theta_o - x * self.cos_theta_o;
         [

@@ -48,6 +48,23 @@ fn white_under_a_white_sky_vanishes() {
 }
 
 #[test]
+fn the_frame_of_the_surface_is_a_rotation_of_the_picture_s() {
+    for circle in circles(9) {
+        let (sin, cos) = (circle.sin_theta_o, circle.cos_theta_o);
+        for (_, azimuth) in &circle.pixels {
+            let world = |direction| circle.to_world(*azimuth, direction);
+            let near =
+                |a: [f32; 3], b: [f32; 3]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-6);
+            let [[a, b, c], [d, e, f]] = [world([1.0, 0.0, 0.0]), world([0.0, 1.0, 0.0])];
+            let normal = world([0.0, 0.0, 1.0]);
+            assert!(near(normal, [sin * azimuth[0], sin * azimuth[1], cos]));
+            assert!(near(normal, [b * f - c * e, c * d - a * f, a * e - b * d]));
+            assert!(near(world([sin, 0.0, cos]), [0.0, 0.0, 1.0]));
+        }
+    }
+}
+
+#[test]
 fn a_mirror_shows_what_lies_behind_the_viewer_and_beside() {
     // The facets' energy is 1, so a narrow lobe returns the environment itself. Each channel
     // brightens along one axis of the picture.

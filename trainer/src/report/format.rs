@@ -56,10 +56,10 @@ impl Table {
         text
     }
 
-    /// As an HTML `table` in a box that scrolls where the page is too narrow.
+    /// As HTML: a caption, and a table in a box that scrolls where the page is too narrow.
     #[must_use]
     pub fn to_html(&self) -> String {
-        let mut html = String::from("<div class=\"table\" tabindex=\"0\"><table>\n");
+        let mut html = String::from("<figure class=\"table\">\n");
         let class = |index| {
             if self.is_numeric(index) {
                 " class=\"number\""
@@ -69,7 +69,7 @@ impl Table {
         };
         let _ = writeln!(
             html,
-            "<caption>{}</caption>\n<thead><tr>",
+            "<figcaption>{}</figcaption>\n<div tabindex=\"0\"><table>\n<thead><tr>",
             escape(&self.caption)
         );
         for (index, column) in self.columns.iter().enumerate() {
@@ -100,7 +100,7 @@ impl Table {
             }
             html.push_str("</tr>\n");
         }
-        html.push_str("</tbody></table></div>\n");
+        html.push_str("</tbody></table></div></figure>\n");
         html
     }
 
