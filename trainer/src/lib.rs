@@ -9,6 +9,7 @@ pub mod material;
 pub mod meta;
 pub mod metrics;
 pub mod render;
+pub mod report;
 pub mod sampling;
 
 /// Runs `$body` with `$M` standing for the model of a [`ModelKind`](glimpse_core::model::ModelKind).
@@ -27,3 +28,8 @@ macro_rules! with_model {
         }
     };
 }
+pub mod files;
+pub mod material;
+pub mod metrics;
+pub mod render;
+pub mod report;
