@@ -158,6 +158,8 @@ impl Procedural {
                 (log_uniform(random, 0.08, 0.4), uniform(random, 1.3, 3.0))
             }
         };
+        // Measured highlights are weaker than those of ideal interfaces.
+        self.specular = scaled(self.specular, log_uniform(random, 0.25, 1.0));
         self.core = core;
         self.haze = (core * wider).min(0.99);
     }
