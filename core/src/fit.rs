@@ -3,6 +3,8 @@
 //! theta <- theta - alpha * grad(loss), the loss being the mean over all samples (paper,
 //! Algorithm 1, `Learn`).
 
+use serde::{Deserialize, Serialize};
+
 use crate::loss::cosine_weighted_log_error;
 use crate::model::{Model, ParameterSet, Sample};
 use crate::recipe::Floats;
@@ -40,7 +42,7 @@ impl<M: Model> Workspace<M> {
 }
 
 /// How far a fit is, counted in gradients of one sample.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Progress {
     /// Gradients computed.
