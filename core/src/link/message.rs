@@ -98,7 +98,7 @@ pub enum Refusal {
     NoScan,
     /// The scanner cannot reach these directions.
     Directions,
-    /// There are not as many parameters.
+    /// They are more or fewer parameters than the model has.
     Parameters,
 }
 
@@ -107,7 +107,7 @@ impl core::fmt::Display for Refusal {
         f.write_str(match self {
             Self::NoScan => "no scan has begun: say hello first",
             Self::Directions => "the scanner cannot reach these directions",
-            Self::Parameters => "the model has fewer parameters",
+            Self::Parameters => "the model has another number of parameters",
         })
     }
 }
