@@ -11,7 +11,7 @@ use crate::recipe::Floats;
 
 /// The memory of a fit, which the caller owns: parameters and their gradient.
 ///
-/// It can live in a static: [`Workspace::new`] is all zeros.
+/// It can live in a static that costs no flash: [`Workspace::new`] is a constant, all zeros.
 #[derive(Clone, Debug)]
 pub struct Workspace<M: Model> {
     parameters: M::Parameters<f32>,
@@ -27,10 +27,10 @@ impl<M: Model> Default for Workspace<M> {
 impl<M: Model> Workspace<M> {
     /// All zeros.
     #[must_use]
-    pub fn new() -> Self {
+    pub const fn new() -> Self {
         Self {
-            parameters: M::Parameters::filled(0.0),
-            gradient: M::Parameters::filled(0.0),
+            parameters: M::ZEROS,
+            gradient: M::ZEROS,
         }
     }
 
