@@ -18,30 +18,41 @@ const BAUD: u32 = 115_200;
 /// Polls for an oscillator before going on without it; it takes 0.3 ms.
 const PATIENCE: u32 = 100_000;
 
-/// Reference manual RM0090, sections 3.9 (flash), 7.3 (clocks), 8.4 (pins), 30.6 (USART).
+/// Reference manual RM0090, sections 3.9 (flash), 7.3 (clocks), 8.4 (pins), 21.4 (watchdog),
+/// 30.6 (USART), 38.6 (debug).
 mod address {
     use super::Register;
 
-    // SAFETY (all): addresses of the STM32F405's registers; none of them starts a DMA.
-    pub const FLASH_ACR: Register = unsafe { Register::at(0x4002_3C00) };
-    pub const RCC_CR: Register = unsafe { Register::at(0x4002_3800) };
-    pub const RCC_PLLCFGR: Register = unsafe { Register::at(0x4002_3804) };
-    pub const RCC_CFGR: Register = unsafe { Register::at(0x4002_3808) };
-    pub const RCC_AHB1ENR: Register = unsafe { Register::at(0x4002_3830) };
-    pub const RCC_APB2ENR: Register = unsafe { Register::at(0x4002_3844) };
-    pub const GPIOA_MODER: Register = unsafe { Register::at(0x4002_0000) };
-    pub const GPIOA_PUPDR: Register = unsafe { Register::at(0x4002_000C) };
-    pub const GPIOA_AFRH: Register = unsafe { Register::at(0x4002_0024) };
-    pub const DBGMCU_IDCODE: Register = unsafe { Register::at(0xE004_2000) };
-    pub const ROM_TABLE_CIDR0: Register = unsafe { Register::at(0xE00F_FFF0) };
+    pub const FLASH_ACR: Register = register(0x4002_3C00);
+    pub const RCC_CR: Register = register(0x4002_3800);
+    pub const RCC_PLLCFGR: Register = register(0x4002_3804);
+    pub const RCC_CFGR: Register = register(0x4002_3808);
+    pub const RCC_AHB1ENR: Register = register(0x4002_3830);
+    pub const RCC_APB2ENR: Register = register(0x4002_3844);
+    pub const GPIOA_MODER: Register = register(0x4002_0000);
+    pub const GPIOA_PUPDR: Register = register(0x4002_000C);
+    pub const GPIOA_AFRH: Register = register(0x4002_0024);
+    pub const IWDG_KR: Register = register(0x4000_3000);
+    pub const IWDG_PR: Register = register(0x4000_3004);
+    pub const IWDG_RLR: Register = register(0x4000_3008);
+    pub const DBGMCU_IDCODE: Register = register(0xE004_2000);
+    pub const DBGMCU_APB1_FZ: Register = register(0xE004_2008);
+    pub const ROM_TABLE_CIDR0: Register = register(0xE00F_FFF0);
     pub const USART1: usize = 0x4001_1000;
     pub const USART1_INTERRUPT: u16 = 37;
+
+    const fn register(address: usize) -> Register {
+        // SAFETY: only the constants above call it, all of them registers of the STM32F405 (or,
+        // the last, of its core), and none of them starts a DMA.
+        unsafe { Register::at(address) }
+    }
 }
 use address::*;
 
-/// Starts clocks, pins and SysTick, and returns the UART.
+/// Starts watchdog, clocks, pins and SysTick, and returns the UART.
 pub fn start() -> Uart {
     interrupt::disable(); // for good: interrupts wake the core, and that is all they do
+    start_watchdog();
     let uart_hz = start_clocks();
     if let Some(core) = Peripherals::take() {
         meter::start(core.SYST);
@@ -54,6 +65,21 @@ pub fn start() -> Uart {
     GPIOA_MODER.modify(0b1111 << 18, 0b1010 << 18);
     // SAFETY: USART1 is there, nothing else uses it, and interrupts are masked.
     unsafe { Uart::new(USART1, Interrupt(USART1_INTERRUPT), uart_hz / BAUD) }
+}
+
+/// Resets the chip unless [`feed_watchdog`] is called at least every 4 s (32 kHz / 32 / 4096).
+fn start_watchdog() {
+    DBGMCU_APB1_FZ.modify(0, 1 << 12); // not while a debugger halts the core
+    IWDG_KR.write(0xCCCC);
+    IWDG_KR.write(0x5555);
+    IWDG_PR.write(3);
+    IWDG_RLR.write(0xFFF);
+    feed_watchdog();
+}
+
+/// The firmware is alive.
+pub fn feed_watchdog() {
+    IWDG_KR.write(0xAAAA);
 }
 
 /// Runs the core at 168 MHz and USART1 at 84 MHz. Returns the latter in Hz.

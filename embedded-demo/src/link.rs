@@ -8,7 +8,7 @@ use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::{Measurement, Residual};
 use heapless::Vec;
 
-use crate::board::CORE_HZ;
+use crate::board::{self, CORE_HZ};
 use crate::meter::Stopwatch;
 use crate::uart::Uart;
 
@@ -117,6 +117,7 @@ impl Link {
         for _ in 0..attempts {
             let mut unsent = frame.iter().copied().peekable();
             let mut watch = Stopwatch::start();
+            board::feed_watchdog();
             while watch.ticks() < REPLY_TICKS {
                 match (unsent.peek(), self.uart.read()) {
                     (_, Some(byte)) => match self.asker.hear(byte, request) {

@@ -42,16 +42,14 @@ const MEASURE_ATTEMPTS: usize = 3;
 
 #[entry]
 fn main() -> ! {
-    let mut link = Link::new(board::start());
-    // Zeros, so it costs no flash; 5.4 kB, so it is not on the stack. There is only one `main`:
-    // `None` cannot be.
-    let workspace = cortex_m::singleton!(: Workspace<Neural> = Workspace::new());
-    let Some(workspace) = workspace else { reset() };
+    // Parameters and their gradient, 5.4 kB. (`entry` makes it a `&'static mut`.)
+    static mut WORKSPACE: Workspace<Neural> = Workspace::new();
 
+    let mut link = Link::new(board::start());
     // Bits in flash may flip after the compiler has seen them, so it may not know them.
     let begun = Recipe::parse(black_box(RECIPE))
         .map_err(Failure::Recipe)
-        .and_then(|recipe| Scan::new(recipe, workspace).map_err(Failure::Scan));
+        .and_then(|recipe| Scan::new(recipe, WORKSPACE).map_err(Failure::Scan));
     let mut scan: Scan<Neural, CAPACITY> = match begun {
         Ok(scan) => scan,
         Err(failure) => loop {

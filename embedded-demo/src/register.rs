@@ -1,7 +1,5 @@
 //! Peripheral registers. What is unsafe about hardware is in this file.
 
-use core::ptr;
-
 /// A 32-bit register at a fixed address.
 #[derive(Clone, Copy)]
 pub struct Register(*mut u32);
@@ -13,7 +11,7 @@ impl Register {
     /// A register must be there, and no value written to it by this firmware may change memory
     /// that Rust knows of (no DMA).
     pub const unsafe fn at(address: usize) -> Self {
-        Self(ptr::with_exposed_provenance_mut(address))
+        Self(address as *mut u32)
     }
 
     /// Its value.
