@@ -2,8 +2,15 @@
 //!
 //! It runs unchanged on a board with an STM32F405 and on QEMU's netduinoplus2. Over the UART it
 //! asks the scanner for each measurement and tells it the fitted parameters; see
-//! `glimpse_core::link` for what is said, and the trainer's `virtual-scanner` for a host that
-//! plays motors and sensor.
+//! `glimpse_core::link` for what is said. To try it, from the repository's root:
+//!
+//! ```sh
+//! cargo run --release -- virtual-scanner --material NAME_fc1.npy   # plays motors and sensor
+//! cd embedded-demo && cargo run --release                          # this, in QEMU
+//! ```
+//!
+//! The log comes out of QEMU as defmt's numbers; `cargo run --release | defmt-print -e ELF`
+//! makes text of them.
 
 #![no_std]
 #![no_main]
