@@ -76,7 +76,7 @@ fn a_device_gets_what_the_material_is_and_the_host_what_was_fitted() {
     let (parameters, residual) = fit(RECIPE, &report.measurements);
     assert_eq!(report.parameters, parameters);
     assert_eq!(report.residual, residual);
-    assert!(report.loss(&material).is_finite());
+    assert!(report.loss(&material, 0).is_finite());
 }
 
 #[test]

@@ -29,8 +29,3 @@ macro_rules! with_model {
         }
     };
 }
-pub mod files;
-pub mod material;
-pub mod metrics;
-pub mod render;
-pub mod report;

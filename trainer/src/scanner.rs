@@ -7,21 +7,18 @@ use std::f32::consts::TAU;
 use std::io::{self, Read, Write};
 
 use glimpse_core::angles::{Angles, Directions, HalfDifference};
-use glimpse_core::fit::residuals;
 use glimpse_core::link::{
     Answerer, FRAME_BYTES, Failure, FrameError, Heard, PROTOCOL, Refusal, Reply, Request,
 };
-use glimpse_core::model::{Model, ModelKind, ParameterSet, Sample};
+use glimpse_core::model::ModelKind;
 use glimpse_core::scan::{Measurement, Residual};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
+use crate::evaluation::{DIRECTIONS, Fitted};
 use crate::material::Material;
+use crate::metrics::mean_log_error;
 use crate::sampling::uniform_valid;
-use crate::with_model;
-
-/// Directions over which [`ScanReport::loss`] is taken.
-pub const LOSS_DIRECTIONS: usize = 8192;
 
 /// Why a scan did not come to its end. The next one may.
 #[derive(Debug, thiserror::Error)]
@@ -79,29 +76,23 @@ pub struct ScanReport {
 }
 
 impl ScanReport {
-    /// The loss of the fitted parameters against a material: the mean cosine-weighted logarithmic
-    /// error over [`LOSS_DIRECTIONS`] uniform valid directions.
+    /// The loss of the fitted parameters against a material, over the same directions as
+    /// `trainer evaluate` takes with the same seed.
     #[must_use]
-    pub fn loss(&self, material: &dyn Material) -> f32 {
-        with_model!(self.model, M => loss::<M>(&self.parameters, material))
+    pub fn loss(&self, material: &dyn Material, seed: u64) -> f64 {
+        let at: Vec<_> = uniform_valid(DIRECTIONS, seed)
+            .into_iter()
+            .map(HalfDifference::from_angles)
+            .collect();
+        let mut reference = vec![[0.0; 3]; at.len()];
+        material.brdf_batch(&at, &mut reference);
+        let fitted = Fitted {
+            model: self.model,
+            parameters: self.parameters.clone(),
+        };
+        let brdf = |at: &[HalfDifference<f32>], brdf: &mut [[f32; 3]]| fitted.brdf_batch(at, brdf);
+        mean_log_error(&brdf, &at, &reference)
     }
-}
-
-fn loss<M: Model>(values: &[f32], material: &dyn Material) -> f32 {
-    let mut parameters = M::Parameters::filled(0.0);
-    for (parameter, value) in parameters.iter_mut().zip(values) {
-        *parameter = *value;
-    }
-    let samples: Vec<_> = uniform_valid(LOSS_DIRECTIONS, 0)
-        .into_iter()
-        .map(|angles| Sample {
-            at: HalfDifference::from_angles(angles),
-            measured: material.brdf(angles),
-            weight: 1.0,
-        })
-        .collect();
-    let sum: f64 = residuals::<M>(&parameters, &samples).map(f64::from).sum();
-    (sum / samples.len() as f64) as f32
 }
 
 /// The angles of a pair of directions, phi_d in \[0, 2 pi). None if they have no half vector or
