@@ -11,6 +11,7 @@ pub mod metrics;
 pub mod render;
 pub mod report;
 pub mod sampling;
+pub mod scanner;
 
 /// Runs `$body` with `$M` standing for the model of a [`ModelKind`](glimpse_core::model::ModelKind).
 #[macro_export]

@@ -49,6 +49,8 @@ enum Command {
     Inspect(commands::inspect::Inspect),
     /// Write a recipe in another format
     Export(commands::export::Export),
+    /// Play motors and sensor from a material, for the firmware at the other end of the line
+    VirtualScanner(commands::virtual_scanner::VirtualScanner),
 }
 
 fn main() -> ExitCode {
@@ -65,6 +67,7 @@ fn main() -> ExitCode {
         Command::Evaluate(command) => command.run(common.seed),
         Command::Inspect(command) => command.run(),
         Command::Export(command) => command.run(),
+        Command::VirtualScanner(command) => command.run(common.seed),
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,

@@ -6,6 +6,7 @@ pub(crate) mod inspect;
 pub(crate) mod progress;
 pub(crate) mod quickstart;
 pub(crate) mod train;
+pub(crate) mod virtual_scanner;
 
 use std::io::{self, Write};
 use std::path::Path;

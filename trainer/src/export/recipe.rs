@@ -4,7 +4,7 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use glimpse_core::recipe::{HEADER_BYTES, Ingredients, Provenance, Recipe, RecipeError};
+use glimpse_core::recipe::{Field, HEADER_BYTES, Ingredients, Provenance, Recipe, RecipeError};
 
 use crate::meta::run::Learned;
 
@@ -94,7 +94,7 @@ pub fn to_recipe(
     let ingredients = Ingredients {
         model: learned.model,
         inner_steps: u16::try_from(learned.inner_steps)
-            .map_err(|_| RecipeError::Count("inner_steps"))?,
+            .map_err(|_| RecipeError::Count(Field::InnerSteps))?,
         pattern: &pattern,
         initial: &initial,
         step_sizes: &step_sizes,
