@@ -1,9 +1,11 @@
 //! Materials: what is measured, or measured-looking, and where to read it from.
 
+mod merl;
 mod nbrdf;
 mod procedural;
 mod source;
 
+pub use merl::{MerlTable, write_merl};
 pub use nbrdf::NeuralBrdf;
 pub use procedural::Procedural;
 pub use source::{Source, SourceError};

@@ -3,8 +3,8 @@
 //! `NAME_fc1.npy` (6 x 21), `_b1` (21), `_fc2` (21 x 21), `_b2` (21), `_fc3` (21 x 3), `_b3` (3);
 //! little-endian f32, C order, matrices inputs-by-outputs.
 
-use std::fs;
 use std::path::Path;
+use std::{fs, io};
 
 use glimpse_core::angles::{Angles, HalfDifference};
 use glimpse_core::model::{Model, Neural, NeuralParameters, ParameterSet};
@@ -37,7 +37,7 @@ impl NeuralBrdf {
         Self { name, parameters }
     }
 
-    /// Reads the six files of the material whose first file is `path`, `NAME_fc1.npy`.
+    /// Reads the material of whose six files `path` is one.
     ///
     /// # Errors
     /// If a file is missing, damaged or of another shape, or a weight is not finite.
@@ -51,11 +51,13 @@ impl NeuralBrdf {
         Ok(Self { name, parameters })
     }
 
-    /// `NAME` of a path `.../NAME_fc1.npy`; None for any other.
+    /// `NAME` of a path `.../NAME_fc1.npy` or one of its five siblings; None for any other.
     #[must_use]
     pub fn name_of(path: &Path) -> Option<String> {
-        let name = path.file_name()?.to_str()?.strip_suffix("_fc1.npy")?;
-        Some(name.to_owned())
+        let stem = path.file_name()?.to_str()?.strip_suffix(".npy")?;
+        let (name, suffix) = stem.rsplit_once('_')?;
+        let known = ARRAYS.iter().any(|(array, _)| *array == suffix);
+        known.then(|| name.to_owned())
     }
 
     /// The weights.
@@ -91,28 +93,43 @@ impl Material for NeuralBrdf {
 
 /// Reads a `.npy` file of little-endian f32 in C order with the given shape.
 fn read_npy(path: &Path, shape: &[u64]) -> Result<Vec<f32>, SourceError> {
-    let bytes = fs::read(path).map_err(|source| SourceError::Read {
-        path: path.into(),
-        source,
-    })?;
     let damaged = |what| SourceError::Damaged {
         path: path.into(),
         what,
     };
-    let array = npyz::NpyFile::new(&bytes[..])
-        .map_err(|error| damaged(format!("it is not a whole NumPy array: {error}")))?;
+    let bytes = fs::read(path).map_err(|source| match source.kind() {
+        io::ErrorKind::NotFound => damaged(
+            "it is missing: an NBRDF material is six files, NAME_fc1.npy, _b1, _fc2, _b2, _fc3 \
+             and _b3; put it beside the others"
+                .to_owned(),
+        ),
+        _ => SourceError::Read {
+            path: path.into(),
+            source,
+        },
+    })?;
+    let array = npyz::NpyFile::new(&bytes[..]).map_err(|error| {
+        damaged(format!(
+            "it is not a whole NumPy array ({error}); get it again"
+        ))
+    })?;
     if array.shape() != shape || array.order() != npyz::Order::C {
         return Err(damaged(format!(
-            "it should hold an array of shape {shape:?} in C order, not {:?} in {:?} order",
+            "it should hold an array of shape {shape:?} in C order, not {:?} in {:?} order; save \
+             it so with numpy.save",
             array.shape(),
             array.order()
         )));
     }
-    let values: Vec<f32> = array
-        .into_vec()
-        .map_err(|error| damaged(format!("it should hold 32-bit floats: {error}")))?;
+    let values: Vec<f32> = array.into_vec().map_err(|error| {
+        damaged(format!(
+            "it should hold 32-bit floats ({error}); save it so with numpy.save"
+        ))
+    })?;
     match values.iter().position(|value| !value.is_finite()) {
-        Some(index) => Err(damaged(format!("number {index} is not finite"))),
+        Some(index) => Err(damaged(format!(
+            "number {index} is not finite; get it again"
+        ))),
         None => Ok(values),
     }
 }

@@ -270,3 +270,113 @@ fn metal_tint(random: &mut ChaCha8Rng) -> [f64; 3] {
         noise[2] * (1.0 - warmth),
     ]
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sampling::uniform_valid;
+
+    fn place(angles: Angles<f32>) -> Angles<f64> {
+        Angles {
+            theta_h: angles.theta_h.into(),
+            theta_d: angles.theta_d.into(),
+            phi_d: angles.phi_d.into(),
+        }
+    }
+
+    fn moved(angles: Angles<f64>, angle: usize, by: f64) -> Angles<f64> {
+        let mut moved = angles;
+        *[&mut moved.theta_h, &mut moved.theta_d, &mut moved.phi_d][angle] += by;
+        moved
+    }
+
+    /// The formula has kinks where the two directions are equally low, and just above the horizon.
+    fn near_kink(angles: Angles<f64>) -> bool {
+        let at = HalfDifference::from_angles(angles);
+        let (incoming, outgoing) = (at.cos_theta_i(), at.cos_theta_o());
+        (incoming - outgoing).abs() < 2e-3 || incoming.min(outgoing) < 3e-3
+    }
+
+    #[test]
+    fn derivatives_agree_with_differences() {
+        const STEP: f64 = 1e-4;
+        let (mut compared, mut discarded, mut largest) = (0, 0, 0.0_f64);
+        for material in Procedural::set(60, 3) {
+            for angles in uniform_valid(100, 9).into_iter().map(place) {
+                if near_kink(angles) {
+                    discarded += 1;
+                    continue;
+                }
+                let duals = material.evaluate(Dual::<f64, 3>::variables(angles));
+                let (values, derivative) = Dual::split(duals);
+                for angle in [0, 1, 2] {
+                    let [far_low, low, high, far_high] = [-2.0, -1.0, 1.0, 2.0]
+                        .map(|steps| material.evaluate(moved(angles, angle, steps * STEP)));
+                    for channel in 0..3 {
+                        let difference = (far_low[channel] - far_high[channel]
+                            + 8.0 * (high[channel] - low[channel]))
+                            / (12.0 * STEP);
+                        let slope = derivative[channel][angle];
+                        let error = (slope - difference).abs() / slope.abs().max(values[channel]);
+                        largest = largest.max(error);
+                        assert!(
+                            error < 1e-5,
+                            "{}: {slope} and {difference}",
+                            material.name()
+                        );
+                    }
+                }
+                compared += 1;
+            }
+        }
+        println!("{compared} compared, {discarded} at kinks, largest error {largest:.1e}");
+        assert!(
+            compared > 5000 && discarded < 300,
+            "{compared} and {discarded}"
+        );
+    }
+
+    #[test]
+    fn single_precision_is_close_to_double() {
+        let mut largest = [0.0_f64; 2];
+        for material in Procedural::set(60, 4) {
+            for angles in uniform_valid(100, 10) {
+                let duals = material.evaluate(Dual::<f64, 3>::variables(place(angles)));
+                let (exact, exact_derivative) = Dual::split(duals);
+                let (beside, derivative) = material.brdf_with_derivative(angles);
+                let found = material.brdf(angles);
+                for channel in 0..3 {
+                    for found in [found[channel], beside[channel]] {
+                        let error = (f64::from(found) - exact[channel]).abs() / exact[channel];
+                        largest[0] = largest[0].max(error);
+                    }
+                    for angle in 0..3 {
+                        let slope = exact_derivative[channel][angle];
+                        let error = (f64::from(derivative[channel][angle]) - slope).abs();
+                        largest[1] = largest[1].max(error / slope.abs().max(exact[channel]));
+                    }
+                }
+            }
+        }
+        println!("largest errors in single precision: {largest:?}");
+        assert!(largest[0] < 2e-4 && largest[1] < 5e-4, "{largest:?}");
+    }
+
+    #[test]
+    fn materials_are_reciprocal_and_positive() {
+        for material in Procedural::set(60, 5) {
+            for angles in uniform_valid(100, 11).into_iter().map(place) {
+                let found = material.evaluate(angles);
+                let exchanged = material.evaluate(moved(angles, 2, PI));
+                for (f, exchanged) in found.into_iter().zip(exchanged) {
+                    assert!(f > 0.0 && f.is_finite(), "{}: {f}", material.name());
+                    assert!(
+                        (f - exchanged).abs() < 1e-9 * f,
+                        "{}: {f} {exchanged}",
+                        material.name()
+                    );
+                }
+            }
+        }
+    }
+}

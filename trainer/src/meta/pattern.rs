@@ -116,7 +116,8 @@ impl Pattern {
             .sum()
     }
 
-    /// Measures a material at the pattern; derivatives are for [`Pattern::gradient`].
+    /// Measures a material at the pattern; derivatives are for
+    /// [`MeasuredPattern::gradient_by_logits`].
     #[must_use]
     pub fn measure(&self, material: &dyn Material, variation: Variation) -> MeasuredPattern<'_> {
         let (values, derivatives): (Vec<_>, Vec<_>) = self

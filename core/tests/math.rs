@@ -1,0 +1,86 @@
+//! The errors that the table in `math.rs` states, measured.
+
+use std::f64::consts::TAU;
+
+use glimpse_core::math;
+
+/// What the table states: exp (relative), ln, sqrt (relative), sine and cosine (absolute).
+#[cfg(not(feature = "micromath"))]
+const BOUNDS: [f64; 4] = [8e-8, 9e-8, 6e-8, 3e-8];
+#[cfg(feature = "micromath")]
+const BOUNDS: [f64; 4] = [2.4e-3, 7e-5, 1.6e-6, 1.1e-3];
+
+/// The largest of `error` at many numbers, evenly spaced from `low` to `high`.
+fn largest(low: f64, high: f64, error: impl Fn(f64) -> f64) -> f64 {
+    let last = 2_000_000;
+    (0..=last)
+        .map(|i| error(low + (high - low) * f64::from(i) / f64::from(last)))
+        .fold(0.0, f64::max)
+}
+
+fn relative(found: f32, expected: f64) -> f64 {
+    if f64::from(found) == expected {
+        return 0.0;
+    }
+    ((f64::from(found) - expected) / expected).abs()
+}
+
+fn absolute(found: f32, expected: f64) -> f64 {
+    (f64::from(found) - expected).abs()
+}
+
+/// Within the bound, and no more than a fifth below it: the table is true and not idle.
+fn assert_bound(name: &str, found: f64, bound: f64) {
+    println!("{name}: {found:.2e}, stated {bound:.1e}");
+    assert!(found <= bound, "{name}: {found:e} is above {bound:e}");
+    assert!(
+        found >= 0.8 * bound,
+        "{name}: {found:e} is well below {bound:e}"
+    );
+}
+
+#[test]
+fn exp_is_within_its_bound() {
+    let found = largest(-87.0, 88.0, |x| {
+        let x = x as f32;
+        relative(math::exp(x), f64::from(x).exp())
+    });
+    assert_bound("exp", found, BOUNDS[0]);
+}
+
+#[test]
+fn ln_is_within_its_bound() {
+    let error = if cfg!(feature = "micromath") {
+        absolute
+    } else {
+        relative
+    };
+    let at = |x: f64| {
+        let x = x as f32;
+        error(math::ln(x), f64::from(x).ln())
+    };
+    // All decades, and once more where the logarithm changes sign.
+    let found = largest(-87.0, 88.0, |logarithm| at(logarithm.exp())).max(largest(0.25, 4.0, at));
+    assert_bound("ln", found, BOUNDS[1]);
+}
+
+#[test]
+fn sqrt_is_within_its_bound() {
+    let found = largest(-87.0, 88.0, |logarithm| {
+        let x = logarithm.exp() as f32;
+        relative(math::sqrt(x), f64::from(x).sqrt())
+    });
+    assert_bound("sqrt", found, BOUNDS[2]);
+    assert_eq!(math::sqrt(0.0), 0.0);
+}
+
+#[test]
+fn sine_and_cosine_are_within_their_bound() {
+    let found = largest(-TAU, TAU, |x| {
+        let x = x as f32;
+        let (sin, cos) = math::sin_cos(x);
+        let exact = f64::from(x).sin_cos();
+        absolute(sin, exact.0).max(absolute(cos, exact.1))
+    });
+    assert_bound("sine and cosine", found, BOUNDS[3]);
+}

@@ -1,0 +1,83 @@
+//! Random samples and parameters.
+
+use std::f64::consts::{FRAC_PI_2, TAU};
+
+use glimpse_core::angles::{Angles, HalfDifference};
+use glimpse_core::model::{Model, Neural, NeuralParameters, ParameterSet, Sample};
+use glimpse_core::scalar::Scalar;
+use proptest::prelude::*;
+
+use super::parameters;
+
+/// What a gradient is taken by, beside the parameters: hx, hz, dx, dy, dz; y in red, green, blue.
+pub(crate) type Variables = [f64; 8];
+
+pub(crate) const NAMES: [&str; 8] = ["hx", "hz", "dx", "dy", "dz", "y_r", "y_g", "y_b"];
+
+/// A random sample: uniform angles above the horizon, measured values over five decades.
+pub(crate) fn variables() -> impl Strategy<Value = Variables> {
+    let angles = (0.0..FRAC_PI_2, 0.0..FRAC_PI_2, 0.0..TAU);
+    let logarithms = prop::array::uniform3(-8.0..3.0f64);
+    (angles, logarithms)
+        .prop_map(|((theta_h, theta_d, phi_d), logarithms)| {
+            let at = HalfDifference::from_angles(Angles {
+                theta_h,
+                theta_d,
+                phi_d,
+            });
+            let [red, green, blue] = logarithms.map(f64::exp);
+            [at.hx, at.hz, at.dx, at.dy, at.dz, red, green, blue]
+        })
+        .prop_filter("above the horizon", |variables| {
+            let at = sample::<f64>(*variables, 0.0).at;
+            at.cos_theta_i() > 0.0 && at.cos_theta_o() > 0.0
+        })
+}
+
+pub(crate) fn sample<S: Scalar>(variables: Variables, weight: f64) -> Sample<S> {
+    let [hx, hz, dx, dy, dz, red, green, blue] = variables.map(S::constant);
+    Sample {
+        at: HalfDifference { hx, hz, dx, dy, dz },
+        measured: [red, green, blue],
+        weight: S::constant(weight),
+    }
+}
+
+pub(crate) fn phong() -> impl Strategy<Value = Vec<f64>> {
+    let logits = prop::collection::vec(-3.0..3.0f64, 6);
+    (logits, -2.0..5.0f64).prop_map(|(mut logits, exponent)| {
+        logits.push(exponent);
+        logits
+    })
+}
+
+/// Weights within the reach of each layer's inputs; output biases that leave most outputs on.
+pub(crate) fn neural() -> impl Strategy<Value = Vec<f64>> {
+    prop::collection::vec(-1.0..1.0f64, Neural::PARAMETERS).prop_map(|list| {
+        let mut network: NeuralParameters<f64> = parameters(list, 0.0);
+        let scales = [0.8, 0.3, 0.4, 0.3, 0.4, 0.4];
+        for (run, scale) in network.runs_mut().zip(scales) {
+            run.iter_mut().for_each(|entry| *entry *= scale);
+        }
+        network.b3.iter_mut().for_each(|bias| *bias += 0.4);
+        network.iter().copied().collect()
+    })
+}
+
+/// Where Phong's lobe is cut off its slope is as steep as (1e-5)^(q-1), and central differences
+/// of any width in question are too coarse.
+pub(crate) fn near_edge_of_lobe(variables: Variables) -> bool {
+    mirror_cosine(variables).abs() < 0.02
+}
+
+/// <w_o, r>, r the mirror direction of w_i.
+pub(crate) fn mirror_cosine(variables: Variables) -> f64 {
+    let [hx, hz, dx, dy, dz, ..] = variables;
+    // Rotating (dx, dy, dz) about y by theta_h gives w_i; w_o = 2 <h, w_i> h - w_i.
+    let incoming = [hz * dx + hx * dz, dy, hz * dz - hx * dx];
+    let half = [hx, 0.0, hz];
+    let along: f64 = (0..3).map(|i| half[i] * incoming[i]).sum();
+    let outgoing: [f64; 3] = std::array::from_fn(|i| 2.0 * along * half[i] - incoming[i]);
+    let mirror = [-incoming[0], -incoming[1], incoming[2]];
+    (0..3).map(|i| outgoing[i] * mirror[i]).sum()
+}

@@ -1,0 +1,309 @@
+//! MERL: a material as a table of 90 x 90 x 180 measurements (Matusik et al. 2003).
+//!
+//! `NAME.binary`: three little-endian i32, the dimensions (90, 90, 180), then little-endian f64,
+//! colour by colour (red, green, blue), at index phi_d + 180 (theta_d + 90 theta_h). Values are
+//! the BRDF divided by 1/1500, 1.15/1500 and 1.66/1500. Node k of theta_h is at
+//! pi/2 (k/90)^2, the nodes of theta_d and phi_d at whole degrees; phi_d has period pi.
+//!
+//! A negative value was not measured.
+
+use std::f64::consts::{FRAC_PI_2, PI};
+use std::fs::File;
+use std::io;
+use std::path::Path;
+
+use glimpse_core::angles::{Angles, HalfDifference};
+use glimpse_core::scalar::Scalar;
+use memmap2::Mmap;
+use rayon::prelude::*;
+
+use super::{Material, SourceError};
+use crate::dual::Dual;
+use crate::meta::checkpoint::write_whole;
+
+/// Nodes of theta_h, theta_d and phi_d.
+const NODES: [usize; 3] = [90, 90, 180];
+/// Values of one colour.
+const PLANE: usize = NODES[0] * NODES[1] * NODES[2];
+const HEADER_BYTES: usize = 3 * size_of::<i32>();
+const FILE_BYTES: usize = HEADER_BYTES + 3 * PLANE * size_of::<f64>();
+/// What values are multiplied by, in red, green and blue.
+const SCALE: [f64; 3] = [1.0 / 1500.0, 1.15 / 1500.0, 1.66 / 1500.0];
+/// What the writer puts where a direction is below the horizon.
+const NOT_MEASURED: f64 = -1.0;
+
+/// A material that is a table, read in place.
+///
+/// Look-ups are trilinear between nodes, in theta_h, theta_d and phi_d, with the exact derivative
+/// of that interpolant; past the last node of theta_h or theta_d they stay at its value. Nodes
+/// that were not measured are left out and the others' weights made up to 1, channel by channel;
+/// where no measured node has any weight, the BRDF is 0.
+pub struct MerlTable {
+    name: String,
+    bytes: Mmap,
+}
+
+impl MerlTable {
+    /// Opens a table and checks all of it.
+    ///
+    /// # Errors
+    /// If the file cannot be read, has other dimensions or another length, or holds a value that
+    /// is not finite (in f32, as look-ups are).
+    pub fn read(path: &Path) -> Result<Self, SourceError> {
+        let refused = |source| SourceError::Read {
+            path: path.into(),
+            source,
+        };
+        let damaged = |what| SourceError::Damaged {
+            path: path.into(),
+            what,
+        };
+        let name = Self::name_of(path).ok_or_else(|| SourceError::Unknown(path.into()))?;
+        let file = File::open(path).map_err(refused)?;
+        // SAFETY: nothing is assumed of the mapped bytes but that they can be read: every use
+        // copies them out and accepts any value. What remains is what no reader of a mapped file
+        // can exclude: if another program truncates it, this one is stopped by the system.
+        let bytes = unsafe { Mmap::map(&file) }.map_err(refused)?;
+
+        let header = bytes.first_chunk::<HEADER_BYTES>().ok_or_else(|| {
+            damaged(format!(
+                "it has {} bytes, too few even for a MERL table's header; get it again",
+                bytes.len()
+            ))
+        })?;
+        let (words, _) = header.as_chunks();
+        let found: Vec<i32> = words.iter().copied().map(i32::from_le_bytes).collect();
+        if found != NODES.map(|nodes| nodes as i32) {
+            return Err(damaged(format!(
+                "its header gives the dimensions {found:?} where a MERL table has {NODES:?}; if \
+                 it is of another kind, rename it"
+            )));
+        }
+        if bytes.len() != FILE_BYTES {
+            let complaint = match bytes.len() < FILE_BYTES {
+                true => "it was cut short",
+                false => "something was appended",
+            };
+            return Err(damaged(format!(
+                "{complaint}: it has {} bytes where a MERL table has {FILE_BYTES}; get it again",
+                bytes.len()
+            )));
+        }
+        let table = Self { name, bytes };
+        // Of what passes, f32 look-ups are finite. (NaN does not pass.)
+        let passes = |value: f64| value.abs() <= f64::from(f32::MAX);
+        match (0..3 * PLANE).find(|index| !passes(table.value(*index))) {
+            Some(index) => Err(damaged(format!(
+                "value {index} is {:e}, which is no BRDF; get the file again",
+                table.value(index)
+            ))),
+            None => Ok(table),
+        }
+    }
+
+    /// `NAME` of a path `.../NAME.binary`; None for any other.
+    #[must_use]
+    pub fn name_of(path: &Path) -> Option<String> {
+        let name = path.file_name()?.to_str()?.strip_suffix(".binary")?;
+        Some(name.to_owned())
+    }
+
+    /// A stored value; 0 past the table's end, which `read` has excluded.
+    fn value(&self, index: usize) -> f64 {
+        let (_, values) = self.bytes.split_at(HEADER_BYTES);
+        let value = values.as_chunks().0.get(index);
+        value.map_or(0.0, |bytes| f64::from_le_bytes(*bytes))
+    }
+
+    /// The BRDF at `angles`, which lie in `cells`; the shares of nodes may carry derivatives.
+    fn interpolate<S: Scalar>(&self, cells: &[Cell; 3], angles: Angles<S>) -> [S; 3] {
+        let [cell_h, cell_d, cell_phi] = cells;
+        let zero = S::constant(0.0);
+        let mut sums = [zero; 3];
+        let mut weights = [zero; 3];
+        for (h, weight_h) in cell_h.shares(angles.theta_h) {
+            for (d, weight_d) in cell_d.shares(angles.theta_d) {
+                for (phi, weight_phi) in cell_phi.shares(angles.phi_d) {
+                    let index = phi + NODES[2] * (d + NODES[1] * h);
+                    let weight = weight_h * weight_d * weight_phi;
+                    for (channel, (sum, total)) in sums.iter_mut().zip(&mut weights).enumerate() {
+                        let value = self.value(index + channel * PLANE);
+                        if value >= 0.0 {
+                            *sum = *sum + weight * S::constant(value * SCALE[channel]);
+                            *total = *total + weight;
+                        }
+                    }
+                }
+            }
+        }
+        for (sum, total) in sums.iter_mut().zip(weights) {
+            let made_up = *sum / total.if_positive(total, S::constant(1.0));
+            *sum = total.if_positive(made_up, zero);
+        }
+        sums
+    }
+}
+
+impl Material for MerlTable {
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    fn brdf(&self, angles: Angles<f32>) -> [f32; 3] {
+        let angles = in_table(angles);
+        self.interpolate(&cells(angles), angles).map(|f| f as f32)
+    }
+
+    fn brdf_with_derivative(&self, angles: Angles<f32>) -> ([f32; 3], [[f32; 3]; 3]) {
+        let angles = in_table(angles);
+        let found = self.interpolate(&cells(angles), Dual::<f64, 3>::variables(angles));
+        let (brdf, derivative) = Dual::split(found);
+        (
+            brdf.map(|f| f as f32),
+            derivative.map(|by_angles| by_angles.map(|slope| slope as f32)),
+        )
+    }
+}
+
+/// Angles in double precision, phi_d brought to \[0, pi).
+fn in_table(angles: Angles<f32>) -> Angles<f64> {
+    let phi_d = f64::from(angles.phi_d).rem_euclid(PI);
+    Angles {
+        theta_h: angles.theta_h.into(),
+        theta_d: angles.theta_d.into(),
+        // A tiny negative angle is rounded up to pi.
+        phi_d: if phi_d < PI { phi_d } else { 0.0 },
+    }
+}
+
+/// theta_h at node `k`.
+fn theta_h(k: usize) -> f64 {
+    let root = k as f64 / NODES[0] as f64;
+    FRAC_PI_2 * root * root
+}
+
+/// theta_d or phi_d at node `k`.
+fn degrees(k: usize) -> f64 {
+    (k as f64).to_radians()
+}
+
+/// Two neighbouring nodes of one angle.
+#[derive(Clone, Copy)]
+struct Cell {
+    nodes: [usize; 2],
+    /// Their angles.
+    ends: [f64; 2],
+}
+
+/// The cells that angles lie in.
+fn cells(angles: Angles<f64>) -> [Cell; 3] {
+    let root = (angles.theta_h / FRAC_PI_2).sqrt();
+    let mut phi_d = Cell::around(angles.phi_d, angles.phi_d.to_degrees(), NODES[2], degrees);
+    // The node after the last one is the first again.
+    phi_d.nodes[1] %= NODES[2];
+    [
+        Cell::around(
+            angles.theta_h,
+            NODES[0] as f64 * root,
+            NODES[0] - 1,
+            theta_h,
+        ),
+        Cell::around(
+            angles.theta_d,
+            angles.theta_d.to_degrees(),
+            NODES[1] - 1,
+            degrees,
+        ),
+        phi_d,
+    ]
+}
+
+impl Cell {
+    /// The cell of `angle`, whose position among nodes 0 to `last` at angles `node(k)` is
+    /// `position`, but for rounding.
+    fn around(angle: f64, position: f64, last: usize, node: fn(usize) -> f64) -> Self {
+        let mut low = (position as usize).min(last);
+        if angle < node(low) {
+            low = low.saturating_sub(1);
+        } else if low < last && angle >= node(low + 1) {
+            low += 1;
+        }
+        // Past the ends, a cell of no width at the last or first node.
+        let high = match angle >= node(low) {
+            true => (low + 1).min(last),
+            false => low,
+        };
+        Self {
+            nodes: [low, high],
+            ends: [node(low), node(high)],
+        }
+    }
+
+    /// The nodes, each with its share at `angle`.
+    fn shares<S: Scalar>(&self, angle: S) -> [(usize, S); 2] {
+        let [low, high] = self.ends;
+        let (rest, share) = if high > low {
+            let per_radian = S::constant(1.0 / (high - low));
+            (
+                (S::constant(high) - angle) * per_radian,
+                (angle - S::constant(low)) * per_radian,
+            )
+        } else {
+            (S::constant(1.0), S::constant(0.0))
+        };
+        [(self.nodes[0], rest), (self.nodes[1], share)]
+    }
+}
+
+/// Tabulates a material at MERL's nodes. Below the horizon it writes "not measured", and 0 for
+/// what is less, which would read as that.
+///
+/// The file appears whole or not at all.
+///
+/// # Errors
+/// If the material is not finite somewhere, or the file cannot be written.
+pub fn write_merl(path: &Path, material: &dyn Material) -> Result<(), SourceError> {
+    let rows: Vec<Vec<[f64; 3]>> = (0..NODES[0] * NODES[1])
+        .into_par_iter()
+        .map(|row| tabulate_row(material, theta_h(row / NODES[1]), degrees(row % NODES[1])))
+        .collect();
+    let fail = |source| SourceError::Write {
+        path: path.into(),
+        source,
+    };
+    let mut bytes = Vec::with_capacity(FILE_BYTES);
+    for nodes in NODES {
+        bytes.extend_from_slice(&(nodes as i32).to_le_bytes());
+    }
+    for channel in 0..SCALE.len() {
+        for values in rows.iter().flatten() {
+            let value = values[channel];
+            if !value.is_finite() {
+                let what = format!("{} is not finite everywhere", material.name());
+                return Err(fail(io::Error::new(io::ErrorKind::InvalidData, what)));
+            }
+            bytes.extend_from_slice(&value.to_le_bytes());
+        }
+    }
+    write_whole(path, &bytes).map_err(fail)
+}
+
+/// A material's stored values at all phi_d.
+fn tabulate_row(material: &dyn Material, theta_h: f64, theta_d: f64) -> Vec<[f64; 3]> {
+    let value = |phi: usize| {
+        let angles = Angles {
+            theta_h: theta_h as f32,
+            theta_d: theta_d as f32,
+            phi_d: degrees(phi) as f32,
+        };
+        if !HalfDifference::from_angles(angles).is_valid() {
+            return [NOT_MEASURED; 3];
+        }
+        let brdf = material.brdf(angles).map(f64::from);
+        std::array::from_fn(|channel| match brdf[channel] {
+            negative if negative < 0.0 => 0.0,
+            f => f / SCALE[channel],
+        })
+    };
+    (0..NODES[2]).map(value).collect()
+}

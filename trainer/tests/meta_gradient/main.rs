@@ -1,0 +1,12 @@
+//! The meta-gradient against central differences of the whole unrolled loss, and against itself in
+//! other precision, on other lanes and on other numbers of threads. (`burn_witness` holds it
+//! against an independent program.)
+
+#[path = "../../../core/tests/support/mod.rs"]
+mod support;
+
+mod determinism;
+mod differences;
+mod lanes;
+mod pattern;
+mod problem;
