@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
+use super::parameters::Groups;
 use crate::files::write_whole;
 
 /// The file's name within the checkpoint directory.
@@ -65,6 +66,18 @@ pub struct Best {
     pub step_sizes: Vec<f32>,
     /// Logits of the pattern.
     pub pattern: Vec<f32>,
+}
+
+impl Best {
+    /// The values.
+    #[must_use]
+    pub fn values(&self) -> Groups<Vec<f32>> {
+        Groups {
+            initial: self.initial.clone(),
+            step_sizes: self.step_sizes.clone(),
+            pattern: self.pattern.clone(),
+        }
+    }
 }
 
 /// A training run as it stands.
