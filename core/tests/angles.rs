@@ -1,5 +1,8 @@
 //! Angles, half and difference vectors and directions against independent trigonometry.
 
+// f64 is a scalar with libm only.
+#![cfg(feature = "libm")]
+
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 use glimpse_core::angles::{Angles, Directions, HalfDifference};
@@ -73,9 +76,14 @@ fn double(at: &HalfDifference<f32>) -> [f64; 5] {
 
 /// How far rounding to f32 may move a half and a difference vector that are found from
 /// directions: the half vector is as long as cos(theta_d), and its azimuth is as sharp as
-/// sin(theta_h).
+/// sin(theta_h). micromath adds the errors of three square roots.
 fn rounding(at: &HalfDifference<f64>) -> f64 {
-    3e-7 / (at.dz * at.hx)
+    let roots = if cfg!(feature = "micromath") {
+        5e-6
+    } else {
+        0.0
+    };
+    roots + 3e-7 / (at.dz * at.hx)
 }
 
 proptest! {
@@ -116,7 +124,7 @@ proptest! {
         let pair = Directions { incoming: [x, y, z], outgoing: [-x, -y, z] };
         let found = HalfDifference::from_directions(&pair);
         let found = found.ok_or_else(|| TestCaseError::fail("no half vector"))?;
-        close(&double(&found), &[0.0, 1.0, x.into(), y.into(), z.into()], 2e-6)?;
+        close(&double(&found), &[0.0, 1.0, x.into(), y.into(), z.into()], 5e-6)?;
     }
 
     #[test]

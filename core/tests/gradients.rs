@@ -1,11 +1,16 @@
 //! The models' one gradient against central differences, and their loss against the formula.
 
+// f64 is a scalar with libm only.
+#![cfg(feature = "libm")]
+
 mod support;
 
 use std::cell::RefCell;
 use std::f64::consts::{PI, TAU};
 
-use glimpse_core::model::{Model, ModelKind, Neural, ParameterSet, Phong};
+use glimpse_core::model::{
+    Model, ModelKind, Neural, NeuralParameters, ParameterSet, Phong, SampleGradient,
+};
 use proptest::prelude::*;
 use proptest::test_runner::{TestCaseError, TestRunner};
 
@@ -192,5 +197,22 @@ proptest! {
             agree(found, expected)?;
         }
         agree(loss::<Neural>(&list, variables, weight).0, expected_loss(variables, expected, weight))?;
+    }
+
+    #[test]
+    fn light_from_below_costs_nothing(list in neural(), variables in variables()) {
+        // Pushed along x until hz dz - hx dx, the cosine, is negative.
+        let [hx, hz, dx, dy, dz, red, green, blue] = variables;
+        let lower = [hx, hz, dx + hz * dz / hx.max(0.05) + 0.1, dy, dz, red, green, blue];
+        let sample = sample::<f64>(lower, 1.0);
+        prop_assume!(sample.at.cos_theta_i() < 0.0);
+        let theta = parameters(list.iter().copied(), 0.0);
+        let mut gradient = NeuralParameters::filled(0.0);
+        let found = Neural::accumulate_gradient::<f64, true>(&theta, &sample, &mut gradient);
+        prop_assert_eq!(found.loss, 0.0);
+        prop_assert!(gradient.iter().all(|slope| *slope == 0.0));
+        let SampleGradient { at, measured } = found.gradient;
+        prop_assert_eq!([at.hx, at.hz, at.dx, at.dy, at.dz], [0.0; 5]);
+        prop_assert_eq!(measured, [0.0; 3]);
     }
 }
