@@ -5,6 +5,8 @@
 //! of its half vector and its difference vector, with phi_h = 0 (Rusinkiewicz
 //! 1998). Models read the Cartesian form, [`HalfDifference`].
 
+use serde::{Deserialize, Serialize};
+
 use crate::math;
 use crate::scalar::{Scalar, Trigonometry};
 
@@ -22,7 +24,7 @@ pub struct Angles<T> {
 }
 
 /// A pair of unit directions, pointing away from the surface; z is the normal.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Directions<T> {
     /// Towards the light, w_i.

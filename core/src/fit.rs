@@ -3,13 +3,15 @@
 //! theta <- theta - alpha * grad(loss), the loss being the mean over all samples (paper,
 //! Algorithm 1, `Learn`).
 
+use serde::{Deserialize, Serialize};
+
 use crate::loss::cosine_weighted_log_error;
 use crate::model::{Model, ParameterSet, Sample};
 use crate::recipe::Floats;
 
 /// The memory of a fit, which the caller owns: parameters and their gradient.
 ///
-/// It can live in a static: [`Workspace::new`] is all zeros.
+/// It can live in a static that costs no flash: [`Workspace::new`] is a constant, all zeros.
 #[derive(Clone, Debug)]
 pub struct Workspace<M: Model> {
     parameters: M::Parameters<f32>,
@@ -25,10 +27,10 @@ impl<M: Model> Default for Workspace<M> {
 impl<M: Model> Workspace<M> {
     /// All zeros.
     #[must_use]
-    pub fn new() -> Self {
+    pub const fn new() -> Self {
         Self {
-            parameters: M::Parameters::filled(0.0),
-            gradient: M::Parameters::filled(0.0),
+            parameters: M::ZEROS,
+            gradient: M::ZEROS,
         }
     }
 
@@ -40,7 +42,7 @@ impl<M: Model> Workspace<M> {
 }
 
 /// How far a fit is, counted in gradients of one sample.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Progress {
     /// Gradients computed.

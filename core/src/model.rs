@@ -105,6 +105,8 @@ pub trait Model: Sync {
     const PARAMETERS: usize;
     /// One `T` for every parameter.
     type Parameters<T: Copy + 'static>: ParameterSet<T>;
+    /// All zeros, as a constant: so that statics can begin with it.
+    const ZEROS: Self::Parameters<f32>;
 
     /// The BRDF in linear RGB, sr^-1, not times the cosine.
     fn brdf<S: Scalar>(

@@ -45,8 +45,39 @@ pub const MAX_INNER_STEPS: u16 = 10_000;
 
 const CHECKSUM: Crc<u32, Table<1>> = Crc::<u32, Table<1>>::new(&CRC_32_ISO_HDLC);
 
+/// A field of the recipe, to name it in errors.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Field {
+    /// The body as a whole.
+    Body,
+    /// SGD steps.
+    InnerSteps,
+    /// Where to measure.
+    Pattern,
+    /// Initial parameters.
+    Initial,
+    /// A step size for each parameter.
+    StepSizes,
+    /// The loss to expect.
+    ExpectedLoss,
+}
+
+impl core::fmt::Display for Field {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str(match self {
+            Self::Body => "body",
+            Self::InnerSteps => "inner_steps",
+            Self::Pattern => "pattern",
+            Self::Initial => "initial",
+            Self::StepSizes => "step_sizes",
+            Self::ExpectedLoss => "expected_loss",
+        })
+    }
+}
+
 /// Why bytes are not a recipe.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum RecipeError {
     /// The first four bytes are not `GLMP`.
@@ -65,9 +96,9 @@ pub enum RecipeError {
     /// The body does not follow the format, although its checksum is right.
     Malformed,
     /// A field has an impossible number of entries, or an impossible count.
-    Count(&'static str),
+    Count(Field),
     /// A field holds a NaN or an infinity.
-    NonFinite(&'static str),
+    NonFinite(Field),
     /// A direction of the pattern's sample with this index is below the horizon.
     BelowHorizon(u16),
     /// The buffer given to [`Recipe::write`] is too small.
@@ -239,13 +270,13 @@ impl<'a> Recipe<'a> {
 
     fn check(body: Body<'a>, checksum: u32) -> Result<Self, RecipeError> {
         if !(1..=MAX_INNER_STEPS).contains(&body.inner_steps) {
-            return Err(RecipeError::Count("inner_steps"));
+            return Err(RecipeError::Count(Field::InnerSteps));
         }
         let (pattern, []) = body.pattern.as_chunks() else {
-            return Err(RecipeError::Count("pattern"));
+            return Err(RecipeError::Count(Field::Pattern));
         };
         if !(1..=MAX_SAMPLES).contains(&pattern.len()) {
-            return Err(RecipeError::Count("pattern"));
+            return Err(RecipeError::Count(Field::Pattern));
         }
         let parameters = body.model.parameters();
         let list = |bytes, field| {
@@ -262,14 +293,14 @@ impl<'a> Recipe<'a> {
             model: body.model,
             inner_steps: body.inner_steps,
             pattern,
-            initial: list(body.initial, "initial")?,
-            step_sizes: list(body.step_sizes, "step_sizes")?,
+            initial: list(body.initial, Field::Initial)?,
+            step_sizes: list(body.step_sizes, Field::StepSizes)?,
             expected_loss: body.expected_loss,
             provenance: body.provenance,
             checksum,
         };
         if !body.expected_loss.is_finite() {
-            return Err(RecipeError::NonFinite("expected_loss"));
+            return Err(RecipeError::NonFinite(Field::ExpectedLoss));
         }
         for (index, angles) in recipe.pattern().enumerate() {
             let Angles {
@@ -278,7 +309,7 @@ impl<'a> Recipe<'a> {
                 phi_d,
             } = angles;
             if !(theta_h.is_finite() && theta_d.is_finite() && phi_d.is_finite()) {
-                return Err(RecipeError::NonFinite("pattern"));
+                return Err(RecipeError::NonFinite(Field::Pattern));
             }
             if !HalfDifference::from_angles(angles).is_valid() {
                 return Err(RecipeError::BelowHorizon(index as u16));
@@ -308,7 +339,7 @@ impl<'a> Recipe<'a> {
             .split_first_chunk_mut::<HEADER_BYTES>()
             .ok_or(RecipeError::BufferTooSmall)?;
         let written = postcard::to_slice(&body, rest).map_err(|_| RecipeError::BufferTooSmall)?;
-        let length = u32::try_from(written.len()).map_err(|_| RecipeError::Count("body"))?;
+        let length = u32::try_from(written.len()).map_err(|_| RecipeError::Count(Field::Body))?;
         let checksum = checksum_of(VERSION, length, written);
         let fields = MAGIC
             .into_iter()

@@ -4,6 +4,7 @@
 //! evaluates the result. Motors, sensor and clock are the firmware's.
 
 use heapless::Vec;
+use serde::{Deserialize, Serialize};
 
 use crate::angles::{Directions, HalfDifference};
 use crate::fit::{Fit, Progress, Workspace, residuals};
@@ -11,7 +12,7 @@ use crate::model::{Model, ModelKind, Sample};
 use crate::recipe::Recipe;
 
 /// Why a scan cannot begin.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum ScanError {
     /// The recipe is for another model than this firmware's.
@@ -52,7 +53,7 @@ impl core::fmt::Display for ScanError {
 impl core::error::Error for ScanError {}
 
 /// Why a measurement was refused. It has to be taken again.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum MeasurementError {
     /// A channel (0 red, 1 green, 2 blue) is NaN or infinite.
@@ -76,7 +77,7 @@ impl core::fmt::Display for MeasurementError {
 impl core::error::Error for MeasurementError {}
 
 /// What the sensor saw.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Measurement {
     /// The BRDF in linear RGB, sr^-1 (not times the cosine).
@@ -86,7 +87,7 @@ pub struct Measurement {
 }
 
 /// How well the fit explains its measurements.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Residual {
     /// The mean cosine-weighted logarithmic error over the measurements.

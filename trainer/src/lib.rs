@@ -1,10 +1,17 @@
 //! The host side of Glimpse: materials, meta-learning, evaluation, export.
 
 pub mod dual;
+pub mod evaluation;
+pub mod export;
+pub mod files;
 pub mod lanes;
 pub mod material;
 pub mod meta;
+pub mod metrics;
+pub mod render;
+pub mod report;
 pub mod sampling;
+pub mod scanner;
 
 /// Runs `$body` with `$M` standing for the model of a [`ModelKind`](glimpse_core::model::ModelKind).
 #[macro_export]

@@ -1,2 +1,79 @@
 //! The command line `trainer`.
-fn main() {}
+
+mod commands;
+
+use std::process::ExitCode;
+
+use clap::{Args, Parser, Subcommand};
+
+/// Learn where to measure a BRDF and how to fit it, for a scanner's microcontroller.
+///
+/// The trainer meta-learns a sample pattern, initial parameters and step sizes on measured
+/// materials and writes them into a recipe. The scanner measures at the recipe's directions and
+/// fits a new material in a few steps.
+///
+/// Start with `trainer quickstart`.
+///
+/// SOURCES. Wherever a command takes materials (--data, --test, --train, --material) it takes
+/// a directory holding any mix of MERL *.binary and NBRDF sets (NAME_fc1.npy and its five
+/// siblings), a single such file, or procedural[:COUNT[:SEED]], the built-in set.
+#[derive(Parser)]
+#[command(name = "trainer", version, max_term_width = 100)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+    #[command(flatten)]
+    common: Common,
+}
+
+/// What all commands take.
+#[derive(Args, Clone, Copy, Debug)]
+struct Common {
+    /// Seed of all random numbers: the same seed gives the same results
+    #[arg(long, global = true, default_value_t = 0)]
+    seed: u64,
+    /// Threads to compute on [default: all cores]; the results do not depend on it
+    #[arg(long, global = true)]
+    threads: Option<usize>,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Train a small recipe, scan unseen materials with it, and leave pictures: start here
+    Quickstart(commands::quickstart::Quickstart),
+    /// Train a recipe on materials
+    Train(commands::train::Train),
+    /// Judge a recipe or a method on materials
+    Evaluate(commands::evaluate::Evaluate),
+    /// Show what is in a recipe
+    Inspect(commands::inspect::Inspect),
+    /// Write a recipe in another format
+    Export(commands::export::Export),
+    /// Play motors and sensor from a material, for the firmware at the other end of the line
+    VirtualScanner(commands::virtual_scanner::VirtualScanner),
+}
+
+fn main() -> ExitCode {
+    let Cli { command, common } = Cli::parse();
+    if let Some(threads) = common.threads {
+        // It fails only if a pool exists already, and none does yet.
+        let _ = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build_global();
+    }
+    let outcome = match command {
+        Command::Quickstart(command) => command.run(common.seed),
+        Command::Train(command) => command.run(common.seed),
+        Command::Evaluate(command) => command.run(common.seed),
+        Command::Inspect(command) => command.run(),
+        Command::Export(command) => command.run(),
+        Command::VirtualScanner(command) => command.run(common.seed),
+    };
+    match outcome {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error:#}");
+            ExitCode::FAILURE
+        }
+    }
+}

@@ -190,6 +190,14 @@ impl Model for Neural {
     const KIND: ModelKind = ModelKind::Neural;
     const PARAMETERS: usize = 6 * HIDDEN + HIDDEN + HIDDEN * HIDDEN + HIDDEN + HIDDEN * 3 + 3;
     type Parameters<T: Copy + 'static> = NeuralParameters<T>;
+    const ZEROS: NeuralParameters<f32> = NeuralParameters {
+        fc1: [[0.0; HIDDEN]; 6],
+        b1: [0.0; HIDDEN],
+        fc2: [[0.0; HIDDEN]; HIDDEN],
+        b2: [0.0; HIDDEN],
+        fc3: [[0.0; 3]; HIDDEN],
+        b3: [0.0; 3],
+    };
 
     #[inline(always)]
     fn brdf<S: Scalar>(

@@ -114,6 +114,11 @@ impl Model for Phong {
     const KIND: ModelKind = ModelKind::Phong;
     const PARAMETERS: usize = 7;
     type Parameters<T: Copy + 'static> = PhongParameters<T>;
+    const ZEROS: PhongParameters<f32> = PhongParameters {
+        sum: [0.0; 3],
+        ratio: [0.0; 3],
+        exponent: 0.0,
+    };
 
     #[inline(always)]
     fn brdf<S: Scalar>(

@@ -19,7 +19,7 @@ use rayon::prelude::*;
 
 use super::{Material, SourceError};
 use crate::dual::Dual;
-use crate::meta::checkpoint::write_whole;
+use crate::files::write_whole;
 
 /// Nodes of theta_h, theta_d and phi_d.
 const NODES: [usize; 3] = [90, 90, 180];

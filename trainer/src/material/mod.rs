@@ -10,7 +10,9 @@ pub use nbrdf::NeuralBrdf;
 pub use procedural::Procedural;
 pub use source::{Source, SourceError};
 
-use glimpse_core::angles::Angles;
+use std::f32::consts::TAU;
+
+use glimpse_core::angles::{Angles, HalfDifference};
 
 /// A measured material: a BRDF that can be looked up anywhere, with its derivative.
 pub trait Material: Send + Sync {
@@ -22,4 +24,22 @@ pub trait Material: Send + Sync {
 
     /// The BRDF, and its derivative by theta_h, theta_d and phi_d for each channel.
     fn brdf_with_derivative(&self, angles: Angles<f32>) -> ([f32; 3], [[f32; 3]; 3]);
+
+    /// The BRDF at many places at once, for pictures and metrics.
+    fn brdf_batch(&self, at: &[HalfDifference<f32>], brdf: &mut [[f32; 3]]) {
+        for (at, brdf) in at.iter().zip(brdf) {
+            *brdf = self.brdf(angles_of(at));
+        }
+    }
+}
+
+/// Angles of a half and difference vector; phi_d in \[0, 2 pi).
+#[must_use]
+pub fn angles_of(at: &HalfDifference<f32>) -> Angles<f32> {
+    let phi_d = at.dy.atan2(at.dx);
+    Angles {
+        theta_h: at.hx.atan2(at.hz),
+        theta_d: at.dx.hypot(at.dy).atan2(at.dz),
+        phi_d: if phi_d < 0.0 { phi_d + TAU } else { phi_d },
+    }
 }

@@ -11,6 +11,7 @@ use glimpse_core::model::{Model, Neural, NeuralParameters, ParameterSet};
 
 use super::{Material, SourceError};
 use crate::dual::Dual;
+use crate::lanes::{EvaluateModel, dispatch};
 
 /// The six arrays: name and shape.
 const ARRAYS: [(&str, &[u64]); 6] = [
@@ -79,6 +80,14 @@ impl Material for NeuralBrdf {
         let parameters = Dual::constants::<Neural>(&self.parameters);
         let at = HalfDifference::from_angles(Dual::variables(angles));
         Dual::split(Neural::brdf::<Dual<f32, 3>>(&parameters, &at))
+    }
+
+    fn brdf_batch(&self, at: &[HalfDifference<f32>], brdf: &mut [[f32; 3]]) {
+        dispatch(EvaluateModel::<Neural> {
+            parameters: &self.parameters,
+            at,
+            brdf,
+        });
     }
 }
 

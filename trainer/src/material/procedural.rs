@@ -1,7 +1,7 @@
 //! Materials made up to look measured: richer than any model here can fit.
 //!
 //! Each is a diffuse base with retro-reflection at grazing angles, two microfacet lobes of one
-//! highlight (a core and a wider haze, GGX), Schlick's Fresnel, sheen, a retro-reflective lobe,
+//! highlight (a core and a wider haze, GTR), Schlick's Fresnel, sheen, a retro-reflective lobe,
 //! and noise that grows towards grazing angles, as gonioreflectometers show it. The kinds and
 //! their ranges follow what one finds among measured materials: metals, metallic paints, plastics
 //! and lacquers, rubbers and other rough ones, fabrics, woods.
@@ -36,10 +36,14 @@ pub struct Procedural {
     /// Highlight: strength in linear RGB, reflectance at normal incidence.
     specular: [f64; 3],
     fresnel: f64,
-    /// GGX roughness of the core, the same of the haze, and the haze's share.
+    /// How much of Schlick's rise to 1 at grazing angles is there.
+    fresnel_rise: f64,
+    /// Roughness of the core, the same of the haze, and the haze's share.
     core: f64,
     haze: f64,
     haze_share: f64,
+    /// How fast both fall off: the gamma of the GTR distribution; 2 is GGX, more has less tail.
+    falloff: f64,
     /// Sheen at large theta_d, in linear RGB.
     sheen: [f64; 3],
     /// Retro-reflective lobe at small theta_d: strength and width.
@@ -80,9 +84,11 @@ impl Procedural {
             diffuse_grazing: uniform(random, 0.4, 1.8),
             specular: [1.0; 3],
             fresnel: 0.04,
+            fresnel_rise: uniform(random, 0.1, 1.0),
             core: 0.1,
             haze: 0.3,
             haze_share: 0.0,
+            falloff: uniform(random, 1.8, 4.5),
             sheen: [0.0; 3],
             retro: 0.0,
             retro_width: uniform(random, 0.01, 0.1),
@@ -104,28 +110,28 @@ impl Procedural {
         let (core, wider) = match kind {
             "metal" => {
                 self.specular = metal_tint(random);
-                self.fresnel = uniform(random, 0.4, 0.9);
-                self.diffuse = scaled(self.specular, log_uniform(random, 0.002, 0.08));
-                self.haze_share = uniform(random, 0.1, 0.6);
-                (log_uniform(random, 0.025, 0.35), uniform(random, 1.5, 4.0))
+                self.fresnel = uniform(random, 0.1, 0.6);
+                self.diffuse = scaled(self.specular, log_uniform(random, 5e-4, 0.03));
+                self.haze_share = uniform(random, 0.02, 0.4);
+                (log_uniform(random, 0.03, 0.25), uniform(random, 1.3, 4.0))
             }
             "metallic-paint" => {
                 let hue = tint(random, 0.9);
                 self.specular = mixed(hue, [1.0; 3], uniform(random, 0.1, 0.9));
-                self.fresnel = uniform(random, 0.05, 0.4);
-                self.diffuse = scaled(hue, log_uniform(random, 0.01, 0.2));
+                self.fresnel = uniform(random, 0.03, 0.25);
+                self.diffuse = scaled(hue, log_uniform(random, 0.005, 0.15));
                 self.haze_share = uniform(random, 0.3, 0.9);
                 (log_uniform(random, 0.05, 0.3), uniform(random, 1.5, 5.0))
             }
             "plastic" => {
-                self.fresnel = log_uniform(random, 0.025, 0.1);
-                self.diffuse = scaled(tint(random, 0.95), log_uniform(random, 0.01, 0.7));
+                self.fresnel = log_uniform(random, 0.02, 0.07);
+                self.diffuse = scaled(tint(random, 0.95), log_uniform(random, 0.001, 0.4));
                 self.haze_share = uniform(random, 0.05, 0.6);
-                (log_uniform(random, 0.02, 0.25), uniform(random, 1.5, 5.0))
+                (log_uniform(random, 0.025, 0.25), uniform(random, 1.3, 5.0))
             }
             "rubber" => {
                 self.fresnel = log_uniform(random, 0.015, 0.06);
-                self.diffuse = scaled(tint(random, 0.9), log_uniform(random, 0.015, 0.7));
+                self.diffuse = scaled(tint(random, 0.9), log_uniform(random, 0.01, 0.4));
                 self.haze_share = uniform(random, 0.2, 0.9);
                 (log_uniform(random, 0.2, 0.7), uniform(random, 1.2, 2.5))
             }
@@ -133,8 +139,8 @@ impl Procedural {
                 let hue = tint(random, 0.9);
                 self.specular = mixed(hue, [1.0; 3], uniform(random, 0.2, 0.8));
                 self.fresnel = log_uniform(random, 0.01, 0.08);
-                self.diffuse = scaled(hue, log_uniform(random, 0.015, 0.5));
-                self.sheen = scaled(mixed(hue, [1.0; 3], 0.5), uniform(random, 0.0, 0.4));
+                self.diffuse = scaled(hue, log_uniform(random, 0.004, 0.4));
+                self.sheen = scaled(mixed(hue, [1.0; 3], 0.5), uniform(random, 0.0, 0.15));
                 self.retro = uniform(random, 0.0, 0.15);
                 self.haze_share = uniform(random, 0.2, 0.9);
                 (log_uniform(random, 0.3, 0.9), uniform(random, 1.1, 1.8))
@@ -152,8 +158,10 @@ impl Procedural {
                 (log_uniform(random, 0.08, 0.4), uniform(random, 1.3, 3.0))
             }
         };
+        // Measured highlights are weaker than those of ideal interfaces.
+        self.specular = scaled(self.specular, log_uniform(random, 0.25, 1.0));
         self.core = core;
-        self.haze = (core * wider).min(1.0);
+        self.haze = (core * wider).min(0.99);
     }
 
     fn evaluate<S: Trigonometry>(&self, angles: Angles<S>) -> [S; 3] {
@@ -171,13 +179,19 @@ impl Procedural {
         let retro = c(self.retro / PI) * ((at.dz * at.dz - one) * c(1.0 / self.retro_width)).exp();
 
         let grazing_difference = fifth(one - at.dz);
-        let fresnel = c(self.fresnel) + c(1.0 - self.fresnel) * grazing_difference;
+        let fresnel =
+            c(self.fresnel) + c(self.fresnel_rise * (1.0 - self.fresnel)) * grazing_difference;
         let lobe = |roughness: f64| {
             let squared = roughness * roughness;
-            let bell = one - at.hz * at.hz * c(1.0 - squared);
+            // (cos^2 (a^2 - 1) + 1), without the cancellation at sharp highlights.
+            let bell = at.hx * at.hx + at.hz * at.hz * c(squared);
+            let gamma = self.falloff;
+            // GTR's normalization, so that the distribution integrates to one.
+            let scale = (gamma - 1.0) * (squared - 1.0) / (PI * (1.0 - squared.powf(1.0 - gamma)));
+            let distribution = c(scale) * (-(bell.ln() * c(gamma))).exp();
             let shadow = 0.5 * roughness;
             let visible = |cosine: S| cosine * c(1.0 - shadow) + c(shadow);
-            c(squared / (4.0 * PI)) / (bell * bell * visible(incoming) * visible(outgoing))
+            distribution * c(0.25) / (visible(incoming) * visible(outgoing))
         };
         let highlight = fresnel
             * (lobe(self.core) * c(1.0 - self.haze_share) + lobe(self.haze) * c(self.haze_share));

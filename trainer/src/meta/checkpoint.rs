@@ -1,10 +1,13 @@
 //! Checkpoints: a training run as it stands, written whole or not at all.
 
 use std::fs;
-use std::io::{self, Write};
+use std::io;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
+
+use super::parameters::Groups;
+use crate::files::write_whole;
 
 /// The file's name within the checkpoint directory.
 const FILE: &str = "checkpoint.bin";
@@ -63,6 +66,18 @@ pub struct Best {
     pub step_sizes: Vec<f32>,
     /// Logits of the pattern.
     pub pattern: Vec<f32>,
+}
+
+impl Best {
+    /// The values.
+    #[must_use]
+    pub fn values(&self) -> Groups<Vec<f32>> {
+        Groups {
+            initial: self.initial.clone(),
+            step_sizes: self.step_sizes.clone(),
+            pattern: self.pattern.clone(),
+        }
+    }
 }
 
 /// A training run as it stands.
@@ -133,27 +148,4 @@ impl Checkpoint {
         let _ = fs::remove_file(directory.join(FILE));
         let _ = fs::remove_dir(directory);
     }
-}
-
-/// Writes a file whole or not at all: beside it first, then renamed.
-///
-/// # Errors
-/// If it cannot be written; a file that was there before is then still whole.
-pub fn write_whole(path: &Path, bytes: &[u8]) -> io::Result<()> {
-    let directory = match path.parent() {
-        Some(parent) if parent != Path::new("") => parent,
-        _ => Path::new("."),
-    };
-    let mut file = tempfile::NamedTempFile::new_in(directory)?;
-    file.write_all(bytes)?;
-    file.as_file().sync_all()?;
-    #[cfg(unix)]
-    {
-        // Temporary files are private; what the user asked for is as readable as any new file.
-        use std::os::unix::fs::PermissionsExt;
-        file.as_file()
-            .set_permissions(fs::Permissions::from_mode(0o644))?;
-    }
-    file.persist(path)?;
-    Ok(())
 }

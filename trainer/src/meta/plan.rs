@@ -3,12 +3,12 @@
 use glimpse_core::model::ModelKind;
 
 use super::parameters::Groups;
-use super::training::{InnerSamples, Phase, StepSizeForm};
+use super::training::{InnerSamples, Phase, Start, StepSizeForm};
 
 /// How the parts of a recipe are trained.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub enum Schedule {
-    /// Initialisation and step sizes for the n at hand, then those and the pattern together.
+    /// Start, step sizes and pattern together, for the n at hand, from the best of several tries.
     Joint,
     /// The paper's two stages: initialisation and step sizes on fresh samples, then the pattern
     /// alone.
@@ -53,11 +53,18 @@ impl Plan {
         }
     }
 
-    /// The initialisation phases alone: what the method Meta trains.
+    /// What the method Meta trains: all but the pattern. Where start and step sizes would learn
+    /// on the pattern they learn on as many random samples.
     #[must_use]
-    pub fn without_pattern(mut self) -> Self {
+    pub fn without_pattern(mut self, samples: usize) -> Self {
         self.phases
-            .retain(|phase| phase.inner != InnerSamples::Pattern);
+            .retain(|phase| phase.inner != InnerSamples::Pattern || phase.rates.initial > 0.0);
+        for phase in &mut self.phases {
+            if phase.inner == InnerSamples::Pattern {
+                phase.inner = InnerSamples::Random(samples);
+                phase.rates.pattern = 0.0;
+            }
+        }
         self
     }
 
@@ -68,18 +75,21 @@ impl Plan {
     }
 }
 
+/// Which of several starts is good shows only after a while, and not by its training loss: each
+/// is trained for a short time, and the one that does best on unseen materials goes on.
 fn joint(effort: Effort, model: ModelKind, samples: usize) -> Plan {
-    let (first, second) = match effort {
-        Effort::Quick => (400, 3_000),
-        Effort::Standard => (1_000, 16_000),
-        Effort::Long => (5_000, 150_000),
+    let (starts, first, second, last) = match effort {
+        Effort::Quick => (4, 400, 1_000, 2_500),
+        Effort::Standard => (4, 1_000, 3_000, 14_000),
+        Effort::Long => (12, 2_000, 8_000, 120_000),
     };
     let (initial, first_step_size) = match model {
-        ModelKind::Neural => (1e-3, 1e-2),
+        ModelKind::Neural => (1e-3, 3e-3),
         ModelKind::Phong => (3e-3, 0.3),
     };
-    let phase = Phase {
-        name: "start and step sizes",
+    let learning = Phase {
+        name: "trying starts",
+        start: Start::Previous,
         steps: first,
         batch: 16,
         // More than n: a few random samples alone say too little to begin on.
@@ -94,25 +104,37 @@ fn joint(effort: Effort, model: ModelKind, samples: usize) -> Plan {
         warm_up: 100,
         gain: Some(1.5),
     };
+    let sampling = Phase {
+        steps: second,
+        inner: InnerSamples::Pattern,
+        rates: Groups {
+            initial,
+            step_sizes: 1e-2,
+            pattern: 1e-2,
+        },
+        final_rate: 0.1,
+        ..learning.clone()
+    };
+    let mut phases = Vec::new();
+    for guess in 0..starts {
+        phases.push(Phase {
+            start: Start::Guess(guess),
+            ..learning.clone()
+        });
+        phases.push(sampling.clone());
+    }
+    phases.push(Phase {
+        name: "the best start",
+        start: Start::Best,
+        steps: last,
+        final_rate: 0.01,
+        warm_up: 200,
+        ..sampling
+    });
     Plan {
         step_size_form: StepSizeForm::Logarithm,
         first_step_size,
-        phases: vec![
-            phase.clone(),
-            Phase {
-                name: "pattern, start and step sizes",
-                steps: second,
-                inner: InnerSamples::Pattern,
-                rates: Groups {
-                    initial,
-                    step_sizes: 1e-2,
-                    pattern: 1e-2,
-                },
-                final_rate: 0.02,
-                warm_up: 200,
-                ..phase
-            },
-        ],
+        phases,
     }
 }
 
@@ -129,6 +151,7 @@ fn paper(effort: Effort, tasks: usize) -> Plan {
         phases: vec![
             Phase {
                 name: "start and step sizes",
+                start: Start::Guess(0),
                 steps: 10_000 * tasks / share,
                 batch: 1,
                 inner: InnerSamples::Fresh(512),
@@ -144,6 +167,7 @@ fn paper(effort: Effort, tasks: usize) -> Plan {
             },
             Phase {
                 name: "pattern",
+                start: Start::Previous,
                 steps: 500 * tasks / share,
                 batch: 1,
                 inner: InnerSamples::Pattern,

@@ -18,7 +18,7 @@ use super::pattern::{Pattern, logits_of};
 use super::plan::{Effort, Plan, Schedule};
 use super::pool::{Pool, Variation};
 use super::start::first_guess;
-use super::training::{StepSizeForm, Tasks, Training};
+use super::training::{InnerSamples, Start, StepSizeForm, Tasks, Training};
 use crate::lanes::dispatch;
 use crate::material::Material;
 use crate::sampling::sobol_valid;
@@ -30,8 +30,8 @@ pub const INNER_STEPS: usize = 20;
 const POOL: usize = 32_768;
 /// The same for materials held out for validation.
 const VALIDATION_POOL: usize = 4_096;
-/// How often the last phase is validated.
-const VALIDATIONS: usize = 40;
+/// How often a phase is judged on materials that it does not train on.
+const VALIDATIONS: usize = 20;
 /// How often a checkpoint is written.
 const CHECKPOINT_INTERVAL: Duration = Duration::from_secs(10);
 
@@ -173,7 +173,7 @@ impl<'o, M: Model> Run<'o, M> {
             training.len(),
         );
         if options.without_pattern {
-            plan = plan.without_pattern();
+            plan = plan.without_pattern(options.samples);
         }
         Self {
             options,
@@ -185,12 +185,12 @@ impl<'o, M: Model> Run<'o, M> {
         }
     }
 
-    fn first_values(&self) -> Groups<Vec<f32>> {
-        let seed = self.options.seed;
+    fn first_values(&self, guess: u64) -> Groups<Vec<f32>> {
+        let seed = self.options.seed.wrapping_add(guess << 32);
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let initial = first_guess(self.options.model, &mut random);
         let step_size = self.plan.step_size_form.value(self.plan.first_step_size);
-        let pattern = sobol_valid(self.options.samples, seed as u32);
+        let pattern = sobol_valid(self.options.samples, (seed ^ (seed >> 32)) as u32);
         Groups {
             step_sizes: vec![step_size; initial.len()],
             initial,
@@ -203,7 +203,7 @@ impl<'o, M: Model> Run<'o, M> {
         observer: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
     ) -> Result<Learned, TrainError> {
         let directory = self.options.checkpoint.as_deref();
-        let mut optimization = Optimization::new(self.first_values());
+        let mut optimization = Optimization::new(self.first_values(0));
         let mut done = 0;
         let mut loss = 0.0;
         let mut best: Option<Best> = None;
@@ -259,16 +259,28 @@ impl<'o, M: Model> Run<'o, M> {
         let mut saved = Instant::now();
         let mut before = 0;
         for (index, phase) in self.plan.phases.iter().enumerate() {
-            let last = index + 1 == self.plan.phases.len();
+            if done == before {
+                match (phase.start, &best) {
+                    (Start::Guess(guess), _) => {
+                        training.optimization = Optimization::new(self.first_values(guess));
+                    }
+                    (Start::Best, Some(best)) => {
+                        training.optimization = Optimization::new(best.values());
+                    }
+                    _ => {}
+                }
+            }
+            // Phases that end in a recipe are judged; without a pattern to train, the last one.
+            let judged =
+                phase.inner == InnerSamples::Pattern || index + 1 == self.plan.phases.len();
             while done < before + phase.steps {
                 let step = done - before;
                 let found = training.step(index, step);
                 done += 1;
                 let share = if done == 1 { 1.0 } else { 0.02 };
                 loss += share * (found - loss);
-                // The best of the last phase, judged on materials that it does not train on.
                 let period = phase.steps.div_ceil(VALIDATIONS);
-                if last && ((step + 1) % period == 0 || step + 1 == phase.steps) {
+                if judged && ((step + 1) % period == 0 || step + 1 == phase.steps) {
                     let values = training.optimization.values();
                     let found = judge.loss::<M>(&values);
                     if best.as_ref().is_none_or(|best| found < best.loss) {

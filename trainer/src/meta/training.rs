@@ -26,11 +26,24 @@ pub enum InnerSamples {
     Pattern,
 }
 
+/// Where a phase's meta-parameters come from. All but [`Start::Previous`] reset Adam's moments.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Start {
+    /// A first guess of its own, by this number.
+    Guess(u64),
+    /// The phase before.
+    Previous,
+    /// The best meta-parameters that any phase has found, by their validation loss.
+    Best,
+}
+
 /// One stage of meta-training.
 #[derive(Clone, Debug)]
 pub struct Phase {
     /// For progress reports.
     pub name: &'static str,
+    /// Where it begins.
+    pub start: Start,
     /// Outer steps.
     pub steps: usize,
     /// Tasks in each.

@@ -1,0 +1,38 @@
+//! The link between a device and its scanner, free of I/O and of time.
+//!
+//! The device leads, stop and wait: it sends a [`Request`] and waits for the [`Reply`] with the
+//! same sequence number; only then does it send the next. If nothing comes in time it sends the
+//! same frame again. Every request may be repeated: the host answers a repetition with the reply
+//! it gave before, and a reply that comes late or twice is known by its sequence number and
+//! dropped. Lost, damaged, cut, repeated and invented bytes therefore cost time and nothing else.
+//!
+//! | request | reply |
+//! |---|---|
+//! | [`Request::Hello`] begins a scan | [`Reply::Welcome`] |
+//! | [`Request::Measure`], for each sample of the recipe's pattern | [`Reply::Measured`] |
+//! | [`Request::Progress`], after each slice of the fit | [`Reply::Accepted`] |
+//! | [`Request::Parameters`], until all are told | [`Reply::Accepted`] |
+//! | [`Request::Finished`] ends the scan | [`Reply::Accepted`] |
+//! | [`Request::Failed`], any time: the device gives up and begins anew | [`Reply::Accepted`] |
+//!
+//! Any request may be answered by [`Reply::Refused`] too.
+//!
+//! # Frames
+//!
+//! ```text
+//! 0x00  COBS( postcard( sequence: u32, message )  CRC-32 )  0x00
+//! ```
+//!
+//! The CRC is ISO-HDLC over the postcard bytes, little-endian. COBS leaves no zero inside, so a
+//! zero always ends a frame: a reader finds its place again at the next one, and the zero in
+//! front keeps a frame apart from noise before it. A frame has at most [`FRAME_BYTES`].
+//!
+//! [`Asker`] is the device's side and [`Answerer`] the host's; both take bytes one by one.
+
+mod conversation;
+mod frame;
+mod message;
+
+pub use conversation::{Answerer, Asker, Heard};
+pub use frame::{FRAME_BYTES, FrameError, FrameReader, encode};
+pub use message::{Failure, PROTOCOL, Refusal, Reply, Request, VALUES_PER_FRAME};

@@ -1,0 +1,108 @@
+//! Who said what: sequence numbers, repetitions and late replies.
+
+use super::frame::{FrameError, FrameReader, encode};
+use super::message::{Reply, Request};
+
+/// The device's side of the link: asks, and knows the reply when it comes.
+#[derive(Debug, Default)]
+pub struct Asker {
+    sequence: u32,
+    reader: FrameReader,
+}
+
+impl Asker {
+    /// Nothing was asked yet.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self {
+            sequence: 0,
+            reader: FrameReader::new(),
+        }
+    }
+
+    /// Writes the frame of a new request into `buffer`, under the next sequence number. Until
+    /// the reply comes the same frame may be sent again and again.
+    ///
+    /// # Errors
+    /// [`FrameError::TooLong`] if `buffer` has fewer than [`FRAME_BYTES`](super::FRAME_BYTES).
+    pub fn ask<'b>(
+        &mut self,
+        request: &Request,
+        buffer: &'b mut [u8],
+    ) -> Result<&'b [u8], FrameError> {
+        self.sequence = self.sequence.wrapping_add(1);
+        encode(self.sequence, request, buffer)
+    }
+
+    /// Takes a byte; returns the reply to `request`, the last one asked, once it is whole.
+    /// Damaged frames and replies to anything else are dropped.
+    pub fn hear(&mut self, byte: u8, request: &Request) -> Option<Reply> {
+        match self.reader.push::<Reply>(byte)? {
+            Ok((sequence, reply)) if sequence == self.sequence && reply.answers(request) => {
+                Some(reply)
+            }
+            _ => None,
+        }
+    }
+}
+
+/// What the host heard.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Heard {
+    /// A request that was not heard before.
+    New(Request),
+    /// The last request once more, and how it was answered: that reply was lost or is late.
+    Again(Reply),
+}
+
+/// The host's side of the link: hears requests, and answers a repeated one as it did before.
+#[derive(Debug, Default)]
+pub struct Answerer {
+    reader: FrameReader,
+    sequence: u32,
+    reply: Option<Reply>,
+}
+
+impl Answerer {
+    /// Nothing was heard yet.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self {
+            reader: FrameReader::new(),
+            sequence: 0,
+            reply: None,
+        }
+    }
+
+    /// Takes a byte; returns what was heard once a frame is whole, or what is wrong with the
+    /// frame. A wrong frame needs no answer: the device will ask again.
+    pub fn hear(&mut self, byte: u8) -> Option<Result<Heard, FrameError>> {
+        let (sequence, request) = match self.reader.push::<Request>(byte)? {
+            Ok(heard) => heard,
+            Err(error) => return Some(Err(error)),
+        };
+        // The kind is compared too: a device that was reset counts from the start again.
+        let heard = match self.reply {
+            Some(reply) if sequence == self.sequence && reply.answers(&request) => {
+                Heard::Again(reply)
+            }
+            _ => Heard::New(request),
+        };
+        self.sequence = sequence;
+        self.reply = None;
+        Some(Ok(heard))
+    }
+
+    /// Writes the frame of the reply to the last request into `buffer`.
+    ///
+    /// # Errors
+    /// [`FrameError::TooLong`] if `buffer` has fewer than [`FRAME_BYTES`](super::FRAME_BYTES).
+    pub fn answer<'b>(
+        &mut self,
+        reply: Reply,
+        buffer: &'b mut [u8],
+    ) -> Result<&'b [u8], FrameError> {
+        self.reply = Some(reply);
+        encode(self.sequence, &reply, buffer)
+    }
+}

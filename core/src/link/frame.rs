@@ -1,0 +1,133 @@
+//! Frames: messages that can be told from noise.
+
+use cobs::{CobsEncoder, DecodeResult, DecoderState, max_encoding_length};
+use crc::{CRC_32_ISO_HDLC, Crc, Table};
+use heapless::Vec;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+use super::VALUES_PER_FRAME;
+
+/// The longest sequence number and message: `Parameters`, with its sequence number (5 bytes),
+/// variant (1), offset (3) and length (1).
+const MESSAGE_BYTES: usize = 5 + 1 + 3 + 1 + 4 * VALUES_PER_FRAME;
+/// Bytes of the CRC.
+const CHECKSUM_BYTES: usize = 4;
+/// What COBS encodes.
+const CONTENT_BYTES: usize = MESSAGE_BYTES + CHECKSUM_BYTES;
+/// The longest frame, with the zeros at both ends.
+pub const FRAME_BYTES: usize = 1 + max_encoding_length(CONTENT_BYTES) + 1;
+
+const CHECKSUM: Crc<u32, Table<1>> = Crc::<u32, Table<1>>::new(&CRC_32_ISO_HDLC);
+
+/// Why bytes are not a frame, or a message cannot become one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum FrameError {
+    /// It is longer than any frame.
+    TooLong,
+    /// Its bytes were cut or altered on the way.
+    Damaged,
+    /// It arrived whole, but this version of the protocol has no such message.
+    Unknown,
+}
+
+impl core::fmt::Display for FrameError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str(match self {
+            Self::TooLong => "the frame is too long",
+            Self::Damaged => "the frame was cut or altered on the way",
+            Self::Unknown => "the frame holds no message of this version of the protocol",
+        })
+    }
+}
+
+impl core::error::Error for FrameError {}
+
+/// Writes the frame of a message into `buffer` and returns the bytes used.
+///
+/// # Errors
+/// [`FrameError::TooLong`] if there is no room; a [`Request`](super::Request) or a
+/// [`Reply`](super::Reply) always fits into [`FRAME_BYTES`].
+pub fn encode<'b, T: Serialize>(
+    sequence: u32,
+    message: &T,
+    buffer: &'b mut [u8],
+) -> Result<&'b [u8], FrameError> {
+    let mut content = [0; MESSAGE_BYTES];
+    let content =
+        postcard::to_slice(&(sequence, message), &mut content).map_err(|_| FrameError::TooLong)?;
+    let checksum = CHECKSUM.checksum(content).to_le_bytes();
+
+    let (first, rest) = buffer.split_first_mut().ok_or(FrameError::TooLong)?;
+    *first = 0;
+    let mut encoder = CobsEncoder::new(rest);
+    encoder.push(content).map_err(|_| FrameError::TooLong)?;
+    encoder.push(&checksum).map_err(|_| FrameError::TooLong)?;
+    let end = 1 + encoder.finalize();
+    *buffer.get_mut(end).ok_or(FrameError::TooLong)? = 0;
+    buffer.get(..=end).ok_or(FrameError::TooLong)
+}
+
+/// Finds frames in a stream of bytes.
+#[derive(Debug)]
+pub struct FrameReader {
+    /// What COBS has decoded of the frame under way, checksum included.
+    content: Vec<u8, CONTENT_BYTES>,
+    cobs: DecoderState,
+    overflowed: bool,
+}
+
+impl Default for FrameReader {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl FrameReader {
+    /// Between two frames.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self {
+            content: Vec::new(),
+            cobs: DecoderState::Idle,
+            overflowed: false,
+        }
+    }
+
+    /// Takes a byte. At the end of a frame it returns the sequence number and the message, or
+    /// what is wrong with the frame; whatever that is, the next frame is read afresh.
+    pub fn push<T: DeserializeOwned>(&mut self, byte: u8) -> Option<Result<(u32, T), FrameError>> {
+        let whole = match self.cobs.feed(byte) {
+            Ok(DecodeResult::NoData) => return None,
+            Ok(DecodeResult::DataContinue(byte)) => {
+                self.overflowed |= self.content.push(byte).is_err();
+                return None;
+            }
+            Ok(DecodeResult::DataComplete) => true,
+            Err(_) => false,
+        };
+        let result = match (self.overflowed, whole) {
+            (true, _) => Err(FrameError::TooLong),
+            (false, false) => Err(FrameError::Damaged),
+            (false, true) => read(&self.content),
+        };
+        self.content.clear();
+        self.overflowed = false;
+        Some(result)
+    }
+}
+
+/// Sequence number and message of a frame's content.
+fn read<T: DeserializeOwned>(content: &[u8]) -> Result<(u32, T), FrameError> {
+    let (message, checksum) = content
+        .split_last_chunk::<CHECKSUM_BYTES>()
+        .ok_or(FrameError::Damaged)?;
+    if CHECKSUM.checksum(message) != u32::from_le_bytes(*checksum) {
+        return Err(FrameError::Damaged);
+    }
+    match postcard::take_from_bytes(message) {
+        Ok((message, [])) => Ok(message),
+        _ => Err(FrameError::Unknown),
+    }
+}

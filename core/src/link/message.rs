@@ -1,0 +1,159 @@
+//! What is said over the link.
+
+use heapless::Vec;
+use serde::{Deserialize, Serialize};
+
+use crate::angles::Directions;
+use crate::fit::Progress;
+use crate::model::ModelKind;
+use crate::recipe::RecipeError;
+use crate::scan::{Measurement, MeasurementError, Residual, ScanError};
+
+/// The version of the protocol that this crate speaks.
+///
+/// `Hello` and `Welcome` stay first in their enums and never change their layout, so that any two
+/// versions can tell each other apart.
+pub const PROTOCOL: u16 = 1;
+/// The largest number of parameters in one [`Request::Parameters`].
+pub const VALUES_PER_FRAME: usize = 48;
+
+/// What the device asks for or tells.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Request {
+    /// A scan begins; whatever came before is forgotten.
+    Hello {
+        /// The device's [`PROTOCOL`].
+        protocol: u16,
+        /// The model that will be fitted.
+        model: ModelKind,
+        /// How many measurements it will ask for.
+        samples: u16,
+        /// The checksum in the recipe's header, which names it.
+        recipe: u32,
+    },
+    /// Measure at these directions.
+    Measure {
+        /// Index of the sample in the recipe's pattern.
+        index: u16,
+        /// Where the light and the sensor have to be.
+        directions: Directions<f32>,
+    },
+    /// How far the fit is.
+    Progress(Progress),
+    /// Some of the fitted parameters, in the model's order.
+    Parameters {
+        /// Index of the first of them.
+        offset: u16,
+        /// Their values.
+        values: Vec<f32, VALUES_PER_FRAME>,
+    },
+    /// All parameters are told: the scan is over.
+    Finished(Residual),
+    /// The device gives up on this scan.
+    Failed(Failure),
+}
+
+/// What the host answers.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Reply {
+    /// To [`Request::Hello`].
+    Welcome {
+        /// The host's [`PROTOCOL`].
+        protocol: u16,
+    },
+    /// To [`Request::Measure`].
+    Measured {
+        /// The request's index.
+        index: u16,
+        /// What the sensor saw.
+        measurement: Measurement,
+    },
+    /// To all other requests.
+    Accepted,
+    /// The request cannot be met.
+    Refused(Refusal),
+}
+
+impl Reply {
+    /// True if this is the kind of reply that `request` waits for.
+    #[must_use]
+    pub fn answers(&self, request: &Request) -> bool {
+        match (self, request) {
+            (Self::Refused(_), _) | (Self::Welcome { .. }, Request::Hello { .. }) => true,
+            (Self::Measured { index, .. }, Request::Measure { index: asked, .. }) => index == asked,
+            (Self::Accepted, Request::Hello { .. } | Request::Measure { .. }) => false,
+            (Self::Accepted, _) => true,
+            _ => false,
+        }
+    }
+}
+
+/// Why the host refuses a request.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Refusal {
+    /// No scan has begun: the host was started in the middle of one, and waits for a hello.
+    NoScan,
+    /// The scanner cannot reach these directions.
+    Directions,
+    /// They are more or fewer parameters than the model has.
+    Parameters,
+}
+
+impl core::fmt::Display for Refusal {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str(match self {
+            Self::NoScan => "no scan has begun: say hello first",
+            Self::Directions => "the scanner cannot reach these directions",
+            Self::Parameters => "the model has another number of parameters",
+        })
+    }
+}
+
+/// Why the device gives up on a scan.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Failure {
+    /// Its recipe is damaged.
+    Recipe(RecipeError),
+    /// Its recipe is for another firmware.
+    Scan(ScanError),
+    /// The same measurement was wrong too often.
+    Measurement {
+        /// Index of the sample in the recipe's pattern.
+        index: u16,
+        /// What was wrong with it last.
+        error: MeasurementError,
+    },
+    /// The host speaks another version of the protocol.
+    Protocol {
+        /// The device's.
+        device: u16,
+        /// The host's.
+        host: u16,
+    },
+    /// The host refused a request.
+    Refused(Refusal),
+    /// The host did not reply, however often it was asked.
+    NoReply,
+}
+
+impl core::fmt::Display for Failure {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        match self {
+            Self::Recipe(error) => error.fmt(f),
+            Self::Scan(error) => error.fmt(f),
+            Self::Measurement { index, error } => write!(f, "measurement {index}: {error}"),
+            Self::Protocol { device, host } => write!(
+                f,
+                "the device speaks version {device} of the protocol, the host version {host}"
+            ),
+            Self::Refused(refusal) => write!(f, "the host refused: {refusal}"),
+            Self::NoReply => f.write_str("the host does not reply"),
+        }
+    }
+}
+
+impl core::error::Error for Failure {}

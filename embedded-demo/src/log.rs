@@ -1,0 +1,114 @@
+//! Logs: defmt over semihosting, where somebody takes them; else silence.
+//!
+//! A semihosting call is a breakpoint. QEMU and debuggers serve it; on a board by itself it
+//! would be a fault, so it is left out there.
+
+use core::cell::UnsafeCell;
+
+use cortex_m_semihosting::hio::{HostStream, hstdout};
+use heapless::Vec;
+
+use crate::board;
+
+/// Collects a line, so that it costs one semihosting call.
+struct Line {
+    encoder: defmt::Encoder,
+    bytes: Vec<u8, 128>,
+    output: Option<HostStream>,
+}
+
+impl Line {
+    fn write(&mut self, bytes: &[u8]) {
+        let Self {
+            encoder,
+            bytes: line,
+            output,
+        } = self;
+        encoder.write(bytes, |encoded| append(line, output, encoded));
+    }
+
+    fn start(&mut self) {
+        if self.output.is_none() && board::has_semihosting() {
+            self.output = hstdout().ok();
+        }
+        let Self {
+            encoder,
+            bytes: line,
+            output,
+        } = self;
+        encoder.start_frame(|encoded| append(line, output, encoded));
+    }
+
+    fn end(&mut self) {
+        let Self {
+            encoder,
+            bytes: line,
+            output,
+        } = self;
+        encoder.end_frame(|encoded| append(line, output, encoded));
+        flush(line, output);
+    }
+}
+
+fn append(line: &mut Vec<u8, 128>, output: &mut Option<HostStream>, encoded: &[u8]) {
+    for byte in encoded {
+        if line.is_full() {
+            flush(line, output);
+        }
+        let _ = line.push(*byte); // there is room
+    }
+}
+
+fn flush(line: &mut Vec<u8, 128>, output: &mut Option<HostStream>) {
+    // The debugger may have gone since the last line.
+    if let Some(output) = output
+        && board::has_semihosting()
+    {
+        let _ = output.write_all(line);
+    }
+    line.clear();
+}
+
+struct Logger {
+    line: UnsafeCell<Line>,
+}
+
+// SAFETY: there is one thread, and no interrupt handler (nor a `Format` of core's) logs, so the
+// line has one user at a time.
+unsafe impl Sync for Logger {}
+
+static LOGGER: Logger = Logger {
+    line: UnsafeCell::new(Line {
+        encoder: defmt::Encoder::new(),
+        bytes: Vec::new(),
+        output: None,
+    }),
+};
+
+impl Logger {
+    fn with_line(&self, act: impl FnOnce(&mut Line)) {
+        // SAFETY: one user at a time, see `Sync`; the reference ends with `act`, which cannot
+        // come back here.
+        act(unsafe { &mut *self.line.get() });
+    }
+}
+
+#[defmt::global_logger]
+struct Defmt;
+
+// SAFETY: defmt's calls come in the order acquire, write, release, and from one thread.
+unsafe impl defmt::Logger for Defmt {
+    fn acquire() {
+        LOGGER.with_line(Line::start);
+    }
+
+    unsafe fn flush() {}
+
+    unsafe fn write(bytes: &[u8]) {
+        LOGGER.with_line(|line| line.write(bytes));
+    }
+
+    unsafe fn release() {
+        LOGGER.with_line(Line::end);
+    }
+}

@@ -1,0 +1,134 @@
+//! A scanner's firmware: measures a material in a few directions and fits its BRDF.
+//!
+//! It runs unchanged on a board with an STM32F405 and on QEMU's netduinoplus2. Over the UART it
+//! asks the scanner for each measurement and tells it the fitted parameters; see
+//! `glimpse_core::link` for what is said. To try it, from the repository's root:
+//!
+//! ```sh
+//! cargo run --release -- virtual-scanner --material NAME_fc1.npy   # plays motors and sensor
+//! cd embedded-demo && cargo run --release                          # this, in QEMU
+//! ```
+//!
+//! The log comes out of QEMU as defmt's numbers; `cargo run --release | defmt-print -e ELF`
+//! makes text of them.
+
+#![no_std]
+#![no_main]
+
+mod board;
+mod link;
+mod log;
+mod meter;
+mod register;
+mod uart;
+
+use core::hint::black_box;
+use core::panic::PanicInfo;
+
+use cortex_m::peripheral::SCB;
+use cortex_m_rt::{ExceptionFrame, entry, exception};
+use glimpse_core::fit::Workspace;
+use glimpse_core::link::Failure;
+use glimpse_core::model::Neural;
+use glimpse_core::recipe::Recipe;
+use glimpse_core::scan::Scan;
+
+use link::Link;
+use meter::Stopwatch;
+
+/// What to measure and how to fit it, as the trainer wrote it. To train another, from the
+/// repository's root:
+/// `cargo run --release -- train --model neural --samples 8 --out embedded-demo/recipes/neural-n8.recipe`
+static RECIPE: &[u8] = include_bytes!("../recipes/neural-n8.recipe");
+/// The largest number of samples that a recipe may have here.
+const CAPACITY: usize = 8;
+/// Gradients in one slice of the fit: between two slices motors and watchdog have their turn.
+const SLICE: usize = 8;
+/// How often a measurement is taken before it is given up.
+const MEASURE_ATTEMPTS: usize = 3;
+
+#[entry]
+fn main() -> ! {
+    // Parameters and their gradient, 5.4 kB. (`entry` makes it a `&'static mut`.)
+    static mut WORKSPACE: Workspace<Neural> = Workspace::new();
+
+    let mut link = Link::new(board::start());
+    // Bits in flash may flip after the compiler has seen them, so it may not know them.
+    let begun = Recipe::parse(black_box(RECIPE))
+        .map_err(Failure::Recipe)
+        .and_then(|recipe| Scan::new(recipe, WORKSPACE).map_err(Failure::Scan));
+    let mut scan: Scan<Neural, CAPACITY> = match begun {
+        Ok(scan) => scan,
+        Err(failure) => loop {
+            // Nothing helps but another recipe; say so to whoever listens.
+            defmt::error!("{}", failure);
+            link.fail(failure);
+        },
+    };
+
+    loop {
+        if let Err(failure) = scan_material(&mut scan, &mut link) {
+            defmt::error!("{}", failure);
+            link.fail(failure);
+        }
+        scan.restart();
+    }
+}
+
+/// Scans one material, from the first word to the last.
+fn scan_material(scan: &mut Scan<Neural, CAPACITY>, link: &mut Link) -> Result<(), Failure> {
+    link.hello(scan.recipe())?;
+    defmt::info!("scan of {=usize} samples", scan.recipe().samples());
+
+    // Measure where the recipe says. What cannot be a BRDF is measured once more.
+    let mut attempts = 0;
+    while let Some((index, directions)) = scan.next_directions() {
+        let measurement = link.measure(index, directions)?;
+        match scan.record(measurement) {
+            Ok(()) => attempts = 0,
+            Err(error) => {
+                defmt::warn!("measurement {=u16}: {}", index, error);
+                attempts += 1;
+                if attempts == MEASURE_ATTEMPTS {
+                    return Err(Failure::Measurement { index, error });
+                }
+            }
+        }
+    }
+
+    // Fit, slice by slice.
+    let mut ticks = 0;
+    loop {
+        let mut watch = Stopwatch::start();
+        let progress = scan.advance_fit(SLICE);
+        ticks += watch.ticks();
+        link.progress(progress)?;
+        if progress.is_complete() {
+            break;
+        }
+    }
+
+    // Tell the result.
+    let residual = scan.residual();
+    link.parameters(scan.parameters())?;
+    link.finished(residual)?;
+    defmt::info!("finished: {}", residual);
+    meter::report(ticks);
+    Ok(())
+}
+
+/// Nothing in this firmware panics; if something does after all, it begins anew.
+#[panic_handler]
+fn panic(_: &PanicInfo) -> ! {
+    reset()
+}
+
+/// A fault, such as a stack that overflows, begins anew too.
+#[exception]
+unsafe fn HardFault(_: &ExceptionFrame) -> ! {
+    reset()
+}
+
+fn reset() -> ! {
+    SCB::sys_reset()
+}

@@ -1,0 +1,233 @@
+//! How far one picture is from another: L2, PSNR and DSSIM.
+//!
+//! All are taken from the 8-bit sRGB pixels that are shown and written, divided by 255, so that
+//! anyone can check them on the PNG files; and from all pixels of the picture, also those beside
+//! the sphere. (The paper does not say which; its L2 and PSNR fit each other on this scale.)
+
+use crate::render::Picture;
+
+/// Side of the window of SSIM in pixels.
+const WINDOW: usize = 7;
+/// Pixels in the window.
+const COUNT: f64 = (WINDOW * WINDOW) as f64;
+/// The greatest value of a channel.
+const PEAK: f64 = 255.0;
+/// SSIM's constants (K1 L)^2 and (K2 L)^2.
+const C1: f64 = (0.01 * PEAK) * (0.01 * PEAK);
+const C2: f64 = (0.03 * PEAK) * (0.03 * PEAK);
+/// The PSNR of equal pictures in dB; else it would be infinite, and so would a mean.
+const PSNR_OF_EQUALS: f64 = 100.0;
+
+/// Two pictures that cannot be compared.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum CompareError {
+    /// They differ in size, or one has not as many pixels as it says.
+    #[error("pictures of {0:?} and {1:?} pixels cannot be compared: their sizes differ")]
+    Size((usize, usize), (usize, usize)),
+    /// They are smaller than the window of SSIM.
+    #[error("pictures of {0:?} pixels are too small for SSIM, which takes windows of 7 x 7")]
+    TooSmall((usize, usize)),
+}
+
+/// The errors of a picture against a reference.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PictureErrors {
+    /// Structural dissimilarity, (1 - SSIM) / 2, in \[0, 1\]; see [`ssim`].
+    pub dssim: f64,
+    /// Mean squared error over pixels and channels, in \[0, 1\].
+    pub l2: f64,
+    /// Peak signal-to-noise ratio in dB, -10 log10(L2); at most 100, which is that of equals.
+    pub psnr: f64,
+}
+
+impl PictureErrors {
+    /// Compares a picture with the reference.
+    ///
+    /// # Errors
+    /// If their sizes differ, or are below 7 x 7.
+    pub fn between(reference: &Picture, picture: &Picture) -> Result<Self, CompareError> {
+        let l2 = mean_squared_error(reference, picture)?;
+        Ok(Self {
+            dssim: (1.0 - ssim(reference, picture)?) / 2.0,
+            l2,
+            psnr: psnr(l2),
+        })
+    }
+}
+
+/// Mean over pixels and channels of the squared difference, for channels in \[0, 1\].
+///
+/// # Errors
+/// If the sizes differ.
+pub fn mean_squared_error(reference: &Picture, picture: &Picture) -> Result<f64, CompareError> {
+    check(reference, picture)?;
+    let channels = || {
+        let (a, b) = (&reference.pixels, &picture.pixels);
+        a.as_flattened().iter().zip(b.as_flattened())
+    };
+    let squares: u64 = channels()
+        .map(|(a, b)| u64::from(a.abs_diff(*b)).pow(2))
+        .sum();
+    Ok(squares as f64 / (PEAK * PEAK * channels().len().max(1) as f64))
+}
+
+/// Peak signal-to-noise ratio in dB of a mean squared error in \[0, 1\]; at most 100.
+#[must_use]
+pub fn psnr(mean_squared_error: f64) -> f64 {
+    (-10.0 * mean_squared_error.log10()).min(PSNR_OF_EQUALS)
+}
+
+/// Mean structural similarity (Wang et al. 2004), in \[-1, 1\]; 1 for equal pictures.
+///
+/// As scikit-image does it by default: a uniform window of 7 x 7, sample variances (divided by
+/// 48), K1 = 0.01, K2 = 0.03, windows wholly inside the picture only, mean over the channels.
+///
+/// # Errors
+/// If the sizes differ, or are below 7 x 7.
+pub fn ssim(reference: &Picture, picture: &Picture) -> Result<f64, CompareError> {
+    check(reference, picture)?;
+    let (width, height) = (reference.width, reference.height);
+    if width < WINDOW || height < WINDOW {
+        return Err(CompareError::TooSmall((width, height)));
+    }
+    let mut sum = 0.0;
+    for top in 0..=height - WINDOW {
+        for left in 0..=width - WINDOW {
+            let mut moments = [Moments::default(); 3];
+            for row in top..top + WINDOW {
+                let run = row * width + left..row * width + left + WINDOW;
+                let pixels = reference.pixels[run.clone()]
+                    .iter()
+                    .zip(&picture.pixels[run]);
+                for (a, b) in pixels {
+                    for ((moments, a), b) in moments.iter_mut().zip(a).zip(b) {
+                        moments.add(u32::from(*a), u32::from(*b));
+                    }
+                }
+            }
+            sum += moments.iter().map(Moments::similarity).sum::<f64>();
+        }
+    }
+    Ok(sum / (3 * (width - WINDOW + 1) * (height - WINDOW + 1)) as f64)
+}
+
+/// Sums over a window of one channel of two pictures, in whole numbers.
+#[derive(Clone, Copy, Debug, Default)]
+struct Moments {
+    a: u32,
+    b: u32,
+    aa: u32,
+    bb: u32,
+    ab: u32,
+}
+
+impl Moments {
+    fn add(&mut self, a: u32, b: u32) {
+        self.a += a;
+        self.b += b;
+        self.aa += a * a;
+        self.bb += b * b;
+        self.ab += a * b;
+    }
+
+    /// SSIM of the window.
+    fn similarity(&self) -> f64 {
+        let [a, b] = [self.a, self.b].map(|sum| f64::from(sum) / COUNT);
+        let covariance =
+            |sum: u32, u: f64, v: f64| (f64::from(sum) - COUNT * u * v) / (COUNT - 1.0);
+        let variances = covariance(self.aa, a, a) + covariance(self.bb, b, b);
+        let shared = covariance(self.ab, a, b);
+        (2.0 * a * b + C1) * (2.0 * shared + C2) / ((a * a + b * b + C1) * (variances + C2))
+    }
+}
+
+fn check(reference: &Picture, picture: &Picture) -> Result<(), CompareError> {
+    let size = |picture: &Picture| (picture.width, picture.height);
+    let whole = |picture: &Picture| picture.width * picture.height == picture.pixels.len();
+    if size(reference) == size(picture) && whole(reference) && whole(picture) {
+        Ok(())
+    } else {
+        Err(CompareError::Size(size(reference), size(picture)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A picture by formula, in whole numbers only.
+    fn picture(
+        width: usize,
+        height: usize,
+        formula: impl Fn(usize, usize) -> [usize; 3],
+    ) -> Picture {
+        let pixels = (0..width * height)
+            .map(|i| formula(i % width, i / width).map(|channel| (channel % 256) as u8))
+            .collect();
+        Picture {
+            width,
+            height,
+            pixels,
+        }
+    }
+
+    fn reference() -> Picture {
+        picture(23, 17, |x, y| {
+            [9 * x + 3 * y, (x * x + 7 * y) / 3, 255 - 11 * y]
+        })
+    }
+
+    fn distorted() -> Picture {
+        picture(23, 17, |x, y| {
+            [
+                9 * x + 3 * y + (5 * x * y) % 13,
+                (x * x + 7 * y) / 3 + x % 3,
+                255 - 10 * y,
+            ]
+        })
+    }
+
+    /// Expected numbers: scikit-image 0.26 on arrays of the same formulas, of type uint8,
+    /// `structural_similarity(a, b, channel_axis=2)`, `mean_squared_error(a / 255, b / 255)`,
+    /// `peak_signal_noise_ratio(a, b)`.
+    #[test]
+    fn numbers_are_those_of_scikit_image() {
+        let errors = PictureErrors::between(&reference(), &distorted()).unwrap();
+        let expected = PictureErrors {
+            dssim: 0.004_725_585_333_776_261,
+            l2: 0.000_681_736_613_205_032_9,
+            psnr: 31.663_833_812_459_07,
+        };
+        assert!((errors.dssim - expected.dssim).abs() < 1e-12, "{errors:?}");
+        assert!((errors.l2 - expected.l2).abs() < 1e-15, "{errors:?}");
+        assert!((errors.psnr - expected.psnr).abs() < 1e-10, "{errors:?}");
+    }
+
+    #[test]
+    fn equal_pictures_have_no_error() {
+        let errors = PictureErrors::between(&reference(), &reference()).unwrap();
+        assert_eq!(errors.l2, 0.0);
+        assert_eq!(errors.psnr, 100.0);
+        assert!(errors.dssim.abs() < 1e-15);
+    }
+
+    #[test]
+    fn black_is_as_far_from_white_as_can_be() {
+        let [black, white] = [0, 255].map(|level| Picture::filled(7, 7, [level; 3]));
+        let errors = PictureErrors::between(&black, &white).unwrap();
+        assert_eq!((errors.l2, errors.psnr), (1.0, 0.0));
+        assert!((errors.dssim - 0.5).abs() < 1e-4, "{errors:?}");
+    }
+
+    #[test]
+    fn what_cannot_be_compared_is_refused() {
+        let [wide, tall] = [(8, 7), (7, 8)].map(|(w, h)| Picture::filled(w, h, [0; 3]));
+        let size = CompareError::Size((8, 7), (7, 8));
+        assert_eq!(PictureErrors::between(&wide, &tall), Err(size));
+        let small = Picture::filled(6, 9, [0; 3]);
+        assert_eq!(ssim(&small, &small), Err(CompareError::TooSmall((6, 9))));
+        let mut torn = wide.clone();
+        torn.pixels.pop();
+        assert!(ssim(&torn, &torn).is_err());
+    }
+}

@@ -1,0 +1,79 @@
+//! The paper's Loss of a whole BRDF: mean cosine-weighted logarithmic error over many directions.
+
+use glimpse_core::angles::HalfDifference;
+use glimpse_core::loss::cosine_weighted_log_error;
+
+/// Directions that are evaluated in one call.
+const BATCH: usize = 4096;
+
+/// Mean over samples and channels of |ln(1 + y c) - ln(1 + f c)|, c = cos(theta_i).
+///
+/// `brdf` writes f, the BRDF in linear RGB, sr^-1 (not times the cosine), at each of a batch of
+/// half and difference vectors; `reference` holds y, the same of the reference, at each of `at`.
+/// The mean is taken in f64. If the lists differ in length the longer one is cut. No samples have
+/// mean 0; a value that is not a number makes the mean one that is none either.
+pub fn mean_log_error(
+    brdf: &impl Fn(&[HalfDifference<f32>], &mut [[f32; 3]]),
+    at: &[HalfDifference<f32>],
+    reference: &[[f32; 3]],
+) -> f64 {
+    let count = at.len().min(reference.len());
+    let mut values = vec![[0.0; 3]; count.min(BATCH)];
+    let mut sum = 0.0;
+    for (at, reference) in at.chunks(BATCH).zip(reference.chunks(BATCH)) {
+        let batch = at.len().min(reference.len());
+        let (at, values) = (&at[..batch], &mut values[..batch]);
+        brdf(at, values);
+        for ((at, modelled), measured) in at.iter().zip(values).zip(reference) {
+            let cosine = at.cos_theta_i();
+            sum += f64::from(cosine_weighted_log_error(*measured, *modelled, cosine, 1.0).value);
+        }
+    }
+    sum / (3 * count.max(1)) as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use glimpse_core::angles::Angles;
+
+    use super::*;
+
+    fn straight_down(count: usize) -> Vec<HalfDifference<f32>> {
+        vec![HalfDifference::from_angles(Angles::default()); count]
+    }
+
+    #[test]
+    fn the_mean_is_over_samples_and_channels() {
+        // Two batches and a bit. By hand: ln 2, ln 3 and 0 for the channels of every sample.
+        let at = straight_down(2 * BATCH + 5);
+        let reference = vec![[1.0, 0.0, 0.5]; at.len()];
+        let brdf =
+            |_: &[HalfDifference<f32>], values: &mut [[f32; 3]]| values.fill([0.0, 2.0, 0.5]);
+        let expected = 6.0_f64.ln() / 3.0;
+        assert!((mean_log_error(&brdf, &at, &reference) - expected).abs() < 1e-7);
+    }
+
+    #[test]
+    fn values_are_weighted_by_the_cosine_of_the_incoming_direction() {
+        let angles = Angles {
+            theta_h: 0.4,
+            theta_d: 0.3,
+            phi_d: 0.7,
+        };
+        let at = [HalfDifference::from_angles(angles)];
+        let brdf = |at: &[HalfDifference<f32>], values: &mut [[f32; 3]]| {
+            // 1 + f c = 2
+            values.fill([1.0 / at[0].cos_theta_i(); 3]);
+        };
+        let error = mean_log_error(&brdf, &at, &[[0.0; 3]]);
+        assert!((error - 2.0_f64.ln()).abs() < 1e-6, "{error}");
+    }
+
+    #[test]
+    fn nothing_has_no_error_and_broken_values_are_not_hidden() {
+        let broken =
+            |_: &[HalfDifference<f32>], values: &mut [[f32; 3]]| values.fill([f32::NAN; 3]);
+        assert_eq!(mean_log_error(&broken, &[], &[]), 0.0);
+        assert!(mean_log_error(&broken, &straight_down(2), &[[1.0; 3]; 2]).is_nan());
+    }
+}

@@ -1,0 +1,19 @@
+//! Spheres under an environment: what a BRDF looks like.
+//!
+//! [`render_sphere`] integrates a BRDF against an [`Environment`] into an [`Image`] of linear
+//! radiance; [`Image::tone_map`] turns that into the 8-bit [`Picture`] which is shown, written and
+//! measured.
+
+mod environment;
+mod image;
+mod picture;
+mod quadrature;
+mod sphere;
+mod studio;
+#[cfg(test)]
+mod tests;
+
+pub use environment::Environment;
+pub use image::Image;
+pub use picture::{Picture, PictureError};
+pub use sphere::{BACKGROUND, render_sphere};

@@ -1,0 +1,163 @@
+//! A sphere seen from far away, shaded by direct integration.
+
+use std::array;
+use std::collections::BTreeMap;
+
+use glimpse_core::angles::HalfDifference;
+use rayon::prelude::*;
+
+use super::quadrature::{HalfVectors, Nodes, RINGS};
+use super::{Environment, Image};
+
+/// Radiance beside the sphere.
+pub const BACKGROUND: [f32; 3] = [0.08; 3];
+/// The sphere's diameter as a share of the picture's side.
+pub(super) const DIAMETER: f32 = 0.96;
+
+/// Renders a sphere of a material under an environment: size x size pixels, seen orthographically.
+///
+/// `brdf` writes the BRDF in linear RGB, sr^-1 (not times the cosine), at each of a batch of half
+/// and difference vectors; the incoming direction points to the light. The BRDF is isotropic.
+/// Every pixel is the integral of f(w_i, w_o) L(w_i) cos(theta_i) over the hemisphere by a fixed
+/// rule, so the same BRDF gives the same bits. Pixels at the same distance from the centre share
+/// their outgoing angle, and with it one call of `brdf` for all directions. There is no shadow and
+/// no interreflection; pixels off the sphere have the radiance [`BACKGROUND`].
+pub fn render_sphere(
+    brdf: &(impl Fn(&[HalfDifference<f32>], &mut [[f32; 3]]) + Sync),
+    environment: &Environment,
+    size: usize,
+) -> Image {
+    render_with(brdf, environment, size, RINGS)
+}
+
+/// The same with a rule of so many rings.
+pub(super) fn render_with(
+    brdf: &(impl Fn(&[HalfDifference<f32>], &mut [[f32; 3]]) + Sync),
+    environment: &Environment,
+    size: usize,
+    rings: usize,
+) -> Image {
+    let half_vectors = HalfVectors::new(rings);
+    let mut image = Image::filled(size, size, BACKGROUND);
+    let circles: Vec<Circle> = circles(size);
+    let shaded: Vec<(usize, [f32; 3])> = circles
+        .par_iter()
+        .map_init(Shader::default, |shader, circle| {
+            shader.shade(brdf, environment, &half_vectors, circle)
+        })
+        .flatten_iter()
+        .collect();
+    for (index, radiance) in shaded {
+        if let Some(pixel) = image.pixels.get_mut(index) {
+            *pixel = radiance;
+        }
+    }
+    image
+}
+
+/// Pixels at one distance from the centre of the sphere.
+pub(super) struct Circle {
+    pub(super) sin_theta_o: f32,
+    pub(super) cos_theta_o: f32,
+    /// How much of each pixel the sphere covers, in \[0, 1\].
+    pub(super) coverage: f32,
+    /// Each with its index in the image and the cosine and sine of its azimuth about the centre.
+    pub(super) pixels: Vec<(usize, [f32; 2])>,
+}
+
+/// All pixels on the sphere, by distance from the centre.
+pub(super) fn circles(size: usize) -> Vec<Circle> {
+    let radius = 0.5 * DIAMETER * size as f32;
+    // Twice the distance from the centre is a whole number along both axes.
+    let doubled = |index: usize| 2 * index as i64 + 1 - size as i64;
+    let mut by_square: BTreeMap<i64, Vec<(usize, [f32; 2])>> = BTreeMap::new();
+    for row in 0..size {
+        for column in 0..size {
+            let (x, y) = (doubled(column), -doubled(row));
+            let square = x * x + y * y;
+            let distance = (square as f32).sqrt();
+            let azimuth = if square > 0 {
+                [x as f32 / distance, y as f32 / distance]
+            } else {
+                [1.0, 0.0]
+            };
+            by_square
+                .entry(square)
+                .or_default()
+                .push((row * size + column, azimuth));
+        }
+    }
+    let circle = |(square, pixels)| {
+        let distance = 0.5 * (square as f32).sqrt();
+        // Pixels that the rim crosses are blended with the background and shaded as half a pixel
+        // inside, where the normal still faces the viewer.
+        let sin_theta_o = distance.min(radius - 0.5) / radius;
+        Circle {
+            sin_theta_o,
+            cos_theta_o: (1.0 - sin_theta_o * sin_theta_o).sqrt(),
+            coverage: (radius - distance + 0.5).clamp(0.0, 1.0),
+            pixels,
+        }
+    };
+    by_square
+        .into_iter()
+        .map(circle)
+        .filter(|circle| circle.coverage > 0.0)
+        .collect()
+}
+
+/// Scratch space of one thread.
+#[derive(Default)]
+struct Shader {
+    nodes: Nodes,
+    brdf: Vec<[f32; 3]>,
+}
+
+impl Shader {
+    /// The radiance of each pixel of a circle.
+    fn shade(
+        &mut self,
+        brdf: &impl Fn(&[HalfDifference<f32>], &mut [[f32; 3]]),
+        environment: &Environment,
+        half_vectors: &HalfVectors,
+        circle: &Circle,
+    ) -> Vec<(usize, [f32; 3])> {
+        half_vectors.nodes(circle.sin_theta_o, circle.cos_theta_o, &mut self.nodes);
+        self.brdf.clear();
+        self.brdf.resize(self.nodes.at.len(), [0.0; 3]);
+        brdf(&self.nodes.at, &mut self.brdf);
+        for (value, weight) in self.brdf.iter_mut().zip(&self.nodes.weight) {
+            *value = value.map(|channel| channel * weight);
+        }
+        let shade_pixel = |&(index, azimuth): &(usize, [f32; 2])| {
+            let mut sum = [0.0; 4];
+            for (incoming, [r, g, b]) in self.nodes.incoming.iter().zip(&self.brdf) {
+                let light = environment.padded(circle.to_world(azimuth, *incoming));
+                let value = [*r, *g, *b, 0.0];
+                sum = array::from_fn(|channel| sum[channel] + light[channel] * value[channel]);
+            }
+            let [r, g, b, _] = sum;
+            let mut radiance = BACKGROUND;
+            for (pixel, shaded) in radiance.iter_mut().zip([r, g, b]) {
+                *pixel += circle.coverage * (shaded - *pixel);
+            }
+            (index, radiance)
+        };
+        circle.pixels.iter().map(shade_pixel).collect()
+    }
+}
+
+impl Circle {
+    /// From the frame of the surface, whose x axis lies in the plane of normal and viewer, to the
+    /// frame of the picture.
+    #[inline(always)]
+    pub(super) fn to_world(&self, [cos_phi, sin_phi]: [f32; 2], [x, y, z]: [f32; 3]) -> [f32; 3] {
+        // The normal points at azimuth phi; x points from it towards the viewer.
+        let outwards = z * self.sin_theta_o - x * self.cos_theta_o;
+        [
+            outwards * cos_phi + y * sin_phi,
+            outwards * sin_phi - y * cos_phi,
+            x * self.sin_theta_o + z * self.cos_theta_o,
+        ]
+    }
+}

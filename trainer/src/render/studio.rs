@@ -1,0 +1,134 @@
+//! The built-in environment: an open-air studio.
+//!
+//! Every edge is a Gaussian or a logistic curve some degrees wide, so that the same few thousand
+//! directions integrate it for any BRDF without bands, and every light is wide enough to show in
+//! the mirror image of a glossy sphere what its gloss does to an edge.
+
+use super::Environment;
+
+/// The radiance of the sky straight above, and at the horizon.
+const ZENITH: [f32; 3] = [0.13, 0.22, 0.42];
+const HORIZON: [f32; 3] = [0.48, 0.52, 0.58];
+/// The radiance of the ground at the horizon, and straight below.
+const GROUND: [f32; 3] = [0.26, 0.22, 0.18];
+const NADIR: [f32; 3] = [0.10, 0.085, 0.07];
+
+/// A Gaussian light.
+struct Lobe {
+    towards: [f32; 3],
+    /// Standard deviation in degrees.
+    width: f32,
+    /// Radiance at its centre.
+    radiance: [f32; 3],
+}
+
+/// A rectangle of light with soft edges, upright.
+struct Panel {
+    towards: [f32; 3],
+    /// Half its width and half its height, in degrees.
+    half: [f32; 2],
+    radiance: [f32; 3],
+}
+
+/// The sun: 8 degrees across at half its peak; irradiance of a surface that faces it 2.8 (green).
+const SUN: Lobe = Lobe {
+    towards: [-0.55, 0.62, 0.56],
+    width: 3.5,
+    radiance: [130.0, 118.0, 100.0],
+};
+/// A window at the right, a strip behind at the left for the rim, and a low reflector in front.
+const PANELS: [Panel; 3] = [
+    Panel {
+        towards: [0.80, 0.25, 0.55],
+        half: [11.0, 26.0],
+        radiance: [2.6, 2.8, 3.2],
+    },
+    Panel {
+        towards: [-0.80, 0.15, -0.58],
+        half: [7.0, 40.0],
+        radiance: [4.5, 4.0, 3.4],
+    },
+    Panel {
+        towards: [0.10, -0.75, 0.65],
+        half: [30.0, 10.0],
+        radiance: [0.55, 0.5, 0.45],
+    },
+];
+/// How soft a panel's edge is: the scale of a logistic curve, degrees.
+const EDGE: f32 = 1.3;
+
+impl Environment {
+    /// The built-in environment: blue sky above brown ground, a soft sun over the viewer's left
+    /// shoulder, a window at the right, a strip of light behind at the left, a dim reflector below.
+    ///
+    /// Radiance is 0.1 to 0.6 for sky and ground, 0.5 to 4.5 for the panels, 100 to 130 at the
+    /// sun's centre; a white diffuse surface facing the viewer reflects about 0.9.
+    #[must_use]
+    pub fn studio() -> Self {
+        Self::from_fn(studio)
+    }
+}
+
+/// The radiance from a unit direction.
+fn studio(direction: [f32; 3]) -> [f32; 3] {
+    let [_, up, _] = direction;
+    let sky = mix(ZENITH, HORIZON, (-3.5 * up.max(0.0)).exp());
+    let ground = mix(NADIR, GROUND, (-2.5 * (-up).max(0.0)).exp());
+    let mut radiance = mix(ground, sky, logistic(up / 0.03));
+    add(&mut radiance, SUN.radiance, SUN.at(direction));
+    for panel in &PANELS {
+        add(&mut radiance, panel.radiance, panel.at(direction));
+    }
+    radiance
+}
+
+impl Lobe {
+    /// 1 at the centre, falling off like a Gaussian.
+    fn at(&self, direction: [f32; 3]) -> f32 {
+        let deviation = self.width.to_radians();
+        ((dot(direction, normalized(self.towards)) - 1.0) / (deviation * deviation)).exp()
+    }
+}
+
+impl Panel {
+    /// 1 inside, 0 outside.
+    fn at(&self, direction: [f32; 3]) -> f32 {
+        let [x, y, z] = normalized(self.towards);
+        let level = x.hypot(z);
+        let (right, up) = (
+            [z / level, 0.0, -x / level],
+            [-y * x / level, level, -y * z / level],
+        );
+        let (along, across) = (dot(direction, [x, y, z]), dot(direction, right));
+        let azimuth = across.atan2(along).to_degrees();
+        let elevation = dot(direction, up).clamp(-1.0, 1.0).asin().to_degrees();
+        let [half_width, half_height] = self.half;
+        logistic((half_width - azimuth.abs()) / EDGE)
+            * logistic((half_height - elevation.abs()) / EDGE)
+    }
+}
+
+/// 0 far below zero, 1 far above.
+fn logistic(x: f32) -> f32 {
+    1.0 / (1.0 + (-x).exp())
+}
+
+/// `from` at 0, `to` at 1.
+fn mix(from: [f32; 3], to: [f32; 3], t: f32) -> [f32; 3] {
+    std::array::from_fn(|channel| from[channel] + t * (to[channel] - from[channel]))
+}
+
+fn add(sum: &mut [f32; 3], radiance: [f32; 3], weight: f32) {
+    for (sum, radiance) in sum.iter_mut().zip(radiance) {
+        *sum += weight * radiance;
+    }
+}
+
+fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+fn normalized(a: [f32; 3]) -> [f32; 3] {
+    let length = dot(a, a).sqrt();
+    a.map(|component| component / length)
+}

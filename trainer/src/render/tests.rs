@@ -1,0 +1,177 @@
+//! What the renderer as a whole must do.
+
+use std::f32::consts::{FRAC_1_PI, PI};
+
+use glimpse_core::angles::HalfDifference;
+use glimpse_core::math;
+
+use super::quadrature::RINGS;
+use super::sphere::{DIAMETER, circles, render_with};
+use super::{BACKGROUND, Environment, render_sphere};
+use crate::metrics::image::{mean_squared_error, psnr};
+
+type Brdf = dyn Fn(&[HalfDifference<f32>], &mut [[f32; 3]]) + Sync;
+
+/// White paint.
+fn lambertian(at: &[HalfDifference<f32>], values: &mut [[f32; 3]]) {
+    values[..at.len()].fill([FRAC_1_PI; 3]);
+}
+
+/// A microfacet lobe (GGX with its shadowing) over a dark base: nearly a mirror if alpha is
+/// small.
+fn glossy(alpha: f32) -> impl Fn(&[HalfDifference<f32>], &mut [[f32; 3]]) + Sync {
+    move |at, values| {
+        for (at, value) in at.iter().zip(values) {
+            let square = alpha * alpha;
+            let slope = at.hz * at.hz * (square - 1.0) + 1.0;
+            let facets = square / (PI * slope * slope);
+            let shadowed = |cos: f32| cos + math::sqrt(square + (1.0 - square) * cos * cos);
+            let (incoming, outgoing) = (at.cos_theta_i(), at.cos_theta_o());
+            let lobe = facets / (shadowed(incoming) * shadowed(outgoing));
+            *value = [0.9 * lobe + 0.02, 0.8 * lobe + 0.01, 0.5 * lobe];
+        }
+    }
+}
+
+#[test]
+fn white_under_a_white_sky_vanishes() {
+    let image = render_sphere(&lambertian, &Environment::constant([1.0; 3]), 65);
+    let on_sphere = circles(65)
+        .into_iter()
+        .filter(|circle| circle.coverage == 1.0);
+    for (index, _) in on_sphere.flat_map(|circle| circle.pixels) {
+        for channel in image.pixels[index] {
+            assert!((channel - 1.0).abs() < 2e-3, "pixel {index}: {channel}");
+        }
+    }
+    assert_eq!(image.pixels[0], BACKGROUND);
+}
+
+#[test]
+fn the_frame_of_the_surface_is_a_rotation_of_the_picture_s() {
+    for circle in circles(9) {
+        let (sin, cos) = (circle.sin_theta_o, circle.cos_theta_o);
+        for (_, azimuth) in &circle.pixels {
+            let world = |direction| circle.to_world(*azimuth, direction);
+            let near =
+                |a: [f32; 3], b: [f32; 3]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-6);
+            let [[a, b, c], [d, e, f]] = [world([1.0, 0.0, 0.0]), world([0.0, 1.0, 0.0])];
+            let normal = world([0.0, 0.0, 1.0]);
+            assert!(near(normal, [sin * azimuth[0], sin * azimuth[1], cos]));
+            assert!(near(normal, [b * f - c * e, c * d - a * f, a * e - b * d]));
+            assert!(near(world([sin, 0.0, cos]), [0.0, 0.0, 1.0]));
+        }
+    }
+}
+
+#[test]
+fn a_mirror_shows_what_lies_behind_the_viewer_and_beside() {
+    // The facets' energy is 1, so a narrow lobe returns the environment itself. Each channel
+    // brightens along one axis of the picture.
+    let environment = Environment::from_fn(|direction| direction.map(|c| 2.0 + c));
+    let mirror = |at: &[HalfDifference<f32>], values: &mut [[f32; 3]]| {
+        glossy(0.03)(at, values);
+        for value in values {
+            *value = [(value[0] - 0.02) / 0.9; 3];
+        }
+    };
+    let size = 65;
+    let image = render_sphere(&mirror, &environment, size);
+    let radius = 0.5 * DIAMETER * size as f32;
+    for (right, up) in [(0.0, 0.0), (0.3, 0.0), (-0.2, 0.5), (0.4, -0.5)] {
+        let pixel = |offset: f32| (0.5 * size as f32 + offset * radius) as usize;
+        let (column, row) = (pixel(right), pixel(-up));
+        let centred = |index: usize| (index as f32 + 0.5 - 0.5 * size as f32) / radius;
+        let (x, y) = (centred(column), -centred(row));
+        let z = (1.0 - x * x - y * y).sqrt();
+        // The viewer's direction (0, 0, 1), mirrored at the normal (x, y, z).
+        let mirrored = [2.0 * z * x, 2.0 * z * y, 2.0 * z * z - 1.0];
+        let shown = image.pixels[row * size + column];
+        for (shown, expected) in shown.iter().zip(mirrored.map(|c| 2.0 + c)) {
+            assert!(
+                (shown - expected).abs() < 0.03,
+                "at ({x}, {y}): {shown} instead of {expected}"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_symmetric_environment_gives_a_symmetric_sphere() {
+    // Bright above, the same at right and left.
+    let environment = Environment::from_fn(|[x, y, z]| [1.0 + y, 1.0 + x * x, 1.0 + y * z]);
+    let size = 40;
+    let image = render_sphere(&glossy(0.2), &environment, size);
+    for row in image.pixels.chunks(size) {
+        for (left, right) in row.iter().zip(row.iter().rev()) {
+            for (left, right) in left.iter().zip(right) {
+                assert!((left - right).abs() < 2e-3 * right, "{left} and {right}");
+            }
+        }
+    }
+    let [top, bottom] = [10, 29].map(|row| image.pixels[row * size + size / 2][0]);
+    assert!(
+        top > 1.2 * bottom,
+        "light from above: {top} above, {bottom} below"
+    );
+}
+
+#[test]
+fn twice_the_rings_show_the_same_picture() {
+    let environment = Environment::studio();
+    let picture = |brdf: &Brdf, rings| render_with(&brdf, &environment, 48, rings).tone_map();
+    let materials: [Box<Brdf>; 4] = [
+        Box::new(lambertian),
+        Box::new(glossy(0.01)),
+        Box::new(glossy(0.06)),
+        Box::new(glossy(0.3)),
+    ];
+    let coarse = materials
+        .each_ref()
+        .map(|material| picture(material, RINGS));
+    let fine = materials
+        .each_ref()
+        .map(|material| picture(material, 2 * RINGS));
+    let distance = |a, b| psnr(mean_squared_error(a, b).unwrap());
+    for (index, (coarse_a, fine_a)) in coarse.iter().zip(&fine).enumerate() {
+        let error = distance(coarse_a, fine_a);
+        assert!(
+            error > 55.0,
+            "material {index} is {error} dB from the finer picture"
+        );
+        for (coarse_b, fine_b) in coarse.iter().zip(&fine).take(index) {
+            let change = distance(coarse_a, coarse_b) - distance(fine_a, fine_b);
+            assert!(change.abs() < 0.05, "material {index}: {change} dB");
+        }
+    }
+}
+
+#[test]
+fn any_size_and_any_brdf_gives_a_picture_and_always_the_same() {
+    let environment = Environment::studio();
+    let broken = |_: &[HalfDifference<f32>], values: &mut [[f32; 3]]| {
+        values.fill([f32::NAN, f32::INFINITY, -1.0]);
+    };
+    for size in [0, 1, 2, 5] {
+        let image = render_sphere(&broken, &environment, size);
+        assert_eq!(image.pixels.len(), size * size);
+        let _ = image.tone_map();
+    }
+    let [one, two] = [0; 2].map(|_| render_sphere(&glossy(0.1), &environment, 16));
+    assert_eq!(one, two);
+}
+
+#[test]
+fn white_paint_is_exposed_well_and_the_very_centre_fits_in() {
+    let image = render_sphere(&lambertian, &Environment::studio(), 33);
+    let centre = 33 * 16 + 16;
+    let pixel = |index: usize| image.pixels[index][1];
+    let around = [1, 33].map(|step| 0.5 * (pixel(centre - step) + pixel(centre + step)));
+    let mean = 0.5 * (around[0] + around[1]);
+    assert!((pixel(centre) / mean - 1.0).abs() < 5e-3);
+    let [r, g, b] = image.tone_map().pixels[centre];
+    assert!(
+        [r, g, b].iter().all(|channel| (190..235).contains(channel)),
+        "{r} {g} {b}"
+    );
+}

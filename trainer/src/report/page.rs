@@ -1,0 +1,183 @@
+//! A web page that needs nothing from elsewhere: `index.html` and its pictures beside it.
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+use super::gallery::Names;
+use super::html::escape;
+use super::{Gallery, Table};
+use crate::files::write_whole;
+use crate::render::{Picture, PictureError};
+
+/// Where the pictures lie, seen from the page.
+const PICTURES: &str = "pictures";
+/// The look: readable on a phone and in the dark; blue against orange for the colour-blind.
+const STYLE: &str = include_str!("page.css");
+/// Clicking a picture shows its row large. Without scripts the link leads to the picture.
+const SCRIPT: &str = include_str!("page.js");
+
+/// Why a page cannot be written.
+#[derive(Debug, thiserror::Error)]
+pub enum PageError {
+    /// One of its pictures cannot be written.
+    #[error(transparent)]
+    Picture(#[from] PictureError),
+    /// The page itself cannot be written.
+    #[error("cannot write {}: {source}", path.display())]
+    Write {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+}
+
+/// A page, part by part from the top.
+#[derive(Debug)]
+pub struct Page {
+    title: String,
+    body: String,
+    names: Names,
+    pictures: Vec<(String, Picture)>,
+}
+
+impl Page {
+    /// An empty page.
+    #[must_use]
+    pub fn new(title: impl Into<String>) -> Self {
+        Self {
+            title: title.into(),
+            body: String::new(),
+            names: Names::default(),
+            pictures: Vec::new(),
+        }
+    }
+
+    /// A heading within the page.
+    #[must_use]
+    pub fn heading(self, text: &str) -> Self {
+        self.push(&format!("<h2>{}</h2>\n", escape(text)))
+    }
+
+    /// A paragraph of plain text.
+    #[must_use]
+    pub fn paragraph(self, text: &str) -> Self {
+        self.push(&format!("<p>{}</p>\n", escape(text)))
+    }
+
+    /// A table, its best numbers marked.
+    #[must_use]
+    pub fn table(self, table: &Table) -> Self {
+        self.push(&table.to_html())
+    }
+
+    /// Rows of pictures.
+    #[must_use]
+    pub fn gallery(mut self, gallery: &Gallery) -> Self {
+        let html = gallery.to_html(PICTURES, &mut self.names, &mut self.pictures);
+        self.push(&html)
+    }
+
+    /// A drawing, such as [`pattern_svg`](super::pattern_svg) makes, with a caption. The SVG goes
+    /// into the page as it is.
+    #[must_use]
+    pub fn drawing(self, svg: &str, caption: &str) -> Self {
+        let caption = escape(caption);
+        self.push(&format!(
+            "<figure class=\"drawing\">{svg}<figcaption>{caption}</figcaption></figure>\n"
+        ))
+    }
+
+    /// Writes `index.html` and, in `pictures/`, PNG files into a directory, which is made if need
+    /// be. The page comes last and at once, so it never shows less than everything.
+    ///
+    /// # Errors
+    /// If a file cannot be written.
+    pub fn write(&self, directory: &Path) -> Result<(), PageError> {
+        for (name, picture) in &self.pictures {
+            picture.write_png(&directory.join(PICTURES).join(name))?;
+        }
+        let path = directory.join("index.html");
+        write_whole(&path, self.to_html().as_bytes())
+            .map_err(|source| PageError::Write { path, source })
+    }
+
+    /// The page as HTML.
+    fn to_html(&self) -> String {
+        let title = escape(&self.title);
+        let body = &self.body;
+        format!(
+            "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+             <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
+             <meta name=\"color-scheme\" content=\"light dark\">\n\
+             <link rel=\"icon\" href=\"data:,\">\n\
+             <title>{title}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n<main>\n\
+             <h1>{title}</h1>\n{body}</main>\n<script>\n{SCRIPT}</script>\n</body>\n</html>\n"
+        )
+    }
+
+    fn push(mut self, html: &str) -> Self {
+        self.body.push_str(html);
+        self
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::{GalleryRow, Tile};
+
+    fn page() -> Page {
+        let tile = |label: &str, best| Tile {
+            label: label.into(),
+            details: vec!["loss 0.1".into(), "<b>".into()],
+            best,
+            picture: Picture::filled(8, 8, [1, 2, 3]),
+        };
+        let row = GalleryRow {
+            title: "blue & rubber".into(),
+            tiles: vec![
+                tile("Reference", false),
+                tile("Ours", true),
+                tile("ours", false),
+            ],
+        };
+        Page::new("A <title>").paragraph("2 < 3").gallery(&Gallery {
+            caption: "Spheres".into(),
+            rows: vec![row],
+        })
+    }
+
+    #[test]
+    fn a_page_lies_in_its_directory_with_all_it_shows() {
+        let scratch = tempfile::tempdir().unwrap();
+        let directory = scratch.path().join("new");
+        page().write(&directory).unwrap();
+        let html = std::fs::read_to_string(directory.join("index.html")).unwrap();
+        let sources: Vec<&str> = html.split("src=\"").skip(1).collect();
+        assert_eq!(sources.len(), 3);
+        for source in sources {
+            let (file, _) = source.split_once('"').unwrap();
+            assert!(directory.join(file).is_file(), "{file}");
+        }
+        assert!(html.contains("pictures/blue-rubber-ours-2.png"));
+        assert!(!html.contains("http"), "nothing is loaded from elsewhere");
+    }
+
+    #[test]
+    fn text_is_escaped() {
+        let html = page().to_html();
+        assert!(html.contains("<title>A &lt;title&gt;</title>"));
+        assert!(html.contains("alt=\"blue &amp; rubber: Ours\""));
+        assert!(html.contains("<p>2 &lt; 3</p>"));
+        assert!(html.contains("<br>&lt;b&gt;"));
+    }
+
+    #[test]
+    fn without_its_pictures_there_is_no_page() {
+        let scratch = tempfile::tempdir().unwrap();
+        std::fs::write(scratch.path().join(PICTURES), b"in the way").unwrap();
+        assert!(page().write(scratch.path()).is_err());
+        assert!(!scratch.path().join("index.html").exists());
+    }
+}

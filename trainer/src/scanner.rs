@@ -1,0 +1,263 @@
+//! A virtual scanner: motors and sensor, played from a material, over the firmware's link.
+//!
+//! It is the host's side of [`glimpse_core::link`], on any stream of bytes.
+
+use std::collections::BTreeMap;
+use std::f32::consts::TAU;
+use std::io::{self, Read, Write};
+
+use glimpse_core::angles::{Angles, Directions, HalfDifference};
+use glimpse_core::link::{
+    Answerer, FRAME_BYTES, Failure, FrameError, Heard, PROTOCOL, Refusal, Reply, Request,
+};
+use glimpse_core::model::ModelKind;
+use glimpse_core::scan::{Measurement, Residual};
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use crate::evaluation::{DIRECTIONS, Fitted};
+use crate::material::Material;
+use crate::metrics::mean_log_error;
+use crate::sampling::uniform_valid;
+
+/// Why a scan did not come to its end. The next one may.
+#[derive(Debug, thiserror::Error)]
+pub enum ScannerError {
+    /// The stream fails.
+    #[error("the link to the device fails: {0}")]
+    Link(#[from] io::Error),
+    /// The stream ended.
+    #[error("the device hung up")]
+    Closed,
+    /// The device gave up.
+    #[error("the device gave up: {0}")]
+    Device(#[from] Failure),
+    /// The device speaks another version of the protocol.
+    #[error("the device speaks version {0} of the protocol, this host version {PROTOCOL}")]
+    Protocol(u16),
+    /// A reply does not fit into a frame.
+    #[error(transparent)]
+    Frame(#[from] FrameError),
+}
+
+/// How the scanner errs.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Options {
+    /// Standard deviation of Gaussian noise on each channel, relative to its value.
+    pub noise: f32,
+    /// Seed of the noise.
+    pub seed: u64,
+}
+
+/// One measurement that was asked for and given.
+#[derive(Clone, Copy, Debug)]
+pub struct Taken {
+    /// Where.
+    pub directions: Directions<f32>,
+    /// The same as angles in radians.
+    pub angles: Angles<f32>,
+    /// What.
+    pub measurement: Measurement,
+}
+
+/// A completed scan, as the device told it.
+#[derive(Clone, Debug)]
+pub struct ScanReport {
+    /// The model that was fitted.
+    pub model: ModelKind,
+    /// The checksum of the recipe that it was fitted by.
+    pub recipe: u32,
+    /// What was measured, in the order of the recipe's pattern.
+    pub measurements: Vec<Taken>,
+    /// The fitted parameters, in the model's order.
+    pub parameters: Vec<f32>,
+    /// How well they explain the measurements.
+    pub residual: Residual,
+}
+
+impl ScanReport {
+    /// The loss of the fitted parameters against a material, over the same directions as
+    /// `trainer evaluate` takes with the same seed.
+    #[must_use]
+    pub fn loss(&self, material: &dyn Material, seed: u64) -> f64 {
+        let at: Vec<_> = uniform_valid(DIRECTIONS, seed)
+            .into_iter()
+            .map(HalfDifference::from_angles)
+            .collect();
+        let mut reference = vec![[0.0; 3]; at.len()];
+        material.brdf_batch(&at, &mut reference);
+        let fitted = Fitted {
+            model: self.model,
+            parameters: self.parameters.clone(),
+        };
+        let brdf = |at: &[HalfDifference<f32>], brdf: &mut [[f32; 3]]| fitted.brdf_batch(at, brdf);
+        mean_log_error(&brdf, &at, &reference)
+    }
+}
+
+/// The angles of a pair of directions, phi_d in \[0, 2 pi). None if they have no half vector or
+/// one of them is below the horizon.
+#[must_use]
+pub fn angles_of(directions: &Directions<f32>) -> Option<Angles<f32>> {
+    let at = HalfDifference::from_directions(directions).filter(HalfDifference::is_valid)?;
+    Some(Angles {
+        theta_h: at.hx.atan2(at.hz),
+        theta_d: at.dx.hypot(at.dy).atan2(at.dz),
+        phi_d: at.dy.atan2(at.dx).rem_euclid(TAU),
+    })
+}
+
+/// What is known of the scan under way.
+#[derive(Debug)]
+struct Scanning {
+    model: ModelKind,
+    recipe: u32,
+    measurements: BTreeMap<u16, Taken>,
+    parameters: Vec<f32>,
+}
+
+/// What becomes of a scan by a request.
+enum Outcome {
+    GoesOn,
+    Ends(ScanReport),
+    Fails(ScannerError),
+}
+
+/// Plays a scanner in front of one material.
+pub struct VirtualScanner<'a> {
+    material: &'a dyn Material,
+    options: Options,
+    answerer: Answerer,
+    scan: Option<Scanning>,
+    scans: u64,
+}
+
+impl<'a> VirtualScanner<'a> {
+    /// In front of `material`.
+    #[must_use]
+    pub fn new(material: &'a dyn Material, options: Options) -> Self {
+        Self {
+            material,
+            options,
+            answerer: Answerer::new(),
+            scan: None,
+            scans: 0,
+        }
+    }
+
+    /// Serves a device until it has completed one scan. Call again for the next.
+    ///
+    /// # Errors
+    /// If the device gives up, speaks another protocol or hangs up, or the stream fails.
+    pub fn serve(&mut self, stream: &mut (impl Read + Write)) -> Result<ScanReport, ScannerError> {
+        let mut frame = [0; FRAME_BYTES];
+        let mut bytes = [0; 512];
+        loop {
+            let count = match stream.read(&mut bytes) {
+                Ok(0) => return Err(ScannerError::Closed),
+                Ok(count) => count,
+                Err(error) if error.kind() == io::ErrorKind::Interrupted => continue,
+                Err(error) => return Err(error.into()),
+            };
+            // What follows a request in the same bytes can only be the request once more.
+            for byte in &bytes[..count] {
+                let (reply, outcome) = match self.answerer.hear(*byte) {
+                    Some(Ok(Heard::New(request))) => self.reply(request),
+                    Some(Ok(Heard::Again(reply))) => (reply, Outcome::GoesOn),
+                    // Damaged: the device asks again.
+                    Some(Err(_)) | None => continue,
+                };
+                stream.write_all(self.answerer.answer(reply, &mut frame)?)?;
+                stream.flush()?;
+                match outcome {
+                    Outcome::GoesOn => {}
+                    Outcome::Ends(report) => return Ok(report),
+                    Outcome::Fails(error) => return Err(error),
+                }
+            }
+        }
+    }
+
+    fn reply(&mut self, request: Request) -> (Reply, Outcome) {
+        let reply = match (request, &mut self.scan) {
+            (Request::Hello { protocol, .. }, _) if protocol != PROTOCOL => {
+                let welcome = Reply::Welcome { protocol: PROTOCOL };
+                return (welcome, Outcome::Fails(ScannerError::Protocol(protocol)));
+            }
+            (Request::Hello { model, recipe, .. }, _) => {
+                self.scans += 1;
+                self.scan = Some(Scanning {
+                    model,
+                    recipe,
+                    measurements: BTreeMap::new(),
+                    parameters: Vec::new(),
+                });
+                Reply::Welcome { protocol: PROTOCOL }
+            }
+            (Request::Failed(failure), _) => {
+                self.scan = None;
+                return (Reply::Accepted, Outcome::Fails(failure.into()));
+            }
+            (_, None) => Reply::Refused(Refusal::NoScan),
+            (Request::Measure { index, directions }, Some(_)) => self.measure(index, directions),
+            (Request::Progress(_), Some(_)) => Reply::Accepted,
+            (Request::Parameters { offset, values }, Some(scan)) => {
+                let begin = usize::from(offset);
+                let end = begin + values.len();
+                if begin > scan.parameters.len() || end > scan.model.parameters() {
+                    Reply::Refused(Refusal::Parameters)
+                } else {
+                    scan.parameters.truncate(begin);
+                    scan.parameters.extend_from_slice(&values);
+                    Reply::Accepted
+                }
+            }
+            (Request::Finished(residual), Some(scan)) => {
+                if scan.parameters.len() == scan.model.parameters() {
+                    let report = ScanReport {
+                        model: scan.model,
+                        recipe: scan.recipe,
+                        measurements: scan.measurements.values().copied().collect(),
+                        parameters: std::mem::take(&mut scan.parameters),
+                        residual,
+                    };
+                    self.scan = None;
+                    return (Reply::Accepted, Outcome::Ends(report));
+                }
+                Reply::Refused(Refusal::Parameters)
+            }
+        };
+        (reply, Outcome::GoesOn)
+    }
+
+    fn measure(&mut self, index: u16, directions: Directions<f32>) -> Reply {
+        let Some(angles) = angles_of(&directions) else {
+            return Reply::Refused(Refusal::Directions);
+        };
+        // The same noise however often this measurement of this scan is taken.
+        let mut random = ChaCha8Rng::seed_from_u64(self.options.seed);
+        random.set_stream(self.scans << 16 | u64::from(index));
+        let measurement = Measurement {
+            brdf: self
+                .material
+                .brdf(angles)
+                .map(|f| (f * (1.0 + self.options.noise * normal(&mut random))).max(0.0)),
+            saturated: false,
+        };
+        let taken = Taken {
+            directions,
+            angles,
+            measurement,
+        };
+        if let Some(scan) = &mut self.scan {
+            scan.measurements.insert(index, taken);
+        }
+        Reply::Measured { index, measurement }
+    }
+}
+
+/// A standard normal random number (Box and Muller 1958).
+fn normal(random: &mut impl Rng) -> f32 {
+    let radius = (-2.0 * (1.0 - random.random::<f32>()).ln()).sqrt();
+    radius * (TAU * random.random::<f32>()).cos()
+}
