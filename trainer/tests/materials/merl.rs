@@ -402,8 +402,8 @@ fn what_cannot_be_tabulated_leaves_the_old_file_alone() {
         assert_eq!(error.to_string(), expected);
         assert_eq!(fs::read(&path).expect("it is still there"), b"old");
     }
-    let nowhere = directory.path().join("nowhere/new.binary");
-    let error = write_merl(&nowhere, &Made(|_| [0.1; 3])).expect_err("there is no directory");
+    let nowhere = path.join("new.binary");
+    let error = write_merl(&nowhere, &Made(|_| [0.1; 3])).expect_err("a file is no directory");
     assert!(matches!(error, SourceError::Write { .. }), "{error}");
     let names = fs::read_dir(directory.path()).expect("it can be listed");
     assert_eq!(names.count(), 1, "something was left behind");
