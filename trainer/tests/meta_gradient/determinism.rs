@@ -8,7 +8,7 @@ use glimpse_trainer::meta::parameters::{Groups, Optimization};
 use glimpse_trainer::meta::pattern::logits_of;
 use glimpse_trainer::meta::pool::Pool;
 use glimpse_trainer::meta::start::first_guess;
-use glimpse_trainer::meta::training::{InnerSamples, Phase, StepSizeForm, Tasks, Training};
+use glimpse_trainer::meta::training::{InnerSamples, Phase, Start, StepSizeForm, Tasks, Training};
 use glimpse_trainer::sampling::sobol_valid;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -26,6 +26,7 @@ fn train<M: Model>(inner: InnerSamples) -> Vec<u32> {
         materials: &materials,
     };
     let phases = [Phase {
+        start: Start::Previous,
         name: "test",
         steps: STEPS,
         batch: 9,
