@@ -16,7 +16,8 @@ use clap::{Args, Parser, Subcommand};
 ///
 /// SOURCES. Wherever a command takes materials (--data, --test, --train, --material) it takes
 /// a directory holding any mix of MERL *.binary and NBRDF sets (NAME_fc1.npy and its five
-/// siblings), a single such file, or procedural[:COUNT[:SEED]], the built-in set.
+/// siblings), a single such file, or procedural, procedural:COUNT or
+/// procedural:COUNT:SEED, the built-in set.
 #[derive(Parser)]
 #[command(name = "trainer", version, max_term_width = 100)]
 struct Cli {

@@ -160,7 +160,7 @@ fn means(verdicts: &[Verdict]) -> Table {
 fn losses(verdicts: &[Verdict]) -> Table {
     let methods = verdicts
         .iter()
-        .map(|verdict| Column::number(&title(verdict.method), 4, Best::Least));
+        .map(|verdict| Column::number(title(verdict.method), 4, Best::Least));
     Table {
         caption: "Cosine-weighted logarithmic error".into(),
         columns: [Column::text("Material")]

@@ -270,9 +270,12 @@ impl<'o, M: Model> Run<'o, M> {
                     _ => {}
                 }
             }
-            // Phases that end in a recipe are judged; without a pattern to train, the last one.
-            let judged =
-                phase.inner == InnerSamples::Pattern || index + 1 == self.plan.phases.len();
+            // What could be a recipe is judged: in phases on n samples, and at the end.
+            let of_n = [
+                InnerSamples::Pattern,
+                InnerSamples::Random(self.options.samples),
+            ];
+            let is_judged = of_n.contains(&phase.inner) || index + 1 == self.plan.phases.len();
             while done < before + phase.steps {
                 let step = done - before;
                 let found = training.step(index, step);
@@ -280,7 +283,7 @@ impl<'o, M: Model> Run<'o, M> {
                 let share = if done == 1 { 1.0 } else { 0.02 };
                 loss += share * (found - loss);
                 let period = phase.steps.div_ceil(VALIDATIONS);
-                if judged && ((step + 1) % period == 0 || step + 1 == phase.steps) {
+                if is_judged && ((step + 1) % period == 0 || step + 1 == phase.steps) {
                     let values = training.optimization.values();
                     let found = judge.loss::<M>(&values);
                     if best.as_ref().is_none_or(|best| found < best.loss) {
