@@ -26,7 +26,6 @@ fn train<M: Model>(inner: InnerSamples) -> Vec<u32> {
         materials: &materials,
     };
     let phases = [Phase {
-        start: Start::Previous,
         name: "test",
         start: Start::Previous,
         steps: STEPS,
