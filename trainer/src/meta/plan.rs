@@ -127,6 +127,12 @@ fn joint(effort: Effort, model: ModelKind, samples: usize) -> Plan {
         name: "the best start",
         start: Start::Best,
         steps: last,
+        // Gently: at the rates above a long run wanders off to worse places.
+        rates: Groups {
+            initial: 0.3 * initial,
+            step_sizes: 3e-3,
+            pattern: 3e-3,
+        },
         final_rate: 0.01,
         warm_up: 200,
         ..sampling
