@@ -49,6 +49,19 @@ pub struct HalfDifference<T> {
 }
 
 impl<S: Scalar> HalfDifference<S> {
+    /// All coordinates 0: no direction, but where sums of gradients begin.
+    #[inline(always)]
+    pub fn zero() -> Self {
+        let zero = S::constant(0.0);
+        Self {
+            hx: zero,
+            hz: zero,
+            dx: zero,
+            dy: zero,
+            dz: zero,
+        }
+    }
+
     /// From angles in radians.
     #[inline]
     pub fn from_angles(angles: Angles<S>) -> Self

@@ -88,6 +88,17 @@ pub struct SampleGradient<S> {
     pub measured: [S; 3],
 }
 
+impl<S: Scalar> SampleGradient<S> {
+    /// All 0.
+    #[inline(always)]
+    pub fn zero() -> Self {
+        Self {
+            at: HalfDifference::zero(),
+            measured: [S::constant(0.0); 3],
+        }
+    }
+}
+
 /// The weighted loss of a sample, and its derivatives by the sample.
 #[derive(Clone, Copy, Debug)]
 pub struct Evaluation<S> {

@@ -251,16 +251,7 @@ impl Model for Neural {
         ];
         accumulate(inputs.into_iter(), &mut gradient.b1, &by_hidden_1);
 
-        let mut by_sample = SampleGradient {
-            at: HalfDifference {
-                hx: zero,
-                hz: zero,
-                dx: zero,
-                dy: zero,
-                dz: zero,
-            },
-            measured: [zero; 3],
-        };
+        let mut by_sample = SampleGradient::zero();
         if SAMPLE {
             let [hx, _, hz, dx, dy, dz] = backward(&parameters.fc1, &by_hidden_1);
             let c = loss.by_cosine;

@@ -163,16 +163,7 @@ impl Model for Phong {
         let lobe_by_q = terms.power * S::constant(0.5 / PI) + terms.lobe * terms.log_base;
         S::add_product(&mut gradient.exponent, by_lobe * lobe_by_q, terms.exponent);
 
-        let mut by_sample = SampleGradient {
-            at: HalfDifference {
-                hx: zero,
-                hz: zero,
-                dx: zero,
-                dy: zero,
-                dz: zero,
-            },
-            measured: [zero; 3],
-        };
+        let mut by_sample = SampleGradient::zero();
         if SAMPLE {
             let slope = by_lobe * terms.exponent * terms.lobe / terms.base;
             let twice_by_dot = terms.dot.if_positive(slope + slope, zero);

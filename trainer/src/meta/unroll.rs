@@ -167,16 +167,7 @@ where
     }
 
     let mut by_step_sizes = vec![nil; M::PARAMETERS];
-    let none = SampleGradient {
-        at: HalfDifference {
-            hx: zero,
-            hz: zero,
-            dx: zero,
-            dy: zero,
-            dz: zero,
-        },
-        measured: [zero; 3],
-    };
+    let none = SampleGradient::zero();
     let first = inner.samples.first();
     let mut by_samples = vec![none; first.filter(|_| SAMPLES).map_or(0, |list| list.batches())];
     let mut dual = M::Parameters::<Dual<S::Parameter>>::filled(Dual::constant(0.0));

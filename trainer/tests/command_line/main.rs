@@ -1,0 +1,242 @@
+//! The command line as a user meets it: what it writes, what it says, how it ends.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+use glimpse_core::recipe::Recipe;
+use serde_json::Value;
+
+fn trainer(directory: &Path, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_trainer"))
+        .args(arguments)
+        .current_dir(directory)
+        .output()
+        .expect("the trainer runs")
+}
+
+/// Runs a command that must succeed; returns its standard output.
+fn succeed(directory: &Path, arguments: &[&str]) -> String {
+    let output = trainer(directory, arguments);
+    let talk = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{arguments:?}: {talk}");
+    String::from_utf8(output.stdout).expect("it prints text")
+}
+
+/// Runs a command that must fail with one message; returns the message.
+fn fail(directory: &Path, arguments: &[&str]) -> String {
+    let output = trainer(directory, arguments);
+    assert!(!output.status.success(), "{arguments:?} succeeded");
+    assert!(
+        output.stdout.is_empty(),
+        "results of a failed {arguments:?}"
+    );
+    String::from_utf8(output.stderr).expect("it prints text")
+}
+
+const TRAIN: [&str; 11] = [
+    "train",
+    "--model",
+    "phong",
+    "--samples",
+    "4",
+    "--data",
+    "procedural:12",
+    "--effort",
+    "quick",
+    "--out",
+    "phong.recipe",
+];
+
+#[test]
+fn a_recipe_is_trained_shown_exported_and_judged() {
+    let scratch = tempfile::tempdir().expect("a temporary directory");
+    let directory = scratch.path();
+    succeed(directory, &TRAIN);
+    let bytes = fs::read(directory.join("phong.recipe")).expect("the recipe is there");
+    let recipe = Recipe::parse(&bytes).expect("it is a recipe");
+    assert_eq!((recipe.model().name(), recipe.samples()), ("phong", 4));
+    assert_eq!(recipe.provenance().data, "procedural:12");
+    let names = fs::read_dir(directory).expect("it can be listed");
+    assert_eq!(
+        names.count(),
+        1,
+        "a finished run leaves nothing but the recipe"
+    );
+
+    // The same seed gives the same bytes, on one thread too.
+    let mut again = TRAIN.to_vec();
+    again[10] = "again.recipe";
+    again.extend(["--threads", "1"]);
+    succeed(directory, &again);
+    assert_eq!(
+        fs::read(directory.join("again.recipe")).expect("it is there"),
+        bytes
+    );
+
+    let shown = succeed(directory, &["inspect", "phong.recipe"]);
+    assert!(shown.contains("phong (7 parameters)"), "{shown}");
+
+    for (format, file) in [
+        ("postcard", "copy.recipe"),
+        ("json", "p.json"),
+        ("rust", "p.rs"),
+    ] {
+        succeed(
+            directory,
+            &["export", "phong.recipe", "--format", format, "--out", file],
+        );
+    }
+    assert_eq!(
+        fs::read(directory.join("copy.recipe")).expect("it is there"),
+        bytes
+    );
+    let json = fs::read(directory.join("p.json")).expect("it is there");
+    let json: Value = serde_json::from_slice(&json).expect("it is JSON");
+    assert_eq!(json["samples"], 4);
+    let numbers = |field: &str| -> Vec<f32> {
+        let list = json[field].as_array().expect("a list");
+        list.iter()
+            .map(|number| number.as_f64().expect("a number") as f32)
+            .collect()
+    };
+    assert_eq!(
+        numbers("initial"),
+        recipe.initial().iter().collect::<Vec<_>>()
+    );
+    assert_eq!(
+        numbers("step_sizes"),
+        recipe.step_sizes().iter().collect::<Vec<_>>()
+    );
+    let first = recipe.pattern().next().expect("a sample");
+    assert_eq!(
+        json["pattern"][0][2].as_f64().expect("a number") as f32,
+        first.phi_d
+    );
+    let source = fs::read_to_string(directory.join("p.rs")).expect("it is there");
+    assert!(
+        source.contains("pub const PATTERN: [[f32; 3]; 4]"),
+        "{source}"
+    );
+
+    let judged = succeed(
+        directory,
+        &[
+            "evaluate",
+            "--recipe",
+            "phong.recipe",
+            "--test",
+            "procedural:2:9",
+            "--json",
+        ],
+    );
+    let judged: Value = serde_json::from_str(&judged).expect("it is JSON");
+    assert_eq!(judged["method"], "ours");
+    assert_eq!(judged["materials"].as_array().expect("a list").len(), 2);
+    for metric in ["loss", "dssim", "l2", "psnr"] {
+        let mean = judged[metric].as_f64().expect("a number");
+        let each = [0, 1].map(|i| judged["materials"][i][metric].as_f64().expect("a number"));
+        assert!((mean - (each[0] + each[1]) / 2.0).abs() < 1e-9, "{metric}");
+    }
+}
+
+#[test]
+fn random_is_judged_without_a_recipe() {
+    let scratch = tempfile::tempdir().expect("a temporary directory");
+    let arguments = [
+        "evaluate",
+        "--method",
+        "random",
+        "--model",
+        "neural",
+        "--samples",
+        "8",
+        "--test",
+        "procedural:1:9",
+        "--seeds",
+        "2",
+        "--json",
+    ];
+    let judged = succeed(scratch.path(), &arguments);
+    let judged: Value = serde_json::from_str(&judged).expect("it is JSON");
+    assert_eq!(
+        (&judged["method"], &judged["seeds"]),
+        (&"random".into(), &2.into())
+    );
+    assert!(judged["loss_spread"].as_f64().expect("a number") > 0.0);
+}
+
+#[test]
+fn mistakes_are_named() {
+    let scratch = tempfile::tempdir().expect("a temporary directory");
+    let directory = scratch.path();
+    fs::write(directory.join("bad.recipe"), b"GLMQ").expect("it is written");
+    let message = fail(directory, &["inspect", "bad.recipe"]);
+    assert!(
+        message.contains("bad.recipe") && message.contains("GLMP"),
+        "{message}"
+    );
+    let message = fail(directory, &["inspect", "none.recipe"]);
+    assert!(message.contains("none.recipe"), "{message}");
+    let mut nowhere = TRAIN.to_vec();
+    nowhere[6] = "nowhere";
+    let message = fail(directory, &nowhere);
+    assert!(message.contains("nowhere"), "{message}");
+    let mut resumed = TRAIN.to_vec();
+    resumed.push("--resume");
+    let message = fail(directory, &resumed);
+    assert!(message.contains("--resume"), "{message}");
+    let mut none = TRAIN.to_vec();
+    none[4] = "0";
+    assert!(fail(directory, &none).contains("0 samples"));
+}
+
+/// A run that is killed goes on where its last checkpoint was, to the same bytes.
+#[test]
+fn a_stopped_run_goes_on_to_the_same_recipe() {
+    use std::ops::ControlFlow;
+
+    use glimpse_core::model::ModelKind;
+    use glimpse_trainer::material::Source;
+    use glimpse_trainer::meta::plan::{Effort, Schedule};
+    use glimpse_trainer::meta::run::{Options, TrainError, train};
+
+    let scratch = tempfile::tempdir().expect("a temporary directory");
+    let materials = || Source("procedural:12".into()).load().expect("materials");
+    let mut options = Options {
+        model: ModelKind::Phong,
+        samples: 4,
+        schedule: Schedule::Joint,
+        effort: Effort::Quick,
+        without_pattern: false,
+        seed: 3,
+        checkpoint: None,
+        resume: false,
+    };
+    let whole =
+        train(&options, materials(), &mut |_| ControlFlow::Continue(())).expect("it is trained");
+    options.checkpoint = Some(scratch.path().join("checkpoint"));
+    // In the first phase, at the very end of one, and in the last.
+    for stop in [123, 1_400, 6_000] {
+        let outcome = train(&options, materials(), &mut |progress| {
+            if progress.done == stop {
+                ControlFlow::Break(())
+            } else {
+                ControlFlow::Continue(())
+            }
+        });
+        assert!(
+            matches!(outcome, Err(TrainError::Stopped(done)) if done == stop),
+            "{outcome:?}"
+        );
+        options.resume = true;
+    }
+    let resumed =
+        train(&options, materials(), &mut |_| ControlFlow::Continue(())).expect("it is trained");
+    assert_eq!(resumed, whole);
+
+    options.seed = 4;
+    let outcome = train(&options, materials(), &mut |_| ControlFlow::Continue(()));
+    let message = outcome.expect_err("it is another run").to_string();
+    assert!(message.contains("another run"), "{message}");
+}
