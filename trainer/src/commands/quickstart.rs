@@ -20,15 +20,15 @@ use super::train::recipe_of;
 use super::{load, print, write_file};
 
 /// Materials that are scanned: of another seed than those of training.
-const UNSEEN: usize = 10;
+const UNSEEN: usize = 8;
 /// n.
 const SAMPLES: usize = 8;
 /// Repetitions of the random methods.
-const SEEDS: u64 = 3;
+const SEEDS: u64 = 2;
 
 /// Train a small recipe, scan unseen materials with it, and leave pictures: start here.
 ///
-/// A network is meta-trained on 100 procedural materials; ten others, which training never saw,
+/// A network is meta-trained on 100 procedural materials; eight others, which training never saw,
 /// are then measured at 8 directions and fitted in 20 steps, by three methods: Random (classic
 /// learning), Meta (learned start and step sizes, random samples) and Ours (learned samples too).
 /// Takes a minute or so; leaves DIR/index.html and DIR/neural-n8.recipe.
@@ -78,7 +78,7 @@ impl Quickstart {
         Page::new("Glimpse: materials from eight measurements")
             .paragraph(
                 "A network of 675 weights learned, on 100 procedural materials, where to measure \
-                 a material and how to fit it. Here it meets ten materials that it never saw: \
+                 a material and how to fit it. Here it meets eight materials that it never saw: \
                  each is measured at 8 pairs of directions and fitted in 20 steps, as a \
                  scanner's microcontroller would do it. Random is classic learning, Meta has \
                  learned its start and its step sizes, Ours has learned where to measure too.",

@@ -78,10 +78,10 @@ impl Plan {
 /// Which of several starts is good shows only after a while, and not by its training loss: each
 /// is trained for a short time, and the one that does best on unseen materials goes on.
 fn joint(effort: Effort, model: ModelKind, samples: usize) -> Plan {
-    let (starts, first, second, last) = match effort {
-        Effort::Quick => (4, 400, 1_000, 2_500),
-        Effort::Standard => (4, 1_000, 3_000, 14_000),
-        Effort::Long => (12, 2_000, 8_000, 120_000),
+    let (starts, first, second, last, gentle) = match effort {
+        Effort::Quick => (3, 300, 800, 2_500, 1.0),
+        Effort::Standard => (4, 1_000, 3_000, 14_000, 0.3),
+        Effort::Long => (12, 2_000, 8_000, 120_000, 0.3),
     };
     let (initial, first_step_size) = match model {
         ModelKind::Neural => (1e-3, 3e-3),
@@ -127,11 +127,11 @@ fn joint(effort: Effort, model: ModelKind, samples: usize) -> Plan {
         name: "the best start",
         start: Start::Best,
         steps: last,
-        // Gently: at the rates above a long run wanders off to worse places.
+        // At the rates above a long run wanders off to worse places.
         rates: Groups {
-            initial: 0.3 * initial,
-            step_sizes: 3e-3,
-            pattern: 3e-3,
+            initial: gentle * initial,
+            step_sizes: gentle * 1e-2,
+            pattern: gentle * 1e-2,
         },
         final_rate: 0.01,
         warm_up: 200,

@@ -217,7 +217,7 @@ fn a_stopped_run_goes_on_to_the_same_recipe() {
         train(&options, materials(), &mut |_| ControlFlow::Continue(())).expect("it is trained");
     options.checkpoint = Some(scratch.path().join("checkpoint"));
     // In the first phase, at the very end of one, and in the last.
-    for stop in [123, 1_400, 6_000] {
+    for stop in [123, 1_100, 5_000] {
         let outcome = train(&options, materials(), &mut |progress| {
             if progress.done == stop {
                 ControlFlow::Break(())
