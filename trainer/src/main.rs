@@ -38,19 +38,14 @@ struct Common {
     threads: Option<usize>,
 }
 
+/// Each is described where its arguments are.
 #[derive(Subcommand)]
 enum Command {
-    /// Train a small recipe, scan unseen materials with it, and leave pictures: start here
     Quickstart(commands::quickstart::Quickstart),
-    /// Train a recipe on materials
     Train(commands::train::Train),
-    /// Judge a recipe or a method on materials
     Evaluate(commands::evaluate::Evaluate),
-    /// Show what is in a recipe
     Inspect(commands::inspect::Inspect),
-    /// Write a recipe in another format
     Export(commands::export::Export),
-    /// Play motors and sensor from a material, for the firmware at the other end of the line
     VirtualScanner(commands::virtual_scanner::VirtualScanner),
 }
 
