@@ -4,7 +4,7 @@
 use std::path::Path;
 use std::time::Instant;
 
-use glimpse_core::angles::{Angles, HalfDifference};
+use glimpse_core::angles::HalfDifference;
 use glimpse_trainer::material::Source;
 use glimpse_trainer::render::{Environment, Picture, render_sphere};
 
@@ -22,9 +22,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     for material in Source(source.clone()).load()? {
         let begin = Instant::now();
         let brdf = |at: &[HalfDifference<f32>], values: &mut [[f32; 3]]| {
-            for (value, at) in values.iter_mut().zip(at) {
-                *value = material.brdf(angles(at));
-            }
+            material.brdf_batch(at, values);
         };
         pictures.push(render_sphere(&brdf, &environment, size).tone_map());
         println!("{} {:.3} s", material.name(), begin.elapsed().as_secs_f64());
@@ -32,13 +30,4 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let rows: Vec<&[Picture]> = pictures.chunks(COLUMNS).collect();
     Picture::grid(&rows, 4, [0; 3]).write_png(Path::new(sheet))?;
     Ok(())
-}
-
-/// The angles of a half and a difference vector.
-fn angles(at: &HalfDifference<f32>) -> Angles<f32> {
-    Angles {
-        theta_h: at.hx.atan2(at.hz),
-        theta_d: at.dx.hypot(at.dy).atan2(at.dz),
-        phi_d: at.dy.atan2(at.dx),
-    }
 }

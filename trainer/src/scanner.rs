@@ -3,7 +3,6 @@
 //! It is the host's side of [`glimpse_core::link`], on any stream of bytes.
 
 use std::collections::BTreeMap;
-use std::f32::consts::TAU;
 use std::io::{self, Read, Write};
 
 use glimpse_core::angles::{Angles, Directions, HalfDifference};
@@ -12,11 +11,12 @@ use glimpse_core::link::{
 };
 use glimpse_core::model::ModelKind;
 use glimpse_core::scan::{Measurement, Residual};
-use rand::{Rng, SeedableRng};
+use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 use crate::evaluation::{DIRECTIONS, Fitted};
-use crate::material::Material;
+use crate::material::{self, Material};
+use crate::meta::start::standard_normal;
 use crate::metrics::mean_log_error;
 use crate::sampling::uniform_valid;
 
@@ -100,11 +100,7 @@ impl ScanReport {
 #[must_use]
 pub fn angles_of(directions: &Directions<f32>) -> Option<Angles<f32>> {
     let at = HalfDifference::from_directions(directions).filter(HalfDifference::is_valid)?;
-    Some(Angles {
-        theta_h: at.hx.atan2(at.hz),
-        theta_d: at.dx.hypot(at.dy).atan2(at.dz),
-        phi_d: at.dy.atan2(at.dx).rem_euclid(TAU),
-    })
+    Some(material::angles_of(&at))
 }
 
 /// What is known of the scan under way.
@@ -241,7 +237,7 @@ impl<'a> VirtualScanner<'a> {
             brdf: self
                 .material
                 .brdf(angles)
-                .map(|f| (f * (1.0 + self.options.noise * normal(&mut random))).max(0.0)),
+                .map(|f| (f * (1.0 + self.options.noise * standard_normal(&mut random))).max(0.0)),
             saturated: false,
         };
         let taken = Taken {
@@ -254,10 +250,4 @@ impl<'a> VirtualScanner<'a> {
         }
         Reply::Measured { index, measurement }
     }
-}
-
-/// A standard normal random number (Box and Muller 1958).
-fn normal(random: &mut impl Rng) -> f32 {
-    let radius = (-2.0 * (1.0 - random.random::<f32>()).ln()).sqrt();
-    radius * (TAU * random.random::<f32>()).cos()
 }

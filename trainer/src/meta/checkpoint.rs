@@ -60,24 +60,8 @@ pub enum CheckpointError {
 pub struct Best {
     /// The validation loss.
     pub loss: f32,
-    /// theta_0.
-    pub initial: Vec<f32>,
-    /// alpha or ln alpha.
-    pub step_sizes: Vec<f32>,
-    /// Logits of the pattern.
-    pub pattern: Vec<f32>,
-}
-
-impl Best {
     /// The values.
-    #[must_use]
-    pub fn values(&self) -> Groups<Vec<f32>> {
-        Groups {
-            initial: self.initial.clone(),
-            step_sizes: self.step_sizes.clone(),
-            pattern: self.pattern.clone(),
-        }
-    }
+    pub values: Groups<Vec<f32>>,
 }
 
 /// A training run as it stands.

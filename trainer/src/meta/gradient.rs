@@ -2,7 +2,7 @@
 
 use std::marker::PhantomData;
 
-use glimpse_core::model::{Model, ParameterSet, SampleGradient};
+use glimpse_core::model::{Model, SampleGradient};
 
 use super::pattern::MeasuredPattern;
 use super::pool::Draw;
@@ -166,10 +166,4 @@ fn stored<L: Lanes>(found: MetaGradient<f32, L>) -> MetaGradient<f32, Octet> {
         step_sizes: found.step_sizes,
         samples,
     }
-}
-
-/// A parameter set as a flat list.
-#[must_use]
-pub fn flatten<T: Copy + 'static, P: ParameterSet<T>>(set: &P) -> Vec<T> {
-    set.iter().copied().collect()
 }

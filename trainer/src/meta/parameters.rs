@@ -8,6 +8,7 @@ use burn::tensor::backend::Backend;
 use burn::tensor::{Tensor, TensorData};
 use burn_autodiff::Autodiff;
 use burn_ndarray::{NdArray, NdArrayDevice};
+use serde::{Deserialize, Serialize};
 
 /// The backend: meta-gradients are computed outside of it, exactly, and registered with it.
 pub type B = Autodiff<NdArray>;
@@ -26,7 +27,7 @@ pub struct MetaParameters<B: Backend> {
 }
 
 /// One list of numbers for each group of meta-parameters: values, gradients, learning rates.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Groups<T> {
     /// theta_0.
     pub initial: T,
@@ -79,11 +80,6 @@ impl Optimization {
             },
             optimizer: adam(),
         }
-    }
-
-    /// Forgets Adam's moments.
-    pub fn restart_optimizer(&mut self) {
-        self.optimizer = adam();
     }
 
     /// The values as they are now.

@@ -265,7 +265,7 @@ impl<'o, M: Model> Run<'o, M> {
                         training.optimization = Optimization::new(self.first_values(guess));
                     }
                     (Start::Best, Some(best)) => {
-                        training.optimization = Optimization::new(best.values());
+                        training.optimization = Optimization::new(best.values.clone());
                     }
                     _ => {}
                 }
@@ -289,9 +289,7 @@ impl<'o, M: Model> Run<'o, M> {
                     if best.as_ref().is_none_or(|best| found < best.loss) {
                         best = Some(Best {
                             loss: found,
-                            initial: values.initial,
-                            step_sizes: values.step_sizes,
-                            pattern: values.pattern,
+                            values,
                         });
                     }
                 }
@@ -314,20 +312,18 @@ impl<'o, M: Model> Run<'o, M> {
             before += phase.steps;
         }
         save(&training, done, loss, &best)?;
-        let last = training.optimization.values();
-        let best = best.unwrap_or(Best {
+        // None only if no judged loss was a number; the recipe's checks will then say so.
+        let Best { loss, values } = best.unwrap_or_else(|| Best {
             loss,
-            initial: last.initial,
-            step_sizes: last.step_sizes,
-            pattern: last.pattern,
+            values: training.optimization.values(),
         });
         Ok(Learned {
             model: self.options.model,
             inner_steps: INNER_STEPS,
-            pattern: above_horizon(&best.pattern),
-            initial: best.initial,
-            step_sizes: self.plan.step_size_form.step_sizes(&best.step_sizes),
-            expected_loss: best.loss,
+            pattern: above_horizon(&values.pattern),
+            initial: values.initial,
+            step_sizes: self.plan.step_size_form.step_sizes(&values.step_sizes),
+            expected_loss: loss,
             materials: self.training.len() + self.validation.len(),
         })
     }
