@@ -9,7 +9,7 @@ pub use phong::{Phong, PhongParameters};
 use serde::{Deserialize, Serialize};
 
 use crate::angles::HalfDifference;
-use crate::scalar::Scalar;
+use crate::scalar::{Entry, Scalar};
 
 /// Names a model in recipes and on the link. The order is part of the recipe format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -49,7 +49,7 @@ impl core::fmt::Display for ModelKind {
 
 /// One number for every parameter of a model: the parameters themselves, their gradient, their
 /// step sizes.
-pub trait ParameterSet<T: Copy + 'static>: Clone {
+pub trait ParameterSet<T: Entry>: Clone + Send + Sync {
     /// All entries equal.
     fn filled(value: T) -> Self;
     /// The entries as runs, in the order that recipes and exports use.
@@ -115,7 +115,7 @@ pub trait Model: Sync {
     /// How many parameters it has.
     const PARAMETERS: usize;
     /// One `T` for every parameter.
-    type Parameters<T: Copy + 'static>: ParameterSet<T>;
+    type Parameters<T: Entry>: ParameterSet<T>;
     /// All zeros, as a constant: so that statics can begin with it.
     const ZEROS: Self::Parameters<f32>;
 

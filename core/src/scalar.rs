@@ -8,6 +8,10 @@ use core::ops::{Add, Div, Mul, Neg, Sub};
 
 use crate::math;
 
+/// What a set of parameters can hold: plain values, which threads can share.
+pub trait Entry: Copy + Send + Sync + 'static {}
+impl<T: Copy + Send + Sync + 'static> Entry for T {}
+
 /// A number, or several numbers computed side by side.
 ///
 /// Two associated types keep memory traffic small when a scalar is wide: a
@@ -15,8 +19,7 @@ use crate::math;
 /// [broadcast](Scalar::broadcast); a gradient entry sums over samples, so it
 /// has an accumulator of its own.
 pub trait Scalar:
-    Copy
-    + 'static
+    Entry
     + Add<Output = Self>
     + Sub<Output = Self>
     + Mul<Output = Self>
@@ -24,9 +27,9 @@ pub trait Scalar:
     + Neg<Output = Self>
 {
     /// How one model parameter is stored.
-    type Parameter: Copy + 'static;
+    type Parameter: Entry;
     /// What one entry of a gradient accumulates in.
-    type Sum: Copy + 'static;
+    type Sum: Entry;
 
     /// A constant; rounded to the scalar's precision.
     fn constant(value: f64) -> Self;

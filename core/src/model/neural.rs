@@ -6,7 +6,7 @@
 use super::{Evaluation, Model, ModelKind, ParameterSet, Sample, SampleGradient};
 use crate::angles::HalfDifference;
 use crate::loss::cosine_weighted_log_error;
-use crate::scalar::Scalar;
+use crate::scalar::{Entry, Scalar};
 
 /// Units of each hidden layer.
 const HIDDEN: usize = 21;
@@ -34,7 +34,7 @@ pub struct NeuralParameters<T> {
     pub b3: [T; 3],
 }
 
-impl<T: Copy + 'static> ParameterSet<T> for NeuralParameters<T> {
+impl<T: Entry> ParameterSet<T> for NeuralParameters<T> {
     fn filled(value: T) -> Self {
         Self {
             fc1: [[value; HIDDEN]; 6],
@@ -189,7 +189,7 @@ fn through_relu<S: Scalar>(mut by_values: [S; HIDDEN], values: &[S; HIDDEN]) -> 
 impl Model for Neural {
     const KIND: ModelKind = ModelKind::Neural;
     const PARAMETERS: usize = 6 * HIDDEN + HIDDEN + HIDDEN * HIDDEN + HIDDEN + HIDDEN * 3 + 3;
-    type Parameters<T: Copy + 'static> = NeuralParameters<T>;
+    type Parameters<T: Entry> = NeuralParameters<T>;
     const ZEROS: NeuralParameters<f32> = NeuralParameters {
         fc1: [[0.0; HIDDEN]; 6],
         b1: [0.0; HIDDEN],

@@ -10,7 +10,7 @@ use core::slice;
 use super::{Evaluation, Model, ModelKind, ParameterSet, Sample, SampleGradient};
 use crate::angles::HalfDifference;
 use crate::loss::cosine_weighted_log_error;
-use crate::scalar::Scalar;
+use crate::scalar::{Entry, Scalar};
 
 /// The model; see the file's head for its formula.
 #[derive(Clone, Copy, Debug)]
@@ -27,7 +27,7 @@ pub struct PhongParameters<T> {
     pub exponent: T,
 }
 
-impl<T: Copy + 'static> ParameterSet<T> for PhongParameters<T> {
+impl<T: Entry> ParameterSet<T> for PhongParameters<T> {
     fn filled(value: T) -> Self {
         Self {
             sum: [value; 3],
@@ -113,7 +113,7 @@ impl<S: Scalar> Terms<S> {
 impl Model for Phong {
     const KIND: ModelKind = ModelKind::Phong;
     const PARAMETERS: usize = 7;
-    type Parameters<T: Copy + 'static> = PhongParameters<T>;
+    type Parameters<T: Entry> = PhongParameters<T>;
     const ZEROS: PhongParameters<f32> = PhongParameters {
         sum: [0.0; 3],
         ratio: [0.0; 3],

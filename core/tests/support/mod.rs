@@ -11,7 +11,7 @@ use std::cell::Cell;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 use glimpse_core::model::ParameterSet;
-use glimpse_core::scalar::Scalar;
+use glimpse_core::scalar::{Entry, Scalar};
 
 thread_local! {
     /// A fingerprint of the branches taken since the last [`traced`] began.
@@ -185,7 +185,7 @@ pub(crate) fn scale_of(slopes: &[f64]) -> f64 {
 }
 
 /// A list, in the model's order, as a parameter set.
-pub(crate) fn parameters<T: Copy + 'static, P: ParameterSet<T>>(
+pub(crate) fn parameters<T: Entry, P: ParameterSet<T>>(
     list: impl IntoIterator<Item = T>,
     zero: T,
 ) -> P {

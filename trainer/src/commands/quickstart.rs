@@ -7,7 +7,7 @@ use clap::Args;
 use glimpse_core::model::ModelKind;
 use glimpse_trainer::evaluation::{Judge, Method, Verdict};
 use glimpse_trainer::export::RecipeFile;
-use glimpse_trainer::lanes::instruction_set;
+use glimpse_trainer::lanes::InstructionSet;
 use glimpse_trainer::material::{Material, Procedural, Source};
 use glimpse_trainer::meta::plan::{Effort, Schedule};
 use glimpse_trainer::meta::run::{INNER_STEPS, Options};
@@ -47,7 +47,10 @@ impl Quickstart {
             .and_then(|()| tempfile::NamedTempFile::new_in(&self.out).map(drop))
             .map_err(|error| anyhow::anyhow!("cannot write to {}: {error}", self.out.display()))?;
         let source = Source(format!("procedural:100:{seed}"));
-        eprintln!("computing with {}", instruction_set());
+        eprintln!(
+            "computing with {}",
+            InstructionSet::of_this_machine().name()
+        );
         let meta = learn(&source, seed, true)?;
         let ours = learn(&source, seed, false)?;
         write_file(&self.out.join("neural-n8.recipe"), ours.bytes())?;

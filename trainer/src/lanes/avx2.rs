@@ -1,8 +1,8 @@
-//! Lanes on AVX2 and FMA.
+//! Eight lanes on AVX2 and FMA.
 //!
-//! Safety of every `unsafe` here: values of [`Avx2Lanes`] come to exist in [`run`] only, which
-//! is entered after the processor has been asked for AVX2 and FMA. The type is private to
-//! `lanes`, so nobody else can make one.
+//! Safety of every `unsafe` here: values of [`Avx2Lanes`] come to exist in [`run`] and its
+//! counterpart for AVX-512 only, which are entered after the processor has been asked for AVX2
+//! and FMA. The type is private to `lanes`, so nobody else can make one.
 
 use std::arch::x86_64::*;
 use std::ops::{Add, Div, Mul, Neg, Sub};
@@ -10,10 +10,10 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 use glimpse_core::scalar::Scalar;
 
 use super::elementary::{self, Elementary};
-use super::{Kernel, Lanes, Octet};
+use super::{Kernel, Lanes, Octet, Octets, Pair, WIDTH};
 
 #[derive(Clone, Copy)]
-pub(super) struct Avx2Lanes(__m256);
+pub(super) struct Avx2Lanes(pub(super) __m256);
 
 pub(super) fn is_available() -> bool {
     is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma")
@@ -23,7 +23,7 @@ pub(super) fn is_available() -> bool {
 pub(super) fn run<K: Kernel>(kernel: K) -> K::Output {
     #[target_feature(enable = "avx2,fma")]
     fn with_features<K: Kernel>(kernel: K) -> K::Output {
-        kernel.run::<Avx2Lanes>()
+        kernel.run::<Pair<Avx2Lanes>>()
     }
     debug_assert!(is_available());
     // SAFETY: see the file's head.
@@ -99,17 +99,62 @@ impl Scalar for Avx2Lanes {
 }
 
 impl Lanes for Avx2Lanes {
+    const OCTETS: usize = 1;
+    type Narrow = Self;
+
     #[inline(always)]
-    fn load(octet: &Octet) -> Self {
+    fn load([octet, ..]: Octets<'_>) -> Self {
         // SAFETY: see the file's head; an Octet has 32 bytes and their alignment.
         Self(unsafe { _mm256_load_ps(octet.0.as_ptr()) })
     }
     #[inline(always)]
-    fn store(self) -> Octet {
-        let mut octet = Octet::default();
-        // SAFETY: as in `load`.
-        unsafe { _mm256_store_ps(octet.0.as_mut_ptr(), self.0) };
-        octet
+    fn store(self, octets: &mut [Octet]) {
+        if let Some(octet) = octets.first_mut() {
+            // SAFETY: as in `load`.
+            unsafe { _mm256_store_ps(octet.0.as_mut_ptr(), self.0) };
+        }
+    }
+    #[inline(always)]
+    fn zero_sum() -> Self {
+        Self::splat(0.0)
+    }
+    #[inline(always)]
+    fn totals(sums: &[Self], totals: &mut [f32]) {
+        let (chunks, rest) = sums.as_chunks::<WIDTH>();
+        let (outputs, tail) = totals.as_chunks_mut::<WIDTH>();
+        for (sums, output) in chunks.iter().zip(outputs) {
+            totals_of_eight(sums, output);
+        }
+        if !rest.is_empty() {
+            let mut sums = [Self::splat(0.0); WIDTH];
+            for (sum, rest) in sums.iter_mut().zip(rest) {
+                *sum = *rest;
+            }
+            let mut output = [0.0; WIDTH];
+            totals_of_eight(&sums, &mut output);
+            for (total, output) in tail.iter_mut().zip(output) {
+                *total = output;
+            }
+        }
+    }
+}
+
+/// The sums over the lanes of eight registers: halves are added pair by pair, so that no lane is
+/// taken out by itself.
+#[inline(always)]
+pub(super) fn totals_of_eight(sums: &[Avx2Lanes; WIDTH], totals: &mut [f32; WIDTH]) {
+    let [a, b, c, d, e, f, g, h] = sums;
+    // SAFETY: see the file's head; the store needs no alignment.
+    unsafe {
+        let ab = _mm256_hadd_ps(a.0, b.0);
+        let cd = _mm256_hadd_ps(c.0, d.0);
+        let ef = _mm256_hadd_ps(e.0, f.0);
+        let gh = _mm256_hadd_ps(g.0, h.0);
+        let abcd = _mm256_hadd_ps(ab, cd);
+        let efgh = _mm256_hadd_ps(ef, gh);
+        let lower = _mm256_permute2f128_ps::<0x20>(abcd, efgh);
+        let upper = _mm256_permute2f128_ps::<0x31>(abcd, efgh);
+        _mm256_storeu_ps(totals.as_mut_ptr(), _mm256_add_ps(lower, upper));
     }
 }
 
@@ -162,7 +207,7 @@ impl Elementary for Avx2Lanes {
         // SAFETY: see the file's head.
         unsafe {
             let bits = _mm256_castps_si256(self.0);
-            let above = _mm256_sub_epi32(bits, _mm256_set1_epi32(SQRT_HALF_BITS));
+            let above = _mm256_sub_epi32(bits, _mm256_set1_epi32(elementary::SQRT_HALF_BITS));
             let exponent = _mm256_srai_epi32::<23>(above);
             let mantissa = _mm256_sub_epi32(bits, _mm256_slli_epi32::<23>(exponent));
             (
@@ -172,6 +217,3 @@ impl Elementary for Avx2Lanes {
         }
     }
 }
-
-/// The bits of sqrt(1/2).
-const SQRT_HALF_BITS: i32 = std::f32::consts::FRAC_1_SQRT_2.to_bits() as i32;

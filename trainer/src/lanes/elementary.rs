@@ -19,6 +19,9 @@ pub(super) trait Elementary: Copy {
     fn split(self) -> (Self, Self);
 }
 
+/// The bits of sqrt(1/2).
+pub(super) const SQRT_HALF_BITS: i32 = std::f32::consts::FRAC_1_SQRT_2.to_bits() as i32;
+
 /// ln 2 in two parts; the first has few bits, so that its multiples are exact.
 const LN_2_HIGH: f32 = 0.693_359_4;
 const LN_2_LOW: f32 = -2.121_944_4e-4;

@@ -5,7 +5,7 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 use glimpse_core::scalar::Scalar;
 
 use super::elementary::{self, Elementary};
-use super::{Lanes, Octet};
+use super::{Lanes, Octet, Octets};
 
 /// Eight numbers in an array.
 #[derive(Clone, Copy, Debug)]
@@ -85,13 +85,29 @@ impl Scalar for PortableLanes {
 }
 
 impl Lanes for PortableLanes {
+    const OCTETS: usize = 1;
+    type Narrow = Self;
+
     #[inline(always)]
-    fn load(octet: &Octet) -> Self {
+    fn load([octet, ..]: Octets<'_>) -> Self {
         Self(*octet)
     }
     #[inline(always)]
-    fn store(self) -> Octet {
-        self.0
+    fn store(self, octets: &mut [Octet]) {
+        if let Some(octet) = octets.first_mut() {
+            *octet = self.0;
+        }
+    }
+    #[inline(always)]
+    fn zero_sum() -> Self {
+        Self::splat(0.0)
+    }
+    #[inline(always)]
+    fn totals(sums: &[Self], totals: &mut [f32]) {
+        for (sum, total) in sums.iter().zip(totals) {
+            let [a, b, c, d, e, f, g, h] = sum.0.0;
+            *total = ((a + b) + (c + d)) + ((e + f) + (g + h));
+        }
     }
 }
 
@@ -131,9 +147,8 @@ impl Elementary for PortableLanes {
     }
     #[inline(always)]
     fn split(self) -> (Self, Self) {
-        let sqrt_half = std::f32::consts::FRAC_1_SQRT_2.to_bits() as i32;
         let bits = |lane: usize| self.0.0[lane].to_bits() as i32;
-        let exponent = |lane: usize| bits(lane).wrapping_sub(sqrt_half) >> 23;
+        let exponent = |lane: usize| bits(lane).wrapping_sub(elementary::SQRT_HALF_BITS) >> 23;
         (
             each!(lane => f32::from_bits(bits(lane).wrapping_sub(exponent(lane) << 23) as u32)),
             each!(lane => exponent(lane) as f32),
@@ -152,8 +167,18 @@ mod tests {
         type Output = ([f32; WIDTH], [f32; WIDTH]);
         #[inline(always)]
         fn run<L: Lanes>(self) -> Self::Output {
-            let x = L::load(&Octet(self.0));
-            (x.exp().store().0, x.ln().store().0)
+            let octet = Octet(self.0);
+            let x = L::load([&octet; 4]);
+            let mut found = [[Octet::default(); 4]; 2];
+            x.exp().store(&mut found[0]);
+            x.ln().store(&mut found[1]);
+            // Every octet of a wide register holds the same.
+            assert!(
+                found
+                    .iter()
+                    .all(|of| of[..L::OCTETS].iter().all(|octet| *octet == of[0]))
+            );
+            (found[0][0].0, found[1][0].0)
         }
     }
 

@@ -14,9 +14,10 @@ pub mod training;
 pub mod unroll;
 
 use glimpse_core::model::ParameterSet;
+use glimpse_core::scalar::Entry;
 
 /// Copies a flat list, in the model's order, into a parameter set.
-pub fn unflatten<T: Copy + 'static, P: ParameterSet<T>>(list: &[T], set: &mut P) {
+pub fn unflatten<T: Entry, P: ParameterSet<T>>(list: &[T], set: &mut P) {
     for (entry, value) in set.iter_mut().zip(list) {
         *entry = *value;
     }

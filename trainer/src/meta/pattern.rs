@@ -9,10 +9,10 @@ use std::f32::consts::{FRAC_PI_2, PI};
 use glimpse_core::angles::{Angles, HalfDifference};
 use glimpse_core::model::{Sample, SampleGradient};
 
-use super::pool::{OctetRgb, Variation, transpose_rgb};
-use super::unroll::Samples;
+use super::gradient::OctetSamples;
+use super::pool::{NO_WEIGHTS, OctetRgb, Variation, transpose_rgb};
 use crate::dual::Dual;
-use crate::lanes::{Lanes, Octet, OctetAt, WIDTH};
+use crate::lanes::{Lanes, MOST_OCTETS, Octet, OctetAt, WIDTH, load_at};
 use crate::material::Material;
 
 /// Upper ends of theta_h, theta_d and phi_d; the lower ends are 0.
@@ -145,6 +145,16 @@ impl Pattern {
 }
 
 impl MeasuredPattern<'_> {
+    /// Room for the gradient by samples, all 0.
+    #[must_use]
+    pub fn no_slopes(&self) -> Vec<SampleGradient<Octet>> {
+        let none = SampleGradient {
+            at: OctetAt::default(),
+            measured: OctetRgb::default(),
+        };
+        vec![none; self.values.len()]
+    }
+
     /// From the gradient by samples' coordinates and values to the one by the pattern's logits,
     /// the barrier's included.
     #[must_use]
@@ -182,19 +192,35 @@ impl MeasuredPattern<'_> {
     }
 }
 
-impl<L: Lanes> Samples<L> for MeasuredPattern<'_> {
+impl OctetSamples for MeasuredPattern<'_> {
     #[inline(always)]
-    fn batches(&self) -> usize {
+    fn octets(&self) -> usize {
         self.values.len()
     }
 
     #[inline(always)]
-    fn batch(&self, index: usize) -> Sample<L> {
-        let [red, green, blue] = &self.values[index];
+    fn read<L: Lanes>(&self, octet: usize) -> Sample<L> {
+        let last = self.values.len() - 1;
+        let mut at = [&self.pattern.at[octet]; MOST_OCTETS];
+        let mut values = [&self.values[octet]; MOST_OCTETS];
+        let mut weights = [&NO_WEIGHTS; MOST_OCTETS];
+        for k in 0..L::OCTETS {
+            let index = (octet + k).min(last);
+            at[k] = &self.pattern.at[index];
+            values[k] = &self.values[index];
+            if octet + k <= last {
+                weights[k] = &self.pattern.weights[index];
+            }
+        }
+        let [a, b, c, d] = values;
+        let mut measured = [L::constant(0.0); 3];
+        for (channel, y) in measured.iter_mut().enumerate() {
+            *y = L::load([&a[channel], &b[channel], &c[channel], &d[channel]]);
+        }
         Sample {
-            at: L::load_at(&self.pattern.at[index]),
-            measured: [L::load(red), L::load(green), L::load(blue)],
-            weight: L::load(&self.pattern.weights[index]),
+            at: load_at(at),
+            measured,
+            weight: L::load(weights),
         }
     }
 }

@@ -4,6 +4,8 @@
 //! octets of it are a uniform random draw; training never evaluates a material elsewhere than in
 //! its pool and at the pattern's directions.
 
+use std::cmp::Ordering;
+
 use glimpse_core::angles::HalfDifference;
 use glimpse_core::model::Sample;
 use rand::Rng;
@@ -11,13 +13,16 @@ use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
-use super::unroll::Samples;
-use crate::lanes::{Lanes, Octet, OctetAt, WIDTH};
+use super::gradient::OctetSamples;
+use crate::lanes::{Lanes, MOST_OCTETS, Octet, OctetAt, WIDTH, load_at};
 use crate::material::Material;
 use crate::sampling::uniform_valid;
 
 /// Measured values of eight samples.
 pub type OctetRgb = [Octet; 3];
+
+/// The weights of an octet that is past the end of a list.
+pub(super) const NO_WEIGHTS: Octet = Octet([0.0; WIDTH]);
 
 /// A material seen through a filter: each channel is another one of it, times a gain.
 ///
@@ -107,7 +112,7 @@ impl Pool {
             material,
             variation,
             indices: indices.collect(),
-            count,
+            weights: weights(count),
         }
     }
 
@@ -119,7 +124,7 @@ impl Pool {
             material,
             variation: Variation::NONE,
             indices: (0..self.at.len() as u32).collect(),
-            count: self.at.len() * WIDTH,
+            weights: weights(self.at.len() * WIDTH),
         }
     }
 }
@@ -135,45 +140,63 @@ pub(super) fn transpose_rgb(values: &[[f32; 3]]) -> OctetRgb {
     octets
 }
 
-/// Weights of eight samples of a mean over `count` samples and three channels: 0 past the end.
-pub(super) fn weights(octet: usize, count: usize) -> Octet {
-    let mut weights = Octet::default();
-    for (lane, weight) in weights.0.iter_mut().enumerate() {
-        if octet * WIDTH + lane < count {
-            *weight = 1.0 / (3.0 * count as f32);
-        }
-    }
-    weights
-}
-
 /// Some samples of one material, drawn from a pool.
 pub struct Draw<'p> {
     pool: &'p Pool,
     material: usize,
     variation: Variation,
     indices: Vec<u32>,
-    count: usize,
+    /// Weights of all octets but the last, and of the last one.
+    weights: [Octet; 2],
 }
 
-impl<L: Lanes> Samples<L> for Draw<'_> {
+/// Weights of octets in a mean over `count` samples and three channels: of all but the last, and
+/// of the last one, whose lanes past the end have none.
+fn weights(count: usize) -> [Octet; 2] {
+    let weight = 1.0 / (3.0 * count as f32);
+    let mut last = Octet::default();
+    let taken = count - (count.div_ceil(WIDTH) - 1) * WIDTH;
+    for lane in last.0.iter_mut().take(taken) {
+        *lane = weight;
+    }
+    [Octet([weight; WIDTH]), last]
+}
+
+impl OctetSamples for Draw<'_> {
     #[inline(always)]
-    fn batches(&self) -> usize {
+    fn octets(&self) -> usize {
         self.indices.len()
     }
 
     #[inline(always)]
-    fn batch(&self, index: usize) -> Sample<L> {
-        let octet = self.indices[index] as usize;
-        let values = &self.pool.values[self.material][octet];
+    fn read<L: Lanes>(&self, octet: usize) -> Sample<L> {
+        let values = &self.pool.values[self.material];
+        let last = self.indices.len() - 1;
+        let [full, partial] = &self.weights;
+        let mut at = [&self.pool.at[0]; MOST_OCTETS];
+        let mut measured = [&values[0]; MOST_OCTETS];
+        let mut weights = [&NO_WEIGHTS; MOST_OCTETS];
+        for k in 0..L::OCTETS {
+            let position = octet + k;
+            let index = self.indices[position.min(last)] as usize;
+            at[k] = &self.pool.at[index];
+            measured[k] = &values[index];
+            weights[k] = match position.cmp(&last) {
+                Ordering::Less => full,
+                Ordering::Equal => partial,
+                Ordering::Greater => &NO_WEIGHTS,
+            };
+        }
         let Variation { order, gains } = self.variation;
-        let mut measured = [L::constant(0.0); 3];
-        for (channel, y) in measured.iter_mut().enumerate() {
-            *y = L::load(&values[order[channel]]) * L::broadcast(gains[channel]);
+        let [a, b, c, d] = measured;
+        let mut brdf = [L::constant(0.0); 3];
+        for ((y, from), gain) in brdf.iter_mut().zip(order).zip(gains) {
+            *y = L::load([&a[from], &b[from], &c[from], &d[from]]) * L::broadcast(gain);
         }
         Sample {
-            at: L::load_at(&self.pool.at[octet]),
-            measured,
-            weight: L::load(&weights(index, self.count)),
+            at: load_at(at),
+            measured: brdf,
+            weight: L::load(weights),
         }
     }
 }

@@ -12,13 +12,14 @@ use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
 
 use super::checkpoint::{Best, Checkpoint, CheckpointError};
-use super::gradient::{LearnPattern, Learner, OuterLoss};
+use super::gradient::OuterLoss;
 use super::parameters::{Groups, Optimization};
 use super::pattern::{Pattern, logits_of};
 use super::plan::{Effort, Plan, Schedule};
 use super::pool::{Pool, Variation};
 use super::start::first_guess;
 use super::training::{InnerSamples, Start, StepSizeForm, Tasks, Training};
+use super::unroll::Learner;
 use crate::lanes::dispatch;
 use crate::material::Material;
 use crate::sampling::sobol_valid;
@@ -372,11 +373,7 @@ impl Judge<'_> {
     fn loss<M: Model>(&self, values: &Groups<Vec<f32>>) -> f32 {
         use rayon::prelude::*;
         let step_sizes = self.form.step_sizes(&values.step_sizes);
-        let learner = Learner {
-            initial: &values.initial,
-            step_sizes: &step_sizes,
-            steps: INNER_STEPS,
-        };
+        let learner = Learner::<M, f32>::new(&values.initial, &step_sizes, INNER_STEPS);
         let pattern = Pattern::new(above_horizon(&values.pattern));
         let losses: Vec<f32> = self
             .materials
@@ -384,12 +381,8 @@ impl Judge<'_> {
             .enumerate()
             .map(|(index, material)| {
                 let measured = pattern.measure(&**material, Variation::NONE);
-                let parameters = dispatch(LearnPattern::<M> {
-                    learner,
-                    inner: &measured,
-                    model: PhantomData,
-                });
-                dispatch(OuterLoss::<M> {
+                let parameters = learner.learn(&measured);
+                dispatch(OuterLoss::<M, _> {
                     parameters: &parameters,
                     outer: &self.pool.all(index),
                 })

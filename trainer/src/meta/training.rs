@@ -2,17 +2,16 @@
 
 use std::marker::PhantomData;
 
-use glimpse_core::model::Model;
+use glimpse_core::model::{Model, ParameterSet};
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
-use super::gradient::{DrawnGradient, Learner, PatternGradient};
 use super::parameters::{Groups, Optimization};
 use super::pattern::Pattern;
 use super::pool::{Draw, Pool, Variation};
-use crate::lanes::dispatch;
+use super::unroll::{Learner, MetaGradient};
 use crate::material::Material;
 
 /// What the inner loop learns on.
@@ -152,11 +151,7 @@ impl<M: Model> Training<'_, M> {
         let phase = &self.phases[phase_index];
         let values = self.optimization.values();
         let step_sizes = self.step_size_form.step_sizes(&values.step_sizes);
-        let learner = Learner {
-            initial: &values.initial,
-            step_sizes: &step_sizes,
-            steps: self.inner_steps,
-        };
+        let learner = Learner::new(&values.initial, &step_sizes, self.inner_steps);
         let pattern = Pattern::from_logits(&values.pattern);
         let chosen = self.batch(phase_index, step);
         let found: Vec<(f32, Groups<Vec<f32>>)> = chosen
@@ -164,7 +159,7 @@ impl<M: Model> Training<'_, M> {
             .enumerate()
             .map(|(slot, task)| {
                 let mut random = self.random(phase_index, step, slot + 1);
-                self.task_gradient(phase, learner, &pattern, *task, &mut random)
+                self.task_gradient(phase, &learner, &pattern, *task, &mut random)
             })
             .collect();
         // Summed in the batch's order, whichever thread was first.
@@ -194,7 +189,7 @@ impl<M: Model> Training<'_, M> {
     fn task_gradient(
         &self,
         phase: &Phase,
-        learner: Learner<'_>,
+        learner: &Learner<M, f32>,
         pattern: &Pattern,
         task: usize,
         random: &mut ChaCha8Rng,
@@ -206,17 +201,14 @@ impl<M: Model> Training<'_, M> {
         };
         let outer = pool.draw(task, variation, phase.outer, random);
         let mut by_pattern = vec![0.0; 3 * pattern.angles().len()];
-        let found = match phase.inner {
+        let mut found = MetaGradient::<M, f32>::default();
+        let loss = match phase.inner {
             InnerSamples::Pattern => {
                 let measured = pattern.measure(&*self.tasks.materials[task], variation);
-                let found = dispatch(PatternGradient::<M> {
-                    learner,
-                    inner: &measured,
-                    outer: &outer,
-                    model: PhantomData,
-                });
-                by_pattern = measured.gradient_by_logits(&found.samples);
-                found
+                let mut slopes = measured.no_slopes();
+                let loss = found.compute(learner, &[&measured], &outer, Some(&mut slopes));
+                by_pattern = measured.gradient_by_logits(&slopes);
+                loss
             }
             InnerSamples::Fresh(count) | InnerSamples::Random(count) => {
                 let lists = match phase.inner {
@@ -227,20 +219,15 @@ impl<M: Model> Training<'_, M> {
                     .map(|_| pool.draw(task, variation, count, random))
                     .collect();
                 let inner: Vec<&Draw<'_>> = draws.iter().collect();
-                dispatch(DrawnGradient::<M> {
-                    learner,
-                    inner: &inner,
-                    outer: &outer,
-                    model: PhantomData,
-                })
+                found.compute(learner, &inner, &outer, None)
             }
         };
         let gradients = Groups {
-            initial: found.initial,
-            step_sizes: found.step_sizes,
+            initial: found.initial.iter().copied().collect(),
+            step_sizes: found.step_sizes.iter().copied().collect(),
             pattern: by_pattern,
         };
-        (found.loss, gradients)
+        (loss, gradients)
     }
 
     /// The tasks of a batch: consecutive in an order that is shuffled anew each epoch.

@@ -8,6 +8,9 @@
 //! x and measured value y gain -d(g.v)/dx and -d(g.v)/dy. The model's own gradient function,
 //! evaluated once on dual numbers whose parameters carry the tangent v, gives H v and both mixed
 //! derivatives. No tape: the memory is K parameter vectors, whatever the number of samples.
+//!
+//! What is summed over samples, the gradient and the product with the Hessian, is computed by the
+//! [`SampleList`]: on lanes and threads in training, in plain f64 in tests.
 
 use glimpse_core::angles::HalfDifference;
 use glimpse_core::model::{Model, ParameterSet, Sample, SampleGradient};
@@ -15,196 +18,155 @@ use glimpse_core::scalar::Scalar;
 
 use crate::dual::Dual;
 
-/// A scalar of one or more samples side by side, and what a single one of them is.
-pub trait Batch: Scalar<Sum = Self> {
-    /// The sum over the samples.
-    fn total(self) -> Self::Parameter;
-}
-
-impl Batch for f64 {
-    #[inline(always)]
-    fn total(self) -> Self {
-        self
-    }
-}
-
 /// A single real number: f32 in training, f64 in tests.
 pub trait Real: Scalar<Parameter = Self, Sum = Self> {}
 impl<T: Scalar<Parameter = T, Sum = T>> Real for T {}
 
-/// A list of samples, in batches.
-pub trait Samples<S> {
-    /// How many batches there are.
-    fn batches(&self) -> usize;
-    /// One batch.
-    fn batch(&self, index: usize) -> Sample<S>;
+/// Samples of a material, and sums over them.
+pub trait SampleList<M: Model, R: Real> {
+    /// The derivatives by some of the samples.
+    type Slopes;
+
+    /// The mean loss at `theta`, and its gradient by `theta` into `gradient`.
+    fn gradient(&self, theta: &M::Parameters<R>, gradient: &mut M::Parameters<R>) -> R;
+
+    /// The Hessian of the mean loss times the tangent of `theta`, into `product`. With `slopes`,
+    /// the derivatives of (gradient times tangent) by the samples are *subtracted* from them.
+    fn product(
+        &self,
+        theta: &M::Parameters<Dual<R>>,
+        product: &mut M::Parameters<R>,
+        slopes: Option<&mut [Self::Slopes]>,
+    );
 }
 
-impl<S: Scalar> Samples<S> for [Sample<S>] {
-    #[inline(always)]
-    fn batches(&self) -> usize {
-        self.len()
-    }
-    #[inline(always)]
-    fn batch(&self, index: usize) -> Sample<S> {
-        self[index]
-    }
-}
-
-/// What is learned on.
-pub struct Inner<'a, L: ?Sized> {
-    /// The samples of each step; a single list serves all steps.
-    pub samples: &'a [&'a L],
+/// Initial parameters, step sizes, and how many steps.
+pub struct Learner<M: Model, R: Real> {
+    /// theta_0.
+    pub initial: M::Parameters<R>,
+    /// alpha.
+    pub step_sizes: M::Parameters<R>,
     /// K.
     pub steps: usize,
 }
 
-/// The outcome of an inner loop: the outer loss and its gradients.
-#[derive(Clone, Debug)]
-pub struct MetaGradient<R, S> {
-    /// The outer loss at theta_K.
-    pub loss: R,
-    /// By the initial parameters.
-    pub initial: Vec<R>,
-    /// By the step sizes.
-    pub step_sizes: Vec<R>,
-    /// By the inner samples, batch by batch; empty unless asked for.
-    pub samples: Vec<SampleGradient<S>>,
-}
-
-/// Theta and gradient of every step: the memory of the reverse sweep.
-struct Trajectory<M: Model, R: Real> {
-    parameters: Vec<M::Parameters<R>>,
-    gradients: Vec<M::Parameters<R>>,
-}
-
-/// Runs the inner loop; `keep` is told parameters and gradient of each step.
-#[inline(always)]
-fn forward<M: Model, S: Batch, L: Samples<S> + ?Sized>(
-    theta: &mut M::Parameters<S::Parameter>,
-    step_sizes: &[S::Parameter],
-    inner: &Inner<'_, L>,
-    mut trajectory: Option<&mut Trajectory<M, S::Parameter>>,
-) where
-    S::Parameter: Real,
-{
-    let zero = S::constant(0.0);
-    let mut gradient = M::Parameters::<S::Parameter>::filled(S::Parameter::constant(0.0));
-    for step in 0..inner.steps {
-        let samples = inner.samples[step % inner.samples.len()];
-        let mut sums = M::Parameters::<S>::filled(zero);
-        for index in 0..samples.batches() {
-            M::accumulate_gradient::<S, false>(theta, &samples.batch(index), &mut sums);
-        }
-        for (entry, sum) in gradient.iter_mut().zip(sums.iter()) {
-            *entry = sum.total();
-        }
-        if let Some(trajectory) = &mut trajectory {
-            trajectory.parameters.push(theta.clone());
-            trajectory.gradients.push(gradient.clone());
-        }
-        for ((parameter, entry), step_size) in theta.iter_mut().zip(gradient.iter()).zip(step_sizes)
-        {
-            *parameter = *parameter - *step_size * *entry;
-        }
-    }
-}
-
-/// The parameters after the inner loop.
-#[inline(always)]
-pub fn learn<M: Model, S: Batch, L: Samples<S> + ?Sized>(
-    initial: &[S::Parameter],
-    step_sizes: &[S::Parameter],
-    inner: &Inner<'_, L>,
-) -> M::Parameters<S::Parameter>
-where
-    S::Parameter: Real,
-{
-    let mut theta = M::Parameters::filled(S::Parameter::constant(0.0));
-    super::unflatten(initial, &mut theta);
-    forward::<M, S, L>(&mut theta, step_sizes, inner, None);
-    theta
-}
-
-/// The outer loss after the inner loop, and its gradient by all that can be learned.
-///
-/// With `SAMPLES` the gradient by the inner samples comes too; `inner.samples` is then one list.
-#[inline(always)]
-pub fn meta_gradient<
-    M: Model,
-    S: Batch,
-    I: Samples<S> + ?Sized,
-    O: Samples<S> + ?Sized,
-    const SAMPLES: bool,
->(
-    initial: &[S::Parameter],
-    step_sizes: &[S::Parameter],
-    inner: &Inner<'_, I>,
-    outer: &O,
-) -> MetaGradient<S::Parameter, S>
-where
-    S::Parameter: Real,
-{
-    let zero = S::constant(0.0);
-    let nil = S::Parameter::constant(0.0);
-    let mut theta = M::Parameters::filled(nil);
-    super::unflatten(initial, &mut theta);
-    let mut trajectory = Trajectory::<M, S::Parameter> {
-        parameters: Vec::with_capacity(inner.steps),
-        gradients: Vec::with_capacity(inner.steps),
-    };
-    forward::<M, S, I>(&mut theta, step_sizes, inner, Some(&mut trajectory));
-
-    let mut loss = zero;
-    let mut sums = M::Parameters::<S>::filled(zero);
-    for index in 0..outer.batches() {
-        let sample = outer.batch(index);
-        loss = loss + M::accumulate_gradient::<S, false>(&theta, &sample, &mut sums).loss;
-    }
-    let mut lambda: Vec<S::Parameter> = Vec::with_capacity(M::PARAMETERS);
-    for sum in sums.iter() {
-        lambda.push(sum.total());
+impl<M: Model, R: Real> Learner<M, R> {
+    /// From flat lists, in the model's order.
+    #[must_use]
+    pub fn new(initial: &[R], step_sizes: &[R], steps: usize) -> Self {
+        let mut learner = Self {
+            initial: M::Parameters::filled(R::constant(0.0)),
+            step_sizes: M::Parameters::filled(R::constant(0.0)),
+            steps,
+        };
+        super::unflatten(initial, &mut learner.initial);
+        super::unflatten(step_sizes, &mut learner.step_sizes);
+        learner
     }
 
-    let mut by_step_sizes = vec![nil; M::PARAMETERS];
-    let none = SampleGradient::zero();
-    let first = inner.samples.first();
-    let mut by_samples = vec![none; first.filter(|_| SAMPLES).map_or(0, |list| list.batches())];
-    let mut dual = M::Parameters::<Dual<S::Parameter>>::filled(Dual::constant(0.0));
-    let steps = trajectory.parameters.iter().zip(&trajectory.gradients);
-    for (step, (theta, gradient)) in steps.enumerate().rev() {
-        let entries = theta.iter().zip(gradient.iter()).zip(step_sizes);
-        let learned = lambda.iter().zip(&mut by_step_sizes).zip(dual.iter_mut());
-        for (((value, entry), step_size), ((lambda, by_step_size), dual)) in entries.zip(learned) {
-            *by_step_size = *by_step_size - *lambda * *entry;
-            dual.value = *value;
-            dual.tangent = [*step_size * *lambda];
-        }
-        let samples = inner.samples[step % inner.samples.len()];
-        let mut sums = M::Parameters::<[S; 1]>::filled([zero]);
-        let mut by_batches = by_samples.iter_mut();
-        for index in 0..samples.batches() {
-            let sample = constant(samples.batch(index));
-            let found = M::accumulate_gradient::<Dual<S>, SAMPLES>(&dual, &sample, &mut sums);
-            if let Some(by_batch) = by_batches.next() {
-                subtract_tangent(by_batch, &found.gradient);
+    /// One step: theta <- theta - alpha * gradient.
+    fn descend(&self, theta: &mut M::Parameters<R>, gradient: &M::Parameters<R>) {
+        let runs = theta.runs_mut().zip(gradient.runs());
+        for ((theta, gradient), step_sizes) in runs.zip(self.step_sizes.runs()) {
+            for ((parameter, entry), step_size) in theta.iter_mut().zip(gradient).zip(step_sizes) {
+                *parameter = *parameter - *step_size * *entry;
             }
         }
-        for (lambda, [product]) in lambda.iter_mut().zip(sums.iter()) {
-            *lambda = *lambda - product.total();
+    }
+
+    /// The parameters after learning on one list; no gradient.
+    pub fn learn(&self, inner: &(impl SampleList<M, R> + ?Sized)) -> M::Parameters<R> {
+        let mut theta = self.initial.clone();
+        let mut gradient = M::Parameters::filled(R::constant(0.0));
+        for _ in 0..self.steps {
+            inner.gradient(&theta, &mut gradient);
+            self.descend(&mut theta, &gradient);
+        }
+        theta
+    }
+}
+
+/// The outcome of the reverse sweep, and the memory of both, which serves one task after another.
+pub struct MetaGradient<M: Model, R: Real> {
+    /// By the initial parameters.
+    pub initial: M::Parameters<R>,
+    /// By the step sizes.
+    pub step_sizes: M::Parameters<R>,
+    /// theta_0 to theta_{K-1}, and the gradient at each.
+    trajectory: Vec<(M::Parameters<R>, M::Parameters<R>)>,
+}
+
+impl<M: Model, R: Real> Default for MetaGradient<M, R> {
+    fn default() -> Self {
+        Self {
+            initial: M::Parameters::filled(R::constant(0.0)),
+            step_sizes: M::Parameters::filled(R::constant(0.0)),
+            trajectory: Vec::new(),
         }
     }
-    MetaGradient {
-        loss: loss.total(),
-        initial: lambda,
-        step_sizes: by_step_sizes,
-        samples: by_samples,
+}
+
+impl<M: Model, R: Real> MetaGradient<M, R> {
+    /// Learns on `inner`, a list for each step or a single one for all of them; returns the loss
+    /// over `outer` and computes its gradient by all that can be learned.
+    ///
+    /// With `slopes`, which begin at 0, the gradient by the samples of a single list comes too.
+    pub fn compute<I: SampleList<M, R> + ?Sized, O: SampleList<M, R> + ?Sized>(
+        &mut self,
+        learner: &Learner<M, R>,
+        inner: &[&I],
+        outer: &O,
+        mut slopes: Option<&mut [I::Slopes]>,
+    ) -> R {
+        let list_of = |step: usize| inner[step % inner.len()];
+        let zero = R::constant(0.0);
+        let mut theta = learner.initial.clone();
+        self.trajectory.clear();
+        for step in 0..learner.steps {
+            let mut gradient = M::Parameters::filled(zero);
+            list_of(step).gradient(&theta, &mut gradient);
+            let before = theta.clone();
+            learner.descend(&mut theta, &gradient);
+            self.trajectory.push((before, gradient));
+        }
+        let lambda = &mut self.initial;
+        let loss = outer.gradient(&theta, lambda);
+
+        self.step_sizes = M::Parameters::filled(zero);
+        let mut dual = M::Parameters::filled(Dual::constant(0.0));
+        let mut product = M::Parameters::filled(zero);
+        for (step, (theta, gradient)) in self.trajectory.iter().enumerate().rev() {
+            let given = theta.runs().zip(gradient.runs());
+            let given = given.zip(learner.step_sizes.runs().zip(lambda.runs()));
+            let wanted = self.step_sizes.runs_mut().zip(dual.runs_mut());
+            for (((theta, gradient), (step_sizes, lambda)), (by_step_sizes, dual)) in
+                given.zip(wanted)
+            {
+                let slopes = by_step_sizes.iter_mut().zip(lambda.iter().zip(gradient));
+                for (by_step_size, (lambda, entry)) in slopes {
+                    *by_step_size = *by_step_size - *lambda * *entry;
+                }
+                let tangents = step_sizes.iter().zip(lambda);
+                for ((dual, value), (step_size, lambda)) in dual.iter_mut().zip(theta).zip(tangents)
+                {
+                    dual.value = *value;
+                    dual.tangent = [*step_size * *lambda];
+                }
+            }
+            list_of(step).product(&dual, &mut product, slopes.as_deref_mut());
+            for (lambda, product) in lambda.runs_mut().zip(product.runs()) {
+                for (lambda, product) in lambda.iter_mut().zip(product) {
+                    *lambda = *lambda - *product;
+                }
+            }
+        }
+        loss
     }
 }
 
 /// A sample whose tangents are 0.
 #[inline(always)]
-fn constant<S: Scalar>(sample: Sample<S>) -> Sample<Dual<S>> {
+pub(super) fn constant<S: Scalar>(sample: Sample<S>) -> Sample<Dual<S>> {
     let [red, green, blue] = sample.measured;
     Sample {
         at: HalfDifference {
@@ -223,8 +185,12 @@ fn constant<S: Scalar>(sample: Sample<S>) -> Sample<Dual<S>> {
     }
 }
 
+/// Subtracts the tangents of a gradient by a sample.
 #[inline(always)]
-fn subtract_tangent<S: Scalar>(sum: &mut SampleGradient<S>, dual: &SampleGradient<Dual<S>>) {
+pub(super) fn subtract_tangent<S: Scalar>(
+    sum: &mut SampleGradient<S>,
+    dual: &SampleGradient<Dual<S>>,
+) {
     let HalfDifference { hx, hz, dx, dy, dz } = &mut sum.at;
     let [red, green, blue] = &mut sum.measured;
     let at = &dual.at;
@@ -240,5 +206,38 @@ fn subtract_tangent<S: Scalar>(sum: &mut SampleGradient<S>, dual: &SampleGradien
         (blue, by_blue),
     ] {
         *entry = *entry - dual.tangent[0];
+    }
+}
+
+/// Sample by sample, on one thread: for tests, in double precision.
+impl<M: Model, R: Real> SampleList<M, R> for [Sample<R>] {
+    type Slopes = SampleGradient<R>;
+
+    fn gradient(&self, theta: &M::Parameters<R>, gradient: &mut M::Parameters<R>) -> R {
+        let zero = R::constant(0.0);
+        gradient.iter_mut().for_each(|entry| *entry = zero);
+        self.iter().fold(zero, |sum, sample| {
+            sum + M::accumulate_gradient::<R, false>(theta, sample, gradient).loss
+        })
+    }
+
+    fn product(
+        &self,
+        theta: &M::Parameters<Dual<R>>,
+        product: &mut M::Parameters<R>,
+        slopes: Option<&mut [SampleGradient<R>]>,
+    ) {
+        let mut sums = M::Parameters::filled([R::constant(0.0)]);
+        let mut slopes = slopes.into_iter().flatten();
+        for sample in self {
+            let sample = constant(*sample);
+            let found = M::accumulate_gradient::<Dual<R>, true>(theta, &sample, &mut sums);
+            if let Some(slopes) = slopes.next() {
+                subtract_tangent(slopes, &found.gradient);
+            }
+        }
+        for (entry, [sum]) in product.iter_mut().zip(sums.iter()) {
+            *entry = *sum;
+        }
     }
 }

@@ -1,42 +1,58 @@
 //! What training computes, on f32 lanes, against the same in f64.
 
-use std::marker::PhantomData;
-
 use glimpse_core::angles::HalfDifference;
 use glimpse_core::model::{Model, Neural, Phong, Sample, SampleGradient};
-use glimpse_trainer::lanes::{
-    Kernel, Lanes, Octet, PortableLanes, WIDTH, dispatch, instruction_set,
-};
+use glimpse_trainer::lanes::{InstructionSet, Lanes, MOST_OCTETS, Octet, PortableLanes, WIDTH};
 use glimpse_trainer::material::{Material, Procedural};
-use glimpse_trainer::meta::gradient::{DrawnGradient, Learner, PatternGradient};
-use glimpse_trainer::meta::pattern::{MeasuredPattern, Pattern};
+use glimpse_trainer::meta::gradient::OctetSamples;
+use glimpse_trainer::meta::pattern::Pattern;
 use glimpse_trainer::meta::pool::{Draw, Pool, Variation};
 use glimpse_trainer::meta::start::first_guess;
-use glimpse_trainer::meta::unroll::{Inner, MetaGradient, Samples, meta_gradient};
+use glimpse_trainer::meta::unroll::Learner;
 use glimpse_trainer::sampling::sobol_valid;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+
+use crate::problem::Found;
 
 /// Largest distance of a gradient in f32 from the one in f64, relative to its length.
 const TOLERANCE: f64 = 1e-4;
 
 const STEPS: usize = 20;
 
-/// Lanes taken apart into samples in f64; lanes without weight are left out.
-pub(crate) fn unpack(samples: &impl Samples<PortableLanes>) -> Vec<Sample<f64>> {
+/// Samples that are computed on lanes of our choice.
+struct On<'a, O>(InstructionSet, &'a O);
+
+impl<O: OctetSamples> OctetSamples for On<'_, O> {
+    fn octets(&self) -> usize {
+        self.1.octets()
+    }
+    #[inline(always)]
+    fn read<L: Lanes>(&self, octet: usize) -> Sample<L> {
+        self.1.read(octet)
+    }
+    fn instruction_set(&self) -> InstructionSet {
+        self.0
+    }
+}
+
+/// Octets taken apart into samples in f64; lanes without weight are left out.
+pub(crate) fn unpack(samples: &impl OctetSamples) -> Vec<Sample<f64>> {
     let mut list = Vec::new();
-    for index in 0..samples.batches() {
-        let batch = samples.batch(index);
-        let [hx, hz, dx, dy, dz] = [
-            batch.at.hx,
-            batch.at.hz,
-            batch.at.dx,
-            batch.at.dy,
-            batch.at.dz,
-        ]
-        .map(Lanes::store);
-        let measured = batch.measured.map(Lanes::store);
-        let weights = batch.weight.store();
+    for octet in 0..samples.octets() {
+        let Sample {
+            at,
+            measured,
+            weight,
+        } = samples.read::<PortableLanes>(octet);
+        let stored = |lanes: PortableLanes| {
+            let mut octets = [Octet::default(); MOST_OCTETS];
+            lanes.store(&mut octets);
+            octets[0]
+        };
+        let [hx, hz, dx, dy, dz] = [at.hx, at.hz, at.dx, at.dy, at.dz].map(stored);
+        let measured = measured.map(stored);
+        let weights = stored(weight);
         for lane in 0..WIDTH {
             let number = |octet: &Octet| f64::from(octet.0[lane]);
             list.push(Sample {
@@ -62,17 +78,18 @@ fn double(list: &[f32]) -> Vec<f64> {
 
 /// The meta-gradient in f64; `inner` are the samples of each step.
 fn exact<M: Model>(
-    learner: Learner<'_>,
+    setting: &Setting,
     inner: &[Vec<Sample<f64>>],
     outer: &[Sample<f64>],
-) -> MetaGradient<f64, f64> {
-    let inner: Vec<&[Sample<f64>]> = inner.iter().map(Vec::as_slice).collect();
-    let inner = Inner {
-        samples: &inner,
-        steps: learner.steps,
+) -> Found<f64, SampleGradient<f64>> {
+    let lists: Vec<&[Sample<f64>]> = inner.iter().map(Vec::as_slice).collect();
+    let (initial, step_sizes) = (double(&setting.initial), double(&setting.step_sizes));
+    let learner = Learner::<M, f64>::new(&initial, &step_sizes, STEPS);
+    let none = match inner {
+        [single] => vec![SampleGradient::zero(); single.len()],
+        _ => Vec::new(),
     };
-    let (initial, step_sizes) = (double(learner.initial), double(learner.step_sizes));
-    meta_gradient::<M, f64, _, _, true>(&initial, &step_sizes, &inner, outer)
+    Found::compute(&learner, &lists, outer, none)
 }
 
 /// The distance of `found` from `exact`, relative to the length of `exact`.
@@ -121,12 +138,8 @@ impl Setting {
         }
     }
 
-    fn learner(&self) -> Learner<'_> {
-        Learner {
-            initial: &self.initial,
-            step_sizes: &self.step_sizes,
-            steps: STEPS,
-        }
+    fn learner<M: Model>(&self) -> Learner<M, f32> {
+        Learner::new(&self.initial, &self.step_sizes, STEPS)
     }
 }
 
@@ -135,7 +148,11 @@ impl Setting {
 struct Distances([f64; 4]);
 
 impl Distances {
-    fn add(&mut self, found: &MetaGradient<f32, Octet>, exact: &MetaGradient<f64, f64>) {
+    fn add(
+        &mut self,
+        found: &Found<f32, SampleGradient<Octet>>,
+        exact: &Found<f64, SampleGradient<f64>>,
+    ) {
         let mut distances = [
             (f64::from(found.loss) - exact.loss).abs() / exact.loss,
             distance(&double(&found.initial), &exact.initial),
@@ -167,69 +184,73 @@ impl Distances {
     }
 }
 
+/// All that this machine has, each once.
+fn instruction_sets() -> Vec<InstructionSet> {
+    let best = InstructionSet::of_this_machine();
+    let all = [
+        InstructionSet::Portable,
+        InstructionSet::Avx2,
+        InstructionSet::Avx512,
+    ];
+    let last = all.iter().position(|set| *set == best).unwrap_or(0);
+    all[..=last].to_vec()
+}
+
 fn compare_patterns<M: Model>() {
-    let [mut best, mut portable] = [Distances::default(), Distances::default()];
-    for seed in 0..10 {
-        let mut setting = Setting::new::<M>(seed);
-        // Whole octets and others, and one sample below the horizon, which has no weight.
-        let mut places = sobol_valid([8, 13, 1, 24][seed as usize % 4], seed as u32);
-        if places.len() == 24 {
-            places[23].theta_h = 1.5;
-            places[23].theta_d = 1.5;
+    for set in instruction_sets() {
+        let mut distances = Distances::default();
+        for seed in 0..12 {
+            let mut setting = Setting::new::<M>(seed);
+            // Whole octets and others, for lanes of all widths and several chunks, and one sample
+            // below the horizon, which has no weight.
+            let count = [8, 13, 1, 24, 64, 300][seed as usize % 6];
+            let mut places = sobol_valid(count, seed as u32);
+            if count == 24 {
+                places[23].theta_h = 1.5;
+                places[23].theta_d = 1.5;
+            }
+            let pattern = Pattern::new(places);
+            let variation = Variation::random(2.0, &mut setting.random);
+            let inner = pattern.measure(&*setting.materials[1], variation);
+            let outer = setting.pool.draw(1, variation, 250, &mut setting.random);
+            let exact = exact::<M>(&setting, &[unpack(&inner)], &unpack(&outer));
+            let learner = setting.learner::<M>();
+            let (here, outer) = (On(set, &inner), On(set, &outer));
+            distances.add(
+                &Found::compute(&learner, &[&here], &outer, inner.no_slopes()),
+                &exact,
+            );
         }
-        let pattern = Pattern::new(places);
-        let variation = Variation::random(2.0, &mut setting.random);
-        let inner = pattern.measure(&*setting.materials[1], variation);
-        let outer = setting.pool.draw(1, variation, 250, &mut setting.random);
-        let kernel = |learner| PatternGradient::<M> {
-            learner,
-            inner: &inner,
-            outer: &outer,
-            model: PhantomData,
-        };
-        let learner = setting.learner();
-        let samples = unpack(&inner as &MeasuredPattern);
-        let exact = exact::<M>(learner, &[samples], &unpack(&outer));
-        best.add(&dispatch(kernel(learner)), &exact);
-        portable.add(&kernel(learner).run::<PortableLanes>(), &exact);
+        distances.report(&format!("{}, pattern, {}", M::KIND.name(), set.name()));
     }
-    let name = M::KIND.name();
-    best.report(&format!("{name}, pattern, {}", instruction_set()));
-    portable.report(&format!("{name}, pattern, portable"));
 }
 
 fn compare_draws<M: Model>() {
-    let [mut best, mut portable] = [Distances::default(), Distances::default()];
-    for seed in 0..10 {
-        let mut setting = Setting::new::<M>(seed);
-        // Fresh samples at each step, or a single list for all of them.
-        let lists = [STEPS, 1][seed as usize % 2];
-        let outer = setting
-            .pool
-            .draw(2, Variation::NONE, 250, &mut setting.random);
-        let draws: Vec<Draw<'_>> = (0..lists)
-            .map(|_| {
+    for set in instruction_sets() {
+        let mut distances = Distances::default();
+        for seed in 0..10 {
+            let mut setting = Setting::new::<M>(seed);
+            // Fresh samples at each step, or a single list for all of them; enough of them for
+            // several chunks, or few.
+            let lists = [STEPS, 1][seed as usize % 2];
+            let counts = [[30, 250], [270, 2_000]][seed as usize / 5];
+            let mut draw = |count| {
                 setting
                     .pool
-                    .draw(2, Variation::NONE, 30, &mut setting.random)
-            })
-            .collect();
-        let inner: Vec<&Draw<'_>> = draws.iter().collect();
-        let kernel = |learner| DrawnGradient::<M> {
-            learner,
-            inner: &inner,
-            outer: &outer,
-            model: PhantomData,
-        };
-        let learner = setting.learner();
-        let samples: Vec<_> = draws.iter().map(unpack).collect();
-        let exact = exact::<M>(learner, &samples, &unpack(&outer));
-        best.add(&dispatch(kernel(learner)), &exact);
-        portable.add(&kernel(learner).run::<PortableLanes>(), &exact);
+                    .draw(2, Variation::NONE, count, &mut setting.random)
+            };
+            let outer = draw(counts[1]);
+            let draws: Vec<Draw<'_>> = (0..lists).map(|_| draw(counts[0])).collect();
+            let samples: Vec<_> = draws.iter().map(unpack).collect();
+            let inner: Vec<_> = draws.iter().map(|draw| On(set, draw)).collect();
+            let inner: Vec<&On<'_, Draw<'_>>> = inner.iter().collect();
+            let learner = setting.learner::<M>();
+            let found = Found::compute(&learner, &inner, &On(set, &outer), Vec::new());
+            let exact = exact::<M>(&setting, &samples, &unpack(&outer));
+            distances.add(&found, &exact);
+        }
+        distances.report(&format!("{}, draws, {}", M::KIND.name(), set.name()));
     }
-    let name = M::KIND.name();
-    best.report(&format!("{name}, draws, {}", instruction_set()));
-    portable.report(&format!("{name}, draws, portable"));
 }
 
 #[test]

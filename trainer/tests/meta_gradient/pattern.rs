@@ -1,22 +1,21 @@
 //! From the meta-gradient by samples to the one by the pattern's logits.
 
 use std::f64::consts::{FRAC_PI_2, PI};
-use std::marker::PhantomData;
 
 use glimpse_core::angles::{Angles, HalfDifference};
 use glimpse_core::model::{Model, Neural, Phong, Sample, SampleGradient};
-use glimpse_trainer::lanes::{Octet, OctetAt, WIDTH, dispatch};
+use glimpse_trainer::lanes::{Octet, OctetAt, WIDTH};
 use glimpse_trainer::material::{Material, NeuralBrdf, Procedural};
-use glimpse_trainer::meta::gradient::{Learner, PatternGradient};
 use glimpse_trainer::meta::pattern::{Pattern, angles_of, logits_of};
 use glimpse_trainer::meta::pool::{Pool, Variation};
 use glimpse_trainer::meta::start::first_guess;
-use glimpse_trainer::meta::unroll::{Inner, learn};
+use glimpse_trainer::meta::unroll::Learner;
 use glimpse_trainer::sampling::sobol_valid;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use crate::lanes::unpack;
+use crate::problem::Found;
 use crate::support::{Differences, Traced, parameters, scale_of};
 
 const STEPS: usize = 5;
@@ -110,15 +109,9 @@ impl Task<'_> {
                 })
             })
             .collect();
-        let inner = Inner {
-            samples: &[&inner[..]],
-            steps: STEPS,
-        };
-        let learned = learn::<M, Traced, [Sample<Traced>]>(
-            &trace(self.initial),
-            &trace(self.step_sizes),
-            &inner,
-        );
+        let (initial, step_sizes) = (trace(self.initial), trace(self.step_sizes));
+        let learner = Learner::<M, Traced>::new(&initial, &step_sizes, STEPS);
+        let learned = learner.learn(&inner[..]);
         let mut ignored = parameters([], Traced(0.0));
         let outer = self.outer.iter().map(traced).map(|sample| {
             M::accumulate_gradient::<Traced, false>(&learned, &sample, &mut ignored).loss
@@ -154,16 +147,8 @@ fn compare<M: Model>() {
             let variation = Variation::random(2.0, &mut random);
             let measured = pattern.measure(&**material, variation);
             let outer = pool.draw(index, variation, 64, &mut random);
-            let found = dispatch(PatternGradient::<M> {
-                learner: Learner {
-                    initial: &initial,
-                    step_sizes: &step_sizes,
-                    steps: STEPS,
-                },
-                inner: &measured,
-                outer: &outer,
-                model: PhantomData,
-            });
+            let learner = Learner::<M, f32>::new(&initial, &step_sizes, STEPS);
+            let found = Found::compute(&learner, &[&measured], &outer, measured.no_slopes());
             let by_logits = measured.gradient_by_logits(&found.samples);
             let slopes: Vec<f64> = by_logits.iter().copied().map(f64::from).collect();
             let scale = 100.0 * scale_of(&slopes);

@@ -2,19 +2,13 @@
 
 use std::ops::Range;
 
-use glimpse_core::model::{Model, Sample};
+use glimpse_core::model::{Model, ParameterSet, Sample, SampleGradient};
 use glimpse_core::scalar::Scalar;
-use glimpse_trainer::meta::unroll::{Batch, Inner, MetaGradient, learn, meta_gradient};
+use glimpse_trainer::meta::unroll::{Learner, MetaGradient, Real, SampleList};
 use proptest::prelude::*;
 
 use crate::support::cases::{Variables, sample, variables};
 use crate::support::{Traced, parameters};
-
-impl Batch for Traced {
-    fn total(self) -> Self {
-        self
-    }
-}
 
 /// An inner loop and what judges it.
 #[derive(Clone, Debug)]
@@ -61,16 +55,9 @@ impl Problem {
     /// The outer loss, every branch on the way recorded.
     pub(crate) fn loss<M: Model>(&self) -> Traced {
         let traced = |list: &[f64]| -> Vec<Traced> { list.iter().copied().map(Traced).collect() };
-        let inner = samples(&self.inner);
-        let inner = Inner {
-            samples: &[&inner[..]],
-            steps: self.steps,
-        };
-        let learned = learn::<M, Traced, [Sample<Traced>]>(
-            &traced(&self.initial),
-            &traced(&self.step_sizes),
-            &inner,
-        );
+        let initial = traced(&self.initial);
+        let learner = Learner::<M, Traced>::new(&initial, &traced(&self.step_sizes), self.steps);
+        let learned = learner.learn(&samples(&self.inner)[..]);
         let zero = Traced(0.0);
         let mut gradient = parameters([], zero);
         samples(&self.outer).iter().fold(zero, |sum, sample| {
@@ -79,18 +66,44 @@ impl Problem {
     }
 
     /// The meta-gradient under test.
-    pub(crate) fn meta_gradient<M: Model>(&self) -> MetaGradient<f64, f64> {
+    pub(crate) fn meta_gradient<M: Model>(&self) -> Found<f64, SampleGradient<f64>> {
+        let learner = Learner::<M, f64>::new(&self.initial, &self.step_sizes, self.steps);
         let inner = samples(&self.inner);
-        let inner = Inner {
-            samples: &[&inner[..]],
-            steps: self.steps,
-        };
-        meta_gradient::<M, f64, [Sample<f64>], [Sample<f64>], true>(
-            &self.initial,
-            &self.step_sizes,
-            &inner,
-            &samples(&self.outer)[..],
-        )
+        let outer = samples(&self.outer);
+        let none = vec![SampleGradient::zero(); inner.len()];
+        Found::compute(&learner, &[&inner[..]], &outer[..], none)
+    }
+}
+
+/// A loss and its gradients, flat.
+pub(crate) struct Found<R, G> {
+    pub(crate) loss: R,
+    pub(crate) initial: Vec<R>,
+    pub(crate) step_sizes: Vec<R>,
+    pub(crate) samples: Vec<G>,
+}
+
+impl<R: Real, G> Found<R, G> {
+    /// The meta-gradient; `samples` begins as zeros, and is empty if it is not wanted.
+    pub(crate) fn compute<M: Model, I, O>(
+        learner: &Learner<M, R>,
+        inner: &[&I],
+        outer: &O,
+        mut samples: Vec<G>,
+    ) -> Self
+    where
+        I: SampleList<M, R, Slopes = G> + ?Sized,
+        O: SampleList<M, R> + ?Sized,
+    {
+        let mut found = MetaGradient::<M, R>::default();
+        let slopes = Some(&mut samples[..]).filter(|slopes| !slopes.is_empty());
+        let loss = found.compute(learner, inner, outer, slopes);
+        Self {
+            loss,
+            initial: found.initial.iter().copied().collect(),
+            step_sizes: found.step_sizes.iter().copied().collect(),
+            samples,
+        }
     }
 }
 
@@ -98,7 +111,7 @@ impl Problem {
 ///
 /// Of these the ones by measured values are 0: the inner loss is an absolute difference of
 /// logarithms, so its gradient by the parameters knows of a measured value only its side.
-pub(crate) fn by_variables(found: &MetaGradient<f64, f64>) -> Vec<Variables> {
+pub(crate) fn by_variables(found: &Found<f64, SampleGradient<f64>>) -> Vec<Variables> {
     let list = found.samples.iter().map(|by| {
         let [red, green, blue] = by.measured;
         let at = by.at;
