@@ -8,8 +8,8 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
-use crate::lanes::{EvaluateModel, dispatch};
 use crate::material::Material;
+use crate::meta::gradient::LaneModel;
 use crate::meta::start::random_start;
 use crate::metrics::{CompareError, PictureErrors, Scores, mean_log_error};
 use crate::render::{Environment, Picture, render_sphere};
@@ -38,7 +38,7 @@ impl Fitted {
         with_model!(self.model, M => {
             let mut parameters = <M as Model>::Parameters::filled(0.0);
             crate::meta::unflatten(&self.parameters, &mut parameters);
-            dispatch(EvaluateModel::<M> { parameters: &parameters, at, brdf });
+            <M as LaneModel>::evaluate(&parameters, at, brdf);
         });
     }
 }

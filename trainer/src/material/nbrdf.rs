@@ -11,7 +11,7 @@ use glimpse_core::model::{Model, Neural, NeuralParameters, ParameterSet};
 
 use super::{Material, SourceError};
 use crate::dual::Dual;
-use crate::lanes::{EvaluateModel, dispatch};
+use crate::meta::gradient::LaneModel;
 
 /// The six arrays: name and shape.
 const ARRAYS: [(&str, &[u64]); 6] = [
@@ -83,11 +83,7 @@ impl Material for NeuralBrdf {
     }
 
     fn brdf_batch(&self, at: &[HalfDifference<f32>], brdf: &mut [[f32; 3]]) {
-        dispatch(EvaluateModel::<Neural> {
-            parameters: &self.parameters,
-            at,
-            brdf,
-        });
+        <Neural as LaneModel>::evaluate(&self.parameters, at, brdf);
     }
 }
 

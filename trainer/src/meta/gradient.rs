@@ -3,25 +3,176 @@
 //! A list is worked through on lanes that suit its length; a long one in chunks, on all threads.
 //! Chunks are added in their order, so that the outcome does not depend on the number of threads.
 
+use std::cmp::Ordering;
 use std::ops::Range;
 
+use glimpse_core::angles::HalfDifference;
 use glimpse_core::loss::cosine_weighted_log_error;
-use glimpse_core::model::{Model, ParameterSet, Sample, SampleGradient};
+use glimpse_core::model::{Model, Neural, ParameterSet, Phong, Sample, SampleGradient};
 use rayon::prelude::*;
 
+use super::pool::{OctetRgb, Variation};
 use super::unroll::{SampleList, constant, subtract_tangent};
 use crate::dual::Dual;
-use crate::lanes::{InstructionSet, Kernel, Lanes, MOST_OCTETS, Octet, OctetAt, WIDTH};
+use crate::lanes::{
+    EvaluateModel, InstructionSet, Kernel, Lanes, MOST_OCTETS, Octet, OctetAt, WIDTH, load_at,
+};
 
-/// Samples in octets, which any lanes can read.
-pub trait OctetSamples: Sync {
-    /// How many octets there are.
-    fn octets(&self) -> usize;
-    /// So many of them as the lanes hold, from an octet on; weight 0 past the end.
-    fn read<L: Lanes>(&self, octet: usize) -> Sample<L>;
+/// A model whose kernels are compiled here, once, and not in every crate that trains.
+pub trait LaneModel: Model {
+    /// The loss over some octets, and its gradient.
+    fn gradient(
+        theta: &Self::Parameters<f32>,
+        samples: &SampleOctets<'_>,
+        octets: Range<usize>,
+        gradient: &mut Self::Parameters<f32>,
+    ) -> f32;
+    /// The product of Hessian and tangent over some octets; see [`SampleList::product`].
+    fn product(
+        theta: &Self::Parameters<Dual<f32>>,
+        samples: &SampleOctets<'_>,
+        octets: Range<usize>,
+        product: &mut Self::Parameters<f32>,
+        slopes: Option<&mut [SampleGradient<Octet>]>,
+    );
+    /// The loss over all samples.
+    fn loss(theta: &Self::Parameters<f32>, samples: &SampleOctets<'_>) -> f32;
+    /// The BRDF in linear RGB, sr^-1 (not times the cosine), at many places.
+    fn evaluate(
+        theta: &Self::Parameters<f32>,
+        at: &[HalfDifference<f32>],
+        brdf: &mut [[f32; 3]],
+    );
+}
+
+macro_rules! lane_model {
+    ($Model:ty) => {
+        impl LaneModel for $Model {
+            fn gradient(
+                theta: &Self::Parameters<f32>,
+                samples: &SampleOctets<'_>,
+                octets: Range<usize>,
+                gradient: &mut Self::Parameters<f32>,
+            ) -> f32 {
+                samples.instruction_set.run(Gradient::<$Model> {
+                    theta,
+                    samples,
+                    octets,
+                    gradient,
+                })
+            }
+            fn product(
+                theta: &Self::Parameters<Dual<f32>>,
+                samples: &SampleOctets<'_>,
+                octets: Range<usize>,
+                product: &mut Self::Parameters<f32>,
+                slopes: Option<&mut [SampleGradient<Octet>]>,
+            ) {
+                samples.instruction_set.run(Product::<$Model> {
+                    theta,
+                    samples,
+                    octets,
+                    product,
+                    slopes,
+                });
+            }
+            fn loss(theta: &Self::Parameters<f32>, samples: &SampleOctets<'_>) -> f32 {
+                samples.instruction_set.run(Loss::<$Model> { theta, samples })
+            }
+            fn evaluate(
+                parameters: &Self::Parameters<f32>,
+                at: &[HalfDifference<f32>],
+                brdf: &mut [[f32; 3]],
+            ) {
+                crate::lanes::dispatch(EvaluateModel::<$Model> {
+                    parameters,
+                    at,
+                    brdf,
+                });
+            }
+        }
+    };
+}
+lane_model!(Phong);
+lane_model!(Neural);
+
+/// Weights in the loss: a mean over n samples and three channels has 1 / (3 n) each.
+#[derive(Clone, Copy, Debug)]
+pub enum Weights<'a> {
+    /// Of every octet.
+    Each(&'a [Octet]),
+    /// Of all octets but the last, and of the last one, whose lanes past the end have none.
+    Mean([Octet; 2]),
+}
+
+/// Some samples of a material in octets, as kernels read them.
+#[derive(Clone, Copy, Debug)]
+pub struct SampleOctets<'a> {
+    /// Places to choose from.
+    pub at: &'a [OctetAt],
+    /// The material's BRDF there, sr^-1.
+    pub values: &'a [OctetRgb],
+    /// Which of them the samples are, in order; all if there is no list.
+    pub order: Option<&'a [u32]>,
+    /// The filter that the material is seen through.
+    pub variation: Variation,
+    /// Weights, in the order of the samples.
+    pub weights: Weights<'a>,
     /// The lanes to compute on.
-    fn instruction_set(&self) -> InstructionSet {
-        InstructionSet::of_this_machine()
+    pub instruction_set: InstructionSet,
+}
+
+impl SampleOctets<'_> {
+    /// How many octets there are.
+    #[must_use]
+    pub fn octets(&self) -> usize {
+        self.order.map_or(self.at.len(), <[u32]>::len)
+    }
+
+    /// So many of them as the lanes hold, from an octet on; weight 0 past the end.
+    #[inline(always)]
+    pub fn read<L: Lanes>(&self, octet: usize) -> Sample<L> {
+        const NO_WEIGHTS: Octet = Octet([0.0; WIDTH]);
+        let last = self.octets() - 1;
+        let mut at = [&self.at[0]; MOST_OCTETS];
+        let mut values = [&self.values[0]; MOST_OCTETS];
+        let mut weights = [&NO_WEIGHTS; MOST_OCTETS];
+        for k in 0..L::OCTETS {
+            let position = octet + k;
+            let index = match self.order {
+                Some(order) => order[position.min(last)] as usize,
+                None => position.min(last),
+            };
+            at[k] = &self.at[index];
+            values[k] = &self.values[index];
+            weights[k] = match (&self.weights, position.cmp(&last)) {
+                (_, Ordering::Greater) => &NO_WEIGHTS,
+                (Weights::Each(weights), _) => &weights[position],
+                (Weights::Mean([full, _]), Ordering::Less) => full,
+                (Weights::Mean([_, partial]), Ordering::Equal) => partial,
+            };
+        }
+        let Variation { order, gains } = self.variation;
+        let [a, b, c, d] = values;
+        let mut measured = [L::constant(0.0); 3];
+        for ((y, from), gain) in measured.iter_mut().zip(order).zip(gains) {
+            *y = L::load([&a[from], &b[from], &c[from], &d[from]]) * L::broadcast(gain);
+        }
+        Sample {
+            at: load_at(at),
+            measured,
+            weight: L::load(weights),
+        }
+    }
+
+    /// Room for the derivatives by the samples, all 0.
+    #[must_use]
+    pub fn no_slopes(&self) -> Vec<SampleGradient<Octet>> {
+        let none = SampleGradient {
+            at: OctetAt::default(),
+            measured: OctetRgb::default(),
+        };
+        vec![none; self.octets()]
     }
 }
 
@@ -31,40 +182,36 @@ const PRODUCT_CHUNK: usize = 32;
 /// Most chunks of a list.
 const CHUNKS: usize = 16;
 
-/// The chunks of a list: its length alone decides, and they begin where the widest lanes do.
-fn chunks(octets: usize, least: usize) -> impl IndexedParallelIterator<Item = Range<usize>> {
+/// Octets in a chunk: the length of the list alone decides, and chunks begin where the widest
+/// lanes do.
+fn chunk_size(octets: usize, least: usize) -> usize {
     let size = octets.div_ceil(CHUNKS).next_multiple_of(MOST_OCTETS);
-    let size = size.max(least);
+    size.max(least)
+}
+
+/// The chunks of a list.
+fn chunks(octets: usize, size: usize) -> impl IndexedParallelIterator<Item = Range<usize>> {
     (0..octets.div_ceil(size))
         .into_par_iter()
         .map(move |chunk| chunk * size..((chunk + 1) * size).min(octets))
 }
 
-impl<M: Model, O: OctetSamples> SampleList<M, f32> for O {
+impl<M: LaneModel> SampleList<M, f32> for SampleOctets<'_> {
     type Slopes = SampleGradient<Octet>;
 
     fn gradient(&self, theta: &M::Parameters<f32>, gradient: &mut M::Parameters<f32>) -> f32 {
         let octets = self.octets();
         if octets <= GRADIENT_CHUNK {
-            return self.instruction_set().run(Gradient::<M, O> {
-                theta,
-                samples: self,
-                octets: 0..octets,
-                gradient,
-            });
+            return M::gradient(theta, self, 0..octets, gradient);
         }
-        let found: Vec<(f32, M::Parameters<f32>)> = chunks(octets, GRADIENT_CHUNK)
-            .map(|octets| {
-                let mut gradient = M::Parameters::filled(0.0);
-                let loss = self.instruction_set().run(Gradient::<M, O> {
-                    theta,
-                    samples: self,
-                    octets,
-                    gradient: &mut gradient,
-                });
-                (loss, gradient)
-            })
-            .collect();
+        let found: Vec<(f32, M::Parameters<f32>)> =
+            chunks(octets, chunk_size(octets, GRADIENT_CHUNK))
+                .map(|octets| {
+                    let mut gradient = M::Parameters::filled(0.0);
+                    let loss = M::gradient(theta, self, octets, &mut gradient);
+                    (loss, gradient)
+                })
+                .collect();
         add_up(found.iter().map(|(_, gradient)| gradient), gradient);
         found.iter().map(|(loss, _)| loss).sum()
     }
@@ -77,40 +224,21 @@ impl<M: Model, O: OctetSamples> SampleList<M, f32> for O {
     ) {
         let octets = self.octets();
         if octets <= PRODUCT_CHUNK {
-            self.instruction_set().run(Product::<M, O> {
-                theta,
-                samples: self,
-                octets: 0..octets,
-                product,
-                slopes,
-            });
-            return;
+            return M::product(theta, self, 0..octets, product, slopes);
         }
         let compute = |octets, slopes: Option<&mut [SampleGradient<Octet>]>| {
             let mut product = M::Parameters::filled(0.0);
-            self.instruction_set().run(Product::<M, O> {
-                theta,
-                samples: self,
-                octets,
-                product: &mut product,
-                slopes,
-            });
+            M::product(theta, self, octets, &mut product, slopes);
             product
         };
+        let size = chunk_size(octets, PRODUCT_CHUNK);
+        let chunks = chunks(octets, size);
         let found: Vec<M::Parameters<f32>> = match slopes {
-            None => chunks(octets, PRODUCT_CHUNK)
-                .map(|range| compute(range, None))
+            None => chunks.map(|range| compute(range, None)).collect(),
+            Some(slopes) => chunks
+                .zip(slopes.par_chunks_mut(size))
+                .map(|(range, slopes)| compute(range, Some(slopes)))
                 .collect(),
-            Some(slopes) => {
-                let size = chunks(octets, PRODUCT_CHUNK)
-                    .map(|range| range.len())
-                    .max()
-                    .unwrap_or(1);
-                chunks(octets, PRODUCT_CHUNK)
-                    .zip(slopes.par_chunks_mut(size))
-                    .map(|(range, slopes)| compute(range, Some(slopes)))
-                    .collect()
-            }
         };
         add_up(found.iter(), product);
     }
@@ -146,14 +274,14 @@ macro_rules! with_lanes_for {
 }
 
 /// The loss over some octets of the samples, and its gradient.
-struct Gradient<'a, M: Model, O> {
+struct Gradient<'a, M: Model> {
     theta: &'a M::Parameters<f32>,
-    samples: &'a O,
+    samples: &'a SampleOctets<'a>,
     octets: Range<usize>,
     gradient: &'a mut M::Parameters<f32>,
 }
 
-impl<M: Model, O: OctetSamples> Kernel for Gradient<'_, M, O> {
+impl<M: Model> Kernel for Gradient<'_, M> {
     type Output = f32;
 
     #[inline(always)]
@@ -162,7 +290,7 @@ impl<M: Model, O: OctetSamples> Kernel for Gradient<'_, M, O> {
     }
 }
 
-impl<M: Model, O: OctetSamples> Gradient<'_, M, O> {
+impl<M: Model> Gradient<'_, M> {
     #[inline(always)]
     fn compute<L: Lanes>(self) -> f32 {
         let mut loss = L::constant(0.0);
@@ -180,28 +308,33 @@ impl<M: Model, O: OctetSamples> Gradient<'_, M, O> {
 }
 
 /// The product of Hessian and tangent over some octets of the samples.
-struct Product<'a, M: Model, O> {
+struct Product<'a, M: Model> {
     theta: &'a M::Parameters<Dual<f32>>,
-    samples: &'a O,
+    samples: &'a SampleOctets<'a>,
     octets: Range<usize>,
     product: &'a mut M::Parameters<f32>,
     slopes: Option<&'a mut [SampleGradient<Octet>]>,
 }
 
-impl<M: Model, O: OctetSamples> Kernel for Product<'_, M, O> {
+impl<M: Model> Kernel for Product<'_, M> {
     type Output = ();
 
     #[inline(always)]
     fn run<Wide: Lanes>(self) {
-        if self.slopes.is_some() {
-            with_lanes_for!(self.octets.len(), Wide, L => self.compute::<L<Wide>, true>());
+        type Narrowest<L> = <<L as Lanes>::Narrow as Lanes>::Narrow;
+        let octets = self.octets.len();
+        // On few samples their derivatives cost next to nothing.
+        if octets <= Narrowest::<Wide>::OCTETS {
+            self.compute::<Narrowest<Wide>, true>();
+        } else if self.slopes.is_some() {
+            self.compute::<Wide, true>();
         } else {
-            with_lanes_for!(self.octets.len(), Wide, L => self.compute::<L<Wide>, false>());
+            self.compute::<Wide, false>();
         }
     }
 }
 
-impl<M: Model, O: OctetSamples> Product<'_, M, O> {
+impl<M: Model> Product<'_, M> {
     #[inline(always)]
     fn compute<L: Lanes, const SAMPLES: bool>(self) {
         let mut sums = M::Parameters::filled([L::zero_sum()]);
@@ -242,23 +375,21 @@ fn add<L: Lanes>(found: &SampleGradient<L>, octets: &mut [SampleGradient<Octet>]
     }
 }
 
-/// The mean loss of given parameters over some samples.
-pub struct OuterLoss<'a, M: Model, O> {
-    /// theta.
-    pub parameters: &'a M::Parameters<f32>,
-    /// Where.
-    pub outer: &'a O,
+/// The loss over all samples.
+struct Loss<'a, M: Model> {
+    theta: &'a M::Parameters<f32>,
+    samples: &'a SampleOctets<'a>,
 }
 
-impl<M: Model, O: OctetSamples> Kernel for OuterLoss<'_, M, O> {
+impl<M: Model> Kernel for Loss<'_, M> {
     type Output = f32;
 
     #[inline(always)]
     fn run<L: Lanes>(self) -> f32 {
         let mut loss = L::constant(0.0);
-        for octet in (0..self.outer.octets()).step_by(L::OCTETS) {
-            let sample = self.outer.read::<L>(octet);
-            let modelled = M::brdf::<L>(self.parameters, &sample.at);
+        for octet in (0..self.samples.octets()).step_by(L::OCTETS) {
+            let sample = self.samples.read::<L>(octet);
+            let modelled = M::brdf::<L>(self.theta, &sample.at);
             let cosine = sample.at.cos_theta_i();
             let found = cosine_weighted_log_error(sample.measured, modelled, cosine, sample.weight);
             loss = loss + found.value;

@@ -7,12 +7,12 @@
 use std::f32::consts::{FRAC_PI_2, PI};
 
 use glimpse_core::angles::{Angles, HalfDifference};
-use glimpse_core::model::{Sample, SampleGradient};
+use glimpse_core::model::SampleGradient;
 
-use super::gradient::OctetSamples;
-use super::pool::{NO_WEIGHTS, OctetRgb, Variation, transpose_rgb};
+use super::gradient::{SampleOctets, Weights};
+use super::pool::{OctetRgb, Variation, transpose_rgb};
 use crate::dual::Dual;
-use crate::lanes::{Lanes, MOST_OCTETS, Octet, OctetAt, WIDTH, load_at};
+use crate::lanes::{InstructionSet, Octet, OctetAt, WIDTH};
 use crate::material::Material;
 
 /// Upper ends of theta_h, theta_d and phi_d; the lower ends are 0.
@@ -44,6 +44,7 @@ pub fn logits_of(angles: Angles<f32>) -> [f32; 3] {
 /// A pattern, ready to be measured on any material.
 pub struct Pattern {
     angles: Vec<Angles<f32>>,
+    places: Vec<HalfDifference<f32>>,
     valid: Vec<bool>,
     at: Vec<OctetAt>,
     weights: Vec<Octet>,
@@ -53,20 +54,18 @@ pub struct Pattern {
 pub struct MeasuredPattern<'p> {
     pattern: &'p Pattern,
     values: Vec<OctetRgb>,
-    /// Derivatives of each sample's channels by its angles.
-    derivatives: Vec<[[f32; 3]; 3]>,
 }
 
 impl Pattern {
     /// From angles.
     #[must_use]
     pub fn new(angles: Vec<Angles<f32>>) -> Self {
-        let each: Vec<_> = angles
+        let places: Vec<_> = angles
             .iter()
             .copied()
             .map(HalfDifference::from_angles)
             .collect();
-        let valid: Vec<bool> = each.iter().map(HalfDifference::is_valid).collect();
+        let valid: Vec<bool> = places.iter().map(HalfDifference::is_valid).collect();
         let counted = valid.iter().filter(|valid| **valid).count().max(1);
         let weight = 1.0 / (3.0 * counted as f32);
         let mut weights = vec![Octet::default(); angles.len().div_ceil(WIDTH)];
@@ -76,7 +75,8 @@ impl Pattern {
             }
         }
         Self {
-            at: each.chunks(WIDTH).map(Octet::transpose).collect(),
+            at: places.chunks(WIDTH).map(Octet::transpose).collect(),
+            places,
             angles,
             valid,
             weights,
@@ -116,47 +116,44 @@ impl Pattern {
             .sum()
     }
 
-    /// Measures a material at the pattern; derivatives are for
-    /// [`MeasuredPattern::gradient_by_logits`].
+    /// Measures a material at the pattern.
     #[must_use]
     pub fn measure(&self, material: &dyn Material, variation: Variation) -> MeasuredPattern<'_> {
-        let (values, derivatives): (Vec<_>, Vec<_>) = self
-            .angles
-            .iter()
-            .zip(&self.valid)
-            .map(|(angles, valid)| match valid {
-                true => {
-                    let (brdf, derivative) = material.brdf_with_derivative(*angles);
-                    let Variation { order, gains } = variation;
-                    (
-                        [0, 1, 2].map(|c| gains[c] * brdf[order[c]]),
-                        [0, 1, 2].map(|c| derivative[order[c]].map(|slope| gains[c] * slope)),
-                    )
-                }
-                false => ([0.0; 3], [[0.0; 3]; 3]),
-            })
-            .unzip();
+        let mut values = vec![[0.0; 3]; self.places.len()];
+        material.brdf_batch(&self.places, &mut values);
+        let Variation { order, gains } = variation;
+        for (value, valid) in values.iter_mut().zip(&self.valid) {
+            *value = match valid {
+                true => [0, 1, 2].map(|channel| gains[channel] * value[order[channel]]),
+                false => [0.0; 3],
+            };
+        }
         MeasuredPattern {
             pattern: self,
             values: values.chunks(WIDTH).map(transpose_rgb).collect(),
-            derivatives,
         }
     }
 }
 
 impl MeasuredPattern<'_> {
-    /// Room for the gradient by samples, all 0.
+    /// The samples, as kernels read them.
     #[must_use]
-    pub fn no_slopes(&self) -> Vec<SampleGradient<Octet>> {
-        let none = SampleGradient {
-            at: OctetAt::default(),
-            measured: OctetRgb::default(),
-        };
-        vec![none; self.values.len()]
+    pub fn octets(&self) -> SampleOctets<'_> {
+        SampleOctets {
+            at: &self.pattern.at,
+            values: &self.values,
+            order: None,
+            variation: Variation::NONE,
+            weights: Weights::Each(&self.pattern.weights),
+            instruction_set: InstructionSet::of_this_machine(),
+        }
     }
 
-    /// From the gradient by samples' coordinates and values to the one by the pattern's logits,
-    /// the barrier's included.
+    /// From the gradient by samples' coordinates to the one by the pattern's logits, the
+    /// barrier's included.
+    ///
+    /// A place changes the measured value too, but the log loss of a fit knows of that value only
+    /// on which side of the model's it is: its slope is 0, and plays no part here.
     #[must_use]
     pub fn gradient_by_logits(&self, samples: &[SampleGradient<Octet>]) -> Vec<f32> {
         let pattern = self.pattern;
@@ -164,20 +161,14 @@ impl MeasuredPattern<'_> {
         for (index, angles) in pattern.angles.iter().enumerate() {
             let by_angles = if pattern.valid[index] {
                 let lane = index % WIDTH;
-                let SampleGradient { at: by, measured } = &samples[index / WIDTH];
+                let by = &samples[index / WIDTH].at;
                 let at = HalfDifference::from_angles(Dual::<f32, 3>::variables(*angles));
                 std::array::from_fn(|i| {
-                    let through_place = by.hx.0[lane] * at.hx.tangent[i]
+                    by.hx.0[lane] * at.hx.tangent[i]
                         + by.hz.0[lane] * at.hz.tangent[i]
                         + by.dx.0[lane] * at.dx.tangent[i]
                         + by.dy.0[lane] * at.dy.tangent[i]
-                        + by.dz.0[lane] * at.dz.tangent[i];
-                    let through_value: f32 = measured
-                        .iter()
-                        .zip(&self.derivatives[index])
-                        .map(|(by, derivative)| by.0[lane] * derivative[i])
-                        .sum();
-                    through_place + through_value
+                        + by.dz.0[lane] * at.dz.tangent[i]
                 })
             } else {
                 let slope = 2.0 * BARRIER;
@@ -189,38 +180,5 @@ impl MeasuredPattern<'_> {
             }
         }
         by_logits
-    }
-}
-
-impl OctetSamples for MeasuredPattern<'_> {
-    #[inline(always)]
-    fn octets(&self) -> usize {
-        self.values.len()
-    }
-
-    #[inline(always)]
-    fn read<L: Lanes>(&self, octet: usize) -> Sample<L> {
-        let last = self.values.len() - 1;
-        let mut at = [&self.pattern.at[octet]; MOST_OCTETS];
-        let mut values = [&self.values[octet]; MOST_OCTETS];
-        let mut weights = [&NO_WEIGHTS; MOST_OCTETS];
-        for k in 0..L::OCTETS {
-            let index = (octet + k).min(last);
-            at[k] = &self.pattern.at[index];
-            values[k] = &self.values[index];
-            if octet + k <= last {
-                weights[k] = &self.pattern.weights[index];
-            }
-        }
-        let [a, b, c, d] = values;
-        let mut measured = [L::constant(0.0); 3];
-        for (channel, y) in measured.iter_mut().enumerate() {
-            *y = L::load([&a[channel], &b[channel], &c[channel], &d[channel]]);
-        }
-        Sample {
-            at: load_at(at),
-            measured,
-            weight: L::load(weights),
-        }
     }
 }

@@ -4,25 +4,19 @@
 //! octets of it are a uniform random draw; training never evaluates a material elsewhere than in
 //! its pool and at the pattern's directions.
 
-use std::cmp::Ordering;
-
 use glimpse_core::angles::HalfDifference;
-use glimpse_core::model::Sample;
 use rand::Rng;
 use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
-use super::gradient::OctetSamples;
-use crate::lanes::{Lanes, MOST_OCTETS, Octet, OctetAt, WIDTH, load_at};
+use super::gradient::{SampleOctets, Weights};
+use crate::lanes::{InstructionSet, Octet, OctetAt, WIDTH};
 use crate::material::Material;
 use crate::sampling::uniform_valid;
 
 /// Measured values of eight samples.
 pub type OctetRgb = [Octet; 3];
-
-/// The weights of an octet that is past the end of a list.
-pub(super) const NO_WEIGHTS: Octet = Octet([0.0; WIDTH]);
 
 /// A material seen through a filter: each channel is another one of it, times a gain.
 ///
@@ -146,7 +140,6 @@ pub struct Draw<'p> {
     material: usize,
     variation: Variation,
     indices: Vec<u32>,
-    /// Weights of all octets but the last, and of the last one.
     weights: [Octet; 2],
 }
 
@@ -162,41 +155,17 @@ fn weights(count: usize) -> [Octet; 2] {
     [Octet([weight; WIDTH]), last]
 }
 
-impl OctetSamples for Draw<'_> {
-    #[inline(always)]
-    fn octets(&self) -> usize {
-        self.indices.len()
-    }
-
-    #[inline(always)]
-    fn read<L: Lanes>(&self, octet: usize) -> Sample<L> {
-        let values = &self.pool.values[self.material];
-        let last = self.indices.len() - 1;
-        let [full, partial] = &self.weights;
-        let mut at = [&self.pool.at[0]; MOST_OCTETS];
-        let mut measured = [&values[0]; MOST_OCTETS];
-        let mut weights = [&NO_WEIGHTS; MOST_OCTETS];
-        for k in 0..L::OCTETS {
-            let position = octet + k;
-            let index = self.indices[position.min(last)] as usize;
-            at[k] = &self.pool.at[index];
-            measured[k] = &values[index];
-            weights[k] = match position.cmp(&last) {
-                Ordering::Less => full,
-                Ordering::Equal => partial,
-                Ordering::Greater => &NO_WEIGHTS,
-            };
-        }
-        let Variation { order, gains } = self.variation;
-        let [a, b, c, d] = measured;
-        let mut brdf = [L::constant(0.0); 3];
-        for ((y, from), gain) in brdf.iter_mut().zip(order).zip(gains) {
-            *y = L::load([&a[from], &b[from], &c[from], &d[from]]) * L::broadcast(gain);
-        }
-        Sample {
-            at: load_at(at),
-            measured: brdf,
-            weight: L::load(weights),
+impl Draw<'_> {
+    /// The samples, as kernels read them.
+    #[must_use]
+    pub fn octets(&self) -> SampleOctets<'_> {
+        SampleOctets {
+            at: &self.pool.at,
+            values: &self.pool.values[self.material],
+            order: Some(&self.indices),
+            variation: self.variation,
+            weights: Weights::Mean(self.weights),
+            instruction_set: InstructionSet::of_this_machine(),
         }
     }
 }

@@ -6,13 +6,13 @@ use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use glimpse_core::angles::{Angles, HalfDifference};
-use glimpse_core::model::{Model, ModelKind};
+use glimpse_core::model::ModelKind;
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
 
 use super::checkpoint::{Best, Checkpoint, CheckpointError};
-use super::gradient::OuterLoss;
+use super::gradient::LaneModel;
 use super::parameters::{Groups, Optimization};
 use super::pattern::{Pattern, logits_of};
 use super::plan::{Effort, Plan, Schedule};
@@ -20,7 +20,6 @@ use super::pool::{Pool, Variation};
 use super::start::first_guess;
 use super::training::{InnerSamples, Start, StepSizeForm, Tasks, Training};
 use super::unroll::Learner;
-use crate::lanes::dispatch;
 use crate::material::Material;
 use crate::sampling::sobol_valid;
 use crate::with_model;
@@ -153,7 +152,7 @@ pub fn train(
 }
 
 /// A run under way.
-struct Run<'o, M: Model> {
+struct Run<'o, M: LaneModel> {
     options: &'o Options,
     plan: Plan,
     name: String,
@@ -162,7 +161,7 @@ struct Run<'o, M: Model> {
     model: PhantomData<M>,
 }
 
-impl<'o, M: Model> Run<'o, M> {
+impl<'o, M: LaneModel> Run<'o, M> {
     fn new(options: &'o Options, materials: Vec<Box<dyn Material>>) -> Self {
         let name = options.run(&materials);
         let (training, validation) = split(materials, options.seed);
@@ -370,7 +369,7 @@ struct Judge<'a> {
 }
 
 impl Judge<'_> {
-    fn loss<M: Model>(&self, values: &Groups<Vec<f32>>) -> f32 {
+    fn loss<M: LaneModel>(&self, values: &Groups<Vec<f32>>) -> f32 {
         use rayon::prelude::*;
         let step_sizes = self.form.step_sizes(&values.step_sizes);
         let learner = Learner::<M, f32>::new(&values.initial, &step_sizes, INNER_STEPS);
@@ -381,11 +380,8 @@ impl Judge<'_> {
             .enumerate()
             .map(|(index, material)| {
                 let measured = pattern.measure(&**material, Variation::NONE);
-                let parameters = learner.learn(&measured);
-                dispatch(OuterLoss::<M, _> {
-                    parameters: &parameters,
-                    outer: &self.pool.all(index),
-                })
+                let parameters = learner.learn(&measured.octets());
+                M::loss(&parameters, &self.pool.all(index).octets())
             })
             .collect();
         losses.iter().sum::<f32>() / losses.len() as f32

@@ -2,12 +2,13 @@
 
 use std::marker::PhantomData;
 
-use glimpse_core::model::{Model, ParameterSet};
+use glimpse_core::model::ParameterSet;
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
+use super::gradient::LaneModel;
 use super::parameters::{Groups, Optimization};
 use super::pattern::Pattern;
 use super::pool::{Draw, Pool, Variation};
@@ -125,7 +126,7 @@ pub struct Tasks<'a> {
 }
 
 /// A training run.
-pub struct Training<'a, M: Model> {
+pub struct Training<'a, M: LaneModel> {
     /// The tasks.
     pub tasks: &'a Tasks<'a>,
     /// The phases, in order.
@@ -145,7 +146,7 @@ pub struct Training<'a, M: Model> {
 /// Gradients of all groups are scaled down to at most this norm, each group by itself.
 const LARGEST_NORM: f32 = 1.0;
 
-impl<M: Model> Training<'_, M> {
+impl<M: LaneModel> Training<'_, M> {
     /// One outer step; returns the mean outer loss of its batch.
     pub fn step(&mut self, phase_index: usize, step: usize) -> f32 {
         let phase = &self.phases[phase_index];
@@ -200,13 +201,15 @@ impl<M: Model> Training<'_, M> {
             None => Variation::NONE,
         };
         let outer = pool.draw(task, variation, phase.outer, random);
+        let outer = outer.octets();
         let mut by_pattern = vec![0.0; 3 * pattern.angles().len()];
         let mut found = MetaGradient::<M, f32>::default();
         let loss = match phase.inner {
             InnerSamples::Pattern => {
                 let measured = pattern.measure(&*self.tasks.materials[task], variation);
-                let mut slopes = measured.no_slopes();
-                let loss = found.compute(learner, &[&measured], &outer, Some(&mut slopes));
+                let inner = measured.octets();
+                let mut slopes = inner.no_slopes();
+                let loss = found.compute(learner, &[&inner], &outer, Some(&mut slopes));
                 by_pattern = measured.gradient_by_logits(&slopes);
                 loss
             }
@@ -218,7 +221,8 @@ impl<M: Model> Training<'_, M> {
                 let draws: Vec<Draw<'_>> = (0..lists)
                     .map(|_| pool.draw(task, variation, count, random))
                     .collect();
-                let inner: Vec<&Draw<'_>> = draws.iter().collect();
+                let inner: Vec<_> = draws.iter().map(Draw::octets).collect();
+                let inner: Vec<_> = inner.iter().collect();
                 found.compute(learner, &inner, &outer, None)
             }
         };
