@@ -2,7 +2,7 @@
 
 use std::marker::PhantomData;
 
-use glimpse_core::model::{Model, Neural, Phong};
+use glimpse_core::model::{CookTorrance, Model, Neural, Phong};
 use glimpse_trainer::material::{Material, Procedural};
 use glimpse_trainer::meta::parameters::{Groups, Optimization};
 use glimpse_trainer::meta::pattern::logits_of;
@@ -104,6 +104,11 @@ fn same_on_any_number_of_threads<M: Model>() {
 #[test]
 fn phong_trains_the_same_on_any_number_of_threads() {
     same_on_any_number_of_threads::<Phong>();
+}
+
+#[test]
+fn cook_torrance_trains_the_same_on_any_number_of_threads() {
+    same_on_any_number_of_threads::<CookTorrance>();
 }
 
 #[test]

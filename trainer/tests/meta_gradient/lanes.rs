@@ -3,7 +3,7 @@
 use std::marker::PhantomData;
 
 use glimpse_core::angles::HalfDifference;
-use glimpse_core::model::{Model, Neural, Phong, Sample, SampleGradient};
+use glimpse_core::model::{CookTorrance, Model, Neural, Phong, Sample, SampleGradient};
 use glimpse_trainer::lanes::{
     Kernel, Lanes, Octet, PortableLanes, WIDTH, dispatch, instruction_set,
 };
@@ -238,6 +238,11 @@ fn phong_on_a_pattern_agrees_with_double_precision() {
 }
 
 #[test]
+fn cook_torrance_on_a_pattern_agrees_with_double_precision() {
+    compare_patterns::<CookTorrance>();
+}
+
+#[test]
 fn neural_on_a_pattern_agrees_with_double_precision() {
     compare_patterns::<Neural>();
 }
@@ -245,6 +250,11 @@ fn neural_on_a_pattern_agrees_with_double_precision() {
 #[test]
 fn phong_on_draws_agrees_with_double_precision() {
     compare_draws::<Phong>();
+}
+
+#[test]
+fn cook_torrance_on_draws_agrees_with_double_precision() {
+    compare_draws::<CookTorrance>();
 }
 
 #[test]

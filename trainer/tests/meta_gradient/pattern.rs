@@ -4,7 +4,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use std::marker::PhantomData;
 
 use glimpse_core::angles::{Angles, HalfDifference};
-use glimpse_core::model::{Model, Neural, Phong, Sample, SampleGradient};
+use glimpse_core::model::{CookTorrance, Model, Neural, Phong, Sample, SampleGradient};
 use glimpse_trainer::lanes::{Octet, OctetAt, WIDTH, dispatch};
 use glimpse_trainer::material::{Material, NeuralBrdf, Procedural};
 use glimpse_trainer::meta::gradient::{Learner, PatternGradient};
@@ -207,6 +207,11 @@ fn compare<M: Model>() {
 #[test]
 fn phong_by_logits_agrees_with_differences() {
     compare::<Phong>();
+}
+
+#[test]
+fn cook_torrance_by_logits_agrees_with_differences() {
+    compare::<CookTorrance>();
 }
 
 #[test]
