@@ -1,8 +1,10 @@
 //! The reflectance models, each with its loss and gradient in one function.
 
+mod cook_torrance;
 mod neural;
 mod phong;
 
+pub use cook_torrance::{CookTorrance, CookTorranceParameters};
 pub use neural::{Neural, NeuralParameters};
 pub use phong::{Phong, PhongParameters};
 
@@ -19,6 +21,8 @@ pub enum ModelKind {
     Phong,
     /// [`Neural`].
     Neural,
+    /// [`CookTorrance`].
+    CookTorrance,
 }
 
 impl ModelKind {
@@ -28,6 +32,7 @@ impl ModelKind {
         match self {
             Self::Phong => "phong",
             Self::Neural => "neural",
+            Self::CookTorrance => "cook-torrance",
         }
     }
 
@@ -37,6 +42,7 @@ impl ModelKind {
         match self {
             Self::Phong => Phong::PARAMETERS,
             Self::Neural => Neural::PARAMETERS,
+            Self::CookTorrance => CookTorrance::PARAMETERS,
         }
     }
 }
@@ -133,4 +139,15 @@ pub trait Model: Sync {
         sample: &Sample<S>,
         gradient: &mut Self::Parameters<S::Sum>,
     ) -> Evaluation<S>;
+}
+
+/// One logit for each channel, through sigmoids.
+#[inline(always)]
+fn sigmoids<S: Scalar>(logits: &[S::Parameter; 3]) -> [S; 3] {
+    let [red, green, blue] = *logits;
+    [
+        S::broadcast(red).sigmoid(),
+        S::broadcast(green).sigmoid(),
+        S::broadcast(blue).sigmoid(),
+    ]
 }

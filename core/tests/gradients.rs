@@ -6,16 +6,18 @@
 mod support;
 
 use std::cell::RefCell;
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
+use glimpse_core::angles::{Angles, HalfDifference};
 use glimpse_core::model::{
-    Model, ModelKind, Neural, NeuralParameters, ParameterSet, Phong, SampleGradient,
+    CookTorrance, CookTorranceParameters, Model, Neural, NeuralParameters, ParameterSet, Phong,
+    SampleGradient,
 };
 use proptest::prelude::*;
 use proptest::test_runner::{TestCaseError, TestRunner};
 
 use support::cases::{
-    NAMES, Variables, mirror_cosine, near_edge_of_lobe, neural, phong, sample, variables,
+    NAMES, Variables, cook_torrance, is_too_steep, mirror_cosine, neural, phong, sample, variables,
 };
 use support::{Differences, Traced, parameters, scale_of};
 
@@ -50,7 +52,7 @@ fn compare<M: Model>(
         })?;
     }
 
-    if M::KIND == ModelKind::Phong && near_edge_of_lobe(variables) {
+    if is_too_steep(M::KIND, variables) {
         by_sample.discard(NAMES.len());
         return Ok(());
     }
@@ -109,6 +111,11 @@ fn phong_gradient_agrees_with_differences() {
 }
 
 #[test]
+fn cook_torrance_gradient_agrees_with_differences() {
+    compare_many::<CookTorrance>(2000, cook_torrance());
+}
+
+#[test]
 fn neural_gradient_agrees_with_differences() {
     compare_many::<Neural>(100, neural());
 }
@@ -137,6 +144,24 @@ fn expected_phong(list: &[f64], variables: Variables) -> [f64; 3] {
         let (sum, ratio) = (logistic(list[channel]), logistic(list[3 + channel]));
         let (k_d, k_s) = (sum * ratio, sum * (1.0 - ratio));
         k_d / PI + k_s * lobe
+    })
+}
+
+/// Cook-Torrance as the paper writes it, denominators offset by 1e-6.
+fn expected_cook_torrance(list: &[f64], variables: Variables) -> [f64; 3] {
+    let [hx, hz, dx, _, dz, ..] = variables;
+    let [theta_h, theta_d] = [hx.atan2(hz), dz.acos()];
+    let (incoming, outgoing) = (hz * dz - hx * dx, hz * dz + hx * dx);
+    let [alpha, f_0] = [list[6], list[7]].map(logistic);
+    let epsilon = 1e-6;
+    let tangent = theta_h.sin().powi(2) / ((alpha * theta_h.cos()).powi(2) + epsilon);
+    let d = (-tangent).exp() / (alpha.powi(2) * theta_h.cos().powi(4) + epsilon);
+    let lower = incoming.min(outgoing);
+    let g = (2.0 * theta_h.cos() * lower / (theta_d.cos() + epsilon)).min(1.0);
+    let f = f_0 + (1.0 - f_0) * (1.0 - theta_d.cos()).powi(5);
+    std::array::from_fn(|channel| {
+        let (k_d, k_s) = (logistic(list[channel]), logistic(list[3 + channel]));
+        k_d / PI + k_s * d * g * f / (PI * incoming * outgoing + epsilon)
     })
 }
 
@@ -176,6 +201,29 @@ fn agree(found: f64, expected: f64) -> Result<(), TestCaseError> {
     Ok(())
 }
 
+/// Samples at the highlight's centre, at grazing and at nearly opposite directions, also a little
+/// below the horizon, where single precision overflows first.
+fn extremes() -> impl Strategy<Value = Variables> {
+    // Angles' distances from 0 or pi/2, over eight decades.
+    let angle = || {
+        (any::<bool>(), -8.0..0.0f64).prop_map(|(low, logarithm)| {
+            let distance = FRAC_PI_2 * 10.0_f64.powf(logarithm);
+            if low { distance } else { FRAC_PI_2 - distance }
+        })
+    };
+    let phi_d = prop_oneof![Just(0.0), Just(FRAC_PI_2), Just(PI), 0.0..TAU];
+    let logarithms = prop::array::uniform3(-12.0..12.0f64);
+    (angle(), angle(), phi_d, logarithms).prop_map(|(theta_h, theta_d, phi_d, logarithms)| {
+        let at = HalfDifference::from_angles(Angles {
+            theta_h,
+            theta_d,
+            phi_d,
+        });
+        let [red, green, blue] = logarithms.map(f64::exp);
+        [at.hx, at.hz, at.dx, at.dy, at.dz, red, green, blue]
+    })
+}
+
 proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
 
@@ -187,6 +235,46 @@ proptest! {
             agree(found, expected)?;
         }
         agree(loss::<Phong>(&list, variables, weight).0, expected_loss(variables, expected, weight))?;
+    }
+
+    #[test]
+    fn cook_torrance_is_its_formula(list in cook_torrance(), variables in variables(), weight in 0.01..1.0f64) {
+        let expected = expected_cook_torrance(&list, variables);
+        let theta = parameters(list.iter().copied(), 0.0);
+        for (found, expected) in CookTorrance::brdf::<f64>(&theta, &sample(variables, weight).at).into_iter().zip(expected) {
+            agree(found, expected)?;
+        }
+        agree(loss::<CookTorrance>(&list, variables, weight).0, expected_loss(variables, expected, weight))?;
+    }
+
+    #[test]
+    fn cook_torrance_stays_finite(
+        list in prop::collection::vec(-12.0..12.0f64, CookTorrance::PARAMETERS),
+        variables in extremes(),
+    ) {
+        let theta = parameters(list.iter().map(|logit| *logit as f32), 0.0);
+        let mut gradient = CookTorranceParameters::filled(0.0);
+        let sample = sample::<f32>(variables, 1.0);
+        let found = CookTorrance::accumulate_gradient::<f32, true>(&theta, &sample, &mut gradient);
+        prop_assert!(found.loss.is_finite());
+        prop_assert!(gradient.iter().all(|slope| slope.is_finite()), "{:?}", gradient);
+        let SampleGradient { at, measured } = found.gradient;
+        let slopes = [at.hx, at.hz, at.dx, at.dy, at.dz];
+        prop_assert!(slopes.iter().chain(&measured).all(|slope| slope.is_finite()), "{:?}", slopes);
+    }
+
+    #[test]
+    fn cook_torrance_below_the_horizon_is_diffuse(list in cook_torrance(), variables in variables(), outgoing in any::<bool>()) {
+        // Pushed along x until one of the cosines is negative.
+        let [hx, hz, dx, dy, dz, red, green, blue] = variables;
+        let push = (hz * dz / hx.max(0.05) + 0.1 + dx.abs()) * if outgoing { -1.0 } else { 1.0 };
+        let sample = sample::<f64>([hx, hz, dx + push, dy, dz, red, green, blue], 1.0);
+        let cosine = if outgoing { sample.at.cos_theta_o() } else { sample.at.cos_theta_i() };
+        prop_assume!(cosine < 0.0);
+        let theta = parameters(list.iter().copied(), 0.0);
+        for (f, logit) in CookTorrance::brdf::<f64>(&theta, &sample.at).into_iter().zip(&list) {
+            agree(f, logistic(*logit) / PI)?;
+        }
     }
 
     #[test]

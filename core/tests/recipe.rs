@@ -18,6 +18,15 @@ fn phong() -> Numbers {
     }
 }
 
+fn cook_torrance() -> Numbers {
+    Numbers {
+        model: ModelKind::CookTorrance,
+        initial: vec![0.1; 8],
+        step_sizes: vec![0.01; 8],
+        ..neural()
+    }
+}
+
 /// The name that a recipe altered at byte `index` is refused by.
 fn expected(index: usize, error: RecipeError) -> bool {
     match index {
@@ -30,7 +39,7 @@ fn expected(index: usize, error: RecipeError) -> bool {
 
 #[test]
 fn what_is_written_is_read() {
-    for numbers in [neural(), phong()] {
+    for numbers in [neural(), phong(), cook_torrance()] {
         let bytes = write(&numbers).unwrap();
         let recipe = Recipe::parse(&bytes).unwrap();
         assert_eq!(recipe.model(), numbers.model);

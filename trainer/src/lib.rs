@@ -26,6 +26,10 @@ macro_rules! with_model {
                 type $M = glimpse_core::model::Neural;
                 $body
             }
+            glimpse_core::model::ModelKind::CookTorrance => {
+                type $M = glimpse_core::model::CookTorrance;
+                $body
+            }
         }
     };
 }

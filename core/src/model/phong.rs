@@ -7,7 +7,7 @@
 use core::f64::consts::PI;
 use core::slice;
 
-use super::{Evaluation, Model, ModelKind, ParameterSet, Sample, SampleGradient};
+use super::{Evaluation, Model, ModelKind, ParameterSet, Sample, SampleGradient, sigmoids};
 use crate::angles::HalfDifference;
 use crate::loss::cosine_weighted_log_error;
 use crate::scalar::{Entry, Scalar};
@@ -65,16 +65,6 @@ struct Terms<S> {
     /// base^q, and the same times (q + 2) / (2 pi).
     power: S,
     lobe: S,
-}
-
-#[inline(always)]
-fn sigmoids<S: Scalar>(logits: &[S::Parameter; 3]) -> [S; 3] {
-    let [red, green, blue] = *logits;
-    [
-        S::broadcast(red).sigmoid(),
-        S::broadcast(green).sigmoid(),
-        S::broadcast(blue).sigmoid(),
-    ]
 }
 
 impl<S: Scalar> Terms<S> {

@@ -3,7 +3,9 @@
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 use glimpse_core::angles::{Angles, HalfDifference};
-use glimpse_core::model::{Model, Neural, NeuralParameters, ParameterSet, Sample};
+use glimpse_core::model::{
+    CookTorrance, Model, ModelKind, Neural, NeuralParameters, ParameterSet, Sample,
+};
 use glimpse_core::scalar::Scalar;
 use proptest::prelude::*;
 
@@ -51,6 +53,11 @@ pub(crate) fn phong() -> impl Strategy<Value = Vec<f64>> {
     })
 }
 
+/// Logits, roughness from 0.05 to 0.95.
+pub(crate) fn cook_torrance() -> impl Strategy<Value = Vec<f64>> {
+    prop::collection::vec(-3.0..3.0f64, CookTorrance::PARAMETERS)
+}
+
 /// Weights within the reach of each layer's inputs; output biases that leave most outputs on.
 pub(crate) fn neural() -> impl Strategy<Value = Vec<f64>> {
     prop::collection::vec(-1.0..1.0f64, Neural::PARAMETERS).prop_map(|list| {
@@ -66,8 +73,24 @@ pub(crate) fn neural() -> impl Strategy<Value = Vec<f64>> {
 
 /// Where Phong's lobe is cut off its slope is as steep as (1e-5)^(q-1), and central differences
 /// of any width in question are too coarse.
-pub(crate) fn near_edge_of_lobe(variables: Variables) -> bool {
+fn near_edge_of_lobe(variables: Variables) -> bool {
     mirror_cosine(variables).abs() < 0.02
+}
+
+/// Cook-Torrance divides by cos_i cos_o and by cos theta_d: within a hundred steps of a difference from
+/// 0 these are too curved for it.
+fn near_grazing(variables: Variables) -> bool {
+    let at = sample::<f64>(variables, 0.0).at;
+    at.cos_theta_i().min(at.cos_theta_o()).min(at.dz) < 0.01
+}
+
+/// If differences by a sample's coordinates are too coarse there for the model.
+pub(crate) fn is_too_steep(model: ModelKind, variables: Variables) -> bool {
+    match model {
+        ModelKind::Phong => near_edge_of_lobe(variables),
+        ModelKind::CookTorrance => near_grazing(variables),
+        ModelKind::Neural => false,
+    }
 }
 
 /// <w_o, r>, r the mirror direction of w_i.

@@ -21,6 +21,8 @@ use glimpse_trainer::material::{Material, Source};
 pub(crate) enum ModelName {
     /// 7 parameters: diffuse and specular colour, glossiness.
     Phong,
+    /// 8 parameters: diffuse and specular colour, roughness, reflectance.
+    CookTorrance,
     /// 675 parameters: a small network.
     Neural,
 }
@@ -29,6 +31,7 @@ impl From<ModelName> for ModelKind {
     fn from(name: ModelName) -> Self {
         match name {
             ModelName::Phong => Self::Phong,
+            ModelName::CookTorrance => Self::CookTorrance,
             ModelName::Neural => Self::Neural,
         }
     }

@@ -8,7 +8,9 @@ use std::ops::Range;
 
 use glimpse_core::angles::HalfDifference;
 use glimpse_core::loss::cosine_weighted_log_error;
-use glimpse_core::model::{Model, Neural, ParameterSet, Phong, Sample, SampleGradient};
+use glimpse_core::model::{
+    CookTorrance, Model, Neural, ParameterSet, Phong, Sample, SampleGradient,
+};
 use rayon::prelude::*;
 
 use super::pool::{OctetRgb, Variation};
@@ -38,11 +40,7 @@ pub trait LaneModel: Model {
     /// The loss over all samples.
     fn loss(theta: &Self::Parameters<f32>, samples: &SampleOctets<'_>) -> f32;
     /// The BRDF in linear RGB, sr^-1 (not times the cosine), at many places.
-    fn evaluate(
-        theta: &Self::Parameters<f32>,
-        at: &[HalfDifference<f32>],
-        brdf: &mut [[f32; 3]],
-    );
+    fn evaluate(theta: &Self::Parameters<f32>, at: &[HalfDifference<f32>], brdf: &mut [[f32; 3]]);
 }
 
 macro_rules! lane_model {
@@ -77,7 +75,9 @@ macro_rules! lane_model {
                 });
             }
             fn loss(theta: &Self::Parameters<f32>, samples: &SampleOctets<'_>) -> f32 {
-                samples.instruction_set.run(Loss::<$Model> { theta, samples })
+                samples
+                    .instruction_set
+                    .run(Loss::<$Model> { theta, samples })
             }
             fn evaluate(
                 parameters: &Self::Parameters<f32>,
@@ -95,6 +95,7 @@ macro_rules! lane_model {
 }
 lane_model!(Phong);
 lane_model!(Neural);
+lane_model!(CookTorrance);
 
 /// Weights in the loss: a mean over n samples and three channels has 1 / (3 n) each.
 #[derive(Clone, Copy, Debug)]

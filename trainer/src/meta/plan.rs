@@ -85,7 +85,7 @@ fn joint(effort: Effort, model: ModelKind, samples: usize) -> Plan {
     };
     let (initial, first_step_size) = match model {
         ModelKind::Neural => (1e-3, 3e-3),
-        ModelKind::Phong => (3e-3, 0.3),
+        ModelKind::Phong | ModelKind::CookTorrance => (3e-3, 0.3),
     };
     let learning = Phase {
         name: "trying starts",

@@ -6,8 +6,8 @@ use rand::Rng;
 /// Where meta-training begins.
 ///
 /// Neural: weights uniform within the reach of each layer's fan-in, and outputs a little above 0,
-/// since one that is below 0 everywhere has no gradient and never recovers. Phong: a grey, mostly
-/// diffuse material with a soft highlight.
+/// since one that is below 0 everywhere has no gradient and never recovers. Phong and
+/// Cook-Torrance: a grey, mostly diffuse material with a soft highlight.
 pub fn first_guess(model: ModelKind, random: &mut impl Rng) -> Vec<f32> {
     match model {
         ModelKind::Neural => {
@@ -27,11 +27,12 @@ pub fn first_guess(model: ModelKind, random: &mut impl Rng) -> Vec<f32> {
             parameters.iter().copied().collect()
         }
         ModelKind::Phong => vec![-1.0, -1.0, -1.0, 1.0, 1.0, 1.0, 2.5],
+        ModelKind::CookTorrance => vec![-1.4, -1.4, -1.4, -1.0, -1.0, -1.0, -1.0, -2.5],
     }
 }
 
 /// Where the paper's method Random begins: Neural with weights uniform in +-0.05 and no bias,
-/// Phong with standard normal parameters.
+/// Phong and Cook-Torrance with standard normal parameters.
 pub fn random_start(model: ModelKind, random: &mut impl Rng) -> Vec<f32> {
     match model {
         ModelKind::Neural => {
@@ -48,7 +49,7 @@ pub fn random_start(model: ModelKind, random: &mut impl Rng) -> Vec<f32> {
             }
             parameters.iter().copied().collect()
         }
-        ModelKind::Phong => (0..model.parameters())
+        ModelKind::Phong | ModelKind::CookTorrance => (0..model.parameters())
             .map(|_| standard_normal(random))
             .collect(),
     }

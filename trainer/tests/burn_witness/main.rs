@@ -15,19 +15,21 @@ mod support;
 #[path = "../meta_gradient/problem.rs"]
 mod problem;
 
-use std::f64::consts::FRAC_1_PI;
+use std::f64::consts::{FRAC_1_PI, PI};
 use std::sync::{Mutex, PoisonError};
 
 use burn::tensor::activation::relu;
 use burn::tensor::{Tensor, TensorData};
 use burn_autodiff::Autodiff;
 use burn_ndarray::{NdArray, NdArrayDevice};
-use glimpse_core::model::{Model, Neural, Phong};
+use glimpse_core::model::{CookTorrance, Model, Neural, Phong};
 use proptest::prelude::*;
 use proptest::test_runner::{TestCaseError, TestRunner};
 
-use crate::problem::{NEURAL_STEPS, PHONG_STEPS, Problem, by_variables, problems};
-use crate::support::cases::{Variables, neural, phong};
+use crate::problem::{
+    COOK_TORRANCE_STEPS, NEURAL_STEPS, PHONG_STEPS, Problem, by_variables, problems,
+};
+use crate::support::cases::{Variables, cook_torrance, neural, phong};
 
 type B = Autodiff<NdArray<f64>>;
 type Matrix = Tensor<B, 2>;
@@ -231,6 +233,74 @@ fn lobe(exponent: &Matrix, base: &Matrix) -> Matrix {
     (base.clone().log() * q.clone()).exp() * q.add_scalar(2.0) * (0.5 * FRAC_1_PI)
 }
 
+/// f = k_d / pi + k_s D G F / (pi cos_i cos_o).
+impl Program for CookTorrance {
+    const SHAPES: &[[usize; 2]] = &[[1, 3], [1, 3], [1, 1], [1, 1]];
+
+    fn modelled(theta: &[Matrix], at: &Columns) -> Matrix {
+        let [k_d, k_s, alpha, f_0] = [0, 1, 2, 3].map(|index| sigmoid(theta[index].clone()));
+        let beckmann = beckmann(at, &alpha).0;
+        k_d * FRAC_1_PI + k_s * (beckmann * geometry(at) * fresnel(at, &f_0).0)
+    }
+
+    fn gradient(theta: &[Matrix], at: &Columns) -> Vec<Matrix> {
+        let [k_d, k_s, alpha, f_0] = [0, 1, 2, 3].map(|index| sigmoid(theta[index].clone()));
+        let by_logit = |value: &Matrix| value.clone() * (-value.clone()).add_scalar(1.0);
+        let (d, d_by_alpha) = beckmann(at, &alpha);
+        let (f, f_by_f_0) = fresnel(at, &f_0);
+        let g = geometry(at);
+        let by_modelled = at.by_modelled(&Self::modelled(theta, at));
+        let by_lobe = (by_modelled.clone() * k_s.clone()).sum_dim(1);
+        let by_alpha = by_lobe.clone() * d_by_alpha * g.clone() * f.clone();
+        let by_f_0 = by_lobe * d.clone() * g.clone() * f_by_f_0;
+        vec![
+            by_modelled.clone().sum_dim(0) * FRAC_1_PI * by_logit(&k_d),
+            (by_modelled * (d * g * f)).sum_dim(0) * by_logit(&k_s),
+            by_alpha.sum_dim(0) * by_logit(&alpha),
+            by_f_0.sum_dim(0) * by_logit(&f_0),
+        ]
+    }
+}
+
+/// What Cook-Torrance's denominators are offset by.
+const EPSILON: f64 = 1e-6;
+
+fn square(values: Matrix) -> Matrix {
+    values.clone() * values
+}
+
+/// D = exp(-tan^2 theta_h / alpha^2) / (alpha^2 cos^4 theta_h), and dD/dalpha.
+fn beckmann(at: &Columns, alpha: &Matrix) -> (Matrix, Matrix) {
+    let [sin, cos] = at.half().map(square);
+    let below_sin = (square(alpha.clone()) * cos.clone()).add_scalar(EPSILON);
+    let below = (square(alpha.clone()) * square(cos.clone())).add_scalar(EPSILON);
+    let d = (-(sin.clone() / below_sin.clone())).exp() / below.clone();
+    let slope = sin * cos.clone() / square(below_sin) - square(cos) / below;
+    (d.clone(), d * slope * alpha.clone() * 2.0)
+}
+
+/// F = F0 + (1 - F0) (1 - cos theta_d)^5, and dF/dF0.
+fn fresnel(at: &Columns, f_0: &Matrix) -> (Matrix, Matrix) {
+    let [_, _, dz] = at.difference();
+    let opposite = (-dz).add_scalar(1.0);
+    let fifth = square(square(opposite.clone())) * opposite;
+    let rest = (-fifth.clone()).add_scalar(1.0);
+    (f_0.clone() * rest.clone() + fifth, rest)
+}
+
+/// G / (pi cos_i cos_o), G = min(1, 2 cos theta_h min(cos_i, cos_o) / cos theta_d).
+fn geometry(at: &Columns) -> Matrix {
+    let [hx, hz] = at.half();
+    let [dx, _, dz] = at.difference();
+    let (up, along) = (hz.clone() * dz.clone(), hx * dx);
+    let (incoming, outgoing) = (up.clone() - along.clone(), up + along);
+    // min(a, b) = a - max(a - b, 0)
+    let lower = incoming.clone() - relu(incoming.clone() - outgoing.clone());
+    let unmasked = hz * lower * 2.0 / dz.add_scalar(EPSILON);
+    let g = (-relu((-unmasked).add_scalar(1.0))).add_scalar(1.0);
+    g / (incoming * outgoing * PI).add_scalar(EPSILON)
+}
+
 /// The outer loss and its slopes, as burn finds them.
 struct Witnessed {
     loss: f64,
@@ -379,6 +449,12 @@ fn compare_many<M: Model + Program>(cases: u32, problems: impl Strategy<Value = 
 #[test]
 fn phong_agrees_with_burn() {
     compare_many::<Phong>(60, problems::<Phong>(phong(), PHONG_STEPS, 20, [8, 40]));
+}
+
+#[test]
+fn cook_torrance_agrees_with_burn() {
+    let problems = problems::<CookTorrance>(cook_torrance(), COOK_TORRANCE_STEPS, 20, [8, 40]);
+    compare_many::<CookTorrance>(60, problems);
 }
 
 #[test]

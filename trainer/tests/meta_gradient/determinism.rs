@@ -2,8 +2,9 @@
 
 use std::marker::PhantomData;
 
-use glimpse_core::model::{Model, Neural, Phong};
+use glimpse_core::model::{CookTorrance, Neural, Phong};
 use glimpse_trainer::material::{Material, Procedural};
+use glimpse_trainer::meta::gradient::LaneModel;
 use glimpse_trainer::meta::parameters::{Groups, Optimization};
 use glimpse_trainer::meta::pattern::logits_of;
 use glimpse_trainer::meta::pool::Pool;
@@ -16,7 +17,7 @@ use rand_chacha::ChaCha8Rng;
 const STEPS: usize = 5;
 
 /// The bits of each step's loss, and of what is learned in the end.
-fn train<M: Model>(inner: InnerSamples) -> Vec<u32> {
+fn train<M: LaneModel>(inner: InnerSamples) -> Vec<u32> {
     let materials: Vec<Box<dyn Material>> = Procedural::set(12, 3)
         .into_iter()
         .map(|material| Box::new(material) as Box<dyn Material>)
@@ -71,7 +72,7 @@ fn train<M: Model>(inner: InnerSamples) -> Vec<u32> {
     bits
 }
 
-fn same_on_any_number_of_threads<M: Model>() {
+fn same_on_any_number_of_threads<M: LaneModel>() {
     for inner in [
         InnerSamples::Pattern,
         InnerSamples::Fresh(20),
@@ -104,6 +105,11 @@ fn same_on_any_number_of_threads<M: Model>() {
 #[test]
 fn phong_trains_the_same_on_any_number_of_threads() {
     same_on_any_number_of_threads::<Phong>();
+}
+
+#[test]
+fn cook_torrance_trains_the_same_on_any_number_of_threads() {
+    same_on_any_number_of_threads::<CookTorrance>();
 }
 
 #[test]

@@ -1,10 +1,10 @@
 //! What training computes, on f32 lanes, against the same in f64.
 
 use glimpse_core::angles::HalfDifference;
-use glimpse_core::model::{Model, Neural, Phong, Sample, SampleGradient};
+use glimpse_core::model::{CookTorrance, Model, Neural, Phong, Sample, SampleGradient};
 use glimpse_trainer::lanes::{InstructionSet, Lanes, MOST_OCTETS, Octet, PortableLanes, WIDTH};
 use glimpse_trainer::material::{Material, Procedural};
-use glimpse_trainer::meta::gradient::OctetSamples;
+use glimpse_trainer::meta::gradient::{LaneModel, SampleOctets};
 use glimpse_trainer::meta::pattern::Pattern;
 use glimpse_trainer::meta::pool::{Draw, Pool, Variation};
 use glimpse_trainer::meta::start::first_guess;
@@ -20,24 +20,8 @@ const TOLERANCE: f64 = 1e-4;
 
 const STEPS: usize = 20;
 
-/// Samples that are computed on lanes of our choice.
-struct On<'a, O>(InstructionSet, &'a O);
-
-impl<O: OctetSamples> OctetSamples for On<'_, O> {
-    fn octets(&self) -> usize {
-        self.1.octets()
-    }
-    #[inline(always)]
-    fn read<L: Lanes>(&self, octet: usize) -> Sample<L> {
-        self.1.read(octet)
-    }
-    fn instruction_set(&self) -> InstructionSet {
-        self.0
-    }
-}
-
 /// Octets taken apart into samples in f64; lanes without weight are left out.
-pub(crate) fn unpack(samples: &impl OctetSamples) -> Vec<Sample<f64>> {
+pub(crate) fn unpack(samples: &SampleOctets<'_>) -> Vec<Sample<f64>> {
     let mut list = Vec::new();
     for octet in 0..samples.octets() {
         let Sample {
@@ -196,7 +180,15 @@ fn instruction_sets() -> Vec<InstructionSet> {
     all[..=last].to_vec()
 }
 
-fn compare_patterns<M: Model>() {
+/// Samples to be computed on given lanes.
+fn on(instruction_set: InstructionSet, samples: SampleOctets<'_>) -> SampleOctets<'_> {
+    SampleOctets {
+        instruction_set,
+        ..samples
+    }
+}
+
+fn compare_patterns<M: LaneModel>() {
     for set in instruction_sets() {
         let mut distances = Distances::default();
         for seed in 0..12 {
@@ -213,19 +205,17 @@ fn compare_patterns<M: Model>() {
             let variation = Variation::random(2.0, &mut setting.random);
             let inner = pattern.measure(&*setting.materials[1], variation);
             let outer = setting.pool.draw(1, variation, 250, &mut setting.random);
+            let [inner, outer] = [inner.octets(), outer.octets()].map(|samples| on(set, samples));
             let exact = exact::<M>(&setting, &[unpack(&inner)], &unpack(&outer));
             let learner = setting.learner::<M>();
-            let (here, outer) = (On(set, &inner), On(set, &outer));
-            distances.add(
-                &Found::compute(&learner, &[&here], &outer, inner.no_slopes()),
-                &exact,
-            );
+            let found = Found::compute(&learner, &[&inner], &outer, inner.no_slopes());
+            distances.add(&found, &exact);
         }
         distances.report(&format!("{}, pattern, {}", M::KIND.name(), set.name()));
     }
 }
 
-fn compare_draws<M: Model>() {
+fn compare_draws<M: LaneModel>() {
     for set in instruction_sets() {
         let mut distances = Distances::default();
         for seed in 0..10 {
@@ -241,11 +231,12 @@ fn compare_draws<M: Model>() {
             };
             let outer = draw(counts[1]);
             let draws: Vec<Draw<'_>> = (0..lists).map(|_| draw(counts[0])).collect();
-            let samples: Vec<_> = draws.iter().map(unpack).collect();
-            let inner: Vec<_> = draws.iter().map(|draw| On(set, draw)).collect();
-            let inner: Vec<&On<'_, Draw<'_>>> = inner.iter().collect();
+            let outer = on(set, outer.octets());
+            let lists: Vec<_> = draws.iter().map(|draw| on(set, draw.octets())).collect();
+            let samples: Vec<_> = lists.iter().map(unpack).collect();
             let learner = setting.learner::<M>();
-            let found = Found::compute(&learner, &inner, &On(set, &outer), Vec::new());
+            let inner: Vec<_> = lists.iter().collect();
+            let found = Found::compute(&learner, &inner, &outer, Vec::new());
             let exact = exact::<M>(&setting, &samples, &unpack(&outer));
             distances.add(&found, &exact);
         }
@@ -259,6 +250,11 @@ fn phong_on_a_pattern_agrees_with_double_precision() {
 }
 
 #[test]
+fn cook_torrance_on_a_pattern_agrees_with_double_precision() {
+    compare_patterns::<CookTorrance>();
+}
+
+#[test]
 fn neural_on_a_pattern_agrees_with_double_precision() {
     compare_patterns::<Neural>();
 }
@@ -266,6 +262,11 @@ fn neural_on_a_pattern_agrees_with_double_precision() {
 #[test]
 fn phong_on_draws_agrees_with_double_precision() {
     compare_draws::<Phong>();
+}
+
+#[test]
+fn cook_torrance_on_draws_agrees_with_double_precision() {
+    compare_draws::<CookTorrance>();
 }
 
 #[test]

@@ -7,6 +7,7 @@ mod support;
 
 mod determinism;
 mod differences;
+mod extremes;
 mod lanes;
 mod pattern;
 mod problem;

@@ -22,6 +22,8 @@ pub(crate) struct Problem {
 
 /// The logarithm's range of step sizes that neither stand still nor run away.
 pub(crate) const PHONG_STEPS: Range<f64> = -4.0..0.0;
+/// The same for Cook-Torrance, whose highlights are more curved where alpha is small.
+pub(crate) const COOK_TORRANCE_STEPS: Range<f64> = -5.0..-2.0;
 /// The same for Neural.
 pub(crate) const NEURAL_STEPS: Range<f64> = -6.0..-3.0;
 

@@ -1,0 +1,82 @@
+//! Nothing that training computes overflows single precision.
+
+use glimpse_core::angles::{Angles, HalfDifference};
+use glimpse_core::model::{CookTorrance, CookTorranceParameters, ParameterSet};
+use glimpse_trainer::dual::Dual;
+use glimpse_trainer::lanes::{InstructionSet, Octet, WIDTH};
+use glimpse_trainer::meta::gradient::{LaneModel, SampleOctets, Weights};
+use glimpse_trainer::meta::pool::Variation;
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use crate::support::parameters;
+
+/// All that comes out of gradient and product at some samples.
+fn everything(theta: &CookTorranceParameters<Dual<f32>>, samples: &SampleOctets<'_>) -> Vec<f32> {
+    let mut gradient = CookTorranceParameters::filled(0.0);
+    let values = parameters(theta.iter().map(|dual| dual.value), 0.0);
+    let loss = CookTorrance::gradient(&values, samples, 0..1, &mut gradient);
+    let mut product = CookTorranceParameters::filled(0.0);
+    let mut slopes = samples.no_slopes();
+    CookTorrance::product(theta, samples, 0..1, &mut product, Some(&mut slopes));
+    let slopes = slopes.iter().flat_map(|by| {
+        let [red, green, blue] = by.measured;
+        let at = by.at;
+        [at.hx, at.hz, at.dx, at.dy, at.dz, red, green, blue]
+    });
+    let slopes = slopes.flat_map(|octet| octet.0);
+    let lists = gradient.iter().chain(product.iter()).copied();
+    lists.chain(slopes).chain([loss]).collect()
+}
+
+/// An angle whose distance from 0 or pi/2 is down to 1e-8 of pi/2.
+fn angle(random: &mut ChaCha8Rng) -> f32 {
+    let distance = std::f32::consts::FRAC_PI_2 * 10.0_f32.powf(random.random_range(-8.0..0.0));
+    if random.random() {
+        distance
+    } else {
+        std::f32::consts::FRAC_PI_2 - distance
+    }
+}
+
+#[test]
+fn cook_torrance_stays_finite_at_extremes() {
+    let mut random = ChaCha8Rng::seed_from_u64(1);
+    let mut judged = 0;
+    for _ in 0..20_000 {
+        let list: [Dual<f32>; 8] = std::array::from_fn(|_| Dual {
+            value: random.random_range(-12.0..12.0),
+            tangent: [random.random_range(-10.0..10.0)],
+        });
+        let at: [HalfDifference<f32>; WIDTH] = std::array::from_fn(|_| {
+            HalfDifference::from_angles(Angles {
+                theta_h: angle(&mut random),
+                theta_d: angle(&mut random),
+                phi_d: random.random_range(0.0..std::f32::consts::TAU),
+            })
+        });
+        // Samples below the horizon are computed as well, and have no weight.
+        let weights = Octet(at.map(|at| f32::from(u8::from(at.is_valid()))));
+        judged += at.iter().filter(|at| at.is_valid()).count();
+        let measured = [0; 3].map(|_| Octet([random.random_range(-12.0..12.0f32).exp(); WIDTH]));
+        let best = InstructionSet::of_this_machine();
+        for instruction_set in [best, InstructionSet::Portable] {
+            let found = everything(
+                &parameters(list, Dual::from_value(0.0)),
+                &SampleOctets {
+                    at: &[Octet::transpose(&at)],
+                    values: &[measured],
+                    order: None,
+                    variation: Variation::NONE,
+                    weights: Weights::Each(&[weights]),
+                    instruction_set,
+                },
+            );
+            assert!(
+                found.iter().all(|value| value.is_finite()),
+                "{found:?} at {at:?} for {list:?}"
+            );
+        }
+    }
+    assert!(judged > 40_000, "only {judged} samples are valid");
+}
