@@ -368,7 +368,7 @@ fn take<S>(buffer: &mut [S], needed: usize, part: Part) -> Result<&mut [S], Ridg
 }
 
 /// A row of A times a vector of m.
-fn dot<S: Real, T: Entry<S>>(row: &[T], vector: &[S]) -> S {
+pub(crate) fn dot<S: Real, T: Entry<S>>(row: &[T], vector: &[S]) -> S {
     let products = row.iter().zip(vector);
     products.fold(S::constant(0.0), |sum, (a, x)| {
         sum.plus_product(a.value(), *x)

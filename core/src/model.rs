@@ -11,7 +11,8 @@ use serde::{Deserialize, Serialize};
 use crate::angles::HalfDifference;
 use crate::scalar::Scalar;
 
-/// Names a model in recipes and on the link. The order is part of the recipe format.
+/// Names a model in recipes and on the link. The order of those that are fitted by descent is part
+/// of the recipe format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum ModelKind {
@@ -19,6 +20,9 @@ pub enum ModelKind {
     Phong,
     /// [`Neural`].
     Neural,
+    /// Principal components and a ridge solve, see [`crate::linear`]: the one model that has no
+    /// descent. Recipes do not write its number, so that it may stay the last.
+    Linear,
 }
 
 impl ModelKind {
@@ -28,15 +32,18 @@ impl ModelKind {
         match self {
             Self::Phong => "phong",
             Self::Neural => "neural",
+            Self::Linear => "linear",
         }
     }
 
-    /// How many parameters the model has.
+    /// How many parameters the model has. None for Linear: as many as its recipe says, a
+    /// coefficient for each component and channel.
     #[must_use]
-    pub const fn parameters(self) -> usize {
+    pub const fn parameters(self) -> Option<usize> {
         match self {
-            Self::Phong => Phong::PARAMETERS,
-            Self::Neural => Neural::PARAMETERS,
+            Self::Phong => Some(Phong::PARAMETERS),
+            Self::Neural => Some(Neural::PARAMETERS),
+            Self::Linear => None,
         }
     }
 }
