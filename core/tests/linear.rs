@@ -74,15 +74,14 @@ impl Case {
     /// (A'A + P)^-1 b, written once more: Gauss and Jordan with pivoting, in f64, then refined.
     fn reference(&self, right: &[f64]) -> Vec<f64> {
         let (n, m) = (self.n, self.m);
-        let mut matrix = vec![vec![0.0; m]; m];
-        for k in 0..m {
-            for l in 0..m {
-                matrix[k][l] = (0..n)
-                    .map(|j| self.basis[j * m + k] * self.basis[j * m + l])
-                    .sum();
-            }
-            matrix[k][k] += self.precision[k];
-        }
+        let product = |k: usize, l: usize| -> f64 {
+            let columns = (0..n).map(|j| self.basis[j * m + k] * self.basis[j * m + l]);
+            let diagonal = if k == l { self.precision[k] } else { 0.0 };
+            columns.sum::<f64>() + diagonal
+        };
+        let matrix: Vec<Vec<f64>> = (0..m)
+            .map(|k| (0..m).map(|l| product(k, l)).collect())
+            .collect();
         let mut solution = eliminate(&matrix, right);
         let left: Vec<f64> = (0..m)
             .map(|k| right[k] - (0..m).map(|l| matrix[k][l] * solution[l]).sum::<f64>())

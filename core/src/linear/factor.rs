@@ -3,7 +3,7 @@
 //! L is unit lower triangular and D diagonal: Cholesky's factorization without its square roots.
 //! Row i of the packed triangle has i + 1 entries; after the factorization the last one is d_i.
 
-use super::{Real, RidgeError};
+use super::{Real, RidgeError, is_positive};
 
 /// Entries of a packed triangle of this order.
 pub(super) const fn packed_length(order: usize) -> usize {
@@ -53,7 +53,6 @@ fn dot<S: Real>(a: &[S], b: &[S]) -> S {
 ///
 /// Fails with the index of the first pivot that is not positive or not finite.
 pub(super) fn factorize<S: Real>(packed: &mut [S], order: usize) -> Result<(), RidgeError> {
-    let zero = S::constant(0.0);
     for index in 0..order {
         let Some((done, rest)) = packed.split_at_mut_checked(packed_length(index)) else {
             break;
@@ -81,8 +80,7 @@ pub(super) fn factorize<S: Real>(packed: &mut [S], order: usize) -> Result<(), R
                 *entry = scaled;
             }
         }
-        // Of an infinity or a NaN the difference is a NaN.
-        if !(*pivot > zero && *pivot - *pivot == zero) {
+        if !is_positive(*pivot) {
             return Err(RidgeError::Pivot(index));
         }
     }

@@ -1,13 +1,13 @@
 //! Where initial parameters begin: for meta-training, and for the method Random.
 
-use glimpse_core::model::{ModelKind, NeuralParameters, ParameterSet};
+use glimpse_core::model::{Model, ModelKind, NeuralParameters, ParameterSet, Phong};
 use rand::Rng;
 
 /// Where meta-training begins.
 ///
 /// Neural: weights uniform within the reach of each layer's fan-in, and outputs a little above 0,
 /// since one that is below 0 everywhere has no gradient and never recovers. Phong: a grey, mostly
-/// diffuse material with a soft highlight.
+/// diffuse material with a soft highlight. Linear has no such parameters.
 pub fn first_guess(model: ModelKind, random: &mut impl Rng) -> Vec<f32> {
     match model {
         ModelKind::Neural => {
@@ -27,11 +27,12 @@ pub fn first_guess(model: ModelKind, random: &mut impl Rng) -> Vec<f32> {
             parameters.iter().copied().collect()
         }
         ModelKind::Phong => vec![-1.0, -1.0, -1.0, 1.0, 1.0, 1.0, 2.5],
+        ModelKind::Linear => Vec::new(),
     }
 }
 
 /// Where the paper's method Random begins: Neural with weights uniform in +-0.05 and no bias,
-/// Phong with standard normal parameters.
+/// Phong with standard normal parameters. Linear has no such parameters.
 pub fn random_start(model: ModelKind, random: &mut impl Rng) -> Vec<f32> {
     match model {
         ModelKind::Neural => {
@@ -48,9 +49,10 @@ pub fn random_start(model: ModelKind, random: &mut impl Rng) -> Vec<f32> {
             }
             parameters.iter().copied().collect()
         }
-        ModelKind::Phong => (0..model.parameters())
+        ModelKind::Phong => (0..Phong::PARAMETERS)
             .map(|_| standard_normal(random))
             .collect(),
+        ModelKind::Linear => Vec::new(),
     }
 }
 
