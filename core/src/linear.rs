@@ -31,6 +31,9 @@
 //! | 1 | 4e-8 | 6e-7 | 3e-4 |
 //! | as many as it takes | 4e-8 | 4e-8 | 2e-7 |
 //!
+//! On a Cortex-M4F (QEMU, `-icount shift=0`) with n = 8 and m = 5 the factorization takes 3,600
+//! instructions and the solves of three channels 14,000; with m = 60 they take 21,000 and 187,000.
+//!
 //! # Memory
 //!
 //! [`factor_length`] and [`scratch_length`] numbers, as constants. The basis is read in place, from
