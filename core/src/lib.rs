@@ -4,6 +4,7 @@
 
 pub mod angles;
 pub mod fit;
+pub mod linear;
 pub mod link;
 pub mod loss;
 pub mod math;

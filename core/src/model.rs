@@ -13,7 +13,8 @@ use serde::{Deserialize, Serialize};
 use crate::angles::HalfDifference;
 use crate::scalar::{Entry, Scalar};
 
-/// Names a model in recipes and on the link. The order is part of the recipe format.
+/// Names a model in recipes and on the link. The order of those that are fitted by descent is part
+/// of the recipe format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum ModelKind {
@@ -23,6 +24,9 @@ pub enum ModelKind {
     Neural,
     /// [`CookTorrance`].
     CookTorrance,
+    /// Principal components and a ridge solve, see [`crate::linear`]: the one model that has no
+    /// descent. Recipes do not write its number, so that it may stay the last.
+    Linear,
 }
 
 impl ModelKind {
@@ -33,16 +37,19 @@ impl ModelKind {
             Self::Phong => "phong",
             Self::Neural => "neural",
             Self::CookTorrance => "cook-torrance",
+            Self::Linear => "linear",
         }
     }
 
-    /// How many parameters the model has.
+    /// How many parameters the model has. None for Linear: as many as its recipe says, a
+    /// coefficient for each component and channel.
     #[must_use]
-    pub const fn parameters(self) -> usize {
+    pub const fn parameters(self) -> Option<usize> {
         match self {
-            Self::Phong => Phong::PARAMETERS,
-            Self::Neural => Neural::PARAMETERS,
-            Self::CookTorrance => CookTorrance::PARAMETERS,
+            Self::Phong => Some(Phong::PARAMETERS),
+            Self::Neural => Some(Neural::PARAMETERS),
+            Self::CookTorrance => Some(CookTorrance::PARAMETERS),
+            Self::Linear => None,
         }
     }
 }

@@ -2,14 +2,22 @@
 //!
 //! It hands out the next pair of directions, takes what was measured there, fits in slices, and
 //! evaluates the result. Motors, sensor and clock are the firmware's.
+//!
+//! [`Scan`] fits a model by descent, [`LinearScan`] the model Linear.
 
-use heapless::Vec;
+mod linear;
+mod measuring;
+
+pub use linear::LinearScan;
+
 use serde::{Deserialize, Serialize};
 
 use crate::angles::{Directions, HalfDifference};
 use crate::fit::{Fit, Progress, Workspace, residuals};
-use crate::model::{Model, ModelKind, Sample};
-use crate::recipe::Recipe;
+use crate::linear::RidgeError;
+use crate::model::{Model, ModelKind};
+use crate::recipe::{Descent, Learner, Recipe};
+use measuring::Measuring;
 
 /// Why a scan cannot begin.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -29,6 +37,15 @@ pub enum ScanError {
         /// Samples of the recipe.
         samples: usize,
     },
+    /// The recipe's ridge solve takes more memory than this firmware gives it.
+    Memory {
+        /// Numbers that it takes.
+        needed: usize,
+        /// Numbers that there is room for.
+        found: usize,
+    },
+    /// The recipe's ridge problem has no factors.
+    Ridge(RidgeError),
 }
 
 impl core::fmt::Display for ScanError {
@@ -46,6 +63,13 @@ impl core::fmt::Display for ScanError {
                     "the recipe has {samples} samples, there is room for {capacity}"
                 )
             }
+            Self::Memory { needed, found } => {
+                write!(
+                    f,
+                    "the recipe takes memory for {needed} numbers, there is room for {found}"
+                )
+            }
+            Self::Ridge(error) => error.fmt(f),
         }
     }
 }
@@ -102,10 +126,9 @@ pub struct Residual {
 
 /// A scan of one material by one recipe; `CAPACITY` is the largest n that it has room for.
 pub struct Scan<'a, M: Model, const CAPACITY: usize> {
-    recipe: Recipe<'a>,
+    measuring: Measuring<'a, CAPACITY>,
+    descent: Descent<'a>,
     workspace: &'a mut Workspace<M>,
-    samples: Vec<Sample<f32>, CAPACITY>,
-    saturated: u16,
     fit: Fit<'a>,
 }
 
@@ -115,42 +138,35 @@ impl<'a, M: Model, const CAPACITY: usize> Scan<'a, M, CAPACITY> {
     /// # Errors
     /// If the recipe is for another model, or for more samples than `CAPACITY`.
     pub fn new(recipe: Recipe<'a>, workspace: &'a mut Workspace<M>) -> Result<Self, ScanError> {
-        if recipe.model() != M::KIND {
-            return Err(ScanError::Model {
-                firmware: M::KIND,
-                recipe: recipe.model(),
-            });
-        }
-        if recipe.samples() > CAPACITY {
-            return Err(ScanError::Capacity {
-                capacity: CAPACITY,
-                samples: recipe.samples(),
-            });
-        }
-        let fit = start(&recipe, workspace);
+        let descent = match recipe.learner() {
+            Learner::Descent(descent) if descent.model() == M::KIND => descent,
+            _ => {
+                return Err(ScanError::Model {
+                    firmware: M::KIND,
+                    recipe: recipe.model(),
+                });
+            }
+        };
+        let measuring = Measuring::new(recipe)?;
+        let fit = start(&descent, workspace);
         Ok(Self {
-            recipe,
+            measuring,
+            descent,
             workspace,
-            samples: Vec::new(),
-            saturated: 0,
             fit,
         })
     }
 
     /// Forgets all measurements and begins anew.
     pub fn restart(&mut self) {
-        self.samples.clear();
-        self.saturated = 0;
-        self.fit = start(&self.recipe, self.workspace);
+        self.measuring.restart();
+        self.fit = start(&self.descent, self.workspace);
     }
 
     /// Index of the next measurement and where to take it; None once all are taken.
     #[must_use]
     pub fn next_directions(&self) -> Option<(u16, Directions<f32>)> {
-        let index = self.samples.len();
-        let angles = self.recipe.pattern().nth(index)?;
-        let directions = HalfDifference::from_angles(angles).directions();
-        Some((index as u16, directions))
+        self.measuring.next_directions()
     }
 
     /// Takes the measurement at the directions that [`Scan::next_directions`] gives now.
@@ -158,37 +174,19 @@ impl<'a, M: Model, const CAPACITY: usize> Scan<'a, M, CAPACITY> {
     /// # Errors
     /// If the values cannot be a BRDF; the same directions are then still the next ones.
     pub fn record(&mut self, measurement: Measurement) -> Result<(), MeasurementError> {
-        for (channel, value) in (0..).zip(measurement.brdf) {
-            if !value.is_finite() {
-                return Err(MeasurementError::NonFinite(channel));
-            }
-            if value < 0.0 {
-                return Err(MeasurementError::Negative(channel));
-            }
-        }
-        let angles = self.recipe.pattern().nth(self.samples.len());
-        let at = HalfDifference::from_angles(angles.ok_or(MeasurementError::Complete)?);
-        let sample = Sample {
-            at,
-            measured: measurement.brdf,
-            weight: 1.0 / (3.0 * self.recipe.samples() as f32),
-        };
-        self.samples
-            .push(sample)
-            .map_err(|_| MeasurementError::Complete)?;
-        self.saturated += u16::from(measurement.saturated);
-        Ok(())
+        self.measuring.record(measurement)
     }
 
     /// Fits further, by at most `budget` gradients of one sample. Does nothing before all
     /// measurements are taken.
     pub fn advance_fit(&mut self, budget: usize) -> Progress {
-        let budget = if self.samples.len() == self.recipe.samples() {
+        let budget = if self.measuring.is_complete() {
             budget
         } else {
             0
         };
-        self.fit.advance(self.workspace, &self.samples, budget)
+        self.fit
+            .advance(self.workspace, self.measuring.samples(), budget)
     }
 
     /// The parameters as they are now.
@@ -200,7 +198,7 @@ impl<'a, M: Model, const CAPACITY: usize> Scan<'a, M, CAPACITY> {
     /// The recipe.
     #[must_use]
     pub fn recipe(&self) -> &Recipe<'a> {
-        &self.recipe
+        self.measuring.recipe()
     }
 
     /// The model's BRDF in linear RGB, sr^-1 (not times the cosine), by the parameters as they
@@ -216,29 +214,17 @@ impl<'a, M: Model, const CAPACITY: usize> Scan<'a, M, CAPACITY> {
     /// How well the parameters explain the measurements as they are now.
     #[must_use]
     pub fn residual(&self) -> Residual {
-        let mut residual = Residual {
-            mean: 0.0,
-            worst_index: 0,
-            worst: 0.0,
-            saturated: self.saturated,
-        };
-        let errors = residuals::<M>(self.workspace.parameters(), &self.samples);
-        for (index, error) in (0..).zip(errors) {
-            residual.mean += error / self.samples.len() as f32;
-            if error > residual.worst {
-                residual.worst = error;
-                residual.worst_index = index;
-            }
-        }
-        residual
+        let samples = self.measuring.samples();
+        self.measuring
+            .residual(residuals::<M>(self.workspace.parameters(), samples))
     }
 }
 
-fn start<'a, M: Model>(recipe: &Recipe<'a>, workspace: &mut Workspace<M>) -> Fit<'a> {
+fn start<'a, M: Model>(descent: &Descent<'a>, workspace: &mut Workspace<M>) -> Fit<'a> {
     Fit::start(
         workspace,
-        recipe.initial(),
-        recipe.step_sizes(),
-        recipe.inner_steps(),
+        descent.initial(),
+        descent.step_sizes(),
+        descent.inner_steps(),
     )
 }

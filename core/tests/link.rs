@@ -2,6 +2,7 @@
 
 use glimpse_core::angles::Directions;
 use glimpse_core::fit::Progress;
+use glimpse_core::linear::{Part, RidgeError};
 use glimpse_core::link::{
     Answerer, Asker, FRAME_BYTES, Failure, FrameError, FrameReader, Heard, PROTOCOL, Refusal,
     Reply, Request, VALUES_PER_FRAME, encode,
@@ -47,6 +48,15 @@ fn failure() -> impl Strategy<Value = Failure> {
             capacity: 8,
             samples: samples as usize
         })),
+        Just(Failure::Recipe(RecipeError::Model(ModelKind::Linear))),
+        Just(Failure::Recipe(RecipeError::NotPositive(Field::Precision))),
+        any::<(u32, u32)>().prop_map(|(needed, found)| {
+            Failure::Scan(ScanError::Ridge(RidgeError::Buffer {
+                part: Part::Scratch,
+                needed: needed as usize,
+                found: found as usize,
+            }))
+        }),
         any::<(u16, u8)>().prop_map(|(index, channel)| Failure::Measurement {
             index,
             error: MeasurementError::NonFinite(channel)

@@ -2,10 +2,11 @@
 
 mod common;
 
-use common::{Numbers, neural, write};
+use common::{Numbers, RidgeNumbers, linear, neural, write, write_linear};
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::{
-    Field, HEADER_BYTES, MAX_INNER_STEPS, MAX_SAMPLES, Recipe, RecipeError,
+    Field, HEADER_BYTES, Ingredients, MAX_COMPONENTS, MAX_INNER_STEPS, MAX_SAMPLES, PackedDescent,
+    PackedLearner, PackedRidge, Provenance, Recipe, RecipeError, VERSION,
 };
 use proptest::prelude::*;
 
@@ -44,10 +45,13 @@ fn what_is_written_is_read() {
         let recipe = Recipe::parse(&bytes).unwrap();
         assert_eq!(recipe.model(), numbers.model);
         assert_eq!(recipe.samples(), 8);
-        assert_eq!(recipe.inner_steps(), 20);
         assert_eq!(recipe.expected_loss(), 0.03);
-        assert!(recipe.initial().iter().eq(numbers.initial));
-        assert!(recipe.step_sizes().iter().eq(numbers.step_sizes));
+        assert!(recipe.ridge().is_none());
+        let descent = recipe.descent().unwrap();
+        assert_eq!(descent.model(), numbers.model);
+        assert_eq!(descent.inner_steps(), 20);
+        assert!(descent.initial().iter().eq(numbers.initial));
+        assert!(descent.step_sizes().iter().eq(numbers.step_sizes));
         let pattern = recipe
             .pattern()
             .flat_map(|a| [a.theta_h, a.theta_d, a.phi_d]);
@@ -57,21 +61,103 @@ fn what_is_written_is_read() {
 }
 
 #[test]
+fn a_ridge_that_is_written_is_read() {
+    let numbers = linear();
+    let bytes = write_linear(&numbers).unwrap();
+    let recipe = Recipe::parse(&bytes).unwrap();
+    assert_eq!(recipe.model(), ModelKind::Linear);
+    assert_eq!(recipe.samples(), 8);
+    assert_eq!(recipe.expected_loss(), 0.03);
+    assert!(recipe.descent().is_none());
+    let ridge = recipe.ridge().unwrap();
+    assert_eq!(ridge.components(), 5);
+    assert_eq!(ridge.problem().samples(), 8);
+    assert_eq!(ridge.problem().components(), 5);
+    assert!(ridge.basis().iter().eq(numbers.basis));
+    assert!(ridge.mean().iter().eq(numbers.mean));
+    assert!(ridge.median().iter().eq(numbers.median));
+    assert!(ridge.weight().iter().eq(numbers.weight));
+    assert!(ridge.precision().iter().eq(numbers.precision));
+    assert_eq!(ridge.basis_checksum(), Some(0xfeed_beef));
+    let none = RidgeNumbers {
+        basis_checksum: 0,
+        ..linear()
+    };
+    let bytes = write_linear(&none).unwrap();
+    let recipe = Recipe::parse(&bytes).unwrap();
+    assert_eq!(recipe.ridge().unwrap().basis_checksum(), None);
+}
+
+/// A recipe of format 1, as it was released.
+const FIRST: &[u8] = include_bytes!("../../embedded-demo/recipes/neural-n8.recipe");
+
+#[test]
+fn a_recipe_of_format_1_is_read_and_says_the_same_in_format_2() {
+    assert_eq!(FIRST[4..6], 1_u16.to_le_bytes());
+    let first = Recipe::parse(FIRST).unwrap();
+    assert_eq!(first.model(), ModelKind::Neural);
+    assert_eq!(first.samples(), 8);
+    let descent = first.descent().unwrap();
+    assert_eq!(descent.inner_steps(), 20);
+    assert_eq!(descent.initial().len(), 675);
+
+    let pack = |list: &mut dyn Iterator<Item = f32>| -> Vec<u8> {
+        list.flat_map(f32::to_le_bytes).collect()
+    };
+    let pattern = first
+        .pattern()
+        .flat_map(|a| [a.theta_h, a.theta_d, a.phi_d]);
+    let ingredients = Ingredients {
+        pattern: &pack(&mut pattern.into_iter()),
+        learner: PackedLearner::Descent(PackedDescent {
+            model: first.model(),
+            inner_steps: descent.inner_steps(),
+            initial: &pack(&mut descent.initial().iter()),
+            step_sizes: &pack(&mut descent.step_sizes().iter()),
+        }),
+        expected_loss: first.expected_loss(),
+        provenance: *first.provenance(),
+    };
+    let mut buffer = vec![0; FIRST.len() + 64];
+    let second = Recipe::write(&ingredients, &mut buffer).unwrap();
+    assert_eq!(second[4..6], VERSION.to_le_bytes());
+    let second = Recipe::parse(second).unwrap();
+    let again = second.descent().unwrap();
+    assert!(first.pattern().eq(second.pattern()));
+    assert_eq!(again.inner_steps(), descent.inner_steps());
+    assert_eq!(again.initial(), descent.initial());
+    assert_eq!(again.step_sizes(), descent.step_sizes());
+    assert_eq!(second.expected_loss(), first.expected_loss());
+    assert_eq!(second.provenance(), first.provenance());
+}
+
+#[test]
 fn any_flipped_bit_is_refused_by_name() {
-    let mut bytes = write(&neural()).unwrap();
-    for index in 0..bytes.len() {
-        for bit in 0..8 {
-            bytes[index] ^= 1 << bit;
-            let error = Recipe::parse(&bytes).unwrap_err();
-            assert!(expected(index, error), "byte {index}, bit {bit}: {error}");
-            bytes[index] ^= 1 << bit;
+    for original in [
+        write(&neural()).unwrap(),
+        write_linear(&linear()).unwrap(),
+        FIRST.to_vec(),
+    ] {
+        let mut bytes = original;
+        for index in 0..bytes.len() {
+            for bit in 0..8 {
+                bytes[index] ^= 1 << bit;
+                let error = Recipe::parse(&bytes).unwrap_err();
+                assert!(expected(index, error), "byte {index}, bit {bit}: {error}");
+                bytes[index] ^= 1 << bit;
+            }
         }
     }
 }
 
 #[test]
 fn any_truncation_is_refused_by_name() {
-    let bytes = write(&neural()).unwrap();
+    refuses_truncations(&write(&neural()).unwrap());
+    refuses_truncations(&write_linear(&linear()).unwrap());
+    refuses_truncations(FIRST);
+}
+
+fn refuses_truncations(bytes: &[u8]) {
     for length in 0..bytes.len() {
         let error = Recipe::parse(&bytes[..length]).unwrap_err();
         let found = length as u32;
@@ -102,26 +188,42 @@ fn padding_is_refused() {
 fn a_buffer_that_is_too_small_is_an_error() {
     let numbers = phong();
     let whole = write(&numbers).unwrap().len();
-    let ingredients = glimpse_core::recipe::Ingredients {
+    let provenance = Provenance {
+        trainer: "",
+        data: "",
+        materials: 0,
+        schedule: "",
+        seed: 0,
+    };
+    let descent = PackedLearner::Descent(PackedDescent {
         model: numbers.model,
         inner_steps: 20,
-        pattern: &[0; 12],
         initial: &[0; 28],
         step_sizes: &[0; 28],
-        expected_loss: 0.0,
-        provenance: glimpse_core::recipe::Provenance {
-            trainer: "",
-            data: "",
-            materials: 0,
-            schedule: "",
-            seed: 0,
-        },
-    };
-    let mut buffer = vec![0; whole];
-    let written = Recipe::write(&ingredients, &mut buffer).unwrap().len();
-    for length in 0..written {
-        let error = Recipe::write(&ingredients, &mut buffer[..length]).unwrap_err();
-        assert_eq!(error, RecipeError::BufferTooSmall);
+    });
+    let one = 1.0_f32.to_le_bytes();
+    let ridge = PackedLearner::Ridge(PackedRidge {
+        components: 1,
+        basis: &[0; 4],
+        mean: &[0; 4],
+        median: &[0; 4],
+        weight: &one,
+        precision: &one,
+        basis_checksum: 0,
+    });
+    for learner in [descent, ridge] {
+        let ingredients = Ingredients {
+            pattern: &[0; 12],
+            learner,
+            expected_loss: 0.0,
+            provenance,
+        };
+        let mut buffer = vec![0; whole];
+        let written = Recipe::write(&ingredients, &mut buffer).unwrap().len();
+        for length in 0..written {
+            let error = Recipe::write(&ingredients, &mut buffer[..length]).unwrap_err();
+            assert_eq!(error, RecipeError::BufferTooSmall);
+        }
     }
 }
 
@@ -172,6 +274,61 @@ fn wrong_counts_are_refused() {
 }
 
 #[test]
+fn only_what_is_fitted_by_descent_is_a_descent() {
+    let mut numbers = neural();
+    numbers.model = ModelKind::Linear;
+    let error = RecipeError::Model(ModelKind::Linear);
+    assert_eq!(write(&numbers).unwrap_err(), error);
+}
+
+#[test]
+fn wrong_counts_of_a_ridge_are_refused() {
+    let with = |field, change: fn(&mut RidgeNumbers)| {
+        let mut numbers = linear();
+        change(&mut numbers);
+        let error = write_linear(&numbers).unwrap_err();
+        assert_eq!(error, RecipeError::Count(field));
+    };
+    with(Field::Pattern, |n| n.pattern.clear());
+    with(Field::Components, |n| n.components = 0);
+    with(Field::Components, |n| {
+        n.components = MAX_COMPONENTS as u16 + 1;
+    });
+    with(Field::Basis, |n| n.components = 4);
+    with(Field::Basis, |n| n.basis.truncate(39));
+    with(Field::Basis, |n| n.basis.push(0.1));
+    with(Field::Mean, |n| n.mean.push(0.1));
+    with(Field::Median, |n| n.median.truncate(7));
+    with(Field::Weight, |n| n.weight.clear());
+    with(Field::Precision, |n| n.precision.push(1.0));
+    // The largest is no error.
+    let mut numbers = linear();
+    numbers.components = MAX_COMPONENTS as u16;
+    numbers.basis = vec![0.5; 8 * MAX_COMPONENTS];
+    numbers.precision = vec![1.0; MAX_COMPONENTS];
+    assert!(write_linear(&numbers).is_ok());
+}
+
+#[test]
+fn signs_of_a_ridge_are_checked() {
+    let refused = |change: &dyn Fn(&mut RidgeNumbers)| {
+        let mut numbers = linear();
+        change(&mut numbers);
+        write_linear(&numbers).unwrap_err()
+    };
+    for bad in [0.0, -0.0, -1.0] {
+        let error = refused(&|n| n.weight[3] = bad);
+        assert_eq!(error, RecipeError::NotPositive(Field::Weight));
+        let error = refused(&|n| n.precision[4] = bad);
+        assert_eq!(error, RecipeError::NotPositive(Field::Precision));
+    }
+    let error = refused(&|n| n.median[7] = -1e-9);
+    assert_eq!(error, RecipeError::Negative(Field::Median));
+    // A median of 0 is possible, and is in `linear` itself.
+    assert_eq!(linear().median[0], 0.0);
+}
+
+#[test]
 fn below_the_horizon_is_refused() {
     let mut numbers = neural();
     numbers.pattern[3..6].copy_from_slice(&[1.2, 1.2, 0.0]);
@@ -208,6 +365,52 @@ proptest! {
             }
         };
         prop_assert_eq!(write(&numbers).unwrap_err(), RecipeError::NonFinite(field));
+    }
+
+    #[test]
+    fn no_number_of_a_ridge_may_be_non_finite(
+        which in 0..7usize,
+        index: prop::sample::Index,
+        value in prop::sample::select(vec![f32::NAN, f32::INFINITY, f32::NEG_INFINITY]),
+    ) {
+        let mut numbers = linear();
+        let lists = [
+            (Field::Pattern, &mut numbers.pattern),
+            (Field::Basis, &mut numbers.basis),
+            (Field::Mean, &mut numbers.mean),
+            (Field::Median, &mut numbers.median),
+            (Field::Weight, &mut numbers.weight),
+            (Field::Precision, &mut numbers.precision),
+        ];
+        let field = match lists.into_iter().nth(which) {
+            Some((field, list)) => {
+                *index.get_mut(list) = value;
+                field
+            }
+            None => {
+                numbers.expected_loss = value;
+                Field::ExpectedLoss
+            }
+        };
+        prop_assert_eq!(write_linear(&numbers).unwrap_err(), RecipeError::NonFinite(field));
+    }
+
+    #[test]
+    fn a_body_of_noise_is_no_recipe(
+        noise in prop::collection::vec(any::<u8>(), 0..200),
+        version in 1..=VERSION,
+    ) {
+        let mut bytes = b"GLMP".to_vec();
+        let mut checked = version.to_le_bytes().to_vec();
+        checked.extend((noise.len() as u32).to_le_bytes());
+        bytes.extend(&checked);
+        checked.extend(&noise);
+        let crc = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
+        bytes.extend(crc.checksum(&checked).to_le_bytes());
+        bytes.extend(&noise);
+        let error = Recipe::parse(&bytes).unwrap_err();
+        let of_header = matches!(error, RecipeError::Checksum | RecipeError::Length { .. });
+        prop_assert!(!of_header, "{}", error);
     }
 
     #[test]

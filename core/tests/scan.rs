@@ -2,11 +2,12 @@
 
 mod common;
 
-use common::{neural, write};
-use glimpse_core::fit::Workspace;
+use common::{linear, neural, write, write_linear};
+use glimpse_core::fit::{Progress, Workspace};
+use glimpse_core::linear::{RidgeError, map, unmap};
 use glimpse_core::model::{ModelKind, Neural, ParameterSet, Phong};
 use glimpse_core::recipe::Recipe;
-use glimpse_core::scan::{Measurement, MeasurementError, Residual, Scan, ScanError};
+use glimpse_core::scan::{LinearScan, Measurement, MeasurementError, Residual, Scan, ScanError};
 use proptest::prelude::*;
 
 /// A measurement that is not saturated.
@@ -82,7 +83,7 @@ fn nothing_is_fitted_before_all_is_measured() {
         scan.parameters()
             .iter()
             .copied()
-            .eq(recipe.initial().iter())
+            .eq(recipe.descent().unwrap().initial().iter())
     );
 }
 
@@ -156,6 +157,149 @@ fn a_second_scan_in_the_same_workspace_is_like_the_first() {
         scan.restart();
     }
     assert_eq!(results[0], results[1]);
+}
+
+/// Memory for n = 8 and m = 5.
+const MEMORY: usize = LinearScan::<8>::memory_length(8, 5);
+
+/// What is measured at a sample in tests of [`LinearScan`].
+fn colour(index: u16) -> [f32; 3] {
+    [0.2 + 0.1 * f32::from(index), 0.3, 0.05 * f32::from(index)]
+}
+
+#[test]
+fn a_linear_scan_ends_in_coefficients() {
+    let numbers = linear();
+    let bytes = write_linear(&numbers).unwrap();
+    let mut memory = [f32::NAN; MEMORY];
+    let mut scan = LinearScan::<8>::new(Recipe::parse(&bytes).unwrap(), &mut memory).unwrap();
+    let mut results = Vec::new();
+    for _ in 0..2 {
+        assert_eq!(scan.coefficients(), [0.0; 15]);
+        while let Some((index, _)) = scan.next_directions() {
+            assert_eq!(scan.advance_fit(3), Progress { done: 0, total: 3 });
+            let measurement = Measurement {
+                brdf: colour(index),
+                saturated: index < 2,
+            };
+            scan.record(measurement).unwrap();
+        }
+        assert_eq!(
+            scan.record(measured([0.1; 3])),
+            Err(MeasurementError::Complete)
+        );
+        assert_eq!(scan.advance_fit(0).done, 0);
+        assert_eq!(scan.advance_fit(1).done, 1);
+        assert_eq!(scan.coefficients()[5..], [0.0; 10]);
+        let progress = scan.advance_fit(7);
+        assert!(progress.is_complete() && progress.done == 3);
+        assert!(scan.advance_fit(7).is_complete());
+        results.push((scan.coefficients().to_vec(), scan.residual()));
+        assert_eq!(scan.residual().saturated, 2);
+        scan.restart();
+        assert_eq!(scan.residual().saturated, 0);
+    }
+    assert_eq!(results[0], results[1]);
+
+    // The normal equations hold: A'(t - A c) = P c. And the residual is that of the definition.
+    let (coefficients, residual) = &results[0];
+    let recipe = Recipe::parse(&bytes).unwrap();
+    let mut errors = [0.0_f32; 8];
+    for (channel, c) in coefficients.chunks(5).enumerate() {
+        let mut left: Vec<f64> = c.iter().map(|c| -40.0 * f64::from(*c)).collect();
+        let mut scale = 0.0_f64;
+        for (sample, row) in numbers.basis.chunks(5).enumerate() {
+            let (mean, median) = (numbers.mean[sample], numbers.median[sample]);
+            let weight = numbers.weight[sample];
+            let y = colour(sample as u16)[channel];
+            let explained: f32 = row.iter().zip(c).map(|(a, c)| a * c).sum();
+            let rest = f64::from(map(y, median, weight) - mean - explained);
+            for (left, a) in left.iter_mut().zip(row) {
+                *left += f64::from(*a) * rest;
+                scale = scale.max((f64::from(*a) * rest).abs());
+            }
+            let f = unmap(explained + mean, median, weight);
+            let at = recipe.pattern().nth(sample).unwrap();
+            let at = glimpse_core::angles::HalfDifference::from_angles(at);
+            let cosine = at.cos_theta_i();
+            errors[sample] += ((1.0 + f * cosine) / (1.0 + y * cosine)).ln().abs() / 3.0;
+        }
+        for left in left {
+            assert!(left.abs() < 1e-5 * scale, "{left} of {scale}");
+        }
+    }
+    let mean: f32 = errors.iter().sum::<f32>() / 8.0;
+    let worst = errors.iter().copied().fold(0.0, f32::max);
+    let tolerance = if cfg!(feature = "micromath") {
+        1e-3
+    } else {
+        1e-5
+    };
+    assert!(
+        (residual.mean - mean).abs() < tolerance,
+        "{residual:?}, {mean}"
+    );
+    assert!((residual.worst - worst).abs() < tolerance);
+    assert!((errors[usize::from(residual.worst_index)] - worst).abs() < tolerance);
+}
+
+#[test]
+fn a_linear_scan_refuses_impossible_measurements() {
+    let bytes = write_linear(&linear()).unwrap();
+    let mut memory = [0.0; MEMORY];
+    let mut scan = LinearScan::<8>::new(Recipe::parse(&bytes).unwrap(), &mut memory).unwrap();
+    let first = scan.next_directions();
+    let refused = scan.record(measured([0.1, f32::NAN, 0.1]));
+    assert_eq!(refused, Err(MeasurementError::NonFinite(1)));
+    let refused = scan.record(measured([0.1, 0.1, -0.1]));
+    assert_eq!(refused, Err(MeasurementError::Negative(2)));
+    assert_eq!(scan.next_directions(), first);
+}
+
+#[test]
+fn a_linear_recipe_is_for_linear_scans_only() {
+    let bytes = write_linear(&linear()).unwrap();
+    let recipe = Recipe::parse(&bytes).unwrap();
+    let mut workspace = Workspace::<Neural>::new();
+    assert_eq!(
+        Scan::<Neural, 8>::new(recipe, &mut workspace).err(),
+        Some(ScanError::Model {
+            firmware: ModelKind::Neural,
+            recipe: ModelKind::Linear
+        })
+    );
+    let neural = write(&neural()).unwrap();
+    let mut memory = [0.0; MEMORY];
+    assert_eq!(
+        LinearScan::<8>::new(Recipe::parse(&neural).unwrap(), &mut memory).err(),
+        Some(ScanError::Model {
+            firmware: ModelKind::Linear,
+            recipe: ModelKind::Neural
+        })
+    );
+    assert_eq!(
+        LinearScan::<7>::new(recipe, &mut memory).err(),
+        Some(ScanError::Capacity {
+            capacity: 7,
+            samples: 8
+        })
+    );
+    for found in 0..MEMORY {
+        assert_eq!(
+            LinearScan::<8>::new(recipe, &mut memory[..found]).err(),
+            Some(ScanError::Memory {
+                needed: MEMORY,
+                found
+            })
+        );
+    }
+    assert!(LinearScan::<8>::new(recipe, &mut memory).is_ok());
+    let mut numbers = linear();
+    numbers.basis.fill(1e4);
+    numbers.precision.fill(1e-3);
+    let bytes = write_linear(&numbers).unwrap();
+    let refused = LinearScan::<8>::new(Recipe::parse(&bytes).unwrap(), &mut memory).err();
+    assert_eq!(refused, Some(ScanError::Ridge(RidgeError::Pivot(1))));
 }
 
 proptest! {

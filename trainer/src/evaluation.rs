@@ -3,7 +3,7 @@
 use glimpse_core::angles::{Angles, HalfDifference};
 use glimpse_core::fit::{Fit, Workspace};
 use glimpse_core::model::{Model, ModelKind, ParameterSet, Sample};
-use glimpse_core::recipe::Recipe;
+use glimpse_core::recipe::{Descent, Recipe};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
@@ -23,6 +23,17 @@ pub const SPHERE: usize = 128;
 /// Step size and steps of the method Random, which uses Adam.
 const RANDOM_RATE: f32 = 1e-3;
 
+/// Why a method cannot be judged.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum JudgeError {
+    /// Its model is not fitted by descent.
+    #[error("the model {0} is not fitted by descent, and only such fits can be evaluated yet")]
+    Model(ModelKind),
+    /// Pictures cannot be compared: never in practice, all have the same size.
+    #[error(transparent)]
+    Compare(#[from] CompareError),
+}
+
 /// Fitted parameters, flat in the model's order.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fitted {
@@ -33,13 +44,14 @@ pub struct Fitted {
 }
 
 impl Fitted {
-    /// The model's BRDF, sr^-1 (not times the cosine), at many places.
+    /// The model's BRDF, sr^-1 (not times the cosine), at many places. NaN for Linear, whose
+    /// coefficients say nothing without their basis.
     pub fn brdf_batch(&self, at: &[HalfDifference<f32>], brdf: &mut [[f32; 3]]) {
         with_model!(self.model, M => {
             let mut parameters = <M as Model>::Parameters::filled(0.0);
             crate::meta::unflatten(&self.parameters, &mut parameters);
             <M as LaneModel>::evaluate(&parameters, at, brdf);
-        });
+        }, _ => brdf.fill([f32::NAN; 3]));
     }
 }
 
@@ -97,21 +109,26 @@ impl Method<'_> {
     }
 
     /// Fits a material, as the device would: in f32, through core's own fit.
-    #[must_use]
-    pub fn fit(&self, material: &dyn Material, seed: u64) -> Fitted {
+    ///
+    /// # Errors
+    /// [`JudgeError::Model`] if the model is not fitted by descent.
+    pub fn fit(&self, material: &dyn Material, seed: u64) -> Result<Fitted, JudgeError> {
+        let refused = JudgeError::Model(self.model());
         let angles = match self {
             Self::Ours(recipe) => recipe.pattern().collect(),
             Self::Meta(_) | Self::Random { .. } => uniform_valid(self.samples(), seed),
         };
         let samples = measure(material, &angles);
         let parameters = with_model!(self.model(), M => match self {
-            Self::Ours(recipe) | Self::Meta(recipe) => learn::<M>(recipe, &samples),
+            Self::Ours(recipe) | Self::Meta(recipe) => {
+                learn::<M>(&recipe.descent().ok_or(refused)?, &samples)
+            }
             Self::Random { steps, .. } => adam::<M>(&samples, *steps, seed),
-        });
-        Fitted {
+        }, _ => return Err(refused));
+        Ok(Fitted {
             model: self.model(),
             parameters,
-        }
+        })
     }
 }
 
@@ -129,10 +146,14 @@ pub fn measure(material: &dyn Material, angles: &[Angles<f32>]) -> Vec<Sample<f3
         .collect()
 }
 
-fn learn<M: Model>(recipe: &Recipe<'_>, samples: &[Sample<f32>]) -> Vec<f32> {
+fn learn<M: Model>(descent: &Descent<'_>, samples: &[Sample<f32>]) -> Vec<f32> {
     let mut workspace = Workspace::<M>::new();
-    let steps = recipe.inner_steps();
-    let mut fit = Fit::start(&mut workspace, recipe.initial(), recipe.step_sizes(), steps);
+    let mut fit = Fit::start(
+        &mut workspace,
+        descent.initial(),
+        descent.step_sizes(),
+        descent.inner_steps(),
+    );
     while !fit
         .advance(&mut workspace, samples, usize::MAX)
         .is_complete()
@@ -276,13 +297,8 @@ impl<'a> Judge<'a> {
     /// Fits every material by a method, with so many seeds if it is random, and compares.
     ///
     /// # Errors
-    /// None in practice, see [`Judge::score`].
-    pub fn judge(
-        &self,
-        method: Method<'_>,
-        seed: u64,
-        seeds: u64,
-    ) -> Result<Verdict, CompareError> {
+    /// [`JudgeError::Model`] if the model is not fitted by descent.
+    pub fn judge(&self, method: Method<'_>, seed: u64, seeds: u64) -> Result<Verdict, JudgeError> {
         let seeds = if method.is_random() { seeds.max(1) } else { 1 };
         let all: Vec<Vec<Scores>> = (0..self.materials.len())
             .into_par_iter()
@@ -291,12 +307,12 @@ impl<'a> Judge<'a> {
                     .map(|offset| {
                         // Each material and each repetition draws samples of its own.
                         let seed = seed.wrapping_add((offset << 32) | material as u64);
-                        let fitted = method.fit(&*self.materials[material], seed);
+                        let fitted = method.fit(&*self.materials[material], seed)?;
                         Ok(self.score(material, &fitted)?.0)
                     })
                     .collect()
             })
-            .collect::<Result<_, CompareError>>()?;
+            .collect::<Result<_, JudgeError>>()?;
         let materials = self
             .materials
             .iter()

@@ -13,10 +13,11 @@ pub mod report;
 pub mod sampling;
 pub mod scanner;
 
-/// Runs `$body` with `$M` standing for the model of a [`ModelKind`](glimpse_core::model::ModelKind).
+/// Runs `$body` with `$M` standing for the model of a [`ModelKind`](glimpse_core::model::ModelKind),
+/// or `$other` for Linear, which is not a [`Model`](glimpse_core::model::Model) that descends.
 #[macro_export]
 macro_rules! with_model {
-    ($kind:expr, $M:ident => $body:expr) => {
+    ($kind:expr, $M:ident => $body:expr, _ => $other:expr $(,)?) => {
         match $kind {
             glimpse_core::model::ModelKind::Phong => {
                 type $M = glimpse_core::model::Phong;
@@ -30,6 +31,7 @@ macro_rules! with_model {
                 type $M = glimpse_core::model::CookTorrance;
                 $body
             }
+            glimpse_core::model::ModelKind::Linear => $other,
         }
     };
 }

@@ -35,6 +35,9 @@ pub enum ScannerError {
     /// The device speaks another version of the protocol.
     #[error("the device speaks version {0} of the protocol, this host version {PROTOCOL}")]
     Protocol(u16),
+    /// The device fits a model whose parameters say nothing here.
+    #[error("the device fits the model {0}, which this host cannot judge yet")]
+    Model(ModelKind),
     /// A reply does not fit into a frame.
     #[error(transparent)]
     Frame(#[from] FrameError),
@@ -180,6 +183,10 @@ impl<'a> VirtualScanner<'a> {
                 let welcome = Reply::Welcome { protocol: PROTOCOL };
                 return (welcome, Outcome::Fails(ScannerError::Protocol(protocol)));
             }
+            (Request::Hello { model, .. }, _) if model.parameters().is_none() => {
+                let refused = Reply::Refused(Refusal::Model);
+                return (refused, Outcome::Fails(ScannerError::Model(model)));
+            }
             (Request::Hello { model, recipe, .. }, _) => {
                 self.scans += 1;
                 self.scan = Some(Scanning {
@@ -200,7 +207,8 @@ impl<'a> VirtualScanner<'a> {
             (Request::Parameters { offset, values }, Some(scan)) => {
                 let begin = usize::from(offset);
                 let end = begin + values.len();
-                if begin > scan.parameters.len() || end > scan.model.parameters() {
+                let all = scan.model.parameters().unwrap_or_default();
+                if begin > scan.parameters.len() || end > all {
                     Reply::Refused(Refusal::Parameters)
                 } else {
                     scan.parameters.truncate(begin);
@@ -209,7 +217,7 @@ impl<'a> VirtualScanner<'a> {
                 }
             }
             (Request::Finished(residual), Some(scan)) => {
-                if scan.parameters.len() == scan.model.parameters() {
+                if scan.model.parameters() == Some(scan.parameters.len()) {
                     let report = ScanReport {
                         model: scan.model,
                         recipe: scan.recipe,

@@ -100,6 +100,8 @@ pub enum Refusal {
     Directions,
     /// They are more or fewer parameters than the model has.
     Parameters,
+    /// The host cannot do with this model.
+    Model,
 }
 
 impl core::fmt::Display for Refusal {
@@ -108,6 +110,7 @@ impl core::fmt::Display for Refusal {
             Self::NoScan => "no scan has begun: say hello first",
             Self::Directions => "the scanner cannot reach these directions",
             Self::Parameters => "the model has another number of parameters",
+            Self::Model => "the host cannot do with this model",
         })
     }
 }

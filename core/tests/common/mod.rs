@@ -1,7 +1,9 @@
-//! A small recipe for tests, with every ingredient in the open.
+//! Small recipes for tests, with every ingredient in the open.
 
 use glimpse_core::model::{Model, ModelKind, Neural};
-use glimpse_core::recipe::{Ingredients, Provenance, Recipe, RecipeError};
+use glimpse_core::recipe::{
+    Ingredients, PackedDescent, PackedLearner, PackedRidge, Provenance, Recipe, RecipeError,
+};
 
 /// What goes into a recipe, as numbers.
 #[derive(Clone, Debug)]
@@ -51,13 +53,27 @@ fn bytes(numbers: &[f32]) -> Vec<u8> {
 
 /// Writes them as a recipe.
 pub(crate) fn write(numbers: &Numbers) -> Result<Vec<u8>, RecipeError> {
+    write_with(
+        &numbers.pattern,
+        PackedLearner::Descent(PackedDescent {
+            model: numbers.model,
+            inner_steps: numbers.inner_steps,
+            initial: &bytes(&numbers.initial),
+            step_sizes: &bytes(&numbers.step_sizes),
+        }),
+        numbers.expected_loss,
+    )
+}
+
+fn write_with(
+    pattern: &[f32],
+    learner: PackedLearner<'_>,
+    expected_loss: f32,
+) -> Result<Vec<u8>, RecipeError> {
     let ingredients = Ingredients {
-        model: numbers.model,
-        inner_steps: numbers.inner_steps,
-        pattern: &bytes(&numbers.pattern),
-        initial: &bytes(&numbers.initial),
-        step_sizes: &bytes(&numbers.step_sizes),
-        expected_loss: numbers.expected_loss,
+        pattern: &bytes(pattern),
+        learner,
+        expected_loss,
         provenance: Provenance {
             trainer: "test",
             data: "none",
@@ -68,4 +84,65 @@ pub(crate) fn write(numbers: &Numbers) -> Result<Vec<u8>, RecipeError> {
     };
     let mut buffer = vec![0; 64 * 1024];
     Recipe::write(&ingredients, &mut buffer).map(<[u8]>::to_vec)
+}
+
+/// What goes into a recipe of the model Linear, as numbers.
+#[derive(Clone, Debug)]
+pub(crate) struct RidgeNumbers {
+    /// (theta_h, theta_d, phi_d) in radians, one after the other.
+    pub(crate) pattern: Vec<f32>,
+    /// m.
+    pub(crate) components: u16,
+    /// n rows of m.
+    pub(crate) basis: Vec<f32>,
+    /// n.
+    pub(crate) mean: Vec<f32>,
+    /// n, BRDF.
+    pub(crate) median: Vec<f32>,
+    /// n.
+    pub(crate) weight: Vec<f32>,
+    /// m.
+    pub(crate) precision: Vec<f32>,
+    /// The CRC-32 of the whole basis.
+    pub(crate) basis_checksum: u32,
+    /// The loss to expect.
+    pub(crate) expected_loss: f32,
+}
+
+/// A valid Linear recipe: the same eight samples, five components.
+pub(crate) fn linear() -> RidgeNumbers {
+    let Numbers {
+        pattern,
+        expected_loss,
+        ..
+    } = neural();
+    let spread = |index: usize| (index as f32 * 0.618_034).fract() - 0.5;
+    RidgeNumbers {
+        pattern,
+        components: 5,
+        basis: (1..=40).map(|k| 12.0 * spread(k)).collect(),
+        mean: (0..8).map(|k| 0.1 * spread(k)).collect(),
+        median: (0..8).map(|k| 0.1 * k as f32).collect(),
+        weight: (0..8).map(|k| 0.9 - 0.1 * k as f32).collect(),
+        precision: vec![40.0; 5],
+        basis_checksum: 0xfeed_beef,
+        expected_loss,
+    }
+}
+
+/// Writes them as a recipe.
+pub(crate) fn write_linear(numbers: &RidgeNumbers) -> Result<Vec<u8>, RecipeError> {
+    write_with(
+        &numbers.pattern,
+        PackedLearner::Ridge(PackedRidge {
+            components: numbers.components,
+            basis: &bytes(&numbers.basis),
+            mean: &bytes(&numbers.mean),
+            median: &bytes(&numbers.median),
+            weight: &bytes(&numbers.weight),
+            precision: &bytes(&numbers.precision),
+            basis_checksum: numbers.basis_checksum,
+        }),
+        numbers.expected_loss,
+    )
 }

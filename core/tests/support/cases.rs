@@ -89,7 +89,7 @@ pub(crate) fn is_too_steep(model: ModelKind, variables: Variables) -> bool {
     match model {
         ModelKind::Phong => near_edge_of_lobe(variables),
         ModelKind::CookTorrance => near_grazing(variables),
-        ModelKind::Neural => false,
+        ModelKind::Neural | ModelKind::Linear => false,
     }
 }
 

@@ -4,7 +4,9 @@ use std::path::PathBuf;
 
 use clap::Args;
 use glimpse_core::angles::HalfDifference;
-use glimpse_trainer::export::RecipeFile;
+use glimpse_core::model::ModelKind;
+use glimpse_core::recipe::{Descent, Floats, Learner, Ridge};
+use glimpse_trainer::export::{RecipeFile, eta};
 
 use super::print;
 
@@ -20,18 +22,8 @@ impl Inspect {
         let file = RecipeFile::read(&self.recipe)?;
         let recipe = file.recipe()?;
         let provenance = recipe.provenance();
-        let mut step_sizes: Vec<f32> = recipe.step_sizes().iter().collect();
-        step_sizes.sort_by(f32::total_cmp);
-        let quantile = |share: f32| {
-            let index = (share * (step_sizes.len() - 1) as f32).round() as usize;
-            step_sizes.get(index).copied().unwrap_or_default()
-        };
         let mut text = format!(
-            "recipe {:08x}, {} bytes\n\
-             model          {} ({} parameters)\n\
-             samples        {}\n\
-             inner steps    {}\n\
-             step sizes     {:.2e} to {:.2e}, median {:.2e}\n\
+            "recipe {:08x}, {} bytes\n{}\
              expected loss  {:.4} on an unseen material\n\
              trained on     {} ({} materials)\n\
              schedule       {}, seed {}\n\
@@ -39,13 +31,10 @@ impl Inspect {
              sample  theta_h  theta_d    phi_d  theta_i  theta_o  (degrees)\n",
             recipe.checksum(),
             file.bytes().len(),
-            recipe.model(),
-            recipe.model().parameters(),
-            recipe.samples(),
-            recipe.inner_steps(),
-            quantile(0.0),
-            quantile(1.0),
-            quantile(0.5),
+            match recipe.learner() {
+                Learner::Descent(descent) => describe_descent(&descent, recipe.samples()),
+                Learner::Ridge(ridge) => describe_ridge(&ridge, recipe.samples()),
+            },
             recipe.expected_loss(),
             provenance.data,
             provenance.materials,
@@ -66,4 +55,52 @@ impl Inspect {
         }
         print(&text)
     }
+}
+
+fn describe_descent(descent: &Descent<'_>, samples: usize) -> String {
+    format!(
+        "model          {} ({} parameters)\n\
+         samples        {samples}\n\
+         inner steps    {}\n\
+         step sizes     {}\n",
+        descent.model(),
+        descent.initial().len(),
+        descent.inner_steps(),
+        spread(descent.step_sizes()),
+    )
+}
+
+fn describe_ridge(ridge: &Ridge<'_>, samples: usize) -> String {
+    let precision = match eta(ridge) {
+        Some(eta) => format!("{eta} for every coefficient"),
+        None => spread(ridge.precision()),
+    };
+    let basis = match ridge.basis_checksum() {
+        Some(checksum) => format!("{checksum:08x}"),
+        None => "none".to_owned(),
+    };
+    format!(
+        "model          {} ({} components)\n\
+         samples        {samples}\n\
+         precision      {precision}\n\
+         whole basis    {basis}\n",
+        ModelKind::Linear,
+        ridge.components(),
+    )
+}
+
+/// Smallest, largest and median of a list.
+fn spread(floats: Floats<'_>) -> String {
+    let mut list: Vec<f32> = floats.iter().collect();
+    list.sort_by(f32::total_cmp);
+    let quantile = |share: f32| {
+        let index = (share * (list.len() - 1) as f32).round() as usize;
+        list.get(index).copied().unwrap_or_default()
+    };
+    format!(
+        "{:.2e} to {:.2e}, median {:.2e}",
+        quantile(0.0),
+        quantile(1.0),
+        quantile(0.5)
+    )
 }

@@ -201,7 +201,7 @@ fn gallery(judge: &Judge<'_>, methods: &[Method<'_>], seed: u64) -> anyhow::Resu
         }];
         let mut best = (f64::INFINITY, 0);
         for method in methods {
-            let fitted = method.fit(&**material, seed.wrapping_add(index as u64));
+            let fitted = method.fit(&**material, seed.wrapping_add(index as u64))?;
             let (scores, picture) = judge.score(index, &fitted)?;
             if scores.loss < best.0 {
                 best = (scores.loss, tiles.len());

@@ -80,7 +80,11 @@ impl VirtualScanner {
                         return Ok(true);
                     }
                 }
-                Err(error @ (ScannerError::Device(_) | ScannerError::Protocol(_))) => {
+                Err(
+                    error @ (ScannerError::Device(_)
+                    | ScannerError::Protocol(_)
+                    | ScannerError::Model(_)),
+                ) => {
                     eprintln!("{error}");
                 }
                 Err(error @ (ScannerError::Closed | ScannerError::Link(_))) => {

@@ -1,26 +1,24 @@
 //! A recipe as JSON: complete enough to redo the fit elsewhere.
 
-use glimpse_core::recipe::Recipe;
+use glimpse_core::recipe::{Descent, Floats, Learner, Recipe, Ridge};
 use serde_json::{Value, json};
 
-/// Model, n, inner steps, pattern (rows of theta_h, theta_d, phi_d in radians), initial
-/// parameters and step sizes in the model's order, expected loss, and provenance.
+/// Model, n, pattern (rows of theta_h, theta_d, phi_d in radians), expected loss, checksum and
+/// provenance; besides, for a descent, inner steps, initial parameters and step sizes in the model's
+/// order; for a ridge solve, the basis (n rows of m), mean, median BRDF and weight (each n), `eta` if
+/// all precisions are equal and otherwise `precision` (m), and the checksum of the whole basis (null
+/// if there is none).
 #[must_use]
 pub fn to_json(recipe: &Recipe<'_>) -> Value {
     let pattern: Vec<[f32; 3]> = recipe
         .pattern()
         .map(|angles| [angles.theta_h, angles.theta_d, angles.phi_d])
         .collect();
-    let initial: Vec<f32> = recipe.initial().iter().collect();
-    let step_sizes: Vec<f32> = recipe.step_sizes().iter().collect();
     let provenance = recipe.provenance();
-    json!({
+    let mut value = json!({
         "model": recipe.model().name(),
         "samples": recipe.samples(),
-        "inner_steps": recipe.inner_steps(),
         "pattern": pattern,
-        "initial": initial,
-        "step_sizes": step_sizes,
         "expected_loss": recipe.expected_loss(),
         "checksum": format!("{:08x}", recipe.checksum()),
         "provenance": {
@@ -30,5 +28,46 @@ pub fn to_json(recipe: &Recipe<'_>) -> Value {
             "schedule": provenance.schedule,
             "seed": provenance.seed,
         },
-    })
+    });
+    match recipe.learner() {
+        Learner::Descent(descent) => add_descent(&mut value, &descent),
+        Learner::Ridge(ridge) => add_ridge(&mut value, &ridge),
+    }
+    value
+}
+
+fn add_descent(value: &mut Value, descent: &Descent<'_>) {
+    value["inner_steps"] = json!(descent.inner_steps());
+    value["initial"] = list(descent.initial());
+    value["step_sizes"] = list(descent.step_sizes());
+}
+
+fn add_ridge(value: &mut Value, ridge: &Ridge<'_>) {
+    let basis: Vec<f32> = ridge.basis().iter().collect();
+    let rows: Vec<&[f32]> = basis.chunks(ridge.components()).collect();
+    value["basis"] = json!(rows);
+    value["mean"] = list(ridge.mean());
+    value["median"] = list(ridge.median());
+    value["weight"] = list(ridge.weight());
+    match eta(ridge) {
+        Some(eta) => value["eta"] = json!(eta),
+        None => value["precision"] = list(ridge.precision()),
+    }
+    value["basis_checksum"] = json!(
+        ridge
+            .basis_checksum()
+            .map(|checksum| format!("{checksum:08x}"))
+    );
+}
+
+fn list(floats: Floats<'_>) -> Value {
+    json!(floats.iter().collect::<Vec<f32>>())
+}
+
+/// The precision, if it is the same for all coefficients: the paper's eta.
+#[must_use]
+pub fn eta(ridge: &Ridge<'_>) -> Option<f32> {
+    let mut precision = ridge.precision().iter();
+    let first = precision.next()?;
+    precision.all(|other| other == first).then_some(first)
 }

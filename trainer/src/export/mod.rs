@@ -4,6 +4,6 @@ mod json;
 mod recipe;
 mod rust;
 
-pub use json::to_json;
-pub use recipe::{RecipeFile, RecipeFileError, to_recipe};
+pub use json::{eta, to_json};
+pub use recipe::{RecipeFile, RecipeFileError, ReducedBasis, to_recipe, to_ridge_recipe};
 pub use rust::to_rust;

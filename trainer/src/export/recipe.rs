@@ -4,7 +4,11 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use glimpse_core::recipe::{Field, HEADER_BYTES, Ingredients, Provenance, Recipe, RecipeError};
+use glimpse_core::angles::Angles;
+use glimpse_core::recipe::{
+    Field, HEADER_BYTES, Ingredients, PackedDescent, PackedLearner, PackedRidge, Provenance,
+    Recipe, RecipeError,
+};
 
 use crate::meta::run::Learned;
 
@@ -84,30 +88,107 @@ pub fn to_recipe(
     learned: &Learned,
     provenance: &Provenance<'_>,
 ) -> Result<RecipeFile, RecipeError> {
-    let coordinates = learned
-        .pattern
-        .iter()
-        .flat_map(|angles| [angles.theta_h, angles.theta_d, angles.phi_d]);
-    let pattern = packed(coordinates);
-    let initial = packed(learned.initial.iter().copied());
-    let step_sizes = packed(learned.step_sizes.iter().copied());
-    let ingredients = Ingredients {
+    let initial = packed(&learned.initial);
+    let step_sizes = packed(&learned.step_sizes);
+    let descent = PackedDescent {
         model: learned.model,
         inner_steps: u16::try_from(learned.inner_steps)
             .map_err(|_| RecipeError::Count(Field::InnerSteps))?,
-        pattern: &pattern,
         initial: &initial,
         step_sizes: &step_sizes,
-        expected_loss: learned.expected_loss,
+    };
+    write(
+        &learned.pattern,
+        PackedLearner::Descent(descent),
+        initial.len() + step_sizes.len(),
+        learned.expected_loss,
+        provenance,
+    )
+}
+
+/// The model Linear, reduced to the directions that are measured.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ReducedBasis {
+    /// Where to measure; both directions of each sample are above the horizon.
+    pub pattern: Vec<Angles<f32>>,
+    /// The components there, n rows of m: principal components of the mapped training columns,
+    /// scaled as the precisions ask for.
+    pub basis: Vec<f32>,
+    /// The mean of the mapped training columns there, n.
+    pub mean: Vec<f32>,
+    /// The median BRDF of the training columns there, sr^-1 (not times a cosine), n.
+    pub median: Vec<f32>,
+    /// cos(theta_i) cos(theta_o) there, n.
+    pub weight: Vec<f32>,
+    /// The precision of each coefficient, m (the paper's eta, m times).
+    pub precision: Vec<f32>,
+    /// The CRC-32 of the file of the whole basis; 0 if there is none.
+    pub basis_checksum: u32,
+    /// The loss to expect on a material that training never saw.
+    pub expected_loss: f32,
+}
+
+/// Writes down a recipe of the model Linear.
+///
+/// # Errors
+/// If a list has a wrong length, a number is not finite, or another rule of the format is broken.
+pub fn to_ridge_recipe(
+    reduced: &ReducedBasis,
+    provenance: &Provenance<'_>,
+) -> Result<RecipeFile, RecipeError> {
+    let [basis, mean, median, weight, precision] = [
+        &reduced.basis,
+        &reduced.mean,
+        &reduced.median,
+        &reduced.weight,
+        &reduced.precision,
+    ]
+    .map(|list| packed(list));
+    let ridge = PackedRidge {
+        components: u16::try_from(reduced.precision.len())
+            .map_err(|_| RecipeError::Count(Field::Components))?,
+        basis: &basis,
+        mean: &mean,
+        median: &median,
+        weight: &weight,
+        precision: &precision,
+        basis_checksum: reduced.basis_checksum,
+    };
+    write(
+        &reduced.pattern,
+        PackedLearner::Ridge(ridge),
+        basis.len() + mean.len() + median.len() + weight.len() + precision.len(),
+        reduced.expected_loss,
+        provenance,
+    )
+}
+
+/// Writes a recipe whose learner has lists of so many bytes.
+fn write(
+    pattern: &[Angles<f32>],
+    learner: PackedLearner<'_>,
+    learner_bytes: usize,
+    expected_loss: f32,
+    provenance: &Provenance<'_>,
+) -> Result<RecipeFile, RecipeError> {
+    let coordinates: Vec<f32> = pattern
+        .iter()
+        .flat_map(|angles| [angles.theta_h, angles.theta_d, angles.phi_d])
+        .collect();
+    let pattern = packed(&coordinates);
+    let ingredients = Ingredients {
+        pattern: &pattern,
+        learner,
+        expected_loss,
         provenance: *provenance,
     };
     let text = provenance.trainer.len() + provenance.data.len() + provenance.schedule.len();
-    let room = HEADER_BYTES + pattern.len() + initial.len() + step_sizes.len() + text + 128;
+    let room = HEADER_BYTES + pattern.len() + learner_bytes + text + 128;
     let mut buffer = vec![0; room];
     let bytes = Recipe::write(&ingredients, &mut buffer)?.to_vec();
     Ok(RecipeFile { bytes })
 }
 
-fn packed(values: impl Iterator<Item = f32>) -> Vec<u8> {
-    values.flat_map(f32::to_le_bytes).collect()
+fn packed(values: &[f32]) -> Vec<u8> {
+    values.iter().copied().flat_map(f32::to_le_bytes).collect()
 }

@@ -86,6 +86,8 @@ fn joint(effort: Effort, model: ModelKind, samples: usize) -> Plan {
     let (initial, first_step_size) = match model {
         ModelKind::Neural => (1e-3, 3e-3),
         ModelKind::Phong | ModelKind::CookTorrance => (3e-3, 0.3),
+        // Never descends: `train` refuses it.
+        ModelKind::Linear => (0.0, 0.0),
     };
     let learning = Phase {
         name: "trying starts",

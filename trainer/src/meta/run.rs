@@ -122,6 +122,9 @@ pub enum TrainError {
     /// n is out of range.
     #[error("{0} samples are out of range: a pattern has 1 to {max}", max = glimpse_core::recipe::MAX_SAMPLES)]
     Samples(usize),
+    /// The model has nothing that descends.
+    #[error("the model {0} is not fitted by descent: it has no start and step sizes to learn")]
+    Model(ModelKind),
     /// A checkpoint cannot be written or read.
     #[error(transparent)]
     Checkpoint(#[from] CheckpointError),
@@ -148,7 +151,11 @@ pub fn train(
     if !(1..=glimpse_core::recipe::MAX_SAMPLES).contains(&options.samples) {
         return Err(TrainError::Samples(options.samples));
     }
-    with_model!(options.model, M => Run::<M>::new(options, materials).finish(observer))
+    with_model!(
+        options.model,
+        M => Run::<M>::new(options, materials).finish(observer),
+        _ => Err(TrainError::Model(options.model)),
+    )
 }
 
 /// A run under way.

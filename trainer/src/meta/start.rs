@@ -7,7 +7,8 @@ use rand::Rng;
 ///
 /// Neural: weights uniform within the reach of each layer's fan-in, and outputs a little above 0,
 /// since one that is below 0 everywhere has no gradient and never recovers. Phong and
-/// Cook-Torrance: a grey, mostly diffuse material with a soft highlight.
+/// Cook-Torrance: a grey, mostly diffuse material with a soft highlight. Linear has no
+/// such parameters.
 pub fn first_guess(model: ModelKind, random: &mut impl Rng) -> Vec<f32> {
     match model {
         ModelKind::Neural => {
@@ -28,11 +29,12 @@ pub fn first_guess(model: ModelKind, random: &mut impl Rng) -> Vec<f32> {
         }
         ModelKind::Phong => vec![-1.0, -1.0, -1.0, 1.0, 1.0, 1.0, 2.5],
         ModelKind::CookTorrance => vec![-1.4, -1.4, -1.4, -1.0, -1.0, -1.0, -1.0, -2.5],
+        ModelKind::Linear => Vec::new(),
     }
 }
 
 /// Where the paper's method Random begins: Neural with weights uniform in +-0.05 and no bias,
-/// Phong and Cook-Torrance with standard normal parameters.
+/// Phong and Cook-Torrance with standard normal parameters. Linear has no such parameters.
 pub fn random_start(model: ModelKind, random: &mut impl Rng) -> Vec<f32> {
     match model {
         ModelKind::Neural => {
@@ -49,9 +51,10 @@ pub fn random_start(model: ModelKind, random: &mut impl Rng) -> Vec<f32> {
             }
             parameters.iter().copied().collect()
         }
-        ModelKind::Phong | ModelKind::CookTorrance => (0..model.parameters())
+        ModelKind::Phong | ModelKind::CookTorrance => (0..model.parameters().unwrap_or(0))
             .map(|_| standard_normal(random))
             .collect(),
+        ModelKind::Linear => Vec::new(),
     }
 }
 

@@ -1,5 +1,7 @@
 //! The command line as a user meets it: what it writes, what it says, how it ends.
 
+mod linear;
+
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
@@ -100,13 +102,14 @@ fn a_recipe_is_trained_shown_exported_and_judged() {
             .map(|number| number.as_f64().expect("a number") as f32)
             .collect()
     };
+    let descent = recipe.descent().expect("a descent");
     assert_eq!(
         numbers("initial"),
-        recipe.initial().iter().collect::<Vec<_>>()
+        descent.initial().iter().collect::<Vec<_>>()
     );
     assert_eq!(
         numbers("step_sizes"),
-        recipe.step_sizes().iter().collect::<Vec<_>>()
+        descent.step_sizes().iter().collect::<Vec<_>>()
     );
     let first = recipe.pattern().next().expect("a sample");
     assert_eq!(

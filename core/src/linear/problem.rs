@@ -1,0 +1,165 @@
+//! A ridge problem, and the assembly of its system in the smaller of two forms.
+
+use super::factor::{self, packed_length};
+use super::factors::Factors;
+use super::{Entry, Part, Real, RidgeError, dot, is_positive};
+
+/// Numbers that the factors of a problem take: r (r + 1) / 2, r = min(n, m).
+#[must_use]
+pub const fn factor_length(samples: usize, components: usize) -> usize {
+    packed_length(order(samples, components))
+}
+
+/// Numbers that a solve or an adjoint works in: 2 m + 3 r, r = min(n, m).
+#[must_use]
+pub const fn scratch_length(samples: usize, components: usize) -> usize {
+    2 * components + 3 * order(samples, components)
+}
+
+const fn order(samples: usize, components: usize) -> usize {
+    if samples < components {
+        samples
+    } else {
+        components
+    }
+}
+
+/// A ridge problem without its right side: basis A and precisions p, read in place.
+#[derive(Clone, Copy, Debug)]
+pub struct Problem<'a, T> {
+    pub(super) basis: &'a [T],
+    pub(super) precision: &'a [T],
+}
+
+impl<'a, T> Problem<'a, T> {
+    /// The problem with the basis A, n rows of m, row-major, and m precisions.
+    ///
+    /// # Errors
+    /// [`RidgeError::Length`] if there is no precision, or not a whole number of rows, or none.
+    pub fn new(basis: &'a [T], precision: &'a [T]) -> Result<Self, RidgeError> {
+        let wrong = |part, list: &[T]| RidgeError::Length {
+            part,
+            found: list.len(),
+        };
+        match basis.len().checked_rem(precision.len()) {
+            None => Err(wrong(Part::Precision, precision)),
+            Some(0) if !basis.is_empty() => Ok(Self { basis, precision }),
+            Some(_) => Err(wrong(Part::Basis, basis)),
+        }
+    }
+
+    /// n, the number of samples.
+    #[must_use]
+    pub fn samples(&self) -> usize {
+        self.basis.len() / self.precision.len().max(1)
+    }
+
+    /// m, the number of components.
+    #[must_use]
+    pub fn components(&self) -> usize {
+        self.precision.len()
+    }
+
+    /// r = min(n, m), the order of the system that is factorized.
+    #[must_use]
+    pub fn order(&self) -> usize {
+        order(self.samples(), self.components())
+    }
+
+    /// The system in its smaller form is of order m: (A'A + P) c = A't.
+    pub(super) fn is_primal(&self) -> bool {
+        self.components() <= self.samples()
+    }
+
+    /// The rows of A.
+    pub(super) fn rows(&self) -> impl Iterator<Item = &'a [T]> + Clone {
+        self.basis.chunks_exact(self.precision.len().max(1))
+    }
+
+    /// Factorizes the system, in `factors` of at least [`factor_length`]. What `scratch` of at
+    /// least [`scratch_length`] holds does not matter, before and after.
+    ///
+    /// # Errors
+    /// [`RidgeError::Buffer`], [`RidgeError::Precision`], or [`RidgeError::Pivot`].
+    pub fn factorize<'b, S: Real>(
+        self,
+        factors: &'b mut [S],
+        scratch: &mut [S],
+    ) -> Result<Factors<'a, 'b, T, S>, RidgeError>
+    where
+        T: Entry<S>,
+    {
+        let order = self.order();
+        let packed = take(factors, packed_length(order), Part::Factors)?;
+        let scratch = self.scratch(scratch)?;
+        let wrong = |p: &T| !is_positive(p.value());
+        if let Some(index) = self.precision.iter().position(wrong) {
+            return Err(RidgeError::Precision(index));
+        }
+        if self.is_primal() {
+            self.assemble_primal(packed);
+        } else {
+            self.assemble_dual(packed, scratch);
+        }
+        factor::factorize(packed, order)?;
+        Ok(Factors {
+            problem: self,
+            packed,
+        })
+    }
+
+    /// A'A + P.
+    fn assemble_primal<S: Real>(&self, packed: &mut [S])
+    where
+        T: Entry<S>,
+    {
+        packed.fill(S::constant(0.0));
+        for row in self.rows() {
+            for (entries, left) in factor::rows_mut(packed).zip(row) {
+                let left = left.value();
+                for (entry, right) in entries.iter_mut().zip(row) {
+                    *entry = entry.plus_product(left, right.value());
+                }
+            }
+        }
+        for (entries, precision) in factor::rows_mut(packed).zip(self.precision) {
+            if let Some(diagonal) = entries.last_mut() {
+                *diagonal = *diagonal + precision.value();
+            }
+        }
+    }
+
+    /// A P^-1 A' + I.
+    fn assemble_dual<S: Real>(&self, packed: &mut [S], scratch: &mut [S])
+    where
+        T: Entry<S>,
+    {
+        for (entries, row) in factor::rows_mut(packed).zip(self.rows()) {
+            for ((scaled, a), precision) in scratch.iter_mut().zip(row).zip(self.precision) {
+                *scaled = a.value() / precision.value();
+            }
+            for (entry, other) in entries.iter_mut().zip(self.rows()) {
+                *entry = dot(other, scratch);
+            }
+            if let Some(diagonal) = entries.last_mut() {
+                *diagonal = *diagonal + S::constant(1.0);
+            }
+        }
+    }
+
+    /// The part of a buffer that a solve works in.
+    pub(super) fn scratch<'s, S>(&self, scratch: &'s mut [S]) -> Result<&'s mut [S], RidgeError> {
+        let needed = scratch_length(self.samples(), self.components());
+        take(scratch, needed, Part::Scratch)
+    }
+}
+
+/// The first `needed` entries of a buffer.
+fn take<S>(buffer: &mut [S], needed: usize, part: Part) -> Result<&mut [S], RidgeError> {
+    let found = buffer.len();
+    buffer.get_mut(..needed).ok_or(RidgeError::Buffer {
+        part,
+        needed,
+        found,
+    })
+}

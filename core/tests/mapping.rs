@@ -1,0 +1,60 @@
+//! Mapping and unmapping undo each other, and so do their slopes.
+
+use glimpse_core::linear::{EPSILON, map, unmap};
+use proptest::prelude::*;
+
+proptest! {
+    #[test]
+    fn unmap_undoes_map(
+        brdf in prop_oneof![Just(0.0), 0.0..1.0, 1.0..1e4],
+        median in prop_oneof![Just(0.0), 0.0..2.0],
+        weight in 1e-3..1.0,
+    ) {
+        // Relative to what the logarithm sees.
+        let scale: f64 = brdf + EPSILON / weight;
+        let narrow = map(brdf as f32, median as f32, weight as f32);
+        let back = f64::from(unmap(narrow, median as f32, weight as f32));
+        let tolerance = if cfg!(feature = "micromath") { 2e-2 } else { 2e-6 };
+        prop_assert!((back - brdf).abs() < tolerance * scale, "{brdf} came back as {back}");
+    }
+
+    #[test]
+    fn what_is_unmapped_is_a_brdf(mapped in -80.0..80.0f32, median in 0.0..2.0f32, weight in 0.0..1.0f32) {
+        let brdf = unmap(mapped, median, weight);
+        prop_assert!(brdf >= 0.0, "{brdf}");
+        prop_assert!(unmap(mapped, median, 0.0) >= 0.0);
+    }
+}
+
+#[cfg(feature = "libm")]
+proptest! {
+    #[test]
+    fn unmap_undoes_map_in_f64(
+        brdf in prop_oneof![Just(0.0), 0.0..1.0, 1.0..1e4],
+        median in prop_oneof![Just(0.0), 0.0..2.0],
+        weight in 1e-3..1.0,
+    ) {
+        let back = unmap(map(brdf, median, weight), median, weight);
+        let scale = brdf + EPSILON / weight;
+        prop_assert!((back - brdf).abs() < 1e-12 * scale, "{brdf} came back as {back}");
+    }
+
+    #[test]
+    fn slopes_of_the_mapping_undo_each_other(
+        brdf in 1e-3..1e2,
+        median in 0.0..2.0,
+        weight in 1e-2..1.0,
+    ) {
+        let slope = |function: &dyn Fn(f64) -> f64, at: f64, step: f64| {
+            (function(at - 2.0 * step) - 8.0 * function(at - step) + 8.0 * function(at + step)
+                - function(at + 2.0 * step)) / (12.0 * step)
+        };
+        // d map / d brdf = w / (brdf w + e).
+        let by_brdf = slope(&|x| map(x, median, weight), brdf, 1e-3 * (brdf + EPSILON / weight));
+        let expected = weight / (brdf * weight + EPSILON);
+        prop_assert!((by_brdf / expected - 1.0).abs() < 1e-8);
+        let mapped = map(brdf, median, weight);
+        let by_mapped = slope(&|x| unmap(x, median, weight), mapped, 1e-4);
+        prop_assert!((by_mapped * expected - 1.0).abs() < 1e-8);
+    }
+}

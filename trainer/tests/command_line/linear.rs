@@ -1,0 +1,162 @@
+//! A recipe of the model Linear at the command line.
+
+use std::fs;
+
+use glimpse_core::angles::Angles;
+use glimpse_core::recipe::{Field, Provenance, Recipe, RecipeError};
+use glimpse_trainer::export::{ReducedBasis, to_ridge_recipe};
+use serde_json::{Value, json};
+
+use super::{fail, succeed};
+
+fn reduced() -> ReducedBasis {
+    ReducedBasis {
+        pattern: (0..3)
+            .map(|k| Angles {
+                theta_h: 0.1 + 0.1 * k as f32,
+                theta_d: 0.2,
+                phi_d: 1.0,
+            })
+            .collect(),
+        basis: vec![1.5, -2.0, 0.25, 8.0, 3.0, -0.1],
+        mean: vec![-0.5, 0.0, 0.5],
+        median: vec![0.25, 0.0, 1.5],
+        weight: vec![0.9, 0.8, 0.7],
+        precision: vec![40.0; 2],
+        basis_checksum: 0x0123_abcd,
+        expected_loss: 0.0125,
+    }
+}
+
+const PROVENANCE: Provenance<'_> = Provenance {
+    trainer: "test",
+    data: "procedural:7",
+    materials: 7,
+    schedule: "joint quick",
+    seed: 5,
+};
+
+/// A list that JSON holds, as the f32 that it was written from.
+fn numbers(list: &Value) -> Vec<f32> {
+    let list = list.as_array().expect("a list");
+    list.iter()
+        .map(|number| number.as_f64().expect("a number") as f32)
+        .collect()
+}
+
+#[test]
+fn a_linear_recipe_is_shown_and_exported() {
+    let scratch = tempfile::tempdir().expect("a temporary directory");
+    let directory = scratch.path();
+    let mut unequal = reduced();
+    unequal.precision[1] = 4.0;
+    unequal.basis_checksum = 0;
+    for (name, reduced) in [("equal.recipe", reduced()), ("unequal.recipe", unequal)] {
+        let file = to_ridge_recipe(&reduced, &PROVENANCE).expect("it is a recipe");
+        fs::write(directory.join(name), file.bytes()).expect("it is written");
+        let recipe = file.recipe().expect("it is a recipe");
+        assert!(recipe.pattern().eq(reduced.pattern));
+        let ridge = recipe.ridge().expect("a ridge");
+        assert!(ridge.basis().iter().eq(reduced.basis));
+        assert!(ridge.precision().iter().eq(reduced.precision));
+        for (format, extension) in [("json", "json"), ("rust", "rs"), ("postcard", "copy")] {
+            let out = name.replace("recipe", extension);
+            succeed(
+                directory,
+                &["export", name, "--format", format, "--out", &out],
+            );
+        }
+        let copy = fs::read(directory.join(name.replace("recipe", "copy"))).expect("it is there");
+        assert_eq!(copy, file.bytes());
+    }
+    let read = |name: &str| -> Value {
+        let text = fs::read(directory.join(name)).expect("it is there");
+        serde_json::from_slice(&text).expect("it is JSON")
+    };
+
+    let json = read("equal.json");
+    let expected = reduced();
+    assert_eq!(json["model"], "linear");
+    assert_eq!(json["samples"], 3);
+    assert_eq!(numbers(&json["pattern"][1]), [0.2, 0.2, 1.0]);
+    assert_eq!(json["basis"].as_array().map(Vec::len), Some(3));
+    assert_eq!(numbers(&json["basis"][1]), [0.25, 8.0]);
+    assert_eq!(numbers(&json["mean"]), expected.mean);
+    assert_eq!(numbers(&json["median"]), expected.median);
+    assert_eq!(numbers(&json["weight"]), expected.weight);
+    assert_eq!(json["eta"], 40.0);
+    assert_eq!(json.get("precision"), None);
+    assert_eq!(json.get("initial"), None);
+    assert_eq!(json["basis_checksum"], "0123abcd");
+    assert_eq!(
+        json["expected_loss"].as_f64().map(|x| x as f32),
+        Some(0.0125)
+    );
+    assert_eq!(json["provenance"]["data"], "procedural:7");
+    let bytes = fs::read(directory.join("equal.recipe")).expect("it is there");
+    let recipe = Recipe::parse(&bytes).expect("it is a recipe");
+    assert_eq!(json["checksum"], format!("{:08x}", recipe.checksum()));
+
+    let json = read("unequal.json");
+    assert_eq!(json.get("eta"), None);
+    assert_eq!(numbers(&json["precision"]), [40.0, 4.0]);
+    assert_eq!(json["basis_checksum"], json!(null));
+
+    let rust = fs::read_to_string(directory.join("equal.rs")).expect("it is there");
+    for line in [
+        "pub const PATTERN: [[f32; 3]; 3] = [",
+        "pub const BASIS: [[f32; 2]; 3] = [\n    [1.5, -2.0],\n    [0.25, 8.0],\n    [3.0, -0.1],\n];",
+        "pub const MEDIAN: [f32; 3] = [\n    0.25, 0.0, 1.5,\n];",
+        "pub const PRECISION: [f32; 2] = [\n    40.0, 40.0,\n];",
+        "pub const BASIS_CHECKSUM: u32 = 0x0123abcd;",
+    ] {
+        assert!(rust.contains(line), "no {line} in {rust}");
+    }
+    assert!(!rust.contains("INNER_STEPS"));
+
+    let shown = succeed(directory, &["inspect", "equal.recipe"]);
+    for part in [
+        "linear (2 components)",
+        "40 for every",
+        "0123abcd",
+        "0.0125",
+    ] {
+        assert!(shown.contains(part), "no {part} in {shown}");
+    }
+    let shown = succeed(directory, &["inspect", "unequal.recipe"]);
+    for part in ["4.00e0 to 4.00e1", "whole basis    none"] {
+        assert!(shown.contains(part), "no {part} in {shown}");
+    }
+}
+
+#[test]
+fn a_linear_recipe_cannot_be_judged_yet() {
+    let scratch = tempfile::tempdir().expect("a temporary directory");
+    let file = to_ridge_recipe(&reduced(), &PROVENANCE).expect("it is a recipe");
+    fs::write(scratch.path().join("linear.recipe"), file.bytes()).expect("it is written");
+    for method in ["ours", "meta"] {
+        let arguments = [
+            "evaluate",
+            "--recipe",
+            "linear.recipe",
+            "--method",
+            method,
+            "--test",
+            "procedural:2",
+        ];
+        let message = fail(scratch.path(), &arguments);
+        assert!(message.contains("the model linear"), "{message}");
+    }
+}
+
+#[test]
+fn a_basis_that_does_not_fit_its_pattern_is_refused() {
+    let mut wrong = reduced();
+    wrong.basis.pop();
+    let error = to_ridge_recipe(&wrong, &PROVENANCE).expect_err("it is short");
+    assert_eq!(error, RecipeError::Count(Field::Basis));
+    let mut wrong = reduced();
+    wrong.weight[2] = 0.0;
+    let error = to_ridge_recipe(&wrong, &PROVENANCE).expect_err("its weight is 0");
+    assert_eq!(error, RecipeError::NotPositive(Field::Weight));
+}
