@@ -109,7 +109,7 @@ fn compare_many<M: Model>(
     // Of eight variables the three measured values have no slope; see `problem::by_variables`.
     // Nor has Cook-Torrance by dy, which it does not read.
     let least = match M::KIND {
-        ModelKind::Phong | ModelKind::Neural => 4,
+        ModelKind::Phong | ModelKind::Neural | ModelKind::Linear => 4,
         ModelKind::CookTorrance => 3,
     };
     samples.conclude(
