@@ -5,6 +5,7 @@ pub mod evaluation;
 pub mod export;
 pub mod files;
 pub mod lanes;
+pub mod linear;
 pub mod material;
 pub mod meta;
 pub mod metrics;

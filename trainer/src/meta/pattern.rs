@@ -116,6 +116,32 @@ impl Pattern {
             .sum()
     }
 
+    /// The angles of the samples that are valid.
+    pub fn valid_angles(&self) -> impl Iterator<Item = Angles<f32>> {
+        let all = self.angles.iter().zip(&self.valid);
+        all.filter(|(_, valid)| **valid).map(|(angles, _)| *angles)
+    }
+
+    /// From slopes by the angles of each valid sample, asked for by its index and in order, to the
+    /// gradient by the logits, the barrier's included.
+    #[must_use]
+    pub fn gradient_by_logits(&self, mut by_angles: impl FnMut(usize) -> [f32; 3]) -> Vec<f32> {
+        let mut by_logits = Vec::with_capacity(3 * self.angles.len());
+        for (index, angles) in self.angles.iter().enumerate() {
+            let by_angles = if self.valid[index] {
+                by_angles(index)
+            } else {
+                let slope = 2.0 * BARRIER;
+                [slope * angles.theta_h, slope * angles.theta_d, 0.0]
+            };
+            let angles = [angles.theta_h, angles.theta_d, angles.phi_d];
+            for ((by_angle, angle), range) in by_angles.iter().zip(angles).zip(RANGE) {
+                by_logits.push(by_angle * angle * (1.0 - angle / range));
+            }
+        }
+        by_logits
+    }
+
     /// Measures a material at the pattern.
     #[must_use]
     pub fn measure(&self, material: &dyn Material, variation: Variation) -> MeasuredPattern<'_> {
@@ -156,29 +182,18 @@ impl MeasuredPattern<'_> {
     /// on which side of the model's it is: its slope is 0, and plays no part here.
     #[must_use]
     pub fn gradient_by_logits(&self, samples: &[SampleGradient<Octet>]) -> Vec<f32> {
-        let pattern = self.pattern;
-        let mut by_logits = Vec::with_capacity(3 * pattern.angles.len());
-        for (index, angles) in pattern.angles.iter().enumerate() {
-            let by_angles = if pattern.valid[index] {
-                let lane = index % WIDTH;
-                let by = &samples[index / WIDTH].at;
-                let at = HalfDifference::from_angles(Dual::<f32, 3>::variables(*angles));
-                std::array::from_fn(|i| {
-                    by.hx.0[lane] * at.hx.tangent[i]
-                        + by.hz.0[lane] * at.hz.tangent[i]
-                        + by.dx.0[lane] * at.dx.tangent[i]
-                        + by.dy.0[lane] * at.dy.tangent[i]
-                        + by.dz.0[lane] * at.dz.tangent[i]
-                })
-            } else {
-                let slope = 2.0 * BARRIER;
-                [slope * angles.theta_h, slope * angles.theta_d, 0.0]
-            };
-            let angles = [angles.theta_h, angles.theta_d, angles.phi_d];
-            for ((by_angle, angle), range) in by_angles.iter().zip(angles).zip(RANGE) {
-                by_logits.push(by_angle * angle * (1.0 - angle / range));
-            }
-        }
-        by_logits
+        self.pattern.gradient_by_logits(|index| {
+            let lane = index % WIDTH;
+            let by = &samples[index / WIDTH].at;
+            let angles = self.pattern.angles[index];
+            let at = HalfDifference::from_angles(Dual::<f32, 3>::variables(angles));
+            std::array::from_fn(|i| {
+                by.hx.0[lane] * at.hx.tangent[i]
+                    + by.hz.0[lane] * at.hz.tangent[i]
+                    + by.dx.0[lane] * at.dx.tangent[i]
+                    + by.dy.0[lane] * at.dy.tangent[i]
+                    + by.dz.0[lane] * at.dz.tangent[i]
+            })
+        })
     }
 }

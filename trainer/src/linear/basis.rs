@@ -1,0 +1,276 @@
+//! Mean, median and principal components of mapped materials, tabulated.
+
+use std::path::{Path, PathBuf};
+
+use glimpse_core::angles::{Angles, HalfDifference};
+use glimpse_core::linear::{EPSILON, unmap};
+use glimpse_core::scalar::Scalar;
+use nalgebra::{DMatrix, SymmetricEigen};
+use rayon::prelude::*;
+
+use super::{Coefficients, Columns, Grid};
+
+/// Numbers before the components of a node: mean of the mapped columns, and ln(median w + e).
+const HEAD: usize = 2;
+/// The first bytes of a basis file.
+const MAGIC: [u8; 4] = *b"GLMB";
+/// The format of basis files.
+const VERSION: u32 = 1;
+/// Words before a file's table: magic, version, shape of the grid, number of components.
+const HEADER: usize = 6;
+
+/// Why a basis file cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum BasisError {
+    /// The operating system refuses.
+    #[error(
+        "cannot read the basis {}: {source}; a recipe of the model linear needs the file that \
+         was written beside it", path.display()
+    )]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// The bytes are not those that were written with the recipe.
+    #[error(
+        "{} is not the basis of this recipe ({what}); put the file that was written with the \
+         recipe beside it", path.display()
+    )]
+    Damaged {
+        /// The file.
+        path: PathBuf,
+        /// In what way.
+        what: &'static str,
+    },
+}
+
+/// The table of a basis, node by node: mean, ln(median w + e), and m components.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Basis {
+    table: Vec<f32>,
+    components: usize,
+}
+
+/// A basis at some directions, and its derivatives by the three angles.
+#[derive(Clone, Debug)]
+pub struct Tabulated {
+    /// The mean of the mapped columns.
+    pub mean: [f64; 4],
+    /// ln(median w + e).
+    pub log_median: [f64; 4],
+    /// The components.
+    pub components: Vec<[f64; 4]>,
+}
+
+impl Basis {
+    /// The first m principal components of some columns about their mean, scaled by their singular
+    /// values; at most one less than there are columns.
+    #[must_use]
+    pub fn new(columns: &Columns, chosen: &[usize], components: usize) -> Self {
+        let count = chosen.len();
+        let components = components.min(count.saturating_sub(1)).max(1);
+        // The products of centred columns, from those of the columns as they are.
+        let raw = DMatrix::from_fn(count, count, |i, j| columns.product(chosen[i], chosen[j]));
+        let row_means: Vec<f64> = (0..count).map(|i| raw.row(i).mean()).collect();
+        let mean = raw.mean();
+        let centred = DMatrix::from_fn(count, count, |i, j| {
+            raw[(i, j)] - row_means[i] - row_means[j] + mean
+        });
+        let eigen = SymmetricEigen::new(centred);
+        let mut order: Vec<usize> = (0..count).collect();
+        order.sort_by(|a, b| eigen.eigenvalues[*b].total_cmp(&eigen.eigenvalues[*a]));
+        // X v = (singular value) u: a component scaled by its singular value. Its sign is free.
+        let mut vectors = vec![0.0_f32; count * components];
+        for (k, index) in order.into_iter().take(components).enumerate() {
+            let vector = eigen.eigenvectors.column(index);
+            let largest =
+                vector
+                    .iter()
+                    .fold(0.0_f64, |most, entry| match entry.abs() > most.abs() {
+                        true => *entry,
+                        false => most,
+                    });
+            for (column, entry) in vector.iter().enumerate() {
+                vectors[column * components + k] = (entry * largest.signum()) as f32;
+            }
+        }
+        let row = HEAD + components;
+        let mut table = vec![0.0_f32; Grid::LEN * row];
+        table
+            .par_chunks_mut(row)
+            .enumerate()
+            .for_each(|(node, entries)| {
+                let all = columns.at(node);
+                let mut values: Vec<f32> = chosen.iter().map(|index| all[*index]).collect();
+                let sum: f64 = values.iter().copied().map(f64::from).sum();
+                let mean = (sum / count as f64) as f32;
+                let (head, sums) = entries.split_at_mut(HEAD);
+                for (value, vector) in values.iter().zip(vectors.chunks(components)) {
+                    for (sum, entry) in sums.iter_mut().zip(vector) {
+                        *sum += (value - mean) * entry;
+                    }
+                }
+                values.sort_by(f32::total_cmp);
+                let median = 0.5 * (values[(count - 1) / 2] + values[count / 2]);
+                head.copy_from_slice(&[mean - median, median + EPSILON.ln() as f32]);
+            });
+        Self { table, components }
+    }
+
+    /// m.
+    #[must_use]
+    pub fn components(&self) -> usize {
+        self.components
+    }
+
+    fn row(&self, node: usize) -> &[f32] {
+        let length = HEAD + self.components;
+        &self.table[node * length..][..length]
+    }
+
+    /// The basis at some angles in radians, with derivatives: a value, then its slopes by theta_h,
+    /// theta_d and phi_d.
+    #[must_use]
+    pub fn look_up(&self, angles: Angles<f64>) -> Tabulated {
+        let mut sums = vec![[0.0_f64; 4]; HEAD + self.components];
+        for corner in Grid::corners(angles) {
+            let [h, d, p] = corner.slopes;
+            let shares = [corner.weight, h, d, p];
+            for (sum, value) in sums.iter_mut().zip(self.row(corner.node)) {
+                for (sum, share) in sum.iter_mut().zip(shares) {
+                    *sum += share * f64::from(*value);
+                }
+            }
+        }
+        let components = sums.split_off(HEAD);
+        Tabulated {
+            mean: sums[0],
+            log_median: sums[1],
+            components,
+        }
+    }
+
+    /// The whole BRDF of a material's coefficients, ready to be looked up.
+    #[must_use]
+    pub fn reconstruct(&self, coefficients: &Coefficients) -> Reconstruction {
+        let table = (0..Grid::LEN)
+            .into_par_iter()
+            .map(|node| {
+                let row = self.row(node);
+                let (head, components) = row.split_at(HEAD);
+                coefficients.each_ref().map(|channel| {
+                    let products = components.iter().zip(channel);
+                    let sum: f64 = products.map(|(a, c)| f64::from(*a) * c).sum();
+                    (sum + f64::from(head[0])) as f32
+                })
+            })
+            .collect();
+        let log_medians = (0..Grid::LEN).map(|node| self.row(node)[1]).collect();
+        Reconstruction { table, log_medians }
+    }
+
+    /// The bytes of a file: little-endian words of 32 bits (magic, version, nodes along theta_h,
+    /// theta_d and phi_d, components), then the table in f32.
+    #[must_use]
+    pub fn to_bytes(&self) -> Vec<u8> {
+        let [h, d, p] = Grid::SHAPE;
+        let magic = u32::from_le_bytes(MAGIC);
+        let header: [u32; HEADER] = [magic, VERSION, h, d, p, self.components as u32];
+        let words = header
+            .into_iter()
+            .chain(self.table.iter().map(|value| value.to_bits()));
+        words.flat_map(u32::to_le_bytes).collect()
+    }
+
+    /// The CRC-32 that a recipe names its basis by; never 0.
+    #[must_use]
+    pub fn checksum(bytes: &[u8]) -> u32 {
+        crc::Crc::<u32, crc::Table<16>>::new(&crc::CRC_32_ISO_HDLC)
+            .checksum(bytes)
+            .max(1)
+    }
+
+    /// Reads the basis that lies beside a recipe.
+    ///
+    /// # Errors
+    /// If it cannot be read or is another one than `checksum` names.
+    pub fn read(path: &Path, checksum: u32) -> Result<Self, BasisError> {
+        let damaged = |what| BasisError::Damaged {
+            path: path.into(),
+            what,
+        };
+        let bytes = std::fs::read(path).map_err(|source| BasisError::Read {
+            path: path.into(),
+            source,
+        })?;
+        if Self::checksum(&bytes) != checksum {
+            return Err(damaged("its checksum is another"));
+        }
+        let (words, []) = bytes.as_chunks::<4>() else {
+            return Err(damaged("its length is wrong"));
+        };
+        let mut words = words.iter().map(|word| u32::from_le_bytes(*word));
+        let header: Vec<u32> = words.by_ref().take(HEADER).collect();
+        let [h, d, p] = Grid::SHAPE;
+        let expected = [u32::from_le_bytes(MAGIC), VERSION, h, d, p];
+        let (Some(head), Some(components)) = (header.get(..HEADER - 1), header.last()) else {
+            return Err(damaged("it is too short"));
+        };
+        if head != expected {
+            return Err(damaged("it is of another version"));
+        }
+        let components = *components as usize;
+        let table: Vec<f32> = words.map(f32::from_bits).collect();
+        match components
+            .checked_add(HEAD)
+            .and_then(|row| row.checked_mul(Grid::LEN))
+        {
+            Some(length) if length == table.len() => Ok(Self { table, components }),
+            _ => Err(damaged("its length is wrong")),
+        }
+    }
+}
+
+/// A BRDF that a ridge solve found: its mapped values at the nodes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Reconstruction {
+    table: Vec<[f32; 3]>,
+    log_medians: Vec<f32>,
+}
+
+impl Reconstruction {
+    /// The BRDF in linear RGB, sr^-1 (not times the cosine), at many places.
+    pub fn brdf_batch(&self, at: &[HalfDifference<f32>], brdf: &mut [[f32; 3]]) {
+        for (at, brdf) in at.iter().zip(brdf) {
+            let angles = crate::material::angles_of(at);
+            let corners = Grid::corners(Angles {
+                theta_h: f64::from(angles.theta_h),
+                theta_d: f64::from(angles.theta_d),
+                phi_d: f64::from(angles.phi_d),
+            });
+            let mut mapped = [0.0; 3];
+            let mut log_median = 0.0;
+            for corner in corners {
+                log_median += corner.weight * f64::from(self.log_medians[corner.node]);
+                for (sum, value) in mapped.iter_mut().zip(self.table[corner.node]) {
+                    *sum += corner.weight * f64::from(value);
+                }
+            }
+            let weight = f64::from(at.cos_theta_i()) * f64::from(at.cos_theta_o());
+            let median = median_of(log_median, weight);
+            *brdf = mapped.map(|mapped| unmap(mapped, median, weight) as f32);
+        }
+    }
+}
+
+/// The median BRDF from ln(median w + e); at least 0.
+pub(super) fn median_of<S: Scalar>(log_median: S, weight: S) -> S {
+    // unmap(x, 0, w) = max((e exp(x) - e) / w, 0)
+    unmap(
+        log_median - S::constant(EPSILON.ln()),
+        S::constant(0.0),
+        weight,
+    )
+}

@@ -1,0 +1,129 @@
+//! Materials as columns: l = ln(brdf w + e) at the nodes of the grid, a column for each channel.
+
+use glimpse_core::angles::{Angles, HalfDifference};
+use glimpse_core::linear::map;
+use rayon::prelude::*;
+
+use super::Grid;
+use crate::material::Material;
+
+/// Columns of one or more materials, three each (red, green, blue), node by node.
+pub struct Columns {
+    /// l of all columns at each node: `Grid::LEN` rows of `count`.
+    values: Vec<f32>,
+    count: usize,
+    /// x'y of each pair of columns over the valid nodes, row by row.
+    products: Vec<f64>,
+}
+
+/// Nodes that one thread works on at a time.
+const BLOCK: usize = 512;
+
+impl Columns {
+    /// Tabulates materials.
+    ///
+    /// The grid has period pi in phi_d, as reciprocity asks; a material that is not quite
+    /// reciprocal is averaged over both.
+    #[must_use]
+    pub fn new(materials: &[Box<dyn Material>]) -> Self {
+        let count = 3 * materials.len();
+        let nodes: Vec<usize> = (0..Grid::LEN).collect();
+        let places: Vec<(HalfDifference<f32>, HalfDifference<f32>, f64)> = nodes
+            .iter()
+            .map(|node| {
+                let angles = Grid::angles(*node);
+                let at = HalfDifference::from_angles(angles);
+                let weight = at.cos_theta_i().max(0.0) * at.cos_theta_o().max(0.0);
+                let narrow = |phi_d: f64| {
+                    HalfDifference::from_angles(Angles {
+                        theta_h: angles.theta_h as f32,
+                        theta_d: angles.theta_d as f32,
+                        phi_d: phi_d as f32,
+                    })
+                };
+                let opposite = angles.phi_d + std::f64::consts::PI;
+                (narrow(angles.phi_d), narrow(opposite), weight)
+            })
+            .collect();
+        let mut values = vec![0.0; Grid::LEN * count];
+        values
+            .par_chunks_mut(BLOCK * count)
+            .zip(places.par_chunks(BLOCK))
+            .for_each(|(rows, places)| {
+                let (one, other): (Vec<_>, Vec<_>) =
+                    places.iter().map(|(one, other, _)| (*one, *other)).unzip();
+                let mut brdf = [vec![[0.0; 3]; places.len()], vec![[0.0; 3]; places.len()]];
+                for (index, material) in materials.iter().enumerate() {
+                    material.brdf_batch(&one, &mut brdf[0]);
+                    material.brdf_batch(&other, &mut brdf[1]);
+                    let measured = brdf[0].iter().zip(&brdf[1]).zip(places);
+                    for (row, ((one, other), (_, _, weight))) in
+                        rows.chunks_mut(count).zip(measured)
+                    {
+                        for channel in 0..3 {
+                            let mean = 0.5 * (f64::from(one[channel]) + f64::from(other[channel]));
+                            // ln((brdf w + e) / e): without a median, and so far from 0 that
+                            // single precision serves.
+                            row[3 * index + channel] = map(mean, 0.0, *weight) as f32;
+                        }
+                    }
+                }
+            });
+        let products = products(&values, count);
+        Self {
+            values,
+            count,
+            products,
+        }
+    }
+
+    /// How many columns there are.
+    #[must_use]
+    pub fn count(&self) -> usize {
+        self.count
+    }
+
+    /// l / ln(e), shifted: all columns at a node.
+    #[must_use]
+    pub fn at(&self, node: usize) -> &[f32] {
+        &self.values[node * self.count..][..self.count]
+    }
+
+    /// The sum over the valid nodes of one column times another.
+    #[must_use]
+    pub fn product(&self, one: usize, other: usize) -> f64 {
+        self.products[one * self.count + other]
+    }
+}
+
+fn products(values: &[f32], count: usize) -> Vec<f64> {
+    let valid: Vec<&[f32]> = values
+        .chunks(count)
+        .enumerate()
+        .filter(|(node, _)| Grid::is_valid(*node))
+        .map(|(_, row)| row)
+        .collect();
+    // Each thread sums some of the rows of the product, so that the order of a sum is fixed.
+    const ROWS: usize = 8;
+    let mut products = vec![0.0; count * count];
+    products
+        .par_chunks_mut(ROWS * count)
+        .enumerate()
+        .for_each(|(block, sums)| {
+            for nodes in valid.chunks(64) {
+                for (row, sums) in sums.chunks_mut(count).enumerate() {
+                    let mut partial = vec![0.0_f32; count];
+                    for node in nodes {
+                        let factor = node[block * ROWS + row];
+                        for (sum, value) in partial.iter_mut().zip(*node) {
+                            *sum += factor * value;
+                        }
+                    }
+                    for (sum, partial) in sums.iter_mut().zip(partial) {
+                        *sum += f64::from(partial);
+                    }
+                }
+            }
+        });
+    products
+}

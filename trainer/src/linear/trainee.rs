@@ -1,0 +1,422 @@
+//! The meta-gradient of the Linear model: by the pattern, and by the precision of each coefficient.
+//!
+//! Forward: the basis is looked up at the pattern, the ridge problem factorized; each material of
+//! a batch is measured there, mapped and solved for, and judged by the loss at random directions.
+//! Reverse: the loss's slopes by the coefficients go through the solve (core's adjoint, two
+//! triangular solves) to the basis, the measurements and the precisions, and from there through
+//! the look-ups to the angles.
+//!
+//! A material that is among the columns of its own basis looks easier than it is. So materials are
+//! dealt into folds, and each is learned on with the basis of all the others; the final basis has
+//! all of them.
+
+use glimpse_core::angles::{Angles, HalfDifference};
+use glimpse_core::linear::{Factors, RidgeError, RidgeGradient, scratch_length, unmap};
+use glimpse_core::loss::cosine_weighted_log_error;
+use rand::Rng;
+use rand_chacha::ChaCha8Rng;
+use rayon::prelude::*;
+
+use super::{Basis, ByAngles, Coefficients, Columns, Reduced};
+use crate::dual::Dual;
+use crate::material::Material;
+use crate::meta::parameters::Groups;
+use crate::meta::pattern::Pattern;
+use crate::sampling::uniform_valid;
+
+/// Folds that materials are dealt into.
+const FOLDS: usize = 5;
+/// Directions that the loss is drawn from.
+const POOL: usize = 8_192;
+
+/// The prior of the coefficients.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Prior {
+    /// m, the number of components; fewer where there are too few materials.
+    pub components: usize,
+    /// The paper's eta: the precision of every coefficient. None: it is learned for each.
+    pub eta: Option<f64>,
+}
+
+/// Where learned precisions begin.
+const FIRST_ETA: f64 = 4.0;
+
+impl Prior {
+    /// Five components and eta = 40 (paper, after Nielsen et al.).
+    pub const PAPER: Self = Self {
+        components: 5,
+        eta: Some(40.0),
+    };
+    /// What does best on materials that were not trained on.
+    pub const LEARNED: Self = Self {
+        components: 60,
+        eta: None,
+    };
+
+    /// ln precision of each coefficient, to begin with.
+    #[must_use]
+    pub fn first_values(&self, components: usize) -> Vec<f32> {
+        vec![self.eta.unwrap_or(FIRST_ETA).ln() as f32; components]
+    }
+}
+
+/// What the Linear model learns on.
+pub struct LinearTrainee<'a> {
+    materials: &'a [Box<dyn Material>],
+    folds: Vec<Judge>,
+    /// The materials at the pool's directions.
+    values: Vec<Vec<[f32; 3]>>,
+}
+
+impl<'a> LinearTrainee<'a> {
+    /// Tabulates the materials and computes the bases of all folds.
+    #[must_use]
+    pub fn new(
+        materials: &'a [Box<dyn Material>],
+        columns: &Columns,
+        prior: Prior,
+        seed: u64,
+    ) -> Self {
+        let angles = uniform_valid(POOL, seed);
+        let folds = FOLDS.min(materials.len());
+        // A single material has nothing to be left out of.
+        let outside = |fold: usize| -> Vec<usize> {
+            let materials =
+                (0..materials.len()).filter(|material| folds == 1 || material % folds != fold);
+            materials
+                .flat_map(|material| [0, 1, 2].map(|channel| 3 * material + channel))
+                .collect()
+        };
+        let fewest = (0..folds).map(|fold| outside(fold).len()).min();
+        let components = prior.components.min(fewest.unwrap_or(0).max(2) - 1);
+        let folds = (0..folds)
+            .map(|fold| Judge::new(Basis::new(columns, &outside(fold), components), &angles))
+            .collect();
+        let values = materials
+            .par_iter()
+            .map(|material| angles.iter().map(|angles| material.brdf(*angles)).collect())
+            .collect();
+        Self {
+            materials,
+            folds,
+            values,
+        }
+    }
+
+    /// m.
+    #[must_use]
+    pub fn components(&self) -> usize {
+        self.folds.first().map_or(0, |fold| fold.basis.components())
+    }
+
+    /// The mean loss of some materials, each at its directions of the pool, and its gradient by
+    /// logarithms of precisions and logits of the pattern; the barrier's part included.
+    ///
+    /// # Errors
+    /// If a ridge problem cannot be factorized, as with precisions that are not finite.
+    pub fn gradient_over(
+        &self,
+        values: &Groups<Vec<f32>>,
+        tasks: &[(usize, Vec<u32>)],
+    ) -> Result<(f32, Groups<Vec<f32>>), RidgeError> {
+        let pattern = Pattern::from_logits(&values.pattern);
+        let places: Vec<Angles<f64>> = pattern.valid_angles().map(widened).collect();
+        let precision = precisions(&values.step_sizes);
+        let reduced = self.reduced(&places);
+        let mut buffers = vec![Vec::new(); self.folds.len()];
+        let factors: Vec<Factors<'_, '_, f64, f64>> = reduced
+            .iter()
+            .zip(&mut buffers)
+            .map(|(reduced, buffer)| reduced.factorize(&precision, buffer))
+            .collect::<Result<_, _>>()?;
+        let slopes: Vec<Slopes> = tasks
+            .par_iter()
+            .map(|(material, directions)| {
+                let fold = material % self.folds.len();
+                let measured: Vec<[ByAngles; 3]> = pattern
+                    .valid_angles()
+                    .map(|angles| measured(&*self.materials[*material], angles))
+                    .collect();
+                let outer = Outer {
+                    judge: &self.folds[fold],
+                    directions,
+                    values: &self.values[*material],
+                };
+                Slopes::new(&reduced[fold], &factors[fold], &measured, &outer)
+            })
+            .collect::<Result<_, _>>()?;
+
+        let mut mean = Slopes {
+            loss: 0.0,
+            by_angles: vec![[0.0; 3]; places.len()],
+            by_precision: vec![0.0; precision.len()],
+        };
+        for slopes in &slopes {
+            mean.add(slopes, 1.0 / tasks.len() as f64);
+        }
+        let mut by_angles = mean.by_angles.into_iter();
+        let by_logits = pattern.gradient_by_logits(|_| {
+            let slopes = by_angles.next().unwrap_or_default();
+            slopes.map(|slope| slope as f32)
+        });
+        let by_logarithms = mean.by_precision.iter().zip(&precision);
+        let gradient = Groups {
+            initial: Vec::new(),
+            step_sizes: by_logarithms.map(|(slope, p)| (slope * p) as f32).collect(),
+            pattern: by_logits,
+        };
+        Ok((mean.loss as f32, gradient))
+    }
+
+    /// The mean loss of all materials over the whole pool, each with the basis of the others, for
+    /// a valid pattern.
+    ///
+    /// # Errors
+    /// As [`LinearTrainee::gradient_over`].
+    pub fn loss(&self, pattern: &[Angles<f32>], log_precision: &[f32]) -> Result<f32, RidgeError> {
+        let places: Vec<Angles<f64>> = pattern.iter().copied().map(widened).collect();
+        let precision = precisions(log_precision);
+        let reduced = self.reduced(&places);
+        let directions: Vec<u32> = (0..POOL as u32).collect();
+        let losses: Vec<f64> = (0..self.materials.len())
+            .into_par_iter()
+            .map(|material| {
+                let fold = material % self.folds.len();
+                let brdf = pattern
+                    .iter()
+                    .map(|angles| self.materials[material].brdf(*angles));
+                let measured: Vec<[f32; 3]> = brdf.collect();
+                let outer = Outer {
+                    judge: &self.folds[fold],
+                    directions: &directions,
+                    values: &self.values[material],
+                };
+                Ok(outer.loss(&reduced[fold].fit(&precision, &measured)?, None))
+            })
+            .collect::<Result<_, RidgeError>>()?;
+        Ok((losses.iter().sum::<f64>() / losses.len() as f64) as f32)
+    }
+
+    /// So many random directions of the pool.
+    #[must_use]
+    pub fn draw(count: usize, random: &mut ChaCha8Rng) -> Vec<u32> {
+        (0..count)
+            .map(|_| random.random_range(0..POOL as u32))
+            .collect()
+    }
+
+    fn reduced(&self, places: &[Angles<f64>]) -> Vec<Reduced> {
+        let folds = self.folds.par_iter();
+        folds
+            .map(|fold| Reduced::new(&fold.basis, places))
+            .collect()
+    }
+}
+
+/// A material's BRDF with its derivatives.
+fn measured(material: &dyn Material, angles: Angles<f32>) -> [ByAngles; 3] {
+    let (brdf, slopes) = material.brdf_with_derivative(angles);
+    [0, 1, 2].map(|channel| ByAngles {
+        value: f64::from(brdf[channel]),
+        tangent: slopes[channel].map(f64::from),
+    })
+}
+
+fn precisions(logarithms: &[f32]) -> Vec<f64> {
+    logarithms.iter().map(|log| f64::from(*log).exp()).collect()
+}
+
+fn widened(angles: Angles<f32>) -> Angles<f64> {
+    Angles {
+        theta_h: f64::from(angles.theta_h),
+        theta_d: f64::from(angles.theta_d),
+        phi_d: f64::from(angles.phi_d),
+    }
+}
+
+/// A basis, looked up where the loss is taken.
+pub struct Judge {
+    basis: Basis,
+    at: Vec<HalfDifference<f64>>,
+    components: Vec<f32>,
+    mean: Vec<f64>,
+    median: Vec<f64>,
+}
+
+impl Judge {
+    /// Looks a basis up at angles in radians.
+    #[must_use]
+    pub fn new(basis: Basis, angles: &[Angles<f32>]) -> Self {
+        let places: Vec<Angles<f64>> = angles.iter().copied().map(widened).collect();
+        let blocks: Vec<Reduced> = places
+            .par_chunks(256)
+            .map(|places| Reduced::new(&basis, places))
+            .collect();
+        let all = |list: fn(&Reduced) -> &Vec<ByAngles>| {
+            let values = blocks.iter().flat_map(list);
+            values.map(|dual| dual.value).collect::<Vec<f64>>()
+        };
+        let components = blocks.iter().flat_map(|block| &block.basis);
+        Self {
+            at: places
+                .into_iter()
+                .map(HalfDifference::from_angles)
+                .collect(),
+            components: components.map(|value| *value as f32).collect(),
+            mean: all(|block| &block.mean),
+            median: all(|block| &block.median),
+            basis,
+        }
+    }
+}
+
+/// What judges the coefficients of one material.
+pub struct Outer<'a> {
+    /// Where the loss can be taken.
+    pub judge: &'a Judge,
+    /// Which of these directions it is taken at.
+    pub directions: &'a [u32],
+    /// The material's BRDF at all of them, sr^-1.
+    pub values: &'a [[f32; 3]],
+}
+
+impl Outer<'_> {
+    /// The mean loss of some coefficients; its slopes by them are added to `lambda`.
+    #[must_use]
+    pub fn loss(&self, coefficients: &Coefficients, mut lambda: Option<&mut Coefficients>) -> f64 {
+        let judge = self.judge;
+        let components = judge.basis.components();
+        let share = 1.0 / (3.0 * self.directions.len() as f64);
+        let mut loss = 0.0;
+        for direction in self.directions {
+            let index = *direction as usize;
+            let row = &judge.components[index * components..][..components];
+            let at = &judge.at[index];
+            let weight = Dual::from_value(at.cos_theta_i() * at.cos_theta_o());
+            let median = Dual::from_value(judge.median[index]);
+            // Dual numbers, so that the formula of the mapping is core's.
+            let modelled: [Dual<f64>; 3] = coefficients.each_ref().map(|coefficients| {
+                let products = row.iter().zip(coefficients);
+                let sum: f64 = products.map(|(a, c)| f64::from(*a) * c).sum();
+                let mapped = Dual {
+                    value: sum + judge.mean[index],
+                    tangent: [1.0],
+                };
+                unmap(mapped, median, weight)
+            });
+            let found = cosine_weighted_log_error(
+                self.values[index].map(f64::from),
+                modelled.map(|brdf| brdf.value),
+                at.cos_theta_i(),
+                share,
+            );
+            loss += found.value;
+            let Some(lambda) = &mut lambda else {
+                continue;
+            };
+            for ((lambda, by_brdf), brdf) in lambda.iter_mut().zip(found.by_modelled).zip(modelled)
+            {
+                let slope = by_brdf * brdf.tangent[0];
+                for (entry, a) in lambda.iter_mut().zip(row) {
+                    *entry += slope * f64::from(*a);
+                }
+            }
+        }
+        loss
+    }
+}
+
+/// The loss of one material and its slopes.
+#[derive(Clone, Debug)]
+pub struct Slopes {
+    /// The loss.
+    pub loss: f64,
+    /// By theta_h, theta_d and phi_d of each sample.
+    pub by_angles: Vec<[f64; 3]>,
+    /// By the precision of each coefficient.
+    pub by_precision: Vec<f64>,
+}
+
+impl Slopes {
+    /// Solves for a material that was measured at the pattern, and differentiates its loss.
+    ///
+    /// # Errors
+    /// If lengths do not fit.
+    pub fn new(
+        reduced: &Reduced,
+        factors: &Factors<'_, '_, f64, f64>,
+        measured: &[[ByAngles; 3]],
+        outer: &Outer<'_>,
+    ) -> Result<Self, RidgeError> {
+        let samples = reduced.samples();
+        let components = factors.problem().components();
+        let mut scratch = vec![0.0; scratch_length(samples, components)];
+        let none = || [(); 3].map(|()| vec![0.0; components]);
+        let mapped: [Vec<ByAngles>; 3] = [0, 1, 2].map(|channel| {
+            let brdf = measured.iter().map(|brdf| brdf[channel]).enumerate();
+            brdf.map(|(sample, brdf)| reduced.mapped(sample, brdf))
+                .collect()
+        });
+        let values: [Vec<f64>; 3] = mapped
+            .each_ref()
+            .map(|mapped| mapped.iter().map(|mapped| mapped.value).collect());
+        let mut coefficients = none();
+        for (values, coefficients) in values.iter().zip(&mut coefficients) {
+            factors.coefficients(values, coefficients, &mut scratch)?;
+        }
+        let mut lambda = none();
+        let loss = outer.loss(&coefficients, Some(&mut lambda));
+
+        let mut by_angles = vec![[0.0; 3]; samples];
+        let mut by_basis = vec![0.0; samples * components];
+        let mut by_precision = vec![0.0; components];
+        for channel in 0..3 {
+            let mut by_mapped = vec![0.0; samples];
+            let mut gradient = RidgeGradient {
+                mapped: &mut by_mapped,
+                basis: &mut by_basis,
+                precision: &mut by_precision,
+            };
+            let (values, coefficients) = (&values[channel], &coefficients[channel]);
+            factors.adjoint(
+                values,
+                coefficients,
+                &lambda[channel],
+                &mut gradient,
+                &mut scratch,
+            )?;
+            let mapped = mapped[channel].iter().zip(by_mapped);
+            for (by_angles, (mapped, by_mapped)) in by_angles.iter_mut().zip(mapped) {
+                add_scaled(by_angles, by_mapped, &mapped.tangent);
+            }
+        }
+        let rows = by_basis
+            .chunks(components)
+            .zip(reduced.slopes.chunks(components));
+        for (by_angles, (by_row, slopes)) in by_angles.iter_mut().zip(rows) {
+            for (by_entry, slopes) in by_row.iter().zip(slopes) {
+                add_scaled(by_angles, *by_entry, slopes);
+            }
+        }
+        Ok(Self {
+            loss,
+            by_angles,
+            by_precision,
+        })
+    }
+
+    fn add(&mut self, other: &Self, share: f64) {
+        self.loss += share * other.loss;
+        for (sum, slopes) in self.by_angles.iter_mut().zip(&other.by_angles) {
+            add_scaled(sum, share, slopes);
+        }
+        add_scaled(&mut self.by_precision, share, &other.by_precision);
+    }
+}
+
+/// sum += factor * vector
+fn add_scaled(sum: &mut [f64], factor: f64, vector: &[f64]) {
+    for (entry, value) in sum.iter_mut().zip(vector) {
+        *entry += factor * value;
+    }
+}
