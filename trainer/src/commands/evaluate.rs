@@ -115,8 +115,7 @@ impl Evaluate {
             effort: self.effort,
             without_pattern: name == MethodName::Meta,
             seed,
-            checkpoint: None,
-            resume: false,
+            checkpoints: None,
         };
         let learned = train_with_progress(&options, load(&self.train)?)?;
         recipe_of(&learned, &options, &self.train)

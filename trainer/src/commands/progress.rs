@@ -35,8 +35,8 @@ pub(crate) fn train_with_progress(
     let mut tenth = 0;
     let outcome = train(options, materials, &mut |progress| {
         let mut message = format!("{}: loss {:.4}", progress.phase, progress.loss);
-        if let Some(validation) = progress.validation {
-            message += &format!(", unseen {validation:.4}");
+        if let Some(best) = progress.best {
+            message += &format!(", best {best:.4}");
         }
         if bar.is_hidden() {
             let now = 10 * progress.done / progress.total.max(1);
@@ -55,10 +55,10 @@ pub(crate) fn train_with_progress(
         }
     });
     bar.finish_and_clear();
-    match (outcome, &options.checkpoint) {
-        (Err(TrainError::Stopped(done)), Some(directory)) => Err(anyhow::anyhow!(
+    match (outcome, &options.checkpoints) {
+        (Err(TrainError::Stopped(done)), Some(checkpoints)) => Err(anyhow::anyhow!(
             "stopped after {done} outer steps, saved in {}; repeat the command with --resume to go on",
-            directory.display()
+            checkpoints.directory.display()
         )),
         (outcome, _) => Ok(outcome?),
     }

@@ -115,8 +115,7 @@ fn learn(source: &Source, seed: u64, without_pattern: bool) -> anyhow::Result<Re
         effort: Effort::Quick,
         without_pattern,
         seed,
-        checkpoint: None,
-        resume: false,
+        checkpoints: None,
     };
     eprintln!("training {}", if without_pattern { "Meta" } else { "Ours" });
     let learned = train_with_progress(&options, load(source)?)?;

@@ -1,14 +1,15 @@
 //! `trainer train`
 
 use std::path::{Path, PathBuf};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use anyhow::Context;
 use clap::Args;
 use glimpse_core::recipe::Provenance;
-use glimpse_trainer::export::{RecipeFile, to_recipe};
+use glimpse_trainer::export::{RecipeFile, to_recipe, to_ridge_recipe};
 use glimpse_trainer::material::Source;
 use glimpse_trainer::meta::checkpoint::Checkpoint;
+use glimpse_trainer::meta::outer::Checkpoints;
 use glimpse_trainer::meta::plan::{Effort, Schedule};
 use glimpse_trainer::meta::run::{Learned, Options};
 
@@ -72,18 +73,25 @@ impl Train {
             effort: self.effort,
             without_pattern: false,
             seed,
-            checkpoint: Some(directory.clone()),
-            resume: self.resume,
+            checkpoints: Some(Checkpoints {
+                directory: directory.clone(),
+                every: Duration::from_secs(10),
+                resume: self.resume,
+            }),
         };
         let begin = Instant::now();
         let learned = train_with_progress(&options, materials)?;
         let file = recipe_of(&learned, &options, &self.data)?;
+        if let Learned::Ridge(learned) = &learned {
+            // First: a recipe without its basis would be of no use.
+            write_file(&self.out.with_extension("basis"), &learned.basis)?;
+        }
         write_file(&self.out, file.bytes())?;
         Checkpoint::remove(&directory);
         eprintln!(
             "trained in {:.0} s; expect a loss of {:.4} on an unseen material",
             begin.elapsed().as_secs_f64(),
-            learned.expected_loss
+            learned.expected_loss()
         );
         Ok(())
     }
@@ -96,16 +104,17 @@ pub(crate) fn recipe_of(
     data: &Source,
 ) -> anyhow::Result<RecipeFile> {
     let schedule = format!("{:?} {:?}", options.schedule, options.effort).to_lowercase();
-    let file = to_recipe(
-        learned,
-        &Provenance {
-            trainer: concat!("glimpse-trainer ", env!("CARGO_PKG_VERSION")),
-            data: label(data),
-            materials: learned.materials as u32,
-            schedule: &schedule,
-            seed: options.seed,
-        },
-    );
+    let provenance = Provenance {
+        trainer: concat!("glimpse-trainer ", env!("CARGO_PKG_VERSION")),
+        data: label(data),
+        materials: learned.materials() as u32,
+        schedule: &schedule,
+        seed: options.seed,
+    };
+    let file = match learned {
+        Learned::Descent(learned) => to_recipe(learned, &provenance),
+        Learned::Ridge(learned) => to_ridge_recipe(&learned.reduced, &provenance),
+    };
     file.context("training did not converge to a recipe")
 }
 

@@ -10,7 +10,7 @@ use glimpse_core::recipe::{
     Recipe, RecipeError,
 };
 
-use crate::meta::run::Learned;
+use crate::meta::run::LearnedDescent;
 
 /// Why a recipe file cannot be used.
 #[derive(Debug, thiserror::Error)]
@@ -80,12 +80,12 @@ impl RecipeFile {
     }
 }
 
-/// Writes down what was learned.
+/// Writes down a recipe of a model that is fitted by descent.
 ///
 /// # Errors
 /// If a number is not finite, or another rule of the format is broken.
 pub fn to_recipe(
-    learned: &Learned,
+    learned: &LearnedDescent,
     provenance: &Provenance<'_>,
 ) -> Result<RecipeFile, RecipeError> {
     let initial = packed(&learned.initial);

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use super::parameters::Groups;
+use super::outer::Standing;
 use crate::files::write_whole;
 
 /// The file's name within the checkpoint directory.
@@ -55,26 +55,13 @@ pub enum CheckpointError {
     Record(String),
 }
 
-/// Values of all groups, with the validation loss that they reached.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Best {
-    /// The validation loss.
-    pub loss: f32,
-    /// The values.
-    pub values: Groups<Vec<f32>>,
-}
-
 /// A training run as it stands.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Checkpoint {
     /// All options that decide the outcome, in words.
     pub run: String,
-    /// Outer steps done, over all phases.
-    pub done: usize,
-    /// The smoothed training loss.
-    pub loss: f32,
-    /// The best values so far.
-    pub best: Option<Best>,
+    /// How far it is.
+    pub standing: Standing,
     /// burn's record of meta-parameters and optimizer.
     pub record: Vec<u8>,
 }

@@ -1,16 +1,16 @@
 //! Meta-learning: where to measure, from which parameters to start, and how far to step.
 
 pub mod checkpoint;
+pub mod descent;
 pub mod gradient;
+pub mod outer;
 pub mod parameters;
-
 pub mod pattern;
 pub mod plan;
 pub mod pool;
 pub mod run;
-
 pub mod start;
-pub mod training;
+pub mod trainee;
 pub mod unroll;
 
 use glimpse_core::model::ParameterSet;

@@ -41,6 +41,25 @@ pub fn logits_of(angles: Angles<f32>) -> [f32; 3] {
     })
 }
 
+/// The pattern's angles, pulled towards the pole where a direction is below the horizon or grazes
+/// it: a scanner cannot measure there.
+#[must_use]
+pub fn above_horizon(logits: &[f32]) -> Vec<Angles<f32>> {
+    const LEAST_COSINE: f32 = 1e-3;
+    let mut angles = Pattern::from_logits(logits).angles().to_vec();
+    for angles in &mut angles {
+        loop {
+            let at = HalfDifference::from_angles(*angles);
+            if at.cos_theta_i().min(at.cos_theta_o()) > LEAST_COSINE {
+                break;
+            }
+            angles.theta_h *= 0.99;
+            angles.theta_d *= 0.99;
+        }
+    }
+    angles
+}
+
 /// A pattern, ready to be measured on any material.
 pub struct Pattern {
     angles: Vec<Angles<f32>>,

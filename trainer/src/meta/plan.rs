@@ -1,9 +1,10 @@
 //! Schedules: what is trained when, for how long, at which rates.
 
 use glimpse_core::model::ModelKind;
+use rand_chacha::ChaCha8Rng;
 
 use super::parameters::Groups;
-use super::training::{InnerSamples, Phase, Start, StepSizeForm};
+use super::start::{first_guess, random_start};
 
 /// How the parts of a recipe are trained.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
@@ -26,11 +27,142 @@ pub enum Effort {
     Long,
 }
 
+/// What the inner loop learns on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum InnerSamples {
+    /// So many fresh uniform samples at every step.
+    Fresh(usize),
+    /// So many uniform samples, the same at every step.
+    Random(usize),
+    /// The pattern's samples, the same at every step.
+    Pattern,
+}
+
+/// Where a phase's meta-parameters come from. All but [`Start::Previous`] reset Adam's moments.
+///
+/// Where the phase has more samples than those, Sobol points are added.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Start {
+    /// A first guess of its own, by this number.
+    Guess(u64),
+    /// The phase before.
+    Previous,
+    /// The best meta-parameters so far; see [`Keep`].
+    Best,
+    /// The phase before, but for the pattern: another random one at each epoch.
+    Patterns,
+}
+
+/// Which of a phase's meta-parameters are the best so far.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Keep {
+    /// None of them: the best so far stays what it was.
+    Nothing,
+    /// Those with the best loss on materials held out, if it is better than before.
+    BestValidation,
+    /// Those of the epoch with the best training loss, barrier included, whatever there was before.
+    BestEpoch,
+    /// Those at its end.
+    Last,
+}
+
+/// One stage of meta-training.
+#[derive(Clone, Debug)]
+pub struct Phase {
+    /// For progress reports.
+    pub name: &'static str,
+    /// Where it begins.
+    pub start: Start,
+    /// Which meta-parameters it hands on as the best.
+    pub keep: Keep,
+    /// How many samples the pattern has.
+    pub samples: usize,
+    /// Outer steps.
+    pub steps: usize,
+    /// Tasks in each.
+    pub batch: usize,
+    /// What to learn on.
+    pub inner: InnerSamples,
+    /// How many samples to judge by.
+    pub outer: usize,
+    /// Learning rates at its start; 0 freezes a group.
+    pub rates: Groups<f64>,
+    /// Learning rates at its end, as a share of those at its start (cosine annealing).
+    pub final_rate: f64,
+    /// Steps over which the rates rise to their start.
+    pub warm_up: usize,
+    /// Gradients of each group are scaled down to at most this norm.
+    pub largest_norm: f32,
+    /// Weight decay as in Adam with L2 regularisation: so much of a value is added to its gradient.
+    pub weight_decay: f32,
+    /// Train on [random variations](super::pool::Variation::random) with this gain rather than on the
+    /// materials as they are.
+    pub gain: Option<f32>,
+}
+
+impl Phase {
+    /// The learning rates at a step.
+    pub(super) fn rates_at(&self, step: usize) -> Groups<f64> {
+        let done = step as f64 / self.steps as f64;
+        let cosine = 0.5 * (1.0 + (std::f64::consts::PI * done).cos());
+        let annealed = self.final_rate + (1.0 - self.final_rate) * cosine;
+        let risen = ((step + 1) as f64 / self.warm_up.max(1) as f64).min(1.0);
+        let share = annealed * risen;
+        Groups {
+            initial: self.rates.initial * share,
+            step_sizes: self.rates.step_sizes * share,
+            pattern: self.rates.pattern * share,
+        }
+    }
+}
+
+/// What is optimized for the step sizes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum StepSizeForm {
+    /// alpha itself, of any sign, as in the paper.
+    Plain,
+    /// ln alpha: alpha stays positive, and Adam's steps are relative.
+    Logarithm,
+}
+
+impl StepSizeForm {
+    /// alpha of what is optimized.
+    #[must_use]
+    pub fn step_sizes(self, values: &[f32]) -> Vec<f32> {
+        match self {
+            Self::Plain => values.to_vec(),
+            Self::Logarithm => values.iter().map(|log| log.exp()).collect(),
+        }
+    }
+
+    /// What is optimized for an alpha.
+    #[must_use]
+    pub fn value(self, step_size: f32) -> f32 {
+        match self {
+            Self::Plain => step_size,
+            Self::Logarithm => step_size.ln(),
+        }
+    }
+
+    /// From the gradient by alpha to the one by what is optimized.
+    pub(super) fn chain(self, gradient: &mut [f32], step_sizes: &[f32]) {
+        if self == Self::Logarithm {
+            for (gradient, step_size) in gradient.iter_mut().zip(step_sizes) {
+                *gradient *= step_size;
+            }
+        }
+    }
+}
+
 /// A whole training run, but for the materials.
 #[derive(Clone, Debug)]
 pub struct Plan {
     /// The phases, in order. The last one trains for the n at hand.
     pub phases: Vec<Phase>,
+    /// How many materials there are to train on.
+    pub tasks: usize,
+    /// Where initial parameters begin.
+    pub first_guess: fn(ModelKind, &mut ChaCha8Rng) -> Vec<f32>,
     /// What is optimized for the step sizes.
     pub step_size_form: StepSizeForm,
     /// The step size that all parameters begin with.
@@ -48,8 +180,8 @@ impl Plan {
         tasks: usize,
     ) -> Self {
         match schedule {
-            Schedule::Joint => joint(effort, model, samples),
-            Schedule::Paper => paper(effort, tasks),
+            Schedule::Joint => joint(effort, model, samples, tasks),
+            Schedule::Paper => paper(effort, model, samples, tasks),
         }
     }
 
@@ -73,11 +205,24 @@ impl Plan {
     pub fn steps(&self) -> usize {
         self.phases.iter().map(|phase| phase.steps).sum()
     }
+
+    /// The phase, and the step in it, that come after so many outer steps; None at the end.
+    #[must_use]
+    pub fn at(&self, done: usize) -> Option<(usize, usize)> {
+        let mut step = done;
+        for (index, phase) in self.phases.iter().enumerate() {
+            if step < phase.steps {
+                return Some((index, step));
+            }
+            step -= phase.steps;
+        }
+        None
+    }
 }
 
 /// Which of several starts is good shows only after a while, and not by its training loss: each
 /// is trained for a short time, and the one that does best on unseen materials goes on.
-fn joint(effort: Effort, model: ModelKind, samples: usize) -> Plan {
+fn joint(effort: Effort, model: ModelKind, samples: usize, tasks: usize) -> Plan {
     let (starts, first, second, last, gentle) = match effort {
         Effort::Quick => (3, 300, 800, 2_500, 1.0),
         Effort::Standard => (4, 1_000, 3_000, 14_000, 0.3),
@@ -92,6 +237,8 @@ fn joint(effort: Effort, model: ModelKind, samples: usize) -> Plan {
     let learning = Phase {
         name: "trying starts",
         start: Start::Previous,
+        keep: Keep::Nothing,
+        samples,
         steps: first,
         batch: 16,
         // More than n: a few random samples alone say too little to begin on.
@@ -104,9 +251,12 @@ fn joint(effort: Effort, model: ModelKind, samples: usize) -> Plan {
         },
         final_rate: 0.3,
         warm_up: 100,
+        largest_norm: 1.0,
+        weight_decay: 0.0,
         gain: Some(1.5),
     };
     let sampling = Phase {
+        keep: Keep::BestValidation,
         steps: second,
         inner: InnerSamples::Pattern,
         rates: Groups {
@@ -140,55 +290,89 @@ fn joint(effort: Effort, model: ModelKind, samples: usize) -> Plan {
         ..sampling
     });
     Plan {
+        phases,
+        tasks,
+        first_guess,
         step_size_form: StepSizeForm::Logarithm,
         first_step_size,
-        phases,
     }
 }
 
-/// The paper's settings: 10,000 and 500 epochs of one task a step.
-fn paper(effort: Effort, tasks: usize) -> Plan {
+/// Of so many random patterns of one sample the best begins stage 2.
+const GUESSES: usize = 50;
+
+/// The paper's settings. Stage 1: initialisation and step sizes, 10,000 epochs. Stage 2: the
+/// pattern, from the best of random guesses at n = 1, doubled until it has the n asked for, and
+/// each n trained for 500 epochs. All of them with one task a step.
+fn paper(effort: Effort, model: ModelKind, samples: usize, tasks: usize) -> Plan {
     let share = match effort {
         Effort::Quick => 100,
         Effort::Standard => 10,
         Effort::Long => 1,
     };
+    let (rate, final_rate) = match model {
+        ModelKind::Linear => (1e-3, 0.5),
+        _ => (5e-4, 0.2),
+    };
+    let mut phases = Vec::new();
+    let first = Phase {
+        name: "start and step sizes",
+        start: Start::Guess(0),
+        keep: Keep::Last,
+        // No pattern yet, but Meta is judged on one.
+        samples,
+        steps: 10_000 / share * tasks,
+        batch: 1,
+        inner: InnerSamples::Fresh(512),
+        outer: 512,
+        rates: Groups {
+            initial: 1e-4,
+            step_sizes: 1e-4,
+            pattern: 0.0,
+        },
+        final_rate: 1.0,
+        warm_up: 0,
+        largest_norm: f32::INFINITY,
+        weight_decay: 1e-6,
+        gain: None,
+    };
+    let guesses = Phase {
+        name: "guesses",
+        start: Start::Patterns,
+        keep: Keep::BestEpoch,
+        samples: 1,
+        steps: GUESSES * tasks,
+        inner: InnerSamples::Pattern,
+        outer: 25_000,
+        rates: Groups::default(),
+        weight_decay: 0.0,
+        ..first.clone()
+    };
+    let pattern = Phase {
+        name: "pattern",
+        start: Start::Best,
+        steps: 500 / share * tasks,
+        rates: Groups {
+            pattern: rate,
+            ..Groups::default()
+        },
+        final_rate,
+        ..guesses.clone()
+    };
+    if model != ModelKind::Linear {
+        phases.push(first);
+    }
+    phases.push(guesses);
+    let doubled = std::iter::successors(Some(1), |n| (*n < samples).then_some(2 * n));
+    phases.extend(doubled.map(|n| Phase {
+        samples: n.min(samples),
+        ..pattern.clone()
+    }));
     Plan {
+        phases,
+        tasks,
+        first_guess: random_start,
         step_size_form: StepSizeForm::Plain,
         first_step_size: 1e-3,
-        phases: vec![
-            Phase {
-                name: "start and step sizes",
-                start: Start::Guess(0),
-                steps: 10_000 * tasks / share,
-                batch: 1,
-                inner: InnerSamples::Fresh(512),
-                outer: 512,
-                rates: Groups {
-                    initial: 1e-4,
-                    step_sizes: 1e-4,
-                    pattern: 0.0,
-                },
-                final_rate: 1.0,
-                warm_up: 0,
-                gain: None,
-            },
-            Phase {
-                name: "pattern",
-                start: Start::Previous,
-                steps: 500 * tasks / share,
-                batch: 1,
-                inner: InnerSamples::Pattern,
-                outer: 25_000,
-                rates: Groups {
-                    initial: 0.0,
-                    step_sizes: 0.0,
-                    pattern: 5e-4,
-                },
-                final_rate: 0.2,
-                warm_up: 0,
-                gain: None,
-            },
-        ],
     }
 }

@@ -1,27 +1,23 @@
 //! A whole training run: from materials to what a recipe holds.
 
 use std::marker::PhantomData;
-use std::ops::ControlFlow;
-use std::path::PathBuf;
-use std::time::{Duration, Instant};
 
-use glimpse_core::angles::{Angles, HalfDifference};
+use glimpse_core::angles::Angles;
 use glimpse_core::model::ModelKind;
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
 
-use super::checkpoint::{Best, Checkpoint, CheckpointError};
+use super::checkpoint::CheckpointError;
+use super::descent::{Descent, Tasks};
 use super::gradient::LaneModel;
-use super::parameters::{Groups, Optimization};
-use super::pattern::{Pattern, logits_of};
+use super::outer::{Best, Checkpoints, Observer, Run, RunError};
+use super::pattern::above_horizon;
 use super::plan::{Effort, Plan, Schedule};
-use super::pool::{Pool, Variation};
-use super::start::first_guess;
-use super::training::{InnerSamples, Start, StepSizeForm, Tasks, Training};
-use super::unroll::Learner;
+use super::pool::Pool;
+use super::trainee::{Lots, Trainee};
+use crate::export::ReducedBasis;
 use crate::material::Material;
-use crate::sampling::sobol_valid;
 use crate::with_model;
 
 /// SGD steps of the inner loop (paper: 20).
@@ -30,10 +26,6 @@ pub const INNER_STEPS: usize = 20;
 const POOL: usize = 32_768;
 /// The same for materials held out for validation.
 const VALIDATION_POOL: usize = 4_096;
-/// How often a phase is judged on materials that it does not train on.
-const VALIDATIONS: usize = 20;
-/// How often a checkpoint is written.
-const CHECKPOINT_INTERVAL: Duration = Duration::from_secs(10);
 
 /// What to train.
 #[derive(Clone, Debug)]
@@ -50,10 +42,8 @@ pub struct Options {
     pub without_pattern: bool,
     /// Seed of all random numbers.
     pub seed: u64,
-    /// Where to keep checkpoints.
-    pub checkpoint: Option<PathBuf>,
-    /// Go on from the checkpoint.
-    pub resume: bool,
+    /// Where the run is saved, if it is.
+    pub checkpoints: Option<Checkpoints>,
 }
 
 impl Options {
@@ -80,7 +70,16 @@ fn crc(bytes: &[u8]) -> u32 {
 
 /// What was learned.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Learned {
+pub enum Learned {
+    /// For a model that is fitted by descent.
+    Descent(LearnedDescent),
+    /// For the model Linear.
+    Ridge(LearnedRidge),
+}
+
+/// What was learned for a model that is fitted by descent.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LearnedDescent {
     /// The model.
     pub model: ModelKind,
     /// K.
@@ -98,19 +97,35 @@ pub struct Learned {
     pub materials: usize,
 }
 
-/// How far a run is.
-#[derive(Clone, Copy, Debug)]
-pub struct Progress {
-    /// What is being trained.
-    pub phase: &'static str,
-    /// Outer steps done, over all phases.
-    pub done: usize,
-    /// Outer steps of all phases.
-    pub total: usize,
-    /// Outer loss, smoothed over some fifty steps.
-    pub loss: f32,
-    /// The best validation loss so far.
-    pub validation: Option<f32>,
+/// What was learned for the model Linear.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LearnedRidge {
+    /// The basis at the pattern.
+    pub reduced: ReducedBasis,
+    /// The file of the whole basis.
+    pub basis: Vec<u8>,
+    /// How many materials it was trained on.
+    pub materials: usize,
+}
+
+impl Learned {
+    /// Mean loss over the materials held out; see [`LearnedDescent::expected_loss`].
+    #[must_use]
+    pub fn expected_loss(&self) -> f32 {
+        match self {
+            Self::Descent(learned) => learned.expected_loss,
+            Self::Ridge(learned) => learned.reduced.expected_loss,
+        }
+    }
+
+    /// How many materials it was trained on.
+    #[must_use]
+    pub fn materials(&self) -> usize {
+        match self {
+            Self::Descent(learned) => learned.materials,
+            Self::Ridge(learned) => learned.materials,
+        }
+    }
 }
 
 /// Why a run ended without a result.
@@ -122,8 +137,8 @@ pub enum TrainError {
     /// n is out of range.
     #[error("{0} samples are out of range: a pattern has 1 to {max}", max = glimpse_core::recipe::MAX_SAMPLES)]
     Samples(usize),
-    /// The model has nothing that descends.
-    #[error("the model {0} is not fitted by descent: it has no start and step sizes to learn")]
+    /// The model cannot be trained yet.
+    #[error("the model {0} cannot be trained yet")]
     Model(ModelKind),
     /// A checkpoint cannot be written or read.
     #[error(transparent)]
@@ -131,6 +146,15 @@ pub enum TrainError {
     /// The observer asked to stop; a checkpoint was written if there is a place for it.
     #[error("stopped after {0} outer steps")]
     Stopped(usize),
+}
+
+impl From<RunError> for TrainError {
+    fn from(error: RunError) -> Self {
+        match error {
+            RunError::Checkpoint(error) => Self::Checkpoint(error),
+            RunError::Stopped(done) => Self::Stopped(done),
+        }
+    }
 }
 
 /// Trains, telling `observer` after every outer step.
@@ -143,7 +167,7 @@ pub enum TrainError {
 pub fn train(
     options: &Options,
     materials: Vec<Box<dyn Material>>,
-    observer: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+    observer: &mut Observer<'_>,
 ) -> Result<Learned, TrainError> {
     if materials.is_empty() {
         return Err(TrainError::NoMaterials);
@@ -151,24 +175,28 @@ pub fn train(
     if !(1..=glimpse_core::recipe::MAX_SAMPLES).contains(&options.samples) {
         return Err(TrainError::Samples(options.samples));
     }
-    with_model!(
-        options.model,
-        M => Run::<M>::new(options, materials).finish(observer),
-        _ => Err(TrainError::Model(options.model)),
-    )
+    // On one of rayon's own threads: each parallel loop would else be handed over to one.
+    rayon::scope(|_| {
+        let session = Session::new(options, materials);
+        with_model!(
+            options.model,
+            M => session.descent::<M>(observer).map(Learned::Descent),
+            // The place of the model Linear: its trainee, then Learned::Ridge.
+            _ => Err(TrainError::Model(options.model)),
+        )
+    })
 }
 
-/// A run under way.
-struct Run<'o, M: LaneModel> {
+/// What the training of any model needs.
+struct Session<'o> {
     options: &'o Options,
-    plan: Plan,
     name: String,
+    plan: Plan,
     training: Vec<Box<dyn Material>>,
     validation: Vec<Box<dyn Material>>,
-    model: PhantomData<M>,
 }
 
-impl<'o, M: LaneModel> Run<'o, M> {
+impl<'o> Session<'o> {
     fn new(options: &'o Options, materials: Vec<Box<dyn Material>>) -> Self {
         let name = options.run(&materials);
         let (training, validation) = split(materials, options.seed);
@@ -184,148 +212,58 @@ impl<'o, M: LaneModel> Run<'o, M> {
         }
         Self {
             options,
-            plan,
             name,
+            plan,
             training,
             validation,
-            model: PhantomData,
         }
     }
 
-    fn first_values(&self, guess: u64) -> Groups<Vec<f32>> {
-        let seed = self.options.seed.wrapping_add(guess << 32);
-        let mut random = ChaCha8Rng::seed_from_u64(seed);
-        let initial = first_guess(self.options.model, &mut random);
-        let step_size = self.plan.step_size_form.value(self.plan.first_step_size);
-        let pattern = sobol_valid(self.options.samples, (seed ^ (seed >> 32)) as u32);
-        Groups {
-            step_sizes: vec![step_size; initial.len()],
-            initial,
-            pattern: pattern.into_iter().flat_map(logits_of).collect(),
-        }
-    }
-
-    fn finish(
-        self,
-        observer: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
-    ) -> Result<Learned, TrainError> {
-        let directory = self.options.checkpoint.as_deref();
-        let mut optimization = Optimization::new(self.first_values(0));
-        let mut done = 0;
-        let mut loss = 0.0;
-        let mut best: Option<Best> = None;
-        if let Some(directory) = directory {
-            Checkpoint::prepare(directory)?;
-            if self.options.resume {
-                let checkpoint = Checkpoint::read(directory, &self.name)?;
-                optimization = optimization
-                    .restore(checkpoint.record)
-                    .map_err(|error| CheckpointError::Record(error.to_string()))?;
-                (done, loss, best) = (checkpoint.done, checkpoint.loss, checkpoint.best);
-            }
-        }
-
-        let tasks = Tasks {
-            pool: Pool::new(&self.training, POOL, self.options.seed),
-            materials: &self.training,
-        };
-        let judged = match self.validation.is_empty() {
+    /// The materials held out, or those of training if none are.
+    fn judged(&self) -> &[Box<dyn Material>] {
+        match self.validation.is_empty() {
             true => &self.training,
             false => &self.validation,
-        };
-        let judge = Judge {
-            materials: judged,
-            pool: Pool::new(judged, VALIDATION_POOL, !self.options.seed),
-            form: self.plan.step_size_form,
-        };
-        let mut training = Training::<M> {
-            tasks: &tasks,
-            phases: &self.plan.phases,
-            inner_steps: INNER_STEPS,
+        }
+    }
+
+    /// Trains; returns the best values and their loss.
+    fn finish(
+        &self,
+        trainee: &dyn Trainee,
+        observer: &mut Observer<'_>,
+    ) -> Result<Best, TrainError> {
+        let run = Run {
+            trainee,
+            plan: &self.plan,
+            name: self.name.clone(),
             seed: self.options.seed,
-            step_size_form: self.plan.step_size_form,
-            optimization,
+            checkpoints: self.options.checkpoints.clone(),
+        };
+        Ok(run.finish(observer)?)
+    }
+
+    fn descent<M: LaneModel>(
+        &self,
+        observer: &mut Observer<'_>,
+    ) -> Result<LearnedDescent, TrainError> {
+        let seed = self.options.seed;
+        let tasks = |materials, size, seed| Tasks {
+            pool: Pool::new(materials, size, seed),
+            materials,
+        };
+        let trainee = Descent::<M> {
+            training: &tasks(&self.training, POOL, seed),
+            validation: &tasks(self.judged(), VALIDATION_POOL, !seed),
+            plan: &self.plan,
+            inner_steps: INNER_STEPS,
+            samples: self.options.samples,
+            lots: Lots { seed },
             model: PhantomData,
         };
-        let save = |training: &Training<'_, M>, done, loss, best: &Option<Best>| {
-            let Some(directory) = directory else {
-                return Ok(());
-            };
-            let record = training.optimization.record();
-            Checkpoint {
-                run: self.name.clone(),
-                done,
-                loss,
-                best: best.clone(),
-                record: record.map_err(|error| CheckpointError::Record(error.to_string()))?,
-            }
-            .write(directory)
-        };
-
-        let total = self.plan.steps();
-        let mut saved = Instant::now();
-        let mut before = 0;
-        for (index, phase) in self.plan.phases.iter().enumerate() {
-            if done == before {
-                match (phase.start, &best) {
-                    (Start::Guess(guess), _) => {
-                        training.optimization = Optimization::new(self.first_values(guess));
-                    }
-                    (Start::Best, Some(best)) => {
-                        training.optimization = Optimization::new(best.values.clone());
-                    }
-                    _ => {}
-                }
-            }
-            // What could be a recipe is judged: in phases on n samples, and at the end.
-            let of_n = [
-                InnerSamples::Pattern,
-                InnerSamples::Random(self.options.samples),
-            ];
-            let is_judged = of_n.contains(&phase.inner) || index + 1 == self.plan.phases.len();
-            while done < before + phase.steps {
-                let step = done - before;
-                let found = training.step(index, step);
-                done += 1;
-                let share = if done == 1 { 1.0 } else { 0.02 };
-                loss += share * (found - loss);
-                let period = phase.steps.div_ceil(VALIDATIONS);
-                if is_judged && ((step + 1) % period == 0 || step + 1 == phase.steps) {
-                    let values = training.optimization.values();
-                    let found = judge.loss::<M>(&values);
-                    if best.as_ref().is_none_or(|best| found < best.loss) {
-                        best = Some(Best {
-                            loss: found,
-                            values,
-                        });
-                    }
-                }
-                let progress = Progress {
-                    phase: phase.name,
-                    done,
-                    total,
-                    loss,
-                    validation: best.as_ref().map(|best| best.loss),
-                };
-                let stop = observer(&progress).is_break();
-                if stop || saved.elapsed() > CHECKPOINT_INTERVAL {
-                    save(&training, done, loss, &best)?;
-                    saved = Instant::now();
-                }
-                if stop && done < total {
-                    return Err(TrainError::Stopped(done));
-                }
-            }
-            before += phase.steps;
-        }
-        save(&training, done, loss, &best)?;
-        // None only if no judged loss was a number; the recipe's checks will then say so.
-        let Best { loss, values } = best.unwrap_or_else(|| Best {
-            loss,
-            values: training.optimization.values(),
-        });
-        Ok(Learned {
-            model: self.options.model,
+        let Best { loss, values } = self.finish(&trainee, observer)?;
+        Ok(LearnedDescent {
+            model: M::KIND,
             inner_steps: INNER_STEPS,
             pattern: above_horizon(&values.pattern),
             initial: values.initial,
@@ -348,49 +286,4 @@ fn split(
     let held_out = materials.len() / 10;
     let validation = materials.split_off(materials.len() - held_out);
     (materials, validation)
-}
-
-/// The pattern's angles, pulled towards the pole where a direction is below the horizon or grazes
-/// it: a scanner cannot measure there.
-fn above_horizon(logits: &[f32]) -> Vec<Angles<f32>> {
-    const LEAST_COSINE: f32 = 1e-3;
-    let mut angles = Pattern::from_logits(logits).angles().to_vec();
-    for angles in &mut angles {
-        loop {
-            let at = HalfDifference::from_angles(*angles);
-            if at.cos_theta_i().min(at.cos_theta_o()) > LEAST_COSINE {
-                break;
-            }
-            angles.theta_h *= 0.99;
-            angles.theta_d *= 0.99;
-        }
-    }
-    angles
-}
-
-/// Judges meta-parameters by the mean loss that they lead to.
-struct Judge<'a> {
-    materials: &'a [Box<dyn Material>],
-    pool: Pool,
-    form: StepSizeForm,
-}
-
-impl Judge<'_> {
-    fn loss<M: LaneModel>(&self, values: &Groups<Vec<f32>>) -> f32 {
-        use rayon::prelude::*;
-        let step_sizes = self.form.step_sizes(&values.step_sizes);
-        let learner = Learner::<M, f32>::new(&values.initial, &step_sizes, INNER_STEPS);
-        let pattern = Pattern::new(above_horizon(&values.pattern));
-        let losses: Vec<f32> = self
-            .materials
-            .par_iter()
-            .enumerate()
-            .map(|(index, material)| {
-                let measured = pattern.measure(&**material, Variation::NONE);
-                let parameters = learner.learn(&measured.octets());
-                M::loss(&parameters, &self.pool.all(index).octets())
-            })
-            .collect();
-        losses.iter().sum::<f32>() / losses.len() as f32
-    }
 }

@@ -198,9 +198,11 @@ fn mistakes_are_named() {
 #[test]
 fn a_stopped_run_goes_on_to_the_same_recipe() {
     use std::ops::ControlFlow;
+    use std::time::Duration;
 
     use glimpse_core::model::ModelKind;
     use glimpse_trainer::material::Source;
+    use glimpse_trainer::meta::outer::Checkpoints;
     use glimpse_trainer::meta::plan::{Effort, Schedule};
     use glimpse_trainer::meta::run::{Options, TrainError, train};
 
@@ -213,14 +215,18 @@ fn a_stopped_run_goes_on_to_the_same_recipe() {
         effort: Effort::Quick,
         without_pattern: false,
         seed: 3,
-        checkpoint: None,
-        resume: false,
+        checkpoints: None,
     };
     let whole =
         train(&options, materials(), &mut |_| ControlFlow::Continue(())).expect("it is trained");
-    options.checkpoint = Some(scratch.path().join("checkpoint"));
+    let mut checkpoints = Checkpoints {
+        directory: scratch.path().join("checkpoint"),
+        every: Duration::from_secs(10),
+        resume: false,
+    };
     // In the first phase, at the very end of one, and in the last.
     for stop in [123, 1_100, 5_000] {
+        options.checkpoints = Some(checkpoints.clone());
         let outcome = train(&options, materials(), &mut |progress| {
             if progress.done == stop {
                 ControlFlow::Break(())
@@ -232,8 +238,9 @@ fn a_stopped_run_goes_on_to_the_same_recipe() {
             matches!(outcome, Err(TrainError::Stopped(done)) if done == stop),
             "{outcome:?}"
         );
-        options.resume = true;
+        checkpoints.resume = true;
     }
+    options.checkpoints = Some(checkpoints);
     let resumed =
         train(&options, materials(), &mut |_| ControlFlow::Continue(())).expect("it is trained");
     assert_eq!(resumed, whole);

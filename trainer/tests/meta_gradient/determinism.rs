@@ -1,18 +1,18 @@
 //! Training gives the same bits on any number of threads.
 
 use std::marker::PhantomData;
+use std::ops::ControlFlow;
 
 use glimpse_core::model::{CookTorrance, Neural, Phong};
 use glimpse_trainer::material::{Material, Procedural};
+use glimpse_trainer::meta::descent::{Descent, Tasks};
 use glimpse_trainer::meta::gradient::LaneModel;
-use glimpse_trainer::meta::parameters::{Groups, Optimization};
-use glimpse_trainer::meta::pattern::logits_of;
+use glimpse_trainer::meta::outer::{Best, Run};
+use glimpse_trainer::meta::parameters::Groups;
+use glimpse_trainer::meta::plan::{InnerSamples, Keep, Phase, Plan, Start, StepSizeForm};
 use glimpse_trainer::meta::pool::Pool;
 use glimpse_trainer::meta::start::first_guess;
-use glimpse_trainer::meta::training::{InnerSamples, Phase, Start, StepSizeForm, Tasks, Training};
-use glimpse_trainer::sampling::sobol_valid;
-use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
+use glimpse_trainer::meta::trainee::Lots;
 
 const STEPS: usize = 5;
 
@@ -26,9 +26,11 @@ fn train<M: LaneModel>(inner: InnerSamples) -> Vec<u32> {
         pool: Pool::new(&materials, 1024, 5),
         materials: &materials,
     };
-    let phases = [Phase {
+    let phase = Phase {
         name: "test",
         start: Start::Previous,
+        keep: Keep::BestValidation,
+        samples: 8,
         steps: STEPS,
         batch: 9,
         inner,
@@ -40,35 +42,42 @@ fn train<M: LaneModel>(inner: InnerSamples) -> Vec<u32> {
         },
         final_rate: 0.2,
         warm_up: 2,
+        largest_norm: 1.0,
+        weight_decay: 0.0,
         gain: Some(1.5),
-    }];
-    let form = StepSizeForm::Logarithm;
-    let initial = first_guess(M::KIND, &mut ChaCha8Rng::seed_from_u64(7));
-    let pattern = sobol_valid(8, 1).into_iter().flat_map(logits_of).collect();
-    let mut training = Training::<M> {
-        tasks: &tasks,
-        phases: &phases,
+    };
+    let plan = Plan {
+        phases: vec![phase],
+        tasks: materials.len(),
+        first_guess,
+        step_size_form: StepSizeForm::Logarithm,
+        first_step_size: 0.02,
+    };
+    let trainee = Descent::<M> {
+        training: &tasks,
+        validation: &tasks,
+        plan: &plan,
         inner_steps: 10,
-        seed: 11,
-        step_size_form: form,
-        optimization: Optimization::new(Groups {
-            initial,
-            step_sizes: vec![form.value(0.02); M::PARAMETERS],
-            pattern,
-        }),
+        samples: 8,
+        lots: Lots { seed: 11 },
         model: PhantomData,
     };
-    let mut bits: Vec<u32> = (0..STEPS)
-        .map(|step| training.step(0, step).to_bits())
-        .collect();
-    let values = training.optimization.values();
-    bits.extend(
-        values
-            .each()
-            .into_iter()
-            .flatten()
-            .map(|value| value.to_bits()),
-    );
+    let run = Run {
+        trainee: &trainee,
+        plan: &plan,
+        name: String::new(),
+        seed: 11,
+        checkpoints: None,
+    };
+    let mut bits = Vec::new();
+    let outcome = run.finish(&mut |progress| {
+        bits.push(progress.loss.to_bits());
+        ControlFlow::Continue(())
+    });
+    let Best { loss, values } = outcome.expect("nothing stops it");
+    bits.push(loss.to_bits());
+    let values = values.each().into_iter().flatten();
+    bits.extend(values.map(|value| value.to_bits()));
     bits
 }
 

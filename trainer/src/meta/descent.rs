@@ -1,0 +1,157 @@
+//! Models that are fitted by descent, as a [`Trainee`]: initial parameters, step sizes, pattern.
+
+use std::marker::PhantomData;
+
+use glimpse_core::model::ParameterSet;
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use rayon::prelude::*;
+
+use super::gradient::LaneModel;
+use super::parameters::Groups;
+use super::pattern::{Pattern, above_horizon, logits_of};
+use super::plan::{InnerSamples, Phase, Plan};
+use super::pool::{Draw, Pool, Variation};
+use super::trainee::{Lots, Trainee, mean};
+use super::unroll::{Learner, MetaGradient};
+use crate::material::Material;
+use crate::sampling::sobol_valid;
+
+/// Materials, and their values at a pool of directions.
+pub struct Tasks<'a> {
+    /// The materials.
+    pub materials: &'a [Box<dyn Material>],
+    /// Their values.
+    pub pool: Pool,
+}
+
+/// A model that is fitted by descent.
+pub struct Descent<'a, M: LaneModel> {
+    /// What it is trained on.
+    pub training: &'a Tasks<'a>,
+    /// What it is judged on.
+    pub validation: &'a Tasks<'a>,
+    /// The phases, and where they begin.
+    pub plan: &'a Plan,
+    /// Inner steps, K.
+    pub inner_steps: usize,
+    /// n, of a first guess.
+    pub samples: usize,
+    /// All random numbers.
+    pub lots: Lots,
+    /// The model.
+    pub model: PhantomData<M>,
+}
+
+impl<M: LaneModel> Trainee for Descent<'_, M> {
+    fn first_values(&self, guess: u64) -> Groups<Vec<f32>> {
+        let seed = self.lots.seed.wrapping_add(guess << 32);
+        let initial = (self.plan.first_guess)(M::KIND, &mut ChaCha8Rng::seed_from_u64(seed));
+        let step_size = self.plan.step_size_form.value(self.plan.first_step_size);
+        let pattern = sobol_valid(self.samples, (seed ^ (seed >> 32)) as u32);
+        Groups {
+            step_sizes: vec![step_size; initial.len()],
+            initial,
+            pattern: pattern.into_iter().flat_map(logits_of).collect(),
+        }
+    }
+
+    fn gradient(
+        &self,
+        values: &Groups<Vec<f32>>,
+        phase: usize,
+        step: usize,
+    ) -> (f32, Groups<Vec<f32>>) {
+        let (learner, step_sizes) = self.learner(values);
+        let pattern = Pattern::from_logits(&values.pattern);
+        let index = phase;
+        let phase = &self.plan.phases[index];
+        let tasks = self.training.materials.len();
+        let found: Vec<_> = self
+            .lots
+            .batch(index, step, phase.batch, tasks)
+            .par_iter()
+            .enumerate()
+            .map(|(slot, task)| {
+                let mut random = self.lots.slot(index, step, slot + 1);
+                self.task_gradient(phase, &learner, &pattern, *task, &mut random)
+            })
+            .collect();
+        let (loss, mut gradient) = mean(&found);
+        let form = self.plan.step_size_form;
+        form.chain(&mut gradient.step_sizes, &step_sizes);
+        (loss, gradient)
+    }
+
+    fn judge(&self, values: &Groups<Vec<f32>>) -> f32 {
+        let (learner, _) = self.learner(values);
+        let pattern = Pattern::new(above_horizon(&values.pattern));
+        let Tasks { materials, pool } = self.validation;
+        let losses: Vec<f32> = materials
+            .par_iter()
+            .enumerate()
+            .map(|(index, material)| {
+                let measured = pattern.measure(&**material, Variation::NONE);
+                let parameters = learner.learn(&measured.octets());
+                M::loss(&parameters, &pool.all(index).octets())
+            })
+            .collect();
+        losses.iter().sum::<f32>() / losses.len() as f32
+    }
+}
+
+impl<M: LaneModel> Descent<'_, M> {
+    /// The learner that meta-parameters describe, and its step sizes.
+    fn learner(&self, values: &Groups<Vec<f32>>) -> (Learner<M, f32>, Vec<f32>) {
+        let step_sizes = self.plan.step_size_form.step_sizes(&values.step_sizes);
+        let learner = Learner::new(&values.initial, &step_sizes, self.inner_steps);
+        (learner, step_sizes)
+    }
+
+    fn task_gradient(
+        &self,
+        phase: &Phase,
+        learner: &Learner<M, f32>,
+        pattern: &Pattern,
+        task: usize,
+        random: &mut ChaCha8Rng,
+    ) -> (f32, Groups<Vec<f32>>) {
+        let pool = &self.training.pool;
+        let variation = match phase.gain {
+            Some(gain) => Variation::random(gain, random),
+            None => Variation::NONE,
+        };
+        let outer = pool.draw(task, variation, phase.outer, random);
+        let outer = outer.octets();
+        let mut by_pattern = vec![0.0; 3 * pattern.angles().len()];
+        let mut found = MetaGradient::<M, f32>::default();
+        let loss = match phase.inner {
+            InnerSamples::Pattern => {
+                let measured = pattern.measure(&*self.training.materials[task], variation);
+                let inner = measured.octets();
+                let mut slopes = inner.no_slopes();
+                let loss = found.compute(learner, &[&inner], &outer, Some(&mut slopes));
+                by_pattern = measured.gradient_by_logits(&slopes);
+                loss
+            }
+            InnerSamples::Fresh(count) | InnerSamples::Random(count) => {
+                let lists = match phase.inner {
+                    InnerSamples::Fresh(_) => learner.steps,
+                    _ => 1,
+                };
+                let draws: Vec<Draw<'_>> = (0..lists)
+                    .map(|_| pool.draw(task, variation, count, random))
+                    .collect();
+                let inner: Vec<_> = draws.iter().map(Draw::octets).collect();
+                let inner: Vec<_> = inner.iter().collect();
+                found.compute(learner, &inner, &outer, None)
+            }
+        };
+        let gradients = Groups {
+            initial: found.initial.iter().copied().collect(),
+            step_sizes: found.step_sizes.iter().copied().collect(),
+            pattern: by_pattern,
+        };
+        (loss, gradients)
+    }
+}

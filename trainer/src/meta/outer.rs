@@ -1,0 +1,291 @@
+//! The outer loop: phases of Adam steps on a trainee's gradients, with checkpoints.
+
+use std::ops::ControlFlow;
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+
+use serde::{Deserialize, Serialize};
+
+use super::checkpoint::{Checkpoint, CheckpointError};
+use super::parameters::{Groups, Optimization};
+use super::pattern::{Pattern, logits_of};
+use super::plan::{Keep, Phase, Plan, Start};
+use super::trainee::Trainee;
+use crate::sampling::{sobol_valid, uniform_valid};
+
+/// How often a phase is judged on materials that it does not train on.
+const VALIDATIONS: usize = 20;
+
+/// How far a run is.
+#[derive(Clone, Copy, Debug)]
+pub struct Progress {
+    /// What is being trained.
+    pub phase: &'static str,
+    /// How many samples its pattern has.
+    pub samples: usize,
+    /// Outer steps done, over all phases.
+    pub done: usize,
+    /// Outer steps of all phases.
+    pub total: usize,
+    /// Outer loss, smoothed over some fifty steps.
+    pub loss: f32,
+    /// The best loss so far: on materials held out, or of an epoch (see [`Keep`]).
+    pub best: Option<f32>,
+}
+
+/// Is told of every outer step, and may stop the run.
+pub type Observer<'a> = dyn FnMut(&Progress) -> ControlFlow<()> + Send + 'a;
+
+/// Values of all groups, with the loss that they reached.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Best {
+    /// The loss, of the kind that the phase keeps by.
+    pub loss: f32,
+    /// The values.
+    pub values: Groups<Vec<f32>>,
+}
+
+/// How a run stands, but for meta-parameters and optimizer.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Standing {
+    /// Outer steps done, over all phases.
+    pub done: usize,
+    /// The smoothed outer loss.
+    pub loss: f32,
+    /// The losses of this epoch's steps, added up, barriers included.
+    pub epoch: f32,
+    /// The best values so far.
+    pub best: Option<Best>,
+}
+
+/// Where and how often a run is saved.
+#[derive(Clone, Debug)]
+pub struct Checkpoints {
+    /// The directory.
+    pub directory: PathBuf,
+    /// A checkpoint is written when the last one is so old.
+    pub every: Duration,
+    /// Go on from the checkpoint.
+    pub resume: bool,
+}
+
+/// Why a run ended without a result.
+#[derive(Debug, thiserror::Error)]
+pub enum RunError {
+    /// A checkpoint cannot be written or read.
+    #[error(transparent)]
+    Checkpoint(#[from] CheckpointError),
+    /// The observer asked to stop; a checkpoint was written if there is a place for it.
+    #[error("stopped after {0} outer steps")]
+    Stopped(usize),
+}
+
+/// A run: who is trained, and how.
+pub struct Run<'a> {
+    /// Who.
+    pub trainee: &'a dyn Trainee,
+    /// How.
+    pub plan: &'a Plan,
+    /// All that decides the outcome, in words: a checkpoint of other words is of another run.
+    pub name: String,
+    /// Seed of the random patterns.
+    pub seed: u64,
+    /// Where it is saved.
+    pub checkpoints: Option<Checkpoints>,
+}
+
+/// A run under way.
+struct State {
+    optimization: Optimization,
+    standing: Standing,
+}
+
+impl State {
+    fn restart(&mut self, values: Groups<Vec<f32>>) {
+        self.optimization = Optimization::new(values);
+    }
+
+    /// Keeps values if their loss is less than the best so far.
+    fn keep(&mut self, loss: f32, values: Groups<Vec<f32>>) {
+        let best = &mut self.standing.best;
+        if best.as_ref().is_none_or(|best| loss < best.loss) {
+            *best = Some(Best { loss, values });
+        }
+    }
+}
+
+impl Run<'_> {
+    /// Trains, telling `observer` after every outer step; returns the best values, and their loss
+    /// on the materials held out.
+    ///
+    /// # Errors
+    /// See [`RunError`].
+    pub fn finish(&self, observer: &mut Observer<'_>) -> Result<Best, RunError> {
+        let mut state = self.begin()?;
+        let total = self.plan.steps();
+        let mut saved = Instant::now();
+        while let Some((index, step)) = self.plan.at(state.standing.done) {
+            let phase = &self.plan.phases[index];
+            self.advance(&mut state, index, step);
+            let Standing {
+                done, loss, best, ..
+            } = &state.standing;
+            let stop = observer(&Progress {
+                phase: phase.name,
+                samples: phase.samples,
+                done: *done,
+                total,
+                loss: *loss,
+                best: best.as_ref().map(|best| best.loss),
+            });
+            let stop = stop.is_break() && *done < total;
+            if let Some(checkpoints) = &self.checkpoints
+                && (stop || *done == total || saved.elapsed() >= checkpoints.every)
+            {
+                self.checkpoint(&state)?.write(&checkpoints.directory)?;
+                saved = Instant::now();
+            }
+            if stop {
+                return Err(RunError::Stopped(state.standing.done));
+            }
+        }
+        let values = match state.standing.best {
+            Some(best) => best.values,
+            None => state.optimization.values(),
+        };
+        Ok(Best {
+            loss: self.trainee.judge(&values),
+            values,
+        })
+    }
+
+    /// The beginning, or where the checkpoint stands.
+    fn begin(&self) -> Result<State, CheckpointError> {
+        let mut state = State {
+            optimization: Optimization::new(self.trainee.first_values(0)),
+            standing: Standing::default(),
+        };
+        if let Some(checkpoints) = &self.checkpoints {
+            Checkpoint::prepare(&checkpoints.directory)?;
+            if checkpoints.resume {
+                let found = Checkpoint::read(&checkpoints.directory, &self.name)?;
+                state.standing = found.standing;
+                state.optimization = state
+                    .optimization
+                    .restore(found.record)
+                    .map_err(|error| CheckpointError::Record(error.to_string()))?;
+            }
+        }
+        Ok(state)
+    }
+
+    fn checkpoint(&self, state: &State) -> Result<Checkpoint, CheckpointError> {
+        let record = state.optimization.record();
+        Ok(Checkpoint {
+            run: self.name.clone(),
+            standing: state.standing.clone(),
+            record: record.map_err(|error| CheckpointError::Record(error.to_string()))?,
+        })
+    }
+
+    /// One outer step.
+    fn advance(&self, state: &mut State, index: usize, step: usize) {
+        let phase = &self.plan.phases[index];
+        if step == 0 {
+            self.enter(state, phase);
+        }
+        let epoch = self.plan.tasks.div_ceil(phase.batch);
+        if phase.start == Start::Patterns && step.is_multiple_of(epoch) {
+            self.guess_pattern(state, phase, step / epoch);
+        }
+
+        let values = state.optimization.values();
+        let (loss, mut gradient) = self.trainee.gradient(&values, index, step);
+        for (gradient, values) in gradient.each_mut().into_iter().zip(values.each()) {
+            clip(gradient, phase.largest_norm);
+            for (entry, value) in gradient.iter_mut().zip(values) {
+                *entry += phase.weight_decay * value;
+            }
+        }
+        state.optimization.step(gradient, &phase.rates_at(step));
+
+        let standing = &mut state.standing;
+        standing.done += 1;
+        let share = if standing.done == 1 { 1.0 } else { 0.02 };
+        standing.loss += share * (loss - standing.loss);
+        let last = step + 1 == phase.steps;
+        match phase.keep {
+            Keep::Nothing => {}
+            Keep::BestValidation => {
+                let period = phase.steps.div_ceil(VALIDATIONS);
+                if (step + 1).is_multiple_of(period) || last {
+                    let values = state.optimization.values();
+                    state.keep(self.trainee.judge(&values), values);
+                }
+            }
+            Keep::BestEpoch => {
+                standing.epoch += loss + Pattern::from_logits(&values.pattern).barrier();
+                if (step + 1).is_multiple_of(epoch) {
+                    let loss = std::mem::take(&mut standing.epoch) / epoch as f32;
+                    state.keep(loss, state.optimization.values());
+                }
+            }
+            Keep::Last if last => {
+                let values = state.optimization.values();
+                standing.best = Some(Best { loss, values });
+            }
+            Keep::Last => {}
+        }
+    }
+
+    /// Puts meta-parameters where a phase begins.
+    fn enter(&self, state: &mut State, phase: &Phase) {
+        match (phase.start, &state.standing.best) {
+            (Start::Guess(guess), _) => state.restart(self.trainee.first_values(guess)),
+            (Start::Best, Some(best)) => state.restart(best.values.clone()),
+            _ => {}
+        }
+        let mut values = state.optimization.values();
+        let known = values.pattern.len() / 3;
+        if phase.samples > known {
+            let sobol = sobol_valid(phase.samples, self.seed as u32);
+            let more = sobol.into_iter().skip(known).flat_map(logits_of);
+            values.pattern.extend(more);
+            state.restart(values);
+        }
+        if phase.keep == Keep::BestEpoch {
+            // Losses of other phases are of other patterns.
+            state.standing.best = None;
+            state.standing.epoch = 0.0;
+        }
+    }
+
+    /// Takes another random pattern.
+    fn guess_pattern(&self, state: &mut State, phase: &Phase, guess: usize) {
+        let seed = self.seed.wrapping_add((guess as u64 + 1) << 32);
+        let pattern = uniform_valid(phase.samples, seed);
+        let mut values = state.optimization.values();
+        values.pattern = pattern.into_iter().flat_map(logits_of).collect();
+        state.restart(values);
+    }
+}
+
+/// Scales a gradient down to a norm; one that is not finite becomes 0.
+fn clip(gradient: &mut [f32], largest_norm: f32) {
+    let norm = gradient
+        .iter()
+        .map(|value| value * value)
+        .sum::<f32>()
+        .sqrt();
+    let scale = match norm {
+        norm if !norm.is_finite() => {
+            gradient.fill(0.0);
+            return;
+        }
+        norm if norm > largest_norm => largest_norm / norm,
+        _ => return,
+    };
+    for value in gradient {
+        *value *= scale;
+    }
+}

@@ -1,0 +1,84 @@
+//! What the outer loop trains, and how its random numbers are dealt out.
+
+use rand::SeedableRng;
+use rand::seq::SliceRandom;
+use rand_chacha::ChaCha8Rng;
+
+use super::parameters::Groups;
+
+/// What is meta-trained: how a batch of tasks changes with the meta-parameters.
+pub trait Trainee: Sync {
+    /// The meta-parameters that a first guess begins with.
+    fn first_values(&self, guess: u64) -> Groups<Vec<f32>>;
+
+    /// The mean outer loss over a step's batch of tasks, and its gradient by the values (the
+    /// gradient includes the [barrier](super::pattern::Pattern::barrier); the loss does not).
+    fn gradient(
+        &self,
+        values: &Groups<Vec<f32>>,
+        phase: usize,
+        step: usize,
+    ) -> (f32, Groups<Vec<f32>>);
+
+    /// The loss on the materials held out.
+    fn judge(&self, values: &Groups<Vec<f32>>) -> f32;
+}
+
+/// The random numbers of a run: a generator of its own for each slot of each step, so that
+/// neither threads nor a resumed run change what is drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Lots {
+    /// The seed of all of them.
+    pub seed: u64,
+}
+
+impl Lots {
+    /// The generator of a slot: slot 0 orders tasks, task k of a batch draws from slot k + 1.
+    #[must_use]
+    pub fn slot(self, phase: usize, step: usize, slot: usize) -> ChaCha8Rng {
+        let mut random = ChaCha8Rng::seed_from_u64(self.seed);
+        random.set_stream(((phase as u64) << 56) | ((slot as u64) << 40) | step as u64);
+        random
+    }
+
+    /// The tasks of a step's batch, `size` of `tasks`: consecutive in an order that is shuffled
+    /// anew each epoch.
+    #[must_use]
+    pub fn batch(self, phase: usize, step: usize, size: usize, tasks: usize) -> Vec<usize> {
+        let mut chosen = Vec::with_capacity(size);
+        let mut shuffled: Option<(usize, Vec<usize>)> = None;
+        for position in step * size..(step + 1) * size {
+            let epoch = position / tasks;
+            let order = match shuffled.take() {
+                Some((of, order)) if of == epoch => order,
+                _ => {
+                    let mut order: Vec<usize> = (0..tasks).collect();
+                    order.shuffle(&mut self.slot(phase, epoch, 0));
+                    order
+                }
+            };
+            chosen.push(order[position % tasks]);
+            shuffled = Some((epoch, order));
+        }
+        chosen
+    }
+}
+
+/// The mean of a batch's losses and gradients, summed in the batch's order, whichever thread was
+/// first.
+#[must_use]
+pub fn mean(found: &[(f32, Groups<Vec<f32>>)]) -> (f32, Groups<Vec<f32>>) {
+    let share = 1.0 / found.len() as f32;
+    let mut loss = 0.0;
+    let mut sum = Groups::<Vec<f32>>::default();
+    for (task_loss, gradients) in found {
+        loss += share * task_loss;
+        for (sum, gradient) in sum.each_mut().into_iter().zip(gradients.each()) {
+            sum.resize(gradient.len(), 0.0);
+            for (sum, value) in sum.iter_mut().zip(gradient) {
+                *sum += share * value;
+            }
+        }
+    }
+    (loss, sum)
+}
