@@ -8,7 +8,10 @@ use glimpse_core::scalar::Scalar;
 use nalgebra::{DMatrix, SymmetricEigen};
 use rayon::prelude::*;
 
-use super::{Coefficients, Columns, Grid};
+use super::reduced::widened;
+use super::{ByAngles, Coefficients, Columns, Grid, Reduced};
+use crate::export::ReducedBasis;
+use crate::material::angles_of;
 
 /// Numbers before the components of a node: mean of the mapped columns, and ln(median w + e).
 const HEAD: usize = 2;
@@ -152,6 +155,24 @@ impl Basis {
         }
     }
 
+    /// The basis at a pattern, as recipes hold it; precisions, checksum and loss are left open.
+    #[must_use]
+    pub fn reduce(&self, pattern: Vec<Angles<f32>>) -> ReducedBasis {
+        let places: Vec<Angles<f64>> = pattern.iter().copied().map(widened).collect();
+        let found = Reduced::new(self, &places);
+        let values = |list: &[ByAngles]| list.iter().map(|dual| dual.value as f32).collect();
+        ReducedBasis {
+            pattern,
+            basis: found.basis.iter().map(|value| *value as f32).collect(),
+            mean: values(&found.mean),
+            median: values(&found.median),
+            weight: values(&found.weight),
+            precision: Vec::new(),
+            basis_checksum: 0,
+            expected_loss: 0.0,
+        }
+    }
+
     /// The whole BRDF of a material's coefficients, ready to be looked up.
     #[must_use]
     pub fn reconstruct(&self, coefficients: &Coefficients) -> Reconstruction {
@@ -244,12 +265,8 @@ impl Reconstruction {
     /// The BRDF in linear RGB, sr^-1 (not times the cosine), at many places.
     pub fn brdf_batch(&self, at: &[HalfDifference<f32>], brdf: &mut [[f32; 3]]) {
         for (at, brdf) in at.iter().zip(brdf) {
-            let angles = crate::material::angles_of(at);
-            let corners = Grid::corners(Angles {
-                theta_h: f64::from(angles.theta_h),
-                theta_d: f64::from(angles.theta_d),
-                phi_d: f64::from(angles.phi_d),
-            });
+            let angles = angles_of(at);
+            let corners = Grid::corners(widened(angles));
             let mut mapped = [0.0; 3];
             let mut log_median = 0.0;
             for corner in corners {

@@ -114,3 +114,12 @@ impl Reduced {
         Ok(coefficients)
     }
 }
+
+/// Angles in double precision.
+pub(super) fn widened(angles: Angles<f32>) -> Angles<f64> {
+    Angles {
+        theta_h: f64::from(angles.theta_h),
+        theta_d: f64::from(angles.theta_d),
+        phi_d: f64::from(angles.phi_d),
+    }
+}

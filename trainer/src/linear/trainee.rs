@@ -14,14 +14,16 @@ use glimpse_core::angles::{Angles, HalfDifference};
 use glimpse_core::linear::{Factors, RidgeError, RidgeGradient, scratch_length, unmap};
 use glimpse_core::loss::cosine_weighted_log_error;
 use rand::Rng;
-use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
+use super::reduced::widened;
 use super::{Basis, ByAngles, Coefficients, Columns, Reduced};
 use crate::dual::Dual;
 use crate::material::Material;
 use crate::meta::parameters::Groups;
-use crate::meta::pattern::Pattern;
+use crate::meta::pattern::{Pattern, above_horizon};
+use crate::meta::plan::{InnerSamples, Plan};
+use crate::meta::trainee::{Lots, Trainee};
 use crate::sampling::uniform_valid;
 
 /// Folds that materials are dealt into.
@@ -52,16 +54,13 @@ impl Prior {
         components: 60,
         eta: None,
     };
-
-    /// ln precision of each coefficient, to begin with.
-    #[must_use]
-    pub fn first_values(&self, components: usize) -> Vec<f32> {
-        vec![self.eta.unwrap_or(FIRST_ETA).ln() as f32; components]
-    }
 }
 
 /// What the Linear model learns on.
 pub struct LinearTrainee<'a> {
+    plan: &'a Plan,
+    lots: Lots,
+    prior: Prior,
     materials: &'a [Box<dyn Material>],
     folds: Vec<Judge>,
     /// The materials at the pool's directions.
@@ -75,6 +74,7 @@ impl<'a> LinearTrainee<'a> {
         materials: &'a [Box<dyn Material>],
         columns: &Columns,
         prior: Prior,
+        plan: &'a Plan,
         seed: u64,
     ) -> Self {
         let angles = uniform_valid(POOL, seed);
@@ -97,6 +97,9 @@ impl<'a> LinearTrainee<'a> {
             .map(|material| angles.iter().map(|angles| material.brdf(*angles)).collect())
             .collect();
         Self {
+            plan,
+            lots: Lots { seed },
+            prior,
             materials,
             folds,
             values,
@@ -116,12 +119,12 @@ impl<'a> LinearTrainee<'a> {
     /// If a ridge problem cannot be factorized, as with precisions that are not finite.
     pub fn gradient_over(
         &self,
-        values: &Groups<Vec<f32>>,
+        pattern: &Pattern,
+        log_precision: &[f32],
         tasks: &[(usize, Vec<u32>)],
     ) -> Result<(f32, Groups<Vec<f32>>), RidgeError> {
-        let pattern = Pattern::from_logits(&values.pattern);
         let places: Vec<Angles<f64>> = pattern.valid_angles().map(widened).collect();
-        let precision = precisions(&values.step_sizes);
+        let precision = precisions(log_precision);
         let reduced = self.reduced(&places);
         let mut buffers = vec![Vec::new(); self.folds.len()];
         let factors: Vec<Factors<'_, '_, f64, f64>> = reduced
@@ -197,19 +200,71 @@ impl<'a> LinearTrainee<'a> {
         Ok((losses.iter().sum::<f64>() / losses.len() as f64) as f32)
     }
 
-    /// So many random directions of the pool.
-    #[must_use]
-    pub fn draw(count: usize, random: &mut ChaCha8Rng) -> Vec<u32> {
-        (0..count)
-            .map(|_| random.random_range(0..POOL as u32))
-            .collect()
-    }
-
     fn reduced(&self, places: &[Angles<f64>]) -> Vec<Reduced> {
         let folds = self.folds.par_iter();
         folds
             .map(|fold| Reduced::new(&fold.basis, places))
             .collect()
+    }
+}
+
+impl Trainee for LinearTrainee<'_> {
+    fn first_values(&self, guess: u64) -> Groups<Vec<f32>> {
+        let samples = self.plan.phases.first().map_or(1, |phase| phase.samples);
+        let eta = self.prior.eta.unwrap_or(FIRST_ETA);
+        Groups {
+            initial: Vec::new(),
+            step_sizes: vec![eta.ln() as f32; self.components()],
+            pattern: self.lots.first_pattern(guess, samples),
+        }
+    }
+
+    fn gradient(
+        &self,
+        values: &Groups<Vec<f32>>,
+        phase: usize,
+        step: usize,
+    ) -> (f32, Groups<Vec<f32>>) {
+        let index = phase;
+        let phase = &self.plan.phases[index];
+        let batch = self
+            .lots
+            .batch(index, step, phase.batch, self.materials.len());
+        let slots = batch.into_iter().enumerate();
+        let tasks: Vec<(usize, Vec<u32>)> = slots
+            .map(|(slot, material)| {
+                let mut random = self.lots.slot(index, step, slot + 1);
+                let draw = |_| random.random_range(0..POOL as u32);
+                (material, (0..phase.outer).map(draw).collect())
+            })
+            .collect();
+        let pattern = match phase.inner {
+            InnerSamples::Pattern => Pattern::from_logits(&values.pattern),
+            InnerSamples::Fresh(count) | InnerSamples::Random(count) => {
+                let seed = self.lots.slot(index, step, phase.batch + 1).random();
+                Pattern::new(uniform_valid(count, seed))
+            }
+        };
+        let none = || Groups {
+            initial: Vec::new(),
+            step_sizes: vec![0.0; values.step_sizes.len()],
+            pattern: vec![0.0; values.pattern.len()],
+        };
+        match self.gradient_over(&pattern, &values.step_sizes, &tasks) {
+            Ok((loss, mut gradient)) => {
+                if phase.inner != InnerSamples::Pattern {
+                    gradient.pattern = none().pattern;
+                }
+                (loss, gradient)
+            }
+            // Precisions that have run away: no best values come of a loss that is no number.
+            Err(_) => (f32::NAN, none()),
+        }
+    }
+
+    fn judge(&self, values: &Groups<Vec<f32>>) -> f32 {
+        let pattern = above_horizon(&values.pattern);
+        self.loss(&pattern, &values.step_sizes).unwrap_or(f32::NAN)
     }
 }
 
@@ -224,14 +279,6 @@ fn measured(material: &dyn Material, angles: Angles<f32>) -> [ByAngles; 3] {
 
 fn precisions(logarithms: &[f32]) -> Vec<f64> {
     logarithms.iter().map(|log| f64::from(*log).exp()).collect()
-}
-
-fn widened(angles: Angles<f32>) -> Angles<f64> {
-    Angles {
-        theta_h: f64::from(angles.theta_h),
-        theta_d: f64::from(angles.theta_d),
-        phi_d: f64::from(angles.phi_d),
-    }
 }
 
 /// A basis, looked up where the loss is taken.

@@ -9,13 +9,12 @@ use rayon::prelude::*;
 
 use super::gradient::LaneModel;
 use super::parameters::Groups;
-use super::pattern::{Pattern, above_horizon, logits_of};
+use super::pattern::{Pattern, above_horizon};
 use super::plan::{InnerSamples, Phase, Plan};
 use super::pool::{Draw, Pool, Variation};
 use super::trainee::{Lots, Trainee, mean};
 use super::unroll::{Learner, MetaGradient};
 use crate::material::Material;
-use crate::sampling::sobol_valid;
 
 /// Materials, and their values at a pool of directions.
 pub struct Tasks<'a> {
@@ -45,14 +44,13 @@ pub struct Descent<'a, M: LaneModel> {
 
 impl<M: LaneModel> Trainee for Descent<'_, M> {
     fn first_values(&self, guess: u64) -> Groups<Vec<f32>> {
-        let seed = self.lots.seed.wrapping_add(guess << 32);
-        let initial = (self.plan.first_guess)(M::KIND, &mut ChaCha8Rng::seed_from_u64(seed));
+        let mut random = ChaCha8Rng::seed_from_u64(self.lots.guess(guess));
+        let initial = (self.plan.first_guess)(M::KIND, &mut random);
         let step_size = self.plan.step_size_form.value(self.plan.first_step_size);
-        let pattern = sobol_valid(self.samples, (seed ^ (seed >> 32)) as u32);
         Groups {
             step_sizes: vec![step_size; initial.len()],
             initial,
-            pattern: pattern.into_iter().flat_map(logits_of).collect(),
+            pattern: self.lots.first_pattern(guess, self.samples),
         }
     }
 

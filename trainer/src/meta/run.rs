@@ -17,6 +17,7 @@ use super::plan::{Effort, Plan, Schedule};
 use super::pool::Pool;
 use super::trainee::{Lots, Trainee};
 use crate::export::ReducedBasis;
+use crate::linear::{Basis, Columns, LinearTrainee, Prior};
 use crate::material::Material;
 use crate::with_model;
 
@@ -40,6 +41,8 @@ pub struct Options {
     pub effort: Effort,
     /// Stop before the pattern is trained, as the method Meta does.
     pub without_pattern: bool,
+    /// The prior of Linear's coefficients; other models have none.
+    pub prior: Prior,
     /// Seed of all random numbers.
     pub seed: u64,
     /// Where the run is saved, if it is.
@@ -50,8 +53,12 @@ impl Options {
     /// All that decides the outcome, in words: two runs with the same words give the same bytes.
     fn run(&self, materials: &[Box<dyn Material>]) -> String {
         let names: Vec<&str> = materials.iter().map(|material| material.name()).collect();
+        let prior = match self.model {
+            ModelKind::Linear => format!(" {:?}", self.prior),
+            _ => String::new(),
+        };
         format!(
-            "{} n={} {:?} {:?} pattern={} seed={} {} materials {:08x}",
+            "{}{prior} n={} {:?} {:?} pattern={} seed={} {} materials {:08x}",
             self.model,
             self.samples,
             self.schedule,
@@ -137,9 +144,9 @@ pub enum TrainError {
     /// n is out of range.
     #[error("{0} samples are out of range: a pattern has 1 to {max}", max = glimpse_core::recipe::MAX_SAMPLES)]
     Samples(usize),
-    /// The model cannot be trained yet.
-    #[error("the model {0} cannot be trained yet")]
-    Model(ModelKind),
+    /// A number of the finished recipe is no number.
+    #[error("training did not converge: {0}")]
+    Diverged(#[from] glimpse_core::linear::RidgeError),
     /// A checkpoint cannot be written or read.
     #[error(transparent)]
     Checkpoint(#[from] CheckpointError),
@@ -181,8 +188,7 @@ pub fn train(
         with_model!(
             options.model,
             M => session.descent::<M>(observer).map(Learned::Descent),
-            // The place of the model Linear: its trainee, then Learned::Ridge.
-            _ => Err(TrainError::Model(options.model)),
+            _ => session.ridge(observer).map(Learned::Ridge),
         )
     })
 }
@@ -270,6 +276,28 @@ impl<'o> Session<'o> {
             step_sizes: self.plan.step_size_form.step_sizes(&values.step_sizes),
             expected_loss: loss,
             materials: self.training.len() + self.validation.len(),
+        })
+    }
+
+    /// Linear holds no materials out: each is learned on with a basis of others.
+    fn ridge(mut self, observer: &mut Observer<'_>) -> Result<LearnedRidge, TrainError> {
+        self.training.append(&mut self.validation);
+        let columns = Columns::new(&self.training);
+        let (prior, seed) = (self.options.prior, self.options.seed);
+        let trainee = LinearTrainee::new(&self.training, &columns, prior, &self.plan, seed);
+        let Best { loss, values } = self.finish(&trainee, observer)?;
+
+        let all: Vec<usize> = (0..columns.count()).collect();
+        let basis = Basis::new(&columns, &all, trainee.components());
+        let bytes = basis.to_bytes();
+        let mut reduced = basis.reduce(above_horizon(&values.pattern));
+        reduced.precision = values.step_sizes.iter().map(|log| log.exp()).collect();
+        reduced.basis_checksum = Basis::checksum(&bytes);
+        reduced.expected_loss = loss;
+        Ok(LearnedRidge {
+            reduced,
+            basis: bytes,
+            materials: self.training.len(),
         })
     }
 }

@@ -5,6 +5,8 @@ use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
 
 use super::parameters::Groups;
+use super::pattern::logits_of;
+use crate::sampling::sobol_valid;
 
 /// What is meta-trained: how a batch of tasks changes with the meta-parameters.
 pub trait Trainee: Sync {
@@ -39,6 +41,21 @@ impl Lots {
         let mut random = ChaCha8Rng::seed_from_u64(self.seed);
         random.set_stream(((phase as u64) << 56) | ((slot as u64) << 40) | step as u64);
         random
+    }
+
+    /// The logits of the pattern that a first guess begins with: Sobol points, scrambled anew for
+    /// each guess.
+    #[must_use]
+    pub fn first_pattern(self, guess: u64, samples: usize) -> Vec<f32> {
+        let seed = self.guess(guess);
+        let pattern = sobol_valid(samples, (seed ^ (seed >> 32)) as u32);
+        pattern.into_iter().flat_map(logits_of).collect()
+    }
+
+    /// The seed of a first guess.
+    #[must_use]
+    pub fn guess(self, guess: u64) -> u64 {
+        self.seed.wrapping_add(guess << 32)
     }
 
     /// The tasks of a step's batch, `size` of `tasks`: consecutive in an order that is shuffled
