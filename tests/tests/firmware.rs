@@ -61,7 +61,7 @@ fn a_scan_loses_what_evaluate_says() {
             .unwrap();
         let materials: [Box<dyn Material>; 1] = [Box::new(material.clone())];
         let verdict = Judge::new(&materials, 0)
-            .judge(Method::Ours(&recipe), 0, 1)
+            .judge(&Method::ours(&recipe, None).unwrap(), 0, 1)
             .unwrap();
         let (scan, evaluate) = (report.loss(&material, 0), verdict.scores.loss);
         assert!(

@@ -89,7 +89,7 @@ impl ScanReport {
             .collect();
         let mut reference = vec![[0.0; 3]; at.len()];
         material.brdf_batch(&at, &mut reference);
-        let fitted = Fitted {
+        let fitted = Fitted::Parameters {
             model: self.model,
             parameters: self.parameters.clone(),
         };

@@ -2,17 +2,20 @@
 
 use std::path::PathBuf;
 
-use anyhow::bail;
-use clap::Args;
+use anyhow::{Context, anyhow, bail};
+use clap::{Args, ValueEnum};
+use glimpse_core::model::ModelKind;
+use glimpse_core::recipe::MAX_SAMPLES;
 use glimpse_trainer::evaluation::{Judge, Method, Verdict};
 use glimpse_trainer::export::RecipeFile;
-use glimpse_trainer::material::Source;
+use glimpse_trainer::linear::{Basis, Columns, Prior, least_condition};
+use glimpse_trainer::material::{Material, Source};
 use glimpse_trainer::meta::plan::{Effort, Schedule};
-use glimpse_trainer::meta::run::{INNER_STEPS, Options};
+use glimpse_trainer::meta::run::{INNER_STEPS, Learned as LearnedRecipe, Options};
 
 use super::progress::train_with_progress;
 use super::train::recipe_of;
-use super::{ModelName, load, print};
+use super::{ModelName, PriorArgs, load, print, read_recipe};
 
 /// How a method fits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
@@ -21,8 +24,12 @@ pub(crate) enum MethodName {
     Ours,
     /// Learned start and step sizes, random samples.
     Meta,
-    /// Random start, Adam, random samples.
+    /// Random start, Adam, random samples; Linear: a fixed prior, random samples.
     Random,
+    /// Linear only: samples that make its ridge problem well conditioned (Nielsen et al. 2015).
+    Njr15,
+    /// The best that the model can do: samples and steps without limit.
+    Optimum,
 }
 
 /// Judge a recipe or a method on materials.
@@ -46,15 +53,18 @@ pub(crate) struct Evaluate {
     /// The model, without a recipe
     #[arg(long, value_enum, required_unless_present = "recipe")]
     model: Option<ModelName>,
-    /// How many directions are measured, without a recipe
-    #[arg(long, short = 'n', required_unless_present = "recipe")]
+    /// How many directions are measured, without a recipe [--method optimum needs none]
+    #[arg(long, short = 'n')]
     samples: Option<usize>,
-    /// Materials to train on, where the method learns and there is no recipe
+    /// Materials to learn on, where the method learns and there is no recipe; the model linear
+    /// takes its components from them
     #[arg(long, default_value = "procedural:100")]
     train: Source,
     /// How long to train then
     #[arg(long, value_enum, default_value_t = Effort::Standard)]
     effort: Effort,
+    #[command(flatten)]
+    prior: PriorArgs,
     /// Materials to judge on
     #[arg(long)]
     test: Source,
@@ -66,36 +76,61 @@ pub(crate) struct Evaluate {
     json: bool,
 }
 
+/// A recipe and the basis that belongs to it.
+type Learned = (RecipeFile, Option<Basis>);
+
 impl Evaluate {
     pub(crate) fn run(&self, seed: u64) -> anyhow::Result<()> {
-        let materials = load(&self.test)?;
         let name = match (self.method, &self.recipe) {
-            (Some(MethodName::Random), Some(_)) => {
-                bail!(
-                    "--method random learns nothing and takes no --recipe: give --model and --samples"
-                )
-            }
+            (Some(name), Some(_)) if !name.learns() => bail!(
+                "--method {} learns nothing and takes no --recipe: give --model and --samples",
+                name.to_possible_value()
+                    .map_or_else(String::new, |name| name.get_name().into())
+            ),
             (Some(name), _) => name,
             (None, Some(_)) => MethodName::Ours,
             (None, None) => bail!("give --recipe FILE, or --method with --model and --samples"),
         };
-        let learned = match (name, &self.recipe) {
-            (MethodName::Random, _) => None,
-            (_, Some(path)) => Some(RecipeFile::read(path)?),
-            (_, None) => Some(self.learn(name, seed)?),
+        let materials = load(&self.test)?;
+        let verdict = if name.learns() {
+            let (file, basis) = match &self.recipe {
+                Some(path) => read_recipe(path)?,
+                None => self.learn(name, seed)?,
+            };
+            let recipe = file.recipe()?;
+            let method = match name {
+                MethodName::Meta => Method::meta(&recipe, basis.as_ref())?,
+                _ => Method::ours(&recipe, basis.as_ref())?,
+            };
+            self.judge(&materials, &method, seed)?
+        } else if self.model()? == ModelKind::Linear {
+            let prior = self.prior.or(Prior::PAPER)?;
+            let Some(eta) = prior.eta else {
+                bail!("--method {name:?} learns no precisions: give --eta");
+            };
+            let columns = Columns::new(&load(&self.train)?);
+            let all: Vec<usize> = (0..columns.count()).collect();
+            let basis = Basis::new(&columns, &all, prior.components);
+            let method = match name {
+                MethodName::Njr15 => {
+                    let pattern = least_condition(&basis, self.samples()?, seed);
+                    Method::linear_njr15(&basis, eta, pattern)
+                }
+                MethodName::Optimum => Method::linear_optimum(&basis, eta),
+                _ => Method::linear_random(&basis, eta, self.samples()?),
+            };
+            self.judge(&materials, &method, seed)?
+        } else {
+            let method = match name {
+                MethodName::Njr15 => bail!(
+                    "--method njr15 is for --model linear: it looks for samples that make its \
+                     ridge problem well conditioned"
+                ),
+                MethodName::Optimum => Method::optimum(self.model()?),
+                _ => Method::random(self.model()?, self.samples()?, INNER_STEPS),
+            };
+            self.judge(&materials, &method, seed)?
         };
-        let recipe = learned.as_ref().map(RecipeFile::recipe).transpose()?;
-        let method = match (&recipe, name, self.model, self.samples) {
-            (Some(recipe), MethodName::Ours, ..) => Method::Ours(recipe),
-            (Some(recipe), MethodName::Meta, ..) => Method::Meta(recipe),
-            (_, _, Some(model), Some(samples)) => Method::Random {
-                model: model.into(),
-                samples,
-                steps: INNER_STEPS,
-            },
-            _ => bail!("give --model and --samples"),
-        };
-        let verdict = Judge::new(&materials, seed).judge(method, seed, self.seeds)?;
         if self.json {
             print(&(serde_json::to_string_pretty(&verdict)? + "\n"))
         } else {
@@ -103,22 +138,55 @@ impl Evaluate {
         }
     }
 
+    fn judge(
+        &self,
+        materials: &[Box<dyn Material>],
+        method: &Method<'_>,
+        seed: u64,
+    ) -> anyhow::Result<Verdict> {
+        Ok(Judge::new(materials, seed).judge(method, seed, self.seeds)?)
+    }
+
+    fn model(&self) -> anyhow::Result<ModelKind> {
+        let model = self.model.context("give --model, or --recipe FILE")?;
+        Ok(model.into())
+    }
+
+    fn samples(&self) -> anyhow::Result<usize> {
+        match self.samples {
+            Some(samples @ 1..=MAX_SAMPLES) => Ok(samples),
+            Some(_) => bail!("--samples must be 1 to {MAX_SAMPLES}"),
+            None => bail!("give --samples, or --recipe FILE"),
+        }
+    }
+
     /// Trains what the method needs.
-    fn learn(&self, name: MethodName, seed: u64) -> anyhow::Result<RecipeFile> {
-        let (Some(model), Some(samples)) = (self.model, self.samples) else {
-            bail!("give --model and --samples");
-        };
+    fn learn(&self, name: MethodName, seed: u64) -> anyhow::Result<Learned> {
         let options = Options {
-            model: model.into(),
-            samples,
+            model: self.model()?,
+            samples: self.samples()?,
             schedule: Schedule::Joint,
             effort: self.effort,
             without_pattern: name == MethodName::Meta,
+            prior: self.prior.or(Prior::LEARNED)?,
             seed,
             checkpoints: None,
         };
         let learned = train_with_progress(&options, load(&self.train)?)?;
-        recipe_of(&learned, &options, &self.train)
+        let basis = match &learned {
+            LearnedRecipe::Ridge(ridge) => {
+                Some(Basis::from_bytes(&ridge.basis).map_err(|what| anyhow!("the basis: {what}"))?)
+            }
+            LearnedRecipe::Descent(_) => None,
+        };
+        Ok((recipe_of(&learned, &options, &self.train)?, basis))
+    }
+}
+
+impl MethodName {
+    /// True if it comes with a recipe.
+    fn learns(self) -> bool {
+        matches!(self, Self::Ours | Self::Meta)
     }
 }
 

@@ -11,9 +11,12 @@ pub(crate) mod virtual_scanner;
 use std::io::{self, Write};
 use std::path::Path;
 
-use anyhow::Context;
+use anyhow::{Context, bail};
+use clap::Args;
 use glimpse_core::model::ModelKind;
+use glimpse_trainer::export::RecipeFile;
 use glimpse_trainer::files::write_whole;
+use glimpse_trainer::linear::{Basis, Prior};
 use glimpse_trainer::material::{Material, Source};
 
 /// The models, as named on the command line.
@@ -25,6 +28,48 @@ pub(crate) enum ModelName {
     CookTorrance,
     /// 675 parameters: a small network.
     Neural,
+    /// Principal components of other materials, in closed form.
+    Linear,
+}
+
+/// The prior of the model linear.
+#[derive(Args, Clone, Copy, Debug)]
+pub(crate) struct PriorArgs {
+    /// Model linear: principal components that a material is made of [default: 60; 5 for
+    /// --schedule paper and for methods that learn no precisions]
+    #[arg(long)]
+    bases: Option<usize>,
+    /// Model linear: the precision of every coefficient [default: learned for each; 40 where
+    /// --bases has the default 5]
+    #[arg(long)]
+    eta: Option<f64>,
+}
+
+impl PriorArgs {
+    /// What was asked for, and `default` where nothing was.
+    pub(crate) fn or(self, default: Prior) -> anyhow::Result<Prior> {
+        if self.bases.is_some_and(|bases| !(1..=1024).contains(&bases)) {
+            bail!("--bases must be 1 to 1024");
+        }
+        if self.eta.is_some_and(|eta| !(eta > 0.0 && eta.is_finite())) {
+            bail!("--eta must be a positive number");
+        }
+        Ok(Prior {
+            components: self.bases.unwrap_or(default.components),
+            eta: self.eta.or(default.eta),
+        })
+    }
+}
+
+/// Reads a recipe and, for the model linear, the basis that was written beside it.
+pub(crate) fn read_recipe(path: &Path) -> anyhow::Result<(RecipeFile, Option<Basis>)> {
+    let file = RecipeFile::read(path)?;
+    let checksum = file
+        .recipe()?
+        .ridge()
+        .and_then(|ridge| ridge.basis_checksum());
+    let basis = checksum.map(|checksum| Basis::read(&path.with_extension("basis"), checksum));
+    Ok((file, basis.transpose()?))
 }
 
 impl From<ModelName> for ModelKind {
@@ -33,6 +78,7 @@ impl From<ModelName> for ModelKind {
             ModelName::Phong => Self::Phong,
             ModelName::CookTorrance => Self::CookTorrance,
             ModelName::Neural => Self::Neural,
+            ModelName::Linear => Self::Linear,
         }
     }
 }

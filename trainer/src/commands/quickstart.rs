@@ -8,6 +8,7 @@ use glimpse_core::model::ModelKind;
 use glimpse_trainer::evaluation::{Judge, Method, Verdict};
 use glimpse_trainer::export::RecipeFile;
 use glimpse_trainer::lanes::InstructionSet;
+use glimpse_trainer::linear::Prior;
 use glimpse_trainer::material::{Material, Procedural, Source};
 use glimpse_trainer::meta::plan::{Effort, Schedule};
 use glimpse_trainer::meta::run::{INNER_STEPS, Options};
@@ -62,18 +63,14 @@ impl Quickstart {
         eprintln!("scanning {UNSEEN} materials that training never saw");
         let (meta, ours) = (meta.recipe()?, ours.recipe()?);
         let methods = [
-            Method::Random {
-                model: ModelKind::Neural,
-                samples: SAMPLES,
-                steps: INNER_STEPS,
-            },
-            Method::Meta(&meta),
-            Method::Ours(&ours),
+            Method::random(ModelKind::Neural, SAMPLES, INNER_STEPS),
+            Method::meta(&meta, None)?,
+            Method::ours(&ours, None)?,
         ];
         let judge = Judge::new(&unseen, seed);
         let verdicts = methods
             .iter()
-            .map(|method| judge.judge(*method, seed, SEEDS))
+            .map(|method| judge.judge(method, seed, SEEDS))
             .collect::<Result<Vec<_>, _>>()?;
 
         let means = means(&verdicts);
@@ -114,6 +111,7 @@ fn learn(source: &Source, seed: u64, without_pattern: bool) -> anyhow::Result<Re
         schedule: Schedule::Joint,
         effort: Effort::Quick,
         without_pattern,
+        prior: Prior::LEARNED,
         seed,
         checkpoints: None,
     };

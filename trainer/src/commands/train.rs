@@ -7,6 +7,7 @@ use anyhow::Context;
 use clap::Args;
 use glimpse_core::recipe::Provenance;
 use glimpse_trainer::export::{RecipeFile, to_recipe, to_ridge_recipe};
+use glimpse_trainer::linear::Prior;
 use glimpse_trainer::material::Source;
 use glimpse_trainer::meta::checkpoint::Checkpoint;
 use glimpse_trainer::meta::outer::Checkpoints;
@@ -14,7 +15,7 @@ use glimpse_trainer::meta::plan::{Effort, Schedule};
 use glimpse_trainer::meta::run::{Learned, Options};
 
 use super::progress::train_with_progress;
-use super::{ModelName, load, write_file};
+use super::{ModelName, PriorArgs, load, write_file};
 
 /// Train a recipe on materials.
 ///
@@ -38,6 +39,8 @@ pub(crate) struct Train {
     /// The recipe file to write
     #[arg(long, short)]
     out: PathBuf,
+    #[command(flatten)]
+    prior: PriorArgs,
     /// How the parts are trained
     #[arg(long, value_enum, default_value_t = Schedule::Joint)]
     schedule: Schedule,
@@ -72,6 +75,10 @@ impl Train {
             schedule: self.schedule,
             effort: self.effort,
             without_pattern: false,
+            prior: self.prior.or(match self.schedule {
+                Schedule::Paper => Prior::PAPER,
+                Schedule::Joint => Prior::LEARNED,
+            })?,
             seed,
             checkpoints: Some(Checkpoints {
                 directory: directory.clone(),

@@ -158,7 +158,7 @@ impl Basis {
     /// The basis at a pattern, as recipes hold it; precisions, checksum and loss are left open.
     #[must_use]
     pub fn reduce(&self, pattern: Vec<Angles<f32>>) -> ReducedBasis {
-        let places: Vec<Angles<f64>> = pattern.iter().copied().map(widened).collect();
+        let places: Vec<Angles<f64>> = pattern.iter().map(widened).collect();
         let found = Reduced::new(self, &places);
         let values = |list: &[ByAngles]| list.iter().map(|dual| dual.value as f32).collect();
         ReducedBasis {
@@ -229,18 +229,26 @@ impl Basis {
         if Self::checksum(&bytes) != checksum {
             return Err(damaged("its checksum is another"));
         }
+        Self::from_bytes(&bytes).map_err(damaged)
+    }
+
+    /// The basis of a file's bytes; or what is wrong with them.
+    ///
+    /// # Errors
+    /// If they are not those of a basis.
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self, &'static str> {
         let (words, []) = bytes.as_chunks::<4>() else {
-            return Err(damaged("its length is wrong"));
+            return Err("its length is wrong");
         };
         let mut words = words.iter().map(|word| u32::from_le_bytes(*word));
         let header: Vec<u32> = words.by_ref().take(HEADER).collect();
         let [h, d, p] = Grid::SHAPE;
         let expected = [u32::from_le_bytes(MAGIC), VERSION, h, d, p];
         let (Some(head), Some(components)) = (header.get(..HEADER - 1), header.last()) else {
-            return Err(damaged("it is too short"));
+            return Err("it is too short");
         };
         if head != expected {
-            return Err(damaged("it is of another version"));
+            return Err("it is of another version");
         }
         let components = *components as usize;
         let table: Vec<f32> = words.map(f32::from_bits).collect();
@@ -249,7 +257,7 @@ impl Basis {
             .and_then(|row| row.checked_mul(Grid::LEN))
         {
             Some(length) if length == table.len() => Ok(Self { table, components }),
-            _ => Err(damaged("its length is wrong")),
+            _ => Err("its length is wrong"),
         }
     }
 }
@@ -266,7 +274,7 @@ impl Reconstruction {
     pub fn brdf_batch(&self, at: &[HalfDifference<f32>], brdf: &mut [[f32; 3]]) {
         for (at, brdf) in at.iter().zip(brdf) {
             let angles = angles_of(at);
-            let corners = Grid::corners(widened(angles));
+            let corners = Grid::corners(widened(&angles));
             let mut mapped = [0.0; 3];
             let mut log_median = 0.0;
             for corner in corners {

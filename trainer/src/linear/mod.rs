@@ -9,12 +9,14 @@
 
 mod basis;
 mod columns;
+mod condition;
 mod grid;
 mod reduced;
 mod trainee;
 
 pub use basis::{Basis, BasisError, Reconstruction, Tabulated};
 pub use columns::Columns;
+pub use condition::least_condition;
 pub use grid::Grid;
-pub use reduced::{ByAngles, Coefficients, Reduced};
+pub use reduced::{ByAngles, Coefficients, Reduced, widened};
 pub use trainee::{Judge, LinearTrainee, Outer, Prior, Slopes};

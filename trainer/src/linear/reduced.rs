@@ -116,7 +116,8 @@ impl Reduced {
 }
 
 /// Angles in double precision.
-pub(super) fn widened(angles: Angles<f32>) -> Angles<f64> {
+#[must_use]
+pub fn widened(angles: &Angles<f32>) -> Angles<f64> {
     Angles {
         theta_h: f64::from(angles.theta_h),
         theta_d: f64::from(angles.theta_d),

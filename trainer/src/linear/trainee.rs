@@ -123,7 +123,10 @@ impl<'a> LinearTrainee<'a> {
         log_precision: &[f32],
         tasks: &[(usize, Vec<u32>)],
     ) -> Result<(f32, Groups<Vec<f32>>), RidgeError> {
-        let places: Vec<Angles<f64>> = pattern.valid_angles().map(widened).collect();
+        let places: Vec<Angles<f64>> = pattern
+            .valid_angles()
+            .map(|angles| widened(&angles))
+            .collect();
         let precision = precisions(log_precision);
         let reduced = self.reduced(&places);
         let mut buffers = vec![Vec::new(); self.folds.len()];
@@ -177,7 +180,7 @@ impl<'a> LinearTrainee<'a> {
     /// # Errors
     /// As [`LinearTrainee::gradient_over`].
     pub fn loss(&self, pattern: &[Angles<f32>], log_precision: &[f32]) -> Result<f32, RidgeError> {
-        let places: Vec<Angles<f64>> = pattern.iter().copied().map(widened).collect();
+        let places: Vec<Angles<f64>> = pattern.iter().map(widened).collect();
         let precision = precisions(log_precision);
         let reduced = self.reduced(&places);
         let directions: Vec<u32> = (0..POOL as u32).collect();
@@ -294,7 +297,7 @@ impl Judge {
     /// Looks a basis up at angles in radians.
     #[must_use]
     pub fn new(basis: Basis, angles: &[Angles<f32>]) -> Self {
-        let places: Vec<Angles<f64>> = angles.iter().copied().map(widened).collect();
+        let places: Vec<Angles<f64>> = angles.iter().map(widened).collect();
         let blocks: Vec<Reduced> = places
             .par_chunks(256)
             .map(|places| Reduced::new(&basis, places))

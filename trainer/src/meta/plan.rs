@@ -180,6 +180,7 @@ impl Plan {
         tasks: usize,
     ) -> Self {
         match schedule {
+            Schedule::Joint if model == ModelKind::Linear => joint_linear(effort, samples, tasks),
             Schedule::Joint => joint(effort, model, samples, tasks),
             Schedule::Paper => paper(effort, model, samples, tasks),
         }
@@ -189,13 +190,28 @@ impl Plan {
     /// on the pattern they learn on as many random samples.
     #[must_use]
     pub fn without_pattern(mut self, samples: usize) -> Self {
-        self.phases
-            .retain(|phase| phase.inner != InnerSamples::Pattern || phase.rates.initial > 0.0);
+        self.phases.retain(|phase| {
+            let Groups {
+                initial,
+                step_sizes,
+                ..
+            } = phase.rates;
+            phase.inner != InnerSamples::Pattern || initial > 0.0 || step_sizes > 0.0
+        });
         for phase in &mut self.phases {
             if phase.inner == InnerSamples::Pattern {
                 phase.inner = InnerSamples::Random(samples);
                 phase.rates.pattern = 0.0;
             }
+        }
+        self
+    }
+
+    /// Step sizes (Linear: precisions) stay as they begin.
+    #[must_use]
+    pub fn without_step_sizes(mut self) -> Self {
+        for phase in &mut self.phases {
+            phase.rates.step_sizes = 0.0;
         }
         self
     }
@@ -300,6 +316,60 @@ fn joint(effort: Effort, model: ModelKind, samples: usize, tasks: usize) -> Plan
 
 /// Of so many random patterns of one sample the best begins stage 2.
 const GUESSES: usize = 50;
+
+/// Precisions and pattern together, from the best of several patterns: which of them is good shows
+/// early.
+fn joint_linear(effort: Effort, samples: usize, tasks: usize) -> Plan {
+    let (starts, first, last) = match effort {
+        Effort::Quick => (3, 250, 1_000),
+        Effort::Standard => (8, 1_000, 6_000),
+        Effort::Long => (24, 2_000, 30_000),
+    };
+    let sampling = Phase {
+        name: "trying patterns",
+        start: Start::Previous,
+        keep: Keep::BestValidation,
+        samples,
+        steps: first,
+        batch: 16,
+        inner: InnerSamples::Pattern,
+        outer: 256,
+        rates: Groups {
+            initial: 0.0,
+            step_sizes: 3e-2,
+            pattern: 3e-2,
+        },
+        final_rate: 0.02,
+        warm_up: 0,
+        largest_norm: 1.0,
+        weight_decay: 0.0,
+        gain: None,
+    };
+    let mut phases: Vec<Phase> = (0..starts)
+        .map(|guess| Phase {
+            start: Start::Guess(guess),
+            ..sampling.clone()
+        })
+        .collect();
+    phases.push(Phase {
+        name: "the best pattern",
+        start: Start::Best,
+        steps: last,
+        rates: Groups {
+            initial: 0.0,
+            step_sizes: 1.5e-2,
+            pattern: 1.5e-2,
+        },
+        ..sampling
+    });
+    Plan {
+        phases,
+        tasks,
+        first_guess,
+        step_size_form: StepSizeForm::Logarithm,
+        first_step_size: 0.0,
+    }
+}
 
 /// The paper's settings. Stage 1: initialisation and step sizes, 10,000 epochs. Stage 2: the
 /// pattern, from the best of random guesses at n = 1, doubled until it has the n asked for, and

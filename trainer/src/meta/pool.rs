@@ -4,6 +4,8 @@
 //! octets of it are a uniform random draw; training never evaluates a material elsewhere than in
 //! its pool and at the pattern's directions.
 
+use std::ops::Deref;
+
 use glimpse_core::angles::HalfDifference;
 use rand::Rng;
 use rand::seq::SliceRandom;
@@ -59,7 +61,10 @@ pub struct Pool {
 impl Pool {
     /// Evaluates all materials at `size` (rounded up to octets) uniform valid directions.
     #[must_use]
-    pub fn new(materials: &[Box<dyn Material>], size: usize, seed: u64) -> Self {
+    pub fn new<'m, M>(materials: &[M], size: usize, seed: u64) -> Self
+    where
+        M: Deref<Target = dyn Material + 'm> + Sync,
+    {
         let octets = size.div_ceil(WIDTH);
         let angles = uniform_valid(octets * WIDTH, seed);
         let at: Vec<OctetAt> = angles

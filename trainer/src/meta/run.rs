@@ -216,6 +216,9 @@ impl<'o> Session<'o> {
         if options.without_pattern {
             plan = plan.without_pattern(options.samples);
         }
+        if options.model == ModelKind::Linear && options.prior.eta.is_some() {
+            plan = plan.without_step_sizes();
+        }
         Self {
             options,
             name,

@@ -1,0 +1,89 @@
+//! Adam (Kingma and Ba 2015) on a model's parameters: the methods Random and Optimum.
+
+use glimpse_core::model::{Model, ParameterSet, Sample};
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+
+use crate::material::Material;
+use crate::meta::gradient::LaneModel;
+use crate::meta::pool::{Pool, Variation};
+use crate::meta::start::{first_guess, random_start};
+use crate::meta::unroll::SampleList;
+
+/// Adam's usual constants.
+const DECAYS: [f32; 2] = [0.9, 0.999];
+/// The learning rate of the method Random.
+const RANDOM_RATE: f32 = 1e-3;
+/// Steps, samples of each, and first learning rate of the method Optimum.
+const OPTIMUM_STEPS: usize = 50_000;
+const OPTIMUM_SAMPLES: usize = 512;
+const OPTIMUM_RATE: f32 = 5e-3;
+/// Directions that the method Optimum draws from.
+const OPTIMUM_POOL: usize = 65_536;
+
+/// Parameters and their moments.
+struct Adam<M: Model> {
+    parameters: M::Parameters<f32>,
+    moments: Vec<[f32; 2]>,
+    step: i32,
+}
+
+impl<M: Model> Adam<M> {
+    fn new(start: &[f32]) -> Self {
+        let mut parameters = M::Parameters::filled(0.0);
+        crate::meta::unflatten(start, &mut parameters);
+        Self {
+            parameters,
+            moments: vec![[0.0; 2]; M::PARAMETERS],
+            step: 0,
+        }
+    }
+
+    fn step(&mut self, gradient: &M::Parameters<f32>, rate: f32) {
+        self.step += 1;
+        let bias = DECAYS.map(|decay| 1.0 - decay.powi(self.step));
+        let entries = self.parameters.iter_mut().zip(gradient.iter());
+        for ((parameter, g), [mean, square]) in entries.zip(&mut self.moments) {
+            *mean += (1.0 - DECAYS[0]) * (g - *mean);
+            *square += (1.0 - DECAYS[1]) * (g * g - *square);
+            *parameter -= rate * (*mean / bias[0]) / ((*square / bias[1]).sqrt() + 1e-8);
+        }
+    }
+
+    fn into_list(self) -> Vec<f32> {
+        self.parameters.iter().copied().collect()
+    }
+}
+
+/// The method Random: so many steps from a random start, on all samples at each.
+pub(super) fn random<M: Model>(samples: &[Sample<f32>], steps: usize, seed: u64) -> Vec<f32> {
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    random.set_stream(1);
+    let mut adam = Adam::<M>::new(&random_start(M::KIND, &mut random));
+    for _ in 0..steps {
+        let mut gradient = M::Parameters::filled(0.0);
+        for sample in samples {
+            M::accumulate_gradient::<f32, false>(&adam.parameters, sample, &mut gradient);
+        }
+        adam.step(&gradient, RANDOM_RATE);
+    }
+    adam.into_list()
+}
+
+/// The method Optimum: the best that the model can do, found with fresh samples at each of very
+/// many steps, at a rate that falls to 0.
+pub(super) fn optimum<M: LaneModel>(material: &dyn Material, seed: u64) -> Vec<f32> {
+    let pool = Pool::new(&[material], OPTIMUM_POOL, seed);
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    random.set_stream(2);
+    let mut adam = Adam::<M>::new(&first_guess(M::KIND, &mut random));
+    let mut gradient = M::Parameters::filled(0.0);
+    for step in 0..OPTIMUM_STEPS {
+        let draw = pool.draw(0, Variation::NONE, OPTIMUM_SAMPLES, &mut random);
+        SampleList::<M, f32>::gradient(&draw.octets(), &adam.parameters, &mut gradient);
+        let done = step as f32 / OPTIMUM_STEPS as f32;
+        let rate = 0.5 * OPTIMUM_RATE * (1.0 + (std::f32::consts::PI * done).cos());
+        adam.step(&gradient, rate);
+    }
+    adam.into_list()
+}

@@ -1,0 +1,295 @@
+//! The methods: where they measure, and how they fit.
+
+use glimpse_core::angles::{Angles, HalfDifference};
+use glimpse_core::fit::{Fit, Workspace};
+use glimpse_core::linear::{factor_length, map, scratch_length};
+use glimpse_core::model::{Model, ModelKind, ParameterSet, Sample};
+use glimpse_core::recipe::{Descent, Learner, Recipe, Ridge};
+
+use super::JudgeError;
+use super::adam;
+use crate::linear::{Basis, Coefficients, Reconstruction, Reduced};
+use crate::material::Material;
+use crate::meta::gradient::LaneModel;
+use crate::sampling::uniform_valid;
+use crate::with_model;
+
+/// What a fit has found.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Fitted {
+    /// A model's parameters, flat in its order.
+    Parameters {
+        /// The model.
+        model: ModelKind,
+        /// Its parameters.
+        parameters: Vec<f32>,
+    },
+    /// A BRDF of the model Linear.
+    Linear(Reconstruction),
+}
+
+impl Fitted {
+    /// The fitted BRDF, sr^-1 (not times the cosine), at many places.
+    pub fn brdf_batch(&self, at: &[HalfDifference<f32>], brdf: &mut [[f32; 3]]) {
+        match self {
+            Self::Linear(reconstruction) => reconstruction.brdf_batch(at, brdf),
+            Self::Parameters {
+                model,
+                parameters: list,
+            } => with_model!(*model, M => {
+                let mut parameters = <M as Model>::Parameters::filled(0.0);
+                crate::meta::unflatten(list, &mut parameters);
+                <M as LaneModel>::evaluate(&parameters, at, brdf);
+            }, _ => brdf.fill([f32::NAN; 3])),
+        }
+    }
+}
+
+/// Where a method measures.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Places {
+    /// At these angles, in radians.
+    Pattern(Vec<Angles<f32>>),
+    /// At so many uniform valid directions, drawn anew for each material and seed.
+    Random(usize),
+}
+
+/// How a method fits what it has measured.
+#[derive(Clone, Debug)]
+enum Fitting<'a> {
+    /// A recipe's descent, as on the device.
+    Descent(Descent<'a>),
+    /// A recipe's ridge solve, as on the device.
+    Ridge(Ridge<'a>, &'a Basis),
+    /// A ridge solve with these precisions, at any directions.
+    RidgeAnywhere(Vec<f64>, &'a Basis),
+    /// Adam from a random start, so many steps.
+    Adam(ModelKind, usize),
+    /// Adam until nothing is gained any more, with fresh samples at each step.
+    Optimum(ModelKind),
+}
+
+/// How samples of a material become a fit.
+#[derive(Clone, Debug)]
+pub struct Method<'a> {
+    name: &'static str,
+    places: Places,
+    fitting: Fitting<'a>,
+}
+
+/// Directions that the method Optimum solves the Linear model at.
+const LINEAR_OPTIMUM: usize = 8_192;
+
+impl<'a> Method<'a> {
+    /// A recipe's pattern, and its way to fit. Linear needs the basis of the recipe.
+    ///
+    /// # Errors
+    /// [`JudgeError::Basis`]
+    pub fn ours(recipe: &Recipe<'a>, basis: Option<&'a Basis>) -> Result<Self, JudgeError> {
+        let fitting = match (recipe.learner(), basis) {
+            (Learner::Descent(descent), _) => Fitting::Descent(descent),
+            (Learner::Ridge(ridge), Some(basis)) => Fitting::Ridge(ridge, basis),
+            (Learner::Ridge(_), None) => return Err(JudgeError::Basis),
+        };
+        Ok(Self {
+            name: "ours",
+            places: Places::Pattern(recipe.pattern().collect()),
+            fitting,
+        })
+    }
+
+    /// A recipe's way to fit (start and step sizes, or precisions), at as many random directions.
+    ///
+    /// # Errors
+    /// [`JudgeError::Basis`]
+    pub fn meta(recipe: &Recipe<'a>, basis: Option<&'a Basis>) -> Result<Self, JudgeError> {
+        let Self { fitting, .. } = Self::ours(recipe, basis)?;
+        let fitting = match fitting {
+            Fitting::Ridge(ridge, basis) => {
+                let precision = ridge.precision().iter().map(f64::from).collect();
+                Fitting::RidgeAnywhere(precision, basis)
+            }
+            other => other,
+        };
+        Ok(Self {
+            name: "meta",
+            places: Places::Random(recipe.samples()),
+            fitting,
+        })
+    }
+
+    /// Adam from a random start on random samples.
+    #[must_use]
+    pub fn random(model: ModelKind, samples: usize, steps: usize) -> Self {
+        Self {
+            name: "random",
+            places: Places::Random(samples),
+            fitting: Fitting::Adam(model, steps),
+        }
+    }
+
+    /// The best that a model fitted by descent can do.
+    #[must_use]
+    pub fn optimum(model: ModelKind) -> Self {
+        Self {
+            name: "optimum",
+            places: Places::Random(0),
+            fitting: Fitting::Optimum(model),
+        }
+    }
+
+    /// The model Linear with the same precision for all coefficients, on random samples.
+    #[must_use]
+    pub fn linear_random(basis: &'a Basis, eta: f64, samples: usize) -> Self {
+        Self::linear("random", basis, eta, Places::Random(samples))
+    }
+
+    /// The same on samples that make the problem well conditioned (Nielsen et al. 2015).
+    #[must_use]
+    pub fn linear_njr15(basis: &'a Basis, eta: f64, pattern: Vec<Angles<f32>>) -> Self {
+        Self::linear("njr15", basis, eta, Places::Pattern(pattern))
+    }
+
+    /// The same on so many samples that more would change nothing.
+    #[must_use]
+    pub fn linear_optimum(basis: &'a Basis, eta: f64) -> Self {
+        Self::linear("optimum", basis, eta, Places::Random(LINEAR_OPTIMUM))
+    }
+
+    fn linear(name: &'static str, basis: &'a Basis, eta: f64, places: Places) -> Self {
+        Self {
+            name,
+            places,
+            fitting: Fitting::RidgeAnywhere(vec![eta; basis.components()], basis),
+        }
+    }
+
+    /// The name on the command line and in tables.
+    #[must_use]
+    pub fn name(&self) -> &'static str {
+        self.name
+    }
+
+    /// The model.
+    #[must_use]
+    pub fn model(&self) -> ModelKind {
+        match &self.fitting {
+            Fitting::Descent(descent) => descent.model(),
+            Fitting::Ridge(..) | Fitting::RidgeAnywhere(..) => ModelKind::Linear,
+            Fitting::Adam(model, _) | Fitting::Optimum(model) => *model,
+        }
+    }
+
+    /// n; 0 stands for the method Optimum's, as many as it takes.
+    #[must_use]
+    pub fn samples(&self) -> usize {
+        match &self.places {
+            _ if self.name == "optimum" => 0,
+            Places::Pattern(pattern) => pattern.len(),
+            Places::Random(samples) => *samples,
+        }
+    }
+
+    /// True if the outcome depends on a seed.
+    #[must_use]
+    pub fn is_random(&self) -> bool {
+        self.name != "optimum" && matches!(self.places, Places::Random(_))
+    }
+
+    /// Fits a material; what a recipe says is done as on the device: in f32, by core's own code.
+    ///
+    /// # Errors
+    /// [`JudgeError::Ridge`]
+    pub fn fit(&self, material: &dyn Material, seed: u64) -> Result<Fitted, JudgeError> {
+        let drawn;
+        let angles = match &self.places {
+            Places::Pattern(pattern) => pattern,
+            Places::Random(samples) => {
+                drawn = uniform_valid(*samples, seed);
+                &drawn
+            }
+        };
+        let parameters = match &self.fitting {
+            Fitting::Ridge(ridge, basis) => {
+                let coefficients = solve(ridge, &measure(material, angles))?;
+                return Ok(Fitted::Linear(basis.reconstruct(&coefficients)));
+            }
+            Fitting::RidgeAnywhere(precision, basis) => {
+                let places: Vec<Angles<f64>> = angles.iter().map(crate::linear::widened).collect();
+                let measured: Vec<[f32; 3]> =
+                    angles.iter().map(|angles| material.brdf(*angles)).collect();
+                let coefficients = Reduced::new(basis, &places).fit(precision, &measured)?;
+                return Ok(Fitted::Linear(basis.reconstruct(&coefficients)));
+            }
+            Fitting::Descent(descent) => with_model!(
+                self.model(), M => learn::<M>(descent, &measure(material, angles)),
+                _ => Vec::new()
+            ),
+            Fitting::Adam(model, steps) => with_model!(
+                *model, M => adam::random::<M>(&measure(material, angles), *steps, seed),
+                _ => Vec::new()
+            ),
+            Fitting::Optimum(model) => with_model!(
+                *model, M => adam::optimum::<M>(material, seed), _ => Vec::new()
+            ),
+        };
+        Ok(Fitted::Parameters {
+            model: self.model(),
+            parameters,
+        })
+    }
+}
+
+/// Measures a material at some directions.
+#[must_use]
+pub fn measure(material: &dyn Material, angles: &[Angles<f32>]) -> Vec<Sample<f32>> {
+    let weight = 1.0 / (3.0 * angles.len() as f32);
+    angles
+        .iter()
+        .map(|angles| Sample {
+            at: HalfDifference::from_angles(*angles),
+            measured: material.brdf(*angles),
+            weight,
+        })
+        .collect()
+}
+
+/// A recipe's descent.
+fn learn<M: Model>(descent: &Descent<'_>, samples: &[Sample<f32>]) -> Vec<f32> {
+    let mut workspace = Workspace::<M>::new();
+    let mut fit = Fit::start(
+        &mut workspace,
+        descent.initial(),
+        descent.step_sizes(),
+        descent.inner_steps(),
+    );
+    while !fit
+        .advance(&mut workspace, samples, usize::MAX)
+        .is_complete()
+    {}
+    workspace.parameters().iter().copied().collect()
+}
+
+/// A recipe's ridge solve.
+fn solve(ridge: &Ridge<'_>, samples: &[Sample<f32>]) -> Result<Coefficients, JudgeError> {
+    let (count, components) = (samples.len(), ridge.components());
+    let mut factors = vec![0.0_f32; factor_length(count, components)];
+    let mut scratch = vec![0.0_f32; scratch_length(count, components)];
+    let factors = ridge.problem().factorize(&mut factors, &mut scratch)?;
+    let mut coefficients = [(); 3].map(|()| vec![0.0; components]);
+    for (channel, coefficients) in coefficients.iter_mut().enumerate() {
+        let known = ridge.mean().iter().zip(ridge.median().iter());
+        let known = known.zip(ridge.weight().iter());
+        let mapped: Vec<f32> = samples
+            .iter()
+            .zip(known)
+            .map(|(sample, ((mean, median), weight))| {
+                map(sample.measured[channel], median, weight) - mean
+            })
+            .collect();
+        let mut found = vec![0.0_f32; components];
+        factors.coefficients(&mapped, &mut found, &mut scratch)?;
+        *coefficients = found.into_iter().map(f64::from).collect();
+    }
+    Ok(coefficients)
+}
