@@ -2,6 +2,7 @@
 
 pub(crate) mod evaluate;
 pub(crate) mod export;
+mod grid;
 pub(crate) mod inspect;
 pub(crate) mod progress;
 pub(crate) mod quickstart;
@@ -23,6 +24,8 @@ pub(crate) enum ModelName {
     Phong,
     /// 8 parameters: diffuse and specular colour, roughness, reflectance.
     CookTorrance,
+    /// Principal components of the training materials.
+    Linear,
     /// 675 parameters: a small network.
     Neural,
 }
@@ -32,6 +35,7 @@ impl From<ModelName> for ModelKind {
         match name {
             ModelName::Phong => Self::Phong,
             ModelName::CookTorrance => Self::CookTorrance,
+            ModelName::Linear => Self::Linear,
             ModelName::Neural => Self::Neural,
         }
     }
