@@ -2,6 +2,7 @@
 
 pub(crate) mod evaluate;
 pub(crate) mod export;
+mod grid;
 pub(crate) mod inspect;
 pub(crate) mod progress;
 pub(crate) mod quickstart;
@@ -17,7 +18,9 @@ use glimpse_core::model::ModelKind;
 use glimpse_trainer::export::RecipeFile;
 use glimpse_trainer::files::write_whole;
 use glimpse_trainer::linear::{Basis, Prior};
+
 use glimpse_trainer::material::{Material, Source};
+use train::basis_beside;
 
 /// The models, as named on the command line.
 #[derive(Clone, Copy, Debug, clap::ValueEnum)]
@@ -26,10 +29,10 @@ pub(crate) enum ModelName {
     Phong,
     /// 8 parameters: diffuse and specular colour, roughness, reflectance.
     CookTorrance,
+    /// Principal components of the training materials.
+    Linear,
     /// 675 parameters: a small network.
     Neural,
-    /// Principal components of other materials, in closed form.
-    Linear,
 }
 
 /// The prior of the model linear.
@@ -68,7 +71,7 @@ pub(crate) fn read_recipe(path: &Path) -> anyhow::Result<(RecipeFile, Option<Bas
         .recipe()?
         .ridge()
         .and_then(|ridge| ridge.basis_checksum());
-    let basis = checksum.map(|checksum| Basis::read(&path.with_extension("basis"), checksum));
+    let basis = checksum.map(|checksum| Basis::read(&basis_beside(path), checksum));
     Ok((file, basis.transpose()?))
 }
 

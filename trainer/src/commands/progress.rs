@@ -10,7 +10,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 
 /// From now on the first Ctrl-C stops training at the next step, and the second one the program.
-fn catch_interrupts() -> anyhow::Result<()> {
+pub(super) fn catch_interrupts() -> anyhow::Result<()> {
     static CAUGHT: AtomicBool = AtomicBool::new(false);
     if !CAUGHT.swap(true, Ordering::Relaxed) {
         ctrlc::set_handler(|| {
@@ -20,6 +20,11 @@ fn catch_interrupts() -> anyhow::Result<()> {
         })?;
     }
     Ok(())
+}
+
+/// True after the first Ctrl-C.
+pub(super) fn interrupted() -> bool {
+    INTERRUPTED.load(Ordering::Relaxed)
 }
 
 /// Trains under a progress bar with loss and time left; without a terminal, a line now and then.
@@ -34,7 +39,10 @@ pub(crate) fn train_with_progress(
     )?);
     let mut tenth = 0;
     let outcome = train(options, materials, &mut |progress| {
-        let mut message = format!("{}: loss {:.4}", progress.phase, progress.loss);
+        let mut message = format!(
+            "{}, n = {}: loss {:.4}",
+            progress.phase, progress.samples, progress.loss
+        );
         if let Some(best) = progress.best {
             message += &format!(", best {best:.4}");
         }
@@ -49,7 +57,7 @@ pub(crate) fn train_with_progress(
             bar.set_position(progress.done as u64);
             bar.set_message(message);
         }
-        match INTERRUPTED.load(Ordering::Relaxed) {
+        match interrupted() {
             true => ControlFlow::Break(()),
             false => ControlFlow::Continue(()),
         }

@@ -3,12 +3,14 @@
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use anyhow::Context;
+use anyhow::{Context, bail};
 use clap::Args;
-use glimpse_core::recipe::Provenance;
+use glimpse_core::model::ModelKind;
+use glimpse_core::recipe::{Provenance, Recipe};
 use glimpse_trainer::export::{RecipeFile, to_recipe, to_ridge_recipe};
+use glimpse_trainer::files::try_write;
 use glimpse_trainer::linear::Prior;
-use glimpse_trainer::material::Source;
+use glimpse_trainer::material::{Material, Source};
 use glimpse_trainer::meta::checkpoint::Checkpoint;
 use glimpse_trainer::meta::outer::Checkpoints;
 use glimpse_trainer::meta::plan::{Effort, Schedule};
@@ -17,28 +19,45 @@ use glimpse_trainer::meta::run::{Learned, Options};
 use super::progress::train_with_progress;
 use super::{ModelName, PriorArgs, load, write_file};
 
-/// Train a recipe on materials.
+/// Train a recipe on materials, or many with --grid.
 ///
-/// Every tenth material is held out; the loss on those is what the recipe promises, and the best
-/// meta-parameters by it are kept. The run is saved every ten seconds and upon Ctrl-C; repeat the
-/// command with --resume to go on.
+/// Every tenth material is held out; the loss on those is what the recipe promises, and with
+/// --schedule joint the best meta-parameters by it are kept. The run is saved every ten seconds and
+/// upon Ctrl-C; repeat the command with --resume to go on. A resumed run, however it ended, comes to
+/// the same bytes as an undisturbed one.
+///
+/// With --grid every one of several models is trained at every one of several n, into
+/// OUT/MODEL-nN.recipe. Recipes that are there already are not trained again, so that the same
+/// command goes on after Ctrl-C; a cell that fails does not stop the others. A table of all of them
+/// is printed at the end, and kept in OUT/grid.csv.
 ///
 /// Example: trainer train --model neural --samples 8 --data MERL/ --out neural-n8.recipe
+///          trainer train --grid --model phong,neural --samples 1,2,4,8 --data MERL/ --out recipes/
 #[derive(Args)]
 #[command(verbatim_doc_comment)]
 pub(crate) struct Train {
-    /// The model to fit
-    #[arg(long, value_enum)]
-    model: ModelName,
-    /// How many directions the scanner will measure
-    #[arg(long, short = 'n')]
-    samples: usize,
+    /// The model to fit; in a grid several, separated by commas [default there: all]
+    #[arg(
+        long,
+        value_enum,
+        value_delimiter = ',',
+        required_unless_present = "grid"
+    )]
+    pub(super) model: Vec<ModelName>,
+    /// How many directions the scanner will measure; in a grid several [default there: 1,2,4,...,512]
+    #[arg(
+        long,
+        short = 'n',
+        value_delimiter = ',',
+        required_unless_present = "grid"
+    )]
+    pub(super) samples: Vec<usize>,
     /// Materials to train on
     #[arg(long, default_value = "procedural:100")]
-    data: Source,
-    /// The recipe file to write
+    pub(super) data: Source,
+    /// The recipe file to write; in a grid the directory
     #[arg(long, short)]
-    out: PathBuf,
+    pub(super) out: PathBuf,
     #[command(flatten)]
     prior: PriorArgs,
     /// How the parts are trained
@@ -48,59 +67,179 @@ pub(crate) struct Train {
     #[arg(long, value_enum, default_value_t = Effort::Standard)]
     effort: Effort,
     /// Where to keep the run while it lasts [default: OUT.checkpoint]
-    #[arg(long)]
+    #[arg(long, conflicts_with = "grid")]
     checkpoint: Option<PathBuf>,
-    /// Go on from the checkpoint
+    /// Save the run when so many seconds have passed; 0 saves it after every step
+    #[arg(long, value_name = "SECONDS", default_value = "10", value_parser = seconds)]
+    checkpoint_every: Duration,
+    /// Go on from the checkpoint, if there is one (a grid always does)
     #[arg(long)]
     resume: bool,
+    /// Train many recipes, one for each of the models at each n
+    #[arg(long)]
+    grid: bool,
+}
+
+fn seconds(text: &str) -> Result<Duration, String> {
+    let seconds: f64 = text.parse().map_err(|_| "it is no number".to_owned())?;
+    Duration::try_from_secs_f64(seconds).map_err(|error| error.to_string())
 }
 
 impl Train {
     pub(crate) fn run(&self, seed: u64) -> anyhow::Result<()> {
-        let directory = match &self.checkpoint {
-            Some(directory) => directory.clone(),
-            None => beside(&self.out),
-        };
-        // Better now than after an hour.
-        let parent = self.out.parent().filter(|parent| *parent != Path::new(""));
-        let parent = parent.unwrap_or(Path::new("."));
-        std::fs::create_dir_all(parent)
-            .and_then(|()| tempfile::NamedTempFile::new_in(parent).map(drop))
-            .with_context(|| format!("cannot write to {}", parent.display()))?;
-
-        let materials = load(&self.data)?;
-        let options = Options {
-            model: self.model.into(),
-            samples: self.samples,
-            schedule: self.schedule,
-            effort: self.effort,
-            without_pattern: false,
-            prior: self.prior.or(match self.schedule {
-                Schedule::Paper => Prior::PAPER,
-                Schedule::Joint => Prior::LEARNED,
-            })?,
-            seed,
-            checkpoints: Some(Checkpoints {
-                directory: directory.clone(),
-                every: Duration::from_secs(10),
-                resume: self.resume,
-            }),
-        };
-        let begin = Instant::now();
-        let learned = train_with_progress(&options, materials)?;
-        let file = recipe_of(&learned, &options, &self.data)?;
-        if let Learned::Ridge(learned) = &learned {
-            // First: a recipe without its basis would be of no use.
-            write_file(&self.out.with_extension("basis"), &learned.basis)?;
+        if self.grid {
+            return super::grid::run(self, seed);
         }
-        write_file(&self.out, file.bytes())?;
-        Checkpoint::remove(&directory);
+        let (&[model], &[samples]) = (&self.model[..], &self.samples[..]) else {
+            bail!("several models, or several numbers of samples, take --grid");
+        };
+        let job = self.job(model, samples, self.out.clone(), seed)?;
+        // Better now than after an hour.
+        job.try_write()?;
+        let materials = load(&self.data)?;
+        if self.resume && !Checkpoint::is_in(&job.checkpoint) {
+            if matches!(job.find(materials.len()), Found::Done(_)) {
+                job.clean_up();
+                eprintln!("nothing is left to do: {} is trained", self.out.display());
+                return Ok(());
+            }
+            eprintln!(
+                "no checkpoint in {}: starting from the beginning",
+                job.checkpoint.display()
+            );
+        }
+        let begin = Instant::now();
+        let expected_loss = job.train(materials, self.resume)?;
         eprintln!(
-            "trained in {:.0} s; expect a loss of {:.4} on an unseen material",
+            "trained in {:.0} s; expect a loss of {expected_loss:.4} on an unseen material",
             begin.elapsed().as_secs_f64(),
-            learned.expected_loss()
         );
         Ok(())
+    }
+
+    /// The training of one recipe.
+    pub(super) fn job(
+        &self,
+        model: ModelName,
+        samples: usize,
+        out: PathBuf,
+        seed: u64,
+    ) -> anyhow::Result<Job<'_>> {
+        let default = match self.schedule {
+            Schedule::Paper => Prior::PAPER,
+            Schedule::Joint => Prior::LEARNED,
+        };
+        Ok(Job {
+            options: Options {
+                model: model.into(),
+                samples,
+                schedule: self.schedule,
+                effort: self.effort,
+                without_pattern: false,
+                prior: self.prior.or(default)?,
+                seed,
+                checkpoints: None,
+            },
+            data: &self.data,
+            checkpoint: match &self.checkpoint {
+                Some(directory) => directory.clone(),
+                None => beside(&out),
+            },
+            every: self.checkpoint_every,
+            out,
+        })
+    }
+}
+
+/// The training of one recipe.
+pub(super) struct Job<'a> {
+    options: Options,
+    data: &'a Source,
+    pub(super) out: PathBuf,
+    pub(super) checkpoint: PathBuf,
+    every: Duration,
+}
+
+/// What is there before a recipe is trained.
+pub(super) enum Found {
+    /// No recipe.
+    Nothing,
+    /// The one that training would write, and the loss that it promises.
+    Done(f32),
+    /// Something else, in words.
+    Other(String),
+}
+
+impl Job<'_> {
+    /// Makes sure that the recipe can be written.
+    fn try_write(&self) -> anyhow::Result<()> {
+        // The largest recipe but for Linear's: a network's with 512 samples takes 12 KB.
+        try_write(&self.out, 1 << 16)
+            .with_context(|| format!("cannot write {}", self.out.display()))
+    }
+
+    /// Looks at what is there, judged by its provenance.
+    pub(super) fn find(&self, materials: usize) -> Found {
+        if !self.out.exists() {
+            return Found::Nothing;
+        }
+        let file = match RecipeFile::read(&self.out) {
+            Ok(file) => file,
+            Err(error) => return Found::Other(error.to_string()),
+        };
+        let recipe = match file.recipe() {
+            Ok(recipe) => recipe,
+            Err(error) => return Found::Other(error.to_string()),
+        };
+        let schedule = schedule(&self.options);
+        let provenance = provenance(&self.options, self.data, materials, &schedule);
+        let wanted = words(self.options.model.name(), self.options.samples, &provenance);
+        let found = words(recipe.model().name(), recipe.samples(), recipe.provenance());
+        match found == wanted && self.has_basis(&recipe) {
+            true => Found::Done(recipe.expected_loss()),
+            false if found == wanted => {
+                Found::Other(format!("{} lacks its basis", self.out.display()))
+            }
+            false => Found::Other(format!(
+                "{} was trained otherwise ({found}, not {wanted})",
+                self.out.display()
+            )),
+        }
+    }
+
+    fn has_basis(&self, recipe: &Recipe<'_>) -> bool {
+        recipe.ridge().is_none() || basis_beside(&self.out).exists()
+    }
+
+    /// Trains and writes it; returns the loss that it promises.
+    pub(super) fn train(
+        &self,
+        materials: Vec<Box<dyn Material>>,
+        resume: bool,
+    ) -> anyhow::Result<f32> {
+        self.try_write()?;
+        let options = Options {
+            checkpoints: Some(Checkpoints {
+                directory: self.checkpoint.clone(),
+                every: self.every,
+                resume,
+            }),
+            ..self.options.clone()
+        };
+        let learned = train_with_progress(&options, materials)?;
+        let file = recipe_of(&learned, &options, self.data)?;
+        if let Learned::Ridge(learned) = &learned {
+            // First: a recipe without its basis would be of no use.
+            write_file(&basis_beside(&self.out), &learned.basis)?;
+        }
+        write_file(&self.out, file.bytes())?;
+        self.clean_up();
+        Ok(learned.expected_loss())
+    }
+
+    /// Removes the checkpoint.
+    pub(super) fn clean_up(&self) {
+        Checkpoint::remove(&self.checkpoint);
     }
 }
 
@@ -110,19 +249,51 @@ pub(crate) fn recipe_of(
     options: &Options,
     data: &Source,
 ) -> anyhow::Result<RecipeFile> {
-    let schedule = format!("{:?} {:?}", options.schedule, options.effort).to_lowercase();
-    let provenance = Provenance {
-        trainer: concat!("glimpse-trainer ", env!("CARGO_PKG_VERSION")),
-        data: label(data),
-        materials: learned.materials() as u32,
-        schedule: &schedule,
-        seed: options.seed,
-    };
+    let schedule = schedule(options);
+    let provenance = provenance(options, data, learned.materials(), &schedule);
     let file = match learned {
         Learned::Descent(learned) => to_recipe(learned, &provenance),
         Learned::Ridge(learned) => to_ridge_recipe(&learned.reduced, &provenance),
     };
     file.context("training did not converge to a recipe")
+}
+
+fn provenance<'a>(
+    options: &Options,
+    data: &'a Source,
+    materials: usize,
+    schedule: &'a str,
+) -> Provenance<'a> {
+    Provenance {
+        trainer: concat!("glimpse-trainer ", env!("CARGO_PKG_VERSION")),
+        data: label(data),
+        materials: materials as u32,
+        schedule,
+        seed: options.seed,
+    }
+}
+
+fn schedule(options: &Options) -> String {
+    let schedule = format!("{:?} {:?}", options.schedule, options.effort).to_lowercase();
+    match (options.model, options.prior) {
+        (ModelKind::Linear, Prior { components, eta }) => {
+            let eta = eta.map_or("learned".to_owned(), |eta| eta.to_string());
+            format!("{schedule}, {components} bases, eta {eta}")
+        }
+        _ => schedule,
+    }
+}
+
+/// All of a recipe's provenance that decides what it holds.
+fn words(model: &str, samples: usize, provenance: &Provenance<'_>) -> String {
+    let Provenance {
+        data,
+        materials,
+        schedule,
+        seed,
+        ..
+    } = provenance;
+    format!("{model} n = {samples}, {materials} materials of {data}, {schedule}, seed {seed}")
 }
 
 /// A source's name without the directories that lead to it: those are nobody's business.
@@ -131,6 +302,11 @@ fn label(source: &Source) -> &str {
         .file_name()
         .and_then(|name| name.to_str());
     name.unwrap_or(&source.0)
+}
+
+/// Where the basis of a recipe of the model Linear is.
+pub(super) fn basis_beside(out: &Path) -> PathBuf {
+    out.with_extension("basis")
 }
 
 /// OUT.checkpoint

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::outer::Standing;
-use crate::files::write_whole;
+use crate::files;
 
 /// The file's name within the checkpoint directory.
 const FILE: &str = "checkpoint.bin";
@@ -17,7 +17,8 @@ const FILE: &str = "checkpoint.bin";
 pub enum CheckpointError {
     /// The operating system refuses to write.
     #[error(
-        "cannot write the checkpoint {}: {source}; name a writable directory with --checkpoint",
+        "cannot write the checkpoint {}: {source}; make room, or name a writable directory with \
+         --checkpoint",
         path.display()
     )]
     Write {
@@ -26,8 +27,8 @@ pub enum CheckpointError {
         /// Why.
         source: io::Error,
     },
-    /// There is nothing to resume from.
-    #[error("cannot read the checkpoint {}: {source}; start without --resume", path.display())]
+    /// The operating system refuses to read.
+    #[error("cannot read the checkpoint {}: {source}; remove it to start anew", path.display())]
     Read {
         /// The file.
         path: PathBuf,
@@ -35,12 +36,12 @@ pub enum CheckpointError {
         source: io::Error,
     },
     /// The bytes are not a checkpoint of this program's version.
-    #[error("{} is damaged or of another version; start without --resume", .0.display())]
+    #[error("{} is damaged or of another version; remove it to start anew", .0.display())]
     Damaged(PathBuf),
     /// It is of another training run.
     #[error(
-        "{} belongs to another run ({found}, not {expected}); repeat that run's options, or start \
-         without --resume", path.display()
+        "{} belongs to another run ({found}, not {expected}); repeat that run's options, or \
+         remove it to start anew", path.display()
     )]
     OtherRun {
         /// The file.
@@ -67,18 +68,25 @@ pub struct Checkpoint {
 }
 
 impl Checkpoint {
-    /// Makes sure that `directory` exists and can be written to.
+    /// Makes sure that this run can be saved in `directory` to its end.
     ///
     /// # Errors
     /// If not.
-    pub fn prepare(directory: &Path) -> Result<(), CheckpointError> {
-        let fail = |source| CheckpointError::Write {
-            path: directory.join(FILE),
-            source,
-        };
-        fs::create_dir_all(directory).map_err(fail)?;
-        tempfile::NamedTempFile::new_in(directory).map_err(fail)?;
-        Ok(())
+    pub fn try_write(&self, directory: &Path) -> Result<(), CheckpointError> {
+        // The optimizer and the best values will come to it, and the file that it replaces.
+        let bytes = 8 * self.bytes()?.len();
+        let path = directory.join(FILE);
+        files::try_write(&path, bytes).map_err(|source| CheckpointError::Write { path, source })
+    }
+
+    /// True if there is one in `directory`.
+    #[must_use]
+    pub fn is_in(directory: &Path) -> bool {
+        directory.join(FILE).exists()
+    }
+
+    fn bytes(&self) -> Result<Vec<u8>, CheckpointError> {
+        postcard::to_stdvec(self).map_err(|error| CheckpointError::Record(error.to_string()))
     }
 
     /// Writes it into `directory`, replacing an older one in one step.
@@ -87,23 +95,23 @@ impl Checkpoint {
     /// If it cannot be written; the older one is then still whole.
     pub fn write(&self, directory: &Path) -> Result<(), CheckpointError> {
         let path = directory.join(FILE);
-        let bytes = postcard::to_stdvec(self)
-            .map_err(|error| CheckpointError::Record(error.to_string()))?;
-        write_whole(&path, &bytes).map_err(|source| CheckpointError::Write { path, source })
+        files::write_whole(&path, &self.bytes()?)
+            .map_err(|source| CheckpointError::Write { path, source })
     }
 
-    /// Reads the one in `directory`, which must be of the run at hand.
+    /// Reads the one in `directory`, which must be of the run at hand; None if there is none.
     ///
     /// # Errors
-    /// If there is none, or it is damaged, or of another run.
-    pub fn read(directory: &Path, run: &str) -> Result<Self, CheckpointError> {
+    /// If it is damaged, or of another run.
+    pub fn read(directory: &Path, run: &str) -> Result<Option<Self>, CheckpointError> {
         let path = directory.join(FILE);
         let bytes = match fs::read(&path) {
             Ok(bytes) => bytes,
+            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
             Err(source) => return Err(CheckpointError::Read { path, source }),
         };
         match postcard::from_bytes::<Self>(&bytes) {
-            Ok(checkpoint) if checkpoint.run == run => Ok(checkpoint),
+            Ok(checkpoint) if checkpoint.run == run => Ok(Some(checkpoint)),
             Ok(checkpoint) => Err(CheckpointError::OtherRun {
                 path,
                 expected: run.into(),

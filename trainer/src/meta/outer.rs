@@ -63,9 +63,9 @@ pub struct Standing {
 pub struct Checkpoints {
     /// The directory.
     pub directory: PathBuf,
-    /// A checkpoint is written when the last one is so old.
+    /// A checkpoint is written when the last one is so old; 0 writes one after every step.
     pub every: Duration,
-    /// Go on from the checkpoint.
+    /// Go on from the checkpoint, if there is one.
     pub resume: bool,
 }
 
@@ -165,10 +165,12 @@ impl Run<'_> {
             optimization: Optimization::new(self.trainee.first_values(0)),
             standing: Standing::default(),
         };
-        if let Some(checkpoints) = &self.checkpoints {
-            Checkpoint::prepare(&checkpoints.directory)?;
-            if checkpoints.resume {
-                let found = Checkpoint::read(&checkpoints.directory, &self.name)?;
+        if let Some(Checkpoints {
+            directory, resume, ..
+        }) = &self.checkpoints
+        {
+            self.checkpoint(&state)?.try_write(directory)?;
+            if *resume && let Some(found) = Checkpoint::read(directory, &self.name)? {
                 state.standing = found.standing;
                 state.optimization = state
                     .optimization

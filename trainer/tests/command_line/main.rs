@@ -1,6 +1,8 @@
 //! The command line as a user meets it: what it writes, what it says, how it ends.
 
+mod grid;
 mod linear;
+mod survival;
 
 use std::fs;
 use std::path::Path;
@@ -185,10 +187,6 @@ fn mistakes_are_named() {
     nowhere[6] = "nowhere";
     let message = fail(directory, &nowhere);
     assert!(message.contains("nowhere"), "{message}");
-    let mut resumed = TRAIN.to_vec();
-    resumed.push("--resume");
-    let message = fail(directory, &resumed);
-    assert!(message.contains("--resume"), "{message}");
     let mut none = TRAIN.to_vec();
     none[4] = "0";
     assert!(fail(directory, &none).contains("0 samples"));

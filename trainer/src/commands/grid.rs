@@ -1,0 +1,148 @@
+//! `trainer train --grid`: many recipes, one after another.
+
+use std::collections::HashMap;
+use std::path::Path;
+use std::time::Instant;
+
+use anyhow::{Context, bail};
+use clap::ValueEnum;
+use glimpse_core::model::ModelKind;
+use glimpse_trainer::files::write_whole;
+use glimpse_trainer::report::{Best, Cell, Column, Compare, Table};
+
+use super::progress::{catch_interrupts, interrupted};
+use super::train::{Found, Job, Train};
+use super::{ModelName, load, print};
+
+/// One recipe of the grid.
+struct Row {
+    model: ModelName,
+    name: &'static str,
+    samples: usize,
+    /// The loss that it promises; None if it failed.
+    expected_loss: Option<f32>,
+    /// How long its training took; None if that is not known any more.
+    seconds: Option<f64>,
+}
+
+pub(super) fn run(train: &Train, seed: u64) -> anyhow::Result<()> {
+    catch_interrupts()?;
+    let models = match &train.model[..] {
+        [] => ModelName::value_variants(),
+        some => some,
+    };
+    let samples = match &train.samples[..] {
+        [] => (0..10).map(|k| 1 << k).collect(),
+        some => some.to_vec(),
+    };
+    let materials = load(&train.data)?.len();
+    let csv = train.out.join("grid.csv");
+    let mut rows = Vec::new();
+    let known = seconds_of(&csv);
+    for &model in models {
+        for &samples in &samples {
+            let name = ModelKind::from(model).name();
+            rows.push(Row {
+                model,
+                name,
+                samples,
+                expected_loss: None,
+                seconds: known.get(&(name.to_owned(), samples)).copied(),
+            });
+        }
+    }
+    let total = rows.len();
+    for cell in 0..total {
+        let Row {
+            model,
+            name,
+            samples,
+            ..
+        } = rows[cell];
+        eprintln!("[{}/{total}] {name}, n = {samples}", cell + 1);
+        let out = train.out.join(format!("{name}-n{samples}.recipe"));
+        let begin = Instant::now();
+        let outcome = train
+            .job(model, samples, out, seed)
+            .and_then(|job| finish(&job, train, materials));
+        if interrupted() {
+            bail!("stopped at {name}, n = {samples}; repeat the command to go on");
+        }
+        let row = &mut rows[cell];
+        match outcome {
+            Ok((expected_loss, trained)) => {
+                row.expected_loss = Some(expected_loss);
+                if trained {
+                    row.seconds = Some(begin.elapsed().as_secs_f64());
+                }
+            }
+            Err(error) => {
+                eprintln!("error: {error:#}");
+                row.seconds = None;
+            }
+        }
+        // Now and not at the end: a resumed grid finds the seconds there.
+        write_whole(&csv, table(&rows).to_csv().as_bytes())
+            .with_context(|| format!("cannot write {}", csv.display()))?;
+    }
+    print(&table(&rows).to_text())?;
+    let failed = rows.iter().filter(|row| row.expected_loss.is_none());
+    match failed.count() {
+        0 => Ok(()),
+        failed => bail!("{failed} of {total} recipes failed"),
+    }
+}
+
+/// Trains a recipe if it is not there; returns the loss that it promises, and true if it was
+/// trained.
+fn finish(job: &Job<'_>, train: &Train, materials: usize) -> anyhow::Result<(f32, bool)> {
+    match job.find(materials) {
+        Found::Done(expected_loss) => {
+            job.clean_up();
+            eprintln!("{} is trained already", job.out.display());
+            Ok((expected_loss, false))
+        }
+        Found::Other(what) => bail!("{what}: remove it, or give another --out"),
+        Found::Nothing => Ok((job.train(train.data.load()?, true)?, true)),
+    }
+}
+
+fn table(rows: &[Row]) -> Table {
+    let number = |number: Option<f64>| number.map_or(Cell::Missing, Cell::Number);
+    Table {
+        caption: "What each recipe promises".into(),
+        columns: vec![
+            Column::text("model"),
+            Column::number("n", 0, Best::None),
+            Column::number("expected loss", 4, Best::None),
+            Column::number("seconds", 1, Best::None),
+        ],
+        rows: rows
+            .iter()
+            .map(|row| {
+                vec![
+                    Cell::Text(row.name.into()),
+                    Cell::Number(row.samples as f64),
+                    number(row.expected_loss.map(f64::from)),
+                    number(row.seconds),
+                ]
+            })
+            .collect(),
+        compare: Compare::Down,
+    }
+}
+
+/// How long each recipe took, as far as an earlier run wrote it down.
+fn seconds_of(csv: &Path) -> HashMap<(String, usize), f64> {
+    let text = std::fs::read_to_string(csv).unwrap_or_default();
+    let row = |line: &str| {
+        let [model, samples, _, seconds] = line.split(',').collect::<Vec<_>>()[..] else {
+            return None;
+        };
+        Some((
+            (model.to_owned(), samples.parse().ok()?),
+            seconds.parse().ok()?,
+        ))
+    };
+    text.lines().filter_map(row).collect()
+}
