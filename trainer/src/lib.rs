@@ -1,5 +1,6 @@
 //! The host side of Glimpse: materials, meta-learning, evaluation, export.
 
+pub mod benchmark;
 pub mod dual;
 pub mod evaluation;
 pub mod export;

@@ -47,6 +47,7 @@ enum Command {
     Inspect(commands::inspect::Inspect),
     Export(commands::export::Export),
     VirtualScanner(commands::virtual_scanner::VirtualScanner),
+    Bench(commands::bench::Bench),
 }
 
 fn main() -> ExitCode {
@@ -64,6 +65,7 @@ fn main() -> ExitCode {
         Command::Inspect(command) => command.run(),
         Command::Export(command) => command.run(),
         Command::VirtualScanner(command) => command.run(common.seed),
+        Command::Bench(command) => command.run(),
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,

@@ -1,5 +1,6 @@
 //! The subcommands, one file each; results go to stdout or --out, talk goes to stderr.
 
+pub(crate) mod bench;
 pub(crate) mod evaluate;
 pub(crate) mod export;
 mod grid;
