@@ -18,14 +18,15 @@ use rand_chacha::ChaCha8Rng;
 
 use crate::dual::Dual;
 use crate::material::{Material, Procedural};
+use crate::meta::descent::{Descent, Tasks};
 use crate::meta::gradient::LaneModel;
 use crate::meta::parameters::{Groups, Optimization};
 use crate::meta::pattern::{Pattern, logits_of};
-use crate::meta::plan::{Effort, Plan, Schedule};
+use crate::meta::plan::{Effort, InnerSamples, Phase, Plan, Schedule};
 use crate::meta::pool::{Pool, Variation};
 use crate::meta::run::INNER_STEPS;
 use crate::meta::start::first_guess;
-use crate::meta::training::{InnerSamples, Phase, Tasks, Training};
+use crate::meta::trainee::{Lots, Trainee};
 use crate::meta::unroll::{Learner, MetaGradient};
 use crate::sampling::sobol_valid;
 
@@ -236,22 +237,26 @@ impl<'m> Ground<'m> {
         let initial = first_guess(M::KIND, &mut random());
         let step_size = plan.step_size_form.value(plan.first_step_size);
         let angles = self.pattern.angles().iter().copied();
-        let mut training = Training::<M> {
-            tasks: &self.tasks,
-            phases: &plan.phases,
+        let trainee = Descent::<M> {
+            training: &self.tasks,
+            validation: &self.tasks,
+            plan,
             inner_steps: INNER_STEPS,
-            seed: SEED,
-            step_size_form: plan.step_size_form,
-            optimization: Optimization::new(Groups {
-                step_sizes: vec![step_size; initial.len()],
-                initial,
-                pattern: angles.flat_map(logits_of).collect(),
-            }),
+            samples: PATTERN,
+            lots: Lots { seed: SEED },
             model: PhantomData,
         };
+        let mut optimization = Optimization::new(Groups {
+            step_sizes: vec![step_size; initial.len()],
+            initial,
+            pattern: angles.flat_map(logits_of).collect(),
+        });
         let mut step = 0;
         Box::new(move || {
-            training.step(phase, step % plan.phases[phase].steps);
+            let values = optimization.values();
+            let steps = plan.phases[phase].steps;
+            let (_, gradient) = trainee.gradient(&values, phase, step % steps);
+            optimization.step(gradient, &plan.phases[phase].rates_at(step % steps));
             step += 1;
         })
     }

@@ -102,7 +102,8 @@ pub struct Phase {
 
 impl Phase {
     /// The learning rates at a step.
-    pub(super) fn rates_at(&self, step: usize) -> Groups<f64> {
+    #[must_use]
+    pub fn rates_at(&self, step: usize) -> Groups<f64> {
         let done = step as f64 / self.steps as f64;
         let cosine = 0.5 * (1.0 + (std::f64::consts::PI * done).cos());
         let annealed = self.final_rate + (1.0 - self.final_rate) * cosine;
