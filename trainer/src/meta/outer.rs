@@ -291,3 +291,83 @@ fn clip(gradient: &mut [f32], largest_norm: f32) {
         *value *= scale;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Mutex;
+
+    use glimpse_core::model::ModelKind;
+
+    use super::*;
+    use crate::meta::plan::{Effort, Schedule};
+
+    /// Its losses are made up, a list for each phase; its pattern goes ever further.
+    struct Toy {
+        losses: [&'static [f32]; 2],
+        seen: Mutex<Vec<Vec<f32>>>,
+    }
+
+    impl Trainee for Toy {
+        fn first_values(&self, _: u64) -> Groups<Vec<f32>> {
+            Groups {
+                pattern: vec![-1.0; 3],
+                ..Groups::default()
+            }
+        }
+        fn gradient(
+            &self,
+            values: &Groups<Vec<f32>>,
+            phase: usize,
+            step: usize,
+        ) -> (f32, Groups<Vec<f32>>) {
+            self.seen.lock().unwrap().push(values.pattern.clone());
+            let gradient = Groups {
+                pattern: vec![1.0; values.pattern.len()],
+                ..Groups::default()
+            };
+            (self.losses[phase][step], gradient)
+        }
+        fn judge(&self, _: &Groups<Vec<f32>>) -> f32 {
+            0.5
+        }
+    }
+
+    #[test]
+    fn the_best_epoch_is_kept_and_samples_are_added_to_it() {
+        let toy = Toy {
+            losses: [
+                &[3.0, 3.0, 1.0, 1.5, 0.0, 4.0],
+                &[9.0, 9.0, 5.0, 5.0, 6.0, 6.0],
+            ],
+            seen: Mutex::default(),
+        };
+        let mut plan = Plan::new(Schedule::Paper, Effort::Long, ModelKind::Linear, 2, 2);
+        plan.phases.remove(0);
+        for phase in &mut plan.phases {
+            phase.steps = 6;
+        }
+        let run = Run {
+            trainee: &toy,
+            plan: &plan,
+            name: String::new(),
+            seed: 0,
+            checkpoints: None,
+        };
+        let mut bests = Vec::new();
+        let best = run.finish(&mut |progress| {
+            bests.push(progress.best);
+            ControlFlow::Continue(())
+        });
+        let best = best.unwrap();
+        let seen = toy.seen.into_inner().unwrap();
+        // An epoch has two steps; what it comes to is what the next one begins with.
+        assert_eq!(seen[6][..3], seen[4]);
+        assert_eq!(seen[6].len(), 6);
+        assert_eq!(best.values.pattern, seen[10]);
+        assert_eq!(best.loss, 0.5);
+        // The barrier is paid in none of them.
+        assert_eq!(bests[..4], [None, Some(3.0), Some(3.0), Some(1.25)]);
+        assert_eq!(bests[6..8], [None, Some(9.0)]);
+        assert_eq!(bests[11], Some(5.0));
+    }
+}

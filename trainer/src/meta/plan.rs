@@ -447,3 +447,47 @@ fn paper(effort: Effort, model: ModelKind, samples: usize, tasks: usize) -> Plan
         first_step_size: 1e-3,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_paper_s_stages() {
+        let tasks = 80;
+        let plan = Plan::new(Schedule::Paper, Effort::Long, ModelKind::Neural, 5, tasks);
+        let [first, guesses, patterns @ ..] = &plan.phases[..] else {
+            panic!("{plan:?}");
+        };
+        assert_eq!(
+            (first.steps, first.inner),
+            (800_000, InnerSamples::Fresh(512))
+        );
+        assert_eq!((guesses.steps, guesses.samples), (50 * tasks, 1));
+        let samples: Vec<_> = patterns.iter().map(|phase| phase.samples).collect();
+        assert_eq!(samples, [1, 2, 4, 5]);
+        for phase in patterns {
+            assert_eq!((phase.start, phase.keep), (Start::Best, Keep::BestEpoch));
+            assert_eq!(phase.steps, 500 * tasks);
+            assert!(phase.rates_at(0).pattern == 5e-4 && phase.rates.initial == 0.0);
+            let last = phase.rates_at(phase.steps).pattern;
+            assert!((last - 1e-4).abs() < 1e-9, "{last}");
+        }
+        assert_eq!(plan.at(0), Some((0, 0)));
+        assert_eq!(plan.at(800_000), Some((1, 0)));
+        assert_eq!(plan.at(plan.steps() - 1), Some((5, 500 * tasks - 1)));
+        assert_eq!(plan.at(plan.steps()), None);
+        assert_eq!(plan.without_pattern(5).phases.len(), 1);
+
+        // Nothing of Linear is learned but the pattern; a tenth of the steps.
+        let plan = Plan::new(
+            Schedule::Paper,
+            Effort::Standard,
+            ModelKind::Linear,
+            1,
+            tasks,
+        );
+        let steps: Vec<_> = plan.phases.iter().map(|phase| phase.steps).collect();
+        assert_eq!(steps, [50 * tasks, 50 * tasks]);
+    }
+}
