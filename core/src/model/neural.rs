@@ -75,10 +75,11 @@ impl<T: Entry> ParameterSet<T> for NeuralParameters<T> {
 
 /// bias + inputs * weights.
 ///
-/// `inputs` yields each input with its row of weights.
+/// `inputs` yields each input with its row of weights; it borrows them, because it is cloned for
+/// each tile.
 #[inline(always)]
 fn affine<'a, S: Scalar, const OUTPUTS: usize>(
-    inputs: impl Iterator<Item = (S, &'a [S::Parameter; OUTPUTS])> + Clone,
+    inputs: impl Iterator<Item = (&'a S, &'a [S::Parameter; OUTPUTS])> + Clone,
     bias: &[S::Parameter; OUTPUTS],
 ) -> [S; OUTPUTS] {
     let mut outputs = [S::constant(0.0); OUTPUTS];
@@ -90,7 +91,7 @@ fn affine<'a, S: Scalar, const OUTPUTS: usize>(
         for (input, row) in inputs.clone() {
             if let Some(weights) = row.as_chunks::<TILE>().0.get(tile) {
                 for (sum, weight) in sums.iter_mut().zip(weights) {
-                    *sum = sum.plus_product(input, S::broadcast(*weight));
+                    *sum = sum.plus_product(*input, S::broadcast(*weight));
                 }
             }
         }
@@ -124,13 +125,13 @@ fn backward<S: Scalar, const INPUTS: usize, const OUTPUTS: usize>(
 /// Adds the gradient by a layer's weights and bias.
 #[inline(always)]
 fn accumulate<'a, S: Scalar, const OUTPUTS: usize>(
-    inputs: impl Iterator<Item = (S, &'a mut [S::Sum; OUTPUTS])>,
+    inputs: impl Iterator<Item = (&'a S, &'a mut [S::Sum; OUTPUTS])>,
     bias: &mut [S::Sum; OUTPUTS],
     by_outputs: &[S; OUTPUTS],
 ) {
     for (input, row) in inputs {
         for (entry, by_output) in row.iter_mut().zip(by_outputs) {
-            S::add_product(entry, input, *by_output);
+            S::add_product(entry, *input, *by_output);
         }
     }
     for (entry, by_output) in bias.iter_mut().zip(by_outputs) {
@@ -158,16 +159,16 @@ impl<S: Scalar> Forward<S> {
     fn new(parameters: &NeuralParameters<S::Parameter>, at: &HalfDifference<S>) -> Self {
         let [row_hx, _, row_hz, row_dx, row_dy, row_dz] = &parameters.fc1;
         let inputs = [
-            (at.hx, row_hx),
-            (at.hz, row_hz),
-            (at.dx, row_dx),
-            (at.dy, row_dy),
-            (at.dz, row_dz),
+            (&at.hx, row_hx),
+            (&at.hz, row_hz),
+            (&at.dx, row_dx),
+            (&at.dy, row_dy),
+            (&at.dz, row_dz),
         ];
-        let hidden_1 = relu(affine(inputs.into_iter(), &parameters.b1));
-        let rows = hidden_1.into_iter().zip(&parameters.fc2);
+        let hidden_1 = relu(affine(inputs.iter().copied(), &parameters.b1));
+        let rows = hidden_1.iter().zip(&parameters.fc2);
         let hidden_2 = relu(affine(rows, &parameters.b2));
-        let rows = hidden_2.into_iter().zip(&parameters.fc3);
+        let rows = hidden_2.iter().zip(&parameters.fc3);
         let output = affine(rows, &parameters.b3);
         Self {
             hidden_1,
@@ -237,17 +238,17 @@ impl Model for Neural {
         let by_hidden_2 = through_relu(backward(&parameters.fc3, &by_output), &forward.hidden_2);
         let by_hidden_1 = through_relu(backward(&parameters.fc2, &by_hidden_2), &forward.hidden_1);
 
-        let rows = forward.hidden_2.into_iter().zip(&mut gradient.fc3);
+        let rows = forward.hidden_2.iter().zip(&mut gradient.fc3);
         accumulate(rows, &mut gradient.b3, &by_output);
-        let rows = forward.hidden_1.into_iter().zip(&mut gradient.fc2);
+        let rows = forward.hidden_1.iter().zip(&mut gradient.fc2);
         accumulate(rows, &mut gradient.b2, &by_hidden_2);
         let [row_hx, _, row_hz, row_dx, row_dy, row_dz] = &mut gradient.fc1;
         let inputs = [
-            (at.hx, row_hx),
-            (at.hz, row_hz),
-            (at.dx, row_dx),
-            (at.dy, row_dy),
-            (at.dz, row_dz),
+            (&at.hx, row_hx),
+            (&at.hz, row_hz),
+            (&at.dx, row_dx),
+            (&at.dy, row_dy),
+            (&at.dz, row_dz),
         ];
         accumulate(inputs.into_iter(), &mut gradient.b1, &by_hidden_1);
 

@@ -4,7 +4,7 @@
 //! An item is one outer step of one task, the unrolled inner loop with its exact adjoint, as
 //! training computes it; or a part of it; or a whole outer step over a batch of tasks.
 //!
-//! The peak that they are held against is measured in the same run, see [`peak`].
+//! The peak that they are held against is measured in the same run, see [`peak()`].
 
 mod neural;
 mod peak;
@@ -203,7 +203,7 @@ impl<'m> Ground<'m> {
         let outer = draw(outer);
         let mut found = MetaGradient::<M, f32>::default();
         Box::new(move || {
-            let lists: Vec<_> = draws.iter().map(|draw| draw.octets()).collect();
+            let lists: Vec<_> = draws.iter().map(|draw| draw.octets().in_a_row()).collect();
             let lists: Vec<_> = lists.iter().collect();
             found.compute(&learner, &lists, &outer.octets(), None);
         })

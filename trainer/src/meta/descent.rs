@@ -140,7 +140,7 @@ impl<M: LaneModel> Descent<'_, M> {
                 let draws: Vec<Draw<'_>> = (0..lists)
                     .map(|_| pool.draw(task, variation, count, random))
                     .collect();
-                let inner: Vec<_> = draws.iter().map(Draw::octets).collect();
+                let inner: Vec<_> = draws.iter().map(|draw| draw.octets().in_a_row()).collect();
                 let inner: Vec<_> = inner.iter().collect();
                 found.compute(learner, &inner, &outer, None)
             }

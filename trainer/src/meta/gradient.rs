@@ -121,6 +121,9 @@ pub struct SampleOctets<'a> {
     pub weights: Weights<'a>,
     /// The lanes to compute on.
     pub instruction_set: InstructionSet,
+    /// Whether sums over such lists follow one another without a pause, as inner steps do. The
+    /// other threads are then still awake, and shorter lists are worth sharing with them.
+    pub in_a_row: bool,
 }
 
 impl SampleOctets<'_> {
@@ -166,6 +169,15 @@ impl SampleOctets<'_> {
         }
     }
 
+    /// The same samples, as one of many sums in a row.
+    #[must_use]
+    pub fn in_a_row(self) -> Self {
+        Self {
+            in_a_row: true,
+            ..self
+        }
+    }
+
     /// Room for the derivatives by the samples, all 0.
     #[must_use]
     pub fn no_slopes(&self) -> Vec<SampleGradient<Octet>> {
@@ -177,8 +189,12 @@ impl SampleOctets<'_> {
     }
 }
 
-/// Most octets that stay on one thread: fewer are not worth another thread's waking up.
+/// Most octets whose gradient stays on one thread: fewer are not worth another thread's waking up,
+/// which costs some 20 us.
 const GRADIENT_CHUNK: usize = 64;
+/// The same while the other threads are awake.
+const GRADIENT_CHUNK_IN_A_ROW: usize = 32;
+/// Most octets whose product with the Hessian stays on one thread.
 const PRODUCT_CHUNK: usize = 32;
 /// Most chunks of a list.
 const CHUNKS: usize = 16;
@@ -202,17 +218,20 @@ impl<M: LaneModel> SampleList<M, f32> for SampleOctets<'_> {
 
     fn gradient(&self, theta: &M::Parameters<f32>, gradient: &mut M::Parameters<f32>) -> f32 {
         let octets = self.octets();
-        if octets <= GRADIENT_CHUNK {
+        let least = match self.in_a_row {
+            true => GRADIENT_CHUNK_IN_A_ROW,
+            false => GRADIENT_CHUNK,
+        };
+        if octets <= least {
             return M::gradient(theta, self, 0..octets, gradient);
         }
-        let found: Vec<(f32, M::Parameters<f32>)> =
-            chunks(octets, chunk_size(octets, GRADIENT_CHUNK))
-                .map(|octets| {
-                    let mut gradient = M::Parameters::filled(0.0);
-                    let loss = M::gradient(theta, self, octets, &mut gradient);
-                    (loss, gradient)
-                })
-                .collect();
+        let found: Vec<(f32, M::Parameters<f32>)> = chunks(octets, chunk_size(octets, least))
+            .map(|octets| {
+                let mut gradient = M::Parameters::filled(0.0);
+                let loss = M::gradient(theta, self, octets, &mut gradient);
+                (loss, gradient)
+            })
+            .collect();
         add_up(found.iter().map(|(_, gradient)| gradient), gradient);
         found.iter().map(|(loss, _)| loss).sum()
     }

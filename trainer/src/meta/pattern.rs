@@ -191,6 +191,7 @@ impl MeasuredPattern<'_> {
             variation: Variation::NONE,
             weights: Weights::Each(&self.pattern.weights),
             instruction_set: InstructionSet::of_this_machine(),
+            in_a_row: false,
         }
     }
 

@@ -171,6 +171,7 @@ impl Draw<'_> {
             variation: self.variation,
             weights: Weights::Mean(self.weights),
             instruction_set: InstructionSet::of_this_machine(),
+            in_a_row: false,
         }
     }
 }

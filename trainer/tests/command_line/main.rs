@@ -212,6 +212,7 @@ fn a_stopped_run_goes_on_to_the_same_recipe() {
         schedule: Schedule::Joint,
         effort: Effort::Quick,
         without_pattern: false,
+        prior: glimpse_trainer::linear::Prior::LEARNED,
         seed: 3,
         checkpoints: None,
     };

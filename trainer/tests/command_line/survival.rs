@@ -243,6 +243,7 @@ fn a_disk_that_goes_away_costs_only_what_was_not_saved() {
         schedule: Schedule::Paper,
         effort: Effort::Quick,
         without_pattern: false,
+        prior: glimpse_trainer::linear::Prior::LEARNED,
         seed: 3,
         checkpoints: None,
     };

@@ -85,6 +85,8 @@ fn same_on_any_number_of_threads<M: LaneModel>() {
     for inner in [
         InnerSamples::Pattern,
         InnerSamples::Fresh(20),
+        // So many that threads share one list.
+        InnerSamples::Fresh(600),
         InnerSamples::Random(8),
     ] {
         let outcomes = [1, 2, 7].map(|threads| {

@@ -70,6 +70,7 @@ fn cook_torrance_stays_finite_at_extremes() {
                     variation: Variation::NONE,
                     weights: Weights::Each(&[weights]),
                     instruction_set,
+                    in_a_row: false,
                 },
             );
             assert!(
