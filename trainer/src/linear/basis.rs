@@ -242,15 +242,17 @@ impl Basis {
         };
         let mut words = words.iter().map(|word| u32::from_le_bytes(*word));
         let header: Vec<u32> = words.by_ref().take(HEADER).collect();
-        let [h, d, p] = Grid::SHAPE;
-        let expected = [u32::from_le_bytes(MAGIC), VERSION, h, d, p];
-        let (Some(head), Some(components)) = (header.get(..HEADER - 1), header.last()) else {
+        let Ok([head @ .., components]) = <[u32; HEADER]>::try_from(header) else {
             return Err("it is too short");
         };
-        if head != expected {
+        let [h, d, p] = Grid::SHAPE;
+        if head != [u32::from_le_bytes(MAGIC), VERSION, h, d, p] {
             return Err("it is of another version");
         }
-        let components = *components as usize;
+        let components = components as usize;
+        if components == 0 {
+            return Err("it has no components");
+        }
         let table: Vec<f32> = words.map(f32::from_bits).collect();
         match components
             .checked_add(HEAD)

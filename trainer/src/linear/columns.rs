@@ -12,7 +12,8 @@ pub struct Columns {
     /// l of all columns at each node: `Grid::LEN` rows of `count`.
     values: Vec<f32>,
     count: usize,
-    /// x'y of each pair of columns over the valid nodes, row by row.
+    /// x'y of each pair of columns over the valid nodes, row by row; of what is left of columns when
+    /// at each node the mean of all of them is taken away.
     products: Vec<f64>,
 }
 
@@ -89,7 +90,8 @@ impl Columns {
         &self.values[node * self.count..][..self.count]
     }
 
-    /// The sum over the valid nodes of one column times another.
+    /// The sum over the valid nodes of one column times another, the mean of all columns taken away
+    /// from both: it is the same for whoever centres columns, and less is lost to rounding.
     #[must_use]
     pub fn product(&self, one: usize, other: usize) -> f64 {
         self.products[one * self.count + other]
@@ -97,11 +99,11 @@ impl Columns {
 }
 
 fn products(values: &[f32], count: usize) -> Vec<f64> {
-    let valid: Vec<&[f32]> = values
-        .chunks(count)
+    let valid: Vec<(&[f32], f32)> = values
+        .par_chunks(count)
         .enumerate()
         .filter(|(node, _)| Grid::is_valid(*node))
-        .map(|(_, row)| row)
+        .map(|(_, row)| (row, row.iter().sum::<f32>() / count as f32))
         .collect();
     // Each thread sums some of the rows of the product, so that the order of a sum is fixed.
     const ROWS: usize = 8;
@@ -110,12 +112,17 @@ fn products(values: &[f32], count: usize) -> Vec<f64> {
         .par_chunks_mut(ROWS * count)
         .enumerate()
         .for_each(|(block, sums)| {
+            let mut shifted = Vec::new();
             for nodes in valid.chunks(64) {
+                shifted.clear();
+                for (row, mean) in nodes {
+                    shifted.extend(row.iter().map(|value| value - mean));
+                }
                 for (row, sums) in sums.chunks_mut(count).enumerate() {
                     let mut partial = vec![0.0_f32; count];
-                    for node in nodes {
+                    for node in shifted.chunks(count) {
                         let factor = node[block * ROWS + row];
-                        for (sum, value) in partial.iter_mut().zip(*node) {
+                        for (sum, value) in partial.iter_mut().zip(node) {
                             *sum += factor * value;
                         }
                     }

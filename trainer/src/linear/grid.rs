@@ -58,9 +58,11 @@ impl Grid {
         let last = |axis: usize| (NODES[axis] - 1) as f64;
         // Where the angles lie between the nodes of each axis, and how fast they move there.
         let share = (angles.theta_h / FRAC_PI_2).clamp(0.0, 1.0);
-        let root = share.sqrt().max(1e-9);
+        let root = share.sqrt();
+        // At the pole the root's slope is infinite; a large one will do.
+        let slope = last(0) / (2.0 * root.max(1e-9) * FRAC_PI_2);
         let places = [
-            (last(0) * root, last(0) / (2.0 * root * FRAC_PI_2)),
+            (last(0) * root, slope),
             (
                 last(1) * (angles.theta_d / FRAC_PI_2).clamp(0.0, 1.0),
                 last(1) / FRAC_PI_2,
