@@ -1,5 +1,6 @@
-//! An independent witness of the meta-gradient: the inner loop as a program of tensor operations,
-//! written from the paper's formulas without the crates under test, and differentiated by burn.
+//! An independent witness of the meta-gradient: the inner loop (the ridge solve, for the model
+//! Linear) as a program of tensor operations, written from the paper's formulas without the crates
+//! under test, and differentiated by burn.
 //!
 //! burn's autodiff is first-order, so the gradient that the inner loop steps along is written out
 //! by hand; burn then differentiates the steps, and the outer loss, which it reads as plain
@@ -14,6 +15,8 @@ mod support;
 #[allow(dead_code, reason = "losses are traced elsewhere")]
 #[path = "../meta_gradient/problem.rs"]
 mod problem;
+
+mod linear;
 
 use std::f64::consts::{FRAC_1_PI, PI};
 use std::sync::{Mutex, PoisonError};
