@@ -9,5 +9,6 @@ mod determinism;
 mod differences;
 mod extremes;
 mod lanes;
+mod linear;
 mod pattern;
 mod problem;

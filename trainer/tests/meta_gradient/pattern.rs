@@ -20,10 +20,10 @@ use crate::problem::Found;
 use crate::support::{Differences, Traced, parameters, scale_of};
 
 const STEPS: usize = 5;
-const BARRIER: f64 = 0.005;
+pub(crate) const BARRIER: f64 = 0.005;
 
 /// Angles of a sample's logits.
-fn angles(logits: [f64; 3]) -> [f64; 3] {
+pub(crate) fn angles(logits: [f64; 3]) -> [f64; 3] {
     let ranges = [FRAC_PI_2, FRAC_PI_2, PI];
     std::array::from_fn(|i| ranges[i] / (1.0 + (-logits[i]).exp()))
 }
@@ -37,12 +37,12 @@ fn at(logits: [f64; 3]) -> HalfDifference<f64> {
     })
 }
 
-fn is_valid(logits: [f64; 3]) -> bool {
+pub(crate) fn is_valid(logits: [f64; 3]) -> bool {
     at(logits).cos_theta_i() > 0.0 && at(logits).cos_theta_o() > 0.0
 }
 
 /// A network with random weights, most of whose outputs are on.
-fn network(random: &mut ChaCha8Rng) -> NeuralBrdf {
+pub(crate) fn network(random: &mut ChaCha8Rng) -> NeuralBrdf {
     let list = (0..Neural::PARAMETERS).map(|_| random.random_range(-0.3..0.4f32));
     NeuralBrdf::new("network".to_owned(), parameters(list, 0.0))
 }
