@@ -22,7 +22,7 @@ use crate::meta::descent::{Descent, Tasks};
 use crate::meta::gradient::LaneModel;
 use crate::meta::parameters::{Groups, Optimization};
 use crate::meta::pattern::{Pattern, logits_of};
-use crate::meta::plan::{Effort, InnerSamples, Phase, Plan, Schedule};
+use crate::meta::plan::{Effort, InnerSamples, Phase, Plan, Schedule, Search};
 use crate::meta::pool::{Pool, Variation};
 use crate::meta::run::INNER_STEPS;
 use crate::meta::start::first_guess;
@@ -169,7 +169,9 @@ impl<'m> Ground<'m> {
             multiply_accumulates: counted(neural::outer_step(PATTERN, 25_000, true)),
             run: self.on_pattern::<M>(25_000),
         });
-        let on_pattern = |phase: &Phase| phase.inner == InnerSamples::Pattern;
+        let on_pattern = |phase: &Phase| {
+            phase.inner == InnerSamples::Pattern && phase.search == Search::Gradient
+        };
         if let Some(index) = plan.phases.iter().rposition(on_pattern) {
             let phase = &plan.phases[index];
             let each = neural::outer_step(PATTERN, phase.outer, true);

@@ -265,6 +265,10 @@ impl Trainee for LinearTrainee<'_> {
         }
     }
 
+    fn fitness(&self, values: &Groups<Vec<f32>>, _: usize) -> f32 {
+        self.judge(values) + Pattern::from_logits(&values.pattern).barrier()
+    }
+
     fn judge(&self, values: &Groups<Vec<f32>>) -> f32 {
         let pattern = above_horizon(&values.pattern);
         self.loss(&pattern, &values.step_sizes).unwrap_or(f32::NAN)

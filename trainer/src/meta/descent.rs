@@ -14,6 +14,7 @@ use super::plan::{InnerSamples, Phase, Plan};
 use super::pool::{Draw, Pool, Variation};
 use super::trainee::{Lots, Trainee, mean};
 use super::unroll::{Learner, MetaGradient};
+use crate::lanes::WIDTH;
 use crate::material::Material;
 
 /// Materials, and their values at a pool of directions.
@@ -23,6 +24,9 @@ pub struct Tasks<'a> {
     /// Their values.
     pub pool: Pool,
 }
+
+/// Lists of random samples that each material is learned on where fitness is of random samples.
+const RANDOM_LISTS: usize = 3;
 
 /// A model that is fitted by descent.
 pub struct Descent<'a, M: LaneModel> {
@@ -79,6 +83,39 @@ impl<M: LaneModel> Trainee for Descent<'_, M> {
         let form = self.plan.step_size_form;
         form.chain(&mut gradient.step_sizes, &step_sizes);
         (loss, gradient)
+    }
+
+    fn fitness(&self, values: &Groups<Vec<f32>>, phase: usize) -> f32 {
+        let phase = &self.plan.phases[phase];
+        let (learner, _) = self.learner(values);
+        let pattern = Pattern::from_logits(&values.pattern);
+        let Tasks { materials, pool } = self.training;
+        let loss_of = |index: usize| {
+            let outer = pool.octets_from(index, 0, phase.outer);
+            let after = |inner: &Draw<'_>| learner.learn(&inner.octets());
+            match phase.inner {
+                InnerSamples::Pattern => {
+                    let measured = pattern.measure(&*materials[index], Variation::NONE);
+                    M::loss(&learner.learn(&measured.octets()), &outer.octets())
+                }
+                InnerSamples::Fresh(count) | InnerSamples::Random(count) => {
+                    // Behind the outer samples, others for each material.
+                    let octets = count.div_ceil(WIDTH);
+                    let lists = (0..RANDOM_LISTS).map(|list| {
+                        let first = outer.len() + (index * RANDOM_LISTS + list) * octets;
+                        let inner = pool.octets_from(index, first, count);
+                        M::loss(&after(&inner), &outer.octets())
+                    });
+                    lists.sum::<f32>() / RANDOM_LISTS as f32
+                }
+            }
+        };
+        let losses: f32 = (0..materials.len()).map(loss_of).sum();
+        let barrier = match phase.inner {
+            InnerSamples::Pattern => pattern.barrier(),
+            _ => 0.0,
+        };
+        losses / materials.len() as f32 + barrier
     }
 
     fn judge(&self, values: &Groups<Vec<f32>>) -> f32 {

@@ -2,6 +2,7 @@
 
 pub mod checkpoint;
 pub mod descent;
+pub mod evolution;
 pub mod gradient;
 pub mod outer;
 pub mod parameters;

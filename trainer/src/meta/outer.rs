@@ -4,13 +4,15 @@ use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::checkpoint::{Checkpoint, CheckpointError};
+use super::evolution::Evolution;
 use super::parameters::{Groups, Optimization};
 use super::pattern::{Pattern, logits_of};
-use super::plan::{Keep, Phase, Plan, Start};
-use super::trainee::Trainee;
+use super::plan::{Keep, Phase, Plan, Search, Start};
+use super::trainee::{Lots, Trainee};
 use crate::sampling::{sobol_valid, uniform_valid};
 
 /// How often a phase is judged on materials that it does not train on.
@@ -56,6 +58,8 @@ pub struct Standing {
     pub epoch: f32,
     /// The best values so far.
     pub best: Option<Best>,
+    /// The evolution under way, in a phase of it.
+    pub evolution: Option<Evolution>,
 }
 
 /// Where and how often a run is saved.
@@ -201,15 +205,10 @@ impl Run<'_> {
             self.guess_pattern(state, phase, step / epoch);
         }
 
-        let values = state.optimization.values();
-        let (loss, mut gradient) = self.trainee.gradient(&values, index, step);
-        for (gradient, values) in gradient.each_mut().into_iter().zip(values.each()) {
-            clip(gradient, phase.largest_norm);
-            for (entry, value) in gradient.iter_mut().zip(values) {
-                *entry += phase.weight_decay * value;
-            }
-        }
-        state.optimization.step(gradient, &phase.rates_at(step));
+        let (loss, values) = match phase.search {
+            Search::Gradient => self.descend(state, index, step),
+            Search::Evolution(population) => self.evolve(state, index, step, population),
+        };
 
         let standing = &mut state.standing;
         standing.done += 1;
@@ -236,8 +235,55 @@ impl Run<'_> {
                 let values = state.optimization.values();
                 standing.best = Some(Best { loss, values });
             }
-            Keep::Last => {}
+            Keep::Fittest if last => {
+                let values = state.optimization.values();
+                state.keep(self.trainee.fitness(&values, index), values);
+            }
+            Keep::Last | Keep::Fittest => {}
         }
+    }
+
+    /// A step of Adam; returns the loss, and the values that it is of.
+    fn descend(&self, state: &mut State, index: usize, step: usize) -> (f32, Groups<Vec<f32>>) {
+        let phase = &self.plan.phases[index];
+        let values = state.optimization.values();
+        let (loss, mut gradient) = self.trainee.gradient(&values, index, step);
+        for (gradient, values) in gradient.each_mut().into_iter().zip(values.each()) {
+            clip(gradient, phase.largest_norm);
+            for (entry, value) in gradient.iter_mut().zip(values) {
+                *entry += phase.weight_decay * value;
+            }
+        }
+        state.optimization.step(gradient, &phase.rates_at(step));
+        (loss, values)
+    }
+
+    /// A generation; returns the least loss, and the values at the mean.
+    fn evolve(
+        &self,
+        state: &mut State,
+        index: usize,
+        step: usize,
+        population: usize,
+    ) -> (f32, Groups<Vec<f32>>) {
+        let phase = &self.plan.phases[index];
+        let evolution = state.standing.evolution.get_or_insert_with(|| {
+            Evolution::new(state.optimization.values(), phase.rates.clone())
+        });
+        let mut random = Lots { seed: self.seed }.slot(index, step, 0);
+        let loss = evolution.advance(population, &mut random, |candidates| {
+            let losses = candidates.par_iter();
+            losses
+                .map(|values| self.trainee.fitness(values, index))
+                .collect()
+        });
+        let values = evolution.values();
+        // Where the phase ends it hands on its mean, as one of gradients does.
+        if step + 1 == phase.steps {
+            state.standing.evolution = None;
+            state.optimization = Optimization::new(values.clone());
+        }
+        (loss, values)
     }
 
     /// Puts meta-parameters where a phase begins.
@@ -326,6 +372,9 @@ mod tests {
                 ..Groups::default()
             };
             (self.losses[phase][step], gradient)
+        }
+        fn fitness(&self, values: &Groups<Vec<f32>>, _: usize) -> f32 {
+            self.judge(values)
         }
         fn judge(&self, _: &Groups<Vec<f32>>) -> f32 {
             0.5

@@ -64,6 +64,18 @@ pub enum Keep {
     BestEpoch,
     /// Those at its end.
     Last,
+    /// Those at its end, if their [fitness](super::trainee::Trainee::fitness) is better than before.
+    Fittest,
+}
+
+/// How meta-parameters are looked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Search {
+    /// Steps of Adam along exact meta-gradients of batches.
+    Gradient,
+    /// [Evolution](super::evolution) by the loss of all materials. A step is a generation of so
+    /// many candidates, and [`Phase::rates`] are the standard deviations that it begins with.
+    Evolution(usize),
 }
 
 /// One stage of meta-training.
@@ -73,6 +85,8 @@ pub struct Phase {
     pub name: &'static str,
     /// Where it begins.
     pub start: Start,
+    /// How it looks for better ones.
+    pub search: Search,
     /// Which meta-parameters it hands on as the best.
     pub keep: Keep,
     /// How many samples the pattern has.
@@ -182,7 +196,8 @@ impl Plan {
     ) -> Self {
         match schedule {
             Schedule::Joint if model == ModelKind::Linear => joint_linear(effort, samples, tasks),
-            Schedule::Joint => joint(effort, model, samples, tasks),
+            Schedule::Joint if model != ModelKind::Neural => joint_small(effort, samples, tasks),
+            Schedule::Joint => joint(effort, samples, tasks),
             Schedule::Paper => paper(effort, model, samples, tasks),
         }
     }
@@ -239,21 +254,17 @@ impl Plan {
 
 /// Which of several starts is good shows only after a while, and not by its training loss: each
 /// is trained for a short time, and the one that does best on unseen materials goes on.
-fn joint(effort: Effort, model: ModelKind, samples: usize, tasks: usize) -> Plan {
+fn joint(effort: Effort, samples: usize, tasks: usize) -> Plan {
+    let initial = 1e-3;
     let (starts, first, second, last, gentle) = match effort {
         Effort::Quick => (3, 300, 800, 2_500, 1.0),
         Effort::Standard => (4, 1_000, 3_000, 14_000, 0.3),
         Effort::Long => (12, 2_000, 8_000, 120_000, 0.3),
     };
-    let (initial, first_step_size) = match model {
-        ModelKind::Neural => (1e-3, 3e-3),
-        ModelKind::Phong | ModelKind::CookTorrance => (3e-3, 0.3),
-        // Never descends: `train` refuses it.
-        ModelKind::Linear => (0.0, 0.0),
-    };
     let learning = Phase {
         name: "trying starts",
         start: Start::Previous,
+        search: Search::Gradient,
         keep: Keep::Nothing,
         samples,
         steps: first,
@@ -311,7 +322,81 @@ fn joint(effort: Effort, model: ModelKind, samples: usize, tasks: usize) -> Plan
         tasks,
         first_guess,
         step_size_form: StepSizeForm::Logarithm,
-        first_step_size,
+        first_step_size: 3e-3,
+    }
+}
+
+/// Most meta-parameters that evolution changes: it keeps a matrix of all pairs.
+const EVOLVED: usize = 128;
+
+/// For models of a few parameters: each of several starts follows its gradient for a while and then
+/// evolves; the fittest one evolves on.
+fn joint_small(effort: Effort, samples: usize, tasks: usize) -> Plan {
+    let (starts, descent, first, last) = match effort {
+        Effort::Quick => (3, 800, 150, 400),
+        Effort::Standard => (8, 2_000, 500, 1_500),
+        Effort::Long => (32, 4_000, 800, 4_000),
+    };
+    let descending = Phase {
+        name: "trying starts",
+        start: Start::Previous,
+        search: Search::Gradient,
+        keep: Keep::Nothing,
+        samples,
+        steps: descent,
+        batch: 16,
+        inner: InnerSamples::Pattern,
+        outer: 256,
+        rates: Groups {
+            initial: 3e-3,
+            step_sizes: 1e-2,
+            pattern: 1e-2,
+        },
+        final_rate: 0.1,
+        warm_up: 100,
+        largest_norm: 1.0,
+        weight_decay: 0.0,
+        gain: Some(1.2),
+    };
+    let evolving = Phase {
+        name: "evolving starts",
+        search: Search::Evolution(24),
+        keep: Keep::Fittest,
+        steps: first,
+        outer: 512,
+        rates: Groups {
+            initial: 0.1,
+            step_sizes: 0.1,
+            // The pattern of many samples is left to the gradient.
+            pattern: if 3 * samples + 16 <= EVOLVED {
+                0.1
+            } else {
+                0.0
+            },
+        },
+        gain: None,
+        ..descending.clone()
+    };
+    let mut phases = Vec::new();
+    for guess in 0..starts {
+        phases.push(Phase {
+            start: Start::Guess(guess),
+            ..descending.clone()
+        });
+        phases.push(evolving.clone());
+    }
+    phases.push(Phase {
+        name: "evolving the fittest",
+        start: Start::Best,
+        steps: last,
+        ..evolving
+    });
+    Plan {
+        phases,
+        tasks,
+        first_guess,
+        step_size_form: StepSizeForm::Logarithm,
+        first_step_size: 0.3,
     }
 }
 
@@ -329,6 +414,7 @@ fn joint_linear(effort: Effort, samples: usize, tasks: usize) -> Plan {
     let sampling = Phase {
         name: "trying patterns",
         start: Start::Previous,
+        search: Search::Gradient,
         keep: Keep::BestValidation,
         samples,
         steps: first,
@@ -389,6 +475,7 @@ fn paper(effort: Effort, model: ModelKind, samples: usize, tasks: usize) -> Plan
     let first = Phase {
         name: "start and step sizes",
         start: Start::Guess(0),
+        search: Search::Gradient,
         keep: Keep::Last,
         // No pattern yet, but Meta is judged on one.
         samples,

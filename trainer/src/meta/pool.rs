@@ -115,6 +115,21 @@ impl Pool {
         }
     }
 
+    /// The first so many octets of a material, from one of them on: always the same samples, and
+    /// as random as any.
+    #[must_use]
+    pub fn octets_from(&self, material: usize, first: usize, count: usize) -> Draw<'_> {
+        let octets = count.div_ceil(WIDTH);
+        let indices = (first..first + octets).map(|octet| (octet % self.at.len()) as u32);
+        Draw {
+            pool: self,
+            material,
+            variation: Variation::NONE,
+            indices: indices.collect(),
+            weights: weights(count),
+        }
+    }
+
     /// All samples of a material.
     #[must_use]
     pub fn all(&self, material: usize) -> Draw<'_> {
@@ -161,6 +176,18 @@ fn weights(count: usize) -> [Octet; 2] {
 }
 
 impl Draw<'_> {
+    /// How many octets there are.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.indices.len()
+    }
+
+    /// True if there are none.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.indices.is_empty()
+    }
+
     /// The samples, as kernels read them.
     #[must_use]
     pub fn octets(&self) -> SampleOctets<'_> {

@@ -22,6 +22,10 @@ pub trait Trainee: Sync {
         step: usize,
     ) -> (f32, Groups<Vec<f32>>);
 
+    /// The mean loss over all materials of training, always at the same directions, and the
+    /// barrier: what a phase of [evolution](super::evolution) goes by.
+    fn fitness(&self, values: &Groups<Vec<f32>>, phase: usize) -> f32;
+
     /// The loss on the materials held out.
     fn judge(&self, values: &Groups<Vec<f32>>) -> f32;
 }

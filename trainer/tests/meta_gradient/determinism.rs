@@ -9,7 +9,7 @@ use glimpse_trainer::meta::descent::{Descent, Tasks};
 use glimpse_trainer::meta::gradient::LaneModel;
 use glimpse_trainer::meta::outer::{Best, Run};
 use glimpse_trainer::meta::parameters::Groups;
-use glimpse_trainer::meta::plan::{InnerSamples, Keep, Phase, Plan, Start, StepSizeForm};
+use glimpse_trainer::meta::plan::{InnerSamples, Keep, Phase, Plan, Search, Start, StepSizeForm};
 use glimpse_trainer::meta::pool::Pool;
 use glimpse_trainer::meta::start::first_guess;
 use glimpse_trainer::meta::trainee::Lots;
@@ -29,6 +29,7 @@ fn train<M: LaneModel>(inner: InnerSamples) -> Vec<u32> {
     let phase = Phase {
         name: "test",
         start: Start::Previous,
+        search: Search::Gradient,
         keep: Keep::BestValidation,
         samples: 8,
         steps: STEPS,
