@@ -21,8 +21,8 @@ use super::{ModelName, PriorArgs, load, write_file};
 
 /// Train a recipe on materials, or many with --grid.
 ///
-/// Every tenth material is held out; the loss on those is what the recipe promises, and with
-/// --schedule joint the best meta-parameters by it are kept. The run is saved every ten seconds and
+/// Every tenth material is held out, and the loss on those is what the recipe promises. (Linear
+/// holds none out: each material is learned on with the components of others.) The run is saved every ten seconds and
 /// upon Ctrl-C; repeat the command with --resume to go on. A resumed run, however it ended, comes to
 /// the same bytes as an undisturbed one.
 ///
