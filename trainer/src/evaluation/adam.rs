@@ -18,8 +18,10 @@ const RANDOM_RATE: f32 = 1e-3;
 const OPTIMUM_STEPS: usize = 50_000;
 const OPTIMUM_SAMPLES: usize = 512;
 const OPTIMUM_RATE: f32 = 2e-3;
-/// Starts of the method Optimum: an output of a network may die in one of them, and never recover.
-const OPTIMUM_STARTS: usize = 3;
+/// Starts of the method Optimum, and the steps after which the best of them goes on: an output of
+/// a network may die early, and never recover.
+const OPTIMUM_STARTS: usize = 16;
+const OPTIMUM_TRIAL: usize = 2_000;
 /// Directions that the method Optimum draws from.
 const OPTIMUM_POOL: usize = 65_536;
 
@@ -73,26 +75,33 @@ pub(super) fn random<M: Model>(samples: &[Sample<f32>], steps: usize, seed: u64)
 }
 
 /// The method Optimum: the best that the model can do, found with fresh samples at each of very
-/// many steps, at a rate that falls to 0, from the best of a few starts.
+/// many steps, at a rate that falls to 0, from the best of several starts.
 pub(super) fn optimum<M: LaneModel>(material: &dyn Material, seed: u64) -> Vec<f32> {
     let pool = Pool::new(&[material], OPTIMUM_POOL, seed);
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     random.set_stream(2);
-    let mut best = (f32::INFINITY, Vec::new());
-    for _ in 0..OPTIMUM_STARTS {
-        let mut adam = Adam::<M>::new(&first_guess(M::KIND, &mut random));
+    let mut starts = random.clone();
+    starts.set_stream(3);
+    let mut descend = |adam: &mut Adam<M>, steps: usize| {
         let mut gradient = M::Parameters::filled(0.0);
-        for step in 0..OPTIMUM_STEPS {
+        for step in 0..steps {
             let draw = pool.draw(0, Variation::NONE, OPTIMUM_SAMPLES, &mut random);
             SampleList::<M, f32>::gradient(&draw.octets(), &adam.parameters, &mut gradient);
-            let done = step as f32 / OPTIMUM_STEPS as f32;
+            let done = step as f32 / steps as f32;
             let rate = 0.5 * OPTIMUM_RATE * (1.0 + (std::f32::consts::PI * done).cos());
             adam.step(&gradient, rate);
         }
-        let loss = M::loss(&adam.parameters, &pool.all(0).octets());
-        if loss < best.0 || best.1.is_empty() {
-            best = (loss, adam.into_list());
+        M::loss(&adam.parameters, &pool.all(0).octets())
+    };
+    let mut best = (f32::INFINITY, Adam::<M>::new(&[]));
+    for _ in 0..OPTIMUM_STARTS {
+        let mut adam = Adam::<M>::new(&first_guess(M::KIND, &mut starts));
+        let loss = descend(&mut adam, OPTIMUM_TRIAL);
+        if loss < best.0 {
+            best = (loss, adam);
         }
     }
-    best.1
+    let (_, mut adam) = best;
+    descend(&mut adam, OPTIMUM_STEPS);
+    adam.into_list()
 }

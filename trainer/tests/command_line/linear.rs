@@ -130,7 +130,7 @@ fn a_linear_recipe_is_shown_and_exported() {
 }
 
 #[test]
-fn a_linear_recipe_cannot_be_judged_yet() {
+fn a_linear_recipe_is_not_judged_without_its_basis() {
     let scratch = tempfile::tempdir().expect("a temporary directory");
     let file = to_ridge_recipe(&reduced(), &PROVENANCE).expect("it is a recipe");
     fs::write(scratch.path().join("linear.recipe"), file.bytes()).expect("it is written");
@@ -145,7 +145,7 @@ fn a_linear_recipe_cannot_be_judged_yet() {
             "procedural:2",
         ];
         let message = fail(scratch.path(), &arguments);
-        assert!(message.contains("the model linear"), "{message}");
+        assert!(message.contains("cannot read the basis"), "{message}");
     }
 }
 

@@ -223,8 +223,8 @@ fn a_stopped_run_goes_on_to_the_same_recipe() {
         every: Duration::from_secs(10),
         resume: false,
     };
-    // In the first phase, at the very end of one, and in the last.
-    for stop in [123, 1_100, 5_000] {
+    // In a phase of gradients, at the very end of one, and in two of evolution.
+    for stop in [123, 800, 901, 3_001] {
         options.checkpoints = Some(checkpoints.clone());
         let outcome = train(&options, materials(), &mut |progress| {
             if progress.done == stop {
