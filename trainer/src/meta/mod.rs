@@ -7,6 +7,7 @@ pub mod gradient;
 pub mod outer;
 pub mod parameters;
 pub mod pattern;
+pub mod phase;
 pub mod plan;
 pub mod pool;
 pub mod run;
