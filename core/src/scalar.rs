@@ -31,6 +31,9 @@ pub trait Scalar:
     /// What one entry of a gradient accumulates in.
     type Sum: Entry;
 
+    /// Whether sums gain a list of terms in less time than the terms one by one.
+    const ADDS_BY_THE_LIST: bool = false;
+
     /// A constant; rounded to the scalar's precision.
     fn constant(value: f64) -> Self;
     /// One parameter, the same for all samples.
@@ -39,6 +42,20 @@ pub trait Scalar:
     fn add_product(sum: &mut Self::Sum, a: Self, b: Self);
     /// `sum += a`.
     fn add_to(sum: &mut Self::Sum, a: Self);
+    /// `sums[i] += a * b[i]`; as many as the shorter list has.
+    #[inline(always)]
+    fn add_products(sums: &mut [Self::Sum], a: Self, b: &[Self]) {
+        for (sum, b) in sums.iter_mut().zip(b) {
+            Self::add_product(sum, a, *b);
+        }
+    }
+    /// `sums[i] += terms[i]`; as many as the shorter list has.
+    #[inline(always)]
+    fn add_all(sums: &mut [Self::Sum], terms: &[Self]) {
+        for (sum, term) in sums.iter_mut().zip(terms) {
+            Self::add_to(sum, *term);
+        }
+    }
     /// `self + a * b`, fused or not, whichever the target does better.
     #[must_use]
     fn plus_product(self, a: Self, b: Self) -> Self;

@@ -11,6 +11,9 @@ use glimpse_core::angles::Angles;
 use glimpse_core::model::{Model, ParameterSet};
 use glimpse_core::scalar::{Scalar, Trigonometry};
 
+/// How many terms [`Scalar::add_all`] is given at once.
+const LIST: usize = 8;
+
 /// A value with `N` tangents.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Dual<T, const N: usize = 1> {
@@ -148,6 +151,40 @@ impl<T: Scalar, const N: usize> Scalar for Dual<T, N> {
     fn add_to(sum: &mut Self::Sum, a: Self) {
         for (sum, tangent) in sum.iter_mut().zip(&a.tangent) {
             T::add_to(sum, *tangent);
+        }
+    }
+
+    #[inline(always)]
+    fn add_products(sums: &mut [Self::Sum], a: Self, b: &[Self]) {
+        if N != 1 || !T::ADDS_BY_THE_LIST {
+            for (sum, b) in sums.iter_mut().zip(b) {
+                Self::add_product(sum, a, *b);
+            }
+            return;
+        }
+        for (sums, b) in sums.chunks_mut(LIST).zip(b.chunks(LIST)) {
+            let mut terms = [T::constant(0.0); LIST];
+            for (term, b) in terms.iter_mut().zip(b) {
+                *term = (a.tangent[0] * b.value).plus_product(a.value, b.tangent[0]);
+            }
+            T::add_all(sums.as_flattened_mut(), &terms);
+        }
+    }
+
+    #[inline(always)]
+    fn add_all(sums: &mut [Self::Sum], terms: &[Self]) {
+        if N != 1 || !T::ADDS_BY_THE_LIST {
+            for (sum, term) in sums.iter_mut().zip(terms) {
+                Self::add_to(sum, *term);
+            }
+            return;
+        }
+        for (sums, terms) in sums.chunks_mut(LIST).zip(terms.chunks(LIST)) {
+            let mut tangents = [T::constant(0.0); LIST];
+            for (tangent, term) in tangents.iter_mut().zip(terms) {
+                *tangent = term.tangent[0];
+            }
+            T::add_all(sums.as_flattened_mut(), &tangents);
         }
     }
 

@@ -130,13 +130,9 @@ fn accumulate<'a, S: Scalar, const OUTPUTS: usize>(
     by_outputs: &[S; OUTPUTS],
 ) {
     for (input, row) in inputs {
-        for (entry, by_output) in row.iter_mut().zip(by_outputs) {
-            S::add_product(entry, *input, *by_output);
-        }
+        S::add_products(row, *input, by_outputs);
     }
-    for (entry, by_output) in bias.iter_mut().zip(by_outputs) {
-        S::add_to(entry, *by_output);
-    }
+    S::add_all(bias, by_outputs);
 }
 
 #[inline(always)]

@@ -13,6 +13,7 @@ mod avx512;
 mod elementary;
 mod pair;
 mod portable;
+mod total;
 
 use glimpse_core::angles::HalfDifference;
 use glimpse_core::model::Model;
@@ -20,6 +21,7 @@ use glimpse_core::scalar::Scalar;
 
 pub use pair::Pair;
 pub use portable::PortableLanes;
+pub use total::Total;
 
 /// How many numbers an [`Octet`] holds.
 pub const WIDTH: usize = 8;

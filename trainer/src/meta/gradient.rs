@@ -17,7 +17,8 @@ use super::pool::{OctetRgb, Variation};
 use super::unroll::{SampleList, constant, subtract_tangent};
 use crate::dual::Dual;
 use crate::lanes::{
-    EvaluateModel, InstructionSet, Kernel, Lanes, MOST_OCTETS, Octet, OctetAt, WIDTH, load_at,
+    EvaluateModel, InstructionSet, Kernel, Lanes, MOST_OCTETS, Octet, OctetAt, Total, WIDTH,
+    load_at,
 };
 
 /// A model whose kernels are compiled here, once, and not in every crate that trains.
@@ -276,6 +277,14 @@ fn add_up<'a, P: ParameterSet<f32> + 'a>(sets: impl Iterator<Item = &'a P>, sum:
     }
 }
 
+type Narrowest<L> = <<L as Lanes>::Narrow as Lanes>::Narrow;
+
+/// Whether the lanes are added up at once: if one register holds all samples, and there are so many
+/// parameters that sums on lanes would fill the cache.
+fn sums_are_totals<M: Model, Wide: Lanes>(octets: usize) -> bool {
+    octets <= Narrowest::<Wide>::OCTETS && M::PARAMETERS > 64
+}
+
 /// Runs `$body` with `$L` standing for the narrowest lanes, `$Wide` or below, that hold `$octets`.
 macro_rules! with_lanes_for {
     ($octets:expr, $Wide:ident, $L:ident => $body:expr) => {{
@@ -306,6 +315,9 @@ impl<M: Model> Kernel for Gradient<'_, M> {
 
     #[inline(always)]
     fn run<Wide: Lanes>(self) -> f32 {
+        if sums_are_totals::<M, Wide>(self.octets.len()) {
+            return self.compute::<Total<Narrowest<Wide>>>();
+        }
         with_lanes_for!(self.octets.len(), Wide, L => self.compute::<L<Wide>>())
     }
 }
@@ -341,10 +353,11 @@ impl<M: Model> Kernel for Product<'_, M> {
 
     #[inline(always)]
     fn run<Wide: Lanes>(self) {
-        type Narrowest<L> = <<L as Lanes>::Narrow as Lanes>::Narrow;
         let octets = self.octets.len();
         // On few samples their derivatives cost next to nothing.
-        if octets <= Narrowest::<Wide>::OCTETS {
+        if sums_are_totals::<M, Wide>(octets) {
+            self.compute::<Total<Narrowest<Wide>>, true>();
+        } else if octets <= Narrowest::<Wide>::OCTETS {
             self.compute::<Narrowest<Wide>, true>();
         } else if self.slopes.is_some() {
             self.compute::<Wide, true>();

@@ -17,6 +17,7 @@ use glimpse_core::model::{Model, ParameterSet, Sample, SampleGradient};
 use glimpse_core::scalar::Scalar;
 
 use crate::dual::Dual;
+use crate::lanes::{Kernel, Lanes, dispatch};
 
 /// A single real number: f32 in training, f64 in tests.
 pub trait Real: Scalar<Parameter = Self, Sum = Self> {}
@@ -64,26 +65,105 @@ impl<M: Model, R: Real> Learner<M, R> {
         learner
     }
 
-    /// One step: theta <- theta - alpha * gradient.
-    fn descend(&self, theta: &mut M::Parameters<R>, gradient: &M::Parameters<R>) {
-        let runs = theta.runs_mut().zip(gradient.runs());
-        for ((theta, gradient), step_sizes) in runs.zip(self.step_sizes.runs()) {
-            for ((parameter, entry), step_size) in theta.iter_mut().zip(gradient).zip(step_sizes) {
-                *parameter = *parameter - *step_size * *entry;
-            }
-        }
-    }
-
     /// The parameters after learning on one list; no gradient.
     pub fn learn(&self, inner: &(impl SampleList<M, R> + ?Sized)) -> M::Parameters<R> {
         let mut theta = self.initial.clone();
+        let mut next = theta.clone();
         let mut gradient = M::Parameters::filled(R::constant(0.0));
         for _ in 0..self.steps {
             inner.gradient(&theta, &mut gradient);
-            self.descend(&mut theta, &gradient);
+            dispatch(Descend::<M, R> {
+                theta: &theta,
+                gradient: &gradient,
+                step_sizes: &self.step_sizes,
+                next: &mut next,
+            });
+            std::mem::swap(&mut theta, &mut next);
         }
         theta
     }
+}
+
+/// One step: theta_{k+1} = theta_k - alpha * gradient.
+struct Descend<'a, M: Model, R: Real> {
+    theta: &'a M::Parameters<R>,
+    gradient: &'a M::Parameters<R>,
+    step_sizes: &'a M::Parameters<R>,
+    next: &'a mut M::Parameters<R>,
+}
+
+impl<M: Model, R: Real> Kernel for Descend<'_, M, R> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let given = self.theta.runs().zip(self.gradient.runs());
+        let runs = self.next.runs_mut().zip(given.zip(self.step_sizes.runs()));
+        for (next, ((theta, gradient), step_sizes)) in runs {
+            let given = theta.iter().zip(gradient).zip(step_sizes);
+            for (next, ((parameter, entry), step_size)) in next.iter_mut().zip(given) {
+                *next = *parameter - *step_size * *entry;
+            }
+        }
+    }
+}
+
+/// One step of the reverse sweep, up to the product with the Hessian: the gradient by the step
+/// sizes, and the parameters with the tangent alpha * lambda.
+struct Ascend<'a, M: Model, R: Real> {
+    step: &'a Step<M, R>,
+    step_sizes: &'a M::Parameters<R>,
+    lambda: &'a M::Parameters<R>,
+    by_step_sizes: &'a mut M::Parameters<R>,
+    dual: &'a mut M::Parameters<Dual<R>>,
+}
+
+impl<M: Model, R: Real> Kernel for Ascend<'_, M, R> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let given = self.step.theta.runs().zip(self.step.gradient.runs());
+        let given = given.zip(self.step_sizes.runs().zip(self.lambda.runs()));
+        let wanted = self.by_step_sizes.runs_mut().zip(self.dual.runs_mut());
+        for (((theta, gradient), (step_sizes, lambda)), (by_step_sizes, dual)) in given.zip(wanted)
+        {
+            let entries = by_step_sizes.iter_mut().zip(lambda.iter().zip(gradient));
+            for (by_step_size, (lambda, entry)) in entries {
+                *by_step_size = *by_step_size - *lambda * *entry;
+            }
+            let tangents = step_sizes.iter().zip(lambda);
+            for ((dual, value), (step_size, lambda)) in dual.iter_mut().zip(theta).zip(tangents) {
+                dual.value = *value;
+                dual.tangent = [*step_size * *lambda];
+            }
+        }
+    }
+}
+
+/// lambda <- lambda - H v.
+struct Subtract<'a, M: Model, R: Real> {
+    lambda: &'a mut M::Parameters<R>,
+    product: &'a M::Parameters<R>,
+}
+
+impl<M: Model, R: Real> Kernel for Subtract<'_, M, R> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        for (lambda, product) in self.lambda.runs_mut().zip(self.product.runs()) {
+            for (lambda, product) in lambda.iter_mut().zip(product) {
+                *lambda = *lambda - *product;
+            }
+        }
+    }
+}
+
+/// theta_k, and the gradient there.
+struct Step<M: Model, R: Real> {
+    theta: M::Parameters<R>,
+    gradient: M::Parameters<R>,
 }
 
 /// The outcome of the reverse sweep, and the memory of both, which serves one task after another.
@@ -92,8 +172,8 @@ pub struct MetaGradient<M: Model, R: Real> {
     pub initial: M::Parameters<R>,
     /// By the step sizes.
     pub step_sizes: M::Parameters<R>,
-    /// theta_0 to theta_{K-1}, and the gradient at each.
-    trajectory: Vec<(M::Parameters<R>, M::Parameters<R>)>,
+    /// theta_0 to theta_{K-1}.
+    trajectory: Vec<Step<M, R>>,
 }
 
 impl<M: Model, R: Real> Default for MetaGradient<M, R> {
@@ -119,46 +199,41 @@ impl<M: Model, R: Real> MetaGradient<M, R> {
         mut slopes: Option<&mut [I::Slopes]>,
     ) -> R {
         let list_of = |step: usize| inner[step % inner.len()];
-        let zero = R::constant(0.0);
-        let mut theta = learner.initial.clone();
-        self.trajectory.clear();
-        for step in 0..learner.steps {
-            let mut gradient = M::Parameters::filled(zero);
-            list_of(step).gradient(&theta, &mut gradient);
-            let before = theta.clone();
-            learner.descend(&mut theta, &gradient);
-            self.trajectory.push((before, gradient));
+        let zero = || M::Parameters::filled(R::constant(0.0));
+        self.trajectory.resize_with(learner.steps, || Step {
+            theta: zero(),
+            gradient: zero(),
+        });
+        let mut last = learner.initial.clone();
+        for (index, step) in self.trajectory.iter_mut().enumerate() {
+            std::mem::swap(&mut step.theta, &mut last);
+            list_of(index).gradient(&step.theta, &mut step.gradient);
+            dispatch(Descend::<M, R> {
+                theta: &step.theta,
+                gradient: &step.gradient,
+                step_sizes: &learner.step_sizes,
+                next: &mut last,
+            });
         }
         let lambda = &mut self.initial;
-        let loss = outer.gradient(&theta, lambda);
+        let loss = outer.gradient(&last, lambda);
 
-        self.step_sizes = M::Parameters::filled(zero);
+        self.step_sizes = zero();
         let mut dual = M::Parameters::filled(Dual::constant(0.0));
-        let mut product = M::Parameters::filled(zero);
-        for (step, (theta, gradient)) in self.trajectory.iter().enumerate().rev() {
-            let given = theta.runs().zip(gradient.runs());
-            let given = given.zip(learner.step_sizes.runs().zip(lambda.runs()));
-            let wanted = self.step_sizes.runs_mut().zip(dual.runs_mut());
-            for (((theta, gradient), (step_sizes, lambda)), (by_step_sizes, dual)) in
-                given.zip(wanted)
-            {
-                let slopes = by_step_sizes.iter_mut().zip(lambda.iter().zip(gradient));
-                for (by_step_size, (lambda, entry)) in slopes {
-                    *by_step_size = *by_step_size - *lambda * *entry;
-                }
-                let tangents = step_sizes.iter().zip(lambda);
-                for ((dual, value), (step_size, lambda)) in dual.iter_mut().zip(theta).zip(tangents)
-                {
-                    dual.value = *value;
-                    dual.tangent = [*step_size * *lambda];
-                }
-            }
-            list_of(step).product(&dual, &mut product, slopes.as_deref_mut());
-            for (lambda, product) in lambda.runs_mut().zip(product.runs()) {
-                for (lambda, product) in lambda.iter_mut().zip(product) {
-                    *lambda = *lambda - *product;
-                }
-            }
+        let mut product = zero();
+        for (index, step) in self.trajectory.iter().enumerate().rev() {
+            dispatch(Ascend::<M, R> {
+                step,
+                step_sizes: &learner.step_sizes,
+                lambda,
+                by_step_sizes: &mut self.step_sizes,
+                dual: &mut dual,
+            });
+            list_of(index).product(&dual, &mut product, slopes.as_deref_mut());
+            dispatch(Subtract::<M, R> {
+                lambda,
+                product: &product,
+            });
         }
         loss
     }

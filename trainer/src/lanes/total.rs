@@ -1,0 +1,130 @@
+//! Lanes whose sums are single numbers: for lists that fill one register, once.
+//!
+//! A sum over many samples stays on lanes until all of them are in it. Where one register holds all
+//! samples, a gradient on lanes is eight times as long as it need be, and clearing, filling and
+//! folding it take more time than computing it.
+
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
+use glimpse_core::scalar::Scalar;
+
+use super::{Lanes, Octet, Octets, WIDTH};
+
+/// Lanes that are added up as soon as they are added.
+#[derive(Clone, Copy, Debug)]
+pub struct Total<L>(L);
+
+macro_rules! operator {
+    ($trait:ident, $method:ident, $operator:tt) => {
+        impl<L: Lanes> $trait for Total<L> {
+            type Output = Self;
+            #[inline(always)]
+            fn $method(self, other: Self) -> Self {
+                Self(self.0 $operator other.0)
+            }
+        }
+    };
+}
+operator!(Add, add, +);
+operator!(Sub, sub, -);
+operator!(Mul, mul, *);
+operator!(Div, div, /);
+
+impl<L: Lanes> Neg for Total<L> {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(self) -> Self {
+        Self(-self.0)
+    }
+}
+
+/// Adds the totals of `terms`, which are as many as `sums` or more.
+#[inline(always)]
+fn add_totals<L: Lanes>(sums: &mut [f32], terms: &[L::Sum; WIDTH]) {
+    let mut totals = [0.0; WIDTH];
+    L::totals(terms, &mut totals);
+    for (sum, total) in sums.iter_mut().zip(&totals) {
+        *sum += total;
+    }
+}
+
+impl<L: Lanes> Scalar for Total<L> {
+    type Parameter = f32;
+    type Sum = f32;
+    const ADDS_BY_THE_LIST: bool = true;
+
+    #[inline(always)]
+    fn constant(value: f64) -> Self {
+        Self(L::constant(value))
+    }
+    #[inline(always)]
+    fn broadcast(parameter: f32) -> Self {
+        Self(L::broadcast(parameter))
+    }
+    #[inline(always)]
+    fn add_product(sum: &mut f32, a: Self, b: Self) {
+        *sum += (a.0 * b.0).total();
+    }
+    #[inline(always)]
+    fn add_to(sum: &mut f32, a: Self) {
+        *sum += a.0.total();
+    }
+    #[inline(always)]
+    fn add_products(sums: &mut [f32], a: Self, b: &[Self]) {
+        for (sums, b) in sums.chunks_mut(WIDTH).zip(b.chunks(WIDTH)) {
+            let mut terms = [L::zero_sum(); WIDTH];
+            for (term, b) in terms.iter_mut().zip(b) {
+                L::add_product(term, a.0, b.0);
+            }
+            add_totals::<L>(sums, &terms);
+        }
+    }
+    #[inline(always)]
+    fn add_all(sums: &mut [f32], terms: &[Self]) {
+        for (sums, list) in sums.chunks_mut(WIDTH).zip(terms.chunks(WIDTH)) {
+            let mut terms = [L::zero_sum(); WIDTH];
+            for (term, entry) in terms.iter_mut().zip(list) {
+                L::add_to(term, entry.0);
+            }
+            add_totals::<L>(sums, &terms);
+        }
+    }
+    #[inline(always)]
+    fn plus_product(self, a: Self, b: Self) -> Self {
+        Self(self.0.plus_product(a.0, b.0))
+    }
+    #[inline(always)]
+    fn if_positive(self, then: Self, otherwise: Self) -> Self {
+        Self(self.0.if_positive(then.0, otherwise.0))
+    }
+    #[inline(always)]
+    fn exp(self) -> Self {
+        Self(self.0.exp())
+    }
+    #[inline(always)]
+    fn ln(self) -> Self {
+        Self(self.0.ln())
+    }
+}
+
+impl<L: Lanes> Lanes for Total<L> {
+    const OCTETS: usize = L::OCTETS;
+    type Narrow = Total<L::Narrow>;
+
+    #[inline(always)]
+    fn load(octets: Octets<'_>) -> Self {
+        Self(L::load(octets))
+    }
+    #[inline(always)]
+    fn store(self, octets: &mut [Octet]) {
+        self.0.store(octets);
+    }
+    #[inline(always)]
+    fn zero_sum() -> f32 {
+        0.0
+    }
+    #[inline(always)]
+    fn totals(sums: &[f32], totals: &mut [f32]) {
+        totals.copy_from_slice(sums);
+    }
+}
