@@ -244,7 +244,6 @@ impl<'m> Ground<'m> {
             validation: &self.tasks,
             plan,
             inner_steps: INNER_STEPS,
-            samples: PATTERN,
             lots: Lots { seed: SEED },
             model: PhantomData,
         };

@@ -38,8 +38,6 @@ pub struct Descent<'a, M: LaneModel> {
     pub plan: &'a Plan,
     /// Inner steps, K.
     pub inner_steps: usize,
-    /// n, of a first guess.
-    pub samples: usize,
     /// All random numbers.
     pub lots: Lots,
     /// The model.
@@ -51,10 +49,11 @@ impl<M: LaneModel> Trainee for Descent<'_, M> {
         let mut random = ChaCha8Rng::seed_from_u64(self.lots.guess(guess));
         let initial = (self.plan.first_guess)(M::KIND, &mut random);
         let step_size = self.plan.step_size_form.value(self.plan.first_step_size);
+        let samples = self.plan.phases.first().map_or(1, |phase| phase.samples);
         Groups {
             step_sizes: vec![step_size; initial.len()],
             initial,
-            pattern: self.lots.first_pattern(guess, self.samples),
+            pattern: self.lots.first_pattern(guess, samples),
         }
     }
 

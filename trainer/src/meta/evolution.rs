@@ -5,7 +5,8 @@
 //! the jumps, and nothing of the jumps; for the models of a few parameters, where eight samples
 //! make many jumps and few slopes, that is the smaller part. Evolution looks at the loss itself:
 //! it draws candidates about a mean and moves mean, spread and correlations towards the better
-//! half. It needs many evaluations, each of some 10 us a material, and few meta-parameters.
+//! half. It needs many evaluations, each of some 10 us a material. Of many meta-parameters it learns
+//! spreads only and no correlations (separable CMA-ES; Ros and Hansen 2008), which is less to learn.
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use rand_chacha::ChaCha8Rng;
@@ -25,7 +26,7 @@ pub struct Evolution {
     mean: Vec<f64>,
     /// The step size sigma.
     sigma: f64,
-    /// The covariance matrix, column by column.
+    /// The covariance matrix, column by column; its diagonal alone if it is separable.
     covariance: Vec<f64>,
     /// The evolution path of the covariance, and the one of sigma.
     path: Vec<f64>,
@@ -45,6 +46,9 @@ struct Constants {
     chi: f64,
 }
 
+/// Most meta-parameters whose correlations are learned too.
+const CORRELATED: usize = 128;
+
 impl Constants {
     fn new(dimensions: usize, population: usize) -> Self {
         let n = dimensions as f64;
@@ -54,8 +58,13 @@ impl Constants {
         let weights: Vec<f64> = logarithms.map(|weight| weight / sum).collect();
         let mu_eff = 1.0 / weights.iter().map(|weight| weight * weight).sum::<f64>();
         let c_sigma = (mu_eff + 2.0) / (n + mu_eff + 5.0);
-        let c_1 = 2.0 / ((n + 1.3).powi(2) + mu_eff);
-        let c_mu = 2.0 * (mu_eff - 2.0 + 1.0 / mu_eff) / ((n + 2.0).powi(2) + mu_eff);
+        // A diagonal is learned faster.
+        let faster = match dimensions > CORRELATED {
+            true => (n + 2.0) / 3.0,
+            false => 1.0,
+        };
+        let c_1 = (faster * 2.0 / ((n + 1.3).powi(2) + mu_eff)).min(1.0);
+        let c_mu = faster * 2.0 * (mu_eff - 2.0 + 1.0 / mu_eff) / ((n + 2.0).powi(2) + mu_eff);
         let overshoot = ((mu_eff - 1.0) / (n + 1.0)).sqrt() - 1.0;
         Self {
             mu_eff,
@@ -87,9 +96,12 @@ impl Evolution {
         Self {
             mean: vec![0.0; dimensions],
             sigma: 1.0,
-            covariance: DMatrix::<f64>::identity(dimensions, dimensions)
-                .as_slice()
-                .to_vec(),
+            covariance: match dimensions > CORRELATED {
+                true => vec![1.0; dimensions],
+                false => DMatrix::<f64>::identity(dimensions, dimensions)
+                    .as_slice()
+                    .to_vec(),
+            },
             path: vec![0.0; dimensions],
             sigma_path: vec![0.0; dimensions],
             generation: 0,
@@ -129,18 +141,11 @@ impl Evolution {
     ) -> f32 {
         let n = self.mean.len();
         let constants = Constants::new(n, population);
-        let mut covariance = DMatrix::from_column_slice(n, n, &self.covariance);
-        // Anew from what is saved, so that a resumed evolution draws the same.
-        let SymmetricEigen {
-            eigenvectors,
-            eigenvalues,
-        } = SymmetricEigen::new(covariance.clone());
-        let lengths = eigenvalues.map(|value| value.max(1e-20).sqrt());
-
+        let root = Root::new(n, &self.covariance);
         let steps: Vec<DVector<f64>> = (0..population)
             .map(|_| {
                 let normal = DVector::from_fn(n, |_, _| f64::from(standard_normal(random)));
-                &eigenvectors * normal.component_mul(&lengths)
+                root.colour(&normal)
             })
             .collect();
         let candidates: Vec<Groups<Vec<f32>>> = steps
@@ -178,7 +183,7 @@ impl Evolution {
             ..
         } = constants;
         self.generation += 1;
-        let whitened = &eigenvectors * (eigenvectors.transpose() * &step).component_div(&lengths);
+        let whitened = root.whiten(&step);
         let mut sigma_path = DVector::from_column_slice(&self.sigma_path);
         sigma_path.axpy(
             (c_sigma * (2.0 - c_sigma) * mu_eff).sqrt(),
@@ -197,16 +202,75 @@ impl Evolution {
         );
 
         let kept = 1.0 - c_1 - c_mu + c_1 * (1.0 - moving) * c_c * (2.0 - c_c);
-        covariance *= kept;
-        covariance.ger(c_1, &path, &path, 1.0);
-        for (index, weight) in chosen() {
-            covariance.ger(c_mu * weight, &steps[*index], &steps[*index], 1.0);
+        let drawn = chosen().map(|(index, weight)| (c_mu * weight, &steps[*index]));
+        let outer_products = [(c_1, &path)].into_iter().chain(drawn);
+        if root.is_diagonal() {
+            for (row, variance) in self.covariance.iter_mut().enumerate() {
+                let added = outer_products
+                    .clone()
+                    .map(|(share, y)| share * y[row] * y[row]);
+                *variance = kept * *variance + added.sum::<f64>();
+            }
+        } else {
+            let mut covariance = DMatrix::from_column_slice(n, n, &self.covariance);
+            covariance *= kept;
+            for (share, y) in outer_products {
+                covariance.ger(share, y, y, 1.0);
+            }
+            self.covariance = covariance.as_slice().to_vec();
         }
         self.sigma *= ((c_sigma / constants.damping) * (length / constants.chi - 1.0)).exp();
-        self.covariance = covariance.as_slice().to_vec();
         self.path = path.as_slice().to_vec();
         self.sigma_path = sigma_path.as_slice().to_vec();
         least
+    }
+}
+
+/// The symmetric root of the covariance matrix. It is computed from what is saved, so that a resumed
+/// evolution draws the same.
+struct Root {
+    /// Columns; None if the matrix is a diagonal.
+    eigenvectors: Option<DMatrix<f64>>,
+    lengths: DVector<f64>,
+}
+
+impl Root {
+    fn new(n: usize, covariance: &[f64]) -> Self {
+        let length = |variance: f64| variance.max(1e-20).sqrt();
+        if covariance.len() == n {
+            return Self {
+                eigenvectors: None,
+                lengths: DVector::from_column_slice(covariance).map(length),
+            };
+        }
+        let found = SymmetricEigen::new(DMatrix::from_column_slice(n, n, covariance));
+        Self {
+            eigenvectors: Some(found.eigenvectors),
+            lengths: found.eigenvalues.map(length),
+        }
+    }
+
+    fn is_diagonal(&self) -> bool {
+        self.eigenvectors.is_none()
+    }
+
+    /// A draw of this covariance from one of standard normal numbers.
+    fn colour(&self, normal: &DVector<f64>) -> DVector<f64> {
+        let long = normal.component_mul(&self.lengths);
+        match &self.eigenvectors {
+            Some(eigenvectors) => eigenvectors * long,
+            None => long,
+        }
+    }
+
+    /// The other way round.
+    fn whiten(&self, step: &DVector<f64>) -> DVector<f64> {
+        match &self.eigenvectors {
+            Some(eigenvectors) => {
+                eigenvectors * (eigenvectors.transpose() * step).component_div(&self.lengths)
+            }
+            None => step.component_div(&self.lengths),
+        }
     }
 }
 
@@ -253,6 +317,41 @@ mod tests {
         assert!(valley(&values) < 1e-6, "{values:?}");
         assert!((values.pattern[0] - 2.0).abs() < 1e-3, "{values:?}");
         assert_eq!(values.step_sizes, [7.0]);
+    }
+
+    #[test]
+    fn many_meta_parameters_have_spreads_of_their_own() {
+        // An ellipsoid along the axes, the longest of them ten times the shortest.
+        let count = CORRELATED + 20;
+        let ellipsoid = |values: &Groups<Vec<f32>>| -> f32 {
+            let entries = values.pattern.iter().enumerate();
+            let axis = |index: usize| 1.0 + 9.0 * index as f32 / (count - 1) as f32;
+            entries
+                .map(|(index, value)| (axis(index) * (value - 1.0)).powi(2))
+                .sum()
+        };
+        let origin = Groups {
+            pattern: vec![0.0; count],
+            ..Groups::default()
+        };
+        let spreads = Groups {
+            pattern: 0.3,
+            ..Groups::default()
+        };
+        let mut evolution = Evolution::new(origin.clone(), spreads);
+        for step in 0..1500 {
+            let mut random = ChaCha8Rng::seed_from_u64(step);
+            evolution.advance(24, &mut random, |all| all.iter().map(ellipsoid).collect());
+        }
+        let (before, after) = (ellipsoid(&origin), ellipsoid(&evolution.values()));
+        assert!(after < 1e-6 * before, "{before} to {after}");
+        let [first, .., last] = evolution.covariance[..] else {
+            panic!("{evolution:?}");
+        };
+        assert!(
+            (4.0..25.0).contains(&(first / last).sqrt()),
+            "{first}, {last}"
+        );
     }
 
     #[test]

@@ -11,7 +11,7 @@ use super::checkpoint::{Checkpoint, CheckpointError};
 use super::evolution::Evolution;
 use super::parameters::{Groups, Optimization};
 use super::pattern::{Pattern, logits_of};
-use super::plan::{Keep, Phase, Plan, Search, Start};
+use super::plan::{Added, Keep, Phase, Plan, Search, Start};
 use super::trainee::{Lots, Trainee};
 use crate::sampling::{sobol_valid, uniform_valid};
 
@@ -198,7 +198,7 @@ impl Run<'_> {
     fn advance(&self, state: &mut State, index: usize, step: usize) {
         let phase = &self.plan.phases[index];
         if step == 0 {
-            self.enter(state, phase);
+            self.enter(state, index);
         }
         let epoch = self.plan.tasks.div_ceil(phase.batch);
         if phase.start == Start::Patterns && step.is_multiple_of(epoch) {
@@ -220,7 +220,10 @@ impl Run<'_> {
             Keep::BestValidation => {
                 let period = phase.steps.div_ceil(VALIDATIONS);
                 if (step + 1).is_multiple_of(period) || last {
-                    let values = state.optimization.values();
+                    let values = match phase.search {
+                        Search::Gradient => state.optimization.values(),
+                        Search::Evolution(_) => values,
+                    };
                     state.keep(self.trainee.judge(&values), values);
                 }
             }
@@ -287,7 +290,8 @@ impl Run<'_> {
     }
 
     /// Puts meta-parameters where a phase begins.
-    fn enter(&self, state: &mut State, phase: &Phase) {
+    fn enter(&self, state: &mut State, index: usize) {
+        let phase = &self.plan.phases[index];
         match (phase.start, &state.standing.best) {
             (Start::Guess(guess), _) => state.restart(self.trainee.first_values(guess)),
             (Start::Best, Some(best)) => state.restart(best.values.clone()),
@@ -296,9 +300,24 @@ impl Run<'_> {
         let mut values = state.optimization.values();
         let known = values.pattern.len() / 3;
         if phase.samples > known {
-            let sobol = sobol_valid(phase.samples, self.seed as u32);
-            let more = sobol.into_iter().skip(known).flat_map(logits_of);
+            let more: Vec<f32> = match phase.added {
+                Added::Sobol => {
+                    let sobol = sobol_valid(phase.samples, self.seed as u32);
+                    sobol.into_iter().skip(known).flat_map(logits_of).collect()
+                }
+                Added::Repeated => {
+                    let again = values.pattern.iter().copied().cycle();
+                    again.take(3 * (phase.samples - known)).collect()
+                }
+            };
             values.pattern.extend(more);
+            if phase.keep == Keep::Fittest {
+                // What has too few samples is no recipe, however good.
+                state.standing.best = Some(Best {
+                    loss: self.trainee.fitness(&values, index),
+                    values: values.clone(),
+                });
+            }
             state.restart(values);
         }
         if phase.keep == Keep::BestEpoch {

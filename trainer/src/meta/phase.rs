@@ -15,7 +15,7 @@ pub enum InnerSamples {
 
 /// Where a phase's meta-parameters come from. All but [`Start::Previous`] reset Adam's moments.
 ///
-/// Where the phase has more samples than those, Sobol points are added.
+/// Where the phase has more samples than those, some are [`Added`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Start {
     /// A first guess of its own, by this number.
@@ -26,6 +26,16 @@ pub enum Start {
     Best,
     /// The phase before, but for the pattern: another random one at each epoch.
     Patterns,
+}
+
+/// The samples that a phase has more than the one it begins with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Added {
+    /// Points of a Sobol sequence.
+    Sobol,
+    /// Those that there are, once more: twice the pattern is as good as the pattern, whatever it
+    /// was trained to, and what follows can only be better.
+    Repeated,
 }
 
 /// Which of a phase's meta-parameters are the best so far.
@@ -66,6 +76,8 @@ pub struct Phase {
     pub keep: Keep,
     /// How many samples the pattern has.
     pub samples: usize,
+    /// Those that it begins with.
+    pub added: Added,
     /// Outer steps.
     pub steps: usize,
     /// Tasks in each.

@@ -4,7 +4,7 @@ use glimpse_core::model::ModelKind;
 use rand_chacha::ChaCha8Rng;
 
 use super::parameters::Groups;
-pub use super::phase::{InnerSamples, Keep, Phase, Search, Start, StepSizeForm};
+pub use super::phase::{Added, InnerSamples, Keep, Phase, Search, Start, StepSizeForm};
 use super::start::{first_guess, random_start};
 
 /// How the parts of a recipe are trained.
@@ -115,10 +115,10 @@ impl Plan {
 /// is trained for a short time, and the one that does best on unseen materials goes on.
 fn joint(effort: Effort, samples: usize, tasks: usize) -> Plan {
     let initial = 1e-3;
-    let (starts, first, second, last, gentle) = match effort {
-        Effort::Quick => (3, 300, 800, 2_500, 1.0),
-        Effort::Standard => (4, 1_000, 3_000, 14_000, 0.3),
-        Effort::Long => (12, 2_000, 8_000, 120_000, 0.3),
+    let (starts, first, second, last, gentle, generations) = match effort {
+        Effort::Quick => (3, 300, 800, 2_500, 1.0, 100),
+        Effort::Standard => (4, 1_000, 3_000, 14_000, 0.3, 500),
+        Effort::Long => (12, 2_000, 8_000, 120_000, 0.3, 2_000),
     };
     let learning = Phase {
         name: "trying starts",
@@ -126,6 +126,7 @@ fn joint(effort: Effort, samples: usize, tasks: usize) -> Plan {
         search: Search::Gradient,
         keep: Keep::Nothing,
         samples,
+        added: Added::Sobol,
         steps: first,
         batch: 16,
         // More than n: a few random samples alone say too little to begin on.
@@ -174,8 +175,23 @@ fn joint(effort: Effort, samples: usize, tasks: usize) -> Plan {
         },
         final_rate: 0.01,
         warm_up: 200,
-        ..sampling
+        ..sampling.clone()
     });
+    if samples <= UNDOUBLED {
+        phases.push(Phase {
+            name: "evolving the pattern",
+            start: Start::Best,
+            search: Search::Evolution(24),
+            steps: generations,
+            outer: 512,
+            rates: Groups {
+                pattern: 0.1,
+                ..Groups::default()
+            },
+            gain: None,
+            ..sampling
+        });
+    }
     Plan {
         phases,
         tasks,
@@ -185,23 +201,27 @@ fn joint(effort: Effort, samples: usize, tasks: usize) -> Plan {
     }
 }
 
-/// Most meta-parameters that evolution changes: it keeps a matrix of all pairs.
-const EVOLVED: usize = 128;
+/// Patterns of more samples are doubled from those.
+const UNDOUBLED: usize = 16;
 
 /// For models of a few parameters: each of several starts follows its gradient for a while and then
-/// evolves; the fittest one evolves on.
+/// evolves; the fittest one evolves on. Many samples make every start look like every other: they
+/// come from doubling a pattern, as in the paper.
 fn joint_small(effort: Effort, samples: usize, tasks: usize) -> Plan {
     let (starts, descent, first, last) = match effort {
         Effort::Quick => (3, 800, 150, 400),
         Effort::Standard => (8, 2_000, 500, 1_500),
         Effort::Long => (32, 4_000, 800, 4_000),
     };
+    let wanted = samples;
+    let samples = wanted.min(UNDOUBLED);
     let descending = Phase {
         name: "trying starts",
         start: Start::Previous,
         search: Search::Gradient,
         keep: Keep::Nothing,
         samples,
+        added: Added::Sobol,
         steps: descent,
         batch: 16,
         inner: InnerSamples::Pattern,
@@ -220,18 +240,14 @@ fn joint_small(effort: Effort, samples: usize, tasks: usize) -> Plan {
     let evolving = Phase {
         name: "evolving starts",
         search: Search::Evolution(24),
+        added: Added::Repeated,
         keep: Keep::Fittest,
         steps: first,
         outer: 512,
         rates: Groups {
             initial: 0.1,
             step_sizes: 0.1,
-            // The pattern of many samples is left to the gradient.
-            pattern: if 3 * samples + 16 <= EVOLVED {
-                0.1
-            } else {
-                0.0
-            },
+            pattern: 0.1,
         },
         gain: None,
         ..descending.clone()
@@ -248,8 +264,17 @@ fn joint_small(effort: Effort, samples: usize, tasks: usize) -> Plan {
         name: "evolving the fittest",
         start: Start::Best,
         steps: last,
-        ..evolving
+        ..evolving.clone()
     });
+    let doubled = std::iter::successors(Some(2 * samples), |n| Some(2 * n));
+    let doubled = doubled.take_while(|n| *n < 2 * wanted);
+    phases.extend(doubled.filter(|_| wanted > samples).map(|n| Phase {
+        name: "evolving twice the samples",
+        start: Start::Best,
+        samples: n.min(wanted),
+        steps: first,
+        ..evolving.clone()
+    }));
     Plan {
         phases,
         tasks,
@@ -273,6 +298,7 @@ fn joint_linear(effort: Effort, samples: usize, tasks: usize) -> Plan {
         search: Search::Gradient,
         keep: Keep::BestValidation,
         samples,
+        added: Added::Sobol,
         steps: first,
         batch: 16,
         inner: InnerSamples::Pattern,
@@ -338,6 +364,7 @@ fn paper(effort: Effort, model: ModelKind, samples: usize, tasks: usize) -> Plan
         keep: Keep::Last,
         // No pattern yet, but Meta is judged on one.
         samples,
+        added: Added::Sobol,
         steps: 10_000 / share * tasks,
         batch: 1,
         inner: InnerSamples::Fresh(512),

@@ -266,7 +266,6 @@ impl<'o> Session<'o> {
             validation: &tasks(self.judged(), VALIDATION_POOL, !seed),
             plan: &self.plan,
             inner_steps: INNER_STEPS,
-            samples: self.options.samples,
             lots: Lots { seed },
             model: PhantomData,
         };
