@@ -5,9 +5,11 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::angles::HalfDifference;
 use crate::loss::cosine_weighted_log_error;
 use crate::model::{Model, ParameterSet, Sample};
 use crate::recipe::Floats;
+use crate::scalar::Block;
 
 /// The memory of a fit, which the caller owns: parameters and their gradient.
 ///
@@ -101,10 +103,10 @@ impl<'a> Fit<'a> {
         let mut left = budget;
         while self.step < self.steps {
             let todo = samples.get(self.sample..).unwrap_or_default();
-            for sample in todo.iter().take(left) {
-                gradient::<M>(workspace, sample);
-            }
             let done = todo.len().min(left);
+            for block in todo.get(..done).unwrap_or_default().chunks(BLOCK) {
+                gradient::<M>(workspace, block);
+            }
             left -= done;
             self.sample += done;
             if self.sample < samples.len() {
@@ -125,21 +127,43 @@ impl<'a> Fit<'a> {
     }
 
     fn update<M: Model>(&self, workspace: &mut Workspace<M>) {
-        let entries = workspace
-            .parameters
-            .iter_mut()
-            .zip(workspace.gradient.iter_mut());
-        for ((parameter, entry), step_size) in entries.zip(self.step_sizes.iter()) {
-            *parameter -= step_size * *entry;
-            *entry = 0.0;
+        // Run by run: a loop over plain slices takes a fifth of a flattened iterator's time.
+        let mut step_sizes = self.step_sizes;
+        let runs = workspace.parameters.runs_mut();
+        for (parameters, gradient) in runs.zip(workspace.gradient.runs_mut()) {
+            step(parameters, gradient, step_sizes.take(parameters.len()));
         }
     }
 }
 
-/// Kept out of line: one copy, and its temporaries are off the stack between samples.
+/// One step, after which the gradient is 0. Out of line: the code is there once and not for each run.
 #[inline(never)]
-fn gradient<M: Model>(workspace: &mut Workspace<M>, sample: &Sample<f32>) {
-    M::accumulate_gradient::<f32, false>(&workspace.parameters, sample, &mut workspace.gradient);
+fn step(parameters: &mut [f32], gradient: &mut [f32], step_sizes: Floats<'_>) {
+    let entries = parameters.iter_mut().zip(gradient);
+    for ((parameter, entry), step_size) in entries.zip(step_sizes.iter()) {
+        *parameter -= step_size * *entry;
+        *entry = 0.0;
+    }
+}
+
+/// How many samples are computed side by side.
+const BLOCK: usize = 4;
+
+/// Kept out of line: one copy, and its temporaries are off the stack between blocks.
+#[inline(never)]
+fn gradient<M: Model>(workspace: &mut Workspace<M>, samples: &[Sample<f32>]) {
+    let block = Sample::<Block<BLOCK>>::gather(samples);
+    M::accumulate_gradient::<Block<BLOCK>, false>(
+        &workspace.parameters,
+        &block,
+        &mut workspace.gradient,
+    );
+}
+
+/// The model's BRDF, sr^-1 (not times the cosine). Out of line for the same reason.
+#[inline(never)]
+pub fn brdf<M: Model>(parameters: &M::Parameters<f32>, at: &HalfDifference<f32>) -> [f32; 3] {
+    M::brdf::<f32>(parameters, at)
 }
 
 /// The error of each sample under `parameters`: the mean over its channels, whatever its weight.
@@ -148,8 +172,10 @@ pub fn residuals<M: Model>(
     samples: &[Sample<f32>],
 ) -> impl Iterator<Item = f32> {
     samples.iter().map(|sample| {
-        let modelled = M::brdf::<f32>(parameters, &sample.at);
+        let modelled = brdf::<M>(parameters, &sample.at);
         let cosine = sample.at.cos_theta_i();
-        cosine_weighted_log_error(sample.measured, modelled, cosine, 1.0 / 3.0).value
+        cosine_weighted_log_error(sample.measured, modelled, cosine, 1.0 / 3.0)
+            .error
+            .value()
     })
 }

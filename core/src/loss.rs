@@ -2,17 +2,42 @@
 
 use crate::scalar::Scalar;
 
-/// The weighted error at one sample and its partial derivatives.
+/// The weighted error at one sample, and its partial derivatives.
 #[derive(Clone, Copy, Debug)]
 pub struct Loss<S> {
-    /// weight * sum over the channels of |ln(1 + y c) - ln(1 + f c)|.
-    pub value: S,
+    /// The error.
+    pub error: LogError<S>,
     /// Derivative by the modelled BRDF f, channel by channel.
     pub by_modelled: [S; 3],
     /// Derivative by the measured BRDF y, channel by channel.
     pub by_measured: [S; 3],
     /// Derivative by the cosine c.
     pub by_cosine: S,
+}
+
+/// A weighted error whose logarithms are yet to be taken: descent needs its derivatives only, and
+/// on the device logarithms are a good part of the time.
+#[derive(Clone, Copy, Debug)]
+pub struct LogError<S> {
+    /// 1 + y c, channel by channel.
+    shifted_y: [S; 3],
+    /// 1 + f c.
+    shifted_f: [S; 3],
+    /// The weight, with the sign of the error.
+    signed: [S; 3],
+}
+
+impl<S: Scalar> LogError<S> {
+    /// weight * sum over the channels of |ln(1 + y c) - ln(1 + f c)|.
+    #[inline(always)]
+    pub fn value(&self) -> S {
+        let mut value = S::constant(0.0);
+        let shifted = self.shifted_y.iter().zip(&self.shifted_f);
+        for ((y, f), signed) in shifted.zip(&self.signed) {
+            value = value.plus_product(*signed, f.ln() - y.ln());
+        }
+        value
+    }
 }
 
 /// weight * sum over the channels of |ln(1 + y c) - ln(1 + f c)|, c = max(cos(theta_i), 0).
@@ -32,27 +57,29 @@ pub fn cosine_weighted_log_error<S: Scalar>(
     let one = S::constant(1.0);
     let cosine = cos_theta_i.relu();
     let mut loss = Loss {
-        value: zero,
+        error: LogError {
+            shifted_y: measured,
+            shifted_f: modelled,
+            signed: [zero; 3],
+        },
         by_modelled: [zero; 3],
         by_measured: [zero; 3],
         by_cosine: zero,
     };
-    for (channel, (y, f)) in measured.into_iter().zip(modelled).enumerate() {
-        let shifted_y = one + y * cosine;
-        let shifted_f = one + f * cosine;
-        let error = shifted_f.ln() - shifted_y.ln();
-        let signed = error.sign() * weight;
-        let slope_y = signed / shifted_y;
-        let slope_f = signed / shifted_f;
-        loss.value = loss.value.plus_product(signed, error);
-        if let (Some(by_f), Some(by_y)) = (
-            loss.by_modelled.get_mut(channel),
-            loss.by_measured.get_mut(channel),
-        ) {
-            *by_f = slope_f * cosine;
-            *by_y = -(slope_y * cosine);
-        }
-        loss.by_cosine = loss.by_cosine + slope_f * f - slope_y * y;
+    let error = &mut loss.error;
+    let shifted = error.shifted_y.iter_mut().zip(&mut error.shifted_f);
+    let slopes = loss.by_modelled.iter_mut().zip(&mut loss.by_measured);
+    for (((y, f), signed), (by_f, by_y)) in shifted.zip(&mut error.signed).zip(slopes) {
+        let shifted_y = one + *y * cosine;
+        let shifted_f = one + *f * cosine;
+        *signed = (shifted_f - shifted_y).sign() * weight;
+        let slope_y = *signed / shifted_y;
+        let slope_f = *signed / shifted_f;
+        *by_f = slope_f * cosine;
+        *by_y = -(slope_y * cosine);
+        loss.by_cosine = loss.by_cosine + slope_f * *f - slope_y * *y;
+        *y = shifted_y;
+        *f = shifted_f;
     }
     loss.by_cosine = cos_theta_i.if_positive(loss.by_cosine, zero);
     loss

@@ -11,7 +11,8 @@ pub use phong::{Phong, PhongParameters};
 use serde::{Deserialize, Serialize};
 
 use crate::angles::HalfDifference;
-use crate::scalar::{Entry, Scalar};
+use crate::loss::LogError;
+use crate::scalar::{Block, Entry, Scalar};
 
 /// Names a model in recipes and on the link. The order of those that are fitted by descent is part
 /// of the recipe format.
@@ -92,6 +93,48 @@ pub struct Sample<S> {
     pub weight: S,
 }
 
+impl<const N: usize> Sample<Block<N>> {
+    /// At most `N` samples side by side. If they are fewer, the last stands in for the missing
+    /// ones, at weight 0.
+    #[inline(always)]
+    pub fn gather(samples: &[Sample<f32>]) -> Self {
+        let zero = Block::constant(0.0);
+        let Some(last) = samples.last() else {
+            return Self {
+                at: HalfDifference::zero(),
+                measured: [zero; 3],
+                weight: zero,
+            };
+        };
+        let each = |of: fn(&Sample<f32>) -> f32| {
+            let mut numbers = [0.0; N];
+            for (lane, number) in numbers.iter_mut().enumerate() {
+                *number = of(samples.get(lane).unwrap_or(last));
+            }
+            Block(numbers)
+        };
+        let mut weight = zero;
+        for (weight, sample) in weight.0.iter_mut().zip(samples) {
+            *weight = sample.weight;
+        }
+        Self {
+            at: HalfDifference {
+                hx: each(|sample| sample.at.hx),
+                hz: each(|sample| sample.at.hz),
+                dx: each(|sample| sample.at.dx),
+                dy: each(|sample| sample.at.dy),
+                dz: each(|sample| sample.at.dz),
+            },
+            measured: [
+                each(|sample| sample.measured[0]),
+                each(|sample| sample.measured[1]),
+                each(|sample| sample.measured[2]),
+            ],
+            weight,
+        }
+    }
+}
+
 /// The derivatives of the loss by what a sample was taken at and by what was measured there.
 #[derive(Clone, Copy, Debug)]
 pub struct SampleGradient<S> {
@@ -115,10 +158,18 @@ impl<S: Scalar> SampleGradient<S> {
 /// The weighted loss of a sample, and its derivatives by the sample.
 #[derive(Clone, Copy, Debug)]
 pub struct Evaluation<S> {
-    /// The loss, times the sample's weight.
-    pub loss: S,
+    /// The error.
+    pub error: LogError<S>,
     /// Zero unless it was asked for.
     pub gradient: SampleGradient<S>,
+}
+
+impl<S: Scalar> Evaluation<S> {
+    /// The loss, times the sample's weight.
+    #[inline(always)]
+    pub fn loss(&self) -> S {
+        self.error.value()
+    }
 }
 
 /// A reflectance model: f_r(x; theta), differentiable in theta and x.
@@ -153,8 +204,8 @@ pub trait Model: Sync {
 fn sigmoids<S: Scalar>(logits: &[S::Parameter; 3]) -> [S; 3] {
     let [red, green, blue] = *logits;
     [
-        S::broadcast(red).sigmoid(),
-        S::broadcast(green).sigmoid(),
-        S::broadcast(blue).sigmoid(),
+        S::broadcast_sigmoid(red),
+        S::broadcast_sigmoid(green),
+        S::broadcast_sigmoid(blue),
     ]
 }

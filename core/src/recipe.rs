@@ -57,7 +57,7 @@ pub use error::{Field, RecipeError};
 pub use format::{Floats, Ingredients, PackedDescent, PackedLearner, PackedRidge, Provenance};
 pub use learner::{Descent, Learner, Ridge};
 
-use crc::{CRC_32_ISO_HDLC, Crc, Table};
+use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
 
 use crate::angles::{Angles, HalfDifference};
 use crate::model::ModelKind;
@@ -78,7 +78,7 @@ pub const MAX_INNER_STEPS: u16 = 10_000;
 /// The largest number of components of a ridge solve.
 pub const MAX_COMPONENTS: usize = 1024;
 
-const CHECKSUM: Crc<u32, Table<1>> = Crc::<u32, Table<1>>::new(&CRC_32_ISO_HDLC);
+const CHECKSUM: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
 
 /// A recipe in memory or in flash, checked.
 #[derive(Clone, Copy, Debug)]

@@ -4,6 +4,10 @@
 //! the scalar is `f32`; in tests it is `f64`; the trainer brings SIMD lanes
 //! (eight samples at once) and dual numbers over them.
 
+mod block;
+
+pub use block::Block;
+
 use core::ops::{Add, Div, Mul, Neg, Sub};
 
 use crate::math;
@@ -42,11 +46,21 @@ pub trait Scalar:
     fn add_product(sum: &mut Self::Sum, a: Self, b: Self);
     /// `sum += a`.
     fn add_to(sum: &mut Self::Sum, a: Self);
-    /// `sums[i] += a * b[i]`; as many as the shorter list has.
+    /// `sums[i][j] += a[i] * b[j]`: an outer product, some rows at a time so that `b` is loaded
+    /// once for all of them.
     #[inline(always)]
-    fn add_products(sums: &mut [Self::Sum], a: Self, b: &[Self]) {
-        for (sum, b) in sums.iter_mut().zip(b) {
-            Self::add_product(sum, a, *b);
+    fn add_outer_product<const I: usize, const J: usize>(
+        sums: [&mut [Self::Sum; J]; I],
+        a: [Self; I],
+        b: &[Self; J],
+    ) {
+        let mut sums = sums;
+        for (column, b) in b.iter().enumerate() {
+            for (row, a) in sums.iter_mut().zip(&a) {
+                if let Some(sum) = row.get_mut(column) {
+                    Self::add_product(sum, *a, *b);
+                }
+            }
         }
     }
     /// `sums[i] += terms[i]`; as many as the shorter list has.
@@ -92,6 +106,13 @@ pub trait Scalar:
         let one = Self::constant(1.0);
         one / (one + (-self).exp())
     }
+
+    /// The logistic function of one parameter, the same for all samples.
+    #[inline(always)]
+    #[must_use]
+    fn broadcast_sigmoid(parameter: Self::Parameter) -> Self {
+        Self::broadcast(parameter).sigmoid()
+    }
 }
 
 /// Scalars that angles can be computed in.
@@ -126,9 +147,28 @@ macro_rules! plain_scalar {
             fn plus_product(self, a: Self, b: Self) -> Self {
                 self + a * b
             }
+            /// By its bits, as an integer: far fewer instructions than a comparison of floats, with
+            /// an FPU and without. (A NaN is as positive as its sign.)
             #[inline(always)]
             fn if_positive(self, then: Self, otherwise: Self) -> Self {
-                if self > 0.0 { then } else { otherwise }
+                if self.to_bits().cast_signed() > 0 {
+                    then
+                } else {
+                    otherwise
+                }
+            }
+            #[inline(always)]
+            fn relu(self) -> Self {
+                let sign = self.to_bits().cast_signed() >> (size_of::<Self>() * 8 - 1);
+                Self::from_bits(self.to_bits() & !sign.cast_unsigned())
+            }
+            #[inline(always)]
+            fn sign(self) -> Self {
+                if self.to_bits() << 1 == 0 {
+                    0.0
+                } else {
+                    (1.0 as Self).copysign(self)
+                }
             }
             #[inline(always)]
             fn exp(self) -> Self {

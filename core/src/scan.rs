@@ -13,7 +13,7 @@ pub use linear::LinearScan;
 use serde::{Deserialize, Serialize};
 
 use crate::angles::{Directions, HalfDifference};
-use crate::fit::{Fit, Progress, Workspace, residuals};
+use crate::fit::{Fit, Progress, Workspace, brdf, residuals};
 use crate::linear::RidgeError;
 use crate::model::{Model, ModelKind};
 use crate::recipe::{Descent, Learner, Recipe};
@@ -206,7 +206,7 @@ impl<'a, M: Model, const CAPACITY: usize> Scan<'a, M, CAPACITY> {
     #[must_use]
     pub fn brdf(&self, directions: &Directions<f32>) -> [f32; 3] {
         match HalfDifference::from_directions(directions) {
-            Some(at) if at.is_valid() => M::brdf::<f32>(self.workspace.parameters(), &at),
+            Some(at) if at.is_valid() => brdf::<M>(self.workspace.parameters(), &at),
             _ => [0.0; 3],
         }
     }

@@ -26,7 +26,8 @@ fn loss<M: Model>(list: &[f64], variables: Variables, weight: f64) -> Traced {
     let zero = Traced(0.0);
     let theta = parameters(list.iter().copied().map(Traced), zero);
     let mut gradient = parameters([], zero);
-    M::accumulate_gradient::<Traced, false>(&theta, &sample(variables, weight), &mut gradient).loss
+    M::accumulate_gradient::<Traced, false>(&theta, &sample(variables, weight), &mut gradient)
+        .loss()
 }
 
 /// Compares all derivatives of one model at one sample.
@@ -256,7 +257,7 @@ proptest! {
         let mut gradient = CookTorranceParameters::filled(0.0);
         let sample = sample::<f32>(variables, 1.0);
         let found = CookTorrance::accumulate_gradient::<f32, true>(&theta, &sample, &mut gradient);
-        prop_assert!(found.loss.is_finite());
+        prop_assert!(found.loss().is_finite());
         prop_assert!(gradient.iter().all(|slope| slope.is_finite()), "{:?}", gradient);
         let SampleGradient { at, measured } = found.gradient;
         let slopes = [at.hx, at.hz, at.dx, at.dy, at.dz];
@@ -297,7 +298,7 @@ proptest! {
         let theta = parameters(list.iter().copied(), 0.0);
         let mut gradient = NeuralParameters::filled(0.0);
         let found = Neural::accumulate_gradient::<f64, true>(&theta, &sample, &mut gradient);
-        prop_assert_eq!(found.loss, 0.0);
+        prop_assert_eq!(found.loss(), 0.0);
         prop_assert!(gradient.iter().all(|slope| *slope == 0.0));
         let SampleGradient { at, measured } = found.gradient;
         prop_assert_eq!([at.hx, at.hz, at.dx, at.dy, at.dz], [0.0; 5]);

@@ -6,7 +6,7 @@ use glimpse_core::math;
 
 /// What the table states: exp (relative), ln, sqrt (relative), sine and cosine (absolute).
 #[cfg(not(feature = "micromath"))]
-const BOUNDS: [f64; 4] = [8e-8, 9e-8, 6e-8, 3e-8];
+const BOUNDS: [f64; 4] = [8e-8, 9e-8, 6e-8, 9e-8];
 #[cfg(feature = "micromath")]
 const BOUNDS: [f64; 4] = [2.4e-3, 7e-5, 1.6e-6, 1.1e-3];
 

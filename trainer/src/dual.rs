@@ -155,19 +155,25 @@ impl<T: Scalar, const N: usize> Scalar for Dual<T, N> {
     }
 
     #[inline(always)]
-    fn add_products(sums: &mut [Self::Sum], a: Self, b: &[Self]) {
-        if N != 1 || !T::ADDS_BY_THE_LIST {
-            for (sum, b) in sums.iter_mut().zip(b) {
-                Self::add_product(sum, a, *b);
+    fn add_outer_product<const I: usize, const J: usize>(
+        sums: [&mut [Self::Sum; J]; I],
+        a: [Self; I],
+        b: &[Self; J],
+    ) {
+        for (row, a) in sums.into_iter().zip(&a) {
+            if N != 1 || !T::ADDS_BY_THE_LIST {
+                for (sum, b) in row.iter_mut().zip(b) {
+                    Self::add_product(sum, *a, *b);
+                }
+                continue;
             }
-            return;
-        }
-        for (sums, b) in sums.chunks_mut(LIST).zip(b.chunks(LIST)) {
-            let mut terms = [T::constant(0.0); LIST];
-            for (term, b) in terms.iter_mut().zip(b) {
-                *term = (a.tangent[0] * b.value).plus_product(a.value, b.tangent[0]);
+            for (sums, b) in row.chunks_mut(LIST).zip(b.chunks(LIST)) {
+                let mut terms = [T::constant(0.0); LIST];
+                for (term, b) in terms.iter_mut().zip(b) {
+                    *term = (a.tangent[0] * b.value).plus_product(a.value, b.tangent[0]);
+                }
+                T::add_all(sums.as_flattened_mut(), &terms);
             }
-            T::add_all(sums.as_flattened_mut(), &terms);
         }
     }
 

@@ -103,9 +103,17 @@ impl<'a, T: Entry<S>, S: Real> Factors<'a, '_, T, S> {
         let zeros = core::iter::repeat_n(S::constant(0.0), samples);
         self.run(zeros, Some(lambda), solution, rest);
 
-        let by_rows = gradient.basis.chunks_exact_mut(components.max(1));
-        let rows = self.problem.rows().zip(by_rows);
-        for (((row, by_row), t), by_t) in rows.zip(mapped).zip(gradient.mapped.iter_mut()) {
+        // Row by row off the front: a zip of chunks divides by their length, out of line, where the
+        // compiler no longer sees that it is not 0.
+        let mut by_rows = &mut *gradient.basis;
+        let rows = self.problem.rows().zip(mapped);
+        for ((row, t), by_t) in rows.zip(gradient.mapped.iter_mut()) {
+            let Some((by_row, rest)) =
+                core::mem::take(&mut by_rows).split_at_mut_checked(components)
+            else {
+                break;
+            };
+            by_rows = rest;
             let along = dot(row, solution);
             let rest = *t - dot(row, coefficients);
             *by_t = *by_t + along;

@@ -1,7 +1,7 @@
 //! Frames: messages that can be told from noise.
 
 use cobs::{CobsEncoder, DecodeResult, DecoderState, max_encoding_length};
-use crc::{CRC_32_ISO_HDLC, Crc, Table};
+use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
 use heapless::Vec;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -18,7 +18,7 @@ const CONTENT_BYTES: usize = MESSAGE_BYTES + CHECKSUM_BYTES;
 /// The longest frame, with the zeros at both ends.
 pub const FRAME_BYTES: usize = 1 + max_encoding_length(CONTENT_BYTES) + 1;
 
-const CHECKSUM: Crc<u32, Table<1>> = Crc::<u32, Table<1>>::new(&CRC_32_ISO_HDLC);
+const CHECKSUM: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
 
 /// Why bytes are not a frame, or a message cannot become one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

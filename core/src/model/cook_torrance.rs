@@ -112,8 +112,8 @@ impl<S: Scalar> Terms<S> {
     fn new(parameters: &CookTorranceParameters<S::Parameter>, at: &HalfDifference<S>) -> Self {
         let one = S::constant(1.0);
         let epsilon = S::constant(EPSILON);
-        let roughness = S::broadcast(parameters.roughness).sigmoid();
-        let reflectance = S::broadcast(parameters.reflectance).sigmoid();
+        let roughness = S::broadcast_sigmoid(parameters.roughness);
+        let reflectance = S::broadcast_sigmoid(parameters.reflectance);
         let incoming = at.cos_theta_i().relu();
         let outgoing = at.cos_theta_o().relu();
         let lower = (outgoing - incoming).if_positive(incoming, outgoing);
@@ -298,7 +298,7 @@ impl Model for CookTorrance {
             by_sample.measured = loss.by_measured;
         }
         Evaluation {
-            loss: loss.value,
+            error: loss.error,
             gradient: by_sample,
         }
     }

@@ -73,19 +73,16 @@ impl<T: Entry> ParameterSet<T> for NeuralParameters<T> {
     }
 }
 
-/// bias + inputs * weights.
+/// Adds inputs * weights to `outputs`, which hold the bias.
 ///
 /// `inputs` yields each input with its row of weights; it borrows them, because it is cloned for
 /// each tile.
 #[inline(always)]
 fn affine<'a, S: Scalar, const OUTPUTS: usize>(
     inputs: impl Iterator<Item = (&'a S, &'a [S::Parameter; OUTPUTS])> + Clone,
-    bias: &[S::Parameter; OUTPUTS],
-) -> [S; OUTPUTS] {
-    let mut outputs = [S::constant(0.0); OUTPUTS];
-    for (output, bias) in outputs.iter_mut().zip(bias) {
-        *output = S::broadcast(*bias);
-    }
+    outputs: &mut [S; OUTPUTS],
+    finish: impl Fn(S) -> S,
+) {
     for (tile, block) in outputs.as_chunks_mut::<TILE>().0.iter_mut().enumerate() {
         let mut sums = *block;
         for (input, row) in inputs.clone() {
@@ -95,92 +92,87 @@ fn affine<'a, S: Scalar, const OUTPUTS: usize>(
                 }
             }
         }
-        *block = sums;
+        for (output, sum) in block.iter_mut().zip(sums) {
+            *output = finish(sum);
+        }
     }
-    outputs
 }
 
-/// The gradient by a layer's inputs: weights times the gradient by its outputs.
+/// The gradient by a layer's inputs: weights times the gradient by its outputs. `finish` takes
+/// each of them with what is in its place so far.
 #[inline(always)]
 fn backward<S: Scalar, const INPUTS: usize, const OUTPUTS: usize>(
     weights: &[[S::Parameter; OUTPUTS]; INPUTS],
     by_outputs: &[S; OUTPUTS],
-) -> [S; INPUTS] {
-    let mut by_inputs = [S::constant(0.0); INPUTS];
+    by_inputs: &mut [S; INPUTS],
+    finish: impl Fn(S, S) -> S,
+) {
     let blocks = by_inputs.as_chunks_mut::<TILE>().0.iter_mut();
     for (block, rows) in blocks.zip(weights.as_chunks::<TILE>().0) {
-        let [row_0, row_1, row_2] = rows;
-        let mut sums = *block;
-        for (((by_output, a), b), c) in by_outputs.iter().zip(row_0).zip(row_1).zip(row_2) {
-            let [sum_0, sum_1, sum_2] = &mut sums;
-            *sum_0 = sum_0.plus_product(*by_output, S::broadcast(*a));
-            *sum_1 = sum_1.plus_product(*by_output, S::broadcast(*b));
-            *sum_2 = sum_2.plus_product(*by_output, S::broadcast(*c));
+        let mut sums = [S::constant(0.0); TILE];
+        for (column, by_output) in by_outputs.iter().enumerate() {
+            for (sum, row) in sums.iter_mut().zip(rows) {
+                if let Some(weight) = row.get(column) {
+                    *sum = sum.plus_product(*by_output, S::broadcast(*weight));
+                }
+            }
         }
-        *block = sums;
-    }
-    by_inputs
-}
-
-/// Adds the gradient by a layer's weights and bias.
-#[inline(always)]
-fn accumulate<'a, S: Scalar, const OUTPUTS: usize>(
-    inputs: impl Iterator<Item = (&'a S, &'a mut [S::Sum; OUTPUTS])>,
-    bias: &mut [S::Sum; OUTPUTS],
-    by_outputs: &[S; OUTPUTS],
-) {
-    for (input, row) in inputs {
-        S::add_products(row, *input, by_outputs);
-    }
-    S::add_all(bias, by_outputs);
-}
-
-#[inline(always)]
-fn relu<S: Scalar>(mut values: [S; HIDDEN]) -> [S; HIDDEN] {
-    for value in &mut values {
-        *value = value.relu();
-    }
-    values
-}
-
-/// Activations of both hidden layers, and the output before its activation.
-struct Forward<S> {
-    hidden_1: [S; HIDDEN],
-    hidden_2: [S; HIDDEN],
-    output: [S; 3],
-}
-
-impl<S: Scalar> Forward<S> {
-    #[inline(always)]
-    fn new(parameters: &NeuralParameters<S::Parameter>, at: &HalfDifference<S>) -> Self {
-        let [row_hx, _, row_hz, row_dx, row_dy, row_dz] = &parameters.fc1;
-        let inputs = [
-            (&at.hx, row_hx),
-            (&at.hz, row_hz),
-            (&at.dx, row_dx),
-            (&at.dy, row_dy),
-            (&at.dz, row_dz),
-        ];
-        let hidden_1 = relu(affine(inputs.iter().copied(), &parameters.b1));
-        let rows = hidden_1.iter().zip(&parameters.fc2);
-        let hidden_2 = relu(affine(rows, &parameters.b2));
-        let rows = hidden_2.iter().zip(&parameters.fc3);
-        let output = affine(rows, &parameters.b3);
-        Self {
-            hidden_1,
-            hidden_2,
-            output,
+        for (by_input, sum) in block.iter_mut().zip(sums) {
+            *by_input = finish(sum, *by_input);
         }
     }
 }
 
 /// The gradient before a ReLU, given the one after it; the unit was on where its value is > 0.
 #[inline(always)]
-fn through_relu<S: Scalar>(mut by_values: [S; HIDDEN], values: &[S; HIDDEN]) -> [S; HIDDEN] {
-    for (by_value, value) in by_values.iter_mut().zip(values) {
-        *by_value = value.if_positive(*by_value, S::constant(0.0));
+fn through_relu<S: Scalar>(by_value: S, value: S) -> S {
+    value.if_positive(by_value, S::constant(0.0))
+}
+
+/// Adds the gradient by a layer's weights, which has a row for each input.
+#[inline(always)]
+fn accumulate<S: Scalar, const INPUTS: usize, const OUTPUTS: usize>(
+    gradient: &mut [[S::Sum; OUTPUTS]; INPUTS],
+    inputs: &[S; INPUTS],
+    by_outputs: &[S; OUTPUTS],
+) {
+    let tiles = gradient.as_chunks_mut::<TILE>().0.iter_mut();
+    for (rows, inputs) in tiles.zip(inputs.as_chunks::<TILE>().0) {
+        S::add_outer_product(rows.each_mut(), *inputs, by_outputs);
     }
-    by_values
+}
+
+/// A layer before its inputs come.
+#[inline(always)]
+fn broadcast<S: Scalar, const OUTPUTS: usize>(bias: &[S::Parameter; OUTPUTS]) -> [S; OUTPUTS] {
+    let mut outputs = [S::constant(0.0); OUTPUTS];
+    for (output, bias) in outputs.iter_mut().zip(bias) {
+        *output = S::broadcast(*bias);
+    }
+    outputs
+}
+
+/// Runs the network: from the biases to the activations of both hidden layers, and the output before
+/// its activation. In place: what is returned by value may be copied.
+#[inline(always)]
+fn forward<S: Scalar>(
+    parameters: &NeuralParameters<S::Parameter>,
+    at: &HalfDifference<S>,
+    hidden_1: &mut [S; HIDDEN],
+    hidden_2: &mut [S; HIDDEN],
+    output: &mut [S; 3],
+) {
+    let [row_hx, _, row_hz, row_dx, row_dy, row_dz] = &parameters.fc1;
+    let inputs = [
+        (&at.hx, row_hx),
+        (&at.hz, row_hz),
+        (&at.dx, row_dx),
+        (&at.dy, row_dy),
+        (&at.dz, row_dz),
+    ];
+    affine(inputs.iter().copied(), hidden_1, S::relu);
+    affine(hidden_1.iter().zip(&parameters.fc2), hidden_2, S::relu);
+    affine(hidden_2.iter().zip(&parameters.fc3), output, |z| z);
 }
 
 impl Model for Neural {
@@ -201,8 +193,10 @@ impl Model for Neural {
         parameters: &NeuralParameters<S::Parameter>,
         at: &HalfDifference<S>,
     ) -> [S; 3] {
-        let forward = Forward::new(parameters, at);
-        let mut brdf = forward.output;
+        let mut hidden_1 = broadcast(&parameters.b1);
+        let mut hidden_2 = broadcast(&parameters.b2);
+        let mut brdf = broadcast(&parameters.b3);
+        forward(parameters, at, &mut hidden_1, &mut hidden_2, &mut brdf);
         for f in &mut brdf {
             *f = (f.exp() - S::constant(1.0)).relu();
         }
@@ -215,42 +209,43 @@ impl Model for Neural {
         sample: &Sample<S>,
         gradient: &mut NeuralParameters<S::Sum>,
     ) -> Evaluation<S> {
-        let zero = S::constant(0.0);
+        let (zero, one) = (S::constant(0.0), S::constant(1.0));
         let at = &sample.at;
-        let forward = Forward::new(parameters, at);
-        let mut exponentials = forward.output;
-        let mut modelled = forward.output;
-        for (exponential, f) in exponentials.iter_mut().zip(&mut modelled) {
-            *exponential = exponential.exp();
-            *f = (*exponential - S::constant(1.0)).relu();
+        let mut hidden_1 = broadcast(&parameters.b1);
+        let mut hidden_2 = broadcast(&parameters.b2);
+        let mut modelled = broadcast(&parameters.b3);
+        forward(parameters, at, &mut hidden_1, &mut hidden_2, &mut modelled);
+        for f in &mut modelled {
+            *f = (f.exp() - one).relu();
         }
         let loss =
             cosine_weighted_log_error(sample.measured, modelled, at.cos_theta_i(), sample.weight);
 
+        // d f / d z = exp(z) = f + 1, where f is not cut off.
         let mut by_output = loss.by_modelled;
-        for ((by_z, z), exponential) in by_output.iter_mut().zip(forward.output).zip(exponentials) {
-            *by_z = z.if_positive(*by_z * exponential, zero);
+        for (by_z, f) in by_output.iter_mut().zip(modelled) {
+            *by_z = f.if_positive(*by_z * (f + one), zero);
         }
-        let by_hidden_2 = through_relu(backward(&parameters.fc3, &by_output), &forward.hidden_2);
-        let by_hidden_1 = through_relu(backward(&parameters.fc2, &by_hidden_2), &forward.hidden_1);
-
-        let rows = forward.hidden_2.iter().zip(&mut gradient.fc3);
-        accumulate(rows, &mut gradient.b3, &by_output);
-        let rows = forward.hidden_1.iter().zip(&mut gradient.fc2);
-        accumulate(rows, &mut gradient.b2, &by_hidden_2);
+        // Once a layer's activations have served, the gradient by them takes their place: a
+        // microcontroller's stack holds each of them once.
+        accumulate(&mut gradient.fc3, &hidden_2, &by_output);
+        S::add_all(&mut gradient.b3, &by_output);
+        backward(&parameters.fc3, &by_output, &mut hidden_2, through_relu);
+        let by_hidden_2 = &hidden_2;
+        accumulate(&mut gradient.fc2, &hidden_1, by_hidden_2);
+        S::add_all(&mut gradient.b2, by_hidden_2);
+        backward(&parameters.fc2, by_hidden_2, &mut hidden_1, through_relu);
+        let by_hidden_1 = &hidden_1;
         let [row_hx, _, row_hz, row_dx, row_dy, row_dz] = &mut gradient.fc1;
-        let inputs = [
-            (&at.hx, row_hx),
-            (&at.hz, row_hz),
-            (&at.dx, row_dx),
-            (&at.dy, row_dy),
-            (&at.dz, row_dz),
-        ];
-        accumulate(inputs.into_iter(), &mut gradient.b1, &by_hidden_1);
+        S::add_outer_product([row_hx, row_hz, row_dx], [at.hx, at.hz, at.dx], by_hidden_1);
+        S::add_outer_product([row_dy, row_dz], [at.dy, at.dz], by_hidden_1);
+        S::add_all(&mut gradient.b1, by_hidden_1);
 
         let mut by_sample = SampleGradient::zero();
         if SAMPLE {
-            let [hx, _, hz, dx, dy, dz] = backward(&parameters.fc1, &by_hidden_1);
+            let mut by_input = [zero; 6];
+            backward(&parameters.fc1, by_hidden_1, &mut by_input, |by, _| by);
+            let [hx, _, hz, dx, dy, dz] = by_input;
             let c = loss.by_cosine;
             by_sample.at = HalfDifference {
                 hx: hx - c * at.dx,
@@ -262,7 +257,7 @@ impl Model for Neural {
             by_sample.measured = loss.by_measured;
         }
         Evaluation {
-            loss: loss.value,
+            error: loss.error,
             gradient: by_sample,
         }
     }

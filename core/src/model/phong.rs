@@ -170,7 +170,7 @@ impl Model for Phong {
             by_sample.measured = loss.by_measured;
         }
         Evaluation {
-            loss: loss.value,
+            error: loss.error,
             gradient: by_sample,
         }
     }

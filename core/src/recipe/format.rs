@@ -38,6 +38,14 @@ impl<'a> Floats<'a> {
         self.0.is_empty()
     }
 
+    /// Splits off the first numbers, as many of them as there are.
+    #[must_use]
+    pub fn take(&mut self, count: usize) -> Self {
+        let (taken, rest) = self.0.split_at_checked(count).unwrap_or((self.0, &[]));
+        self.0 = rest;
+        Self(taken)
+    }
+
     /// The numbers, in order.
     pub fn iter(&self) -> impl ExactSizeIterator<Item = f32> + Clone + 'a {
         self.0.iter().map(|word| f32::from_le_bytes(*word))

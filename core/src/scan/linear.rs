@@ -172,7 +172,9 @@ impl<'a, const CAPACITY: usize> LinearScan<'a, CAPACITY> {
                 *f = unmap(dot(row, coefficients) + mean, median, weight);
             }
             let cosine = sample.at.cos_theta_i();
-            cosine_weighted_log_error(sample.measured, modelled, cosine, 1.0 / 3.0).value
+            cosine_weighted_log_error(sample.measured, modelled, cosine, 1.0 / 3.0)
+                .error
+                .value()
         });
         self.measuring.residual(errors)
     }

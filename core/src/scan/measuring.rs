@@ -56,6 +56,7 @@ impl<'a, const CAPACITY: usize> Measuring<'a, CAPACITY> {
     }
 
     /// Takes the next measurement.
+    #[inline(never)] // its temporaries leave the stack with it
     pub(super) fn record(&mut self, measurement: Measurement) -> Result<(), MeasurementError> {
         for (channel, value) in (0..).zip(measurement.brdf) {
             if !value.is_finite() {

@@ -70,13 +70,19 @@ impl<L: Lanes> Scalar for Total<L> {
         *sum += a.0.total();
     }
     #[inline(always)]
-    fn add_products(sums: &mut [f32], a: Self, b: &[Self]) {
-        for (sums, b) in sums.chunks_mut(WIDTH).zip(b.chunks(WIDTH)) {
-            let mut terms = [L::zero_sum(); WIDTH];
-            for (term, b) in terms.iter_mut().zip(b) {
-                L::add_product(term, a.0, b.0);
+    fn add_outer_product<const I: usize, const J: usize>(
+        sums: [&mut [f32; J]; I],
+        a: [Self; I],
+        b: &[Self; J],
+    ) {
+        for (row, a) in sums.into_iter().zip(&a) {
+            for (sums, b) in row.chunks_mut(WIDTH).zip(b.chunks(WIDTH)) {
+                let mut terms = [L::zero_sum(); WIDTH];
+                for (term, b) in terms.iter_mut().zip(b) {
+                    L::add_product(term, a.0, b.0);
+                }
+                add_totals::<L>(sums, &terms);
             }
-            add_totals::<L>(sums, &terms);
         }
     }
     #[inline(always)]

@@ -364,7 +364,7 @@ impl Outer<'_> {
                 at.cos_theta_i(),
                 share,
             );
-            loss += found.value;
+            loss += found.error.value();
             let Some(lambda) = &mut lambda else {
                 continue;
             };

@@ -330,7 +330,7 @@ impl<M: Model> Gradient<'_, M> {
         for octet in self.octets.step_by(L::OCTETS) {
             let sample = self.samples.read::<L>(octet);
             let found = M::accumulate_gradient::<L, false>(self.theta, &sample, &mut sums);
-            loss = loss + found.loss;
+            loss = loss + found.loss();
         }
         for (sums, totals) in sums.runs().zip(self.gradient.runs_mut()) {
             L::totals(sums, totals);
@@ -425,7 +425,7 @@ impl<M: Model> Kernel for Loss<'_, M> {
             let modelled = M::brdf::<L>(self.theta, &sample.at);
             let cosine = sample.at.cos_theta_i();
             let found = cosine_weighted_log_error(sample.measured, modelled, cosine, sample.weight);
-            loss = loss + found.value;
+            loss = loss + found.error.value();
         }
         loss.total()
     }

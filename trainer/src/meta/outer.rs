@@ -311,12 +311,15 @@ impl Run<'_> {
                 }
             };
             values.pattern.extend(more);
-            if phase.keep == Keep::Fittest {
-                // What has too few samples is no recipe, however good.
-                state.standing.best = Some(Best {
-                    loss: self.trainee.fitness(&values, index),
-                    values: values.clone(),
-                });
+            // What has too few samples is no recipe, however good.
+            let loss = match phase.keep {
+                Keep::Fittest => Some(self.trainee.fitness(&values, index)),
+                Keep::BestValidation => Some(self.trainee.judge(&values)),
+                _ => None,
+            };
+            if let Some(loss) = loss {
+                let values = values.clone();
+                state.standing.best = Some(Best { loss, values });
             }
             state.restart(values);
         }

@@ -34,7 +34,8 @@ pub enum Added {
     /// Points of a Sobol sequence.
     Sobol,
     /// Those that there are, once more: twice the pattern is as good as the pattern, whatever it
-    /// was trained to, and what follows can only be better.
+    /// was trained to, and evolution from there can only be better. (Gradients would never part
+    /// equal samples.)
     Repeated,
 }
 

@@ -204,6 +204,14 @@ fn joint(effort: Effort, samples: usize, tasks: usize) -> Plan {
 /// Patterns of more samples are doubled from those.
 const UNDOUBLED: usize = 16;
 
+/// How many samples there are after each doubling, from `first` until there are those `wanted`.
+fn doubled(first: usize, wanted: usize) -> impl Iterator<Item = usize> {
+    std::iter::successors(Some(first), move |n| {
+        (*n < wanted).then_some((2 * n).min(wanted))
+    })
+    .skip(1)
+}
+
 /// For models of a few parameters: each of several starts follows its gradient for a while and then
 /// evolves; the fittest one evolves on. Many samples make every start look like every other: they
 /// come from doubling a pattern, as in the paper.
@@ -266,12 +274,10 @@ fn joint_small(effort: Effort, samples: usize, tasks: usize) -> Plan {
         steps: last,
         ..evolving.clone()
     });
-    let doubled = std::iter::successors(Some(2 * samples), |n| Some(2 * n));
-    let doubled = doubled.take_while(|n| *n < 2 * wanted);
-    phases.extend(doubled.filter(|_| wanted > samples).map(|n| Phase {
+    phases.extend(doubled(samples, wanted).map(|samples| Phase {
         name: "evolving twice the samples",
         start: Start::Best,
-        samples: n.min(wanted),
+        samples,
         steps: first,
         ..evolving.clone()
     }));
@@ -407,9 +413,9 @@ fn paper(effort: Effort, model: ModelKind, samples: usize, tasks: usize) -> Plan
         phases.push(first);
     }
     phases.push(guesses);
-    let doubled = std::iter::successors(Some(1), |n| (*n < samples).then_some(2 * n));
-    phases.extend(doubled.map(|n| Phase {
-        samples: n.min(samples),
+    let counts = std::iter::once(1).chain(doubled(1, samples));
+    phases.extend(counts.map(|samples| Phase {
+        samples,
         ..pattern.clone()
     }));
     Plan {

@@ -292,7 +292,7 @@ impl<M: Model, R: Real> SampleList<M, R> for [Sample<R>] {
         let zero = R::constant(0.0);
         gradient.iter_mut().for_each(|entry| *entry = zero);
         self.iter().fold(zero, |sum, sample| {
-            sum + M::accumulate_gradient::<R, false>(theta, sample, gradient).loss
+            sum + M::accumulate_gradient::<R, false>(theta, sample, gradient).loss()
         })
     }
 

@@ -26,7 +26,11 @@ pub fn mean_log_error(
         brdf(at, values);
         for ((at, modelled), measured) in at.iter().zip(values).zip(reference) {
             let cosine = at.cos_theta_i();
-            sum += f64::from(cosine_weighted_log_error(*measured, *modelled, cosine, 1.0).value);
+            sum += f64::from(
+                cosine_weighted_log_error(*measured, *modelled, cosine, 1.0)
+                    .error
+                    .value(),
+            );
         }
     }
     sum / (3 * count.max(1)) as f64

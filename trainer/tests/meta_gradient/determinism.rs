@@ -9,7 +9,9 @@ use glimpse_trainer::meta::descent::{Descent, Tasks};
 use glimpse_trainer::meta::gradient::LaneModel;
 use glimpse_trainer::meta::outer::{Best, Run};
 use glimpse_trainer::meta::parameters::Groups;
-use glimpse_trainer::meta::plan::{InnerSamples, Keep, Phase, Plan, Search, Start, StepSizeForm};
+use glimpse_trainer::meta::plan::{
+    Added, InnerSamples, Keep, Phase, Plan, Search, Start, StepSizeForm,
+};
 use glimpse_trainer::meta::pool::Pool;
 use glimpse_trainer::meta::start::first_guess;
 use glimpse_trainer::meta::trainee::Lots;
@@ -32,6 +34,7 @@ fn train<M: LaneModel>(inner: InnerSamples) -> Vec<u32> {
         search: Search::Gradient,
         keep: Keep::BestValidation,
         samples: 8,
+        added: Added::Sobol,
         steps: STEPS,
         batch: 9,
         inner,
@@ -59,7 +62,6 @@ fn train<M: LaneModel>(inner: InnerSamples) -> Vec<u32> {
         validation: &tasks,
         plan: &plan,
         inner_steps: 10,
-        samples: 8,
         lots: Lots { seed: 11 },
         model: PhantomData,
     };

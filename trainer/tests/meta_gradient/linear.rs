@@ -153,8 +153,10 @@ impl Task<'_> {
                 unmap(Traced(sum) + place.mean, place.median, place.weight)
             });
             let measured = self.values[index].map(|value| Traced(value.into()));
-            loss =
-                loss + cosine_weighted_log_error(measured, modelled, at.cos_theta_i(), share).value;
+            loss = loss
+                + cosine_weighted_log_error(measured, modelled, at.cos_theta_i(), share)
+                    .error
+                    .value();
         }
         loss
     }

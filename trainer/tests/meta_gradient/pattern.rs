@@ -115,7 +115,7 @@ impl Task<'_> {
         let learned = learner.learn(&inner[..]);
         let mut ignored = parameters([], Traced(0.0));
         let outer = self.outer.iter().map(traced).map(|sample| {
-            M::accumulate_gradient::<Traced, false>(&learned, &sample, &mut ignored).loss
+            M::accumulate_gradient::<Traced, false>(&learned, &sample, &mut ignored).loss()
         });
         let barriers = invalid.into_iter().map(|each| {
             let [theta_h, theta_d, _] = angles(each);

@@ -63,7 +63,7 @@ impl Problem {
         let zero = Traced(0.0);
         let mut gradient = parameters([], zero);
         samples(&self.outer).iter().fold(zero, |sum, sample| {
-            sum + M::accumulate_gradient::<Traced, false>(&learned, sample, &mut gradient).loss
+            sum + M::accumulate_gradient::<Traced, false>(&learned, sample, &mut gradient).loss()
         })
     }
 
