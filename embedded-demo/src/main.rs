@@ -49,15 +49,13 @@ const MEASURE_ATTEMPTS: usize = 3;
 
 #[entry]
 fn main() -> ! {
-    // Parameters and their gradient, 5.4 kB. (`entry` makes it a `&'static mut`.)
+    // Parameters and their gradient, 5.4 kB, and the scan. (`entry` makes them `&'static mut`.)
     static mut WORKSPACE: Workspace<Neural> = Workspace::new();
 
+    static mut SCAN: Option<Scan<'static, Neural, CAPACITY>> = None;
+
     let mut link = Link::new(board::start());
-    // Bits in flash may flip after the compiler has seen them, so it may not know them.
-    let begun = Recipe::parse(black_box(RECIPE))
-        .map_err(Failure::Recipe)
-        .and_then(|recipe| Scan::new(recipe, WORKSPACE).map_err(Failure::Scan));
-    let mut scan: Scan<Neural, CAPACITY> = match begun {
+    let scan = match begin(WORKSPACE, SCAN) {
         Ok(scan) => scan,
         Err(failure) => loop {
             // Nothing helps but another recipe; say so to whoever listens.
@@ -67,12 +65,25 @@ fn main() -> ! {
     };
 
     loop {
-        if let Err(failure) = scan_material(&mut scan, &mut link) {
+        if let Err(failure) = scan_material(scan, &mut link) {
             defmt::error!("{}", failure);
             link.fail(failure);
         }
         scan.restart();
     }
+}
+
+/// Reads the recipe and begins a scan with it, in `place`. Out of line: what that takes of the stack
+/// is given back before anything is measured.
+#[inline(never)]
+fn begin(
+    workspace: &'static mut Workspace<Neural>,
+    place: &'static mut Option<Scan<'static, Neural, CAPACITY>>,
+) -> Result<&'static mut Scan<'static, Neural, CAPACITY>, Failure> {
+    // Bits in flash may flip after the compiler has seen them, so it may not know them.
+    let recipe = Recipe::parse(black_box(RECIPE)).map_err(Failure::Recipe)?;
+    let scan = Scan::new(recipe, workspace).map_err(Failure::Scan)?;
+    Ok(place.insert(scan))
 }
 
 /// Scans one material, from the first word to the last.

@@ -1,11 +1,23 @@
-//! Prints what the firmware costs: instructions of one fit, flash, static RAM and stack.
+//! Prints what a fit costs on each kind of microcontroller, and the whole firmware of
+//! `embedded-demo`: instructions of one fit, flash, static RAM and stack. With `--table` it prints the
+//! fits as the README shows them.
 
 use glimpse_tests::elf::Firmware;
 use glimpse_tests::emulator::Emulator;
+use glimpse_tests::figures::figures;
 use glimpse_trainer::material::Procedural;
 use glimpse_trainer::scanner::{Options, ScannerError, VirtualScanner};
 
 fn main() -> Result<(), ScannerError> {
+    let figures = figures();
+    if std::env::args().any(|argument| argument == "--table") {
+        print_table(&figures);
+        return Ok(());
+    }
+    for (name, value) in figures {
+        println!("{name}={value}");
+    }
+
     let firmware = Firmware::load();
     let mut emulator = Emulator::boot(&firmware, firmware.path());
     let material = Procedural::new(0, 0xFEED);
@@ -15,10 +27,35 @@ fn main() -> Result<(), ScannerError> {
         .iter()
         .map(|section| firmware.section_bytes(section))
         .sum();
-    let figure = |name, value| println!("thumbv7em-none-eabihf.neural.{name}={value}");
+    let figure = |name, value| println!("thumbv7em-none-eabihf.demo.{name}={value}");
     figure("fit_instructions", emulator.wait_for("fit_instructions="));
     figure("text_bytes", firmware.section_bytes(".text").to_string());
     figure("static_ram_bytes", static_ram.to_string());
     figure("stack_bytes", emulator.wait_for("stack_bytes="));
     Ok(())
+}
+
+/// The README's table: a row for each target and model, a column for each figure.
+fn print_table(figures: &[(String, u64)]) {
+    println!("| target | model | instructions of a fit | flash | static RAM | stack |");
+    println!("|---|---|---|---|---|---|");
+    for row in figures.chunks(4) {
+        let mut names = row.iter().flat_map(|(name, _)| name.split('.'));
+        let (target, model) = (names.next(), names.next());
+        let values: Vec<String> = row.iter().map(|(_, value)| grouped(*value)).collect();
+        println!(
+            "| {} | {} | {} |",
+            target.unwrap_or_default(),
+            model.unwrap_or_default(),
+            values.join(" | ")
+        );
+    }
+}
+
+/// Digits in groups of three.
+fn grouped(value: u64) -> String {
+    let digits = value.to_string();
+    let groups = digits.as_bytes().rchunks(3).rev();
+    let groups: Vec<_> = groups.map(String::from_utf8_lossy).collect();
+    groups.join(",")
 }

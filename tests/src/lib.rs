@@ -1,11 +1,17 @@
 //! What the end-to-end tests share.
 
+#[cfg(feature = "firmware")]
+pub mod budgets;
 pub mod device;
 #[cfg(feature = "firmware")]
 pub mod elf;
 #[cfg(feature = "firmware")]
 pub mod emulator;
+#[cfg(feature = "firmware")]
+pub mod figures;
 pub mod line;
+#[cfg(feature = "firmware")]
+pub mod microcontroller;
 
 /// The recipe that the firmware holds.
 pub const RECIPE: &[u8] = include_bytes!("../../embedded-demo/recipes/neural-n8.recipe");

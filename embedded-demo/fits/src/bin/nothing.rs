@@ -1,0 +1,11 @@
+//! All but the fit: what a model's binary is larger than this one, the fit takes.
+
+#![no_std]
+#![no_main]
+
+use glimpse_fits::report;
+
+glimpse_fits::firmware!({
+    report::nothing();
+    Ok(())
+});

@@ -1,0 +1,18 @@
+//! Phong, 20 steps on 8 samples.
+
+#![no_std]
+#![no_main]
+
+use glimpse_core::fit::Workspace;
+use glimpse_core::model::Phong;
+use glimpse_core::scan::Scan;
+use glimpse_fits::SAMPLES;
+use glimpse_fits::recipes::PHONG;
+use glimpse_fits::report::descend;
+
+glimpse_fits::firmware!({
+    static mut WORKSPACE: Workspace<Phong> = Workspace::new();
+    static mut SCAN: Option<Scan<'static, Phong, SAMPLES>> = None;
+    // SAFETY: the entry point runs once, and nothing else knows of them.
+    unsafe { descend(PHONG, &mut *(&raw mut WORKSPACE), &mut *(&raw mut SCAN)) }
+});

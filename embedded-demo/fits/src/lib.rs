@@ -1,0 +1,73 @@
+//! A firmware without a board: it fits measurements that every machine computes alike, and prints
+//! the result and what it took. One binary for each model; `tests/run firmware` builds and runs
+//! them for each target.
+//!
+//! On a host the library alone is built: tests compare the device's numbers with its.
+
+#![no_std]
+
+#[cfg(target_os = "none")]
+pub mod machine;
+#[cfg(target_os = "none")]
+pub mod report;
+
+use glimpse_core::angles::Angles;
+use glimpse_core::scan::{LinearScan, Measurement, Residual};
+
+/// The recipes that are tried: n = 8, and 20 steps or 5 components.
+pub mod recipes {
+    /// Phong.
+    pub static PHONG: &[u8] = include_bytes!("../../recipes/phong-n8.recipe");
+    /// Cook-Torrance.
+    pub static COOK_TORRANCE: &[u8] = include_bytes!("../../recipes/cook-torrance-n8.recipe");
+    /// Neural.
+    pub static NEURAL: &[u8] = include_bytes!("../../recipes/neural-n8.recipe");
+    /// Linear.
+    pub static LINEAR: &[u8] = include_bytes!("../../recipes/linear-n8.recipe");
+}
+
+/// n of all recipes.
+pub const SAMPLES: usize = 8;
+/// m of the recipe of Linear.
+pub const COMPONENTS: usize = 5;
+/// Numbers that Linear's scan works on.
+pub const LINEAR_MEMORY: usize = LinearScan::<SAMPLES>::memory_length(SAMPLES, COMPONENTS);
+
+/// What a sensor sees of a made-up material, in sr^-1: a diffuse colour, and a highlight of two
+/// widths. Sums, products and quotients only, which every machine rounds alike.
+#[must_use]
+pub fn measure(angles: Angles<f32>) -> Measurement {
+    let lobe = |width: f32| {
+        let falloff = 1.0 + width * angles.theta_h * angles.theta_h;
+        1.0 / (falloff * falloff)
+    };
+    let grazing = 1.0 + 0.2 * angles.theta_d * angles.theta_d;
+    let highlight = (0.8 * lobe(40.0) + 0.1 * lobe(4.0)) * grazing;
+    Measurement {
+        brdf: [0.12 + highlight, 0.05 + highlight, 0.03 + 0.9 * highlight],
+        saturated: false,
+    }
+}
+
+/// What stops a fit before it begins; no recipe here does.
+#[derive(Debug)]
+pub struct Refused;
+
+/// Takes all measurements of a scan.
+#[macro_export]
+macro_rules! record_all {
+    ($scan:ident) => {{
+        let recipe = $scan.recipe().clone();
+        for angles in recipe.pattern() {
+            $scan
+                .record($crate::measure(angles))
+                .map_err(|_| $crate::Refused)?;
+        }
+    }};
+}
+
+/// How well a fit explains its measurements, as numbers that are compared.
+#[must_use]
+pub fn residual_bits(residual: &Residual) -> [u32; 2] {
+    [residual.mean.to_bits(), residual.worst.to_bits()]
+}
