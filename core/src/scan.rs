@@ -122,6 +122,9 @@ pub struct Residual {
     pub worst: f32,
     /// How many measurements were saturated.
     pub saturated: u16,
+    /// How many measurements were the one before them, bit for bit. A real sensor is too noisy for
+    /// that; if all but the first were, it is stuck.
+    pub repeated: u16,
 }
 
 /// A scan of one material by one recipe; `CAPACITY` is the largest n that it has room for.

@@ -94,12 +94,13 @@ fn request() -> impl Strategy<Value = Request> {
                 offset,
                 values: values.into_iter().collect()
             }),
-        (number(), any::<u16>(), number(), any::<u16>()).prop_map(
-            |(mean, worst_index, worst, saturated)| Request::Finished(Residual {
+        (number(), any::<u16>(), number(), any::<u16>(), any::<u16>()).prop_map(
+            |(mean, worst_index, worst, saturated, repeated)| Request::Finished(Residual {
                 mean,
                 worst_index,
                 worst,
-                saturated
+                saturated,
+                repeated
             })
         ),
         failure().prop_map(Request::Failed),

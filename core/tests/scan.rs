@@ -121,6 +121,16 @@ fn saturated_measurements_are_counted_until_the_scan_begins_anew() {
 }
 
 #[test]
+fn a_stuck_sensor_is_told_from_one_that_works() {
+    let repeated = |measurements: &[[f32; 3]; 8]| fit(measurements, &[160]).1.repeated;
+    assert_eq!(repeated(&[[0.3, 0.2, 0.1]; 8]), 7);
+    let mut measurements = [0, 1, 2, 3, 4, 5, 6, 7].map(|k| [0.3 + 0.01 * k as f32; 3]);
+    assert_eq!(repeated(&measurements), 0);
+    measurements[4] = measurements[3];
+    assert_eq!(repeated(&measurements), 1);
+}
+
+#[test]
 fn a_recipe_for_another_firmware_is_refused() {
     let bytes = write(&neural()).unwrap();
     let recipe = Recipe::parse(&bytes).unwrap();

@@ -1,4 +1,4 @@
-//! A bad line: bytes that are lost, altered and doubled.
+//! A bad line: bytes that are lost, altered, doubled and swapped.
 
 use std::io::{self, Read, Write};
 
@@ -35,10 +35,12 @@ impl<S> BadLine<S> {
                 continue;
             }
             self.spoiled += 1;
-            match self.random.random_range(0..3) {
+            match self.random.random_range(0..4) {
                 0 => {}
                 1 => spoiled.push(byte ^ (1 << self.random.random_range(0..8))),
-                _ => spoiled.extend([*byte; 2]),
+                2 => spoiled.extend([*byte; 2]),
+                // Before the one that was ahead of it.
+                _ => spoiled.insert(spoiled.len().saturating_sub(1), *byte),
             }
         }
         spoiled

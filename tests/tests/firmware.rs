@@ -1,9 +1,11 @@
 //! The firmware in QEMU, in front of scanners good and bad.
 
-use std::io::{Read, Write};
+use std::io::{ErrorKind, Read, Write};
 use std::time::{Duration, Instant};
 
-use glimpse_core::link::{Answerer, FRAME_BYTES, Failure, Heard, PROTOCOL, Reply, Request};
+use glimpse_core::link::{
+    Answerer, FRAME_BYTES, Failure, Heard, PROTOCOL, Refusal, Reply, Request,
+};
 use glimpse_core::recipe::{Recipe, RecipeError};
 use glimpse_core::scan::{Measurement, MeasurementError};
 use glimpse_tests::RECIPE;
@@ -92,11 +94,12 @@ fn scans_of_unseen_materials_agree_with_the_host_one_after_the_other() {
     assert!((500..8192).contains(&stack), "{stack}");
 }
 
+/// One byte in a hundred is lost, altered, doubled or swapped with another.
 #[test]
 fn a_bad_line_costs_time_and_nothing_else() {
     let mut emulator = boot();
     let material = unseen(0);
-    let mut line = BadLine::new(&emulator.serial, 0.002, 1);
+    let mut line = BadLine::new(&emulator.serial, 0.01, 1);
     let report = VirtualScanner::new(&material, Options::default())
         .serve(&mut line)
         .unwrap();
@@ -106,6 +109,82 @@ fn a_bad_line_costs_time_and_nothing_else() {
     let report = VirtualScanner::new(&material, Options::default())
         .serve(&mut emulator.serial)
         .unwrap();
+    assert_agrees(&report);
+}
+
+/// One byte in ten: hardly a frame comes through. Whatever does is right, and once the line is
+/// good again so is the scan.
+#[test]
+fn a_line_that_is_hardly_one_ends_in_no_wrong_result() {
+    let mut emulator = boot();
+    let material = unseen(0);
+    let line = BadLine::new(&emulator.serial, 0.1, 2);
+    let mut line = Until {
+        stream: line,
+        end: Instant::now() + Duration::from_secs(15),
+    };
+    match VirtualScanner::new(&material, Options::default()).serve(&mut line) {
+        Ok(report) => assert_agrees(&report),
+        Err(ScannerError::Device(Failure::NoReply | Failure::Refused(_))) => {}
+        Err(ScannerError::Link(error)) => assert_eq!(error.kind(), ErrorKind::TimedOut),
+        Err(other) => panic!("{other}"),
+    }
+    assert!(line.stream.spoiled > 0);
+    let mut scanner = VirtualScanner::new(&material, Options::default());
+    // What was under way when the line became good may be refused once.
+    let report = scanner
+        .serve(&mut emulator.serial)
+        .or_else(|_| scanner.serve(&mut emulator.serial));
+    assert_agrees(&report.unwrap());
+}
+
+/// A stream that is over after some time.
+struct Until<S> {
+    stream: S,
+    end: Instant,
+}
+
+impl<S: Read> Read for Until<S> {
+    fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
+        if Instant::now() > self.end {
+            return Err(ErrorKind::TimedOut.into());
+        }
+        self.stream.read(buffer)
+    }
+}
+
+impl<S: Write> Write for Until<S> {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        self.stream.write(bytes)
+    }
+    fn flush(&mut self) -> std::io::Result<()> {
+        self.stream.flush()
+    }
+}
+
+/// A host that was started anew knows of no scan, says so, and is greeted.
+#[test]
+fn a_host_that_restarts_in_the_middle_of_a_scan_gets_a_whole_one() {
+    let mut emulator = boot();
+    let material = unseen(2);
+    converse(&mut emulator, |request| match request {
+        Request::Hello { .. } => Some(Some(WELCOME)),
+        Request::Measure { index: 3, .. } => None,
+        Request::Measure { index, .. } => Some(Some(Reply::Measured {
+            index,
+            measurement: Measurement {
+                brdf: [0.7; 3],
+                saturated: false,
+            },
+        })),
+        other => panic!("{other:?}"),
+    });
+    let mut scanner = VirtualScanner::new(&material, Options::default());
+    match scanner.serve(&mut emulator.serial) {
+        Err(ScannerError::Device(Failure::Refused(Refusal::NoScan))) => {}
+        other => panic!("{other:?}"),
+    }
+    let report = scanner.serve(&mut emulator.serial).unwrap();
     assert_agrees(&report);
 }
 

@@ -87,7 +87,14 @@ impl<'a, const CAPACITY: usize> Measuring<'a, CAPACITY> {
             worst_index: 0,
             worst: 0.0,
             saturated: self.saturated,
+            repeated: 0,
         };
+        for pair in self.samples.windows(2) {
+            if let [before, after] = pair {
+                let same = before.measured.map(f32::to_bits) == after.measured.map(f32::to_bits);
+                residual.repeated += u16::from(same);
+            }
+        }
         for (index, error) in (0..).zip(errors) {
             residual.mean += error / self.samples.len() as f32;
             if error > residual.worst {

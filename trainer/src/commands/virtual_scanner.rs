@@ -99,12 +99,16 @@ impl VirtualScanner {
     fn show(&self, report: &ScanReport, material: &dyn Material, loss: f64) -> anyhow::Result<()> {
         let residual = report.residual;
         print(&format!(
-            "{}: loss {loss:.5}; residual {:.5}, worst {:.5} at sample {}, {} saturated\n",
+            "{}: loss {loss:.5}; residual {:.5}, worst {:.5} at sample {}, {} saturated{}\n",
             material.name(),
             residual.mean,
             residual.worst,
             residual.worst_index,
             residual.saturated,
+            match usize::from(residual.repeated) + 1 == report.measurements.len() {
+                true => ", all the same: the sensor may be stuck",
+                false => "",
+            },
         ))?;
         match &self.out {
             Some(path) => {
@@ -142,6 +146,7 @@ fn json(report: &ScanReport, material: &str, loss: f64) -> Value {
             "worst_index": report.residual.worst_index,
             "worst": report.residual.worst,
             "saturated": report.residual.saturated,
+            "repeated": report.residual.repeated,
         },
         "loss": loss,
     })

@@ -231,6 +231,7 @@ fn link() {
             worst_index: any(0),
             worst: any(0.0),
             saturated: any(0),
+            repeated: any(0),
         }),
         Request::Failed(any(Failure::NoReply)),
     ];
