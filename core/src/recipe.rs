@@ -26,7 +26,7 @@
 //!
 //! | field | postcard type | content |
 //! |---|---|---|
-//! | model | enum | [`ModelKind`]: 0 Phong, 1 Neural |
+//! | model | enum | [`ModelKind`]: 0 Phong, 1 Neural, 2 Cook-Torrance |
 //! | inner_steps | u16 | SGD steps, 1 to [`MAX_INNER_STEPS`] |
 //! | initial | bytes | initial parameters, in the model's order |
 //! | step_sizes | bytes | a step size for each parameter |

@@ -1,4 +1,4 @@
-//! What differs between machines: the counter of instructions. And what does not: the stack.
+//! What differs between machines, the counter of instructions, and what does not: stack and statics.
 
 /// Instructions since some time, for differences of less than a minute; QEMU runs with
 /// `-icount shift=0`, where each takes a nanosecond.
@@ -99,4 +99,13 @@ pub mod stack {
         }
         start.addr() - word.addr()
     }
+}
+
+/// A static's only reference.
+///
+/// # Safety
+/// `place` is a static, and there is no other reference to it, now or later.
+pub unsafe fn only<T>(place: *mut T) -> &'static mut T {
+    // SAFETY: by the caller's word.
+    unsafe { &mut *place }
 }

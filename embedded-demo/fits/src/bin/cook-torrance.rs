@@ -7,6 +7,7 @@ use glimpse_core::fit::Workspace;
 use glimpse_core::model::CookTorrance;
 use glimpse_core::scan::Scan;
 use glimpse_fits::SAMPLES;
+use glimpse_fits::machine::only;
 use glimpse_fits::recipes::COOK_TORRANCE;
 use glimpse_fits::report::descend;
 
@@ -14,11 +15,5 @@ glimpse_fits::firmware!({
     static mut WORKSPACE: Workspace<CookTorrance> = Workspace::new();
     static mut SCAN: Option<Scan<'static, CookTorrance, SAMPLES>> = None;
     // SAFETY: the entry point runs once, and nothing else knows of them.
-    unsafe {
-        descend(
-            COOK_TORRANCE,
-            &mut *(&raw mut WORKSPACE),
-            &mut *(&raw mut SCAN),
-        )
-    }
+    unsafe { descend(COOK_TORRANCE, only(&raw mut WORKSPACE), only(&raw mut SCAN)) }
 });

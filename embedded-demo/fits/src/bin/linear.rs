@@ -4,6 +4,7 @@
 #![no_main]
 
 use glimpse_core::scan::LinearScan;
+use glimpse_fits::machine::only;
 use glimpse_fits::recipes::LINEAR;
 use glimpse_fits::report::solve;
 use glimpse_fits::{LINEAR_MEMORY, SAMPLES};
@@ -12,5 +13,5 @@ glimpse_fits::firmware!({
     static mut MEMORY: [f32; LINEAR_MEMORY] = [0.0; LINEAR_MEMORY];
     static mut SCAN: Option<LinearScan<'static, SAMPLES>> = None;
     // SAFETY: the entry point runs once, and nothing else knows of them.
-    unsafe { solve(LINEAR, &mut *(&raw mut MEMORY), &mut *(&raw mut SCAN)) }
+    unsafe { solve(LINEAR, only(&raw mut MEMORY), only(&raw mut SCAN)) }
 });

@@ -25,6 +25,7 @@ use glimpse_core::math;
 use glimpse_core::model::{CookTorrance, Model, ModelKind, Neural, Phong, Sample};
 use glimpse_core::recipe::{Floats, Learner, Recipe};
 use glimpse_core::scan::{LinearScan, Measurement, Residual, Scan};
+use glimpse_fits::machine::only;
 
 unsafe extern "C" {
     /// Is nowhere.
@@ -279,11 +280,13 @@ fn main() -> ! {
     recipe();
     // SAFETY: the entry point runs once, and nothing else knows of them.
     unsafe {
-        descent(&mut *(&raw mut NEURAL));
-        descent(&mut *(&raw mut PHONG));
-        descent(&mut *(&raw mut COOK_TORRANCE));
+        descent(only(&raw mut NEURAL));
+        descent(only(&raw mut PHONG));
+        descent(only(&raw mut COOK_TORRANCE));
     }
     ridge();
     link();
-    loop {}
+    loop {
+        core::hint::spin_loop();
+    }
 }

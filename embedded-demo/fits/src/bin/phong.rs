@@ -7,6 +7,7 @@ use glimpse_core::fit::Workspace;
 use glimpse_core::model::Phong;
 use glimpse_core::scan::Scan;
 use glimpse_fits::SAMPLES;
+use glimpse_fits::machine::only;
 use glimpse_fits::recipes::PHONG;
 use glimpse_fits::report::descend;
 
@@ -14,5 +15,5 @@ glimpse_fits::firmware!({
     static mut WORKSPACE: Workspace<Phong> = Workspace::new();
     static mut SCAN: Option<Scan<'static, Phong, SAMPLES>> = None;
     // SAFETY: the entry point runs once, and nothing else knows of them.
-    unsafe { descend(PHONG, &mut *(&raw mut WORKSPACE), &mut *(&raw mut SCAN)) }
+    unsafe { descend(PHONG, only(&raw mut WORKSPACE), only(&raw mut SCAN)) }
 });
