@@ -107,13 +107,13 @@ impl<'a> Fit<'a> {
             for block in todo.get(..done).unwrap_or_default().chunks(BLOCK) {
                 gradient::<M>(workspace, block);
             }
-            left -= done;
-            self.sample += done;
+            left = left.saturating_sub(done);
+            self.sample = self.sample.saturating_add(done);
             if self.sample < samples.len() {
                 break;
             }
             self.sample = 0;
-            self.step += 1;
+            self.step = self.step.saturating_add(1);
             self.update(workspace);
             if left == 0 {
                 break;
@@ -121,8 +121,10 @@ impl<'a> Fit<'a> {
         }
         let samples = samples.len() as u32;
         Progress {
-            done: u32::from(self.step) * samples + self.sample as u32,
-            total: u32::from(self.steps) * samples,
+            done: u32::from(self.step)
+                .saturating_mul(samples)
+                .saturating_add(self.sample as u32),
+            total: u32::from(self.steps).saturating_mul(samples),
         }
     }
 

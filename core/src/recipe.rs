@@ -187,7 +187,7 @@ impl<'a> Recipe<'a> {
         for (byte, value) in header.iter_mut().zip(fields) {
             *byte = value;
         }
-        let total = HEADER_BYTES + written.len();
+        let total = HEADER_BYTES.saturating_add(written.len());
         let bytes = buffer.get(..total).ok_or(RecipeError::BufferTooSmall)?;
         Recipe::parse(bytes)?;
         Ok(bytes)

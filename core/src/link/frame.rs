@@ -64,7 +64,7 @@ pub fn encode<'b, T: Serialize>(
     let mut encoder = CobsEncoder::new(rest);
     encoder.push(content).map_err(|_| FrameError::TooLong)?;
     encoder.push(&checksum).map_err(|_| FrameError::TooLong)?;
-    let end = 1 + encoder.finalize();
+    let end = encoder.finalize().saturating_add(1);
     *buffer.get_mut(end).ok_or(FrameError::TooLong)? = 0;
     buffer.get(..=end).ok_or(FrameError::TooLong)
 }

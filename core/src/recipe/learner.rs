@@ -146,7 +146,11 @@ impl<'a> Ridge<'a> {
         if !(1..=MAX_COMPONENTS).contains(&components) {
             return Err(RecipeError::Count(Field::Components));
         }
-        let basis = list(packed.basis, samples * components, Field::Basis)?;
+        let basis = list(
+            packed.basis,
+            samples.saturating_mul(components),
+            Field::Basis,
+        )?;
         let mean = list(packed.mean, samples, Field::Mean)?;
         let median = list(packed.median, samples, Field::Median)?;
         let weight = positive(packed.weight, samples, Field::Weight)?;

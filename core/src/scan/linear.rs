@@ -35,10 +35,11 @@ impl<'a, const CAPACITY: usize> LinearScan<'a, CAPACITY> {
     /// can have that length.
     #[must_use]
     pub const fn memory_length(samples: usize, components: usize) -> usize {
-        CHANNELS * components
-            + samples
-            + factor_length(samples, components)
-            + scratch_length(samples, components)
+        CHANNELS
+            .saturating_mul(components)
+            .saturating_add(samples)
+            .saturating_add(factor_length(samples, components))
+            .saturating_add(scratch_length(samples, components))
     }
 
     /// Begins a scan, and factorizes its ridge problem: that is done before anything is measured,
@@ -61,7 +62,7 @@ impl<'a, const CAPACITY: usize> LinearScan<'a, CAPACITY> {
             found: memory.len(),
         };
         let (coefficients, rest) = memory
-            .split_at_mut_checked(CHANNELS * components)
+            .split_at_mut_checked(CHANNELS.saturating_mul(components))
             .ok_or(short)?;
         let (mapped, rest) = rest.split_at_mut_checked(samples).ok_or(short)?;
         let (factors, scratch) = rest
@@ -140,7 +141,7 @@ impl<'a, const CAPACITY: usize> LinearScan<'a, CAPACITY> {
                 .factors
                 .coefficients(self.mapped, coefficients, self.scratch);
         }
-        self.solved += 1;
+        self.solved = self.solved.saturating_add(1);
     }
 
     /// The coefficients as they are now, 0 before they are solved for: m for red, m for green, m

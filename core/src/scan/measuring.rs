@@ -76,7 +76,8 @@ impl<'a, const CAPACITY: usize> Measuring<'a, CAPACITY> {
         self.samples
             .push(sample)
             .map_err(|_| MeasurementError::Complete)?;
-        self.saturated += u16::from(measurement.saturated);
+        let saturated = u16::from(measurement.saturated);
+        self.saturated = self.saturated.saturating_add(saturated);
         Ok(())
     }
 
@@ -92,7 +93,7 @@ impl<'a, const CAPACITY: usize> Measuring<'a, CAPACITY> {
         for pair in self.samples.windows(2) {
             if let [before, after] = pair {
                 let same = before.measured.map(f32::to_bits) == after.measured.map(f32::to_bits);
-                residual.repeated += u16::from(same);
+                residual.repeated = residual.repeated.saturating_add(u16::from(same));
             }
         }
         for (index, error) in (0..).zip(errors) {
