@@ -117,9 +117,11 @@ fn joint(effort: Effort, samples: usize, tasks: usize) -> Plan {
     let initial = 1e-3;
     let (starts, first, second, last, gentle, generations) = match effort {
         Effort::Quick => (3, 300, 800, 2_500, 1.0, 100),
-        Effort::Standard => (4, 1_000, 3_000, 14_000, 0.3, 500),
-        Effort::Long => (12, 2_000, 8_000, 120_000, 0.3, 2_000),
+        Effort::Standard => (6, 1_000, 4_000, 80_000, 0.3, 500),
+        Effort::Long => (12, 2_000, 8_000, 240_000, 0.3, 2_000),
     };
+    // A step takes the longer the more samples there are, and brings less.
+    let last = (last * 64 / samples.max(64)).max(last / 6);
     let learning = Phase {
         name: "trying starts",
         start: Start::Previous,
