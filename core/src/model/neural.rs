@@ -73,15 +73,15 @@ impl<T: Entry> ParameterSet<T> for NeuralParameters<T> {
     }
 }
 
-/// Adds inputs * weights to `outputs`, which hold the bias.
+/// Adds inputs * weights to `outputs`, which hold the bias; with `RELU` followed by one. (Constants
+/// and not functions as arguments: those stay out of line where lanes are compiled.)
 ///
 /// `inputs` yields each input with its row of weights; it borrows them, because it is cloned for
 /// each tile.
 #[inline(always)]
-fn affine<'a, S: Scalar, const OUTPUTS: usize>(
+fn affine<'a, S: Scalar, const OUTPUTS: usize, const RELU: bool>(
     inputs: impl Iterator<Item = (&'a S, &'a [S::Parameter; OUTPUTS])> + Clone,
     outputs: &mut [S; OUTPUTS],
-    finish: impl Fn(S) -> S,
 ) {
     for (tile, block) in outputs.as_chunks_mut::<TILE>().0.iter_mut().enumerate() {
         let mut sums = *block;
@@ -93,19 +93,18 @@ fn affine<'a, S: Scalar, const OUTPUTS: usize>(
             }
         }
         for (output, sum) in block.iter_mut().zip(sums) {
-            *output = finish(sum);
+            *output = if RELU { sum.relu() } else { sum };
         }
     }
 }
 
-/// The gradient by a layer's inputs: weights times the gradient by its outputs. `finish` takes
-/// each of them with what is in its place so far.
+/// The gradient by a layer's inputs: weights times the gradient by its outputs. With
+/// `RELU` what is in its place so far is the input's value, and it was on where that is > 0.
 #[inline(always)]
-fn backward<S: Scalar, const INPUTS: usize, const OUTPUTS: usize>(
+fn backward<S: Scalar, const INPUTS: usize, const OUTPUTS: usize, const RELU: bool>(
     weights: &[[S::Parameter; OUTPUTS]; INPUTS],
     by_outputs: &[S; OUTPUTS],
     by_inputs: &mut [S; INPUTS],
-    finish: impl Fn(S, S) -> S,
 ) {
     let blocks = by_inputs.as_chunks_mut::<TILE>().0.iter_mut();
     for (block, rows) in blocks.zip(weights.as_chunks::<TILE>().0) {
@@ -118,15 +117,13 @@ fn backward<S: Scalar, const INPUTS: usize, const OUTPUTS: usize>(
             }
         }
         for (by_input, sum) in block.iter_mut().zip(sums) {
-            *by_input = finish(sum, *by_input);
+            *by_input = if RELU {
+                by_input.if_positive(sum, S::constant(0.0))
+            } else {
+                sum
+            };
         }
     }
-}
-
-/// The gradient before a ReLU, given the one after it; the unit was on where its value is > 0.
-#[inline(always)]
-fn through_relu<S: Scalar>(by_value: S, value: S) -> S {
-    value.if_positive(by_value, S::constant(0.0))
 }
 
 /// Adds the gradient by a layer's weights, which has a row for each input.
@@ -170,9 +167,9 @@ fn forward<S: Scalar>(
         (&at.dy, row_dy),
         (&at.dz, row_dz),
     ];
-    affine(inputs.iter().copied(), hidden_1, S::relu);
-    affine(hidden_1.iter().zip(&parameters.fc2), hidden_2, S::relu);
-    affine(hidden_2.iter().zip(&parameters.fc3), output, |z| z);
+    affine::<_, _, true>(inputs.iter().copied(), hidden_1);
+    affine::<_, _, true>(hidden_1.iter().zip(&parameters.fc2), hidden_2);
+    affine::<_, _, false>(hidden_2.iter().zip(&parameters.fc3), output);
 }
 
 impl Model for Neural {
@@ -230,11 +227,11 @@ impl Model for Neural {
         // microcontroller's stack holds each of them once.
         accumulate(&mut gradient.fc3, &hidden_2, &by_output);
         S::add_all(&mut gradient.b3, &by_output);
-        backward(&parameters.fc3, &by_output, &mut hidden_2, through_relu);
+        backward::<_, _, _, true>(&parameters.fc3, &by_output, &mut hidden_2);
         let by_hidden_2 = &hidden_2;
         accumulate(&mut gradient.fc2, &hidden_1, by_hidden_2);
         S::add_all(&mut gradient.b2, by_hidden_2);
-        backward(&parameters.fc2, by_hidden_2, &mut hidden_1, through_relu);
+        backward::<_, _, _, true>(&parameters.fc2, by_hidden_2, &mut hidden_1);
         let by_hidden_1 = &hidden_1;
         let [row_hx, _, row_hz, row_dx, row_dy, row_dz] = &mut gradient.fc1;
         S::add_outer_product([row_hx, row_hz, row_dx], [at.hx, at.hz, at.dx], by_hidden_1);
@@ -244,7 +241,7 @@ impl Model for Neural {
         let mut by_sample = SampleGradient::zero();
         if SAMPLE {
             let mut by_input = [zero; 6];
-            backward(&parameters.fc1, by_hidden_1, &mut by_input, |by, _| by);
+            backward::<_, _, _, false>(&parameters.fc1, by_hidden_1, &mut by_input);
             let [hx, _, hz, dx, dy, dz] = by_input;
             let c = loss.by_cosine;
             by_sample.at = HalfDifference {
