@@ -16,7 +16,7 @@
 compile_error!("glimpse-core needs the feature `libm` (default) or `micromath`");
 
 #[cfg(not(feature = "micromath"))]
-mod quarters;
+mod sin_cos;
 
 #[cfg(feature = "micromath")]
 mod implementation {
@@ -53,7 +53,7 @@ mod implementation {
 
 #[cfg(not(feature = "micromath"))]
 mod implementation {
-    pub(super) use super::quarters::sin_cos;
+    pub(super) use super::sin_cos::sin_cos;
     pub(super) use libm::{expf as exp, logf as ln, sqrtf as sqrt};
 }
 
