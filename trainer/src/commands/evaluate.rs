@@ -6,12 +6,12 @@ use anyhow::{Context, anyhow, bail};
 use clap::{Args, ValueEnum};
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::MAX_SAMPLES;
-use glimpse_trainer::evaluation::{Judge, Method, Verdict};
+use glimpse_trainer::evaluation::{Judge, Method, OPTIMUM_STEPS, Verdict};
 use glimpse_trainer::export::RecipeFile;
 use glimpse_trainer::linear::{Basis, Columns, Prior, least_condition};
 use glimpse_trainer::material::{Material, Source};
 use glimpse_trainer::meta::plan::{Effort, Schedule};
-use glimpse_trainer::meta::run::{INNER_STEPS, Learned as LearnedRecipe, Options};
+use glimpse_trainer::meta::run::{INNER_STEPS, Learned as LearnedRecipe, Options, Parts};
 
 use super::progress::train_with_progress;
 use super::train::recipe_of;
@@ -126,7 +126,7 @@ impl Evaluate {
                     "--method njr15 is for --model linear: it looks for samples that make its \
                      ridge problem well conditioned"
                 ),
-                MethodName::Optimum => Method::optimum(self.model()?),
+                MethodName::Optimum => Method::optimum(self.model()?, OPTIMUM_STEPS),
                 _ => Method::random(self.model()?, self.samples()?, INNER_STEPS),
             };
             self.judge(&materials, &method, seed)?
@@ -167,7 +167,10 @@ impl Evaluate {
             samples: self.samples()?,
             schedule: Schedule::Joint,
             effort: self.effort,
-            without_pattern: name == MethodName::Meta,
+            parts: match name {
+                MethodName::Meta => Parts::WithoutPattern,
+                _ => Parts::All,
+            },
             prior: self.prior.or(Prior::LEARNED)?,
             seed,
             checkpoints: None,

@@ -11,7 +11,7 @@ use glimpse_trainer::lanes::InstructionSet;
 use glimpse_trainer::linear::Prior;
 use glimpse_trainer::material::{Material, Procedural, Source};
 use glimpse_trainer::meta::plan::{Effort, Schedule};
-use glimpse_trainer::meta::run::{INNER_STEPS, Options};
+use glimpse_trainer::meta::run::{INNER_STEPS, Options, Parts};
 use glimpse_trainer::report::{
     Best, Cell, Column, Compare, Gallery, GalleryRow, Page, Table, Tile, pattern_svg,
 };
@@ -52,8 +52,10 @@ impl Quickstart {
             "computing with {}",
             InstructionSet::of_this_machine().name()
         );
-        let meta = learn(&source, seed, true)?;
-        let ours = learn(&source, seed, false)?;
+        eprintln!("training Meta");
+        let meta = learn(&source, seed, Parts::WithoutPattern)?;
+        eprintln!("training Ours");
+        let ours = learn(&source, seed, Parts::All)?;
         write_file(&self.out.join("neural-n8.recipe"), ours.bytes())?;
 
         let unseen: Vec<Box<dyn Material>> = Procedural::set(UNSEEN, seed.wrapping_add(1))
@@ -104,18 +106,17 @@ impl Quickstart {
     }
 }
 
-fn learn(source: &Source, seed: u64, without_pattern: bool) -> anyhow::Result<RecipeFile> {
+fn learn(source: &Source, seed: u64, parts: Parts) -> anyhow::Result<RecipeFile> {
     let options = Options {
         model: ModelKind::Neural,
         samples: SAMPLES,
         schedule: Schedule::Joint,
         effort: Effort::Quick,
-        without_pattern,
+        parts,
         prior: Prior::LEARNED,
         seed,
         checkpoints: None,
     };
-    eprintln!("training {}", if without_pattern { "Meta" } else { "Ours" });
     let learned = train_with_progress(&options, load(source)?)?;
     recipe_of(&learned, &options, source)
 }

@@ -14,7 +14,7 @@ use glimpse_trainer::material::{Material, Source};
 use glimpse_trainer::meta::checkpoint::Checkpoint;
 use glimpse_trainer::meta::outer::Checkpoints;
 use glimpse_trainer::meta::plan::{Effort, Schedule};
-use glimpse_trainer::meta::run::{Learned, Options};
+use glimpse_trainer::meta::run::{Learned, Options, Parts};
 
 use super::progress::train_with_progress;
 use super::{ModelName, PriorArgs, load, write_file};
@@ -135,7 +135,7 @@ impl Train {
                 samples,
                 schedule: self.schedule,
                 effort: self.effort,
-                without_pattern: false,
+                parts: Parts::All,
                 prior: self.prior.or(default)?,
                 seed,
                 checkpoints: None,
@@ -297,7 +297,7 @@ fn words(model: &str, samples: usize, provenance: &Provenance<'_>) -> String {
 }
 
 /// A source's name without the directories that lead to it: those are nobody's business.
-fn label(source: &Source) -> &str {
+pub(super) fn label(source: &Source) -> &str {
     let name = Path::new(&source.0)
         .file_name()
         .and_then(|name| name.to_str());

@@ -1,4 +1,5 @@
-//! Adam (Kingma and Ba 2015) on a model's parameters: the methods Random and Optimum.
+//! Adam (Kingma and Ba 2015) on a model's parameters: the methods Random and Optimum, and steps that
+//! go on from any fit.
 
 use glimpse_core::model::{Model, ParameterSet, Sample};
 use rand::SeedableRng;
@@ -14,16 +15,17 @@ use crate::meta::unroll::SampleList;
 const DECAYS: [f32; 2] = [0.9, 0.999];
 /// The learning rate of the method Random.
 const RANDOM_RATE: f32 = 1e-3;
-/// Steps, samples of each, and first learning rate of the method Optimum.
-const OPTIMUM_STEPS: usize = 50_000;
-const OPTIMUM_SAMPLES: usize = 512;
+/// Fresh samples of a step, where they are fresh.
+const FRESH_SAMPLES: usize = 512;
+/// Steps and first learning rate of the method Optimum.
+pub const OPTIMUM_STEPS: usize = 50_000;
 const OPTIMUM_RATE: f32 = 2e-3;
-/// Starts of the method Optimum, and the steps after which the best of them goes on: an output of
-/// a network may die early, and never recover.
+/// Starts of the method Optimum, and the share of its steps after which the best of them goes on: an
+/// output of a network may die early, and never recover.
 const OPTIMUM_STARTS: usize = 16;
-const OPTIMUM_TRIAL: usize = 2_000;
-/// Directions that the method Optimum draws from.
-const OPTIMUM_POOL: usize = 65_536;
+const OPTIMUM_TRIAL_SHARE: usize = 25;
+/// Directions that the method Optimum, and steps after a fit, draw from.
+const POOL: usize = 65_536;
 
 /// Parameters and their moments.
 struct Adam<M: Model> {
@@ -59,6 +61,16 @@ impl<M: Model> Adam<M> {
     }
 }
 
+impl<M: LaneModel> Adam<M> {
+    /// A step on samples drawn from a pool of one material.
+    fn step_on_fresh_samples(&mut self, pool: &Pool, random: &mut ChaCha8Rng, rate: f32) {
+        let draw = pool.draw(0, Variation::NONE, FRESH_SAMPLES, random);
+        let mut gradient = M::Parameters::filled(0.0);
+        SampleList::<M, f32>::gradient(&draw.octets(), &self.parameters, &mut gradient);
+        self.step(&gradient, rate);
+    }
+}
+
 /// The method Random: so many steps from a random start, on all samples at each.
 pub(super) fn random<M: Model>(samples: &[Sample<f32>], steps: usize, seed: u64) -> Vec<f32> {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
@@ -74,34 +86,48 @@ pub(super) fn random<M: Model>(samples: &[Sample<f32>], steps: usize, seed: u64)
     adam.into_list()
 }
 
+/// So many steps more from a fit, each on 512 fresh samples (paper, "Convergence").
+pub(super) fn go_on<M: LaneModel>(
+    from: &[f32],
+    material: &dyn Material,
+    steps: usize,
+    seed: u64,
+) -> Vec<f32> {
+    let pool = Pool::new(&[material], POOL, seed);
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    random.set_stream(4);
+    let mut adam = Adam::<M>::new(from);
+    for _ in 0..steps {
+        adam.step_on_fresh_samples(&pool, &mut random, RANDOM_RATE);
+    }
+    adam.into_list()
+}
+
 /// The method Optimum: the best that the model can do, found with fresh samples at each of very
 /// many steps, at a rate that falls to 0, from the best of several starts.
-pub(super) fn optimum<M: LaneModel>(material: &dyn Material, seed: u64) -> Vec<f32> {
-    let pool = Pool::new(&[material], OPTIMUM_POOL, seed);
+pub(super) fn optimum<M: LaneModel>(material: &dyn Material, steps: usize, seed: u64) -> Vec<f32> {
+    let pool = Pool::new(&[material], POOL, seed);
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     random.set_stream(2);
     let mut starts = random.clone();
     starts.set_stream(3);
     let mut descend = |adam: &mut Adam<M>, steps: usize| {
-        let mut gradient = M::Parameters::filled(0.0);
         for step in 0..steps {
-            let draw = pool.draw(0, Variation::NONE, OPTIMUM_SAMPLES, &mut random);
-            SampleList::<M, f32>::gradient(&draw.octets(), &adam.parameters, &mut gradient);
             let done = step as f32 / steps as f32;
             let rate = 0.5 * OPTIMUM_RATE * (1.0 + (std::f32::consts::PI * done).cos());
-            adam.step(&gradient, rate);
+            adam.step_on_fresh_samples(&pool, &mut random, rate);
         }
         M::loss(&adam.parameters, &pool.all(0).octets())
     };
     let mut best = (f32::INFINITY, Adam::<M>::new(&[]));
     for _ in 0..OPTIMUM_STARTS {
         let mut adam = Adam::<M>::new(&first_guess(M::KIND, &mut starts));
-        let loss = descend(&mut adam, OPTIMUM_TRIAL);
+        let loss = descend(&mut adam, steps / OPTIMUM_TRIAL_SHARE);
         if loss < best.0 {
             best = (loss, adam);
         }
     }
     let (_, mut adam) = best;
-    descend(&mut adam, OPTIMUM_STEPS);
+    descend(&mut adam, steps);
     adam.into_list()
 }

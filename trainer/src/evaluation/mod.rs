@@ -3,6 +3,7 @@
 mod adam;
 mod method;
 
+pub use adam::OPTIMUM_STEPS;
 pub use method::{Fitted, Method, measure};
 
 use glimpse_core::angles::HalfDifference;
@@ -46,7 +47,7 @@ struct Reference {
 }
 
 /// A material's name and how well it was fitted.
-#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct MaterialScores {
     /// Its name.
     pub name: String,

@@ -78,8 +78,13 @@ impl Procedural {
                 break;
             }
         }
+        // Sets of different seeds have no name in common.
+        let set = match seed {
+            0 => String::new(),
+            seed => format!("{seed}-"),
+        };
         let mut material = Self {
-            name: format!("procedural-{index:03}-{kind}"),
+            name: format!("procedural-{set}{index:03}-{kind}"),
             diffuse: [0.0; 3],
             diffuse_grazing: uniform(random, 0.4, 1.8),
             specular: [1.0; 3],

@@ -46,13 +46,24 @@ pub struct Descent<'a, M: LaneModel> {
 
 impl<M: LaneModel> Trainee for Descent<'_, M> {
     fn first_values(&self, guess: u64) -> Groups<Vec<f32>> {
-        let mut random = ChaCha8Rng::seed_from_u64(self.lots.guess(guess));
-        let initial = (self.plan.first_guess)(M::KIND, &mut random);
-        let step_size = self.plan.step_size_form.value(self.plan.first_step_size);
+        let form = self.plan.step_size_form;
+        let (initial, step_sizes) = match &self.plan.known {
+            Some(known) => {
+                let values = known.step_sizes.iter().map(|alpha| form.value(*alpha));
+                (known.initial.clone(), values.collect())
+            }
+            None => {
+                let mut random = ChaCha8Rng::seed_from_u64(self.lots.guess(guess));
+                let initial = (self.plan.first_guess)(M::KIND, &mut random);
+                let step_size = form.value(self.plan.first_step_size);
+                let step_sizes = vec![step_size; initial.len()];
+                (initial, step_sizes)
+            }
+        };
         let samples = self.plan.phases.first().map_or(1, |phase| phase.samples);
         Groups {
-            step_sizes: vec![step_size; initial.len()],
             initial,
+            step_sizes,
             pattern: self.lots.first_pattern(guess, samples),
         }
     }

@@ -41,6 +41,17 @@ pub struct Plan {
     pub step_size_form: StepSizeForm,
     /// The step size that all parameters begin with.
     pub first_step_size: f32,
+    /// Start and step sizes that are known already, instead of the first guess.
+    pub known: Option<Known>,
+}
+
+/// A start and step sizes that are trained already.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Known {
+    /// theta_0.
+    pub initial: Vec<f32>,
+    /// alpha.
+    pub step_sizes: Vec<f32>,
 }
 
 impl Plan {
@@ -79,6 +90,47 @@ impl Plan {
                 phase.rates.pattern = 0.0;
             }
         }
+        self
+    }
+
+    /// The pattern alone, for a start and step sizes that are known; those stay as they are.
+    #[must_use]
+    pub fn pattern_only(mut self, known: Known) -> Self {
+        let mut begin = None;
+        self.phases.retain_mut(|phase| {
+            if phase.inner != InnerSamples::Pattern {
+                begin = begin.or(Some(phase.start));
+                return false;
+            }
+            // What a phase that is gone would have begun with.
+            if let Some(start) = begin.take()
+                && phase.start == Start::Previous
+            {
+                phase.start = start;
+            }
+            phase.rates.initial = 0.0;
+            phase.rates.step_sizes = 0.0;
+            true
+        });
+        self.known = Some(known);
+        self
+    }
+
+    /// Once more through the last stages after the end: start and step sizes, now on the pattern
+    /// that was learned, and then the pattern (paper, "Convergence").
+    #[must_use]
+    pub fn twice(mut self) -> Self {
+        let samples = self.phases.last().map_or(0, |phase| phase.samples);
+        let learns_start = |phase: &&Phase| phase.rates.initial > 0.0;
+        let start = self.phases.iter().rfind(learns_start).cloned();
+        let pattern = self.phases.last().cloned();
+        self.phases
+            .extend(start.into_iter().chain(pattern).map(|phase| Phase {
+                start: Start::Best,
+                inner: InnerSamples::Pattern,
+                samples,
+                ..phase
+            }));
         self
     }
 
@@ -200,6 +252,7 @@ fn joint(effort: Effort, samples: usize, tasks: usize) -> Plan {
         first_guess,
         step_size_form: StepSizeForm::Logarithm,
         first_step_size: 3e-3,
+        known: None,
     }
 }
 
@@ -289,6 +342,7 @@ fn joint_small(effort: Effort, samples: usize, tasks: usize) -> Plan {
         first_guess,
         step_size_form: StepSizeForm::Logarithm,
         first_step_size: 0.3,
+        known: None,
     }
 }
 
@@ -345,6 +399,7 @@ fn joint_linear(effort: Effort, samples: usize, tasks: usize) -> Plan {
         first_guess,
         step_size_form: StepSizeForm::Logarithm,
         first_step_size: 0.0,
+        known: None,
     }
 }
 
@@ -426,6 +481,7 @@ fn paper(effort: Effort, model: ModelKind, samples: usize, tasks: usize) -> Plan
         first_guess: random_start,
         step_size_form: StepSizeForm::Plain,
         first_step_size: 1e-3,
+        known: None,
     }
 }
 
@@ -458,7 +514,31 @@ mod tests {
         assert_eq!(plan.at(800_000), Some((1, 0)));
         assert_eq!(plan.at(plan.steps() - 1), Some((5, 500 * tasks - 1)));
         assert_eq!(plan.at(plan.steps()), None);
-        assert_eq!(plan.without_pattern(5).phases.len(), 1);
+        assert_eq!(plan.clone().without_pattern(5).phases.len(), 1);
+
+        // Both stages once more: the first one on the pattern, and no guesses.
+        let [.., again, pattern] = &plan.clone().twice().phases[..] else {
+            panic!("{plan:?}");
+        };
+        assert_eq!(
+            (again.start, again.inner),
+            (Start::Best, InnerSamples::Pattern)
+        );
+        assert_eq!((again.steps, again.samples), (800_000, 5));
+        assert!(again.rates.initial > 0.0 && again.rates.pattern == 0.0);
+        assert_eq!(
+            (pattern.start, pattern.keep),
+            (Start::Best, Keep::BestEpoch)
+        );
+        assert!(pattern.rates.initial == 0.0 && pattern.rates.pattern > 0.0);
+
+        let known = Known {
+            initial: vec![1.0],
+            step_sizes: vec![0.5],
+        };
+        let alone = plan.pattern_only(known);
+        assert_eq!(alone.phases.len(), 5);
+        assert!(alone.phases.iter().all(|phase| phase.rates.initial == 0.0));
 
         // Nothing of Linear is learned but the pattern; a tenth of the steps.
         let plan = Plan::new(

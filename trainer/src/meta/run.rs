@@ -13,7 +13,7 @@ use super::descent::{Descent, Tasks};
 use super::gradient::LaneModel;
 use super::outer::{Best, Checkpoints, Observer, Run, RunError};
 use super::pattern::above_horizon;
-use super::plan::{Effort, Plan, Schedule};
+use super::plan::{Effort, Known, Plan, Schedule};
 use super::pool::Pool;
 use super::trainee::{Lots, Trainee};
 use crate::export::ReducedBasis;
@@ -39,14 +39,43 @@ pub struct Options {
     pub schedule: Schedule,
     /// How long.
     pub effort: Effort,
-    /// Stop before the pattern is trained, as the method Meta does.
-    pub without_pattern: bool,
+    /// What of it.
+    pub parts: Parts,
     /// The prior of Linear's coefficients; other models have none.
     pub prior: Prior,
     /// Seed of all random numbers.
     pub seed: u64,
     /// Where the run is saved, if it is.
     pub checkpoints: Option<Checkpoints>,
+}
+
+/// What of a recipe is trained.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Parts {
+    /// Start, step sizes and pattern.
+    All,
+    /// All, and then start and step sizes once more, and the pattern once more.
+    AllTwice,
+    /// Start and step sizes, as the method Meta does.
+    WithoutPattern,
+    /// The pattern, for a start and step sizes that are known. (Linear: as [`Parts::All`].)
+    PatternOnly(Known),
+}
+
+impl Parts {
+    /// In words, as part of a run's name.
+    fn name(&self) -> String {
+        match self {
+            Self::All => "pattern=true".into(),
+            Self::AllTwice => "pattern=twice".into(),
+            Self::WithoutPattern => "pattern=false".into(),
+            Self::PatternOnly(known) => {
+                let values = known.initial.iter().chain(&known.step_sizes);
+                let bytes: Vec<u8> = values.flat_map(|value| value.to_le_bytes()).collect();
+                format!("pattern=only for {:08x}", crc(&bytes))
+            }
+        }
+    }
 }
 
 impl Options {
@@ -58,12 +87,12 @@ impl Options {
             _ => String::new(),
         };
         format!(
-            "{}{prior} n={} {:?} {:?} pattern={} seed={} {} materials {:08x}",
+            "{}{prior} n={} {:?} {:?} {} seed={} {} materials {:08x}",
             self.model,
             self.samples,
             self.schedule,
             self.effort,
-            !self.without_pattern,
+            self.parts.name(),
             self.seed,
             names.len(),
             crc(names.join("\n").as_bytes()),
@@ -213,9 +242,12 @@ impl<'o> Session<'o> {
             options.samples,
             training.len(),
         );
-        if options.without_pattern {
-            plan = plan.without_pattern(options.samples);
-        }
+        plan = match &options.parts {
+            Parts::All => plan,
+            Parts::AllTwice => plan.twice(),
+            Parts::WithoutPattern => plan.without_pattern(options.samples),
+            Parts::PatternOnly(known) => plan.pattern_only(known.clone()),
+        };
         if options.model == ModelKind::Linear && options.prior.eta.is_some() {
             plan = plan.without_step_sizes();
         }

@@ -7,7 +7,7 @@ pub use image::{CompareError, PictureErrors};
 pub use loss::mean_log_error;
 
 /// The four metrics of one material, or their means over several.
-#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Scores {
     /// Mean cosine-weighted logarithmic error; 0 is best. See [`loss`].
     pub loss: f64,

@@ -1,4 +1,9 @@
-//! Where to sample: uniformly over the valid directions, or along a low-discrepancy sequence.
+//! Where to sample: uniformly over the valid directions, along a low-discrepancy sequence, or by
+//! the importance of the mean BRDF.
+
+mod mean_brdf;
+
+pub use mean_brdf::MeanBrdf;
 
 use glimpse_core::angles::{Angles, HalfDifference};
 use rand::{Rng, SeedableRng};

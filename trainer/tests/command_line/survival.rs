@@ -231,7 +231,7 @@ fn a_disk_that_goes_away_costs_only_what_was_not_saved() {
     use glimpse_trainer::material::Source;
     use glimpse_trainer::meta::outer::Checkpoints;
     use glimpse_trainer::meta::plan::{Effort, Schedule};
-    use glimpse_trainer::meta::run::{Options, train};
+    use glimpse_trainer::meta::run::{Options, Parts, train};
 
     let scratch = tempfile::tempdir().expect("a temporary directory");
     let directory = scratch.path().join("checkpoint");
@@ -242,7 +242,7 @@ fn a_disk_that_goes_away_costs_only_what_was_not_saved() {
         samples: 3,
         schedule: Schedule::Paper,
         effort: Effort::Quick,
-        without_pattern: false,
+        parts: Parts::All,
         prior: glimpse_trainer::linear::Prior::LEARNED,
         seed: 3,
         checkpoints: None,
