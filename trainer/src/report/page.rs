@@ -11,6 +11,8 @@ use crate::render::{Picture, PictureError};
 
 /// Where the pictures lie, seen from the page.
 const PICTURES: &str = "pictures";
+/// The file of a part of a page, in its folder.
+const PART: &str = "part.html";
 /// The look: readable on a phone and in the dark; blue against orange for the colour-blind.
 const STYLE: &str = include_str!("page.css");
 /// Clicking a picture shows its row large. Without scripts the link leads to the picture.
@@ -30,12 +32,22 @@ pub enum PageError {
         /// Why.
         source: io::Error,
     },
+    /// A part of it cannot be read.
+    #[error("cannot read {}: {source}", path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
 }
 
 /// A page, part by part from the top.
 #[derive(Debug)]
 pub struct Page {
     title: String,
+    /// The folder of its pictures, seen from the page.
+    folder: String,
     body: String,
     names: Names,
     pictures: Vec<(String, Picture)>,
@@ -47,9 +59,33 @@ impl Page {
     pub fn new(title: impl Into<String>) -> Self {
         Self {
             title: title.into(),
+            folder: PICTURES.into(),
             body: String::new(),
             names: Names::default(),
             pictures: Vec::new(),
+        }
+    }
+
+    /// For a page that becomes a part of another: its pictures lie in a folder of its own, of this
+    /// name. Call it before there are any.
+    #[must_use]
+    pub fn in_folder(self, name: &str) -> Self {
+        Self {
+            folder: format!("{name}/{PICTURES}"),
+            ..self
+        }
+    }
+
+    /// Another page as a part of this one, if [`Page::write_part`] has left it in the directory.
+    ///
+    /// # Errors
+    /// If it is there and cannot be read.
+    pub fn part(self, directory: &Path, name: &str) -> Result<Self, PageError> {
+        let path = directory.join(name).join(PART);
+        match std::fs::read_to_string(&path) {
+            Ok(html) => Ok(self.push(&html)),
+            Err(source) if source.kind() == io::ErrorKind::NotFound => Ok(self),
+            Err(source) => Err(PageError::Read { path, source }),
         }
     }
 
@@ -74,7 +110,7 @@ impl Page {
     /// Rows of pictures.
     #[must_use]
     pub fn gallery(mut self, gallery: &Gallery) -> Self {
-        let html = gallery.to_html(PICTURES, &mut self.names, &mut self.pictures);
+        let html = gallery.to_html(&self.folder, &mut self.names, &mut self.pictures);
         self.push(&html)
     }
 
@@ -94,12 +130,33 @@ impl Page {
     /// # Errors
     /// If a file cannot be written.
     pub fn write(&self, directory: &Path) -> Result<(), PageError> {
-        for (name, picture) in &self.pictures {
-            picture.write_png(&directory.join(PICTURES).join(name))?;
-        }
+        self.write_pictures(directory)?;
         let path = directory.join("index.html");
         write_whole(&path, self.to_html().as_bytes())
             .map_err(|source| PageError::Write { path, source })
+    }
+
+    /// Writes it as a part of a page that will lie in this directory.
+    ///
+    /// # Errors
+    /// If a file cannot be written.
+    pub fn write_part(&self, directory: &Path) -> Result<(), PageError> {
+        self.write_pictures(directory)?;
+        let folder = directory.join(&self.folder);
+        let path = folder.with_file_name(PART);
+        let html = format!(
+            "<section class=\"part\">\n<h2>{}</h2>\n{}</section>\n",
+            escape(&self.title),
+            self.body
+        );
+        write_whole(&path, html.as_bytes()).map_err(|source| PageError::Write { path, source })
+    }
+
+    fn write_pictures(&self, directory: &Path) -> Result<(), PageError> {
+        for (name, picture) in &self.pictures {
+            picture.write_png(&directory.join(&self.folder).join(name))?;
+        }
+        Ok(())
     }
 
     /// The page as HTML.
@@ -162,6 +219,43 @@ mod tests {
         }
         assert!(html.contains("pictures/blue-rubber-ours-2.png"));
         assert!(!html.contains("http"), "nothing is loaded from elsewhere");
+    }
+
+    #[test]
+    fn parts_become_one_page() {
+        let scratch = tempfile::tempdir().unwrap();
+        let row = GalleryRow {
+            title: "gold".into(),
+            tiles: vec![Tile {
+                label: "Ours".into(),
+                details: Vec::new(),
+                best: false,
+                picture: Picture::filled(8, 8, [1, 2, 3]),
+            }],
+        };
+        Page::new("First")
+            .in_folder("first")
+            .gallery(&Gallery {
+                caption: String::new(),
+                rows: vec![row],
+            })
+            .write_part(scratch.path())
+            .unwrap();
+        let whole = Page::new("All")
+            .part(scratch.path(), "first")
+            .unwrap()
+            .part(scratch.path(), "never-made")
+            .unwrap();
+        whole.write(scratch.path()).unwrap();
+        let html = std::fs::read_to_string(scratch.path().join("index.html")).unwrap();
+        assert!(html.contains("<h2>First</h2>"));
+        assert!(html.contains("src=\"first/pictures/gold-ours.png\""));
+        assert!(
+            scratch
+                .path()
+                .join("first/pictures/gold-ours.png")
+                .is_file()
+        );
     }
 
     #[test]
