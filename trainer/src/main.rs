@@ -1,6 +1,7 @@
 //! The command line `trainer`.
 
 mod commands;
+mod experiment;
 
 use std::process::ExitCode;
 
@@ -46,6 +47,7 @@ enum Command {
     Evaluate(commands::evaluate::Evaluate),
     Inspect(commands::inspect::Inspect),
     Export(commands::export::Export),
+    Reproduce(commands::reproduce::Reproduce),
     VirtualScanner(commands::virtual_scanner::VirtualScanner),
     Bench(commands::bench::Bench),
 }
@@ -64,6 +66,7 @@ fn main() -> ExitCode {
         Command::Evaluate(command) => command.run(common.seed),
         Command::Inspect(command) => command.run(),
         Command::Export(command) => command.run(),
+        Command::Reproduce(command) => command.run(common.seed),
         Command::VirtualScanner(command) => command.run(common.seed),
         Command::Bench(command) => command.run(),
     };

@@ -7,6 +7,7 @@ mod grid;
 pub(crate) mod inspect;
 pub(crate) mod progress;
 pub(crate) mod quickstart;
+pub(crate) mod reproduce;
 pub(crate) mod train;
 pub(crate) mod virtual_scanner;
 

@@ -2,6 +2,7 @@
 
 mod grid;
 mod linear;
+mod reproduce;
 mod survival;
 
 use std::fs;
@@ -202,7 +203,7 @@ fn a_stopped_run_goes_on_to_the_same_recipe() {
     use glimpse_trainer::material::Source;
     use glimpse_trainer::meta::outer::Checkpoints;
     use glimpse_trainer::meta::plan::{Effort, Schedule};
-    use glimpse_trainer::meta::run::{Options, TrainError, train};
+    use glimpse_trainer::meta::run::{Options, Parts, TrainError, train};
 
     let scratch = tempfile::tempdir().expect("a temporary directory");
     let materials = || Source("procedural:12".into()).load().expect("materials");
@@ -211,7 +212,7 @@ fn a_stopped_run_goes_on_to_the_same_recipe() {
         samples: 4,
         schedule: Schedule::Joint,
         effort: Effort::Quick,
-        without_pattern: false,
+        parts: Parts::All,
         prior: glimpse_trainer::linear::Prior::LEARNED,
         seed: 3,
         checkpoints: None,

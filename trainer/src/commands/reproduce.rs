@@ -1,0 +1,156 @@
+//! `trainer reproduce`
+
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use anyhow::bail;
+use clap::Args;
+use glimpse_core::recipe::MAX_SAMPLES;
+use glimpse_trainer::export::RecipeFile;
+use glimpse_trainer::files::try_write;
+use glimpse_trainer::material::{Material, Source};
+use glimpse_trainer::meta::checkpoint::Checkpoint;
+use glimpse_trainer::meta::outer::Checkpoints;
+use glimpse_trainer::meta::plan::Effort;
+use glimpse_trainer::meta::run::{Learned, Options};
+
+use super::progress::{catch_interrupts, interrupted, train_with_progress};
+use super::train::{label, recipe_of};
+use super::{load, print};
+use crate::experiment::{Experiment, Laboratory, Settings, TestSet, write_index};
+
+/// Make the paper's tables and figures again, on your materials.
+///
+/// Each experiment trains what it needs, judges it, prints its tables (the paper's figures beside
+/// ours where the paper gives some) and writes them into OUT/EXPERIMENT as CSV, JSON, SVG and PNG.
+/// OUT/index.html shows all that was made. Recipes and judgements are kept in OUT: experiments share
+/// them, and the same command goes on after Ctrl-C or kill -9.
+///
+/// Example: trainer reproduce same-samples --data MERL-train/ --test MERL-test/ --out paper/
+///          trainer reproduce all --effort quick --data MERL-train/ --test MERL-test/ --out paper/
+///          trainer reproduce additional --data MERL/ --test MERL-test/ --additional RGL/ --out paper/
+#[derive(Args)]
+#[command(verbatim_doc_comment)]
+pub(crate) struct Reproduce {
+    /// The experiment
+    #[arg(value_enum)]
+    experiment: Experiment,
+    /// Materials to train on
+    #[arg(long, default_value = "procedural:100")]
+    data: Source,
+    /// Materials to judge on, none of which is trained on
+    #[arg(long, default_value = "procedural:20:1")]
+    test: Source,
+    /// Further materials to judge on, for the experiment `additional`; may be given several times
+    #[arg(long)]
+    additional: Vec<Source>,
+    /// The folder to write to
+    #[arg(long, short, default_value = "paper")]
+    out: PathBuf,
+    /// How long to train each recipe
+    #[arg(long, value_enum, default_value_t = Effort::Quick)]
+    effort: Effort,
+    /// Repetitions of random methods
+    #[arg(long, default_value_t = 5)]
+    seeds: u64,
+    /// The most samples, where n grows [default: 64 for --effort quick, else 512]
+    #[arg(long)]
+    most_samples: Option<usize>,
+}
+
+impl Reproduce {
+    pub(crate) fn run(&self, seed: u64) -> anyhow::Result<()> {
+        catch_interrupts()?;
+        let most_samples = match (self.most_samples, self.effort) {
+            (Some(most), _) if !(1..=MAX_SAMPLES).contains(&most) => {
+                bail!("--most-samples must be 1 to {MAX_SAMPLES}")
+            }
+            (Some(most), _) => most,
+            (None, Effort::Quick) => 64,
+            (None, _) => MAX_SAMPLES,
+        };
+        let index = self.out.join("index.html");
+        try_write(&index, 1 << 16)
+            .map_err(|error| anyhow::anyhow!("cannot write {}: {error}", index.display()))?;
+        let training = load(&self.data)?;
+        let test = load(&self.test)?;
+        for material in &test {
+            if training.iter().any(|each| each.name() == material.name()) {
+                bail!(
+                    "{} is in --data and in --test: what is judged must not be trained on",
+                    material.name()
+                );
+            }
+        }
+        let additional = self.additional.iter().map(load);
+        let additional = additional.collect::<anyhow::Result<Vec<_>>>()?;
+        let sources = format!(
+            "trained on {} ({} materials), judged on {} ({})",
+            label(&self.data),
+            training.len(),
+            label(&self.test),
+            test.len()
+        );
+        let test = TestSet::new("test".into(), &test, seed);
+        let additional: Vec<TestSet<'_>> = self
+            .additional
+            .iter()
+            .zip(&additional)
+            .map(|(source, materials)| {
+                TestSet::new(label(source).replace([':', '/'], "-"), materials, seed)
+            })
+            .collect();
+        let settings = Settings {
+            out: self.out.clone(),
+            data: self.data.clone(),
+            effort: self.effort,
+            seed,
+            seeds: self.seeds.max(1),
+        };
+        let laboratory = Laboratory::open(settings, &training, &test, &additional, &learn)?;
+        drop(training);
+        let experiments = self.experiment.each(!additional.is_empty());
+        for (index, experiment) in experiments.iter().enumerate() {
+            eprintln!(
+                "[{}/{}] {}",
+                index + 1,
+                experiments.len(),
+                experiment.name()
+            );
+            let outcome = experiment.run(&laboratory, most_samples, &sources);
+            if interrupted() {
+                bail!("stopped; repeat the command to go on");
+            }
+            let findings = outcome?;
+            write_index(&laboratory.settings)?;
+            print(&(findings.to_text() + "\n"))?;
+        }
+        eprintln!("look at {}", index.display());
+        Ok(())
+    }
+}
+
+/// Trains a recipe, going on from its checkpoint if there is one.
+fn learn(
+    options: &Options,
+    data: &Source,
+    checkpoint: &Path,
+    materials: Vec<Box<dyn Material>>,
+) -> anyhow::Result<(RecipeFile, Option<Vec<u8>>)> {
+    let options = Options {
+        checkpoints: Some(Checkpoints {
+            directory: checkpoint.to_owned(),
+            every: Duration::from_secs(10),
+            resume: true,
+        }),
+        ..options.clone()
+    };
+    let learned = train_with_progress(&options, materials)?;
+    let file = recipe_of(&learned, &options, data)?;
+    Checkpoint::remove(checkpoint);
+    let basis = match learned {
+        Learned::Ridge(learned) => Some(learned.basis),
+        Learned::Descent(_) => None,
+    };
+    Ok((file, basis))
+}

@@ -1,0 +1,79 @@
+//! Other sources than the one trained on (paper, tables "Nielsen" and "RGLeval").
+
+use glimpse_core::model::ModelKind;
+use glimpse_trainer::report::{Cell, Column, Compare, Table};
+
+use super::findings::Findings;
+use super::laboratory::{Approach, Case, Laboratory, TestSet};
+use super::{MODELS, SAMPLES, cells_beside_the_paper_s, columns_beside_the_paper_s, paper, title};
+
+/// n of the paper's comparison with Nielsen et al.
+const FEW: usize = 2;
+
+pub(super) fn run(laboratory: &Laboratory<'_>) -> anyhow::Result<Findings> {
+    if laboratory.additional.is_empty() {
+        anyhow::bail!(
+            "`additional` judges on other sources than --test: give them by --additional, such as \
+             the eight materials of Nielsen et al. or RGL's"
+        );
+    }
+    let mut findings = Findings::new("Other sources of materials");
+    findings.text(
+        "Trained as before, judged on materials of other origin. The paper's figures are of the \
+         eight materials of Nielsen et al. at n = 2, and of the RGL database's isotropic part at \
+         n = 8.",
+    );
+    for set in laboratory.additional {
+        let linear = [Approach::Njr15, Approach::Ours].map(|approach| {
+            (
+                Case::new(approach, ModelKind::Linear, FEW),
+                paper::nielsen(approach),
+            )
+        });
+        findings.table(
+            format!("{}-n{FEW}", set.label),
+            table(laboratory, set, FEW, &linear)?,
+        );
+        let all = MODELS.map(|model| {
+            [Approach::baseline(model), Approach::Ours].map(|approach| {
+                let case = Case::new(approach, model, SAMPLES);
+                (case, paper::rgl(model, approach))
+            })
+        });
+        findings.table(
+            format!("{}-n{SAMPLES}", set.label),
+            table(laboratory, set, SAMPLES, all.as_flattened())?,
+        );
+    }
+    Ok(findings)
+}
+
+fn table(
+    laboratory: &Laboratory<'_>,
+    set: &TestSet<'_>,
+    samples: usize,
+    cases: &[(Case, Option<glimpse_trainer::metrics::Scores>)],
+) -> anyhow::Result<Table> {
+    let mut rows = Vec::new();
+    for (case, paper) in cases {
+        let sheet = laboratory.sheet_on(set, case)?;
+        let mut row = vec![
+            Cell::Text(title(case.model).into()),
+            Cell::Text(case.approach.title().into()),
+        ];
+        row.extend(cells_beside_the_paper_s(&sheet.scores, paper.as_ref()));
+        rows.push(row);
+    }
+    let mut columns = vec![Column::text("Model"), Column::text("Method")];
+    columns.extend(columns_beside_the_paper_s());
+    Ok(Table {
+        caption: format!(
+            "{}: {} materials, n = {samples}",
+            set.label,
+            set.materials.len()
+        ),
+        columns,
+        rows,
+        compare: Compare::Down,
+    })
+}

@@ -1,0 +1,63 @@
+//! Linear with few components and with many (paper, "Same-quality").
+
+use glimpse_core::model::ModelKind;
+use glimpse_trainer::linear::Prior;
+use glimpse_trainer::report::{Best, Cell, Column, Compare, Table};
+
+use super::findings::Findings;
+use super::laboratory::{Approach, Case, Laboratory};
+use super::{METRICS, SAMPLES, metrics};
+
+/// The paper's two numbers of components.
+const COMPONENTS: [usize; 2] = [5, 240];
+
+pub(super) fn run(laboratory: &Laboratory<'_>) -> anyhow::Result<Findings> {
+    let mut findings = Findings::new("Linear with 5 components and with 240");
+    findings.text(
+        "The paper found similar results with both. There are at most as many components as \
+         columns of training, three for each material.",
+    );
+    let training = laboratory.settings.data.load()?.len();
+    let mut rows = Vec::new();
+    for components in COMPONENTS {
+        // A component for every column less the mean is all there is.
+        let components = components.min((3 * training).saturating_sub(1)).max(1);
+        let approaches = [
+            (Approach::Random, Some(40.0)),
+            (Approach::Njr15, Some(40.0)),
+            (Approach::Ours, Some(40.0)),
+            (Approach::Ours, None),
+        ];
+        for (approach, eta) in approaches {
+            let case = Case {
+                prior: Prior { components, eta },
+                ..Case::new(approach, ModelKind::Linear, SAMPLES)
+            };
+            let sheet = laboratory.sheet(&case)?;
+            let eta = eta.map_or_else(|| "learned".to_owned(), |eta| eta.to_string());
+            let mut row = vec![
+                Cell::Number(components as f64),
+                Cell::Text(approach.title().into()),
+                Cell::Text(eta),
+            ];
+            row.extend(metrics(&sheet.scores).map(Cell::Number));
+            rows.push(row);
+        }
+    }
+    let mut columns = vec![
+        Column::number("components", 0, Best::None),
+        Column::text("Method"),
+        Column::text("eta"),
+    ];
+    columns.extend(METRICS.map(|(title, decimals, best)| Column::number(title, decimals, best)));
+    findings.table(
+        "bases",
+        Table {
+            caption: format!("Linear, n = {SAMPLES}"),
+            columns,
+            rows,
+            compare: Compare::Down,
+        },
+    );
+    Ok(findings)
+}

@@ -1,0 +1,57 @@
+//! 20 steps by each method, then many more on random samples (paper, "Convergence").
+
+use glimpse_core::model::ModelKind;
+use glimpse_trainer::report::{Best, Cell, Column, Compare, Table};
+
+use super::findings::Findings;
+use super::laboratory::{Approach, Case, Laboratory};
+use super::paper;
+
+/// n of the first 20 steps of the learned methods, and that of Random.
+const LEARNED_SAMPLES: usize = 32;
+const RANDOM_SAMPLES: usize = 512;
+/// Steps after those.
+const STEPS: usize = 10_000;
+
+pub(super) fn run(laboratory: &Laboratory<'_>) -> anyhow::Result<Findings> {
+    let mut findings = Findings::new("Does a learned start hinder convergence?");
+    let mut rows = Vec::new();
+    for approach in [Approach::Random, Approach::Meta, Approach::Ours] {
+        let samples = match approach {
+            Approach::Random => RANDOM_SAMPLES,
+            _ => LEARNED_SAMPLES,
+        };
+        let case = Case::new(approach, ModelKind::Neural, samples);
+        let before = laboratory.sheet(&case)?.scores.loss;
+        let name = format!("neural-{}-then-{STEPS}", approach.title().to_lowercase());
+        let after = laboratory.kept_sheet(laboratory.test, &name, 1, |judge| {
+            laboratory.with_method(&case, |method| judge(&method.clone().then_steps(STEPS)))
+        })?;
+        rows.push(vec![
+            Cell::Text(approach.title().into()),
+            Cell::Number(samples as f64),
+            Cell::Number(before),
+            Cell::Number(after.scores.loss),
+            paper::convergence(approach).map_or(Cell::Missing, Cell::Number),
+        ]);
+    }
+    findings.table(
+        "convergence",
+        Table {
+            caption: format!(
+                "Neural: loss after 20 steps, and after {STEPS} more on 512 fresh random samples \
+                 each"
+            ),
+            columns: vec![
+                Column::text("Method"),
+                Column::number("n of the 20 steps", 0, Best::None),
+                Column::number("after 20 steps", 4, Best::Least),
+                Column::number("after all", 4, Best::Least),
+                Column::number("paper: after all", 4, Best::None),
+            ],
+            rows,
+            compare: Compare::Down,
+        },
+    );
+    Ok(findings)
+}

@@ -1,0 +1,495 @@
+//! What all experiments share: materials, recipes trained once, methods judged once.
+//!
+//! Everything that takes long is kept in a folder, under a name that says what it is. A run that
+//! was stopped goes on from there, and experiments that need the same recipe train it once.
+
+use std::cell::OnceCell;
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, anyhow, bail};
+use glimpse_core::model::ModelKind;
+use glimpse_trainer::evaluation::{Judge, MaterialScores, Method, OPTIMUM_STEPS, Verdict};
+use glimpse_trainer::export::RecipeFile;
+use glimpse_trainer::files::write_whole;
+use glimpse_trainer::linear::{Basis, Columns, Prior, least_condition};
+use glimpse_trainer::material::{Material, Source};
+use glimpse_trainer::meta::plan::{Effort, Schedule};
+use glimpse_trainer::meta::run::{INNER_STEPS, Options, Parts};
+use glimpse_trainer::metrics::Scores;
+use serde::{Deserialize, Serialize};
+
+/// What an experiment is run with.
+#[derive(Clone, Debug)]
+pub(crate) struct Settings {
+    /// Where everything is written.
+    pub(crate) out: PathBuf,
+    /// Materials to train on.
+    pub(crate) data: Source,
+    /// How long to train.
+    pub(crate) effort: Effort,
+    /// Seed of all random numbers.
+    pub(crate) seed: u64,
+    /// Repetitions of random methods.
+    pub(crate) seeds: u64,
+}
+
+/// Materials to judge on.
+pub(crate) struct TestSet<'a> {
+    /// What they are called in the names of files and in tables.
+    pub(crate) label: String,
+    /// The materials.
+    pub(crate) materials: &'a [Box<dyn Material>],
+    judge: OnceCell<Judge<'a>>,
+    seed: u64,
+}
+
+impl<'a> TestSet<'a> {
+    pub(crate) fn new(label: String, materials: &'a [Box<dyn Material>], seed: u64) -> Self {
+        Self {
+            label,
+            materials,
+            judge: OnceCell::new(),
+            seed,
+        }
+    }
+
+    /// Their judge, who renders all of them when first asked.
+    pub(crate) fn judge(&self) -> &Judge<'a> {
+        self.judge
+            .get_or_init(|| Judge::new(self.materials, self.seed))
+    }
+}
+
+/// How materials are measured and fitted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Approach {
+    Random,
+    Meta,
+    Njr15,
+    Ours,
+    Optimum,
+}
+
+impl Approach {
+    /// As the paper writes it.
+    pub(crate) fn title(self) -> &'static str {
+        match self {
+            Self::Random => "Random",
+            Self::Meta => "Meta",
+            Self::Njr15 => "NJR15",
+            Self::Ours => "Ours",
+            Self::Optimum => "Optimum",
+        }
+    }
+
+    /// The one that learns less than Ours: the paper compares Linear with NJR15.
+    pub(crate) fn baseline(model: ModelKind) -> Self {
+        match model {
+            ModelKind::Linear => Self::Njr15,
+            _ => Self::Meta,
+        }
+    }
+
+    /// Those that the paper compares.
+    pub(crate) fn rivals(model: ModelKind) -> [Self; 3] {
+        [Self::Random, Self::baseline(model), Self::Ours]
+    }
+}
+
+/// A method for a model and n.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Case {
+    pub(crate) approach: Approach,
+    pub(crate) model: ModelKind,
+    pub(crate) samples: usize,
+    /// Linear's prior.
+    pub(crate) prior: Prior,
+}
+
+impl Case {
+    /// With the paper's prior, which is five components and eta = 40.
+    pub(crate) fn new(approach: Approach, model: ModelKind, samples: usize) -> Self {
+        Self {
+            approach,
+            model,
+            samples,
+            prior: Prior::PAPER,
+        }
+    }
+
+    fn name(&self) -> String {
+        let lesson = Lesson::of(self).name();
+        match self.approach {
+            Approach::Optimum => format!("{}-optimum{}", self.model.name(), bases(self)),
+            Approach::Ours => format!("{lesson}-ours"),
+            Approach::Meta => format!("{lesson}-on-random"),
+            Approach::Random | Approach::Njr15 => {
+                let title = self.approach.title().to_lowercase();
+                let (model, n) = (self.model.name(), self.samples);
+                format!("{model}-n{n}{}-{title}", bases(self))
+            }
+        }
+    }
+}
+
+fn bases(case: &Case) -> String {
+    match (case.model, case.prior) {
+        (ModelKind::Linear, Prior { components, eta }) => {
+            let eta = eta.map_or_else(|| "learned".to_owned(), |eta| eta.to_string());
+            format!("-m{components}-eta-{eta}")
+        }
+        _ => String::new(),
+    }
+}
+
+/// A recipe to be trained.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Lesson {
+    pub(crate) model: ModelKind,
+    pub(crate) samples: usize,
+    pub(crate) schedule: Schedule,
+    pub(crate) parts: Parts,
+    pub(crate) prior: Prior,
+    /// Added to the seed.
+    pub(crate) repetition: u64,
+    /// The only materials to train on, with a name for them; all if there is none.
+    pub(crate) only: Option<(&'static str, Vec<String>)>,
+}
+
+impl Lesson {
+    /// What a case needs.
+    pub(crate) fn of(case: &Case) -> Self {
+        Self {
+            model: case.model,
+            samples: case.samples,
+            schedule: Schedule::Joint,
+            parts: match case.approach {
+                Approach::Meta => Parts::WithoutPattern,
+                _ => Parts::All,
+            },
+            prior: case.prior,
+            repetition: 0,
+            only: None,
+        }
+    }
+
+    fn name(&self) -> String {
+        let mut name = format!("{}-n{}", self.model.name(), self.samples);
+        name += &bases(&Case {
+            prior: self.prior,
+            ..Case::new(Approach::Ours, self.model, self.samples)
+        });
+        name += match self.parts {
+            Parts::All => "",
+            Parts::AllTwice => "-twice",
+            Parts::WithoutPattern => "-meta",
+            Parts::PatternOnly(_) => "-pattern",
+        };
+        if self.schedule == Schedule::Paper {
+            name += "-paper";
+        }
+        if let Some((subset, _)) = &self.only {
+            name += &format!("-{subset}");
+        }
+        match self.repetition {
+            0 => name,
+            repetition => format!("{name}-seed{repetition}"),
+        }
+    }
+}
+
+/// A trained recipe, and the basis of one of Linear.
+pub(crate) struct Learned {
+    pub(crate) file: RecipeFile,
+    pub(crate) basis: Option<Basis>,
+}
+
+/// Trains: returns the recipe, and the bytes of Linear's basis.
+pub(crate) type Learn = dyn Fn(
+    &Options,
+    &Source,
+    &Path,
+    Vec<Box<dyn Material>>,
+) -> anyhow::Result<(RecipeFile, Option<Vec<u8>>)>;
+
+/// How well a method did, as it is kept.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(crate) struct Sheet {
+    /// Means over the materials.
+    #[serde(flatten)]
+    pub(crate) scores: Scores,
+    /// How many seeds were averaged over.
+    pub(crate) seeds: u64,
+    /// Standard deviation of the mean loss from seed to seed.
+    pub(crate) loss_spread: f64,
+    /// Each material.
+    pub(crate) materials: Vec<MaterialScores>,
+}
+
+impl From<Verdict> for Sheet {
+    fn from(verdict: Verdict) -> Self {
+        let Verdict {
+            scores,
+            seeds,
+            loss_spread,
+            materials,
+            ..
+        } = verdict;
+        Self {
+            scores,
+            seeds,
+            loss_spread,
+            materials,
+        }
+    }
+}
+
+/// The place where experiments are made.
+pub(crate) struct Laboratory<'a> {
+    pub(crate) settings: Settings,
+    /// The materials that are judged.
+    pub(crate) test: &'a TestSet<'a>,
+    /// Other sources that are judged too.
+    pub(crate) additional: &'a [TestSet<'a>],
+    learn: &'a Learn,
+    columns: OnceCell<Columns>,
+}
+
+impl<'a> Laboratory<'a> {
+    /// Opens the folder.
+    ///
+    /// # Errors
+    /// If it holds work of other settings, which must not be mixed with this one.
+    pub(crate) fn open(
+        settings: Settings,
+        training: &[Box<dyn Material>],
+        test: &'a TestSet<'a>,
+        additional: &'a [TestSet<'a>],
+        learn: &'a Learn,
+    ) -> anyhow::Result<Self> {
+        let path = settings.out.join("settings.txt");
+        let names = |materials: &[Box<dyn Material>]| {
+            let names: Vec<&str> = materials.iter().map(|material| material.name()).collect();
+            names.join(" ")
+        };
+        let words = format!(
+            "{}\neffort {:?}\nseed {}\nseeds of random methods {}\ntrained on {}\njudged on {}\n",
+            concat!("glimpse-trainer ", env!("CARGO_PKG_VERSION")),
+            settings.effort,
+            settings.seed,
+            settings.seeds,
+            names(training),
+            names(test.materials),
+        );
+        if path.exists() {
+            let found = fs::read_to_string(&path)
+                .with_context(|| format!("cannot read {}", path.display()))?;
+            if found != words {
+                bail!(
+                    "{} holds experiments of other settings or materials ({} tells which): give \
+                     another --out, or remove it",
+                    settings.out.display(),
+                    path.display()
+                );
+            }
+        } else {
+            keep(&path, words.as_bytes())?;
+        }
+        Ok(Self {
+            settings,
+            test,
+            additional,
+            learn,
+            columns: OnceCell::new(),
+        })
+    }
+
+    /// A trained recipe: the one kept, or a new one.
+    pub(crate) fn recipe(&self, lesson: &Lesson) -> anyhow::Result<Learned> {
+        let name = lesson.name();
+        let path = self.settings.out.join("recipes").join(&name);
+        let [recipe, basis, checkpoint] =
+            ["recipe", "basis", "checkpoint"].map(|kind| with_extension(&path, kind));
+        if recipe.exists() {
+            let basis = match lesson.model {
+                ModelKind::Linear => Some(
+                    fs::read(&basis).with_context(|| format!("cannot read {}", basis.display()))?,
+                ),
+                _ => None,
+            };
+            return learned(RecipeFile::read(&recipe)?, basis.as_deref());
+        }
+        let mut materials = self.settings.data.load()?;
+        if let Some((_, names)) = &lesson.only {
+            materials.retain(|material| names.iter().any(|name| name == material.name()));
+        }
+        let options = Options {
+            model: lesson.model,
+            samples: lesson.samples,
+            schedule: lesson.schedule,
+            effort: self.settings.effort,
+            parts: lesson.parts.clone(),
+            prior: lesson.prior,
+            seed: self.settings.seed.wrapping_add(lesson.repetition),
+            checkpoints: None,
+        };
+        eprintln!("training {name}");
+        let (file, bytes) = (self.learn)(&options, &self.settings.data, &checkpoint, materials)?;
+        if let Some(bytes) = &bytes {
+            // First: a recipe without its basis would be of no use.
+            keep(&basis, bytes)?;
+        }
+        keep(&recipe, file.bytes())?;
+        learned(file, bytes.as_deref())
+    }
+
+    /// The basis of the training materials with so many components.
+    fn basis(&self, components: usize) -> anyhow::Result<Basis> {
+        let columns = match self.columns.get() {
+            Some(columns) => columns,
+            None => {
+                let materials = self.settings.data.load()?;
+                self.columns.get_or_init(|| Columns::new(&materials))
+            }
+        };
+        let all: Vec<usize> = (0..columns.count()).collect();
+        Ok(Basis::new(columns, &all, components))
+    }
+
+    /// Makes a case's method, and hands it to `then`.
+    pub(crate) fn with_method<T>(
+        &self,
+        case: &Case,
+        then: impl FnOnce(&Method<'_>) -> anyhow::Result<T>,
+    ) -> anyhow::Result<T> {
+        let Case {
+            approach,
+            model,
+            samples,
+            prior,
+        } = *case;
+        if matches!(approach, Approach::Ours | Approach::Meta) {
+            let learned = self.recipe(&Lesson::of(case))?;
+            let recipe = learned.file.recipe()?;
+            return match approach {
+                Approach::Ours => then(&Method::ours(&recipe, learned.basis.as_ref())?),
+                _ => then(&Method::meta(&recipe, learned.basis.as_ref())?),
+            };
+        }
+        if model == ModelKind::Linear {
+            let basis = self.basis(prior.components)?;
+            let eta = prior
+                .eta
+                .context("Random, NJR15 and Optimum of Linear have a fixed eta")?;
+            return then(&match approach {
+                Approach::Njr15 => {
+                    let pattern = least_condition(&basis, samples, self.settings.seed);
+                    Method::linear_njr15(&basis, eta, pattern)
+                }
+                Approach::Optimum => Method::linear_optimum(&basis, eta),
+                _ => Method::linear_random(&basis, eta, samples),
+            });
+        }
+        then(&match approach {
+            Approach::Optimum => Method::optimum(model, self.optimum_steps()),
+            _ => Method::random(model, samples, INNER_STEPS),
+        })
+    }
+
+    /// Steps of the method Optimum: a tenth of them for a quick look.
+    pub(crate) fn optimum_steps(&self) -> usize {
+        match self.settings.effort {
+            Effort::Quick => OPTIMUM_STEPS / 10,
+            _ => OPTIMUM_STEPS,
+        }
+    }
+
+    /// How well a case does on the materials that are judged.
+    pub(crate) fn sheet(&self, case: &Case) -> anyhow::Result<Sheet> {
+        self.sheet_on(self.test, case)
+    }
+
+    /// The same on other materials.
+    pub(crate) fn sheet_on(&self, set: &TestSet<'_>, case: &Case) -> anyhow::Result<Sheet> {
+        self.kept_sheet(set, &case.name(), self.settings.seeds, |judge| {
+            self.with_method(case, judge)
+        })
+    }
+
+    /// The sheet kept under a name, or a new one: `make` is given a judge to hand a method to.
+    pub(crate) fn kept_sheet(
+        &self,
+        set: &TestSet<'_>,
+        name: &str,
+        seeds: u64,
+        make: impl FnOnce(&dyn Fn(&Method<'_>) -> anyhow::Result<Verdict>) -> anyhow::Result<Verdict>,
+    ) -> anyhow::Result<Sheet> {
+        let folder = self.settings.out.join("sheets").join(&set.label);
+        let path = with_extension(&folder.join(name), "json");
+        if path.exists() {
+            let text = fs::read_to_string(&path)
+                .with_context(|| format!("cannot read {}", path.display()))?;
+            return serde_json::from_str(&text)
+                .with_context(|| format!("{} is damaged: remove it", path.display()));
+        }
+        let verdict = make(&|method| {
+            eprintln!("judging {name} on {}", set.label);
+            Ok(set.judge().judge(method, self.settings.seed, seeds)?)
+        })?;
+        let sheet = Sheet::from(verdict);
+        keep(&path, serde_json::to_string_pretty(&sheet)?.as_bytes())?;
+        Ok(sheet)
+    }
+
+    /// How glossy a material is: the ratio of its greatest to its median BRDF times cosine, at
+    /// uniform valid directions.
+    pub(crate) fn glossiness(&self, material: &dyn Material) -> f32 {
+        const DIRECTIONS: usize = 4_096;
+        let angles = glimpse_trainer::sampling::uniform_valid(DIRECTIONS, self.settings.seed);
+        let mut values: Vec<f32> = angles
+            .into_iter()
+            .map(|angles| {
+                let at = glimpse_core::angles::HalfDifference::from_angles(angles);
+                material.brdf(angles).iter().sum::<f32>() * at.cos_theta_i()
+            })
+            .collect();
+        values.sort_by(f32::total_cmp);
+        let [median, greatest] = [DIRECTIONS / 2, DIRECTIONS - 1].map(|index| values[index]);
+        greatest / median.max(1e-6)
+    }
+
+    /// Indices of materials, from the most diffuse to the most glossy.
+    pub(crate) fn by_glossiness(&self, materials: &[Box<dyn Material>]) -> Vec<usize> {
+        let ratios: BTreeMap<usize, f32> = materials
+            .iter()
+            .map(|material| self.glossiness(&**material))
+            .enumerate()
+            .collect();
+        let mut order: Vec<usize> = ratios.keys().copied().collect();
+        order.sort_by(|a, b| ratios[a].total_cmp(&ratios[b]));
+        order
+    }
+}
+
+fn learned(file: RecipeFile, basis: Option<&[u8]>) -> anyhow::Result<Learned> {
+    let basis = basis
+        .map(Basis::from_bytes)
+        .transpose()
+        .map_err(|what| anyhow!("the basis: {what}"))?;
+    Ok(Learned { file, basis })
+}
+
+/// Adds an extension; what looks like one in the name stays.
+fn with_extension(path: &Path, extension: &str) -> PathBuf {
+    let mut name = path.as_os_str().to_owned();
+    name.push(".");
+    name.push(extension);
+    name.into()
+}
+
+/// Writes a file whole or not at all.
+pub(super) fn keep(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
+    write_whole(path, bytes).with_context(|| format!("cannot write {}", path.display()))
+}

@@ -1,0 +1,194 @@
+//! The paper's tables and figures, one file each.
+//!
+//! An experiment asks the [`Laboratory`] for recipes and judgements and turns them into
+//! [`Findings`]: tables, plots, pictures. It draws, trains and judges nothing by itself.
+
+mod additional;
+mod again;
+mod bases;
+mod convergence;
+mod curves;
+mod findings;
+mod importance;
+mod laboratory;
+mod paper;
+mod patterns;
+mod per_material;
+mod robustness;
+mod same_samples;
+mod seeds;
+mod spheres;
+mod subsets;
+
+use std::time::Instant;
+
+use anyhow::Context;
+use clap::ValueEnum;
+use glimpse_core::model::ModelKind;
+use glimpse_trainer::metrics::Scores;
+use glimpse_trainer::report::{Best, Cell, Column, Page};
+
+pub(crate) use findings::Findings;
+pub(crate) use laboratory::{Laboratory, Settings, TestSet};
+
+/// A table or figure of the paper.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Experiment {
+    /// The main table: all methods for all models at n = 8, by all four metrics.
+    SameSamples,
+    /// How many more samples other methods need for what Ours does with 8.
+    SameQuality,
+    /// Loss and DSSIM by n, with the optimum as a dot.
+    Curves,
+    /// The loss of each material, sorted.
+    PerMaterial,
+    /// Other sources (--additional): Linear at n = 2, Meta or NJR15 against Ours at n = 8.
+    Additional,
+    /// Two or four of eight learned samples replaced by random ones.
+    Robustness,
+    /// Five trainings with seeds of their own: the spread.
+    Seeds,
+    /// Both stages trained once more.
+    Again,
+    /// 20 steps by each method, then 10,000 more on random samples.
+    Convergence,
+    /// Samples drawn by the importance of the mean BRDF.
+    Importance,
+    /// Patterns trained and judged on diffuse and on glossy materials.
+    Subsets,
+    /// Linear with 5 components and with 240.
+    Bases,
+    /// The learned patterns, drawn.
+    Patterns,
+    /// Spheres of some materials by each method, Neural at n = 64.
+    Teaser,
+    /// Spheres of a glossy material by each model, for growing n.
+    Increasing,
+    /// All of them, but for `additional` where no --additional is given.
+    All,
+}
+
+impl Experiment {
+    /// The experiments that this one stands for.
+    pub(crate) fn each(self, additional: bool) -> Vec<Self> {
+        match self {
+            Self::All => Self::value_variants()
+                .iter()
+                .copied()
+                .filter(|each| *each != Self::All && (additional || *each != Self::Additional))
+                .collect(),
+            one => vec![one],
+        }
+    }
+
+    /// As on the command line; also the folder's name.
+    pub(crate) fn name(self) -> String {
+        self.to_possible_value()
+            .map_or_else(String::new, |value| value.get_name().to_owned())
+    }
+
+    /// Makes the experiment, writes it down and returns what it found.
+    pub(crate) fn run(
+        self,
+        laboratory: &Laboratory<'_>,
+        most_samples: usize,
+        sources: &str,
+    ) -> anyhow::Result<Findings> {
+        let begin = Instant::now();
+        let findings = match self {
+            Self::SameSamples => same_samples::run(laboratory),
+            Self::SameQuality => curves::same_quality(laboratory, most_samples),
+            Self::Curves => curves::run(laboratory, most_samples),
+            Self::PerMaterial => per_material::run(laboratory),
+            Self::Additional => additional::run(laboratory),
+            Self::Robustness => robustness::run(laboratory),
+            Self::Seeds => seeds::run(laboratory),
+            Self::Again => again::run(laboratory),
+            Self::Convergence => convergence::run(laboratory),
+            Self::Importance => importance::run(laboratory, most_samples),
+            Self::Subsets => subsets::run(laboratory),
+            Self::Bases => bases::run(laboratory),
+            Self::Patterns => patterns::run(laboratory),
+            Self::Teaser => spheres::teaser(laboratory),
+            Self::Increasing => spheres::increasing(laboratory, most_samples),
+            Self::All => anyhow::bail!("`all` is not one experiment"),
+        }?;
+        findings.write(&self.name(), &laboratory.settings, sources, begin.elapsed())?;
+        Ok(findings)
+    }
+}
+
+/// Writes the page over all experiments that the folder holds.
+pub(crate) fn write_index(settings: &Settings) -> anyhow::Result<()> {
+    let mut page = Page::new("Glimpse: the paper's experiments").paragraph(
+        "Learning to Learn and Sample BRDFs (Liu, Fischer, Ritschel 2023), made again. The best \
+         of what competes is marked; arrows say which way is better; click a sphere to enlarge \
+         its row. Tables lie beside this page as CSV and JSON, drawings as SVG and PNG.",
+    );
+    for experiment in Experiment::All.each(true) {
+        page = page
+            .part(&settings.out, &experiment.name())
+            .with_context(|| format!("cannot read what {} left", experiment.name()))?;
+    }
+    Ok(page.write(&settings.out)?)
+}
+
+/// All models, in the paper's order.
+const MODELS: [ModelKind; 4] = [
+    ModelKind::Phong,
+    ModelKind::CookTorrance,
+    ModelKind::Linear,
+    ModelKind::Neural,
+];
+/// The paper's n.
+const SAMPLES: usize = 8;
+
+/// A model's name as the paper writes it.
+fn title(model: ModelKind) -> &'static str {
+    match model {
+        ModelKind::Phong => "Phong",
+        ModelKind::CookTorrance => "Cook-Torrance",
+        ModelKind::Linear => "Linear",
+        ModelKind::Neural => "Neural",
+    }
+}
+
+/// 1, 2, 4, ... up to the most.
+fn doublings(most: usize) -> impl Iterator<Item = usize> + Clone {
+    std::iter::successors(Some(1), |n| Some(2 * n)).take_while(move |n| *n <= most)
+}
+
+/// The four metrics' names and how they are compared.
+const METRICS: [(&str, usize, Best); 4] = [
+    ("Loss", 4, Best::Least),
+    ("DSSIM", 4, Best::Least),
+    ("L2", 5, Best::Least),
+    ("PSNR (dB)", 2, Best::Greatest),
+];
+
+/// The four metrics, in that order.
+fn metrics(scores: &Scores) -> [f64; 4] {
+    [scores.loss, scores.dssim, scores.l2, scores.psnr]
+}
+
+/// Columns for our four metrics and then for the paper's.
+fn columns_beside_the_paper_s() -> Vec<Column> {
+    let ours = METRICS.map(|(title, decimals, best)| Column::number(title, decimals, best));
+    let paper = METRICS.map(|(title, decimals, _)| {
+        Column::number(format!("paper: {title}"), decimals.min(3), Best::None)
+    });
+    ours.into_iter().chain(paper).collect()
+}
+
+/// Cells for those.
+fn cells_beside_the_paper_s(scores: &Scores, paper: Option<&Scores>) -> Vec<Cell> {
+    let paper = match paper {
+        Some(paper) => metrics(paper).map(Cell::Number),
+        None => [const { Cell::Missing }; 4],
+    };
+    metrics(scores)
+        .map(Cell::Number)
+        .into_iter()
+        .chain(paper)
+        .collect()
+}

@@ -1,0 +1,26 @@
+//! The learned patterns, drawn (paper, figure "Pattern").
+
+use glimpse_core::angles::Angles;
+use glimpse_core::model::ModelKind;
+use glimpse_trainer::report::pattern_svg;
+
+use super::findings::Findings;
+use super::laboratory::{Approach, Case, Laboratory};
+use super::{MODELS, SAMPLES, title};
+
+pub(super) fn run(laboratory: &Laboratory<'_>) -> anyhow::Result<Findings> {
+    let mut findings = Findings::new("Where each model measures");
+    let cases = MODELS.map(|model| (Approach::Ours, model));
+    for (approach, model) in cases
+        .into_iter()
+        .chain([(Approach::Njr15, ModelKind::Linear)])
+    {
+        let case = Case::new(approach, model, SAMPLES);
+        let pattern: Vec<Angles<f32>> =
+            laboratory.with_method(&case, |method| Ok(method.pattern().to_vec()))?;
+        let name = format!("{}-{}", model.name(), approach.title().to_lowercase());
+        let caption = format!("{}, {}, n = {SAMPLES}", title(model), approach.title());
+        findings.drawing(name, pattern_svg(&pattern), caption);
+    }
+    Ok(findings)
+}

@@ -1,0 +1,93 @@
+//! The loss of each material, sorted by that of Ours (paper, figure "Zipfplots").
+
+use glimpse_trainer::report::{Axis, Best, Cell, Column, Compare, Plot, Scale, Series, Table};
+
+use super::curves::look;
+use super::findings::Findings;
+use super::laboratory::{Approach, Case, Laboratory};
+use super::{MODELS, SAMPLES, title};
+
+pub(super) fn run(laboratory: &Laboratory<'_>) -> anyhow::Result<Findings> {
+    let mut findings = Findings::new("Each material: n = 8");
+    for model in MODELS {
+        let approaches = Approach::rivals(model);
+        let mut losses = Vec::new();
+        let mut names = Vec::new();
+        for approach in approaches {
+            let sheet = laboratory.sheet(&Case::new(approach, model, SAMPLES))?;
+            names = sheet
+                .materials
+                .iter()
+                .map(|each| each.name.clone())
+                .collect();
+            losses.push(
+                sheet
+                    .materials
+                    .iter()
+                    .map(|each| each.scores.loss)
+                    .collect::<Vec<_>>(),
+            );
+        }
+        let [.., baseline, ours] = &losses[..] else {
+            continue;
+        };
+        let mut order: Vec<usize> = (0..ours.len()).collect();
+        order.sort_by(|a, b| ours[*b].total_cmp(&ours[*a]));
+        let better = order
+            .iter()
+            .filter(|index| ours[**index] < baseline[**index]);
+        findings.text(format!(
+            "{}: Ours is better than {} on {} of {} materials.",
+            title(model),
+            Approach::baseline(model).title(),
+            better.count(),
+            order.len()
+        ));
+        let series = approaches.iter().zip(&losses).map(|(approach, losses)| {
+            let (hue, mark) = look(*approach);
+            let points = order.iter().enumerate();
+            Series {
+                name: approach.title().into(),
+                hue,
+                mark,
+                points: points
+                    .map(|(rank, index)| [rank as f64 + 1.0, losses[*index]])
+                    .collect(),
+            }
+        });
+        findings.plot(
+            model.name(),
+            Plot {
+                title: format!("{}: loss of each material", title(model)),
+                x: Axis {
+                    title: "material, by the loss of Ours".into(),
+                    scale: Scale::Linear,
+                },
+                y: Axis {
+                    title: "Loss (less is better)".into(),
+                    scale: Scale::Decades,
+                },
+                series: series.collect(),
+            },
+        );
+        let mut columns = vec![Column::text("Material")];
+        columns.extend(approaches.map(|each| Column::number(each.title(), 4, Best::Least)));
+        let rows = order.iter().map(|index| {
+            let losses = losses.iter().map(|losses| Cell::Number(losses[*index]));
+            [Cell::Text(names[*index].clone())]
+                .into_iter()
+                .chain(losses)
+                .collect()
+        });
+        findings.table(
+            model.name(),
+            Table {
+                caption: format!("{}, loss at n = {SAMPLES}", title(model)),
+                columns,
+                rows: rows.collect(),
+                compare: Compare::Across,
+            },
+        );
+    }
+    Ok(findings)
+}

@@ -1,0 +1,98 @@
+//! Learned samples replaced by random ones (paper, table "robustness").
+
+use glimpse_core::angles::Angles;
+use glimpse_trainer::evaluation::Method;
+use glimpse_trainer::report::{Best, Cell, Column, Compare, Table};
+use glimpse_trainer::sampling::uniform_valid;
+use rand::SeedableRng;
+use rand::seq::SliceRandom;
+use rand_chacha::ChaCha8Rng;
+
+use super::findings::Findings;
+use super::laboratory::{Approach, Case, Laboratory, Lesson};
+use super::{MODELS, SAMPLES, paper, title};
+
+/// How many samples are replaced.
+const REPLACED: [usize; 2] = [2, 4];
+/// Independent runs.
+const RUNS: u64 = 5;
+
+pub(super) fn run(laboratory: &Laboratory<'_>) -> anyhow::Result<Findings> {
+    let mut findings = Findings::new("Some learned samples replaced by random ones");
+    let mut rows = Vec::new();
+    for model in MODELS {
+        let case = Case::new(Approach::Ours, model, SAMPLES);
+        let ours = laboratory.sheet(&case)?.scores.loss;
+        let learned = laboratory.recipe(&Lesson::of(&case))?;
+        let recipe = learned.file.recipe()?;
+        let pattern: Vec<Angles<f32>> = recipe.pattern().collect();
+        for (count, paper) in REPLACED.into_iter().zip(paper::robustness(model)) {
+            let mut sum = 0.0;
+            for run in 0..RUNS {
+                let seed = laboratory.settings.seed.wrapping_add(run << 32);
+                let pattern = replaced(&pattern, count, seed);
+                let name = format!("{}-n{SAMPLES}-replaced{count}-run{run}", model.name());
+                let sheet = laboratory.kept_sheet(laboratory.test, &name, 1, |judge| {
+                    let basis = learned.basis.as_ref();
+                    judge(&Method::elsewhere("replaced", &recipe, basis, pattern)?)
+                })?;
+                sum += sheet.scores.loss;
+            }
+            let loss = sum / RUNS as f64;
+            rows.push(vec![
+                Cell::Text(title(model).into()),
+                Cell::Number(count as f64),
+                Cell::Number(ours),
+                Cell::Number(loss),
+                Cell::Number(100.0 * (loss / ours - 1.0)),
+                Cell::Number(paper),
+            ]);
+        }
+    }
+    findings.table(
+        "robustness",
+        Table {
+            caption: format!(
+                "Loss where r of {SAMPLES} learned samples are random instead, mean of {RUNS} runs"
+            ),
+            columns: vec![
+                Column::text("Model"),
+                Column::number("r", 0, Best::None),
+                Column::number("Loss, r = 0", 4, Best::None),
+                Column::number("Loss", 4, Best::None),
+                Column::number("increase, %", 1, Best::None),
+                Column::number("paper: increase, %", 1, Best::None),
+            ],
+            rows,
+            compare: Compare::Down,
+        },
+    );
+    Ok(findings)
+}
+
+/// The pattern with so many of its samples, chosen at random, uniform random ones.
+fn replaced(pattern: &[Angles<f32>], count: usize, seed: u64) -> Vec<Angles<f32>> {
+    let mut places: Vec<usize> = (0..pattern.len()).collect();
+    places.shuffle(&mut ChaCha8Rng::seed_from_u64(seed));
+    let mut pattern = pattern.to_vec();
+    for (place, angles) in places.into_iter().zip(uniform_valid(count, seed)) {
+        pattern[place] = angles;
+    }
+    pattern
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn as_many_samples_change_as_were_asked_for() {
+        let pattern = uniform_valid(8, 1);
+        for count in [0, 2, 8] {
+            let changed = replaced(&pattern, count, 7);
+            let differ = pattern.iter().zip(&changed).filter(|(a, b)| a != b);
+            assert_eq!(differ.count(), count);
+        }
+        assert_ne!(replaced(&pattern, 2, 7), replaced(&pattern, 2, 8));
+    }
+}

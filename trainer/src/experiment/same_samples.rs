@@ -1,0 +1,110 @@
+//! The main table: all methods for all models at n = 8 (paper, table "SameSampleCount"), and
+//! spheres of two materials (figure "MethodsModels").
+
+use glimpse_core::model::ModelKind;
+use glimpse_trainer::linear::Prior;
+use glimpse_trainer::metrics::Scores;
+use glimpse_trainer::report::{Best, Cell, Column, Compare, Table};
+
+use super::findings::Findings;
+use super::laboratory::{Approach, Case, Laboratory};
+use super::{
+    METRICS, MODELS, SAMPLES, cells_beside_the_paper_s, columns_beside_the_paper_s, metrics, paper,
+    spheres, title,
+};
+
+pub(super) fn run(laboratory: &Laboratory<'_>) -> anyhow::Result<Findings> {
+    let mut findings = Findings::new("Same number of samples: n = 8");
+    findings.text(
+        "Means over the materials judged; Random and Meta over several seeds too. The paper's \
+         figures are on its own 20 materials of MERL.",
+    );
+    let mut orders = Vec::new();
+    for model in MODELS {
+        let mut rows = Vec::new();
+        let mut scores = Vec::new();
+        for approach in Approach::rivals(model) {
+            let sheet = laboratory.sheet(&Case::new(approach, model, SAMPLES))?;
+            let paper = paper::same_samples(model, approach);
+            let mut row = vec![Cell::Text(approach.title().into())];
+            row.extend(cells_beside_the_paper_s(&sheet.scores, paper.as_ref()));
+            rows.push(row);
+            scores.push((approach, sheet.scores));
+        }
+        if model == ModelKind::Linear {
+            let learned = Case {
+                prior: Prior::LEARNED,
+                ..Case::new(Approach::Ours, model, SAMPLES)
+            };
+            let sheet = laboratory.sheet(&learned)?;
+            let mut row = vec![Cell::Text("Ours, 60 components, learned precisions".into())];
+            row.extend(cells_beside_the_paper_s(&sheet.scores, None));
+            rows.push(row);
+        }
+        let mut columns = vec![Column::text("Method")];
+        columns.extend(columns_beside_the_paper_s());
+        findings.table(
+            model.name(),
+            Table {
+                caption: format!("{}, n = {SAMPLES}", title(model)),
+                columns,
+                rows,
+                compare: Compare::Down,
+            },
+        );
+        orders.extend(order_rows(model, &scores));
+    }
+    findings.table(
+        "order",
+        Table {
+            caption: "The order of the methods, best first, here and in the paper".into(),
+            columns: ["Model", "Metric", "here", "in the paper", "same"]
+                .map(Column::text)
+                .into(),
+            rows: orders,
+            compare: Compare::Down,
+        },
+    );
+
+    let order = laboratory.by_glossiness(laboratory.test.materials);
+    if let (Some(diffuse), Some(glossy)) = (order.first(), order.last()) {
+        for index in [*diffuse, *glossy] {
+            findings.gallery(spheres::by_model(laboratory, index, SAMPLES)?);
+        }
+    }
+    Ok(findings)
+}
+
+/// For each metric: who is better than whom.
+fn order_rows(model: ModelKind, scores: &[(Approach, Scores)]) -> Vec<Vec<Cell>> {
+    let order = |of: &dyn Fn(&(Approach, Scores)) -> Option<f64>, best: Best| {
+        let mut ranked: Vec<(f64, &str)> = scores
+            .iter()
+            .filter_map(|entry| Some((of(entry)?, entry.0.title())))
+            .collect();
+        ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
+        if best == Best::Greatest {
+            ranked.reverse();
+        }
+        let names: Vec<&str> = ranked.into_iter().map(|(_, name)| name).collect();
+        names.join(", ")
+    };
+    METRICS
+        .iter()
+        .enumerate()
+        .map(|(index, (metric, _, best))| {
+            let here = order(&|(_, scores)| Some(metrics(scores)[index]), *best);
+            let paper = order(
+                &|(approach, _)| {
+                    let scores = paper::same_samples(model, *approach)?;
+                    Some(metrics(&scores)[index])
+                },
+                *best,
+            );
+            let same = if here == paper { "yes" } else { "no" };
+            [title(model), metric, &here, &paper, same]
+                .map(|text| Cell::Text(text.into()))
+                .into()
+        })
+        .collect()
+}

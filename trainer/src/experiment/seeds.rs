@@ -1,0 +1,62 @@
+//! Trainings with seeds of their own (paper, "Convergence": a spread of less than 5 %).
+
+use glimpse_trainer::evaluation::Method;
+use glimpse_trainer::report::{Best, Cell, Column, Compare, Table};
+
+use super::findings::Findings;
+use super::laboratory::{Approach, Case, Laboratory, Lesson};
+use super::{MODELS, SAMPLES, title};
+
+/// Independent trainings.
+const TRAININGS: u64 = 5;
+
+pub(super) fn run(laboratory: &Laboratory<'_>) -> anyhow::Result<Findings> {
+    let mut findings = Findings::new("Five trainings with seeds of their own");
+    findings.text("In the paper the standard deviation is less than 5 % of the loss.");
+    let mut rows = Vec::new();
+    for model in MODELS {
+        let case = Case::new(Approach::Ours, model, SAMPLES);
+        let mut losses = Vec::new();
+        for repetition in 0..TRAININGS {
+            let lesson = Lesson {
+                repetition,
+                ..Lesson::of(&case)
+            };
+            let name = format!("{}-n{SAMPLES}-training{repetition}", model.name());
+            let sheet = laboratory.kept_sheet(laboratory.test, &name, 1, |judge| {
+                let learned = laboratory.recipe(&lesson)?;
+                let recipe = learned.file.recipe()?;
+                judge(&Method::ours(&recipe, learned.basis.as_ref())?)
+            })?;
+            losses.push(sheet.scores.loss);
+        }
+        let count = losses.len() as f64;
+        let mean = losses.iter().sum::<f64>() / count;
+        let squares: f64 = losses.iter().map(|loss| (loss - mean).powi(2)).sum();
+        let deviation = (squares / (count - 1.0)).sqrt();
+        let mut row = vec![Cell::Text(title(model).into())];
+        row.extend(losses.iter().map(|loss| Cell::Number(*loss)));
+        row.extend([mean, deviation, 100.0 * deviation / mean].map(Cell::Number));
+        rows.push(row);
+    }
+    let mut columns = vec![Column::text("Model")];
+    let seed = |index: u64| laboratory.settings.seed.wrapping_add(index);
+    columns.extend(
+        (0..TRAININGS).map(|index| Column::number(format!("seed {}", seed(index)), 4, Best::None)),
+    );
+    columns.extend([
+        Column::number("mean", 4, Best::None),
+        Column::number("standard deviation", 4, Best::None),
+        Column::number("% of the mean", 1, Best::None),
+    ]);
+    findings.table(
+        "seeds",
+        Table {
+            caption: format!("Loss of Ours at n = {SAMPLES}"),
+            columns,
+            rows,
+            compare: Compare::Down,
+        },
+    );
+    Ok(findings)
+}

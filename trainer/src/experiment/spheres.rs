@@ -1,0 +1,130 @@
+//! Rows of spheres (paper, figures "Teaser", "MethodsModels" and "IncreasingSamples").
+
+use glimpse_core::model::ModelKind;
+use glimpse_trainer::report::{Gallery, GalleryRow, Tile};
+
+use super::findings::Findings;
+use super::laboratory::{Approach, Case, Laboratory};
+use super::{MODELS, doublings, title};
+
+/// n of the paper's teaser.
+const TEASER: usize = 64;
+/// How many materials it shows.
+const SHOWN: usize = 6;
+
+pub(super) fn teaser(laboratory: &Laboratory<'_>) -> anyhow::Result<Findings> {
+    let mut findings = Findings::new("Some materials by each method");
+    let order = laboratory.by_glossiness(laboratory.test.materials);
+    let last = order.len().saturating_sub(1);
+    let shown = SHOWN.min(order.len());
+    let mut rows = Vec::new();
+    for place in 0..shown {
+        let index = order[place * last / shown.saturating_sub(1).max(1)];
+        let approaches = [Approach::Random, Approach::Meta, Approach::Ours];
+        let cases = approaches.map(|approach| {
+            let case = Case::new(approach, ModelKind::Neural, TEASER);
+            (approach.title().to_owned(), case)
+        });
+        rows.push(row(laboratory, index, None, &cases)?);
+    }
+    findings.gallery(Gallery {
+        caption: format!(
+            "Neural, n = {TEASER}; from diffuse to glossy materials, none of which was trained on"
+        ),
+        rows,
+    });
+    Ok(findings)
+}
+
+pub(super) fn increasing(
+    laboratory: &Laboratory<'_>,
+    most_samples: usize,
+) -> anyhow::Result<Findings> {
+    let mut findings = Findings::new("A glossy material, and more and more samples");
+    let order = laboratory.by_glossiness(laboratory.test.materials);
+    let Some(&index) = order.last() else {
+        return Ok(findings);
+    };
+    let mut rows = Vec::new();
+    for model in MODELS {
+        let cases: Vec<(String, Case)> = doublings(most_samples)
+            .map(|n| (format!("n = {n}"), Case::new(Approach::Ours, model, n)))
+            .collect();
+        rows.push(row(laboratory, index, Some(title(model)), &cases)?);
+    }
+    findings.gallery(Gallery {
+        caption: format!(
+            "{} by Ours; every picture is of a recipe of its own",
+            laboratory.test.materials[index].name()
+        ),
+        rows,
+    });
+    Ok(findings)
+}
+
+/// A material by all models and methods.
+pub(super) fn by_model(
+    laboratory: &Laboratory<'_>,
+    index: usize,
+    samples: usize,
+) -> anyhow::Result<Gallery> {
+    let mut rows = Vec::new();
+    for model in MODELS {
+        let cases = Approach::rivals(model).map(|approach| {
+            let case = Case::new(approach, model, samples);
+            (approach.title().to_owned(), case)
+        });
+        rows.push(row(laboratory, index, Some(title(model)), &cases)?);
+    }
+    Ok(Gallery {
+        caption: format!(
+            "{}, n = {samples}; click to enlarge",
+            laboratory.test.materials[index].name()
+        ),
+        rows,
+    })
+}
+
+/// A material as it is, and fitted in several ways, the best of which is marked.
+fn row(
+    laboratory: &Laboratory<'_>,
+    index: usize,
+    title: Option<&str>,
+    cases: &[(String, Case)],
+) -> anyhow::Result<GalleryRow> {
+    let material = &*laboratory.test.materials[index];
+    let judge = laboratory.test.judge();
+    let mut tiles = vec![Tile {
+        label: "Reference".into(),
+        details: Vec::new(),
+        best: false,
+        picture: judge.reference(index).clone(),
+    }];
+    let mut least = (f64::INFINITY, 0);
+    for (label, case) in cases {
+        let seed = laboratory.settings.seed.wrapping_add(index as u64);
+        let (scores, picture) = laboratory.with_method(case, |method| {
+            Ok(judge.score(index, &method.fit(material, seed)?)?)
+        })?;
+        if scores.loss < least.0 {
+            least = (scores.loss, tiles.len());
+        }
+        tiles.push(Tile {
+            label: label.clone(),
+            details: vec![
+                format!("loss {:.4}", scores.loss),
+                format!("DSSIM {:.4}", scores.dssim),
+                format!("{:.1} dB", scores.psnr),
+            ],
+            best: false,
+            picture,
+        });
+    }
+    if let Some(tile) = tiles.get_mut(least.1).filter(|_| least.1 > 0) {
+        tile.best = true;
+    }
+    Ok(GalleryRow {
+        title: title.unwrap_or(material.name()).to_owned(),
+        tiles,
+    })
+}

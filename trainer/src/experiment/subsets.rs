@@ -1,0 +1,98 @@
+//! Patterns trained and judged on parts of the materials (paper, "Subsets").
+
+use glimpse_core::model::ModelKind;
+use glimpse_trainer::evaluation::{MaterialScores, Method};
+use glimpse_trainer::material::Material;
+use glimpse_trainer::meta::plan::Known;
+use glimpse_trainer::meta::run::Parts;
+use glimpse_trainer::report::{Best, Cell, Column, Compare, Table};
+
+use super::SAMPLES;
+use super::findings::Findings;
+use super::laboratory::{Approach, Case, Laboratory, Lesson};
+
+/// The parts: all materials, the more diffuse half, the glossier half.
+const PARTS: [&str; 3] = ["all", "diffuse", "glossy"];
+
+pub(super) fn run(laboratory: &Laboratory<'_>) -> anyhow::Result<Findings> {
+    let mut findings = Findings::new("Patterns for diffuse and for glossy materials");
+    let training = laboratory.settings.data.load()?;
+    let names = parts(laboratory, &training);
+    let judged = parts(laboratory, laboratory.test.materials);
+    findings.text(
+        "Neural: start and step sizes are trained on all materials, the pattern on a part of them. \
+         Diffuse are those whose greatest value (BRDF times cosine) is the least multiple of their \
+         median; glossy are the other half.",
+    );
+    findings.text(format!(
+        "Diffuse of those trained on: {}.",
+        names[1].join(", ")
+    ));
+    findings.text(format!(
+        "Diffuse of those judged: {}.",
+        judged[1].join(", ")
+    ));
+
+    let case = Case::new(Approach::Meta, ModelKind::Neural, SAMPLES);
+    let meta = laboratory.recipe(&Lesson::of(&case))?;
+    let recipe = meta.file.recipe()?;
+    let Some(descent) = recipe.descent() else {
+        anyhow::bail!("a recipe of the model neural is fitted by descent");
+    };
+    let known = Known {
+        initial: descent.initial().iter().collect(),
+        step_sizes: descent.step_sizes().iter().collect(),
+    };
+    let mut rows = Vec::new();
+    for (part, names) in PARTS.into_iter().zip(names) {
+        let lesson = Lesson {
+            parts: Parts::PatternOnly(known.clone()),
+            only: Some((part, names)),
+            ..Lesson::of(&case)
+        };
+        let name = format!("neural-n{SAMPLES}-pattern-of-{part}");
+        let sheet = laboratory.kept_sheet(laboratory.test, &name, 1, |judge| {
+            let learned = laboratory.recipe(&lesson)?;
+            judge(&Method::ours(&learned.file.recipe()?, None)?)
+        })?;
+        let mut row = vec![Cell::Text(part.into())];
+        row.extend(
+            judged
+                .iter()
+                .map(|names| Cell::Number(mean(&sheet.materials, names))),
+        );
+        rows.push(row);
+    }
+    let mut columns = vec![Column::text("pattern trained on")];
+    columns.extend(PARTS.map(|part| Column::number(format!("judged on {part}"), 4, Best::Least)));
+    findings.table(
+        "subsets",
+        Table {
+            caption: format!("Neural, n = {SAMPLES}: loss"),
+            columns,
+            rows,
+            compare: Compare::Down,
+        },
+    );
+    Ok(findings)
+}
+
+/// Names of all materials, of the more diffuse half, and of the glossier half.
+fn parts(laboratory: &Laboratory<'_>, materials: &[Box<dyn Material>]) -> [Vec<String>; 3] {
+    let order = laboratory.by_glossiness(materials);
+    let names: Vec<String> = order
+        .into_iter()
+        .map(|index| materials[index].name().to_owned())
+        .collect();
+    let (diffuse, glossy) = names.split_at(names.len() / 2);
+    [names.clone(), diffuse.to_vec(), glossy.to_vec()]
+}
+
+fn mean(materials: &[MaterialScores], names: &[String]) -> f64 {
+    let losses: Vec<f64> = materials
+        .iter()
+        .filter(|each| names.contains(&each.name))
+        .map(|each| each.scores.loss)
+        .collect();
+    losses.iter().sum::<f64>() / losses.len() as f64
+}
