@@ -16,7 +16,9 @@
 #![no_main]
 
 mod board;
+mod kept;
 mod link;
+#[cfg(not(any(feature = "feather", feature = "nucleo")))]
 mod log;
 mod meter;
 mod register;
@@ -33,6 +35,7 @@ use glimpse_core::model::Neural;
 use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::Scan;
 
+use kept::Kept;
 use link::Link;
 use meter::Stopwatch;
 
@@ -64,11 +67,14 @@ fn main() -> ! {
         },
     };
 
+    // The first scan may be one that a reset interrupted.
+    let mut kept = Kept::find(scan.recipe());
     loop {
-        if let Err(failure) = scan_material(scan, &mut link) {
+        if let Err(failure) = scan_material(scan, &mut link, &mut kept) {
             defmt::error!("{}", failure);
             link.fail(failure);
         }
+        kept.forget();
         scan.restart();
     }
 }
@@ -87,16 +93,24 @@ fn begin(
 }
 
 /// Scans one material, from the first word to the last.
-fn scan_material(scan: &mut Scan<Neural, CAPACITY>, link: &mut Link) -> Result<(), Failure> {
+fn scan_material(
+    scan: &mut Scan<Neural, CAPACITY>,
+    link: &mut Link,
+    kept: &mut Kept,
+) -> Result<(), Failure> {
     link.hello(scan.recipe())?;
     defmt::info!("scan of {=usize} samples", scan.recipe().samples());
+    take_over(scan, link, kept)?;
 
     // Measure where the recipe says. What cannot be a BRDF is measured once more.
     let mut attempts = 0;
     while let Some((index, directions)) = scan.next_directions() {
         let measurement = link.measure(index, directions)?;
         match scan.record(measurement) {
-            Ok(()) => attempts = 0,
+            Ok(()) => {
+                attempts = 0;
+                kept.add(measurement);
+            }
             Err(error) => {
                 defmt::warn!("measurement {=u16}: {}", index, error);
                 attempts += 1;
@@ -125,6 +139,25 @@ fn scan_material(scan: &mut Scan<Neural, CAPACITY>, link: &mut Link) -> Result<(
     link.finished(residual)?;
     defmt::info!("finished: {}", residual);
     meter::report(ticks);
+    Ok(())
+}
+
+/// Takes over what was measured before a reset, if the scanner says that it holds still: the
+/// material may have been changed meanwhile.
+fn take_over(
+    scan: &mut Scan<Neural, CAPACITY>,
+    link: &mut Link,
+    kept: &mut Kept,
+) -> Result<(), Failure> {
+    for (index, measurement) in (0..).zip(kept.measurements()) {
+        if !link.holds(index, *measurement)? || scan.record(*measurement).is_err() {
+            defmt::warn!("all is measured anew");
+            scan.restart();
+            kept.forget();
+            return Ok(());
+        }
+    }
+    defmt::info!("{=usize} were measured before", kept.measurements().len());
     Ok(())
 }
 
