@@ -2,15 +2,14 @@
 //!
 //! It runs unchanged on a board with an STM32F405 and on QEMU's netduinoplus2. Over the UART it
 //! asks the scanner for each measurement and tells it the fitted parameters; see
-//! `glimpse_core::link` for what is said. To try it, from the repository's root:
+//! `glimpse_core::link` for what is said. The README beside this folder says how to run, flash and
+//! change it. All of a scan is in this file:
 //!
-//! ```sh
-//! cargo run --release -- virtual-scanner --material NAME_fc1.npy   # plays motors and sensor
-//! cd embedded-demo && cargo run --release                          # this, in QEMU
-//! ```
+//! 1. `main` reads the recipe, and scans one material after the other.
+//! 2. `scan_material` greets the scanner, measures, fits, and tells the result.
+//! 3. `take_over` goes on with a scan that a reset interrupted.
 //!
-//! The log comes out of QEMU as defmt's numbers; `cargo run --release | defmt-print -e ELF`
-//! makes text of them.
+//! Whatever fails is a `Failure` by name: it is logged, the scanner is told, and all begins anew.
 
 #![no_std]
 #![no_main]
@@ -29,6 +28,8 @@ use core::panic::PanicInfo;
 
 use cortex_m::peripheral::SCB;
 use cortex_m_rt::{ExceptionFrame, entry, exception};
+#[cfg(any(feature = "feather", feature = "nucleo"))]
+use defmt_rtt as _; // the log, where a debug probe reads it
 use glimpse_core::fit::Workspace;
 use glimpse_core::link::Failure;
 use glimpse_core::model::Neural;
