@@ -9,6 +9,7 @@
 //! | request | reply |
 //! |---|---|
 //! | [`Request::Hello`] begins a scan | [`Reply::Welcome`] |
+//! | [`Request::Kept`], for each measurement that outlasted a reset of the device | [`Reply::Accepted`] |
 //! | [`Request::Measure`], for each sample of the recipe's pattern | [`Reply::Measured`] |
 //! | [`Request::Progress`], after each slice of the fit | [`Reply::Accepted`] |
 //! | [`Request::Parameters`], until all are told | [`Reply::Accepted`] |
@@ -16,6 +17,11 @@
 //! | [`Request::Failed`], any time: the device gives up and begins anew | [`Reply::Accepted`] |
 //!
 //! Any request may be answered by [`Reply::Refused`] too.
+//!
+//! A device that was reset in the middle of a scan may have kept what was measured. It cannot know
+//! whether the material is still the same, so it asks: a host that knows of a scan by the same
+//! recipe, in which it gave that very measurement, accepts it. If it refuses one the device measures
+//! all of them again. A host that knows nothing of this refuses always, and loses nothing but time.
 //!
 //! # Frames
 //!

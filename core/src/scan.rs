@@ -3,12 +3,15 @@
 //! It hands out the next pair of directions, takes what was measured there, fits in slices, and
 //! evaluates the result. Motors, sensor and clock are the firmware's.
 //!
-//! [`Scan`] fits a model by descent, [`LinearScan`] the model Linear.
+//! [`Scan`] fits a model by descent, [`LinearScan`] the model Linear. A [`Record`] keeps what was
+//! measured over a reset.
 
 mod linear;
 mod measuring;
+mod record;
 
 pub use linear::LinearScan;
+pub use record::{Record, RecordError};
 
 use serde::{Deserialize, Serialize};
 

@@ -104,6 +104,12 @@ fn request() -> impl Strategy<Value = Request> {
             })
         ),
         failure().prop_map(Request::Failed),
+        (any::<u16>(), [number(), number(), number()], any::<bool>()).prop_map(
+            |(index, brdf, saturated)| Request::Kept {
+                index,
+                measurement: Measurement { brdf, saturated }
+            }
+        ),
     ]
 }
 
@@ -118,6 +124,7 @@ fn reply() -> impl Strategy<Value = Reply> {
         ),
         Just(Reply::Accepted),
         Just(Reply::Refused(Refusal::Directions)),
+        Just(Reply::Refused(Refusal::Kept)),
     ]
 }
 
@@ -230,6 +237,32 @@ fn a_device_that_was_reset_is_heard_anew() {
     assert_eq!(hear(&failed, Reply::Accepted), Heard::New(failed.clone()));
     let welcome = Reply::Welcome { protocol: PROTOCOL };
     assert_eq!(hear(&hello, welcome), Heard::New(hello.clone()));
+}
+
+/// Both hellos have the sequence number 1, and only one of them was answered.
+#[test]
+fn a_device_with_another_recipe_is_not_taken_for_the_one_before() {
+    let mut answerer = Answerer::new();
+    let mut hear = |recipe| {
+        let hello = Request::Hello {
+            protocol: PROTOCOL,
+            model: ModelKind::Neural,
+            samples: 8,
+            recipe,
+        };
+        let bytes = frame(1, &hello);
+        let heard = bytes.iter().find_map(|byte| answerer.hear(*byte));
+        let welcome = Reply::Welcome { protocol: PROTOCOL };
+        answerer.answer(welcome, &mut [0; FRAME_BYTES]).unwrap();
+        match heard.unwrap().unwrap() {
+            Heard::New(request) => assert_eq!(request, hello),
+            Heard::Again(_) => return false,
+        }
+        true
+    };
+    assert!(hear(7));
+    assert!(!hear(7));
+    assert!(hear(8));
 }
 
 proptest! {

@@ -2,7 +2,9 @@
 
 use glimpse_core::angles::Directions;
 use glimpse_core::fit::Progress;
-use glimpse_core::link::{Asker, FRAME_BYTES, Failure, PROTOCOL, Reply, Request, VALUES_PER_FRAME};
+use glimpse_core::link::{
+    Asker, FRAME_BYTES, Failure, PROTOCOL, Refusal, Reply, Request, VALUES_PER_FRAME,
+};
 use glimpse_core::model::ParameterSet;
 use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::{Measurement, Residual};
@@ -52,6 +54,15 @@ impl Link {
                 Ok(_) | Err(Failure::NoReply) => {} // nobody is there yet
                 Err(failure) => return Err(failure),
             }
+        }
+    }
+
+    /// Asks whether a measurement from before a reset holds still.
+    pub fn holds(&mut self, index: u16, measurement: Measurement) -> Result<bool, Failure> {
+        match self.tell(&Request::Kept { index, measurement }) {
+            Ok(()) => Ok(true),
+            Err(Failure::Refused(Refusal::Kept)) => Ok(false),
+            Err(failure) => Err(failure),
         }
     }
 

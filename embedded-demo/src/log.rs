@@ -1,14 +1,20 @@
 //! Logs: defmt over semihosting, where somebody takes them; else silence.
 //!
 //! A semihosting call is a breakpoint. QEMU and debuggers serve it; on a board by itself it
-//! would be a fault, so it is left out there.
+//! would be a fault, so it is left out there. (Features that name a board log by RTT instead.)
 
 use core::cell::UnsafeCell;
 
+use cortex_m::peripheral::DCB;
 use cortex_m_semihosting::hio::{HostStream, hstdout};
 use heapless::Vec;
 
 use crate::board;
+
+/// True if somebody takes semihosting calls. Without, they are faults.
+fn has_semihosting() -> bool {
+    DCB::is_debugger_attached() || board::is_emulated()
+}
 
 /// Collects a line, so that it costs one semihosting call.
 struct Line {
@@ -28,7 +34,7 @@ impl Line {
     }
 
     fn start(&mut self) {
-        if self.output.is_none() && board::has_semihosting() {
+        if self.output.is_none() && has_semihosting() {
             self.output = hstdout().ok();
         }
         let Self {
@@ -62,7 +68,7 @@ fn append(line: &mut Vec<u8, 128>, output: &mut Option<HostStream>, encoded: &[u
 fn flush(line: &mut Vec<u8, 128>, output: &mut Option<HostStream>) {
     // The debugger may have gone since the last line.
     if let Some(output) = output
-        && board::has_semihosting()
+        && has_semihosting()
     {
         let _ = output.write_all(line);
     }

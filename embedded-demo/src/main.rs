@@ -2,21 +2,22 @@
 //!
 //! It runs unchanged on a board with an STM32F405 and on QEMU's netduinoplus2. Over the UART it
 //! asks the scanner for each measurement and tells it the fitted parameters; see
-//! `glimpse_core::link` for what is said. To try it, from the repository's root:
+//! `glimpse_core::link` for what is said. The README beside this folder says how to run, flash and
+//! change it. All of a scan is in this file:
 //!
-//! ```sh
-//! cargo run --release -- virtual-scanner --material NAME_fc1.npy   # plays motors and sensor
-//! cd embedded-demo && cargo run --release                          # this, in QEMU
-//! ```
+//! 1. `main` reads the recipe, and scans one material after the other.
+//! 2. `scan_material` greets the scanner, measures, fits, and tells the result.
+//! 3. `take_over` goes on with a scan that a reset interrupted.
 //!
-//! The log comes out of QEMU as defmt's numbers; `cargo run --release | defmt-print -e ELF`
-//! makes text of them.
+//! Whatever fails is a `Failure` by name: it is logged, the scanner is told, and all begins anew.
 
 #![no_std]
 #![no_main]
 
 mod board;
+mod kept;
 mod link;
+#[cfg(not(any(feature = "feather", feature = "nucleo")))]
 mod log;
 mod meter;
 mod register;
@@ -27,12 +28,15 @@ use core::panic::PanicInfo;
 
 use cortex_m::peripheral::SCB;
 use cortex_m_rt::{ExceptionFrame, entry, exception};
+#[cfg(any(feature = "feather", feature = "nucleo"))]
+use defmt_rtt as _; // the log, where a debug probe reads it
 use glimpse_core::fit::Workspace;
 use glimpse_core::link::Failure;
 use glimpse_core::model::Neural;
 use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::Scan;
 
+use kept::Kept;
 use link::Link;
 use meter::Stopwatch;
 
@@ -64,11 +68,14 @@ fn main() -> ! {
         },
     };
 
+    // The first scan may be one that a reset interrupted.
+    let mut kept = Kept::find(scan.recipe());
     loop {
-        if let Err(failure) = scan_material(scan, &mut link) {
+        if let Err(failure) = scan_material(scan, &mut link, &mut kept) {
             defmt::error!("{}", failure);
             link.fail(failure);
         }
+        kept.forget();
         scan.restart();
     }
 }
@@ -87,16 +94,24 @@ fn begin(
 }
 
 /// Scans one material, from the first word to the last.
-fn scan_material(scan: &mut Scan<Neural, CAPACITY>, link: &mut Link) -> Result<(), Failure> {
+fn scan_material(
+    scan: &mut Scan<Neural, CAPACITY>,
+    link: &mut Link,
+    kept: &mut Kept,
+) -> Result<(), Failure> {
     link.hello(scan.recipe())?;
     defmt::info!("scan of {=usize} samples", scan.recipe().samples());
+    take_over(scan, link, kept)?;
 
     // Measure where the recipe says. What cannot be a BRDF is measured once more.
     let mut attempts = 0;
     while let Some((index, directions)) = scan.next_directions() {
         let measurement = link.measure(index, directions)?;
         match scan.record(measurement) {
-            Ok(()) => attempts = 0,
+            Ok(()) => {
+                attempts = 0;
+                kept.add(measurement);
+            }
             Err(error) => {
                 defmt::warn!("measurement {=u16}: {}", index, error);
                 attempts += 1;
@@ -125,6 +140,25 @@ fn scan_material(scan: &mut Scan<Neural, CAPACITY>, link: &mut Link) -> Result<(
     link.finished(residual)?;
     defmt::info!("finished: {}", residual);
     meter::report(ticks);
+    Ok(())
+}
+
+/// Takes over what was measured before a reset, if the scanner says that it holds still: the
+/// material may have been changed meanwhile.
+fn take_over(
+    scan: &mut Scan<Neural, CAPACITY>,
+    link: &mut Link,
+    kept: &mut Kept,
+) -> Result<(), Failure> {
+    for (index, measurement) in (0..).zip(kept.measurements()) {
+        if !link.holds(index, *measurement)? || scan.record(*measurement).is_err() {
+            defmt::warn!("all is measured anew");
+            scan.restart();
+            kept.forget();
+            return Ok(());
+        }
+    }
+    defmt::info!("{=usize} were measured before", kept.measurements().len());
     Ok(())
 }
 

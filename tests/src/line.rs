@@ -1,27 +1,61 @@
-//! A bad line: bytes that are lost, altered, doubled and swapped.
+//! A bad line: bytes that are lost, altered, doubled and swapped, and frames that are cut.
 
 use std::io::{self, Read, Write};
 
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
+/// What may happen to a byte.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Fault {
+    /// It does not arrive.
+    Lost,
+    /// A bit of it flips.
+    Altered,
+    /// It arrives twice.
+    Doubled,
+    /// It arrives before the one that was ahead of it.
+    Swapped,
+    /// Neither it nor what follows it at once arrives.
+    Cut,
+}
+
+impl Fault {
+    /// All of them.
+    pub const ALL: [Self; 5] = [
+        Self::Lost,
+        Self::Altered,
+        Self::Doubled,
+        Self::Swapped,
+        Self::Cut,
+    ];
+}
+
 /// A stream that spoils bytes in both directions, the same way for the same seed and bytes.
 #[derive(Debug)]
 pub struct BadLine<S> {
     stream: S,
     random: ChaCha8Rng,
+    faults: Vec<Fault>,
     rate: f64,
     /// Bytes that were spoiled so far.
     pub spoiled: usize,
 }
 
 impl<S> BadLine<S> {
-    /// Spoils each byte with a probability of `rate`.
+    /// Spoils each byte with a probability of `rate`, by any fault.
     #[must_use]
     pub fn new(stream: S, rate: f64, seed: u64) -> Self {
+        Self::with(stream, &Fault::ALL, rate, seed)
+    }
+
+    /// Spoils each byte with a probability of `rate`, by these faults.
+    #[must_use]
+    pub fn with(stream: S, faults: &[Fault], rate: f64, seed: u64) -> Self {
         Self {
             stream,
             random: ChaCha8Rng::seed_from_u64(seed),
+            faults: faults.to_vec(),
             rate,
             spoiled: 0,
         }
@@ -35,18 +69,18 @@ impl<S> BadLine<S> {
                 continue;
             }
             self.spoiled += 1;
-            match self.random.random_range(0..4) {
-                0 => {}
-                1 => spoiled.push(byte ^ (1 << self.random.random_range(0..8))),
-                2 => spoiled.extend([*byte; 2]),
-                // Before the one that was ahead of it.
-                _ => spoiled.insert(spoiled.len().saturating_sub(1), *byte),
+            let fault = self.faults[self.random.random_range(0..self.faults.len())];
+            match fault {
+                Fault::Lost => {}
+                Fault::Altered => spoiled.push(byte ^ (1 << self.random.random_range(0..8))),
+                Fault::Doubled => spoiled.extend([*byte; 2]),
+                Fault::Swapped => spoiled.insert(spoiled.len().saturating_sub(1), *byte),
+                Fault::Cut => break,
             }
         }
         spoiled
     }
 }
-
 impl<S: Read> Read for BadLine<S> {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         // Half, so that there is room if all are doubled.

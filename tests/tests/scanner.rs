@@ -10,10 +10,10 @@ use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::{Recipe, RecipeError};
 use glimpse_tests::RECIPE;
 use glimpse_tests::device::{Device, fit};
-use glimpse_tests::line::BadLine;
+use glimpse_tests::line::{BadLine, Fault};
 use glimpse_trainer::material::{Material, Procedural};
 use glimpse_trainer::sampling::uniform_valid;
-use glimpse_trainer::scanner::{Options, ScannerError, VirtualScanner, angles_of};
+use glimpse_trainer::scanner::{Options, ScanReport, ScannerError, VirtualScanner, angles_of};
 
 const PATIENCE: Duration = Duration::from_millis(30);
 
@@ -97,6 +97,76 @@ fn a_bad_line_changes_nothing() {
     let _ = device.join().unwrap();
 }
 
+/// The scan over a line with one fault, and how many bytes were spoiled.
+fn scan_over(fault: Fault, rate: f64) -> (Result<ScanReport, ScannerError>, usize) {
+    let (device, host) = line();
+    let device = thread::spawn(move || Device::new(device, PATIENCE)?.scan(RECIPE));
+    let material = material();
+    let mut host = BadLine::with(host, &[fault], rate, 1);
+    let result = VirtualScanner::new(&material, Options::default()).serve(&mut host);
+    let spoiled = host.spoiled;
+    drop(host);
+    let _ = device.join().unwrap(); // as above
+    (result, spoiled)
+}
+
+/// One byte in a hundred: the scan is whole, and right.
+fn assert_costs_nothing_but_time(fault: Fault) {
+    let (result, spoiled) = scan_over(fault, 0.01);
+    assert!(spoiled > 0);
+    assert_right(&result.unwrap());
+}
+
+/// One byte in ten: the scan is whole and right, or the device gives up and hangs up.
+fn assert_ends_in_nothing_wrong(fault: Fault) {
+    let (result, spoiled) = scan_over(fault, 0.1);
+    assert!(spoiled > 0);
+    match result {
+        Ok(report) => assert_right(&report),
+        Err(ScannerError::Closed | ScannerError::Link(_)) => {}
+        Err(other) => panic!("{other}"),
+    }
+}
+
+fn assert_right(report: &ScanReport) {
+    let (parameters, residual) = fit(RECIPE, &report.measurements);
+    assert_eq!(report.parameters, parameters);
+    assert_eq!(report.residual, residual);
+    for taken in &report.measurements {
+        assert_eq!(taken.measurement.brdf, material().brdf(taken.angles));
+    }
+}
+
+#[test]
+fn bytes_lost() {
+    assert_costs_nothing_but_time(Fault::Lost);
+    assert_ends_in_nothing_wrong(Fault::Lost);
+}
+
+#[test]
+fn bytes_altered() {
+    assert_costs_nothing_but_time(Fault::Altered);
+    assert_ends_in_nothing_wrong(Fault::Altered);
+}
+
+#[test]
+fn bytes_doubled() {
+    assert_costs_nothing_but_time(Fault::Doubled);
+    assert_ends_in_nothing_wrong(Fault::Doubled);
+}
+
+#[test]
+fn bytes_swapped() {
+    assert_costs_nothing_but_time(Fault::Swapped);
+    assert_ends_in_nothing_wrong(Fault::Swapped);
+}
+
+#[test]
+fn frames_cut() {
+    assert_costs_nothing_but_time(Fault::Cut);
+    assert_ends_in_nothing_wrong(Fault::Cut);
+}
+
 #[test]
 fn noise_is_the_same_for_the_same_seed() {
     let scan = |seed| {
@@ -168,6 +238,58 @@ fn what_cannot_be_met_is_refused_by_name() {
     device.ask(&Request::Failed(failure)).unwrap();
     let error = host.join().unwrap().unwrap_err();
     assert!(matches!(error, ScannerError::Device(named) if named == failure));
+}
+
+/// A device that was reset asks whether its measurements hold still.
+#[test]
+fn kept_measurements_hold_only_where_they_were_given() {
+    let material = material();
+    let mut scanner = VirtualScanner::new(&material, Options::default());
+    let (device, mut host) = line();
+    let device = thread::spawn(move || {
+        let mut device = Device::new(device, PATIENCE).unwrap();
+        let directions = Directions {
+            incoming: [0.0, 0.0, 1.0],
+            outgoing: [0.6, 0.0, 0.8],
+        };
+        let index = 0;
+        let kept = |measurement| Request::Kept { index, measurement };
+        let refused = Reply::Refused(Refusal::Kept);
+        device.ask(&hello(PROTOCOL)).unwrap();
+        let reply = device.ask(&Request::Measure { index, directions }).unwrap();
+        let Reply::Measured { measurement, .. } = reply else {
+            panic!("{reply:?}")
+        };
+        // Without a hello between there was no reset.
+        assert_eq!(device.ask(&kept(measurement)).unwrap(), refused);
+        device.ask(&hello(PROTOCOL)).unwrap();
+        let mut altered = measurement;
+        altered.brdf[1] += 0.1;
+        assert_eq!(device.ask(&kept(altered)).unwrap(), refused);
+        altered = measurement;
+        altered.saturated = true;
+        assert_eq!(device.ask(&kept(altered)).unwrap(), refused);
+        let other = Request::Kept {
+            index: 1,
+            measurement,
+        };
+        assert_eq!(device.ask(&other).unwrap(), refused);
+        assert_eq!(device.ask(&kept(measurement)).unwrap(), Reply::Accepted);
+        // Reset twice it holds as well; by another recipe it does not.
+        device.ask(&hello(PROTOCOL)).unwrap();
+        assert_eq!(device.ask(&kept(measurement)).unwrap(), Reply::Accepted);
+        let another = Request::Hello {
+            protocol: PROTOCOL,
+            model: ModelKind::Neural,
+            samples: 8,
+            recipe: 1,
+        };
+        device.ask(&another).unwrap();
+        assert_eq!(device.ask(&kept(measurement)).unwrap(), refused);
+    });
+    // The device hangs up.
+    assert!(scanner.serve(&mut host).is_err());
+    device.join().unwrap();
 }
 
 #[test]

@@ -111,8 +111,35 @@ pub fn angles_of(directions: &Directions<f32>) -> Option<Angles<f32>> {
 struct Scanning {
     model: ModelKind,
     recipe: u32,
+    /// What was measured, by index.
     measurements: BTreeMap<u16, Taken>,
+    /// What was measured by the same recipe before the device said hello once more: it may have
+    /// been reset, and have kept this.
+    before: BTreeMap<u16, Taken>,
     parameters: Vec<f32>,
+}
+
+impl Scanning {
+    /// All that was measured, in this scan and before it.
+    fn all(mut self) -> BTreeMap<u16, Taken> {
+        self.before.append(&mut self.measurements);
+        self.before
+    }
+
+    /// Takes over a measurement that the device has kept, if it is the one that was given to it.
+    fn keep(&mut self, index: u16, measurement: Measurement) -> Reply {
+        let bits = |measurement: Measurement| measurement.brdf.map(f32::to_bits);
+        match self.before.get(&index) {
+            Some(taken)
+                if bits(taken.measurement) == bits(measurement)
+                    && taken.measurement.saturated == measurement.saturated =>
+            {
+                self.measurements.insert(index, *taken);
+                Reply::Accepted
+            }
+            _ => Reply::Refused(Refusal::Kept),
+        }
+    }
 }
 
 /// What becomes of a scan by a request.
@@ -187,12 +214,14 @@ impl<'a> VirtualScanner<'a> {
                 let refused = Reply::Refused(Refusal::Model);
                 return (refused, Outcome::Fails(ScannerError::Model(model)));
             }
-            (Request::Hello { model, recipe, .. }, _) => {
+            (Request::Hello { model, recipe, .. }, scan) => {
                 self.scans += 1;
-                self.scan = Some(Scanning {
+                let before = scan.take().filter(|scan| scan.recipe == recipe);
+                *scan = Some(Scanning {
                     model,
                     recipe,
                     measurements: BTreeMap::new(),
+                    before: before.map(Scanning::all).unwrap_or_default(),
                     parameters: Vec::new(),
                 });
                 Reply::Welcome { protocol: PROTOCOL }
@@ -202,6 +231,7 @@ impl<'a> VirtualScanner<'a> {
                 return (Reply::Accepted, Outcome::Fails(failure.into()));
             }
             (_, None) => Reply::Refused(Refusal::NoScan),
+            (Request::Kept { index, measurement }, Some(scan)) => scan.keep(index, measurement),
             (Request::Measure { index, directions }, Some(_)) => self.measure(index, directions),
             (Request::Progress(_), Some(_)) => Reply::Accepted,
             (Request::Parameters { offset, values }, Some(scan)) => {

@@ -1,6 +1,6 @@
 //! Who said what: sequence numbers, repetitions and late replies.
 
-use super::frame::{FrameError, FrameReader, encode};
+use super::frame::{FrameError, FrameReader, checksum_of, encode};
 use super::message::{Reply, Request};
 
 /// The device's side of the link: asks, and knows the reply when it comes.
@@ -60,6 +60,9 @@ pub enum Heard {
 pub struct Answerer {
     reader: FrameReader,
     sequence: u32,
+    /// The CRC of the last request.
+    request: u32,
+    /// How it was answered.
     reply: Option<Reply>,
 }
 
@@ -70,6 +73,7 @@ impl Answerer {
         Self {
             reader: FrameReader::new(),
             sequence: 0,
+            request: 0,
             reply: None,
         }
     }
@@ -81,14 +85,17 @@ impl Answerer {
             Ok(heard) => heard,
             Err(error) => return Some(Err(error)),
         };
-        // The kind is compared too: a device that was reset counts from the start again.
+        // What it says is compared too: a device that was reset counts from the start again, and
+        // may have been given another recipe.
+        let checksum = checksum_of(sequence, &request);
         let heard = match self.reply {
-            Some(reply) if sequence == self.sequence && reply.answers(&request) => {
+            Some(reply) if sequence == self.sequence && checksum == self.request => {
                 Heard::Again(reply)
             }
             _ => Heard::New(request),
         };
         self.sequence = sequence;
+        self.request = checksum;
         self.reply = None;
         Some(Ok(heard))
     }

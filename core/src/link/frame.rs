@@ -69,6 +69,13 @@ pub fn encode<'b, T: Serialize>(
     buffer.get(..=end).ok_or(FrameError::TooLong)
 }
 
+/// The CRC in the frame of a message.
+pub(super) fn checksum_of<T: Serialize>(sequence: u32, message: &T) -> u32 {
+    let mut content = [0; MESSAGE_BYTES];
+    let content = postcard::to_slice(&(sequence, message), &mut content);
+    content.map_or(0, |content| CHECKSUM.checksum(content))
+}
+
 /// Finds frames in a stream of bytes.
 #[derive(Debug)]
 pub struct FrameReader {

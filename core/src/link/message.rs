@@ -13,7 +13,7 @@ use crate::scan::{Measurement, MeasurementError, Residual, ScanError};
 ///
 /// `Hello` and `Welcome` stay first in their enums and never change their layout, so that any two
 /// versions can tell each other apart.
-pub const PROTOCOL: u16 = 2;
+pub const PROTOCOL: u16 = 3;
 /// The largest number of parameters in one [`Request::Parameters`]. Of 80 bytes about half come
 /// through whole where one in a hundred is lost; of 200 bytes an eighth would.
 pub const VALUES_PER_FRAME: usize = 16;
@@ -53,6 +53,14 @@ pub enum Request {
     Finished(Residual),
     /// The device gives up on this scan.
     Failed(Failure),
+    /// Before it was reset, the device had this measurement of a scan by the same recipe. Does it
+    /// hold still, or is another material there now?
+    Kept {
+        /// Index of the sample in the recipe's pattern.
+        index: u16,
+        /// What the sensor saw.
+        measurement: Measurement,
+    },
 }
 
 /// What the host answers.
@@ -103,6 +111,9 @@ pub enum Refusal {
     Parameters,
     /// The host cannot do with this model.
     Model,
+    /// The host did not give this measurement in the scan that it knows of: all have to be taken
+    /// again.
+    Kept,
 }
 
 impl core::fmt::Display for Refusal {
@@ -112,6 +123,7 @@ impl core::fmt::Display for Refusal {
             Self::Directions => "the scanner cannot reach these directions",
             Self::Parameters => "the model has another number of parameters",
             Self::Model => "the host cannot do with this model",
+            Self::Kept => "the host did not give this measurement: take all of them again",
         })
     }
 }

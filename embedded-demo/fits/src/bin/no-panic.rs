@@ -24,7 +24,7 @@ use glimpse_core::link::{Answerer, Asker, FRAME_BYTES, Failure, Heard, Reply, Re
 use glimpse_core::math;
 use glimpse_core::model::{CookTorrance, Model, ModelKind, Neural, Phong, Sample};
 use glimpse_core::recipe::{Floats, Learner, Recipe};
-use glimpse_core::scan::{LinearScan, Measurement, Residual, Scan};
+use glimpse_core::scan::{LinearScan, Measurement, Record, Residual, Scan};
 use glimpse_fits::machine::only;
 
 unsafe extern "C" {
@@ -201,6 +201,25 @@ fn ridge() {
 }
 
 #[inline(never)]
+fn record() {
+    let Ok(recipe) = Recipe::parse(bytes()) else {
+        return;
+    };
+    let mut record = match Record::<8>::read(bytes(), &recipe) {
+        Ok(record) => record,
+        Err(_) => Record::new(&recipe),
+    };
+    black_box(record.push(measurement()).is_ok());
+    black_box(record.measurements());
+    let mut buffer = [0; Record::<8>::BYTES];
+    let length = any(buffer.len());
+    let buffer = buffer.get_mut(..length).unwrap_or_default();
+    black_box(record.write(buffer).is_ok());
+    record.clear();
+    black_box(record.measurements());
+}
+
+#[inline(never)]
 fn link() {
     let mut frame = [0; FRAME_BYTES];
     let length = any(frame.len());
@@ -235,6 +254,10 @@ fn link() {
             repeated: any(0),
         }),
         Request::Failed(any(Failure::NoReply)),
+        Request::Kept {
+            index: any(1),
+            measurement: measurement(),
+        },
     ];
     for request in &requests {
         black_box(asker.ask(request, frame).is_ok());
@@ -285,6 +308,7 @@ fn main() -> ! {
         descent(only(&raw mut COOK_TORRANCE));
     }
     ridge();
+    record();
     link();
     loop {
         core::hint::spin_loop();
