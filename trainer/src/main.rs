@@ -15,10 +15,12 @@ use clap::{Args, Parser, Subcommand};
 ///
 /// Start with `trainer quickstart`.
 ///
-/// SOURCES. Wherever a command takes materials (--data, --test, --train, --material) it takes
-/// a directory holding any mix of MERL *.binary and NBRDF sets (NAME_fc1.npy and its five
-/// siblings), a single such file, or procedural, procedural:COUNT or
-/// procedural:COUNT:SEED, the built-in set.
+/// SOURCES. Wherever a command takes materials (--data, --test, --train, --material, SRC) it takes
+/// a directory holding any mix of MERL *.binary, isotropic RGL *_rgb.bsdf and NBRDF sets
+/// (NAME_fc1.npy and its five siblings), a single such file, or procedural, procedural:COUNT or
+/// procedural:COUNT:SEED, the built-in set. A material is named by its file (NBRDF: by NAME), and
+/// no two of a directory may have the same name. Other files are passed over, but for *.bsdf that
+/// are spectral or anisotropic: they are an error, so that no material is left out unnoticed.
 #[derive(Parser)]
 #[command(name = "trainer", version, max_term_width = 100)]
 struct Cli {
@@ -46,6 +48,7 @@ enum Command {
     Train(commands::train::Train),
     Evaluate(commands::evaluate::Evaluate),
     Inspect(commands::inspect::Inspect),
+    Query(commands::query::Query),
     Export(commands::export::Export),
     Reproduce(commands::reproduce::Reproduce),
     VirtualScanner(commands::virtual_scanner::VirtualScanner),
@@ -65,6 +68,7 @@ fn main() -> ExitCode {
         Command::Train(command) => command.run(common.seed),
         Command::Evaluate(command) => command.run(common.seed),
         Command::Inspect(command) => command.run(),
+        Command::Query(command) => command.run(),
         Command::Export(command) => command.run(),
         Command::Reproduce(command) => command.run(common.seed),
         Command::VirtualScanner(command) => command.run(common.seed),

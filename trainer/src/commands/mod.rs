@@ -1,11 +1,13 @@
 //! The subcommands, one file each; results go to stdout or --out, talk goes to stderr.
 
+mod angles_csv;
 pub(crate) mod bench;
 pub(crate) mod evaluate;
 pub(crate) mod export;
 mod grid;
 pub(crate) mod inspect;
 pub(crate) mod progress;
+pub(crate) mod query;
 pub(crate) mod quickstart;
 pub(crate) mod reproduce;
 pub(crate) mod train;

@@ -5,7 +5,7 @@
 //! the BRDF divided by 1/1500, 1.15/1500 and 1.66/1500. Node k of theta_h is at
 //! pi/2 (k/90)^2, the nodes of theta_d and phi_d at whole degrees; phi_d has period pi.
 //!
-//! A negative value was not measured.
+//! A negative value was not measured; neither was one that is not a finite f32.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::fs::File;
@@ -31,6 +31,8 @@ const FILE_BYTES: usize = HEADER_BYTES + 3 * PLANE * size_of::<f64>();
 const SCALE: [f64; 3] = [1.0 / 1500.0, 1.15 / 1500.0, 1.66 / 1500.0];
 /// What the writer puts where a direction is below the horizon.
 const NOT_MEASURED: f64 = -1.0;
+/// How far apart the values are that are looked at on opening: 2 MiB.
+const CHECKED_EVERY: usize = 262_144;
 
 /// A material that is a table, read in place.
 ///
@@ -44,11 +46,13 @@ pub struct MerlTable {
 }
 
 impl MerlTable {
-    /// Opens a table and checks all of it.
+    /// Opens a table and checks its header, its length and every 262,144th value: a hundred tables
+    /// are 3.5 GB, far too much to read before it is needed. A value that is not finite (in f32,
+    /// as look-ups are) and that this does not find counts as not measured.
     ///
     /// # Errors
-    /// If the file cannot be read, has other dimensions or another length, or holds a value that
-    /// is not finite (in f32, as look-ups are).
+    /// If the file cannot be read, has other dimensions or another length, or one of the values
+    /// looked at is not finite. 2 MiB of such values in a row are always found.
     pub fn read(path: &Path) -> Result<Self, SourceError> {
         let refused = |source| SourceError::Read {
             path: path.into(),
@@ -92,13 +96,29 @@ impl MerlTable {
         let table = Self { name, bytes };
         // Of what passes, f32 look-ups are finite. (NaN does not pass.)
         let passes = |value: f64| value.abs() <= f64::from(f32::MAX);
-        match (0..3 * PLANE).find(|index| !passes(table.value(*index))) {
+        let mut checked = (0..3 * PLANE).step_by(CHECKED_EVERY);
+        table.expect_jumps(true).map_err(refused)?;
+        let damage = checked.find(|index| !passes(table.value(*index)));
+        table.expect_jumps(false).map_err(refused)?;
+        match damage {
             Some(index) => Err(damaged(format!(
                 "value {index} is {:e}, which is no BRDF; get the file again",
                 table.value(index)
             ))),
             None => Ok(table),
         }
+    }
+
+    /// Whether the system reads only the pages that are looked at, not what is around them too.
+    fn expect_jumps(&self, jumps: bool) -> io::Result<()> {
+        #[cfg(unix)]
+        self.bytes.advise(match jumps {
+            true => memmap2::Advice::Random,
+            false => memmap2::Advice::Normal,
+        })?;
+        #[cfg(not(unix))]
+        let _ = jumps;
+        Ok(())
     }
 
     /// `NAME` of a path `.../NAME.binary`; None for any other.
@@ -128,7 +148,7 @@ impl MerlTable {
                     let weight = weight_h * weight_d * weight_phi;
                     for (channel, (sum, total)) in sums.iter_mut().zip(&mut weights).enumerate() {
                         let value = self.value(index + channel * PLANE);
-                        if value >= 0.0 {
+                        if (0.0..=f64::from(f32::MAX)).contains(&value) {
                             *sum = *sum + weight * S::constant(value * SCALE[channel]);
                             *total = *total + weight;
                         }

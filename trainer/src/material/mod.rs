@@ -3,11 +3,13 @@
 mod merl;
 mod nbrdf;
 mod procedural;
+mod rgl;
 mod source;
 
 pub use merl::{MerlTable, write_merl};
 pub use nbrdf::NeuralBrdf;
 pub use procedural::Procedural;
+pub use rgl::RglMeasurement;
 pub use source::{Source, SourceError};
 
 use std::f32::consts::TAU;

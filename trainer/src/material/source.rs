@@ -1,6 +1,7 @@
 //! Where materials come from: a directory, a file, or the built-in procedural set.
 
-use std::collections::BTreeSet;
+use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 use std::fmt;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -8,7 +9,7 @@ use std::str::FromStr;
 
 use rayon::prelude::*;
 
-use super::{Material, MerlTable, NeuralBrdf, Procedural};
+use super::{Material, MerlTable, NeuralBrdf, Procedural, RglMeasurement};
 
 /// Why materials cannot be read or written.
 #[derive(Debug, thiserror::Error)]
@@ -29,7 +30,7 @@ pub enum SourceError {
         /// Why.
         source: io::Error,
     },
-    /// A file is not what its name says.
+    /// A file is not what its name says, or of a kind that is not read.
     #[error("{}: {what}", path.display())]
     Damaged {
         /// The file.
@@ -39,26 +40,33 @@ pub enum SourceError {
     },
     /// Neither a file nor a directory.
     #[error(
-        "{} does not exist: give a directory of materials, a single one (MERL *.binary or NBRDF \
-         NAME_fc1.npy), or procedural[:COUNT[:SEED]]", .0.display()
+        "{} does not exist: give a directory of materials, a single one (MERL *.binary, RGL \
+         *_rgb.bsdf or NBRDF NAME_fc1.npy), or procedural[:COUNT[:SEED]]", .0.display()
     )]
     Missing(PathBuf),
     /// A file of no known kind.
     #[error(
-        "{} is no material: expected MERL (*.binary), NBRDF (NAME_fc1.npy and its five \
-         siblings), a directory of those, or procedural[:COUNT[:SEED]]", .0.display()
+        "{} is no material: expected MERL (*.binary), RGL (*_rgb.bsdf), NBRDF (NAME_fc1.npy and \
+         its five siblings), a directory of those, or procedural[:COUNT[:SEED]]", .0.display()
     )]
     Unknown(PathBuf),
-    /// A file or directory of a kind that is not read yet.
+    /// Two materials of a directory have the same name.
     #[error(
-        "{} is RGL (*_rgb.bsdf), which is not read yet: give MERL (*.binary) or NBRDF \
-         (NAME_fc1.npy and its five siblings) instead", .0.display()
+        "{} and {} are both named {name}: rename one of them, or take it away", first.display(),
+        second.display()
     )]
-    Unsupported(PathBuf),
+    Twice {
+        /// The name.
+        name: String,
+        /// One file.
+        first: PathBuf,
+        /// The other one.
+        second: PathBuf,
+    },
     /// A directory without materials.
     #[error(
-        "{} holds no materials: expected MERL (*.binary) or NBRDF (NAME_fc1.npy and its five \
-         siblings) in it", .0.display()
+        "{} holds no materials: expected MERL (*.binary), RGL (*_rgb.bsdf) or NBRDF (NAME_fc1.npy \
+         and its five siblings) in it", .0.display()
     )]
     Empty(PathBuf),
     /// `procedural:...` with something that is not a number.
@@ -73,8 +81,12 @@ pub enum SourceError {
 const MOST_PROCEDURAL: usize = 100_000;
 
 /// Where to take materials from, as written on the command line: a directory with any mix of
-/// MERL tables and NBRDF networks (other files in it are passed over), a single one of them, or
-/// `procedural[:COUNT[:SEED]]`, 100 materials and seed 0 unless told.
+/// MERL tables, RGL measurements and NBRDF networks (other files in it are passed over), a single
+/// one of them, or `procedural[:COUNT[:SEED]]`, 100 materials and seed 0 unless told.
+///
+/// Every `.bsdf` of a directory is meant to be read: one that is spectral or anisotropic is an
+/// error, so that nobody trains on fewer materials than the directory holds. No two materials may
+/// have the same name, since results are told apart by it.
 ///
 /// What begins with `procedural` is a path nevertheless if anything but a colon follows.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -100,7 +112,7 @@ impl Source {
     /// Reads all materials, sorted by name.
     ///
     /// # Errors
-    /// If nothing is there, or any file is damaged.
+    /// If nothing is there, any file is damaged or not read, or two have the same name.
     pub fn load(&self) -> Result<Vec<Box<dyn Material>>, SourceError> {
         if let Some((count, seed)) = procedural(&self.0)? {
             let set = Procedural::set(count, seed).into_iter();
@@ -156,38 +168,52 @@ fn read(path: &Path) -> Result<Box<dyn Material>, SourceError> {
     if MerlTable::name_of(path).is_some() {
         return Ok(Box::new(MerlTable::read(path)?));
     }
-    Err(match is_rgl(path) {
-        true => SourceError::Unsupported(path.into()),
-        false => SourceError::Unknown(path.into()),
-    })
+    if RglMeasurement::name_of(path).is_some() {
+        return Ok(Box::new(RglMeasurement::read(path)?));
+    }
+    Err(SourceError::Unknown(path.into()))
 }
 
 /// One file for each material in a directory, sorted by the materials' names.
 fn list(directory: &Path) -> Result<Vec<PathBuf>, SourceError> {
-    // A network is found by any of its six files, so that one that lacks a file is not overlooked.
-    let mut found = BTreeSet::new();
-    let mut rgl = false;
+    let mut files = Vec::new();
     for entry in directory.read_dir().map_err(refused(directory))? {
         let path = entry.map_err(refused(directory))?.path();
-        if !path.is_file() {
-            continue;
+        if path.is_file() {
+            files.push(path);
         }
-        rgl |= is_rgl(&path);
-        if let Some(name) = NeuralBrdf::name_of(&path) {
+    }
+    // In order, so that messages do not depend on the file system's.
+    files.sort();
+
+    let mut found = BTreeMap::new();
+    for path in files {
+        // A network is found by any of its six files, so that one that lacks a file is not
+        // overlooked.
+        let (name, file) = if let Some(name) = NeuralBrdf::name_of(&path) {
             let first = path.with_file_name(format!("{name}_fc1.npy"));
-            found.insert((name, first));
-        } else if let Some(name) = MerlTable::name_of(&path) {
-            found.insert((name, path));
+            (name, first)
+        } else if let Some(name) = MerlTable::name_of(&path).or(RglMeasurement::name_of(&path)) {
+            (name, path)
+        } else {
+            continue;
+        };
+        match found.entry(name) {
+            Entry::Vacant(place) => {
+                place.insert(file);
+            }
+            Entry::Occupied(place) if *place.get() == file => {}
+            Entry::Occupied(place) => {
+                return Err(SourceError::Twice {
+                    name: place.key().clone(),
+                    first: place.get().clone(),
+                    second: file,
+                });
+            }
         }
     }
     match found.is_empty() {
-        true if rgl => Err(SourceError::Unsupported(directory.into())),
         true => Err(SourceError::Empty(directory.into())),
-        false => Ok(found.into_iter().map(|(_, path)| path).collect()),
+        false => Ok(found.into_values().collect()),
     }
-}
-
-fn is_rgl(path: &Path) -> bool {
-    let name = path.file_name().and_then(|name| name.to_str());
-    name.is_some_and(|name| name.ends_with("_rgb.bsdf"))
 }

@@ -2,6 +2,7 @@
 
 mod grid;
 mod linear;
+mod query;
 mod reproduce;
 mod survival;
 

@@ -6,6 +6,7 @@ mod support;
 
 mod derivatives;
 mod merl;
+mod rgl;
 mod sources;
 
 use glimpse_core::angles::Angles;

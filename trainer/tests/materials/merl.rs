@@ -294,6 +294,30 @@ fn nodes_that_were_not_measured_are_left_out() {
 }
 
 #[test]
+fn values_that_are_no_finite_floats_count_as_not_measured() {
+    let tabulated = tabulate(&network(6));
+    let cell = [20, 30, 40];
+    let (low, high) = (node(cell), node(cell.map(|k| k + 1)));
+    let place = std::array::from_fn(|i| low[i] + 0.4 * (high[i] - low[i]));
+    let whole = tabulated.read().brdf(angles(place));
+    // One corner in red, all of them in blue.
+    let corners = (0..8).map(|bits| std::array::from_fn(|i| cell[i] + (bits >> i & 1)));
+    let damage = |value: f64| {
+        tabulated.patch(offset(cell, 0), &value.to_le_bytes());
+        for corner in corners.clone() {
+            tabulated.patch(offset(corner, 2), &value.to_le_bytes());
+        }
+        tabulated.read().brdf_with_derivative(angles(place))
+    };
+    let not_measured = damage(-1.0);
+    assert_ne!(not_measured.0[0], whole[0]);
+    assert_eq!(not_measured.0[1..], [whole[1], 0.0]);
+    for value in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 3.5e38, -1e300] {
+        assert_eq!(damage(value), not_measured, "{value}");
+    }
+}
+
+#[test]
 fn look_ups_stay_at_the_upper_ends_and_wrap_around() {
     let table = tabulate(&network(4)).read();
     let at = |place| table.brdf(angles(place));
@@ -328,18 +352,24 @@ fn damaged_tables_are_refused_by_name() {
 
     for (at, number, described) in [
         (0, f64::NAN, "value 0 is NaN"),
-        (1_458_000 * 2 + 7, f64::INFINITY, "value 2916007 is inf"),
-        (
-            1_458_000 * 3 - 1,
-            f64::NEG_INFINITY,
-            "value 4373999 is -inf",
-        ),
+        (11 * 262_144, f64::INFINITY, "value 2883584 is inf"),
+        (16 * 262_144, f64::NEG_INFINITY, "value 4194304 is -inf"),
     ] {
         let place = 12 + 8 * at;
         tabulated.patch(place, &number.to_le_bytes());
         let expected = format!("{path}: {described}, which is no BRDF; get the file again");
         assert_eq!(tabulated.complaint(), expected);
         tabulated.patch(place, &1.0_f64.to_le_bytes());
+    }
+    // Wherever 2 MiB in a row are no numbers, that is found.
+    for at in [1, 1_000_000, 3 * 1_458_000 - 262_144] {
+        tabulated.patch(12 + 8 * at, &[0xff; 8 * 262_144]);
+        let found = tabulated.complaint();
+        assert!(
+            found.ends_with("is NaN, which is no BRDF; get the file again"),
+            "{found}"
+        );
+        tabulated.patch(12 + 8 * at, &[0; 8 * 262_144]);
     }
     tabulated.read();
 

@@ -7,6 +7,7 @@ use glimpse_core::model::ParameterSet;
 use glimpse_trainer::material::{NeuralBrdf, Source, write_merl};
 use tempfile::TempDir;
 
+use crate::rgl::{write_anisotropic, write_rgl};
 use crate::{angles, network};
 
 const ARRAYS: [(&str, &[u64]); 6] = [
@@ -70,19 +71,20 @@ fn a_directory_is_read_sorted_and_other_files_are_passed_over() {
     write_network(at, "a_late-one", &network(1));
     write_network(at, "an-early-one", &network(2));
     write_merl(&at.join("a-table.binary"), &network(3)).expect("it is written");
+    write_rgl(&at.join("a_measurement_rgb.bsdf"));
     for other in [
         "README.md",
         "x.npy",
         "fc1.npy",
         "x_fc4.npy",
-        "grey_rgb.bsdf",
+        ".bsdf",
         ".binary.swp",
     ] {
         fs::write(at.join(other), b"something else").expect("it is written");
     }
     fs::create_dir(at.join("deeper.binary")).expect("it is made");
-    let expected = ["a-table", "a_late-one", "an-early-one"].map(str::to_owned);
-    assert_eq!(load(at), Ok(expected.to_vec()));
+    let names = ["a-table", "a_late-one", "a_measurement_rgb", "an-early-one"];
+    assert_eq!(load(at), Ok(names.map(str::to_owned).to_vec()));
 }
 
 #[test]
@@ -99,8 +101,65 @@ fn one_file_is_one_material_whichever_of_six_it_is() {
     let table = directory.path().join("green-felt.binary");
     write_merl(&table, &network).expect("it is written");
     assert_eq!(load(&table), Ok(vec!["green-felt".to_owned()]));
-    // Both are materials of this name.
-    assert_eq!(load(directory.path()), Ok(vec!["green-felt".to_owned(); 2]));
+    let measurement = directory.path().join("green-felt.bsdf");
+    write_rgl(&measurement);
+    assert_eq!(load(&measurement), Ok(vec!["green-felt".to_owned()]));
+}
+
+#[test]
+fn two_of_the_same_name_are_refused() {
+    let directory = scratch();
+    let at = directory.path();
+    let path = at.display();
+    write_rgl(&at.join("felt.bsdf"));
+    for (array, shape) in ARRAYS {
+        let data = vec![0; 4 * shape.iter().product::<u64>() as usize];
+        fs::write(
+            at.join(format!("felt_{array}.npy")),
+            npy("<f4", shape, false, &data),
+        )
+        .expect("it is written");
+    }
+    let expected = |first: &str, second: &str| {
+        Err(format!(
+            "{path}/{first} and {path}/{second} are both named felt: rename one of them, or take \
+             it away"
+        ))
+    };
+    assert_eq!(load(at), expected("felt.bsdf", "felt_fc1.npy"));
+    fs::write(at.join("felt.binary"), b"not even looked at").expect("it is written");
+    assert_eq!(load(at), expected("felt.binary", "felt.bsdf"));
+}
+
+#[test]
+fn measurements_of_other_kinds_are_not_left_out_in_silence() {
+    let directory = scratch();
+    let at = directory.path();
+    write_rgl(&at.join("a_rgb.bsdf"));
+    let brushed = at.join("brushed_rgb.bsdf");
+    write_anisotropic(&brushed);
+    for path in [at, &brushed] {
+        let found = load(path).expect_err("it is anisotropic");
+        let expected = format!(
+            "{}: it is measured at 3 phi_i: it is anisotropic, and only isotropic materials (1 or \
+             2 phi_i) are read; take it away",
+            brushed.display()
+        );
+        assert_eq!(found, expected);
+    }
+    fs::remove_file(&brushed).expect("it can be removed");
+    // By its name alone.
+    let spectral = at.join("a_spec.bsdf");
+    fs::write(&spectral, b"large").expect("it is written");
+    for path in [at, &spectral] {
+        let found = load(path).expect_err("it is spectral");
+        let expected = format!(
+            "{}: it is a spectral measurement, and only RGB is read; take it away and put the \
+             material's *_rgb.bsdf in its place",
+            spectral.display()
+        );
+        assert_eq!(found, expected);
+    }
 }
 
 #[test]
@@ -159,8 +218,8 @@ fn what_is_not_there_is_said_so() {
             Some(path)
         );
         let expected = format!(
-            "{path} does not exist: give a directory of materials, a single one (MERL *.binary \
-             or NBRDF NAME_fc1.npy), or procedural[:COUNT[:SEED]]"
+            "{path} does not exist: give a directory of materials, a single one (MERL *.binary, \
+             RGL *_rgb.bsdf or NBRDF NAME_fc1.npy), or procedural[:COUNT[:SEED]]"
         );
         assert_eq!(load(Path::new(path)), Err(expected));
     }
@@ -171,29 +230,19 @@ fn what_is_no_material_is_said_so() {
     let directory = scratch();
     let at = directory.path().display().to_string();
     let empty = format!(
-        "{at} holds no materials: expected MERL (*.binary) or NBRDF (NAME_fc1.npy and its five \
-         siblings) in it"
+        "{at} holds no materials: expected MERL (*.binary), RGL (*_rgb.bsdf) or NBRDF \
+         (NAME_fc1.npy and its five siblings) in it"
     );
     assert_eq!(load(directory.path()), Err(empty.clone()));
     let notes = directory.path().join("notes.txt");
     fs::write(&notes, b"notes").expect("it is written");
     assert_eq!(load(directory.path()), Err(empty));
     let unknown = format!(
-        "{at}/notes.txt is no material: expected MERL (*.binary), NBRDF (NAME_fc1.npy and its \
-         five siblings), a directory of those, or procedural[:COUNT[:SEED]]"
+        "{at}/notes.txt is no material: expected MERL (*.binary), RGL (*_rgb.bsdf), NBRDF \
+         (NAME_fc1.npy and its five siblings), a directory of those, or \
+         procedural[:COUNT[:SEED]]"
     );
     assert_eq!(load(&notes), Err(unknown));
-
-    let rgl = directory.path().join("grey_rgb.bsdf");
-    fs::write(&rgl, b"tensor_file").expect("it is written");
-    for path in [directory.path(), &rgl] {
-        let expected = format!(
-            "{} is RGL (*_rgb.bsdf), which is not read yet: give MERL (*.binary) or NBRDF \
-             (NAME_fc1.npy and its five siblings) instead",
-            path.display()
-        );
-        assert_eq!(load(path), Err(expected));
-    }
 }
 
 #[test]

@@ -1,0 +1,61 @@
+//! What angles need beside sine and cosine, for numbers and for dual numbers.
+
+use glimpse_core::scalar::{Scalar, Trigonometry};
+
+use crate::dual::Dual;
+
+/// A real number, perhaps with derivatives.
+pub(super) trait Real: Trigonometry {
+    /// Without derivatives.
+    fn value(self) -> f64;
+    /// Its square root; at 0 (where there is no derivative) it counts as constant.
+    fn sqrt(self) -> Self;
+    /// The angle of the point (`x`, `self`), in (-pi, pi\]; at the origin it counts as constant.
+    fn atan2(self, x: Self) -> Self;
+}
+
+impl Real for f64 {
+    fn value(self) -> f64 {
+        self
+    }
+    fn sqrt(self) -> Self {
+        f64::sqrt(self)
+    }
+    fn atan2(self, x: Self) -> Self {
+        f64::atan2(self, x)
+    }
+}
+
+impl<const N: usize> Real for Dual<f64, N> {
+    fn value(self) -> f64 {
+        self.value
+    }
+
+    fn sqrt(self) -> Self {
+        let root = self.value.sqrt();
+        if root > 0.0 {
+            let slope = 0.5 / root;
+            Self {
+                value: root,
+                tangent: self.tangent.map(|t| t * slope),
+            }
+        } else {
+            Self::constant(root)
+        }
+    }
+
+    fn atan2(self, x: Self) -> Self {
+        let square = self.value * self.value + x.value * x.value;
+        let mut angle = Self::constant(self.value.atan2(x.value));
+        if square > 0.0 {
+            for (t, (by_y, by_x)) in angle
+                .tangent
+                .iter_mut()
+                .zip(self.tangent.iter().zip(&x.tangent))
+            {
+                *t = (by_y * x.value - by_x * self.value) / square;
+            }
+        }
+        angle
+    }
+}

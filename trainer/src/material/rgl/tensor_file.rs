@@ -1,0 +1,197 @@
+//! The container of RGL's measurements: named arrays in one file.
+//!
+//! All little-endian: `tensor_file` and a zero byte, version 1.0 in two bytes, the number of
+//! fields (u32). Then for each field: length of its name (u16), name, number of dimensions (u16),
+//! type (u8), where its values begin in the file (u64), each dimension (u64). Then the values,
+//! last dimension fastest.
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+const MAGIC: &[u8] = b"tensor_file\0";
+const VERSION: [u8; 2] = [1, 0];
+/// Bytes of a value, by type: 1 to 8 are integers (unsigned and signed in turn), 9 to 11 floats.
+const WIDTHS: [usize; 12] = [0, 1, 1, 2, 2, 4, 4, 8, 8, 2, 4, 8];
+const UNSIGNED_8: u8 = 1;
+const FLOAT_32: u8 = 10;
+
+/// Why a file cannot be used: what is wrong with it, and the remedy.
+pub(super) type Complaint = String;
+
+/// A file whose header has been checked against its length.
+pub(super) struct TensorFile<'a> {
+    bytes: &'a [u8],
+    fields: BTreeMap<&'a str, Field>,
+}
+
+/// One array.
+struct Field {
+    kind: u8,
+    shape: Vec<usize>,
+    place: Range<usize>,
+}
+
+impl<'a> TensorFile<'a> {
+    /// Reads the header. Every field's values are in the file after it, and no two fields share
+    /// any; nothing is allocated on the header's word.
+    pub(super) fn parse(bytes: &'a [u8]) -> Result<Self, Complaint> {
+        let mut header = Header { rest: bytes };
+        if header.take(MAGIC.len())? != MAGIC {
+            return Err("it is no tensor file; get it again".to_owned());
+        }
+        let version: [u8; 2] = header.array()?;
+        if version != VERSION {
+            let [major, minor] = version;
+            return Err(format!(
+                "it has version {major}.{minor} of the tensor file format, and 1.0 is what is \
+                 read; get it again"
+            ));
+        }
+        let count = u32::from_le_bytes(header.array()?);
+        let mut fields = BTreeMap::new();
+        for _ in 0..count {
+            let (name, field) = header.field(bytes.len())?;
+            if fields.insert(name, field).is_some() {
+                return Err(format!("it has two fields {name}; get it again"));
+            }
+        }
+        let file = Self { bytes, fields };
+        file.check_places(bytes.len() - header.rest.len())?;
+        Ok(file)
+    }
+
+    /// Makes sure that no field begins before the header's end or another one's.
+    fn check_places(&self, header_end: usize) -> Result<(), Complaint> {
+        let mut places: Vec<_> = self.fields.iter().collect();
+        places.sort_by_key(|(_, field)| (field.place.start, field.place.end));
+        let (mut end, mut before) = (header_end, "the header");
+        for (name, field) in places {
+            if field.place.is_empty() {
+                continue;
+            }
+            if field.place.start < end {
+                return Err(format!("its field {name} overlaps {before}; get it again"));
+            }
+            (end, before) = (field.place.end, *name);
+        }
+        Ok(())
+    }
+
+    /// True if there is a field of this name.
+    pub(super) fn has(&self, name: &str) -> bool {
+        self.fields.contains_key(name)
+    }
+
+    /// Shape and values of a field of `N` dimensions of finite 32-bit floats.
+    pub(super) fn floats<const N: usize>(
+        &self,
+        name: &str,
+    ) -> Result<([usize; N], Vec<f32>), Complaint> {
+        let (shape, bytes) = self.values(name, FLOAT_32, "32-bit floats")?;
+        let (values, _) = bytes.as_chunks();
+        let values: Vec<f32> = values.iter().copied().map(f32::from_le_bytes).collect();
+        match values.iter().position(|value| !value.is_finite()) {
+            Some(index) => Err(format!(
+                "number {index} of its field {name} is not finite; get it again"
+            )),
+            None => Ok((shape, values)),
+        }
+    }
+
+    /// The only value of a field of one byte.
+    pub(super) fn byte(&self, name: &str) -> Result<u8, Complaint> {
+        match self.values::<1>(name, UNSIGNED_8, "8-bit unsigned integers")? {
+            (_, [byte]) => Ok(*byte),
+            ([length], _) => Err(format!(
+                "its field {name} has {length} values where there should be 1; get it again"
+            )),
+        }
+    }
+
+    fn values<const N: usize>(
+        &self,
+        name: &str,
+        kind: u8,
+        described: &str,
+    ) -> Result<([usize; N], &'a [u8]), Complaint> {
+        let field = self
+            .fields
+            .get(name)
+            .ok_or_else(|| format!("it has no field {name}; get it again"))?;
+        let shape = <[usize; N]>::try_from(&field.shape[..]);
+        match (shape, self.bytes.get(field.place.clone())) {
+            (Ok(shape), Some(bytes)) if field.kind == kind => Ok((shape, bytes)),
+            _ => Err(format!(
+                "its field {name} should be {described} in {N} dimensions, not of type {} and \
+                 shape {:?}; get it again",
+                field.kind, field.shape
+            )),
+        }
+    }
+}
+
+/// What is left of the header.
+struct Header<'a> {
+    rest: &'a [u8],
+}
+
+impl<'a> Header<'a> {
+    fn take(&mut self, count: usize) -> Result<&'a [u8], Complaint> {
+        let (taken, rest) = self.rest.split_at_checked(count).ok_or_else(|| {
+            "its header says more than there is: it was cut short or is no tensor file; get it \
+             again"
+                .to_owned()
+        })?;
+        self.rest = rest;
+        Ok(taken)
+    }
+
+    fn array<const N: usize>(&mut self) -> Result<[u8; N], Complaint> {
+        let mut array = [0; N];
+        array.copy_from_slice(self.take(N)?);
+        Ok(array)
+    }
+
+    /// The next field, in a file of so many bytes.
+    fn field(&mut self, file_bytes: usize) -> Result<(&'a str, Field), Complaint> {
+        let length = u16::from_le_bytes(self.array()?);
+        let name = str::from_utf8(self.take(length.into())?)
+            .map_err(|_| "a field's name is no text; get it again".to_owned())?;
+        let dimensions = u16::from_le_bytes(self.array()?);
+        let [kind] = self.array()?;
+        let begin = u64::from_le_bytes(self.array()?);
+        let (shape, _) = self
+            .take(usize::from(dimensions) * size_of::<u64>())?
+            .as_chunks();
+        let shape: Vec<u64> = shape.iter().copied().map(u64::from_le_bytes).collect();
+
+        let width = match WIDTHS.get(usize::from(kind)) {
+            Some(width) if *width > 0 => *width,
+            _ => {
+                return Err(format!(
+                    "its field {name} has the unknown type {kind}; get it again"
+                ));
+            }
+        };
+        let place = place(begin, &shape, width).filter(|place| place.end <= file_bytes);
+        let place = place.ok_or_else(|| {
+            format!(
+                "its field {name} of shape {shape:?}, from byte {begin} on, ends past the file's \
+                 {file_bytes} bytes: it was cut short or is damaged; get it again"
+            )
+        })?;
+        // None of the dimensions is longer than the file, or there are no values at all.
+        let shape = shape.into_iter().map(|length| length as usize).collect();
+        Ok((name, Field { kind, shape, place }))
+    }
+}
+
+/// Where values of this shape are; None past the end of any file.
+fn place(begin: u64, shape: &[u64], width: usize) -> Option<Range<usize>> {
+    let values = shape.iter().try_fold(1_usize, |values, length| {
+        values.checked_mul(usize::try_from(*length).ok()?)
+    })?;
+    let begin = usize::try_from(begin).ok()?;
+    let end = begin.checked_add(values.checked_mul(width)?)?;
+    Some(begin..end)
+}

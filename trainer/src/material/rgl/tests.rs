@@ -1,0 +1,175 @@
+//! In double precision: derivatives against differences, and mappings against integrals.
+
+use std::f64::consts::{PI, TAU};
+
+use glimpse_core::angles::Angles;
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use super::Tensors;
+use super::distribution::{Between, Densities, Grid};
+use crate::dual::Dual;
+
+/// Rough tables: no two neighbouring values have anything to do with each other.
+fn random_tensors(random: &mut ChaCha8Rng) -> Tensors {
+    let grid = |columns, rows| Grid { columns, rows };
+    let mut values = |slices: usize, grid: Grid| -> Vec<f32> {
+        let values = 0..slices * grid.nodes();
+        values.map(|_| random.random_range(0.2..1.0)).collect()
+    };
+    Tensors {
+        theta_i: vec![0.1, 0.5, 1.2],
+        ndf: (grid(7, 3), values(1, grid(7, 3))),
+        sigma: (grid(5, 2), values(1, grid(5, 2))),
+        vndf: Densities::new(grid(6, 8), values(3, grid(6, 8))),
+        rgb: (grid(4, 5), values(9, grid(4, 5))),
+    }
+}
+
+fn random_angles(random: &mut ChaCha8Rng) -> Angles<f64> {
+    Angles {
+        theta_h: random.random_range(0.02..1.5),
+        theta_d: random.random_range(0.02..1.5),
+        phi_d: random.random_range(0.0..TAU),
+    }
+}
+
+#[test]
+fn derivatives_agree_with_differences() {
+    const STEP: f64 = 1e-6;
+    let random = &mut ChaCha8Rng::seed_from_u64(1);
+    let (mut compared, mut at_kinks, mut above) = (0, 0, 0);
+    for _ in 0..20 {
+        let tensors = random_tensors(random);
+        for _ in 0..500 {
+            let angles = random_angles(random);
+            let (values, derivative) = Dual::split(tensors.brdf(Dual::variables(angles)));
+            for (value, alone) in values.iter().zip(tensors.brdf(angles)) {
+                assert!(
+                    (value - alone).abs() <= 1e-14 * alone,
+                    "{value} and {alone}"
+                );
+            }
+            if values[0] == 0.0 {
+                continue;
+            }
+            above += 1;
+            for i in 0..3 {
+                let at = |step: f64| {
+                    let mut place = angles;
+                    *[&mut place.theta_h, &mut place.theta_d, &mut place.phi_d][i] += step;
+                    tensors.brdf(place)
+                };
+                let (before, after) = (at(-STEP), at(STEP));
+                for channel in 0..3 {
+                    let left = (values[channel] - before[channel]) / STEP;
+                    let right = (after[channel] - values[channel]) / STEP;
+                    // Curvature makes the sides differ by STEP, a kink between them by much.
+                    let scale = values[channel] + left.abs() + right.abs();
+                    let curvature = scale * scale / values[channel];
+                    if (right - left).abs() > 1e-3 * curvature {
+                        at_kinks += 1;
+                        continue;
+                    }
+                    compared += 1;
+                    let error = (0.5 * (left + right) - derivative[channel][i]).abs();
+                    assert!(
+                        error < 1e-6 * curvature,
+                        "{error} of {scale} by angle {i} at {angles:?}"
+                    );
+                }
+            }
+        }
+    }
+    assert!(above > 5_000, "{above} places above the horizon");
+    assert!(
+        at_kinks * 200 < compared,
+        "{at_kinks} kinks, {compared} compared"
+    );
+}
+
+/// The corners of derivatives: at the poles they are finite, where they exist or not.
+#[test]
+fn nothing_is_infinite_at_the_poles() {
+    let tensors = random_tensors(&mut ChaCha8Rng::seed_from_u64(2));
+    for theta_h in [0.0, -0.0, 1e-20, 0.3] {
+        for theta_d in [0.0, 1e-20, 0.3] {
+            for phi_d in [0.0, PI, TAU, -1.0] {
+                let angles = Angles {
+                    theta_h,
+                    theta_d,
+                    phi_d,
+                };
+                let (values, derivative) = Dual::split(tensors.brdf(Dual::variables(angles)));
+                assert!(values.iter().all(|value| *value > 0.0), "{angles:?}");
+                let finite = derivative
+                    .as_flattened()
+                    .iter()
+                    .all(|slope| slope.is_finite());
+                assert!(finite, "{derivative:?} at {angles:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_density_s_share_of_a_rectangle_is_its_image_s_area() {
+    // One slice, so that the mapping's Jacobian is the density itself.
+    let grid = Grid {
+        columns: 5,
+        rows: 4,
+    };
+    let random = &mut ChaCha8Rng::seed_from_u64(3);
+    let values: Vec<f32> = (0..grid.nodes())
+        .map(|_| random.random_range(0.1..1.0))
+        .collect();
+    let densities = Densities::new(grid, values.clone());
+    let between = Between::of(0.7, &[0.0]);
+    for corner in [[0.0, 0.0], [1.0, 1.0], [0.0, 1.0]] {
+        let image = densities.make_uniform(corner, &between);
+        for (image, corner) in image.iter().zip(corner) {
+            assert!((image - corner).abs() < 1e-6, "{image} and {corner}");
+        }
+    }
+    for _ in 0..1000 {
+        let [x, y] = [0; 2].map(|_| random.random_range(0.001..0.999));
+        // The Jacobian by differences.
+        let step = 1e-5;
+        let image = |x, y| densities.make_uniform([x, y], &between);
+        let by_x = image(x + step, y)[0] - image(x - step, y)[0];
+        let by_y = image(x, y + step)[1] - image(x, y - step)[1];
+        let jacobian = by_x * by_y / (4.0 * step * step);
+        // The density, by the definition of a bilinear function.
+        let [i, j] = [(x * 4.0) as usize, (y * 3.0) as usize];
+        let [s, t] = [x * 4.0 - i as f64, y * 3.0 - j as f64];
+        let at = |i: usize, j: usize| f64::from(values[i + 5 * j]);
+        let row = |j| at(i, j) * (1.0 - s) + at(i + 1, j) * s;
+        let expected = row(j) * (1.0 - t) + row(j + 1) * t;
+        let weight = |k: usize, last: usize| if k == 0 || k == last { 0.5 } else { 1.0 };
+        let mut whole = 0.0;
+        for j in 0..4 {
+            for i in 0..5 {
+                whole += at(i, j) * weight(i, 4) * weight(j, 3) / 12.0;
+            }
+        }
+        let straddles = [s * 0.25, (1.0 - s) * 0.25, t / 3.0, (1.0 - t) / 3.0];
+        if straddles.iter().all(|distance| *distance > step) {
+            assert!(
+                (jacobian - expected / whole).abs() < 1e-3 * jacobian,
+                "{jacobian} and {} at {x}, {y}",
+                expected / whole
+            );
+        }
+    }
+}
+
+#[test]
+fn densities_of_nothing_give_finite_places() {
+    let grid = Grid {
+        columns: 3,
+        rows: 3,
+    };
+    let densities = Densities::new(grid, vec![0.0; 9]);
+    let place = densities.make_uniform([0.4, 0.6], &Between::of(0.0, &[0.0]));
+    assert_eq!(place, [0.0, 0.0]);
+}

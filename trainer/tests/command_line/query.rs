@@ -1,0 +1,192 @@
+//! `trainer query`
+
+use std::fs;
+use std::path::Path;
+
+use glimpse_core::angles::HalfDifference;
+use glimpse_trainer::material::Source;
+use glimpse_trainer::sampling::uniform_valid;
+
+use super::{fail, succeed};
+
+/// The rows of a CSV file, as text, without its first line, which must be `header`.
+fn rows(csv: &str, header: &str) -> Vec<Vec<String>> {
+    let mut lines = csv.lines();
+    assert_eq!(lines.next(), Some(header));
+    lines
+        .map(|line| line.split(',').map(str::to_owned).collect())
+        .collect()
+}
+
+fn numbers(cells: &[String]) -> Vec<f32> {
+    cells
+        .iter()
+        .map(|cell| cell.parse().expect("a number"))
+        .collect()
+}
+
+#[test]
+fn both_kinds_of_angles_give_the_material_s_own_values() {
+    let scratch = tempfile::tempdir().expect("a temporary directory");
+    let directory = scratch.path();
+    let angles = uniform_valid(300, 1);
+    let mut half = "material,phi_d,theta_h,note,theta_d\n".to_owned();
+    let mut directions = "phi_o, theta_i, phi_i, theta_o\r\n".to_owned();
+    for angles in &angles {
+        let [theta_h, theta_d, phi_d] = [angles.theta_h, angles.theta_d, angles.phi_d]
+            .map(|angle| f64::from(angle).to_degrees());
+        half += &format!("any,{phi_d},{theta_h},\"one, two\",{theta_d}\n");
+        let at = HalfDifference::from_angles(glimpse_core::angles::Angles {
+            theta_h: theta_h.to_radians(),
+            theta_d: theta_d.to_radians(),
+            phi_d: phi_d.to_radians(),
+        });
+        let pair = at.directions();
+        let theta = |direction: [f64; 3]| direction[2].acos().to_degrees();
+        let phi = |[x, y, _]: [f64; 3]| y.atan2(x).to_degrees();
+        // Turned about the normal, which changes nothing.
+        directions += &format!(
+            "{}, {}, {}, {}\r\n",
+            phi(pair.outgoing) - 77.0,
+            theta(pair.incoming),
+            phi(pair.incoming) - 77.0,
+            theta(pair.outgoing)
+        );
+    }
+    fs::write(directory.join("half.csv"), half).expect("it is written");
+    fs::write(directory.join("directions.csv"), directions).expect("it is written");
+    let material = &Source("procedural:1:4".into()).load().expect("it loads")[0];
+    let query = |file| succeed(directory, &["query", "procedural:1:4", "--angles", file]);
+
+    let found = rows(&query("half.csv"), "r,g,b");
+    assert_eq!(found.len(), angles.len());
+    for (row, angles) in found.iter().zip(&angles) {
+        assert_eq!(numbers(row), material.brdf(*angles));
+    }
+    for (row, angles) in rows(&query("directions.csv"), "r,g,b").iter().zip(&angles) {
+        for (found, expected) in numbers(row).into_iter().zip(material.brdf(*angles)) {
+            assert!((found - expected).abs() <= 2e-4 * expected, "{angles:?}");
+        }
+    }
+}
+
+#[test]
+fn several_materials_are_named_and_written_to_a_file() {
+    let scratch = tempfile::tempdir().expect("a temporary directory");
+    let directory = scratch.path();
+    fs::write(
+        directory.join("a.csv"),
+        "theta_i,phi_i,theta_o,phi_o\n30,0,30,180\n90,0,30,180\n30,0,120,0\n180,0,180,0\n",
+    )
+    .expect("it is written");
+    let printed = succeed(
+        directory,
+        &[
+            "query",
+            "procedural:2",
+            "--angles",
+            "a.csv",
+            "--out",
+            "f.csv",
+        ],
+    );
+    assert_eq!(printed, "");
+    let csv = fs::read_to_string(directory.join("f.csv")).expect("it is there");
+    let found = rows(&csv, "material,r,g,b");
+    let materials = Source("procedural:2".into()).load().expect("they load");
+    for (rows, material) in found.chunks(4).zip(&materials) {
+        for (row, cells) in rows.iter().enumerate() {
+            assert_eq!(cells[0], material.name());
+            // At the horizon and below it there is nothing.
+            let above = numbers(&cells[1..]).iter().all(|value| *value > 0.0);
+            assert_eq!(above, row == 0, "{csv}");
+            assert!(row == 0 || cells[1..] == ["0", "0", "0"], "{csv}");
+        }
+    }
+    assert_eq!(found.len(), 8);
+}
+
+#[test]
+fn mistakes_name_the_file_the_line_and_the_column() {
+    let scratch = tempfile::tempdir().expect("a temporary directory");
+    let directory = scratch.path();
+    let query = |angles: &Path| {
+        let angles = angles.display().to_string();
+        fail(
+            directory,
+            &[
+                "query",
+                "procedural:1",
+                "--angles",
+                &angles,
+                "--out",
+                "f.csv",
+            ],
+        )
+    };
+    for (text, expected) in [
+        (
+            "theta_h,theta_d\n1,2\n",
+            "its first line should name columns theta_h, theta_d, phi_d, or theta_i, phi_i, \
+             theta_o, phi_o (angles in degrees), but names theta_h, theta_d",
+        ),
+        (
+            "",
+            "its first line should name columns theta_h, theta_d, phi_d, or theta_i, phi_i, \
+             theta_o, phi_o (angles in degrees), but names ",
+        ),
+        (
+            "theta_h,theta_d,phi_d,theta_i,phi_i,theta_o,phi_o\n",
+            "it has columns theta_h, theta_d, phi_d as well as theta_i, phi_i, theta_o, phi_o; \
+             remove or rename those that are not meant",
+        ),
+        (
+            "theta_h,theta_d,phi_d,theta_d\n",
+            "it has two columns theta_d; remove or rename one",
+        ),
+        (
+            "theta_h,theta_d,phi_d\n1,2,3\n\n4,x,6\n",
+            "line 4, column theta_d: `x` is no number; give an angle in degrees",
+        ),
+        (
+            "\r\ntheta_h,theta_d,phi_d\r\n1,2,3\r\n\r\n\r\n4,5,x\r\n",
+            "line 6, column phi_d: `x` is no number; give an angle in degrees",
+        ),
+        (
+            "theta_h,theta_d,phi_d\n1,2,\n",
+            "line 2, column phi_d: `` is no number; give an angle in degrees",
+        ),
+        (
+            "theta_h,theta_d,phi_d\n1,2,inf\n",
+            "line 2, column phi_d: `inf` is no angle; give it in degrees",
+        ),
+        (
+            "phi_d,theta_h,theta_d\n-1e3,90,90.01\n",
+            "line 2, column theta_d: 90.01 is out of range; give 0 to 90 degrees",
+        ),
+        (
+            "theta_i,phi_i,theta_o,phi_o\n-1,0,0,0\n",
+            "line 2, column theta_i: -1 is out of range; give 0 to 180 degrees",
+        ),
+        (
+            "theta_h,theta_d,phi_d\n1,2,3\n1,2,3,4\n",
+            "line 3 has 4 cells where the first line names 3; give every row as many",
+        ),
+    ] {
+        let file = directory.join("a.csv");
+        fs::write(&file, text).expect("it is written");
+        let expected = format!("error: {}: {expected}\n", file.display());
+        assert_eq!(query(&file), expected);
+        assert!(!directory.join("f.csv").exists());
+    }
+    let file = directory.join("a.csv");
+    fs::write(&file, b"theta_h,theta_d,phi_d\n1,\xff,3\n").expect("it is written");
+    let expected = format!(
+        "error: {}: line 2 is not UTF-8; save the file as that\n",
+        file.display()
+    );
+    assert_eq!(query(&file), expected);
+    assert!(query(&directory.join("none.csv")).contains("none.csv"));
+    let message = fail(directory, &["query", "nowhere", "--angles", "a.csv"]);
+    assert!(message.contains("a.csv: line 2"), "{message}");
+}
