@@ -2,7 +2,9 @@
 
 use std::error::Error;
 
+use plotters::coord::CoordTranslate;
 use plotters::coord::ranged1d::{DefaultFormatting, KeyPointHint, Ranged};
+use plotters::drawing::DrawingAreaErrorKind;
 use plotters::prelude::*;
 
 /// An axis: its title with the unit, and whether equal steps are equal factors.
@@ -95,8 +97,9 @@ pub struct PlotError {
     reason: String,
 }
 
-/// Pixels.
-const SIZE: (u32, u32) = (640, 420);
+/// Pixels, and those of the legend at the right.
+const SIZE: (u32, u32) = (700, 420);
+const LEGEND: u32 = 120;
 const FONT: &str = "sans-serif";
 
 impl Hue {
@@ -224,6 +227,7 @@ impl Plot {
     fn draw(&self, svg: &mut String) -> Result<(), Box<dyn Error + '_>> {
         let root = SVGBackend::with_string(svg, SIZE).into_drawing_area();
         root.fill(&WHITE)?;
+        let (left, right) = root.split_horizontally(SIZE.0 - LEGEND);
         let places: Vec<_> = self
             .series
             .iter()
@@ -236,7 +240,7 @@ impl Plot {
         };
         let across = axis(self.x.scale, self.x.scale.ends(all().map(|(x, _)| x)));
         let up = axis(self.y.scale, self.y.scale.ends(all().map(|(_, y)| y)));
-        let mut chart = ChartBuilder::on(&root)
+        let mut chart = ChartBuilder::on(&left)
             .caption(&self.title, (FONT, 18))
             .margin(10)
             .x_label_area_size(44)
@@ -253,53 +257,45 @@ impl Plot {
             .x_label_formatter(&|place| self.x.scale.label(*place))
             .y_label_formatter(&|place| self.y.scale.label(*place))
             .draw()?;
-        for (series, points) in self.series.iter().zip(places) {
+        // The legend is beside the axes, where no curve can lie behind it.
+        let legend = (70..).step_by(24);
+        for ((series, points), row) in self.series.iter().zip(places).zip(legend) {
             let colour = series.hue.colour();
-            let mark = series.mark;
             let line = colour.stroke_width(2);
-            let stroke = points.clone();
-            match mark {
+            match series.mark {
                 Mark::Dots => {}
                 Mark::Rings => {
-                    chart.draw_series(DashedLineSeries::new(stroke, 6, 4, line))?;
+                    chart.draw_series(DashedLineSeries::new(points.clone(), 6, 4, line))?;
                 }
                 _ => {
-                    chart.draw_series(LineSeries::new(stroke, line))?;
+                    chart.draw_series(LineSeries::new(points.clone(), line))?;
                 }
             }
-            let filled = colour.filled();
-            // In the legend, a little right of where its place begins.
-            let beside = |(x, y)| (x + 10, y);
-            let points = points.into_iter();
-            match mark {
-                Mark::Discs => chart
-                    .draw_series(points.map(|at| Circle::new(at, 4, filled)))?
-                    .legend(move |at| Circle::new(beside(at), 4, filled)),
-                Mark::Dots => chart
-                    .draw_series(points.map(|at| Circle::new(at, 7, filled)))?
-                    .legend(move |at| Circle::new(beside(at), 7, filled)),
-                Mark::Rings => chart
-                    .draw_series(points.map(|at| Circle::new(at, 4, line)))?
-                    .legend(move |at| Circle::new(beside(at), 4, line)),
-                Mark::Triangles => chart
-                    .draw_series(points.map(|at| TriangleMarker::new(at, 5, filled)))?
-                    .legend(move |at| TriangleMarker::new(beside(at), 5, filled)),
-                Mark::Crosses => chart
-                    .draw_series(points.map(|at| Cross::new(at, 4, line)))?
-                    .legend(move |at| Cross::new(beside(at), 4, line)),
+            for at in points {
+                draw_mark(chart.plotting_area(), series.mark, at, colour)?;
             }
-            .label(&series.name);
+            draw_mark(&right, series.mark, (10, row), colour)?;
+            right.draw(&Text::new(series.name.clone(), (24, row - 7), (FONT, 15)))?;
         }
-        chart
-            .configure_series_labels()
-            .position(SeriesLabelPosition::UpperRight)
-            .background_style(WHITE.mix(0.85))
-            .border_style(RGBColor(160, 160, 160))
-            .label_font((FONT, 14))
-            .margin(8)
-            .draw()?;
         root.present()?;
         Ok(())
+    }
+}
+
+/// The mark of a point, or of the legend.
+fn draw_mark<DB: DrawingBackend, C: CoordTranslate>(
+    area: &DrawingArea<DB, C>,
+    mark: Mark,
+    at: C::From,
+    colour: RGBColor,
+) -> Result<(), DrawingAreaErrorKind<DB::ErrorType>> {
+    let (filled, line) = (colour.filled(), colour.stroke_width(2));
+    match mark {
+        Mark::Discs => area.draw(&Circle::new(at, 4, filled)),
+        Mark::Dots => area.draw(&Circle::new(at, 7, filled)),
+        Mark::Rings => area.draw(&Circle::new(at, 4, line)),
+        Mark::Triangles => area.draw(&TriangleMarker::new(at, 5, filled)),
+        Mark::Crosses => area.draw(&Cross::new(at, 4, line)),
     }
 }
 
