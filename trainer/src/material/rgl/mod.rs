@@ -3,7 +3,7 @@
 //! Material Acquisition and Modeling").
 //!
 //! A tensor file `NAME_rgb.bsdf` holds functions on unit squares, bilinear between nodes. A
-//! direction's angles are brought to [0, 1] by u(theta) = sqrt(2 theta / pi) and
+//! direction's angles are brought to \[0, 1\] by u(theta) = sqrt(2 theta / pi) and
 //! v(phi) = (phi + pi) / 2 pi. With w_m the half vector, phi its azimuth less that of w_i:
 //!
 //! - `ndf` D(u(theta_m), v(phi)), distribution of microfacet normals, from retro-reflection;
