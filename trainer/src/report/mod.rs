@@ -1,14 +1,17 @@
 //! What is left to read: tables for terminal, page and spreadsheet, pages with pictures, drawings
-//! of sample patterns.
+//! of sample patterns and lobes.
 
 mod format;
 mod gallery;
 mod html;
+mod lobe;
 mod page;
 mod pattern;
+mod svg;
 mod table;
 
 pub use gallery::{Gallery, GalleryRow, Tile};
+pub use lobe::{Lobe, MOST_LOBES, lobe, lobe_svg};
 pub use page::{Page, PageError};
 pub use pattern::pattern_svg;
 pub use table::{Best, Cell, Column, Compare, Table};

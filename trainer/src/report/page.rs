@@ -1,4 +1,4 @@
-//! A web page that needs nothing from elsewhere: `index.html` and its pictures beside it.
+//! A web page that needs nothing from elsewhere: one file, and its pictures in a folder beside it.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -9,8 +9,6 @@ use super::{Gallery, Table};
 use crate::files::write_whole;
 use crate::render::{Picture, PictureError};
 
-/// Where the pictures lie, seen from the page.
-const PICTURES: &str = "pictures";
 /// The look: readable on a phone and in the dark; blue against orange for the colour-blind.
 const STYLE: &str = include_str!("page.css");
 /// Clicking a picture shows its row large. Without scripts the link leads to the picture.
@@ -36,6 +34,8 @@ pub enum PageError {
 #[derive(Debug)]
 pub struct Page {
     title: String,
+    /// Where the pictures lie, seen from the page.
+    folder: String,
     body: String,
     names: Names,
     pictures: Vec<(String, Picture)>,
@@ -47,9 +47,20 @@ impl Page {
     pub fn new(title: impl Into<String>) -> Self {
         Self {
             title: title.into(),
+            folder: "pictures".into(),
             body: String::new(),
             names: Names::default(),
             pictures: Vec::new(),
+        }
+    }
+
+    /// The same, with its pictures in a folder of this name instead of `pictures`: for pages that
+    /// share a directory.
+    #[must_use]
+    pub fn with_pictures_in(title: impl Into<String>, folder: impl Into<String>) -> Self {
+        Self {
+            folder: folder.into(),
+            ..Self::new(title)
         }
     }
 
@@ -74,7 +85,7 @@ impl Page {
     /// Rows of pictures.
     #[must_use]
     pub fn gallery(mut self, gallery: &Gallery) -> Self {
-        let html = gallery.to_html(PICTURES, &mut self.names, &mut self.pictures);
+        let html = gallery.to_html(&self.folder, &mut self.names, &mut self.pictures);
         self.push(&html)
     }
 
@@ -94,12 +105,21 @@ impl Page {
     /// # Errors
     /// If a file cannot be written.
     pub fn write(&self, directory: &Path) -> Result<(), PageError> {
+        self.write_as(&directory.join("index.html"))
+    }
+
+    /// The same with another name of the page.
+    ///
+    /// # Errors
+    /// If a file cannot be written.
+    pub fn write_as(&self, path: &Path) -> Result<(), PageError> {
         for (name, picture) in &self.pictures {
-            picture.write_png(&directory.join(PICTURES).join(name))?;
+            picture.write_png(&path.with_file_name(&self.folder).join(name))?;
         }
-        let path = directory.join("index.html");
-        write_whole(&path, self.to_html().as_bytes())
-            .map_err(|source| PageError::Write { path, source })
+        write_whole(path, self.to_html().as_bytes()).map_err(|source| PageError::Write {
+            path: path.into(),
+            source,
+        })
     }
 
     /// The page as HTML.
@@ -176,7 +196,7 @@ mod tests {
     #[test]
     fn without_its_pictures_there_is_no_page() {
         let scratch = tempfile::tempdir().unwrap();
-        std::fs::write(scratch.path().join(PICTURES), b"in the way").unwrap();
+        std::fs::write(scratch.path().join("pictures"), b"in the way").unwrap();
         assert!(page().write(scratch.path()).is_err());
         assert!(!scratch.path().join("index.html").exists());
     }

@@ -2,6 +2,7 @@
 
 mod grid;
 mod linear;
+mod render;
 mod survival;
 
 use std::fs;
