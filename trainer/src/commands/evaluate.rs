@@ -15,7 +15,7 @@ use glimpse_trainer::meta::run::{INNER_STEPS, Learned as LearnedRecipe, Options,
 
 use super::progress::train_with_progress;
 use super::train::recipe_of;
-use super::{ModelName, PriorArgs, load, print, read_recipe};
+use super::{ModelName, PriorArgs, environment, load, print, read_recipe};
 
 /// How a method fits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
@@ -68,6 +68,9 @@ pub(crate) struct Evaluate {
     /// Materials to judge on
     #[arg(long)]
     test: Source,
+    /// Light of the spheres: a panorama (*.hdr or *.exr) [default: the built-in studio]
+    #[arg(long, value_name = "FILE")]
+    environment: Option<PathBuf>,
     /// Repetitions of random methods
     #[arg(long, default_value_t = 5)]
     seeds: u64,
@@ -144,7 +147,8 @@ impl Evaluate {
         method: &Method<'_>,
         seed: u64,
     ) -> anyhow::Result<Verdict> {
-        Ok(Judge::new(materials, seed).judge(method, seed, self.seeds)?)
+        let environment = environment(self.environment.as_deref())?;
+        Ok(Judge::under(environment, materials, seed).judge(method, seed, self.seeds)?)
     }
 
     fn model(&self) -> anyhow::Result<ModelKind> {

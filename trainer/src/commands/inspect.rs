@@ -11,6 +11,8 @@ use glimpse_trainer::export::{RecipeFile, eta};
 use super::print;
 
 /// Show what is in a recipe: model, where it came from, and where it measures.
+///
+/// `trainer render pattern` draws where it measures.
 #[derive(Args)]
 pub(crate) struct Inspect {
     /// The recipe file

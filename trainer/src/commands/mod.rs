@@ -9,6 +9,7 @@ pub(crate) mod inspect;
 pub(crate) mod progress;
 pub(crate) mod query;
 pub(crate) mod quickstart;
+pub(crate) mod render;
 pub(crate) mod reproduce;
 pub(crate) mod train;
 pub(crate) mod virtual_scanner;
@@ -24,6 +25,7 @@ use glimpse_trainer::files::write_whole;
 use glimpse_trainer::linear::{Basis, Prior};
 
 use glimpse_trainer::material::{Material, Source};
+use glimpse_trainer::render::Environment;
 use train::basis_beside;
 
 /// The models, as named on the command line.
@@ -98,6 +100,14 @@ pub(crate) fn load(source: &Source) -> anyhow::Result<Vec<Box<dyn Material>>> {
         more => eprintln!("{} materials from {source}", more.len()),
     }
     Ok(materials)
+}
+
+/// The light of spheres: a panorama, or the studio.
+pub(crate) fn environment(panorama: Option<&Path>) -> anyhow::Result<Environment> {
+    Ok(match panorama {
+        Some(path) => Environment::read(path)?,
+        None => Environment::studio(),
+    })
 }
 
 /// Writes a file whole or not at all.

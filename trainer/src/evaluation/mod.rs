@@ -77,15 +77,21 @@ pub struct Verdict {
 }
 
 impl<'a> Judge<'a> {
-    /// Evaluates and renders the materials; `seed` chooses the directions of the loss.
+    /// Evaluates and renders the materials in the built-in studio; `seed` chooses the directions
+    /// of the loss.
     #[must_use]
     pub fn new(materials: &'a [Box<dyn Material>], seed: u64) -> Self {
+        Self::under(Environment::studio(), materials, seed)
+    }
+
+    /// The same under another environment.
+    #[must_use]
+    pub fn under(environment: Environment, materials: &'a [Box<dyn Material>], seed: u64) -> Self {
         let angles = uniform_valid(DIRECTIONS, seed);
         let at: Vec<_> = angles
             .into_iter()
             .map(HalfDifference::from_angles)
             .collect();
-        let environment = Environment::studio();
         let references = materials
             .par_iter()
             .map(|material| {

@@ -97,9 +97,8 @@ impl Findings {
             format!("{:?}", settings.effort).to_lowercase(),
             took.as_secs_f64()
         );
-        let mut page = Page::new(self.title)
-            .in_folder(experiment)
-            .paragraph(&circumstances);
+        let pictures = format!("{experiment}/pictures");
+        let mut page = Page::with_pictures_in(self.title, pictures).paragraph(&circumstances);
         let mut tables = Map::new();
         for part in &self.parts {
             page = match part {
@@ -130,7 +129,7 @@ impl Findings {
         });
         let path = folder.join("findings.json");
         keep(&path, serde_json::to_string_pretty(&found)?.as_bytes())?;
-        page.write_part(&settings.out)
+        page.write_part(&settings.out, experiment)
             .with_context(|| format!("cannot write down {experiment}"))?;
         Ok(())
     }

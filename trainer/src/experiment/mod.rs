@@ -127,7 +127,7 @@ pub(crate) fn write_index(settings: &Settings) -> anyhow::Result<()> {
     );
     for experiment in Experiment::All.each(true) {
         page = page
-            .part(&settings.out, &experiment.name())
+            .part(&settings.out.join(experiment.name()))
             .with_context(|| format!("cannot read what {} left", experiment.name()))?;
     }
     Ok(page.write(&settings.out)?)

@@ -1,13 +1,17 @@
-//! Radiance from every direction, in a table that is quick to look up.
+//! Light from every direction, in tables that are quick to look up.
 
-use std::array;
+use std::f64::consts::PI;
 
-/// Cells along one side of the table: the whole sphere in cells of 0.4 to 1.2 degrees.
-const CELLS: usize = LAST_CELL as usize + 1;
-/// The last of them.
-const LAST_CELL: u8 = 255;
-/// Nodes along one side.
-const NODES: usize = CELLS + 1;
+use super::Image;
+use super::octahedral::{CELLS, Gathered, Table};
+
+/// Grids that light from a file is gathered on: of 256, 128, 64, 32 and 16 cells.
+const LEVELS: usize = 5;
+/// Samples along each axis of a panorama: one in less than a sixth of a degree, so that every node
+/// of the finest grid gets some.
+const ROWS: usize = 1_200;
+/// What a panorama's width may be for each pixel of its height.
+const SHAPES: std::ops::RangeInclusive<f32> = 1.9..=2.1;
 
 /// Light from infinitely far away: radiance in linear RGB as a function of direction.
 ///
@@ -16,27 +20,26 @@ const NODES: usize = CELLS + 1;
 /// [`studio`](Environment::studio).
 ///
 /// The sphere of directions is unfolded into a square (its octahedral map) and interpolated
-/// bilinearly between 257 x 257 nodes. Opposite halves of the square's border hold the same
-/// directions, so there is no seam.
+/// bilinearly between 257 x 257 nodes. An environment from a file comes with blurred copies of
+/// itself: where the nodes that a picture is integrated over are far apart, each sees the mean
+/// over its surroundings, so that a sun of half a degree falls neither between them nor on one of
+/// them as if it filled all the sky around (as in filtered importance sampling, Krivanek and
+/// Colbert 2008).
 #[derive(Clone, Debug)]
 pub struct Environment {
-    /// Row by row; the fourth number pads each node to one SIMD register.
-    nodes: Vec<[[f32; 4]; NODES]>,
+    sharp: Table,
+    /// Each twice as blurred as the one before, the first twice as blurred as `sharp`.
+    blurred: Vec<Table>,
 }
 
 impl Environment {
     /// Tabulates a radiance. Features narrower than about three degrees are lost.
     #[must_use]
     pub fn from_fn(radiance: impl Fn([f32; 3]) -> [f32; 3]) -> Self {
-        let coordinate = |index: usize| 2.0 * index as f32 / CELLS as f32 - 1.0;
-        let node = |column, row| {
-            let [r, g, b] = radiance(fold([coordinate(column), coordinate(row)]));
-            [r, g, b, 0.0]
-        };
-        let nodes = (0..NODES)
-            .map(|row| array::from_fn(|column| node(column, row)))
-            .collect();
-        Self { nodes }
+        Self {
+            sharp: Table::from_fn(radiance),
+            blurred: Vec::new(),
+        }
     }
 
     /// The same radiance from everywhere.
@@ -45,63 +48,129 @@ impl Environment {
         Self::from_fn(|_| radiance)
     }
 
+    /// The light of a panorama in latitude and longitude, laid out as [`Environment::read`] says.
+    /// What is negative counts as black. Exposure is chosen by [`Environment::expose`]. Errors say
+    /// what is wrong, and the remedy.
+    pub(super) fn from_panorama(panorama: &Image) -> Result<Self, String> {
+        let mut grids = vec![gather(panorama)?];
+        while let (Some(last), true) = (grids.last(), grids.len() < LEVELS) {
+            grids.push(last.coarser());
+        }
+        let mut tables = grids.iter().map(Gathered::to_table);
+        let mut environment = Self {
+            sharp: tables.next().ok_or("no light")?,
+            blurred: tables.collect(),
+        };
+        environment.expose()?;
+        Ok(environment)
+    }
+
     /// The radiance arriving from a unit direction.
     #[must_use]
     pub fn radiance(&self, direction: [f32; 3]) -> [f32; 3] {
-        let [r, g, b, _] = self.padded(direction);
+        let [r, g, b, _] = self.sharp.padded(direction);
         [r, g, b]
     }
 
-    /// The same, still padded.
+    /// The table for an integral whose nodes lie so many radians apart: 0 is the sharp one.
+    pub(super) fn level(&self, spacing: f32) -> u8 {
+        let cell = (4.0 * PI).sqrt() as f32 / CELLS as f32;
+        let level = (spacing / cell).log2().ceil();
+        // `as` makes a NaN 0.
+        level.clamp(0.0, self.blurred.len() as f32) as u8
+    }
+
+    /// A table by its level.
     #[inline(always)]
-    pub(super) fn padded(&self, direction: [f32; 3]) -> [f32; 4] {
-        let [u, v] = unfold(direction).map(|c| (c + 1.0) * (0.5 * CELLS as f32));
-        let (column, row) = (cell(u), cell(v));
-        let (right, down) = (u - column as f32, v - row as f32);
-        let (column, row) = (usize::from(column), usize::from(row));
-        let (upper, lower) = (&self.nodes[row], &self.nodes[row + 1]);
-        let top = between(upper[column], upper[column + 1], right);
-        let bottom = between(lower[column], lower[column + 1], right);
-        between(top, bottom, down)
+    pub(super) fn table(&self, level: u8) -> &Table {
+        let blurred = usize::from(level).checked_sub(1);
+        blurred
+            .and_then(|index| self.blurred.get(index))
+            .unwrap_or(&self.sharp)
+    }
+
+    /// Scales the light so that a white diffuse sphere is, averaged over what the viewer sees of
+    /// it, as bright as in the studio (luminance of Rec. 709).
+    fn expose(&mut self) -> Result<(), String> {
+        let brightness = self.brightness();
+        let factor = (Self::studio().brightness() / brightness) as f32;
+        if !(brightness > 0.0 && factor.is_normal()) {
+            return Err(format!(
+                "a white sphere would have the brightness {brightness:e} in its light: give a \
+                 panorama that is not black"
+            ));
+        }
+        self.sharp.scale(factor);
+        for table in &mut self.blurred {
+            table.scale(factor);
+        }
+        Ok(())
+    }
+
+    /// Mean luminance of a white diffuse sphere over its visible disc.
+    fn brightness(&self) -> f64 {
+        // The disc's mean under light of irradiance 1 from an angle gamma to the viewer: Lambert's
+        // phase law. Its integral over the sphere of directions is 1.
+        let sphere = |[_, _, z]: [f32; 3]| {
+            let cos = f64::from(z).clamp(-1.0, 1.0);
+            let (gamma, sin) = (cos.acos(), (1.0 - cos * cos).sqrt());
+            2.0 / (3.0 * PI * PI) * (sin + (PI - gamma) * cos)
+        };
+        luminance(self.sharp.integral(sphere))
     }
 }
 
-/// The cell of a coordinate, of which `as` makes a number in any case: it saturates, and a NaN
-/// becomes 0. (Through i32, because that takes one instruction.)
-#[inline(always)]
-fn cell(coordinate: f32) -> u8 {
-    (coordinate as i32).clamp(0, LAST_CELL.into()) as u8
+/// Of linear RGB with the primaries of Rec. 709.
+fn luminance([r, g, b]: [f64; 3]) -> f64 {
+    0.2126 * r + 0.7152 * g + 0.0722 * b
 }
 
-/// `from` at 0, `to` at 1.
-#[inline(always)]
-fn between(from: [f32; 4], to: [f32; 4], t: f32) -> [f32; 4] {
-    array::from_fn(|channel| from[channel] + t * (to[channel] - from[channel]))
-}
-
-/// From a direction to the square \[-1, 1\]^2: projected on the octahedron |x| + |y| + |z| = 1,
-/// whose lower half is then folded outwards.
-#[inline(always)]
-fn unfold([x, y, z]: [f32; 3]) -> [f32; 2] {
-    let scale = 1.0 / (x.abs() + y.abs() + z.abs());
-    let (u, v) = (x * scale, y * scale);
-    if z >= 0.0 {
-        [u, v]
-    } else {
-        [(1.0 - v.abs()).copysign(u), (1.0 - u.abs()).copysign(v)]
+/// The light of a panorama on the finest grid.
+fn gather(panorama: &Image) -> Result<Gathered, String> {
+    let Image {
+        width,
+        height,
+        ref pixels,
+    } = *panorama;
+    let shape = width as f32 / height as f32;
+    if !SHAPES.contains(&shape) || pixels.len() != width * height {
+        return Err(format!(
+            "{width} x {height} pixels are not the 2:1 of a panorama in latitude and longitude: \
+             convert it to that"
+        ));
     }
-}
-
-/// The inverse of [`unfold`].
-fn fold([u, v]: [f32; 2]) -> [f32; 3] {
-    let z = 1.0 - u.abs() - v.abs();
-    let (x, y) = if z >= 0.0 {
-        (u, v)
-    } else {
-        ((1.0 - v.abs()).copysign(u), (1.0 - u.abs()).copysign(v))
-    };
-    let length = (x * x + y * y + z * z).sqrt();
-    [x / length, y / length, z / length]
+    if let Some(index) = pixels
+        .iter()
+        .position(|pixel| !pixel.iter().all(|channel| channel.is_finite()))
+    {
+        let (column, row) = (index % width, index / width);
+        return Err(format!(
+            "the pixel in column {column} and row {row} is infinite or not a number: replace it"
+        ));
+    }
+    // Samples in each pixel, down and across.
+    let (down, across) = (ROWS.div_ceil(height), (2 * ROWS).div_ceil(width));
+    let turn = 2.0 * PI / (width * across) as f64;
+    let azimuths: Vec<[f32; 2]> = (0..width * across)
+        .map(|column| ((column as f64 + 0.5) * turn).sin_cos())
+        .map(|(sin, cos)| [-sin as f32, cos as f32])
+        .collect();
+    let mut gathered = Gathered::new(CELLS);
+    let step = PI / (height * down) as f64;
+    for row in 0..height * down {
+        let edges = [row, row + 1].map(|row| (row as f64 * step).cos());
+        let solid_angle = (edges[0] - edges[1]) * turn;
+        let (sin, cos) = ((row as f64 + 0.5) * step).sin_cos();
+        let (sin, cos) = (sin as f32, cos as f32);
+        let line = pixels.iter().skip(row / down * width).take(width);
+        for (pixel, azimuths) in line.zip(azimuths.chunks_exact(across)) {
+            let [r, g, b] = pixel.map(|channel| f64::from(channel.max(0.0)) * solid_angle);
+            for [x, z] in azimuths {
+                gathered.add([sin * x, cos, sin * z], [r, g, b, solid_angle]);
+            }
+        }
+    }
+    Ok(gathered)
 }
 
 #[cfg(test)]
@@ -144,5 +213,141 @@ mod tests {
             let _ = environment.radiance(direction);
         }
         assert_eq!(environment.radiance([0.0, 0.0, -1.0]), [1.0, 2.0, 3.0]);
+    }
+
+    /// A panorama by column and row.
+    fn panorama(height: usize, radiance: impl Fn(usize, usize) -> [f32; 3]) -> Image {
+        let width = 2 * height;
+        let pixels = (0..width * height).map(|index| radiance(index % width, index / width));
+        Image {
+            width,
+            height,
+            pixels: pixels.collect(),
+        }
+    }
+
+    /// The integral of a panorama's green light over the sphere, pixel by pixel.
+    fn light(panorama: &Image) -> f64 {
+        let step = PI / panorama.height as f64;
+        let rows = panorama.pixels.chunks_exact(panorama.width).enumerate();
+        rows.map(|(row, pixels)| {
+            let edges = [row, row + 1].map(|edge| (edge as f64 * step).cos());
+            let sum: f64 = pixels.iter().map(|pixel| f64::from(pixel[1])).sum();
+            sum * (edges[0] - edges[1]) * step
+        })
+        .sum()
+    }
+
+    /// Sharp and blurred tables.
+    fn tables(environment: &Environment) -> impl Iterator<Item = &Table> {
+        (0..LEVELS as u8).map(|level| environment.table(level))
+    }
+
+    #[test]
+    fn light_is_conserved_however_small_its_source() {
+        // One pixel of 0.35 degrees at a pole, at the equator, in between, and on the border and
+        // corner of the square; and light everywhere.
+        let suns = [
+            (0, 0),
+            (100, 255),
+            (511, 256),
+            (700, 200),
+            (512, 300),
+            (256, 128),
+            (3, 511),
+        ];
+        for (column, row) in suns {
+            let sun = panorama(512, |x, y| {
+                [0.0, if (x, y) == (column, row) { 1e6 } else { 1e-3 }, 0.0]
+            });
+            let gathered = gather(&sun).unwrap();
+            let expected = light(&sun);
+            for (level, grid) in std::iter::successors(Some(gathered), |grid| Some(grid.coarser()))
+                .take(LEVELS)
+                .enumerate()
+            {
+                let [_, found, _] = grid.to_table().integral(|_| 1.0);
+                assert!(
+                    (found / expected - 1.0).abs() < 0.01,
+                    "sun at ({column}, {row}), level {level}: {found} instead of {expected}"
+                );
+            }
+        }
+        for height in [1, 7, 64, 1300] {
+            let white = gather(&panorama(height, |_, _| [0.5, 1.0, 2.0])).unwrap();
+            let table = white.to_table();
+            let found = table.integral(|_| 1.0).map(|channel| channel / (4.0 * PI));
+            for (found, expected) in found.into_iter().zip([0.5, 1.0, 2.0]) {
+                assert!((found / expected - 1.0).abs() < 1e-3, "{found}");
+            }
+            for direction in directions() {
+                let [r, g, b, _] = table.padded(direction);
+                assert!((r - 0.5).abs() + (g - 1.0).abs() + (b - 2.0).abs() < 1e-4);
+            }
+        }
+    }
+
+    #[test]
+    fn a_panorama_is_the_right_way_round() {
+        // Red brightens to the right of the centre, green upwards, blue towards the centre.
+        let (height, width) = (64, 128.0);
+        let image = panorama(height, |column, row| {
+            let azimuth = ((column as f32 + 0.5) / width - 0.5) * std::f32::consts::TAU;
+            let polar = (row as f32 + 0.5) / height as f32 * std::f32::consts::PI;
+            [
+                2.0 + polar.sin() * azimuth.sin(),
+                2.0 + polar.cos(),
+                2.0 + polar.sin() * azimuth.cos(),
+            ]
+        });
+        let environment = Environment::from_panorama(&image).unwrap();
+        // Exposure is one factor for all.
+        let [_, middle, _] = environment.radiance([1.0, 0.0, 0.0]);
+        for [x, y, z] in directions() {
+            let expected = [2.0 + x, 2.0 + y, 2.0 - z].map(|channel| 0.5 * middle * channel);
+            for (found, expected) in environment.radiance([x, y, z]).into_iter().zip(expected) {
+                assert!(
+                    (found / expected - 1.0).abs() < 0.05,
+                    "{x} {y} {z}: {found} {expected}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn exposure_makes_a_white_sphere_as_bright_as_in_the_studio() {
+        let dim = panorama(16, |column, row| [1e-4 * (1 + column + row) as f32; 3]);
+        let environment = Environment::from_panorama(&dim).unwrap();
+        let studio = Environment::studio().brightness();
+        assert!((environment.brightness() / studio - 1.0).abs() < 1e-5);
+        // The phase law's integral over all directions is 1.
+        assert!((Environment::constant([1.0; 3]).brightness() - 1.0).abs() < 1e-3);
+        assert_eq!(tables(&environment).count(), LEVELS);
+    }
+
+    #[test]
+    fn panoramas_that_give_no_light_are_refused() {
+        let refused = |image: &Image| Environment::from_panorama(image).map(|_| ()).unwrap_err();
+        let grey = panorama(4, |_, _| [0.5; 3]);
+        assert!(
+            refused(&Image {
+                width: 4,
+                height: 8,
+                ..grey.clone()
+            })
+            .contains("2:1")
+        );
+        assert!(refused(&Image::filled(0, 0, [0.0; 3])).contains("2:1"));
+        assert!(refused(&Image::filled(8, 4, [0.0; 3])).contains("black"));
+        assert!(refused(&Image::filled(8, 4, [-1.0; 3])).contains("black"));
+        for broken in [f32::NAN, f32::INFINITY] {
+            let mut image = grey.clone();
+            image.pixels[8 + 3] = [0.0, broken, 0.0];
+            assert!(refused(&image).contains("column 3 and row 1"));
+        }
+        // A slightly negative channel is black.
+        let mut image = grey;
+        image.pixels[5] = [-0.1, 0.2, 0.3];
+        assert!(Environment::from_panorama(&image).is_ok());
     }
 }

@@ -1,6 +1,12 @@
 //! A picture of linear radiance, and the one way it is shown.
 
-use super::Picture;
+use std::io::Cursor;
+use std::path::Path;
+
+use exr::prelude::{SpecificChannels, Vec2, WritableImage};
+
+use super::{Picture, PictureError};
+use crate::files::write_whole;
 
 /// Radiance is multiplied by this before anything else.
 const EXPOSURE: f32 = 1.7;
@@ -27,7 +33,80 @@ impl Image {
         }
     }
 
-    /// What is shown, written and measured: each channel x is exposed and compressed like film,
+    /// Rows of pictures below each other, each in the top left of its cell; columns and rows are
+    /// as wide and high as their largest picture, with `gap` pixels of `radiance` between them.
+    #[must_use]
+    pub fn grid<Row: AsRef<[Self]>>(rows: &[Row], gap: usize, radiance: [f32; 3]) -> Self {
+        let rows: Vec<&[Self]> = rows.iter().map(AsRef::as_ref).collect();
+        let columns = rows.iter().map(|row| row.len()).max().unwrap_or(0);
+        let widest = |column: usize| {
+            rows.iter()
+                .filter_map(|row| row.get(column))
+                .map(|image| image.width)
+                .max()
+        };
+        let highest = |row: &&[Self]| row.iter().map(|image| image.height).max().unwrap_or(0);
+        let (lefts, width) = places((0..columns).map(|column| widest(column).unwrap_or(0)), gap);
+        let (tops, height) = places(rows.iter().map(highest), gap);
+        let mut sheet = Self::filled(width, height, radiance);
+        for (row, top) in rows.iter().zip(tops) {
+            for (image, &left) in row.iter().zip(&lefts) {
+                sheet.paste(image, left, top);
+            }
+        }
+        sheet
+    }
+
+    /// Copies a picture into this one; what sticks out is cut off.
+    fn paste(&mut self, image: &Self, left: usize, top: usize) {
+        let rows = self.pixels.chunks_exact_mut(self.width.max(1)).skip(top);
+        for (to, from) in rows.zip(image.pixels.chunks_exact(image.width.max(1))) {
+            for (to, from) in to.iter_mut().skip(left).zip(from) {
+                *to = *from;
+            }
+        }
+    }
+
+    /// The picture as an OpenEXR file: channels R, G and B in 32-bit floats, compressed without
+    /// loss, neither exposed nor tone-mapped.
+    ///
+    /// # Errors
+    /// If a side is 0 or the number of pixels is not width x height.
+    pub fn to_exr(&self) -> Result<Vec<u8>, PictureError> {
+        let Self { width, height, .. } = *self;
+        let refused = |what: String| PictureError::Radiance {
+            width,
+            height,
+            what,
+        };
+        if self.pixels.is_empty() || width.checked_mul(height) != Some(self.pixels.len()) {
+            return Err(refused(format!("it holds {} pixels", self.pixels.len())));
+        }
+        let pixel = |place: Vec2<usize>| {
+            let pixel = self.pixels.get(place.y() * width + place.x());
+            <(f32, f32, f32)>::from(pixel.copied().unwrap_or_default())
+        };
+        let mut file = Cursor::new(Vec::new());
+        exr::prelude::Image::from_channels((width, height), SpecificChannels::rgb(pixel))
+            .write()
+            .non_parallel()
+            .to_buffered(&mut file)
+            .map_err(|error| refused(error.to_string()))?;
+        Ok(file.into_inner())
+    }
+
+    /// Writes the picture as an OpenEXR file, whole or not at all.
+    ///
+    /// # Errors
+    /// As [`Image::to_exr`], or if the file cannot be written.
+    pub fn write_exr(&self, path: &Path) -> Result<(), PictureError> {
+        write_whole(path, &self.to_exr()?).map_err(|source| PictureError::Write {
+            path: path.into(),
+            source,
+        })
+    }
+
+    /// What is shown, written as PNG and measured: each channel x is exposed and compressed like film,
     /// to 1 - exp(-1.7 x), encoded by sRGB's transfer function and rounded to 8 bits. What is
     /// negative or not a number is black.
     #[must_use]
@@ -56,9 +135,75 @@ fn srgb(linear: f32) -> f32 {
     }
 }
 
+/// Where each of several lengths begins, put end to end with gaps, and where the last one ends.
+fn places(lengths: impl Iterator<Item = usize>, gap: usize) -> (Vec<usize>, usize) {
+    let mut end = 0;
+    let starts = lengths.enumerate().map(|(index, length)| {
+        let start = if index == 0 { 0 } else { end + gap };
+        end = start + length;
+        start
+    });
+    (starts.collect(), end)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    const RED: [f32; 3] = [1.0, 0.0, 0.0];
+    const BLUE: [f32; 3] = [0.0, 0.0, 1.0];
+    const GREY: [f32; 3] = [0.5; 3];
+
+    #[test]
+    fn a_grid_keeps_every_picture_and_fills_the_rest() {
+        let red = Image::filled(2, 1, RED);
+        let blue = Image::filled(1, 2, BLUE);
+        let grid = Image::grid(&[vec![red.clone(), blue.clone()], vec![blue]], 1, GREY);
+        assert_eq!((grid.width, grid.height), (4, 5));
+        #[rustfmt::skip]
+        let expected = [
+            RED,  RED,  GREY, BLUE,
+            GREY, GREY, GREY, BLUE,
+            GREY, GREY, GREY, GREY,
+            BLUE, GREY, GREY, GREY,
+            BLUE, GREY, GREY, GREY,
+        ];
+        assert_eq!(grid.pixels, expected);
+        assert_eq!(Image::grid(&[[red.clone()]], 3, GREY), red);
+    }
+
+    #[test]
+    fn an_open_exr_file_gives_every_bit_back() {
+        let scratch = tempfile::tempdir().unwrap();
+        let path = scratch.path().join("sphere.exr");
+        let image = Image {
+            width: 5,
+            height: 3,
+            pixels: (0..15_u8)
+                .map(|i| [f32::from(i) / 7.0, 1e-30, 1e6 + f32::from(i)])
+                .collect(),
+        };
+        image.write_exr(&path).unwrap();
+        let read = exr::prelude::read_first_rgba_layer_from_file(
+            &path,
+            |size, _| vec![[0.0_f32; 3]; size.area()],
+            |pixels, at, (r, g, b, _): (f32, f32, f32, f32)| {
+                pixels[at.y() * 5 + at.x()] = [r, g, b]
+            },
+        );
+        let layer = read.unwrap().layer_data;
+        assert_eq!((layer.size.width(), layer.size.height()), (5, 3));
+        assert_eq!(layer.channel_data.pixels, image.pixels);
+    }
+
+    #[test]
+    fn impossible_pictures_are_refused() {
+        let mut image = Image::filled(3, 3, GREY);
+        image.pixels.pop();
+        for image in [image, Image::filled(0, 3, GREY), Image::filled(0, 0, GREY)] {
+            assert!(matches!(image.to_exr(), Err(PictureError::Radiance { .. })));
+        }
+    }
 
     #[test]
     fn the_curve_runs_from_black_to_white() {

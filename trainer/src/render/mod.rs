@@ -6,6 +6,8 @@
 
 mod environment;
 mod image;
+mod octahedral;
+mod panorama;
 mod picture;
 mod quadrature;
 mod sphere;
@@ -15,5 +17,6 @@ mod tests;
 
 pub use environment::Environment;
 pub use image::Image;
+pub use panorama::EnvironmentError;
 pub use picture::{Picture, PictureError};
 pub use sphere::{BACKGROUND, render_sphere};

@@ -30,6 +30,16 @@ pub enum PictureError {
         /// Why.
         source: png::EncodingError,
     },
+    /// The same of radiance.
+    #[error("a picture of {width} x {height} pixels cannot be written as OpenEXR: {what}")]
+    Radiance {
+        /// Pixels in a row.
+        width: usize,
+        /// Rows.
+        height: usize,
+        /// Why.
+        what: String,
+    },
 }
 
 /// An sRGB picture, row by row from the top left.
@@ -51,46 +61,6 @@ impl Picture {
             width,
             height,
             pixels: vec![colour; width * height],
-        }
-    }
-
-    /// Pictures side by side, `gap` pixels of `colour` between them.
-    #[must_use]
-    pub fn row(pictures: &[Self], gap: usize, colour: [u8; 3]) -> Self {
-        Self::grid(&[pictures], gap, colour)
-    }
-
-    /// Rows of pictures below each other, each in the top left of its cell; columns and rows are
-    /// as wide and high as their largest picture, with `gap` pixels of `colour` between them.
-    #[must_use]
-    pub fn grid<Row: AsRef<[Self]>>(rows: &[Row], gap: usize, colour: [u8; 3]) -> Self {
-        let rows: Vec<&[Self]> = rows.iter().map(AsRef::as_ref).collect();
-        let columns = rows.iter().map(|row| row.len()).max().unwrap_or(0);
-        let widest = |column: usize| {
-            rows.iter()
-                .filter_map(|row| row.get(column))
-                .map(|p| p.width)
-                .max()
-        };
-        let highest = |row: &&[Self]| row.iter().map(|picture| picture.height).max().unwrap_or(0);
-        let (lefts, width) = places((0..columns).map(|column| widest(column).unwrap_or(0)), gap);
-        let (tops, height) = places(rows.iter().map(highest), gap);
-        let mut sheet = Self::filled(width, height, colour);
-        for (row, top) in rows.iter().zip(tops) {
-            for (picture, &left) in row.iter().zip(&lefts) {
-                sheet.paste(picture, left, top);
-            }
-        }
-        sheet
-    }
-
-    /// Copies a picture into this one; what sticks out is cut off.
-    fn paste(&mut self, picture: &Self, left: usize, top: usize) {
-        let rows = self.pixels.chunks_exact_mut(self.width.max(1)).skip(top);
-        for (to, from) in rows.zip(picture.pixels.chunks_exact(picture.width.max(1))) {
-            for (to, from) in to.iter_mut().skip(left).zip(from) {
-                *to = *from;
-            }
         }
     }
 
@@ -134,42 +104,11 @@ impl Picture {
     }
 }
 
-/// Where each of several lengths begins, put end to end with gaps, and where the last one ends.
-fn places(lengths: impl Iterator<Item = usize>, gap: usize) -> (Vec<usize>, usize) {
-    let mut end = 0;
-    let starts = lengths.enumerate().map(|(index, length)| {
-        let start = if index == 0 { 0 } else { end + gap };
-        end = start + length;
-        start
-    });
-    (starts.collect(), end)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     const RED: [u8; 3] = [255, 0, 0];
-    const BLUE: [u8; 3] = [0, 0, 255];
-    const GREY: [u8; 3] = [9, 9, 9];
-
-    #[test]
-    fn a_grid_keeps_every_picture_and_fills_the_rest() {
-        let red = Picture::filled(2, 1, RED);
-        let blue = Picture::filled(1, 2, BLUE);
-        let grid = Picture::grid(&[vec![red.clone(), blue.clone()], vec![blue]], 1, GREY);
-        assert_eq!((grid.width, grid.height), (4, 5));
-        #[rustfmt::skip]
-        let expected = [
-            RED,  RED,  GREY, BLUE,
-            GREY, GREY, GREY, BLUE,
-            GREY, GREY, GREY, GREY,
-            BLUE, GREY, GREY, GREY,
-            BLUE, GREY, GREY, GREY,
-        ];
-        assert_eq!(grid.pixels, expected);
-        assert_eq!(Picture::row(std::slice::from_ref(&red), 3, GREY), red);
-    }
 
     #[test]
     fn a_png_file_gives_the_picture_back() {
@@ -193,8 +132,7 @@ mod tests {
     fn impossible_pictures_are_refused() {
         let scratch = tempfile::tempdir().unwrap();
         let path = scratch.path().join("picture.png");
-        let none: [Picture; 0] = [];
-        assert!(Picture::row(&none, 2, GREY).write_png(&path).is_err());
+        assert!(Picture::filled(0, 3, RED).write_png(&path).is_err());
         let short = Picture {
             width: 3,
             height: 3,

@@ -26,13 +26,15 @@ struct HalfVector {
     cos_phi: f32,
     /// Solid angle in sr.
     solid_angle: f32,
+    /// Angle to the neighbours, along the ring or to the next one, in radians.
+    spacing: f32,
 }
 
 /// The half vectors of the whole upper hemisphere.
 #[derive(Debug)]
 pub(super) struct HalfVectors(Vec<HalfVector>);
 
-/// What one outgoing direction is integrated over; the three lists run in parallel.
+/// What one outgoing direction is integrated over; the lists run in parallel.
 #[derive(Debug, Default)]
 pub(super) struct Nodes {
     /// Where the BRDF is to be evaluated.
@@ -42,6 +44,8 @@ pub(super) struct Nodes {
     pub(super) incoming: Vec<[f32; 3]>,
     /// cos(theta_i) times solid angle in sr.
     pub(super) weight: Vec<f32>,
+    /// About the angle between incoming directions of neighbours, in radians.
+    pub(super) spacing: Vec<f32>,
 }
 
 impl HalfVectors {
@@ -57,6 +61,7 @@ impl HalfVectors {
             // Not the exact area between two rings: the midpoint rule in t converges faster.
             let thickness = 3.0 * FRAC_PI_2 * t * t * step;
             let solid_angle = sin_theta * thickness * TAU / around;
+            let neighbour = TAU * sin_theta / around;
             // Every other ring is turned by half a step, lest nodes line up.
             let offset = if ring % 2 == 0 { 0.25 } else { 0.75 };
             (0..around as usize).map(move |node| {
@@ -68,6 +73,7 @@ impl HalfVectors {
                     sin_phi,
                     cos_phi,
                     solid_angle,
+                    spacing: neighbour.max(thickness),
                 }
             })
         });
@@ -80,6 +86,7 @@ impl HalfVectors {
         nodes.at.clear();
         nodes.incoming.clear();
         nodes.weight.clear();
+        nodes.spacing.clear();
         for half in &self.0 {
             let x = half.sin_theta * half.cos_phi;
             let y = half.sin_theta * half.sin_phi;
@@ -103,6 +110,8 @@ impl HalfVectors {
             nodes
                 .weight
                 .push(cos_theta_i * 4.0 * cos_theta_d * half.solid_angle);
+            // The mirror image turns twice as far as the mirror.
+            nodes.spacing.push(2.0 * half.spacing);
         }
     }
 }

@@ -111,6 +111,8 @@ pub(super) fn circles(size: usize) -> Vec<Circle> {
 struct Shader {
     nodes: Nodes,
     brdf: Vec<[f32; 3]>,
+    /// How blurred each node sees the environment.
+    levels: Vec<u8>,
 }
 
 impl Shader {
@@ -129,10 +131,16 @@ impl Shader {
         for (value, weight) in self.brdf.iter_mut().zip(&self.nodes.weight) {
             *value = value.map(|channel| channel * weight);
         }
+        self.levels.clear();
+        let spacing = self.nodes.spacing.iter();
+        self.levels
+            .extend(spacing.map(|spacing| environment.level(*spacing)));
         let shade_pixel = |&(index, azimuth): &(usize, [f32; 2])| {
             let mut sum = [0.0; 4];
-            for (incoming, [r, g, b]) in self.nodes.incoming.iter().zip(&self.brdf) {
-                let light = environment.padded(circle.to_world(azimuth, *incoming));
+            let nodes = self.nodes.incoming.iter().zip(&self.levels);
+            for ((incoming, level), [r, g, b]) in nodes.zip(&self.brdf) {
+                let table = environment.table(*level);
+                let light = table.padded(circle.to_world(azimuth, *incoming));
                 let value = [*r, *g, *b, 0.0];
                 sum = array::from_fn(|channel| sum[channel] + light[channel] * value[channel]);
             }

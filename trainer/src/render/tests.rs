@@ -7,7 +7,7 @@ use glimpse_core::math;
 
 use super::quadrature::RINGS;
 use super::sphere::{DIAMETER, circles, render_with};
-use super::{BACKGROUND, Environment, render_sphere};
+use super::{BACKGROUND, Environment, Image, render_sphere};
 use crate::metrics::image::{mean_squared_error, psnr};
 
 type Brdf = dyn Fn(&[HalfDifference<f32>], &mut [[f32; 3]]) + Sync;
@@ -143,6 +143,63 @@ fn twice_the_rings_show_the_same_picture() {
             let change = distance(coarse_a, coarse_b) - distance(fine_a, fine_b);
             assert!(change.abs() < 0.05, "material {index}: {change} dB");
         }
+    }
+}
+
+/// A panorama of a dark sky with a sun of one pixel, 0.7 degrees, over the viewer's left shoulder.
+fn small_sun() -> Environment {
+    let (width, height) = (512, 256);
+    let mut panorama = Image::filled(width, height, [0.05; 3]);
+    panorama.pixels[80 * width + 60] = [3e4; 3];
+    Environment::from_panorama(&panorama).unwrap()
+}
+
+#[test]
+fn a_sun_between_the_nodes_is_not_lost() {
+    // The phase law says what a white sphere shows on average; it must not depend on whether the
+    // sun is on a node or not.
+    let size = 96;
+    let image = render_sphere(&lambertian, &small_sun(), size);
+    let disc = circles(size);
+    let mut sums = [0.0, 0.0];
+    for circle in &disc {
+        for (index, _) in &circle.pixels {
+            let share = f64::from(circle.coverage);
+            let beside = f64::from(BACKGROUND[1]) * (1.0 - share);
+            sums[0] += f64::from(image.pixels[*index][1]) - beside;
+            sums[1] += share;
+        }
+    }
+    let mean = sums[0] / sums[1];
+    let studio = render_sphere(&lambertian, &Environment::studio(), size);
+    let total = |image: &Image| -> f64 {
+        let luminance = |[r, g, b]: [f32; 3]| 0.2126 * r + 0.7152 * g + 0.0722 * b;
+        let pixels = image
+            .pixels
+            .iter()
+            .map(|pixel| f64::from(luminance(*pixel)));
+        pixels.sum::<f64>() - f64::from(BACKGROUND[0]) * ((size * size) as f64 - sums[1])
+    };
+    assert!(
+        (mean * sums[1] / total(&studio) - 1.0).abs() < 0.02,
+        "{mean}"
+    );
+}
+
+#[test]
+fn twice_the_rings_show_the_same_sphere_under_a_small_sun() {
+    let environment = small_sun();
+    let picture = |brdf: &Brdf, rings| render_with(&brdf, &environment, 48, rings).tone_map();
+    for material in [
+        &lambertian as &Brdf,
+        &glossy(0.5),
+        &glossy(0.2),
+        &glossy(0.06),
+    ] {
+        let (coarse, fine) = (picture(material, RINGS), picture(material, 2 * RINGS));
+        let error = psnr(mean_squared_error(&coarse, &fine).unwrap());
+        println!("{error} dB");
+        assert!(error > 35.0, "{error} dB from the finer picture");
     }
 }
 

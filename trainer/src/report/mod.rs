@@ -1,16 +1,19 @@
 //! What is left to read: tables for terminal, page and spreadsheet, plots, pages with pictures,
-//! drawings of sample patterns.
+//! drawings of sample patterns and lobes.
 
 mod format;
 mod gallery;
 mod html;
+mod lobe;
 mod page;
 mod pattern;
 mod plot;
 mod raster;
+mod svg;
 mod table;
 
 pub use gallery::{Gallery, GalleryRow, Tile};
+pub use lobe::{Lobe, MOST_LOBES, lobe, lobe_svg};
 pub use page::{Page, PageError};
 pub use pattern::pattern_svg;
 pub use plot::{Axis, Hue, Mark, Plot, PlotError, Scale, Series};

@@ -1,4 +1,4 @@
-//! A web page that needs nothing from elsewhere: `index.html` and its pictures beside it.
+//! A web page that needs nothing from elsewhere: one file, and its pictures in a folder beside it.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -9,8 +9,6 @@ use super::{Gallery, Table};
 use crate::files::write_whole;
 use crate::render::{Picture, PictureError};
 
-/// Where the pictures lie, seen from the page.
-const PICTURES: &str = "pictures";
 /// The file of a part of a page, in its folder.
 const PART: &str = "part.html";
 /// The look: readable on a phone and in the dark; blue against orange for the colour-blind.
@@ -46,7 +44,7 @@ pub enum PageError {
 #[derive(Debug)]
 pub struct Page {
     title: String,
-    /// The folder of its pictures, seen from the page.
+    /// Where the pictures lie, seen from the page.
     folder: String,
     body: String,
     names: Names,
@@ -59,29 +57,29 @@ impl Page {
     pub fn new(title: impl Into<String>) -> Self {
         Self {
             title: title.into(),
-            folder: PICTURES.into(),
+            folder: "pictures".into(),
             body: String::new(),
             names: Names::default(),
             pictures: Vec::new(),
         }
     }
 
-    /// For a page that becomes a part of another: its pictures lie in a folder of its own, of this
-    /// name. Call it before there are any.
+    /// The same, with its pictures in a folder of this name instead of `pictures`: for pages that
+    /// share a directory.
     #[must_use]
-    pub fn in_folder(self, name: &str) -> Self {
+    pub fn with_pictures_in(title: impl Into<String>, folder: impl Into<String>) -> Self {
         Self {
-            folder: format!("{name}/{PICTURES}"),
-            ..self
+            folder: folder.into(),
+            ..Self::new(title)
         }
     }
 
-    /// Another page as a part of this one, if [`Page::write_part`] has left it in the directory.
+    /// Another page as a part of this one, if [`Page::write_part`] has left it in a folder.
     ///
     /// # Errors
     /// If it is there and cannot be read.
-    pub fn part(self, directory: &Path, name: &str) -> Result<Self, PageError> {
-        let path = directory.join(name).join(PART);
+    pub fn part(self, folder: &Path) -> Result<Self, PageError> {
+        let path = folder.join(PART);
         match std::fs::read_to_string(&path) {
             Ok(html) => Ok(self.push(&html)),
             Err(source) if source.kind() == io::ErrorKind::NotFound => Ok(self),
@@ -130,20 +128,29 @@ impl Page {
     /// # Errors
     /// If a file cannot be written.
     pub fn write(&self, directory: &Path) -> Result<(), PageError> {
-        self.write_pictures(directory)?;
-        let path = directory.join("index.html");
-        write_whole(&path, self.to_html().as_bytes())
-            .map_err(|source| PageError::Write { path, source })
+        self.write_as(&directory.join("index.html"))
     }
 
-    /// Writes it as a part of a page that will lie in this directory.
+    /// The same with another name of the page.
     ///
     /// # Errors
     /// If a file cannot be written.
-    pub fn write_part(&self, directory: &Path) -> Result<(), PageError> {
+    pub fn write_as(&self, path: &Path) -> Result<(), PageError> {
+        self.write_pictures(path.parent().unwrap_or(Path::new("")))?;
+        write_whole(path, self.to_html().as_bytes()).map_err(|source| PageError::Write {
+            path: path.into(),
+            source,
+        })
+    }
+
+    /// Writes it as a part of a page that will lie in a directory: its pictures where that page
+    /// will look for them, the rest in one of the directory's folders.
+    ///
+    /// # Errors
+    /// If a file cannot be written.
+    pub fn write_part(&self, directory: &Path, folder: &str) -> Result<(), PageError> {
         self.write_pictures(directory)?;
-        let folder = directory.join(&self.folder);
-        let path = folder.with_file_name(PART);
+        let path = directory.join(folder).join(PART);
         let html = format!(
             "<section class=\"part\">\n<h2>{}</h2>\n{}</section>\n",
             escape(&self.title),
@@ -233,18 +240,17 @@ mod tests {
                 picture: Picture::filled(8, 8, [1, 2, 3]),
             }],
         };
-        Page::new("First")
-            .in_folder("first")
+        Page::with_pictures_in("First", "first/pictures")
             .gallery(&Gallery {
                 caption: String::new(),
                 rows: vec![row],
             })
-            .write_part(scratch.path())
+            .write_part(scratch.path(), "first")
             .unwrap();
         let whole = Page::new("All")
-            .part(scratch.path(), "first")
+            .part(&scratch.path().join("first"))
             .unwrap()
-            .part(scratch.path(), "never-made")
+            .part(&scratch.path().join("never-made"))
             .unwrap();
         whole.write(scratch.path()).unwrap();
         let html = std::fs::read_to_string(scratch.path().join("index.html")).unwrap();
@@ -270,7 +276,7 @@ mod tests {
     #[test]
     fn without_its_pictures_there_is_no_page() {
         let scratch = tempfile::tempdir().unwrap();
-        std::fs::write(scratch.path().join(PICTURES), b"in the way").unwrap();
+        std::fs::write(scratch.path().join("pictures"), b"in the way").unwrap();
         assert!(page().write(scratch.path()).is_err());
         assert!(!scratch.path().join("index.html").exists());
     }

@@ -1,66 +1,69 @@
-//! A sample pattern drawn twice: over theta_h and theta_d, and as directions seen from above.
+//! A sample pattern: over theta_h and theta_d, and as directions to light and sensor from above.
 
 use std::fmt::Write as _;
 
 use glimpse_core::angles::{Angles, HalfDifference};
 
+use super::svg::{Labels, begin};
+
 /// Up to so many samples are numbered.
 const NUMBERED: usize = 16;
 /// Pixels per degree of the first drawing, and where its origin lies.
 const SCALE: f32 = 3.0;
-const ORIGIN: [f32; 2] = [54.0, 300.0];
-/// Radius and centre of the second drawing.
-const HORIZON: f32 = 135.0;
-const CENTRE: [f32; 2] = [530.0, 165.0];
+const ORIGIN: [f32; 2] = [66.0, 294.0];
+/// Radius of the hemispheres, and the centres of light's and sensor's.
+const HORIZON: f32 = 145.0;
+const CENTRES: [[f32; 2]; 2] = [[185.0, 540.0], [515.0, 540.0]];
 /// Half the length of the hand that shows phi_d.
-const HAND: f32 = 9.0;
+const HAND: f32 = 11.0;
+/// Left edge of the legend, its first line and the height of a line.
+const LEGEND: [f32; 2] = [400.0, 50.0];
+const LINE: f32 = 30.0;
 
-/// Colours for light and dark surroundings; lights are orange discs, sensors blue squares.
+/// On top of the style of all drawings; lights are orange discs, sensors blue squares.
 const STYLE: &str = "\
-.pattern{--ink:#1c1c1e;--faint:#77777d;--area:#dcebf4;--some:#eef4f8;--light:#d55e00;--sensor:#0072b2}\
-@media(prefers-color-scheme:dark){.pattern{--ink:#e8e8e6;--faint:#9a9aa0;--area:#1d3a4c;\
---some:#1b2830;--light:#e69f00;--sensor:#56b4e9}}\
-.pattern text{font:13px system-ui,'DejaVu Sans',sans-serif;fill:var(--ink)}\
-.pattern .small{font-size:11px;fill:var(--faint)}\
-.pattern .mid{text-anchor:middle}.pattern .end{text-anchor:end}\
-.pattern .axis{fill:none;stroke:var(--faint)}\
-.pattern .always{fill:var(--area)}.pattern .some{fill:var(--some)}\
-.pattern .light{fill:var(--light);stroke:none}.pattern .sensor{fill:var(--sensor);stroke:none}\
-.pattern .pair{stroke:var(--faint);stroke-width:0.7}\
-.pattern .hand{stroke:var(--ink);stroke-width:1.5}\
-.pattern .dot{fill:var(--ink)}\
-.pattern .out{opacity:0.35}";
+.plot .always{fill:var(--area)}.plot .some{fill:var(--some)}\
+.plot .light{fill:var(--c1)}.plot .sensor{fill:var(--c0)}\
+.plot .hand{stroke:var(--ink);stroke-width:1.5}.plot .dot{fill:var(--ink)}\
+.plot .out{opacity:0.35}";
 
 /// Draws a sample pattern as an SVG picture, to stand alone or within a page.
 ///
-/// At the left each sample is a dot over theta_h and theta_d in degrees, with a hand that points to
+/// Above, each sample is a dot over theta_h and theta_d in degrees, with a hand that points to
 /// phi_d (to the right for 0, up for 90 degrees). Pairs in the dark triangle are above the horizon
-/// for every phi_d, those beside it only for phi_d near 90 degrees. At the right are the directions
-/// to light (disc) and sensor (square) of each sample, seen from above with phi_h = 0. Samples with
-/// a direction below the horizon are faint, samples with an angle that is not finite left out.
+/// for every phi_d, those beside it only for phi_d near 90 degrees. Below are the directions to
+/// light (discs) and to sensor (squares) of each sample with phi_h = 0, each projected straight
+/// down on the surface: their distance from the centre is the sine of the polar angle. Up to 16
+/// samples are numbered from 0, as in the recipe. Samples with a direction below the horizon are
+/// faint, samples with an angle that is not finite left out.
 #[must_use]
 pub fn pattern_svg(angles: &[Angles<f32>]) -> String {
-    let mut svg = format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 700 350\" class=\"pattern\" \
-         role=\"img\" aria-label=\"Sample pattern of {} pairs of directions\">\n\
-         <style>{STYLE}</style>\n",
-        angles.len()
-    );
+    let label = format!("Sample pattern of {} pairs of directions", angles.len());
+    let mut svg = begin(700.0, 718.0, &label, STYLE);
     draw_axes(&mut svg);
-    draw_hemisphere(&mut svg);
-    for (index, angles) in angles.iter().enumerate() {
+    for (centre, title) in CENTRES.into_iter().zip(["light", "sensor"]) {
+        draw_hemisphere(&mut svg, centre, title);
+    }
+    let numbered = angles.len() <= NUMBERED;
+    draw_legend(&mut svg, angles.len(), numbered);
+    let finite = angles.iter().enumerate().filter(|(_, angles)| {
         let Angles {
             theta_h,
             theta_d,
             phi_d,
-        } = *angles;
-        if [theta_h, theta_d, phi_d]
+        } = angles;
+        [theta_h, theta_d, phi_d]
             .iter()
             .all(|angle| angle.is_finite())
-        {
-            let number = (index < NUMBERED).then_some(index + 1);
-            draw_sample(&mut svg, angles, number);
-        }
+    });
+    let samples: Vec<Drawn> = finite
+        .map(|(index, angles)| Drawn::new(index, angles))
+        .collect();
+    for sample in &samples {
+        sample.draw(&mut svg);
+    }
+    if numbered {
+        draw_numbers(&mut svg, &samples);
     }
     svg + "</svg>\n"
 }
@@ -93,83 +96,165 @@ fn draw_axes(svg: &mut String) {
         );
     }
     let [x, y] = place(45.0, 45.0);
-    let (under, beside) = (bottom + 38.0, 14.0);
+    let (under, beside) = (bottom + 40.0, 20.0);
     let _ = writeln!(
         svg,
-        "<text class=\"mid\" x=\"{x}\" y=\"{under}\">&#952;h</text>\
+        "<text class=\"mid\" x=\"{x}\" y=\"{under}\">&#952;h, polar angle of the half vector</text>\
          <text class=\"mid\" x=\"{beside}\" y=\"{y}\" transform=\"rotate(-90 {beside} {y})\">\
-         &#952;d</text>"
-    );
-    let ([low_x, low_y], [high_x, high_y]) = (place(1.5, 2.5), place(88.5, 85.5));
-    let _ = writeln!(
-        svg,
-        "<text class=\"small\" x=\"{low_x}\" y=\"{low_y}\">valid for every &#966;d</text>\
-         <text class=\"small end\" x=\"{high_x}\" y=\"{high_y}\">only near &#966;d = 90&#176;</text>"
+         &#952;d, of the difference vector</text>"
     );
 }
 
-/// Circles of 30, 60 and 90 degrees and the legend of the second drawing.
-fn draw_hemisphere(svg: &mut String) {
-    let [x, y] = CENTRE;
+/// Circles of 30, 60 and 90 degrees around a centre, and what is seen there.
+fn draw_hemisphere(svg: &mut String, [x, y]: [f32; 2], title: &str) {
     for degrees in [30.0_f32, 60.0, 90.0] {
         let radius = HORIZON * degrees.to_radians().sin();
-        let label = y + radius - 4.0;
+        let (label, class) = (
+            y + radius - 4.0,
+            if degrees < 90.0 { "grid" } else { "axis" },
+        );
         let _ = writeln!(
             svg,
-            "<circle class=\"axis\" cx=\"{x}\" cy=\"{y}\" r=\"{radius:.1}\"/>\
-             <text class=\"small mid\" x=\"{x}\" y=\"{label:.1}\">{degrees}&#176;</text>"
+            "<circle class=\"{class}\" cx=\"{x}\" cy=\"{y}\" r=\"{radius:.1}\"/>\
+             <text class=\"dim mid\" x=\"{x}\" y=\"{label:.1}\">{degrees}&#176;</text>"
         );
     }
-    let (bottom, line) = (y + HORIZON + 32.0, y + HORIZON + 36.0);
-    let (light, sensor) = (x - 80.0, x + 12.0);
+    let [left, right, above] = [x - HORIZON, x + HORIZON, y - HORIZON - 14.0];
+    let [top, bottom, beside, line] = [y - HORIZON, y + HORIZON, right + 5.0, y + 4.0];
     let _ = writeln!(
         svg,
-        "<circle class=\"light\" cx=\"{light}\" cy=\"{bottom}\" r=\"4.5\"/>\
-         <text x=\"{0}\" y=\"{line}\">light</text>\
-         <rect class=\"sensor\" x=\"{1}\" y=\"{2}\" width=\"8\" height=\"8\"/>\
-         <text x=\"{3}\" y=\"{line}\">sensor</text>",
-        light + 10.0,
-        sensor - 4.0,
-        bottom - 4.0,
-        sensor + 10.0,
+        "<path class=\"grid\" d=\"M{left} {y}H{right}M{x} {top}V{bottom}\"/>\
+         <text class=\"dim\" x=\"{beside}\" y=\"{line}\">&#966; 0&#176;</text>\
+         <text class=\"mid\" x=\"{x}\" y=\"{above}\">towards the {title}, seen from above</text>"
     );
 }
 
-/// One sample in both drawings.
-fn draw_sample(svg: &mut String, angles: &Angles<f32>, number: Option<usize>) {
-    let at = HalfDifference::from_angles(*angles);
-    let class = if at.is_valid() { "" } else { " class=\"out\"" };
-    let [x, y] = place(angles.theta_h.to_degrees(), angles.theta_d.to_degrees());
-    let (sin, cos) = angles.phi_d.sin_cos();
-    let (tip_x, tip_y) = (x + HAND * cos, y - HAND * sin);
-    let _ = write!(
-        svg,
-        "<g{class}><path class=\"hand\" d=\"M{x:.1} {y:.1}L{tip_x:.1} {tip_y:.1}\"/>\
-         <circle class=\"dot\" cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"3.5\"/>"
-    );
-    let directions = at.directions();
-    let [light, sensor] = [directions.incoming, directions.outgoing].map(|[x, y, _]| {
-        let [centre_x, centre_y] = CENTRE;
-        [centre_x + HORIZON * x, centre_y - HORIZON * y]
-    });
-    let ([light_x, light_y], [sensor_x, sensor_y]) = (light, sensor);
-    let (corner_x, corner_y) = (sensor_x - 3.5, sensor_y - 3.5);
-    let _ = write!(
-        svg,
-        "<path class=\"pair\" d=\"M{light_x:.1} {light_y:.1}L{sensor_x:.1} {sensor_y:.1}\"/>\
-         <circle class=\"light\" cx=\"{light_x:.1}\" cy=\"{light_y:.1}\" r=\"4\"/>\
-         <rect class=\"sensor\" x=\"{corner_x:.1}\" y=\"{corner_y:.1}\" width=\"7\" height=\"7\"/>"
-    );
-    if let Some(number) = number {
-        for [x, y] in [[x, y], light, sensor] {
-            let (x, y) = (x + 5.0, y - 5.0);
-            let _ = write!(
+/// What the marks mean.
+fn draw_legend(svg: &mut String, samples: usize, numbered: bool) {
+    let [left, top] = LEGEND;
+    let text = left + 26.0;
+    let square = |class: &str, y: f32, side: f32| {
+        let (x, y) = (left + 6.0 - side / 2.0, y - 4.0 - side / 2.0);
+        format!("<rect class=\"{class}\" x=\"{x}\" y=\"{y}\" width=\"{side}\" height=\"{side}\"/>")
+    };
+    let disc = |class: &str, y: f32, radius: f32| {
+        let (x, y) = (left + 6.0, y - 4.0);
+        format!("<circle class=\"{class}\" cx=\"{x}\" cy=\"{y}\" r=\"{radius}\"/>")
+    };
+    let hand = |y: f32| {
+        let (x, y, end) = (left + 6.0, y - 4.0, left + 6.0 + HAND);
+        format!("<path class=\"hand\" d=\"M{x} {y}H{end}\"/>")
+    };
+    let count = match numbered {
+        true => format!("{samples} samples, numbered as in the recipe"),
+        false => format!("{samples} samples"),
+    };
+    let line = |index: u8| top + LINE * f32::from(index);
+    let lines = [
+        (String::new(), count),
+        (
+            disc("dot", line(1), 3.5),
+            "half and difference vector".into(),
+        ),
+        (
+            hand(line(2)),
+            "points to &#966;d: right 0&#176;, up 90&#176;".into(),
+        ),
+        (disc("light", line(3), 4.5), "direction to the light".into()),
+        (
+            square("sensor", line(4), 8.0),
+            "direction to the sensor".into(),
+        ),
+        (
+            square("always", line(5), 14.0),
+            "above the horizon for every &#966;d".into(),
+        ),
+        (
+            square("some", line(6), 14.0),
+            "only for &#966;d near 90&#176;".into(),
+        ),
+    ];
+    for (index, (mark, what)) in (0_u8..).zip(lines) {
+        let (y, x) = (line(index), if mark.is_empty() { left } else { text });
+        let _ = writeln!(svg, "{mark}<text x=\"{x}\" y=\"{y}\">{what}</text>");
+    }
+}
+
+/// A sample and where it is drawn: over the angles, and as direction to light and to sensor.
+struct Drawn {
+    index: usize,
+    valid: bool,
+    phi_d: f32,
+    places: [[f32; 2]; 3],
+}
+
+impl Drawn {
+    fn new(index: usize, angles: &Angles<f32>) -> Self {
+        let at = HalfDifference::from_angles(*angles);
+        let directions = at.directions();
+        let project =
+            |[x, y]: [f32; 2], [right, up, _]: [f32; 3]| [x + HORIZON * right, y - HORIZON * up];
+        let [light, sensor] = CENTRES;
+        Self {
+            index,
+            valid: at.is_valid(),
+            phi_d: angles.phi_d,
+            places: [
+                place(angles.theta_h.to_degrees(), angles.theta_d.to_degrees()),
+                project(light, directions.incoming),
+                project(sensor, directions.outgoing),
+            ],
+        }
+    }
+
+    fn draw(&self, svg: &mut String) {
+        let class = if self.valid { "" } else { " class=\"out\"" };
+        let [[x, y], [light_x, light_y], [sensor_x, sensor_y]] = self.places;
+        let (sin, cos) = self.phi_d.sin_cos();
+        let (tip_x, tip_y) = (x + HAND * cos, y - HAND * sin);
+        let (corner_x, corner_y) = (sensor_x - 4.0, sensor_y - 4.0);
+        let _ = writeln!(
+            svg,
+            "<g{class}><path class=\"hand\" d=\"M{x:.1} {y:.1}L{tip_x:.1} {tip_y:.1}\"/>\
+             <circle class=\"dot\" cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"3.5\"/>\
+             <circle class=\"light\" cx=\"{light_x:.1}\" cy=\"{light_y:.1}\" r=\"4.5\"/>\
+             <rect class=\"sensor\" x=\"{corner_x:.1}\" y=\"{corner_y:.1}\" width=\"8\" \
+             height=\"8\"/></g>"
+        );
+    }
+}
+
+/// Numbers beside all marks, where they cover least.
+fn draw_numbers(svg: &mut String, samples: &[Drawn]) {
+    let mut labels = Labels::default();
+    for [x, y] in CENTRES {
+        labels.keep_off([x + HORIZON + 19.0, y], [28.0, 12.0]);
+        for radius in [30.0_f32, 60.0, 90.0].map(|degrees| HORIZON * degrees.to_radians().sin()) {
+            labels.keep_off([x, y + radius - 8.0], [24.0, 12.0]);
+        }
+    }
+    for sample in samples {
+        for place in sample.places {
+            labels.mark(place);
+        }
+        let ([x, y], (sin, cos)) = (sample.places[0], sample.phi_d.sin_cos());
+        labels.mark([x + 0.8 * HAND * cos, y - 0.8 * HAND * sin]);
+    }
+    for sample in samples {
+        let class = if sample.valid {
+            "dim mid"
+        } else {
+            "dim mid out"
+        };
+        for mark in sample.places {
+            let number = sample.index.to_string();
+            let [x, y] = labels.place(mark, number.len());
+            let _ = writeln!(
                 svg,
-                "<text class=\"small\" x=\"{x:.1}\" y=\"{y:.1}\">{number}</text>"
+                "<text class=\"{class}\" x=\"{x:.1}\" y=\"{y:.1}\">{number}</text>"
             );
         }
     }
-    svg.push_str("</g>\n");
 }
 
 #[cfg(test)]
@@ -188,7 +273,7 @@ mod tests {
     #[test]
     fn samples_lie_where_their_angles_say() {
         let svg = pattern_svg(&[angles(30.0, 60.0, 90.0)]);
-        let [x, y] = [54.0 + 90.0, 300.0 - 180.0];
+        let [x, y] = [66.0 + 90.0, 294.0 - 180.0];
         assert!(
             svg.contains(&format!("class=\"dot\" cx=\"{x:.1}\" cy=\"{y:.1}\"")),
             "{svg}"
@@ -196,7 +281,7 @@ mod tests {
         // The hand points up.
         assert!(svg.contains(&format!("M{x:.1} {y:.1}L{x:.1} {:.1}", y - HAND)));
         // By hand: w_i = (sin 30 cos 60, sin 60, ...) = (0.25, 0.866).
-        let (x, y) = (530.0 + 135.0 * 0.25, 165.0 - 135.0 * 0.866);
+        let (x, y) = (185.0 + 145.0 * 0.25, 540.0 - 145.0 * 0.866_03);
         assert!(
             svg.contains(&format!("class=\"light\" cx=\"{x:.1}\" cy=\"{y:.1}\"")),
             "{svg}"
@@ -206,13 +291,15 @@ mod tests {
     #[test]
     fn impossible_samples_are_faint_or_left_out() {
         let count = |pattern: &[Angles<f32>], what| pattern_svg(pattern).matches(what).count();
+        let legend = 1;
         let pattern = [
             angles(10.0, 10.0, 10.0),
             angles(80.0, 80.0, 0.0),
             angles(f32::NAN, 0.0, 0.0),
         ];
-        assert_eq!(count(&pattern, "class=\"dot\""), 2);
+        assert_eq!(count(&pattern, "class=\"dot\""), 2 + legend);
         assert_eq!(count(&pattern, "<g class=\"out\">"), 1);
-        assert_eq!(count(&[], "class=\"dot\""), 0);
+        assert_eq!(count(&[], "class=\"dot\""), legend);
+        assert!(!pattern_svg(&[angles(10.0, 10.0, 10.0); 17]).contains("numbered"));
     }
 }

@@ -3,6 +3,7 @@
 mod grid;
 mod linear;
 mod query;
+mod render;
 mod reproduce;
 mod survival;
 

@@ -1,0 +1,93 @@
+//! `trainer render lobe`
+
+use std::path::PathBuf;
+
+use anyhow::{bail, ensure};
+use clap::Args;
+use glimpse_core::angles::HalfDifference;
+use glimpse_trainer::evaluation::Method;
+use glimpse_trainer::material::Source;
+use glimpse_trainer::report::{self, MOST_LOBES, lobe, lobe_svg};
+
+use super::super::{load, read_recipe, write_file};
+use super::{brdf_of, check_out, file_type};
+
+/// Plot BRDFs in the plane of incidence: angle against the logarithm of their luminance.
+///
+/// A curve for every material and every angle of the light, six at most; with --recipe, a dashed
+/// curve beside each is what a scan by the recipe makes of the material.
+///
+/// Example: trainer render lobe gold-paint.binary --theta-i 30,60 --out gold.svg
+///          trainer render lobe procedural:2 --recipe neural-n8.recipe
+#[derive(Args)]
+#[command(verbatim_doc_comment)]
+pub(super) struct Lobe {
+    /// The materials: see SOURCES in `trainer --help`
+    source: Source,
+    /// Polar angles of the light in degrees, 0 to below 90
+    #[arg(
+        long,
+        value_name = "DEGREES,...",
+        value_delimiter = ',',
+        default_value = "45"
+    )]
+    theta_i: Vec<f32>,
+    /// A recipe to scan the materials by
+    #[arg(long, value_name = "FILE")]
+    recipe: Option<PathBuf>,
+    /// The plot to write
+    #[arg(long, short, value_name = "FILE.svg", default_value = "lobe.svg")]
+    out: PathBuf,
+}
+
+impl Lobe {
+    pub(super) fn run(&self, seed: u64) -> anyhow::Result<()> {
+        file_type(&self.out, &["svg"])?;
+        ensure!(
+            self.theta_i.iter().all(|angle| (0.0..90.0).contains(angle)),
+            "--theta-i takes angles of 0 to below 90 degrees"
+        );
+        let learned = self.recipe.as_deref().map(read_recipe).transpose()?;
+        let recipe = learned
+            .as_ref()
+            .map(|(file, _)| file.recipe())
+            .transpose()?;
+        let basis = learned.as_ref().and_then(|(_, basis)| basis.as_ref());
+        let method = recipe.as_ref().map(|recipe| Method::ours(recipe, basis));
+        let method = method.transpose()?;
+        let materials = load(&self.source)?;
+        let curves = materials.len() * self.theta_i.len();
+        if curves > MOST_LOBES {
+            bail!(
+                "{} materials at {} angles make {curves} curves, and {MOST_LOBES} can be told \
+                 apart: name a single material, or fewer angles",
+                materials.len(),
+                self.theta_i.len()
+            );
+        }
+        check_out(&self.out)?;
+        let mut lobes = Vec::new();
+        for (index, material) in materials.iter().enumerate() {
+            let seed = seed.wrapping_add(index as u64);
+            let fitted = method.as_ref().map(|method| method.fit(&**material, seed));
+            let fitted = fitted.transpose()?;
+            for degrees in &self.theta_i {
+                let theta_i = degrees.to_radians();
+                let name = format!("{}, light at {degrees}\u{b0}", material.name());
+                let dashed = fitted.as_ref().map(|fitted| {
+                    let brdf = |at: &[HalfDifference<f32>], values: &mut [[f32; 3]]| {
+                        fitted.brdf_batch(at, values);
+                    };
+                    (format!("{name}, scanned"), lobe(&brdf, theta_i))
+                });
+                lobes.push(report::Lobe {
+                    curve: lobe(&brdf_of(&**material), theta_i),
+                    name,
+                    theta_i,
+                    dashed,
+                });
+            }
+        }
+        write_file(&self.out, lobe_svg(&lobes).as_bytes())
+    }
+}

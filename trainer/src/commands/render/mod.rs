@@ -1,0 +1,64 @@
+//! `trainer render`
+
+mod lobe;
+mod pattern;
+mod sphere;
+
+use std::path::Path;
+
+use anyhow::{Context, bail};
+use clap::{Args, Subcommand};
+use glimpse_core::angles::HalfDifference;
+use glimpse_trainer::files::try_write;
+use glimpse_trainer::material::Material;
+
+/// Draw materials, as spheres or as lobes, and where a recipe measures.
+#[derive(Args)]
+pub(crate) struct Render {
+    #[command(subcommand)]
+    what: What,
+}
+
+/// Each is described where its arguments are.
+#[derive(Subcommand)]
+enum What {
+    Sphere(sphere::Sphere),
+    Lobe(lobe::Lobe),
+    Pattern(pattern::Pattern),
+}
+
+impl Render {
+    pub(crate) fn run(&self, seed: u64) -> anyhow::Result<()> {
+        match &self.what {
+            What::Sphere(sphere) => sphere.run(seed),
+            What::Lobe(lobe) => lobe.run(seed),
+            What::Pattern(pattern) => pattern.run(),
+        }
+    }
+}
+
+/// The one of some file types that a path ends in.
+fn file_type(path: &Path, types: &[&'static str]) -> anyhow::Result<&'static str> {
+    let extension = path.extension().and_then(|extension| extension.to_str());
+    let extension = extension.unwrap_or_default().to_ascii_lowercase();
+    match types.iter().find(|known| **known == extension) {
+        Some(known) => Ok(known),
+        None => bail!(
+            "--out {}: its name must end in .{}",
+            path.display(),
+            types.join(" or .")
+        ),
+    }
+}
+
+/// Makes sure that a file can be written, before anything is drawn.
+fn check_out(path: &Path) -> anyhow::Result<()> {
+    try_write(path, 1 << 16).with_context(|| format!("cannot write {}", path.display()))
+}
+
+/// A material as the closure that pictures are drawn from.
+fn brdf_of(
+    material: &dyn Material,
+) -> impl Fn(&[HalfDifference<f32>], &mut [[f32; 3]]) + Sync + '_ {
+    move |at, values| material.brdf_batch(at, values)
+}

@@ -1,0 +1,32 @@
+//! `trainer render pattern`
+
+use std::path::PathBuf;
+
+use clap::Args;
+use glimpse_trainer::export::RecipeFile;
+use glimpse_trainer::report::pattern_svg;
+
+use super::super::write_file;
+use super::{check_out, file_type};
+
+/// Draw where a recipe measures: over theta_h and theta_d, and towards light and sensor.
+///
+/// Example: trainer render pattern neural-n8.recipe --out pattern.svg
+#[derive(Args)]
+pub(super) struct Pattern {
+    /// The recipe file
+    recipe: PathBuf,
+    /// The drawing to write
+    #[arg(long, short, value_name = "FILE.svg", default_value = "pattern.svg")]
+    out: PathBuf,
+}
+
+impl Pattern {
+    pub(super) fn run(&self) -> anyhow::Result<()> {
+        file_type(&self.out, &["svg"])?;
+        let file = RecipeFile::read(&self.recipe)?;
+        check_out(&self.out)?;
+        let pattern: Vec<_> = file.recipe()?.pattern().collect();
+        write_file(&self.out, pattern_svg(&pattern).as_bytes())
+    }
+}

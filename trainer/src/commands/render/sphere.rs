@@ -1,0 +1,250 @@
+//! `trainer render sphere`
+
+use std::path::PathBuf;
+
+use anyhow::ensure;
+use clap::Args;
+use glimpse_core::angles::HalfDifference;
+use glimpse_trainer::evaluation::{Judge, Method};
+use glimpse_trainer::material::{Material, Source};
+use glimpse_trainer::metrics::Scores;
+use glimpse_trainer::render::{BACKGROUND, Environment, Image, render_sphere};
+use glimpse_trainer::report::{
+    Best, Cell, Column, Compare, Gallery, GalleryRow, Page, Table, Tile,
+};
+
+use super::super::{environment, load, print, read_recipe, write_file};
+use super::{brdf_of, check_out, file_type};
+
+/// The largest side of a sphere's picture, and of all of them together, in pixels.
+const MOST_PIXELS: usize = 4_096;
+const MOST_PIXELS_IN_ALL: usize = 1 << 26;
+
+/// Render materials as spheres; with --recipe, each beside what a scan by the recipe makes of it.
+///
+/// A PNG file shows them row by row, in the order that is printed; an EXR file holds the same as
+/// linear radiance, neither exposed nor tone-mapped; an HTML page has names and errors beneath,
+/// its pictures in a folder beside it. The errors are those of `trainer evaluate`.
+///
+/// The light is an open-air studio, or a panorama in latitude and longitude: Radiance (*.hdr) or
+/// OpenEXR (*.exr), 2:1. Its centre is straight ahead of the viewer, behind the sphere; its edges
+/// meet at the viewer's back. Exposure is chosen so that a white sphere would be as bright as in
+/// the studio.
+///
+/// Example: trainer render sphere MERL-test/ --columns 5 --out spheres.png
+///          trainer render sphere procedural:8:1 --recipe neural-n8.recipe --out scans.html
+///          trainer render sphere gold-paint.binary --environment garden.hdr --out gold.exr
+#[derive(Args)]
+#[command(verbatim_doc_comment)]
+pub(super) struct Sphere {
+    /// The materials: see SOURCES in `trainer --help`
+    source: Source,
+    /// A recipe to scan the materials by
+    #[arg(long, value_name = "FILE")]
+    recipe: Option<PathBuf>,
+    /// The picture or page to write: *.png, *.exr or *.html
+    #[arg(long, short, value_name = "FILE", default_value = "sphere.png")]
+    out: PathBuf,
+    /// Width and height of each sphere in pixels
+    #[arg(long, default_value_t = 256)]
+    size: usize,
+    /// Materials in a row [default: up to 8; with --recipe up to 4]
+    #[arg(long)]
+    columns: Option<usize>,
+    /// The light: a panorama (*.hdr or *.exr) [default: the built-in studio]
+    #[arg(long, value_name = "FILE")]
+    environment: Option<PathBuf>,
+}
+
+/// A material, and its scan if there is a recipe.
+struct Rendered<'a> {
+    name: &'a str,
+    sphere: Image,
+    scan: Option<(Scores, Image)>,
+}
+
+impl Sphere {
+    pub(super) fn run(&self, seed: u64) -> anyhow::Result<()> {
+        let file_type = file_type(&self.out, &["png", "exr", "html"])?;
+        ensure!(
+            (1..=MOST_PIXELS).contains(&self.size),
+            "--size must be 1 to {MOST_PIXELS}"
+        );
+        ensure!(self.columns != Some(0), "--columns must be 1 or more");
+        let environment = environment(self.environment.as_deref())?;
+        let learned = self.recipe.as_deref().map(read_recipe).transpose()?;
+        let recipe = learned
+            .as_ref()
+            .map(|(file, _)| file.recipe())
+            .transpose()?;
+        let basis = learned.as_ref().and_then(|(_, basis)| basis.as_ref());
+        let method = recipe.as_ref().map(|recipe| Method::ours(recipe, basis));
+        let method = method.transpose()?;
+        let materials = load(&self.source)?;
+        let spheres = materials.len() * if method.is_some() { 2 } else { 1 };
+        ensure!(
+            spheres * self.size * self.size <= MOST_PIXELS_IN_ALL,
+            "{spheres} spheres of --size {} are too much for one picture: give fewer materials or \
+             a smaller --size",
+            self.size
+        );
+        check_out(&self.out)?;
+
+        let judge = method.as_ref().map(|method| {
+            let judge = Judge::under(environment.clone(), &materials, seed);
+            (judge, method)
+        });
+        let mut all = Vec::new();
+        for (index, material) in materials.iter().enumerate() {
+            let brdf = brdf_of(&**material);
+            let scan = judge
+                .as_ref()
+                .map(|(judge, method)| self.scan(judge, method, index, &environment, seed));
+            all.push(Rendered {
+                name: material.name(),
+                sphere: render_sphere(&brdf, &environment, self.size),
+                scan: scan.transpose()?,
+            });
+        }
+        let columns = self.columns.unwrap_or(if method.is_some() { 4 } else { 8 });
+        match file_type {
+            "png" => write_file(&self.out, &sheet(&all, columns).tone_map().to_png()?)?,
+            "exr" => write_file(&self.out, &sheet(&all, columns).to_exr()?)?,
+            _ => {
+                self.page(&all, columns).write_as(&self.out)?;
+                eprintln!("wrote {}", self.out.display());
+            }
+        }
+        print(&table(&all, columns).to_text())
+    }
+
+    /// Scans a material, and renders what came of it.
+    fn scan(
+        &self,
+        judge: &Judge<'_>,
+        method: &Method<'_>,
+        index: usize,
+        environment: &Environment,
+        seed: u64,
+    ) -> anyhow::Result<(Scores, Image)> {
+        let material: &dyn Material = &*judge.materials()[index];
+        let fitted = method.fit(material, seed)?;
+        let (scores, _) = judge.score(index, &fitted)?;
+        let brdf = |at: &[HalfDifference<f32>], values: &mut [[f32; 3]]| {
+            fitted.brdf_batch(at, values);
+        };
+        Ok((scores, render_sphere(&brdf, environment, self.size)))
+    }
+
+    /// Names and errors beneath the spheres.
+    fn page(&self, all: &[Rendered<'_>], columns: usize) -> Page {
+        let folder = self.out.file_stem().unwrap_or_default().to_string_lossy();
+        let page = Page::with_pictures_in(
+            format!("Spheres of {}", self.source),
+            format!("{folder}-pictures"),
+        );
+        let tile = |label: &str, details, image: &Image| Tile {
+            label: label.into(),
+            details,
+            best: false,
+            picture: image.tone_map(),
+        };
+        let scanned = all.iter().any(|each| each.scan.is_some());
+        let rows = if scanned {
+            let row = |each: &Rendered<'_>| {
+                let mut tiles = vec![tile("Reference", Vec::new(), &each.sphere)];
+                if let Some((scores, image)) = &each.scan {
+                    let details = vec![
+                        format!("loss {:.4}, {:.1} dB", scores.loss, scores.psnr),
+                        format!("DSSIM {:.4}, L2 {:.5}", scores.dssim, scores.l2),
+                    ];
+                    tiles.push(tile("Scan", details, image));
+                }
+                GalleryRow {
+                    title: each.name.into(),
+                    tiles,
+                }
+            };
+            all.iter().map(row).collect()
+        } else {
+            let row = |some: &[Rendered<'_>]| GalleryRow {
+                title: String::new(),
+                tiles: some
+                    .iter()
+                    .map(|each| tile(each.name, Vec::new(), &each.sphere))
+                    .collect(),
+            };
+            all.chunks(columns).map(row).collect()
+        };
+        let light = match &self.environment {
+            Some(path) => path
+                .file_name()
+                .unwrap_or_default()
+                .to_string_lossy()
+                .into_owned(),
+            None => "the built-in studio".into(),
+        };
+        let caption = match &self.recipe {
+            Some(recipe) => format!(
+                "Each material, and its scan by {}, in the light of {light}; errors as `trainer \
+                 evaluate` finds them",
+                recipe.file_name().unwrap_or_default().to_string_lossy()
+            ),
+            None => format!("In the light of {light}; click to enlarge"),
+        };
+        page.gallery(&Gallery { caption, rows })
+    }
+}
+
+/// All spheres on one sheet; a scan is at the right of its material, close to it.
+fn sheet(all: &[Rendered<'_>], columns: usize) -> Image {
+    let cell = |each: &Rendered<'_>| match &each.scan {
+        Some((_, scan)) => Image::grid(&[[each.sphere.clone(), scan.clone()]], 0, BACKGROUND),
+        None => each.sphere.clone(),
+    };
+    let cells: Vec<Image> = all.iter().map(cell).collect();
+    let rows: Vec<&[Image]> = cells.chunks(columns).collect();
+    Image::grid(&rows, 4, [0.0; 3])
+}
+
+/// Where each material is on the sheet, and the errors of its scan.
+fn table(all: &[Rendered<'_>], columns: usize) -> Table {
+    let scanned = all.iter().any(|each| each.scan.is_some());
+    let mut heads = vec![
+        Column::number("row", 0, Best::None),
+        Column::number("column", 0, Best::None),
+        Column::text("material"),
+    ];
+    if scanned {
+        heads.extend([
+            Column::number("loss", 4, Best::None),
+            Column::number("DSSIM", 4, Best::None),
+            Column::number("L2", 6, Best::None),
+            Column::number("PSNR (dB)", 2, Best::None),
+        ]);
+    }
+    let row = |(index, each): (usize, &Rendered<'_>)| {
+        let number = |index: usize| Cell::Number((index + 1) as f64);
+        let mut cells = vec![
+            number(index / columns),
+            number(index % columns),
+            Cell::Text(each.name.into()),
+        ];
+        if let Some((scores, _)) = &each.scan {
+            let Scores {
+                loss,
+                dssim,
+                l2,
+                psnr,
+            } = *scores;
+            cells.extend([loss, dssim, l2, psnr].map(Cell::Number));
+        }
+        cells
+    };
+    Table {
+        caption: String::new(),
+        columns: heads,
+        rows: all.iter().enumerate().map(row).collect(),
+        compare: Compare::Down,
+    }
+}

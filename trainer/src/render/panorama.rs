@@ -1,0 +1,264 @@
+//! Environments from files: panoramas in latitude and longitude, Radiance or OpenEXR.
+
+use std::fs::File;
+use std::io::{BufReader, Read, Seek};
+use std::path::{Path, PathBuf};
+
+use ::image::ImageDecoder;
+use ::image::codecs::hdr::HdrDecoder;
+use exr::prelude::{ReadChannels, ReadLayers, Vec2};
+
+use super::{Environment, Image};
+
+/// The largest panorama: 8192 x 4096.
+const MOST_PIXELS: u64 = 1 << 25;
+/// No compression of either format packs more into a byte of its file; a header that claims more
+/// is not believed.
+const MOST_PIXELS_A_BYTE: u64 = 10_000;
+
+/// Why an environment cannot be read.
+#[derive(Debug, thiserror::Error)]
+pub enum EnvironmentError {
+    /// The operating system refuses to read.
+    #[error("cannot read {}: {source}", path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// A file of no known kind.
+    #[error(
+        "{} is no environment: give a panorama in latitude and longitude, as Radiance (*.hdr) or \
+         OpenEXR (*.exr)", .0.display()
+    )]
+    Unknown(PathBuf),
+    /// A file is not what its name says, or no light can be taken from it.
+    #[error("{}: {what}", path.display())]
+    Damaged {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it, and the remedy.
+        what: String,
+    },
+}
+
+impl Environment {
+    /// Reads a panorama in latitude and longitude: Radiance (`*.hdr`, RGBE) or OpenEXR (`*.exr`,
+    /// channels R, G and B of its first layer that has them), linear RGB.
+    ///
+    /// The panorama is what the viewer sees who turns round at the sphere's place: its centre is
+    /// straight ahead, behind the sphere; to the right of it is the viewer's right; the left and
+    /// right edges meet at the viewer's back; the top row is straight up. Negative radiance, as
+    /// conversions of colour leave it, counts as black.
+    ///
+    /// Exposure is chosen: all radiance is scaled so that a white diffuse sphere is, averaged over
+    /// what the viewer sees of it, as bright as in the [`studio`](Environment::studio).
+    ///
+    /// # Errors
+    /// If the file cannot be read or is damaged, its sides are not 2:1 or it has more than 2^25
+    /// pixels, a pixel is infinite or not a number, or all of it is black.
+    pub fn read(path: &Path) -> Result<Self, EnvironmentError> {
+        let refused = |source| EnvironmentError::Read {
+            path: path.into(),
+            source,
+        };
+        let extension = path.extension().and_then(|extension| extension.to_str());
+        let decode = match extension.map(str::to_ascii_lowercase).as_deref() {
+            Some("hdr" | "pic") => radiance,
+            Some("exr") => open_exr,
+            _ => return Err(EnvironmentError::Unknown(path.into())),
+        };
+        let file = File::open(path).map_err(refused)?;
+        let bytes = file.metadata().map_err(refused)?.len();
+        decode(BufReader::new(file), bytes)
+            .and_then(|panorama| Self::from_panorama(&panorama))
+            .map_err(|what| EnvironmentError::Damaged {
+                path: path.into(),
+                what,
+            })
+    }
+}
+
+/// Refuses a size that is too much, or more than so many bytes can hold.
+fn check_size(width: u64, height: u64, bytes: u64) -> Result<(), String> {
+    let pixels = width.saturating_mul(height);
+    if pixels > MOST_PIXELS {
+        Err(format!(
+            "{width} x {height} pixels are too many: scale it down to 8192 x 4096 or less"
+        ))
+    } else if pixels > bytes.saturating_mul(MOST_PIXELS_A_BYTE) {
+        Err(format!(
+            "{width} x {height} pixels cannot be in a file of {bytes} bytes: it is damaged or cut \
+             off, fetch it again"
+        ))
+    } else {
+        Ok(())
+    }
+}
+
+/// A Radiance file. Its EXPOSURE is left aside, because exposure is chosen anew.
+fn radiance(mut file: BufReader<File>, bytes: u64) -> Result<Image, String> {
+    let damaged = |error: &dyn std::fmt::Display| {
+        format!("not a whole Radiance file (*.hdr): {error}; fetch or save it again")
+    };
+    let mut magic = [0; 2];
+    let begin = file.read_exact(&mut magic).and_then(|()| file.rewind());
+    begin.map_err(|error| damaged(&error))?;
+    if &magic != b"#?" {
+        return Err(damaged(&"it does not begin with #?"));
+    }
+    // Strict reading would refuse the common first line #?RGBE.
+    let decoder = HdrDecoder::new_nonstrict(file).map_err(|error| damaged(&error))?;
+    let metadata = decoder.metadata();
+    let mut attributes = metadata.custom_attributes.iter();
+    if attributes.any(|(name, value)| name == "FORMAT" && value.contains("xyze")) {
+        return Err("its pixels are CIE XYZ: convert it to RGB, FORMAT=32-bit_rle_rgbe".into());
+    }
+    check_size(metadata.width.into(), metadata.height.into(), bytes)?;
+    let (width, height) = (metadata.width as usize, metadata.height as usize);
+    let mut content = vec![0; width * height * size_of::<[f32; 3]>()];
+    decoder
+        .read_image(&mut content)
+        .map_err(|error| damaged(&error))?;
+    let (floats, _) = content.as_chunks();
+    let floats: Vec<f32> = floats
+        .iter()
+        .map(|&float| f32::from_ne_bytes(float))
+        .collect();
+    Ok(Image {
+        width,
+        height,
+        pixels: floats.as_chunks().0.to_vec(),
+    })
+}
+
+/// An OpenEXR file.
+fn open_exr(file: BufReader<File>, bytes: u64) -> Result<Image, String> {
+    let damaged = |error| {
+        format!(
+            "not a whole OpenEXR file with channels R, G and B: {error}; save it again, with ZIP \
+             compression"
+        )
+    };
+    let reader = exr::block::read(file, false).map_err(damaged)?;
+    for header in reader.headers() {
+        let size = header.layer_size;
+        check_size(size.width() as u64, size.height() as u64, bytes)?;
+        let window = header.shared_attributes.display_window;
+        if (window.position, window.size) != (header.own_attributes.layer_position, size) {
+            return Err(
+                "its data window is not its display window: save the panorama uncropped".into(),
+            );
+        }
+    }
+    let black = |size: Vec2<usize>, _: &_| Image::filled(size.width(), size.height(), [0.0; 3]);
+    let set = |image: &mut Image, place: Vec2<usize>, (r, g, b): (f32, f32, f32)| {
+        let index = place.y() * image.width + place.x();
+        if let Some(pixel) = image.pixels.get_mut(index) {
+            *pixel = [r, g, b];
+        }
+    };
+    let file = exr::prelude::read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .rgb_channels(black, set)
+        .first_valid_layer()
+        .all_attributes()
+        .non_parallel()
+        .from_chunks(reader)
+        .map_err(damaged)?;
+    Ok(file.layer_data.channel_data.pixels)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const WIDTH: usize = 16;
+    const HEIGHT: usize = 8;
+
+    /// A Radiance file of one grey, brighter in one pixel, its rows not compressed.
+    fn radiance_file(size: &str) -> Vec<u8> {
+        let mut file = format!("#?RGBE\nFORMAT=32-bit_rle_rgbe\n\n{size}\n").into_bytes();
+        for index in 0..WIDTH * HEIGHT {
+            // By the format's definition: mantissa / 256 x 2^(exponent - 128).
+            let exponent = if index == 3 * WIDTH + 12 { 133 } else { 128 };
+            file.extend([128, 64, 32, exponent]);
+        }
+        file
+    }
+
+    fn read(name: &str, bytes: &[u8]) -> Result<Environment, String> {
+        let scratch = tempfile::tempdir().unwrap();
+        let path = scratch.path().join(name);
+        std::fs::write(&path, bytes).unwrap();
+        Environment::read(&path).map_err(|error| error.to_string())
+    }
+
+    fn whole() -> Vec<u8> {
+        radiance_file(&format!("-Y {HEIGHT} +X {WIDTH}"))
+    }
+
+    #[test]
+    fn both_formats_give_the_same_light() {
+        let mut panorama = Image::filled(WIDTH, HEIGHT, [0.5, 0.25, 0.125]);
+        panorama.pixels[3 * WIDTH + 12] = [16.0, 8.0, 4.0];
+        let expected = Environment::from_panorama(&panorama).unwrap();
+        let radiance = read("a.hdr", &whole()).unwrap();
+        let open_exr = read("a.EXR", &panorama.to_exr().unwrap()).unwrap();
+        // Column 12 of 16 is a quarter turn to the right of the centre, row 3 just above the level.
+        let [r, g, b] = expected.radiance([0.97, 0.19, -0.19]);
+        assert!(r > 10.0 * expected.radiance([-1.0, 0.0, 0.0])[0]);
+        assert!((r / g - 2.0).abs() < 1e-5 && (g / b - 2.0).abs() < 1e-5);
+        for direction in [[0.97, 0.19, -0.19], [0.0, 1.0, 0.0], [-0.6, 0.0, 0.8]] {
+            assert_eq!(radiance.radiance(direction), expected.radiance(direction));
+            assert_eq!(open_exr.radiance(direction), expected.radiance(direction));
+        }
+    }
+
+    #[test]
+    fn what_is_no_panorama_is_refused_with_a_remedy() {
+        for (name, bytes, what) in [
+            ("a.hdr", radiance_file("-Y 4 +X 32"), "2:1"),
+            ("b.hdr", radiance_file("-Y 60000 +X 60000"), "too many"),
+            ("c.hdr", radiance_file("-Y 4096 +X 8192"), "cut off"),
+            ("d.hdr", whole()[..200].to_vec(), "save it again"),
+            ("e.hdr", b"PNG".to_vec(), "save it again"),
+            ("f.hdr", Vec::new(), "save it again"),
+            ("g.exr", whole(), "save it again"),
+            ("h.png", whole(), "*.hdr"),
+            ("i", whole(), "*.hdr"),
+        ] {
+            let message = read(name, &bytes).map(|_| ()).unwrap_err();
+            assert!(
+                message.contains(name) && message.contains(what),
+                "{message}"
+            );
+        }
+        let mut xyz = whole();
+        let at = xyz.windows(4).position(|word| word == b"rgbe").unwrap();
+        xyz[at..at + 4].copy_from_slice(b"xyze");
+        assert!(read("a.hdr", &xyz).unwrap_err().contains("XYZ"));
+        let missing = Environment::read(Path::new("nowhere/a.hdr")).unwrap_err();
+        assert!(missing.to_string().contains("cannot read nowhere/a.hdr"));
+    }
+
+    #[test]
+    fn damaged_files_are_read_or_refused_but_never_crash() {
+        let panorama = Image::filled(WIDTH, HEIGHT, [0.5, 0.25, 0.125]);
+        for (name, whole) in [("a.hdr", whole()), ("a.exr", panorama.to_exr().unwrap())] {
+            for length in (0..whole.len()).step_by(7) {
+                let _ = read(name, &whole[..length]);
+            }
+            // The headers, where sizes are.
+            for place in 0..whole.len().min(400) {
+                for value in [0, 0x7f, 0xff] {
+                    let mut damaged = whole.clone();
+                    damaged[place] = value;
+                    let _ = read(name, &damaged);
+                }
+            }
+        }
+    }
+}

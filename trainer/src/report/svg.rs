@@ -1,0 +1,142 @@
+//! What drawings share: colours in the light and in the dark, and numbers beside their marks.
+
+/// Scalable vector graphics of class `plot`, to stand alone or within a page: a paper of their own
+/// keeps them legible on any ground. Colours are those of Okabe and Ito, which the colour-blind
+/// tell apart; every colour comes with a shape, a dash or a name beside it.
+pub(super) const STYLE: &str = "\
+.plot{--paper:#fcfcfa;--ink:#1c1c1e;--dim:#5b5b62;--faint:#b4b4b8;--area:#d3e6f1;--some:#edf3f7;\
+--c0:#0072b2;--c1:#d55e00;--c2:#009e73;--c3:#cc79a7;--c4:#56b4e9;--c5:#e69f00}\
+@media(prefers-color-scheme:dark){.plot{--paper:#161618;--ink:#e8e8e6;--dim:#a5a5a8;--faint:#55555a;\
+--area:#1d3a4c;--some:#1b2830;--c0:#3d9bd6;--c1:#ee7a2c}}\
+.plot .paper{fill:var(--paper)}\
+.plot text{font:13px system-ui,'DejaVu Sans',sans-serif;fill:var(--ink)}\
+.plot .dim{font-size:12px;fill:var(--dim)}\
+.plot .mid{text-anchor:middle}.plot .end{text-anchor:end}\
+.plot .axis{fill:none;stroke:var(--dim)}.plot .grid{fill:none;stroke:var(--faint);stroke-width:0.7}";
+
+/// How many colours there are, `--c0` and so on.
+pub(super) const COLOURS: usize = 6;
+
+/// The beginning of a drawing; `</svg>` ends it. `label` says what it shows, to those who cannot
+/// see it; `style` is added to [`STYLE`].
+pub(super) fn begin(width: f32, height: f32, label: &str, style: &str) -> String {
+    let label = super::html::escape(label);
+    format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" class=\"plot\" \
+         role=\"img\" aria-label=\"{label}\">\n<style>{STYLE}{style}</style>\n\
+         <rect class=\"paper\" width=\"{width}\" height=\"{height}\"/>\n"
+    )
+}
+
+/// A power of ten, with its exponent raised.
+pub(super) fn power_of_ten(exponent: i32) -> String {
+    let raise = |character| match character {
+        '-' => '\u{207b}',
+        '1' => '\u{b9}',
+        '2' => '\u{b2}',
+        '3' => '\u{b3}',
+        digit => char::from_u32(0x2070 + digit.to_digit(10).unwrap_or(0)).unwrap_or(digit),
+    };
+    let raised: String = exponent.to_string().chars().map(raise).collect();
+    format!("10{raised}")
+}
+
+/// Finds room for labels: boxes of \[left, top, right, bottom\] that are taken.
+#[derive(Debug, Default)]
+pub(super) struct Labels(Vec<[f32; 4]>);
+
+/// Height of a label, and width of one of its digits.
+const LABEL: [f32; 2] = [7.0, 11.0];
+/// Where a label's centre may be from its mark: beside, above and below, and farther off.
+const AROUND: [[f32; 2]; 16] = [
+    [11.0, -8.0],
+    [-11.0, -8.0],
+    [11.0, 8.0],
+    [-11.0, 8.0],
+    [13.0, 0.0],
+    [-13.0, 0.0],
+    [0.0, -13.0],
+    [0.0, 13.0],
+    [19.0, -13.0],
+    [-19.0, -13.0],
+    [19.0, 13.0],
+    [-19.0, 13.0],
+    [23.0, 0.0],
+    [-23.0, 0.0],
+    [0.0, -22.0],
+    [0.0, 22.0],
+];
+
+impl Labels {
+    /// Keeps labels off a mark.
+    pub(super) fn mark(&mut self, place: [f32; 2]) {
+        self.keep_off(place, [9.0, 9.0]);
+    }
+
+    /// Keeps labels off a box by its centre and its size.
+    pub(super) fn keep_off(&mut self, [x, y]: [f32; 2], [width, height]: [f32; 2]) {
+        let (x_half, y_half) = (width / 2.0, height / 2.0);
+        self.0
+            .push([x - x_half, y - y_half, x + x_half, y + y_half]);
+    }
+
+    /// The middle of the base line of a label of so many digits, where it covers least.
+    pub(super) fn place(&mut self, [x, y]: [f32; 2], digits: usize) -> [f32; 2] {
+        let [width, height] = [LABEL[0] * digits as f32, LABEL[1]];
+        let boxes = AROUND.map(|[right, down]| {
+            let (x, y) = (x + right, y + down);
+            [
+                x - width / 2.0,
+                y - height / 2.0,
+                x + width / 2.0,
+                y + height / 2.0,
+            ]
+        });
+        let covered = |label: &[f32; 4]| -> f32 {
+            let taken = self.0.iter();
+            taken.map(|taken| overlap(label, taken)).sum()
+        };
+        let best = boxes
+            .iter()
+            .min_by(|a, b| covered(a).total_cmp(&covered(b)));
+        let [left, _, right, bottom] = best.copied().unwrap_or_default();
+        self.0.extend(best);
+        [(left + right) / 2.0, bottom - 1.0]
+    }
+}
+
+/// The area that two boxes share.
+fn overlap(a: &[f32; 4], b: &[f32; 4]) -> f32 {
+    let side = |low: usize| (a[low + 2].min(b[low + 2]) - a[low].max(b[low])).max(0.0);
+    side(0) * side(1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn exponents_are_raised() {
+        assert_eq!(power_of_ten(-3), "10⁻³");
+        assert_eq!(power_of_ten(12), "10¹²");
+        assert_eq!(power_of_ten(0), "10⁰");
+    }
+
+    #[test]
+    fn labels_of_marks_close_together_do_not_cover_each_other() {
+        let marks = [[50.0, 50.0], [52.0, 51.0], [49.0, 53.0], [54.0, 48.0]];
+        let mut labels = Labels::default();
+        for mark in marks {
+            labels.mark(mark);
+        }
+        for mark in marks {
+            labels.place(mark, 1);
+        }
+        let placed = &labels.0[marks.len()..];
+        for (index, label) in placed.iter().enumerate() {
+            for other in labels.0[..marks.len()].iter().chain(&placed[..index]) {
+                assert_eq!(overlap(label, other), 0.0, "{label:?} {other:?}");
+            }
+        }
+    }
+}

@@ -1,0 +1,199 @@
+//! `trainer render`
+
+use std::fs;
+use std::path::Path;
+
+use super::{TRAIN, fail, succeed};
+
+/// Width and height of a PNG file.
+fn size_of_png(path: &Path) -> (u32, u32) {
+    let file = fs::File::open(path).expect("it is there");
+    let reader = png::Decoder::new(std::io::BufReader::new(file)).read_info();
+    let reader = reader.expect("it is a PNG file");
+    (reader.info().width, reader.info().height)
+}
+
+/// A grey panorama, as a Radiance file without compression.
+fn panorama(width: u8, height: u8) -> Vec<u8> {
+    let mut file = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n".to_vec();
+    file.extend(format!("-Y {height} +X {width}\n").bytes());
+    for _ in 0..u32::from(width) * u32::from(height) {
+        file.extend([128, 128, 128, 128]);
+    }
+    file
+}
+
+#[test]
+fn spheres_are_rendered_in_a_grid_or_on_a_page() {
+    let scratch = tempfile::tempdir().expect("a temporary directory");
+    let directory = scratch.path();
+    let sphere = [
+        "render",
+        "sphere",
+        "procedural:3:5",
+        "--size",
+        "24",
+        "--columns",
+        "2",
+    ];
+    let run = |more: &[&str]| succeed(directory, &[&sphere, more].concat());
+
+    let printed = run(&["--out", "all.png"]);
+    assert_eq!(printed.lines().count(), 4, "{printed}");
+    let last: Vec<&str> = printed
+        .lines()
+        .last()
+        .expect("a line")
+        .split_whitespace()
+        .collect();
+    assert_eq!(last[..2], ["2", "1"], "{printed}");
+    assert_eq!(
+        size_of_png(&directory.join("all.png")),
+        (2 * 24 + 4, 2 * 24 + 4)
+    );
+
+    run(&["--out", "all.exr"]);
+    let file = fs::read(directory.join("all.exr")).expect("it is there");
+    assert_eq!(
+        file[..4],
+        [0x76, 0x2f, 0x31, 0x01],
+        "OpenEXR's magic number"
+    );
+
+    succeed(directory, &TRAIN);
+    let printed = run(&["--out", "scans.html", "--recipe", "phong.recipe"]);
+    assert!(printed.contains("PSNR"), "{printed}");
+    let html = fs::read_to_string(directory.join("scans.html")).expect("it is there");
+    assert_eq!(html.matches("<img").count(), 6);
+    assert!(html.contains("loss 0."), "{html}");
+    let pictures = fs::read_dir(directory.join("scans-pictures")).expect("it is there");
+    for picture in pictures {
+        let path = picture.expect("it is there").path();
+        assert_eq!(size_of_png(&path), (24, 24));
+        let name = path
+            .file_name()
+            .expect("a name")
+            .to_string_lossy()
+            .into_owned();
+        assert!(html.contains(&name), "{name}");
+    }
+
+    // The errors are those of the command that is made for them, in any light.
+    fs::write(directory.join("grey.hdr"), panorama(8, 4)).expect("it is written");
+    for light in [&[][..], &["--environment", "grey.hdr"]] {
+        let scans = [&["--recipe", "phong.recipe"], light].concat();
+        let printed = run(&scans);
+        let judge = [
+            "evaluate",
+            "--recipe",
+            "phong.recipe",
+            "--test",
+            "procedural:3:5",
+        ];
+        let judged = succeed(directory, &[&judge, light].concat());
+        let numbers = |text: &str| -> Vec<Vec<String>> {
+            let words = |line: &str| {
+                line.split_whitespace()
+                    .map(str::to_owned)
+                    .collect::<Vec<_>>()
+            };
+            text.lines().skip(1).map(words).collect()
+        };
+        let rendered = numbers(&printed);
+        for line in &rendered {
+            let [.., material, loss, dssim, l2, psnr] = &line[..] else {
+                panic!("{printed}");
+            };
+            let expected = [material, loss, dssim, l2, psnr].map(|word| word.trim_end_matches('*'));
+            assert!(
+                numbers(&judged).iter().any(|line| *line == expected),
+                "{printed}{judged}"
+            );
+        }
+    }
+    assert_eq!(
+        size_of_png(&directory.join("sphere.png")),
+        (4 * 24 + 4, 2 * 24 + 4)
+    );
+}
+
+#[test]
+fn lobes_and_patterns_are_drawn() {
+    let scratch = tempfile::tempdir().expect("a temporary directory");
+    let directory = scratch.path();
+    succeed(directory, &TRAIN);
+    succeed(
+        directory,
+        &["render", "pattern", "phong.recipe", "--out", "p.svg"],
+    );
+    let svg = fs::read_to_string(directory.join("p.svg")).expect("it is there");
+    assert!(
+        svg.starts_with("<svg") && svg.contains("4 samples"),
+        "{svg}"
+    );
+    let lobe = [
+        "render",
+        "lobe",
+        "procedural:1",
+        "--theta-i",
+        "30,60",
+        "--recipe",
+        "phong.recipe",
+    ];
+    succeed(directory, &lobe);
+    let svg = fs::read_to_string(directory.join("lobe.svg")).expect("it is there");
+    // Each of four curves is in the legend too.
+    assert_eq!(svg.matches("class=\"curve").count(), 8, "{svg}");
+    assert_eq!(svg.matches("class=\"curve dash\"").count(), 4);
+}
+
+#[test]
+fn what_cannot_be_drawn_is_refused_at_once() {
+    let scratch = tempfile::tempdir().expect("a temporary directory");
+    let directory = scratch.path();
+    let write = |name, bytes: &[u8]| fs::write(directory.join(name), bytes).expect("it is written");
+    write("square.hdr", &panorama(8, 8));
+    write("cut.hdr", &panorama(8, 4)[..60]);
+    write("not.exr", b"no picture");
+    write("bad.recipe", b"GLMQ");
+    write("file", b"in the way");
+    let sphere = ["render", "sphere", "procedural:1"];
+    let lobe = ["render", "lobe", "procedural:1"];
+    for (command, more, named) in [
+        (
+            &sphere,
+            &["--environment", "square.hdr"][..],
+            &["square.hdr", "2:1"][..],
+        ),
+        (
+            &sphere,
+            &["--environment", "cut.hdr"],
+            &["cut.hdr", "again"],
+        ),
+        (
+            &sphere,
+            &["--environment", "not.exr"],
+            &["not.exr", "again"],
+        ),
+        (&sphere, &["--environment", "none.exr"], &["none.exr"]),
+        (&sphere, &["--recipe", "bad.recipe"], &["bad.recipe"]),
+        (&sphere, &["--out", "sphere.jpg"], &["--out", "png"]),
+        (&sphere, &["--out", "file/sphere.png"], &["file/sphere.png"]),
+        (&sphere, &["--size", "0"], &["--size"]),
+        (&sphere, &["--size", "5000"], &["--size"]),
+        (&sphere, &["--columns", "0"], &["--columns"]),
+        (&lobe, &["--theta-i", "90"], &["--theta-i"]),
+        (&lobe, &["--theta-i", "0,10,20,30,40,50,60"], &["7 curves"]),
+        (&lobe, &["--out", "lobe.png"], &["lobe.png", "svg"]),
+        (&lobe, &["--out", "file/lobe.svg"], &["file/lobe.svg"]),
+        (&["render", "pattern", "bad.recipe"], &[], &["bad.recipe"]),
+    ] {
+        let message = fail(directory, &[command, more].concat());
+        for word in named {
+            assert!(message.contains(word), "{more:?}: {message}");
+        }
+        assert_eq!(message.matches("error: ").count(), 1, "{message}");
+    }
+    let names = fs::read_dir(directory).expect("it can be listed");
+    assert_eq!(names.count(), 5, "nothing was written");
+}
