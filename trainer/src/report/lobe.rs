@@ -242,10 +242,8 @@ mod tests {
         assert_eq!(decades(&[]), [-2, 0]);
         let svg = lobe_svg(&[named("<a>", curve)]);
         assert!(svg.contains("&lt;a&gt;") && svg.contains("10⁻²"), "{svg}");
-        // Straight up, log10(0.02) is 0.30103 decades of three above the centre.
-        assert!(
-            svg.contains(&format!("d=\"M350.0 {:.1}L", 350.0 - 285.0 * 0.30103 / 3.0)),
-            "{svg}"
-        );
+        // Straight up, 0.02 is log10(2) of three decades above the centre.
+        let up = 350.0 - 285.0 * std::f64::consts::LOG10_2 / 3.0;
+        assert!(svg.contains(&format!("d=\"M350.0 {up:.1}L")), "{svg}");
     }
 }

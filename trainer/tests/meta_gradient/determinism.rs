@@ -56,6 +56,7 @@ fn train<M: LaneModel>(inner: InnerSamples) -> Vec<u32> {
         first_guess,
         step_size_form: StepSizeForm::Logarithm,
         first_step_size: 0.02,
+        known: None,
     };
     let trainee = Descent::<M> {
         training: &tasks,
