@@ -77,7 +77,7 @@ pub(super) fn run(train: &Train, seed: u64) -> anyhow::Result<()> {
                 }
             }
             Err(error) => {
-                eprintln!("error: {error:#}");
+                eprintln!("error: {}", crate::message(&error));
                 row.seconds = None;
             }
         }

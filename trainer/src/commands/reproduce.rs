@@ -16,7 +16,7 @@ use glimpse_trainer::meta::run::{Learned, Options};
 
 use super::progress::{catch_interrupts, interrupted, train_with_progress};
 use super::train::{label, recipe_of};
-use super::{load, print};
+use super::{environment, load, print};
 use crate::experiment::{Experiment, Laboratory, Settings, TestSet, write_index};
 
 /// Make the paper's tables and figures again, on your materials.
@@ -53,6 +53,9 @@ pub(crate) struct Reproduce {
     /// Repetitions of random methods
     #[arg(long, default_value_t = 5)]
     seeds: u64,
+    /// Light of the spheres: a panorama (*.hdr or *.exr) [default: the built-in studio]
+    #[arg(long, value_name = "FILE")]
+    environment: Option<PathBuf>,
     /// The most samples, where n grows [default: 64 for --effort quick, else 512]
     #[arg(long)]
     most_samples: Option<usize>,
@@ -72,6 +75,7 @@ impl Reproduce {
         let index = self.out.join("index.html");
         try_write(&index, 1 << 16)
             .map_err(|error| anyhow::anyhow!("cannot write {}: {error}", index.display()))?;
+        let environment = environment(self.environment.as_deref())?;
         let training = load(&self.data)?;
         let test = load(&self.test)?;
         for material in &test {
@@ -91,13 +95,15 @@ impl Reproduce {
             label(&self.test),
             test.len()
         );
-        let test = TestSet::new("test".into(), &test, seed);
+        let test = TestSet::new("test".into(), &test, &environment, seed);
         let additional: Vec<TestSet<'_>> = self
             .additional
             .iter()
             .zip(&additional)
-            .map(|(source, materials)| {
-                TestSet::new(label(source).replace([':', '/'], "-"), materials, seed)
+            .zip(1..)
+            .map(|((source, materials), number)| {
+                let name = format!("{number}-{}", label(source).replace([':', '/'], "-"));
+                TestSet::new(name, materials, &environment, seed)
             })
             .collect();
         let settings = Settings {
@@ -106,6 +112,10 @@ impl Reproduce {
             effort: self.effort,
             seed,
             seeds: self.seeds.max(1),
+            light: match &self.environment {
+                Some(path) => path.display().to_string(),
+                None => "the built-in studio".into(),
+            },
         };
         let laboratory = Laboratory::open(settings, &training, &test, &additional, &learn)?;
         drop(training);

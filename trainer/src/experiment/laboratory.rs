@@ -18,6 +18,7 @@ use glimpse_trainer::material::{Material, Source};
 use glimpse_trainer::meta::plan::{Effort, Schedule};
 use glimpse_trainer::meta::run::{INNER_STEPS, Options, Parts};
 use glimpse_trainer::metrics::Scores;
+use glimpse_trainer::render::Environment;
 use serde::{Deserialize, Serialize};
 
 /// What an experiment is run with.
@@ -33,6 +34,8 @@ pub(crate) struct Settings {
     pub(crate) seed: u64,
     /// Repetitions of random methods.
     pub(crate) seeds: u64,
+    /// What lights the spheres, in words.
+    pub(crate) light: String,
 }
 
 /// Materials to judge on.
@@ -42,15 +45,22 @@ pub(crate) struct TestSet<'a> {
     /// The materials.
     pub(crate) materials: &'a [Box<dyn Material>],
     judge: OnceCell<Judge<'a>>,
+    environment: &'a Environment,
     seed: u64,
 }
 
 impl<'a> TestSet<'a> {
-    pub(crate) fn new(label: String, materials: &'a [Box<dyn Material>], seed: u64) -> Self {
+    pub(crate) fn new(
+        label: String,
+        materials: &'a [Box<dyn Material>],
+        environment: &'a Environment,
+        seed: u64,
+    ) -> Self {
         Self {
             label,
             materials,
             judge: OnceCell::new(),
+            environment,
             seed,
         }
     }
@@ -58,7 +68,7 @@ impl<'a> TestSet<'a> {
     /// Their judge, who renders all of them when first asked.
     pub(crate) fn judge(&self) -> &Judge<'a> {
         self.judge
-            .get_or_init(|| Judge::new(self.materials, self.seed))
+            .get_or_init(|| Judge::under(self.environment.clone(), self.materials, self.seed))
     }
 }
 
@@ -275,11 +285,12 @@ impl<'a> Laboratory<'a> {
             names.join(" ")
         };
         let words = format!(
-            "{}\neffort {:?}\nseed {}\nseeds of random methods {}\ntrained on {}\njudged on {}\n",
+            "{}\neffort {:?}\nseed {}\nseeds of random methods {}\nlight {}\ntrained on {}\njudged on {}\n",
             concat!("glimpse-trainer ", env!("CARGO_PKG_VERSION")),
             settings.effort,
             settings.seed,
             settings.seeds,
+            settings.light,
             names(training),
             names(test.materials),
         );
