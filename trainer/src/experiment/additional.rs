@@ -1,6 +1,7 @@
 //! Other sources than the one trained on (paper, tables "Nielsen" and "RGLeval").
 
 use glimpse_core::model::ModelKind;
+use glimpse_trainer::metrics::Scores;
 use glimpse_trainer::report::{Cell, Column, Compare, Table};
 
 use super::findings::Findings;
@@ -31,19 +32,19 @@ pub(super) fn run(laboratory: &Laboratory<'_>) -> anyhow::Result<Findings> {
             )
         });
         findings.table(
-            format!("{}-n{FEW}", set.label),
+            format!("{}-linear-n{FEW}", set.label),
             table(laboratory, set, FEW, &linear)?,
         );
-        let all = MODELS.map(|model| {
-            [Approach::baseline(model), Approach::Ours].map(|approach| {
+        for model in MODELS {
+            let cases = [Approach::baseline(model), Approach::Ours].map(|approach| {
                 let case = Case::new(approach, model, SAMPLES);
                 (case, paper::rgl(model, approach))
-            })
-        });
-        findings.table(
-            format!("{}-n{SAMPLES}", set.label),
-            table(laboratory, set, SAMPLES, all.as_flattened())?,
-        );
+            });
+            findings.table(
+                format!("{}-{}-n{SAMPLES}", set.label, model.name()),
+                table(laboratory, set, SAMPLES, &cases)?,
+            );
+        }
     }
     Ok(findings)
 }
@@ -52,7 +53,7 @@ fn table(
     laboratory: &Laboratory<'_>,
     set: &TestSet<'_>,
     samples: usize,
-    cases: &[(Case, Option<glimpse_trainer::metrics::Scores>)],
+    cases: &[(Case, Option<Scores>)],
 ) -> anyhow::Result<Table> {
     let mut rows = Vec::new();
     for (case, paper) in cases {
