@@ -9,7 +9,7 @@ use glimpse_core::link::{Asker, FRAME_BYTES, PROTOCOL, Reply, Request};
 use glimpse_core::model::{Neural, ParameterSet};
 use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::{Residual, Scan};
-use glimpse_trainer::scanner::Taken;
+use glimpse_trainer::scanner::{ScanReport, Taken};
 
 /// Fits measurements by a recipe, as the firmware does: parameters and residual.
 ///
@@ -29,6 +29,31 @@ pub fn fit(recipe: &[u8], measurements: &[Taken]) -> (Vec<f32>, Residual) {
     assert!(scan.next_directions().is_none(), "a measurement is missing");
     while !scan.advance_fit(usize::MAX).is_complete() {}
     (scan.parameters().iter().copied().collect(), scan.residual())
+}
+
+/// The device's result is the host's fit of the same measurements.
+///
+/// # Panics
+/// If it is not.
+pub fn assert_agrees(report: &ScanReport, recipe: &[u8]) {
+    let close = |device: f32, host: f32| (device - host).abs() <= 1e-4 * host.abs() + 1e-7;
+    let parsed = Recipe::parse(recipe).expect("a whole recipe");
+    assert_eq!(report.recipe, parsed.checksum());
+    assert_eq!(report.measurements.len(), parsed.samples());
+
+    let (parameters, residual) = fit(recipe, &report.measurements);
+    assert_eq!(report.parameters.len(), parameters.len());
+    for (index, (device, host)) in report.parameters.iter().zip(&parameters).enumerate() {
+        assert!(
+            close(*device, *host),
+            "parameter {index}: {device}, on the host {host}"
+        );
+    }
+    assert!(
+        close(report.residual.mean, residual.mean) && close(report.residual.worst, residual.worst),
+        "{:?}, on the host {residual:?}",
+        report.residual
+    );
 }
 
 /// A device at the other end of a stream.

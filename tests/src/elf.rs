@@ -61,15 +61,6 @@ impl Firmware {
             .expect("the firmware holds another recipe than the repository: build it again")
     }
 
-    /// A copy with bit `bit` of byte `index` of its recipe flipped.
-    ///
-    /// # Panics
-    /// If the copy cannot be written.
-    #[must_use]
-    pub fn with_flipped_bit(&self, index: usize, bit: u8) -> NamedTempFile {
-        self.with_recipe(|recipe| recipe[index] ^= 1 << bit)
-    }
-
     /// A copy whose recipe is altered.
     ///
     /// # Panics

@@ -1,6 +1,6 @@
-//! The firmware in QEMU: its serial line, and its log.
+//! The firmware in QEMU: its serial line, its log, and its reset button.
 
-use std::io::Read;
+use std::io::{BufRead, BufReader, Read, Write};
 use std::net::{TcpListener, TcpStream};
 use std::path::Path;
 use std::process::{Child, ChildStdout, Command, Stdio};
@@ -20,18 +20,30 @@ pub struct Emulator {
     process: Child,
     /// The device's UART.
     pub serial: TcpStream,
+    /// QEMU's own protocol, QMP.
+    control: BufReader<TcpStream>,
     log: Arc<Mutex<Vec<String>>>,
 }
 
 impl Emulator {
+    /// Boots the firmware as it was built.
+    ///
+    /// # Panics
+    /// As [`Firmware::load`] and [`Emulator::boot`].
+    #[must_use]
+    pub fn boot_as_built() -> Self {
+        let firmware = Firmware::load();
+        Self::boot(&firmware, firmware.path())
+    }
+
     /// Boots `image`, which is `firmware` or an altered copy of it.
     ///
     /// # Panics
     /// If QEMU is missing or does not start.
     #[must_use]
     pub fn boot(firmware: &Firmware, image: &Path) -> Self {
-        let listener = TcpListener::bind("127.0.0.1:0").expect("a free port");
-        let port = listener.local_addr().expect("a port").port();
+        let (serial, serial_address) = listen();
+        let (control, control_address) = listen();
         let mut process = Command::new("qemu-system-arm")
             .args([
                 "-machine",
@@ -43,7 +55,8 @@ impl Emulator {
             ])
             .args(["-semihosting-config", "enable=on,target=native"])
             .args(["-icount", "shift=0"])
-            .args(["-serial", &format!("tcp:127.0.0.1:{port}")])
+            .args(["-serial", &serial_address])
+            .args(["-qmp", &control_address])
             .arg("-kernel")
             .arg(image)
             .stdin(Stdio::null())
@@ -59,13 +72,37 @@ impl Emulator {
             let log = Arc::clone(&log);
             move || decode(stdout, &elf, &log)
         });
-        let serial = accept(&listener, &mut process);
-        serial.set_nodelay(true).expect("a socket");
-        serial.set_read_timeout(Some(PATIENCE)).expect("a socket");
-        Self {
+        let serial = accept(&serial, &mut process);
+        let control = accept(&control, &mut process);
+        let mut emulator = Self {
             process,
             serial,
+            control: BufReader::new(control),
             log,
+        };
+        emulator.command("qmp_capabilities");
+        emulator
+    }
+
+    /// Presses the reset button: the core starts anew, RAM stays as it is.
+    ///
+    /// # Panics
+    /// If QEMU does not do it.
+    pub fn reset(&mut self) {
+        self.command("system_reset");
+    }
+
+    /// Has QEMU do something.
+    fn command(&mut self, name: &str) {
+        let command = format!("{{\"execute\": \"{name}\"}}\n");
+        let sent = self.control.get_mut().write_all(command.as_bytes());
+        sent.expect("QEMU's protocol");
+        // Greetings and events come in between.
+        let mut line = String::new();
+        while !line.contains("\"return\"") {
+            line.clear();
+            let count = self.control.read_line(&mut line).expect("QEMU's protocol");
+            assert!(count > 0 && !line.contains("\"error\""), "{name}: {line}");
         }
     }
 
@@ -105,14 +142,23 @@ impl Drop for Emulator {
     }
 }
 
-/// QEMU's end of the serial line.
+/// Where QEMU shall connect to, and how it is told.
+fn listen() -> (TcpListener, String) {
+    let listener = TcpListener::bind("127.0.0.1:0").expect("a free port");
+    let address = listener.local_addr().expect("a port");
+    (listener, format!("tcp:{address}"))
+}
+
+/// QEMU's end of a connection.
 fn accept(listener: &TcpListener, process: &mut Child) -> TcpStream {
     listener.set_nonblocking(true).expect("a socket");
     let begun = Instant::now();
     while begun.elapsed() < PATIENCE {
-        if let Ok((serial, _)) = listener.accept() {
-            serial.set_nonblocking(false).expect("a socket");
-            return serial;
+        if let Ok((stream, _)) = listener.accept() {
+            stream.set_nonblocking(false).expect("a socket");
+            stream.set_nodelay(true).expect("a socket");
+            stream.set_read_timeout(Some(PATIENCE)).expect("a socket");
+            return stream;
         }
         if let Ok(Some(status)) = process.try_wait() {
             panic!("qemu-system-arm ends at once: {status}");
@@ -120,7 +166,7 @@ fn accept(listener: &TcpListener, process: &mut Child) -> TcpStream {
         thread::sleep(Duration::from_millis(5));
     }
     let _ = process.kill();
-    panic!("qemu-system-arm does not open its serial line");
+    panic!("qemu-system-arm does not open its serial line and its control");
 }
 
 /// Decodes what the firmware logs, until QEMU ends.

@@ -9,6 +9,7 @@ pub mod elf;
 pub mod emulator;
 #[cfg(feature = "firmware")]
 pub mod figures;
+pub mod host;
 pub mod line;
 #[cfg(feature = "firmware")]
 pub mod microcontroller;

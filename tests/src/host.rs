@@ -1,0 +1,64 @@
+//! A scanner that does as a test tells it, at the host's end of the link.
+
+use std::io::{Read, Write};
+
+use glimpse_core::link::{Answerer, FRAME_BYTES, Heard, PROTOCOL, Reply, Request};
+use glimpse_core::scan::Measurement;
+use glimpse_trainer::material::Procedural;
+
+/// The answer to hello.
+pub const WELCOME: Reply = Reply::Welcome { protocol: PROTOCOL };
+
+/// A material that recipes are not trained on.
+#[must_use]
+pub fn unseen(index: usize) -> Procedural {
+    Procedural::new(index, 0xFEED)
+}
+
+/// A measurement, not saturated.
+#[must_use]
+pub fn measured(index: u16, brdf: [f32; 3]) -> Reply {
+    let measurement = Measurement {
+        brdf,
+        saturated: false,
+    };
+    Reply::Measured { index, measurement }
+}
+
+/// What a test makes of a request.
+#[derive(Clone, Copy, Debug)]
+pub enum Answer {
+    /// It is answered.
+    Reply(Reply),
+    /// It is not.
+    Silence,
+    /// It is not, and that was all.
+    Stop,
+    /// It is answered, and that was all.
+    Last(Reply),
+}
+
+/// Answers each request as told, and a repeated one as before, until told to stop.
+///
+/// # Panics
+/// If the stream fails, or nothing comes in time.
+pub fn converse(stream: &mut (impl Read + Write), mut answer: impl FnMut(Request) -> Answer) {
+    let mut answerer = Answerer::new();
+    let mut frame = [0; FRAME_BYTES];
+    let mut byte = [0];
+    loop {
+        stream.read_exact(&mut byte).expect("a request");
+        let answer = match answerer.hear(byte[0]) {
+            Some(Ok(Heard::New(request))) => answer(request),
+            Some(Ok(Heard::Again(reply))) => Answer::Reply(reply),
+            _ => continue,
+        };
+        if let Answer::Reply(reply) | Answer::Last(reply) = answer {
+            let frame = answerer.answer(reply, &mut frame).expect("there is room");
+            stream.write_all(frame).expect("the device is there");
+        }
+        if let Answer::Stop | Answer::Last(_) = answer {
+            return;
+        }
+    }
+}

@@ -1,0 +1,103 @@
+//! The host falls silent, starts anew, refuses, or is another version.
+
+use std::time::{Duration, Instant};
+
+use glimpse_core::link::{Failure, PROTOCOL, Refusal, Reply, Request};
+use glimpse_tests::emulator::Emulator;
+use glimpse_tests::host::{Answer, WELCOME, converse, measured, unseen};
+use glimpse_trainer::scanner::{Options, ScannerError, VirtualScanner};
+
+use super::assert_scans;
+
+/// A host that was started anew knows of no scan, says so, and is greeted.
+#[test]
+fn a_host_that_restarts_in_the_middle_of_a_scan_gets_a_whole_one() {
+    let mut emulator = Emulator::boot_as_built();
+    converse(&mut emulator.serial, |request| match request {
+        Request::Hello { .. } => Answer::Reply(WELCOME),
+        Request::Measure { index: 3, .. } => Answer::Stop,
+        Request::Measure { index, .. } => Answer::Reply(measured(index, [0.7; 3])),
+        other => panic!("{other:?}"),
+    });
+    let material = unseen(2);
+    let mut scanner = VirtualScanner::new(&material, Options::default());
+    match scanner.serve(&mut emulator.serial) {
+        Err(ScannerError::Device(Failure::Refused(Refusal::NoScan))) => {}
+        other => panic!("{other:?}"),
+    }
+    assert_scans(&mut emulator);
+}
+
+#[test]
+fn a_host_of_another_protocol_is_refused_by_name() {
+    let mut emulator = Emulator::boot_as_built();
+    let (device, host) = (PROTOCOL, PROTOCOL + 1);
+    converse(&mut emulator.serial, |request| match request {
+        Request::Failed(failure) => {
+            assert_eq!(failure, Failure::Protocol { device, host });
+            Answer::Last(Reply::Accepted)
+        }
+        _ => Answer::Reply(Reply::Welcome { protocol: host }),
+    });
+    let _ = emulator.wait_for("Protocol");
+    assert_scans(&mut emulator);
+}
+
+#[test]
+fn directions_out_of_reach_are_given_up_by_name() {
+    let mut emulator = Emulator::boot_as_built();
+    converse(&mut emulator.serial, |request| match request {
+        Request::Hello { .. } => Answer::Reply(WELCOME),
+        Request::Measure { .. } => Answer::Reply(Reply::Refused(Refusal::Directions)),
+        Request::Failed(failure) => {
+            assert_eq!(failure, Failure::Refused(Refusal::Directions));
+            Answer::Last(Reply::Accepted)
+        }
+        other => panic!("{other:?}"),
+    });
+    let _ = emulator.wait_for("Refused(Directions");
+    assert_scans(&mut emulator);
+}
+
+#[test]
+fn a_host_that_falls_silent_in_the_fit_is_given_up_and_greeted_anew() {
+    let mut emulator = Emulator::boot_as_built();
+    let begun = Instant::now();
+    let mut silent = false;
+    converse(&mut emulator.serial, |request| match request {
+        Request::Hello { .. } if silent => Answer::Stop,
+        Request::Hello { .. } => Answer::Reply(WELCOME),
+        Request::Measure { index, .. } => Answer::Reply(measured(index, [0.2; 3])),
+        // In the middle of the fit.
+        _ => {
+            silent = true;
+            Answer::Silence
+        }
+    });
+    assert!(begun.elapsed() < Duration::from_secs(45));
+    let _ = emulator.wait_for("NoReply");
+    assert_scans(&mut emulator);
+}
+
+/// The motors are stuck: the host hears, and says nothing. The device asks for a minute.
+#[test]
+fn a_measurement_that_never_comes_is_given_up_by_name() {
+    let mut emulator = Emulator::boot_as_built();
+    let mut asked = 0;
+    converse(&mut emulator.serial, |request| match request {
+        Request::Hello { .. } => Answer::Reply(WELCOME),
+        Request::Measure { index: 3, .. } => {
+            asked += 1;
+            Answer::Silence
+        }
+        Request::Measure { index, .. } => Answer::Reply(measured(index, [0.2; 3])),
+        Request::Failed(failure) => {
+            assert_eq!(failure, Failure::NoReply);
+            Answer::Last(Reply::Accepted)
+        }
+        other => panic!("{other:?}"),
+    });
+    assert_eq!(asked, 600);
+    let _ = emulator.wait_for("NoReply");
+    assert_scans(&mut emulator);
+}

@@ -1,0 +1,169 @@
+//! The recipe in flash is damaged, or another one.
+
+use glimpse_core::link::Failure;
+use glimpse_core::model::ModelKind;
+use glimpse_core::recipe::{
+    Ingredients, PackedDescent, PackedLearner, PackedRidge, Recipe, RecipeError,
+};
+use glimpse_core::scan::ScanError;
+use glimpse_tests::RECIPE;
+use glimpse_tests::device::assert_agrees;
+use glimpse_tests::elf::Firmware;
+use glimpse_tests::emulator::Emulator;
+use glimpse_tests::host::unseen;
+use glimpse_trainer::scanner::{Options, ScannerError, VirtualScanner};
+
+/// What the device says of a recipe with some bytes altered.
+fn failure(alter: impl FnOnce(&mut [u8])) -> Failure {
+    let firmware = Firmware::load();
+    let image = firmware.with_recipe(alter);
+    let mut emulator = Emulator::boot(&firmware, image.path());
+    let material = unseen(0);
+    let error = VirtualScanner::new(&material, Options::default())
+        .serve(&mut emulator.serial)
+        .unwrap_err();
+    let ScannerError::Device(failure) = error else {
+        panic!("{error}");
+    };
+    // The log names it too.
+    let name = match failure {
+        Failure::Recipe(_) => "Recipe(",
+        _ => "Scan(",
+    };
+    assert_ne!(emulator.wait_for(name), "");
+    failure
+}
+
+fn refusal(alter: impl FnOnce(&mut [u8])) -> RecipeError {
+    match failure(alter) {
+        Failure::Recipe(error) => error,
+        other => panic!("{other}"),
+    }
+}
+
+#[test]
+fn a_flipped_bit_in_the_recipe_is_refused_by_name() {
+    assert_eq!(refusal(|recipe| recipe[2] ^= 0x40), RecipeError::Magic);
+    assert_eq!(refusal(|recipe| recipe[4] ^= 2), RecipeError::Version(3));
+    assert_eq!(refusal(|recipe| recipe[13] ^= 1), RecipeError::Checksum);
+    for index in [14, RECIPE.len() / 3, RECIPE.len() - 1] {
+        assert_eq!(
+            refusal(|recipe| recipe[index] ^= 0x10),
+            RecipeError::Checksum
+        );
+    }
+}
+
+#[test]
+fn a_recipe_cut_short_is_refused_by_name() {
+    // Fewer bytes than the header promises, as after a flash that was cut off: the promise grows.
+    let found = RECIPE.len() as u32;
+    let error = refusal(|recipe| recipe[7] += 1);
+    let expected = found + 0x100;
+    assert_eq!(error, RecipeError::Length { expected, found });
+    // The rest of it as erased flash.
+    assert_eq!(
+        refusal(|recipe| recipe[100..].fill(0xFF)),
+        RecipeError::Checksum
+    );
+    assert_eq!(refusal(|recipe| recipe.fill(0xFF)), RecipeError::Magic);
+}
+
+/// A whole recipe with this pattern and learner, as long as the firmware's: its provenance is.
+fn recipe_of(pattern: &[u8], learner: PackedLearner<'_>) -> Vec<u8> {
+    let original = Recipe::parse(RECIPE).unwrap();
+    let mut provenance = *original.provenance();
+    let padding = "-".repeat(RECIPE.len());
+    let mut buffer = vec![0; 2 * RECIPE.len()];
+    (provenance.trainer, provenance.schedule) = ("", "");
+    for length in 0..padding.len() {
+        provenance.data = &padding[..length];
+        let ingredients = Ingredients {
+            pattern,
+            learner,
+            expected_loss: original.expected_loss(),
+            provenance,
+        };
+        let bytes = Recipe::write(&ingredients, &mut buffer).unwrap();
+        if bytes.len() == RECIPE.len() {
+            return bytes.to_vec();
+        }
+    }
+    panic!("too long for the firmware's place");
+}
+
+/// The pattern of the firmware's recipe for as many samples, over and over.
+fn pattern(samples: usize) -> Vec<u8> {
+    let original = Recipe::parse(RECIPE).unwrap();
+    let all = original.pattern().cycle().take(samples);
+    all.flat_map(|angles| [angles.theta_h, angles.theta_d, angles.phi_d])
+        .flat_map(f32::to_le_bytes)
+        .collect()
+}
+
+/// The firmware's recipe for another number of samples.
+fn neural(samples: usize) -> Vec<u8> {
+    let descent = Recipe::parse(RECIPE).unwrap().descent().unwrap();
+    let learner = PackedLearner::Descent(PackedDescent {
+        model: descent.model(),
+        inner_steps: descent.inner_steps(),
+        initial: descent.initial().words().as_flattened(),
+        step_sizes: descent.step_sizes().words().as_flattened(),
+    });
+    recipe_of(&pattern(samples), learner)
+}
+
+#[test]
+fn a_recipe_of_another_model_is_refused_by_name() {
+    let flashed = |bytes: &[u8]| failure(|recipe| recipe.copy_from_slice(bytes));
+    let refused = |recipe| {
+        let firmware = ModelKind::Neural;
+        Failure::Scan(ScanError::Model { firmware, recipe })
+    };
+    for model in [ModelKind::Phong, ModelKind::CookTorrance] {
+        let parameters = [0; 4].repeat(model.parameters().unwrap());
+        let learner = PackedLearner::Descent(PackedDescent {
+            model,
+            inner_steps: 20,
+            initial: &parameters,
+            step_sizes: &parameters,
+        });
+        assert_eq!(flashed(&recipe_of(&pattern(8), learner)), refused(model));
+    }
+    let ones = 1.0_f32.to_le_bytes().repeat(8);
+    let learner = PackedLearner::Ridge(PackedRidge {
+        components: 1,
+        basis: &ones,
+        mean: &ones,
+        median: &ones,
+        weight: &ones,
+        precision: &ones[..4],
+        basis_checksum: 0,
+    });
+    let linear = recipe_of(&pattern(8), learner);
+    assert_eq!(flashed(&linear), refused(ModelKind::Linear));
+}
+
+#[test]
+fn a_recipe_of_more_samples_than_there_is_room_for_is_refused_by_name() {
+    let (capacity, samples) = (8, 9);
+    let error = ScanError::Capacity { capacity, samples };
+    let bytes = neural(samples);
+    assert_eq!(
+        failure(|recipe| recipe.copy_from_slice(&bytes)),
+        Failure::Scan(error)
+    );
+}
+
+#[test]
+fn a_recipe_of_fewer_samples_is_scanned_by() {
+    let bytes = neural(3);
+    let firmware = Firmware::load();
+    let image = firmware.with_recipe(|recipe| recipe.copy_from_slice(&bytes));
+    let mut emulator = Emulator::boot(&firmware, image.path());
+    let material = unseen(0);
+    let report = VirtualScanner::new(&material, Options::default())
+        .serve(&mut emulator.serial)
+        .unwrap();
+    assert_agrees(&report, &bytes);
+}

@@ -1,0 +1,122 @@
+//! The sensor returns what cannot be, or always the same.
+
+use glimpse_core::link::{Failure, Reply, Request};
+use glimpse_core::scan::{Measurement, MeasurementError, Residual};
+use glimpse_tests::emulator::Emulator;
+use glimpse_tests::host::{Answer, WELCOME, converse};
+
+use super::assert_scans;
+
+/// Scans with a sensor that returns this for each measurement in turn, repetitions included.
+fn scan(
+    emulator: &mut Emulator,
+    mut sensor: impl FnMut(u16) -> Measurement,
+) -> Result<Residual, Failure> {
+    let mut result = Err(Failure::NoReply);
+    converse(&mut emulator.serial, |request| match request {
+        Request::Hello { .. } => Answer::Reply(WELCOME),
+        Request::Measure { index, .. } => Answer::Reply(Reply::Measured {
+            index,
+            measurement: sensor(index),
+        }),
+        Request::Finished(residual) => {
+            result = Ok(residual);
+            Answer::Last(Reply::Accepted)
+        }
+        Request::Failed(failure) => {
+            result = Err(failure);
+            Answer::Last(Reply::Accepted)
+        }
+        _ => Answer::Reply(Reply::Accepted),
+    });
+    result
+}
+
+/// What a good sensor might return.
+fn good(index: u16) -> Measurement {
+    Measurement {
+        brdf: [0.1 + 0.05 * f32::from(index), 0.2, 0.1],
+        saturated: false,
+    }
+}
+
+#[test]
+fn nan_infinite_and_negative_measurements_are_taken_again_and_then_given_up_by_name() {
+    use MeasurementError::{Negative, NonFinite};
+    let mut emulator = Emulator::boot_as_built();
+    for (channel, value, error) in [
+        (0, f32::NAN, NonFinite(0)),
+        (1, f32::INFINITY, NonFinite(1)),
+        (2, f32::NEG_INFINITY, NonFinite(2)),
+        (1, -0.1, Negative(1)),
+    ] {
+        let bad = |index| {
+            let mut measurement = good(index);
+            measurement.brdf[channel] = value;
+            measurement
+        };
+        // Wrong once or twice: it is taken again, and the scan is whole.
+        let mut taken = 0;
+        let result = scan(&mut emulator, |index| {
+            taken += 1;
+            if [2, 5, 6].contains(&taken) {
+                bad(index)
+            } else {
+                good(index)
+            }
+        });
+        assert!(result.is_ok(), "{result:?}");
+        assert_eq!(taken, 8 + 3);
+        // Wrong for ever.
+        let mut taken = 0;
+        let result = scan(&mut emulator, |index| {
+            taken += 1;
+            if index == 2 { bad(index) } else { good(index) }
+        });
+        assert_eq!(result, Err(Failure::Measurement { index: 2, error }));
+        assert_eq!(taken, 2 + 3);
+        let _ = emulator.wait_for("Measurement { index: 2");
+    }
+    assert_scans(&mut emulator);
+}
+
+#[test]
+fn a_saturated_sensor_is_told_with_the_result() {
+    let mut emulator = Emulator::boot_as_built();
+    for many in [0, 1, 8] {
+        let result = scan(&mut emulator, |index| Measurement {
+            saturated: index < many,
+            ..good(index)
+        });
+        assert_eq!(result.unwrap().saturated, many);
+    }
+}
+
+#[test]
+fn a_stuck_sensor_is_told_with_the_result() {
+    let mut emulator = Emulator::boot_as_built();
+    assert_eq!(scan(&mut emulator, good).unwrap().repeated, 0);
+    // From the fifth measurement on, and always.
+    let stuck = scan(&mut emulator, |index| good(index.min(4)));
+    assert_eq!(stuck.unwrap().repeated, 3);
+    let stuck = scan(&mut emulator, |_| good(0));
+    assert_eq!(stuck.unwrap().repeated, 7);
+}
+
+/// Neither makes a NaN of the result.
+#[test]
+fn a_sensor_in_the_dark_or_in_a_glare_ends_in_a_finite_result() {
+    let mut emulator = Emulator::boot_as_built();
+    for value in [0.0, f32::MAX] {
+        let result = scan(&mut emulator, |_| Measurement {
+            brdf: [value; 3],
+            saturated: value > 0.0,
+        });
+        let residual = result.unwrap();
+        assert!(
+            residual.mean.is_finite() && residual.worst.is_finite(),
+            "{residual:?}"
+        );
+    }
+    assert_scans(&mut emulator);
+}
