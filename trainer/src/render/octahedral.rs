@@ -189,7 +189,7 @@ fn cell(coordinate: f32) -> u8 {
 
 /// `from` at 0, `to` at 1.
 #[inline(always)]
-fn between(from: [f32; 4], to: [f32; 4], t: f32) -> [f32; 4] {
+pub(super) fn between(from: [f32; 4], to: [f32; 4], t: f32) -> [f32; 4] {
     array::from_fn(|channel| from[channel] + t * (to[channel] - from[channel]))
 }
 

@@ -112,7 +112,7 @@ struct Shader {
     nodes: Nodes,
     brdf: Vec<[f32; 3]>,
     /// How blurred each node sees the environment.
-    levels: Vec<u8>,
+    blurs: Vec<f32>,
 }
 
 impl Shader {
@@ -131,16 +131,15 @@ impl Shader {
         for (value, weight) in self.brdf.iter_mut().zip(&self.nodes.weight) {
             *value = value.map(|channel| channel * weight);
         }
-        self.levels.clear();
+        self.blurs.clear();
         let spacing = self.nodes.spacing.iter();
-        self.levels
-            .extend(spacing.map(|spacing| environment.level(*spacing)));
+        self.blurs
+            .extend(spacing.map(|spacing| environment.blur(*spacing)));
         let shade_pixel = |&(index, azimuth): &(usize, [f32; 2])| {
             let mut sum = [0.0; 4];
-            let nodes = self.nodes.incoming.iter().zip(&self.levels);
-            for ((incoming, level), [r, g, b]) in nodes.zip(&self.brdf) {
-                let table = environment.table(*level);
-                let light = table.padded(circle.to_world(azimuth, *incoming));
+            let nodes = self.nodes.incoming.iter().zip(&self.blurs);
+            for ((incoming, blur), [r, g, b]) in nodes.zip(&self.brdf) {
+                let light = environment.blurred(circle.to_world(azimuth, *incoming), *blur);
                 let value = [*r, *g, *b, 0.0];
                 sum = array::from_fn(|channel| sum[channel] + light[channel] * value[channel]);
             }
