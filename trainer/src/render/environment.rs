@@ -4,6 +4,7 @@ use std::f64::consts::PI;
 
 use super::Image;
 use super::octahedral::{CELLS, Gathered, Table, between};
+use super::quadrature::RINGS;
 
 /// Grids that light from a file is gathered on: of 256, 128, 64, 32, 16 and 8 cells
 /// along a side.
@@ -64,6 +65,15 @@ impl Environment {
         };
         environment.expose()?;
         Ok(environment)
+    }
+
+    /// How many rings of half vectors a picture in this light takes: more where a source may be as
+    /// small as a sun.
+    pub(super) fn rings(&self) -> usize {
+        match self.blurred.is_empty() {
+            true => RINGS,
+            false => 2 * RINGS,
+        }
     }
 
     /// The radiance arriving from a unit direction.

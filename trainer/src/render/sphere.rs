@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use glimpse_core::angles::HalfDifference;
 use rayon::prelude::*;
 
-use super::quadrature::{HalfVectors, Nodes, RINGS};
+use super::quadrature::{HalfVectors, Nodes};
 use super::{Environment, Image};
 
 /// Radiance beside the sphere.
@@ -27,7 +27,7 @@ pub fn render_sphere(
     environment: &Environment,
     size: usize,
 ) -> Image {
-    render_with(brdf, environment, size, RINGS)
+    render_with(brdf, environment, size, environment.rings())
 }
 
 /// The same with a rule of so many rings.

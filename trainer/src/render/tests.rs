@@ -196,7 +196,8 @@ fn twice_the_rings_show_the_same_sphere_under_a_small_sun() {
         &glossy(0.2),
         &glossy(0.06),
     ] {
-        let (coarse, fine) = (picture(material, RINGS), picture(material, 2 * RINGS));
+        let rings = environment.rings();
+        let (coarse, fine) = (picture(material, rings), picture(material, 2 * rings));
         let error = psnr(mean_squared_error(&coarse, &fine).unwrap());
         println!("{error} dB");
         assert!(error > 35.0, "{error} dB from the finer picture");
