@@ -4,8 +4,9 @@ use glimpse_core::model::ModelKind;
 use glimpse_trainer::metrics::Scores;
 use glimpse_trainer::report::{Cell, Column, Compare, Table};
 
+use super::case::{Approach, Case};
 use super::findings::Findings;
-use super::laboratory::{Approach, Case, Laboratory, TestSet};
+use super::laboratory::{Laboratory, TestSet};
 use super::{MODELS, SAMPLES, cells_beside_the_paper_s, columns_beside_the_paper_s, paper, title};
 
 /// n of the paper's comparison with Nielsen et al.

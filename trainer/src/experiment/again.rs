@@ -7,8 +7,9 @@ use glimpse_trainer::meta::plan::Schedule;
 use glimpse_trainer::meta::run::Parts;
 use glimpse_trainer::report::{Best, Cell, Column, Compare, Table};
 
+use super::case::Lesson;
 use super::findings::Findings;
-use super::laboratory::{Laboratory, Lesson};
+use super::laboratory::Laboratory;
 use super::{MODELS, SAMPLES, paper, title};
 
 pub(super) fn run(laboratory: &Laboratory<'_>) -> anyhow::Result<Findings> {

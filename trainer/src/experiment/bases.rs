@@ -4,8 +4,9 @@ use glimpse_core::model::ModelKind;
 use glimpse_trainer::linear::Prior;
 use glimpse_trainer::report::{Best, Cell, Column, Compare, Table};
 
+use super::case::{Approach, Case};
 use super::findings::Findings;
-use super::laboratory::{Approach, Case, Laboratory};
+use super::laboratory::Laboratory;
 use super::{METRICS, SAMPLES, metrics};
 
 /// The paper's two numbers of components.

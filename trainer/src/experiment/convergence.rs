@@ -3,8 +3,9 @@
 use glimpse_core::model::ModelKind;
 use glimpse_trainer::report::{Best, Cell, Column, Compare, Table};
 
+use super::case::{Approach, Case};
 use super::findings::Findings;
-use super::laboratory::{Approach, Case, Laboratory};
+use super::laboratory::Laboratory;
 use super::paper;
 
 /// n of the first 20 steps of the learned methods, and that of Random.

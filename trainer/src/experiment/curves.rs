@@ -5,8 +5,9 @@ use glimpse_trainer::report::{
     Axis, Best, Cell, Column, Compare, Hue, Mark, Plot, Scale, Series, Table,
 };
 
+use super::case::{Approach, Case};
 use super::findings::Findings;
-use super::laboratory::{Approach, Case, Laboratory, Sheet};
+use super::laboratory::{Laboratory, Sheet};
 use super::{METRICS, MODELS, SAMPLES, doublings, metrics, paper, title};
 
 /// A method's judgements, one for each n.

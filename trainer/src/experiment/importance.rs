@@ -7,10 +7,11 @@ use glimpse_trainer::report::{
 };
 use glimpse_trainer::sampling::MeanBrdf;
 
+use super::case::{Approach, Case, Lesson};
 use super::curves::look;
 use super::doublings;
 use super::findings::Findings;
-use super::laboratory::{Approach, Case, Laboratory, Lesson};
+use super::laboratory::Laboratory;
 
 pub(super) fn run(laboratory: &Laboratory<'_>, most_samples: usize) -> anyhow::Result<Findings> {
     let mut findings = Findings::new("Importance sampling of the mean BRDF");

@@ -6,6 +6,7 @@
 mod additional;
 mod again;
 mod bases;
+mod case;
 mod convergence;
 mod curves;
 mod findings;

@@ -3,7 +3,7 @@
 use glimpse_core::model::ModelKind;
 use glimpse_trainer::metrics::Scores;
 
-use super::laboratory::Approach;
+use super::case::Approach;
 
 const fn scores(loss: f64, dssim: f64, l2: f64, psnr: f64) -> Option<Scores> {
     Some(Scores {

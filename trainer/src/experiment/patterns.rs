@@ -4,8 +4,9 @@ use glimpse_core::angles::Angles;
 use glimpse_core::model::ModelKind;
 use glimpse_trainer::report::pattern_svg;
 
+use super::case::{Approach, Case};
 use super::findings::Findings;
-use super::laboratory::{Approach, Case, Laboratory};
+use super::laboratory::Laboratory;
 use super::{MODELS, SAMPLES, title};
 
 pub(super) fn run(laboratory: &Laboratory<'_>) -> anyhow::Result<Findings> {

@@ -2,9 +2,10 @@
 
 use glimpse_trainer::report::{Axis, Best, Cell, Column, Compare, Plot, Scale, Series, Table};
 
+use super::case::{Approach, Case};
 use super::curves::look;
 use super::findings::Findings;
-use super::laboratory::{Approach, Case, Laboratory};
+use super::laboratory::Laboratory;
 use super::{MODELS, SAMPLES, title};
 
 pub(super) fn run(laboratory: &Laboratory<'_>) -> anyhow::Result<Findings> {

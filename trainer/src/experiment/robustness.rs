@@ -8,8 +8,9 @@ use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
 
+use super::case::{Approach, Case, Lesson};
 use super::findings::Findings;
-use super::laboratory::{Approach, Case, Laboratory, Lesson};
+use super::laboratory::Laboratory;
 use super::{MODELS, SAMPLES, paper, title};
 
 /// How many samples are replaced.

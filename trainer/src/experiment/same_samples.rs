@@ -6,8 +6,9 @@ use glimpse_trainer::linear::Prior;
 use glimpse_trainer::metrics::Scores;
 use glimpse_trainer::report::{Best, Cell, Column, Compare, Table};
 
+use super::case::{Approach, Case};
 use super::findings::Findings;
-use super::laboratory::{Approach, Case, Laboratory};
+use super::laboratory::Laboratory;
 use super::{
     METRICS, MODELS, SAMPLES, cells_beside_the_paper_s, columns_beside_the_paper_s, metrics, paper,
     spheres, title,

@@ -3,8 +3,9 @@
 use glimpse_trainer::evaluation::Method;
 use glimpse_trainer::report::{Best, Cell, Column, Compare, Table};
 
+use super::case::{Approach, Case, Lesson};
 use super::findings::Findings;
-use super::laboratory::{Approach, Case, Laboratory, Lesson};
+use super::laboratory::Laboratory;
 use super::{MODELS, SAMPLES, title};
 
 /// Independent trainings.

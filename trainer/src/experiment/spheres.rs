@@ -3,8 +3,9 @@
 use glimpse_core::model::ModelKind;
 use glimpse_trainer::report::{Gallery, GalleryRow, Tile};
 
+use super::case::{Approach, Case};
 use super::findings::Findings;
-use super::laboratory::{Approach, Case, Laboratory};
+use super::laboratory::Laboratory;
 use super::{MODELS, doublings, title};
 
 /// n of the paper's teaser.

@@ -8,8 +8,9 @@ use glimpse_trainer::meta::run::Parts;
 use glimpse_trainer::report::{Best, Cell, Column, Compare, Table};
 
 use super::SAMPLES;
+use super::case::{Approach, Case, Lesson};
 use super::findings::Findings;
-use super::laboratory::{Approach, Case, Laboratory, Lesson};
+use super::laboratory::Laboratory;
 
 /// The parts: all materials, the more diffuse half, the glossier half.
 const PARTS: [&str; 3] = ["all", "diffuse", "glossy"];
