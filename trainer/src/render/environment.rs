@@ -4,11 +4,10 @@ use std::f64::consts::PI;
 
 use super::Image;
 use super::octahedral::{CELLS, Gathered, Table, between};
-use super::quadrature::RINGS;
 
-/// Grids that light from a file is gathered on: of 256, 128, 64, 32, 16 and 8 cells
-/// along a side.
-const LEVELS: usize = 6;
+/// Grids that light from a file is gathered on: of 256, 128, 64, 32 and 16 cells along
+/// a side.
+const LEVELS: usize = 5;
 /// The least number of samples from pole to pole of a panorama: one in a thirteenth of a degree,
 /// so that the cells around every node of the finest grid get a hundred and more.
 const ROWS: usize = 2_400;
@@ -26,7 +25,8 @@ const SHAPES: std::ops::RangeInclusive<f32> = 1.9..=2.1;
 /// itself: where the nodes that a picture is integrated over are far apart, each sees the mean
 /// over its surroundings, so that a sun of half a degree falls neither between them nor on one of
 /// them as if it filled all the sky around (as in filtered importance sampling, Krivanek and
-/// Colbert 2008).
+/// Colbert 2008). White paint under nothing but such a sun comes out right to 4 % (standard
+/// deviation over the sphere; 14 % at worst), the edge of its lit half is softened by some degrees.
 #[derive(Clone, Debug)]
 pub struct Environment {
     sharp: Table,
@@ -67,15 +67,6 @@ impl Environment {
         Ok(environment)
     }
 
-    /// How many rings of half vectors a picture in this light takes: more where a source may be as
-    /// small as a sun.
-    pub(super) fn rings(&self) -> usize {
-        match self.blurred.is_empty() {
-            true => RINGS,
-            false => 2 * RINGS,
-        }
-    }
-
     /// The radiance arriving from a unit direction.
     #[must_use]
     pub fn radiance(&self, direction: [f32; 3]) -> [f32; 3] {
@@ -83,12 +74,17 @@ impl Environment {
         [r, g, b]
     }
 
+    /// True if there may be small bright sources in it.
+    pub(super) fn is_detailed(&self) -> bool {
+        !self.blurred.is_empty()
+    }
+
     /// How blurred an integral should see it whose nodes lie so many radians apart: 0 is sharp, each
-    /// 1 more doubles the blur. Twice the distance of the nodes, so that they miss nothing between
-    /// them even where they line up badly.
+    /// 1 more doubles the blur. Light is spread as far as to the next node: less would lose it
+    /// between nodes, more would soften the edge of the lit half of a sphere for nothing.
     pub(super) fn blur(&self, spacing: f32) -> f32 {
         let cell = (4.0 * PI).sqrt() as f32 / CELLS as f32;
-        (2.0 * spacing / cell)
+        (spacing / cell)
             .log2()
             .clamp(0.0, self.blurred.len() as f32)
     }

@@ -49,17 +49,23 @@ pub(super) struct Nodes {
 }
 
 impl HalfVectors {
-    /// The rule with so many rings.
-    pub(super) fn new(rings: usize) -> Self {
+    /// The rule with so many rings. If it is to be `even`, for environments with small bright
+    /// sources, the nodes along a ring are no farther apart than it is from the next ring.
+    pub(super) fn new(rings: usize, even: bool) -> Self {
         let step = 1.0 / rings as f32;
         let spacing = SPACING.to_radians() * step;
         let fewest = rings as f32 / RINGS_A_NODE;
         let half_vectors = (0..rings).flat_map(move |ring| {
             let t = (ring as f32 + 0.5) * step;
             let (sin_theta, cos_theta) = (FRAC_PI_2 * t * t * t).sin_cos();
-            let around = (TAU * sin_theta / spacing).max(fewest).ceil();
             // Not the exact area between two rings: the midpoint rule in t converges faster.
             let thickness = 3.0 * FRAC_PI_2 * t * t * step;
+            let apart = if even {
+                spacing.min(thickness)
+            } else {
+                spacing
+            };
+            let around = (TAU * sin_theta / apart).max(fewest).ceil();
             let solid_angle = sin_theta * thickness * TAU / around;
             let neighbour = TAU * sin_theta / around;
             // Every other ring is turned by half a step, lest nodes line up.
@@ -124,7 +130,7 @@ mod tests {
 
     #[test]
     fn nodes_are_pairs_of_directions_above_the_horizon() {
-        let half_vectors = HalfVectors::new(24);
+        let half_vectors = HalfVectors::new(24, false);
         let mut nodes = Nodes::default();
         for degrees in [0.0_f32, 10.0, 45.0, 80.0] {
             let (sin, cos) = degrees.to_radians().sin_cos();
@@ -156,8 +162,8 @@ mod tests {
     #[test]
     fn projected_solid_angle_of_the_hemisphere_is_pi() {
         let mut nodes = Nodes::default();
-        let half_vectors = HalfVectors::new(RINGS);
-        for degrees in 0..90_u8 {
+        for (degrees, even) in (0..90_u8).flat_map(|degrees| [(degrees, false), (degrees, true)]) {
+            let half_vectors = HalfVectors::new(RINGS, even);
             let (sin, cos) = f32::from(degrees).to_radians().sin_cos();
             half_vectors.nodes(sin, cos, &mut nodes);
             let sum: f64 = nodes.weight.iter().map(|w| f64::from(*w)).sum();

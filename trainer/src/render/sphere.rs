@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use glimpse_core::angles::HalfDifference;
 use rayon::prelude::*;
 
-use super::quadrature::{HalfVectors, Nodes};
+use super::quadrature::{HalfVectors, Nodes, RINGS};
 use super::{Environment, Image};
 
 /// Radiance beside the sphere.
@@ -27,7 +27,7 @@ pub fn render_sphere(
     environment: &Environment,
     size: usize,
 ) -> Image {
-    render_with(brdf, environment, size, environment.rings())
+    render_with(brdf, environment, size, RINGS)
 }
 
 /// The same with a rule of so many rings.
@@ -37,7 +37,7 @@ pub(super) fn render_with(
     size: usize,
     rings: usize,
 ) -> Image {
-    let half_vectors = HalfVectors::new(rings);
+    let half_vectors = HalfVectors::new(rings, environment.is_detailed());
     let mut image = Image::filled(size, size, BACKGROUND);
     let circles: Vec<Circle> = circles(size);
     let shaded: Vec<(usize, [f32; 3])> = circles

@@ -148,11 +148,13 @@ fn twice_the_rings_show_the_same_picture() {
 
 /// A panorama of a dark sky with a sun of one pixel, 0.7 degrees, over the viewer's left shoulder.
 fn small_sun() -> Environment {
-    let (width, height) = (512, 256);
-    let mut panorama = Image::filled(width, height, [0.05; 3]);
-    panorama.pixels[80 * width + 60] = [3e4; 3];
+    let mut panorama = Image::filled(512, 256, [SKY; 3]);
+    panorama.pixels[80 * 512 + 60] = [SUN; 3];
     Environment::from_panorama(&panorama).unwrap()
 }
+
+const SKY: f32 = 0.05;
+const SUN: f32 = 3e4;
 
 #[test]
 fn a_sun_between_the_nodes_is_not_lost() {
@@ -187,6 +189,42 @@ fn a_sun_between_the_nodes_is_not_lost() {
 }
 
 #[test]
+fn a_small_sun_lights_white_paint_by_the_cosine() {
+    let environment = small_sun();
+    let exposure = environment.radiance([0.0, -1.0, 0.0])[0] / SKY;
+    // By hand, as the panorama is laid out.
+    let step = PI / 256.0;
+    let (polar, azimuth) = (80.5 * step, 60.5 * step);
+    let (sin, cos) = polar.sin_cos();
+    let sun = [-sin * azimuth.sin(), cos, sin * azimuth.cos()];
+    let irradiance = (SUN - SKY) * exposure * ((80.0 * step).cos() - (81.0 * step).cos()) * step;
+    let size = 96;
+    let image = render_sphere(&lambertian, &environment, size);
+    let mut errors = Vec::new();
+    for circle in circles(size).iter().filter(|circle| circle.coverage == 1.0) {
+        for (index, azimuth) in &circle.pixels {
+            let normal = circle.to_world(*azimuth, [0.0, 0.0, 1.0]);
+            let cos: f32 = normal.iter().zip(sun).map(|(a, b)| a * b).sum();
+            // The blur softens the edge between day and night.
+            if cos.abs() > 0.35 {
+                let expected = SKY * exposure + irradiance * FRAC_1_PI * cos.max(0.0);
+                errors.push(f64::from(image.pixels[*index][1] / expected - 1.0));
+            }
+        }
+    }
+    assert!(errors.len() > 4_000);
+    let squares: f64 = errors.iter().map(|error| error * error).sum();
+    let deviation = (squares / errors.len() as f64).sqrt();
+    let worst = errors
+        .iter()
+        .fold(0.0, |worst: f64, error| worst.max(error.abs()));
+    assert!(
+        deviation < 0.04 && worst < 0.15,
+        "{deviation}, at worst {worst}"
+    );
+}
+
+#[test]
 fn twice_the_rings_show_the_same_sphere_under_a_small_sun() {
     let environment = small_sun();
     let picture = |brdf: &Brdf, rings| render_with(&brdf, &environment, 48, rings).tone_map();
@@ -196,10 +234,8 @@ fn twice_the_rings_show_the_same_sphere_under_a_small_sun() {
         &glossy(0.2),
         &glossy(0.06),
     ] {
-        let rings = environment.rings();
-        let (coarse, fine) = (picture(material, rings), picture(material, 2 * rings));
+        let (coarse, fine) = (picture(material, RINGS), picture(material, 2 * RINGS));
         let error = psnr(mean_squared_error(&coarse, &fine).unwrap());
-        println!("{error} dB");
         assert!(error > 35.0, "{error} dB from the finer picture");
     }
 }
