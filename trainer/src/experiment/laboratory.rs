@@ -4,7 +4,6 @@
 //! was stopped goes on from there, and experiments that need the same recipe train it once.
 
 use std::cell::OnceCell;
-use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -337,13 +336,12 @@ impl<'a> Laboratory<'a> {
 
     /// Indices of materials, from the most diffuse to the most glossy.
     pub(crate) fn by_glossiness(&self, materials: &[Box<dyn Material>]) -> Vec<usize> {
-        let ratios: BTreeMap<usize, f32> = materials
+        let ratios: Vec<f32> = materials
             .iter()
             .map(|material| self.glossiness(&**material))
-            .enumerate()
             .collect();
-        let mut order: Vec<usize> = ratios.keys().copied().collect();
-        order.sort_by(|a, b| ratios[a].total_cmp(&ratios[b]));
+        let mut order: Vec<usize> = (0..ratios.len()).collect();
+        order.sort_by(|a, b| ratios[*a].total_cmp(&ratios[*b]));
         order
     }
 }

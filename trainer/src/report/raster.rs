@@ -42,8 +42,8 @@ fn fonts() -> Arc<fontdb::Database> {
     FONTS.get_or_init(load).clone()
 }
 
-/// An SVG drawing as a PNG file, twice as large, on white; colours of its `:root`-like variables are
-/// those for light surroundings.
+/// An SVG drawing as a PNG file, twice as large, on white; colours that its style
+/// sheet gives names to are those for light surroundings.
 ///
 /// # Errors
 /// If it is no SVG, or has no size.
