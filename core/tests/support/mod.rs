@@ -101,6 +101,10 @@ pub(crate) struct Differences {
     worst: f64,
 }
 
+/// So many units in the last place may a function's value be off: a loss after many steps of a fit,
+/// each of which rounds.
+const ROUNDINGS: f64 = 8.0;
+
 impl Differences {
     /// None yet; `step` is half the distance of a difference's inner points, `tolerance` the
     /// largest relative error that passes.
@@ -117,7 +121,8 @@ impl Differences {
 
     /// Compares `slope` with the central difference (fourth order) of `function` about 0.
     ///
-    /// The error is relative to the larger of `slope` and `scale`, below which rounding decides.
+    /// The error is relative to the larger of `slope` and `scale`, and rounding is no error: the
+    /// difference of values that carry [`ROUNDINGS`] each says no more than their sum over `step`.
     pub(crate) fn compare(
         &mut self,
         what: &str,
@@ -127,6 +132,7 @@ impl Differences {
     ) -> Result<(), String> {
         let (_, branches) = traced(|| function(0.0));
         let mut difference = 0.0;
+        let mut largest: f64 = 0.0;
         for (place, weight) in [(-2.0, 1.0), (-1.0, -8.0), (1.0, 8.0), (2.0, -1.0)] {
             let (value, taken) = traced(|| function(place * self.step));
             if taken != branches {
@@ -134,9 +140,12 @@ impl Differences {
                 return Ok(());
             }
             difference += weight * value;
+            largest = largest.max(value.abs());
         }
         difference /= 12.0 * self.step;
-        let error = (slope - difference).abs() / slope.abs().max(scale);
+        // 18: the sum of the weights, each without its sign.
+        let rounding = 18.0 / (12.0 * self.step) * ROUNDINGS * f64::EPSILON * largest;
+        let error = ((slope - difference).abs() - rounding).max(0.0) / slope.abs().max(scale);
         if error.is_nan() || error > self.tolerance {
             return Err(format!(
                 "by {what}: the slope is {slope:e} but the central difference {difference:e}, \
