@@ -23,7 +23,7 @@ use crate::meta::gradient::LaneModel;
 use crate::meta::parameters::{Groups, Optimization};
 use crate::meta::pattern::{Pattern, logits_of};
 use crate::meta::plan::{Effort, InnerSamples, Phase, Plan, Schedule, Search};
-use crate::meta::pool::{Pool, Variation};
+use crate::meta::pool::Pool;
 use crate::meta::run::INNER_STEPS;
 use crate::meta::start::first_guess;
 use crate::meta::trainee::{Lots, Trainee};
@@ -200,7 +200,7 @@ impl<'m> Ground<'m> {
     ) -> Box<dyn FnMut() + 'a> {
         let learner = self.first_learner::<M>();
         let mut random = random();
-        let mut draw = |count| self.tasks.pool.draw(0, Variation::NONE, count, &mut random);
+        let mut draw = |count| self.tasks.pool.draw(0, count, &mut random);
         let draws: Vec<_> = (0..learner.steps).map(|_| draw(inner)).collect();
         let outer = draw(outer);
         let mut found = MetaGradient::<M, f32>::default();
@@ -215,12 +215,9 @@ impl<'m> Ground<'m> {
     /// the gradient by them too.
     fn on_pattern<'a, M: LaneModel + 'a>(&'a self, outer: usize) -> Box<dyn FnMut() + 'a> {
         let learner = self.first_learner::<M>();
-        let outer = self
-            .tasks
-            .pool
-            .draw(0, Variation::NONE, outer, &mut random());
+        let outer = self.tasks.pool.draw(0, outer, &mut random());
         let material = &*self.tasks.materials[0];
-        let measured = self.pattern.measure(material, Variation::NONE);
+        let measured = self.pattern.measure(material);
         let mut found = MetaGradient::<M, f32>::default();
         Box::new(move || {
             let inner = measured.octets();
@@ -265,7 +262,7 @@ impl<'m> Ground<'m> {
     /// The two sums over samples that all the time is spent in, on one thread.
     fn neural_kernels<'a>(&'a self, items: &mut Vec<Item<'a>>) {
         let theta = self.first_learner::<Neural>().initial;
-        let draw = self.tasks.pool.draw(0, Variation::NONE, 512, &mut random());
+        let draw = self.tasks.pool.draw(0, 512, &mut random());
         let mut gradient = theta;
         items.push(Item {
             model: ModelKind::Neural,
@@ -278,7 +275,7 @@ impl<'m> Ground<'m> {
                 Neural::gradient(&theta, &samples, 0..samples.octets(), &mut gradient);
             }),
         });
-        let draw = self.tasks.pool.draw(0, Variation::NONE, 512, &mut random());
+        let draw = self.tasks.pool.draw(0, 512, &mut random());
         let mut product = theta;
         let mut dual = Dual::constants::<Neural>(&theta);
         for entry in dual.iter_mut() {

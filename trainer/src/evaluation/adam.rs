@@ -7,7 +7,7 @@ use rand_chacha::ChaCha8Rng;
 
 use crate::material::Material;
 use crate::meta::gradient::LaneModel;
-use crate::meta::pool::{Pool, Variation};
+use crate::meta::pool::Pool;
 use crate::meta::start::{first_guess, random_start};
 use crate::meta::unroll::SampleList;
 
@@ -64,7 +64,7 @@ impl<M: Model> Adam<M> {
 impl<M: LaneModel> Adam<M> {
     /// A step on samples drawn from a pool of one material.
     fn step_on_fresh_samples(&mut self, pool: &Pool, random: &mut ChaCha8Rng, rate: f32) {
-        let draw = pool.draw(0, Variation::NONE, FRESH_SAMPLES, random);
+        let draw = pool.draw(0, FRESH_SAMPLES, random);
         let mut gradient = M::Parameters::filled(0.0);
         SampleList::<M, f32>::gradient(&draw.octets(), &self.parameters, &mut gradient);
         self.step(&gradient, rate);

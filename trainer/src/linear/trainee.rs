@@ -269,6 +269,10 @@ impl Trainee for LinearTrainee<'_> {
         self.judge(values) + Pattern::from_logits(&values.pattern).barrier()
     }
 
+    fn expected_loss(&self, values: &Groups<Vec<f32>>) -> f32 {
+        self.judge(values)
+    }
+
     fn judge(&self, values: &Groups<Vec<f32>>) -> f32 {
         let pattern = above_horizon(&values.pattern);
         self.loss(&pattern, &values.step_sizes).unwrap_or(f32::NAN)

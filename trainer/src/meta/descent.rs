@@ -10,10 +10,11 @@ use rayon::prelude::*;
 use super::gradient::LaneModel;
 use super::parameters::Groups;
 use super::pattern::{Pattern, above_horizon};
-use super::plan::{InnerSamples, Phase, Plan};
-use super::pool::{Draw, Pool, Variation};
+use super::plan::{InnerSamples, Phase, Plan, Weighing};
+use super::pool::{Draw, Pool};
 use super::trainee::{Lots, Trainee, mean};
 use super::unroll::{Learner, MetaGradient};
+use super::variation::Variation;
 use crate::lanes::WIDTH;
 use crate::material::Material;
 
@@ -103,9 +104,9 @@ impl<M: LaneModel> Trainee for Descent<'_, M> {
         let loss_of = |index: usize| {
             let outer = pool.octets_from(index, 0, phase.outer);
             let after = |inner: &Draw<'_>| learner.learn(&inner.octets());
-            match phase.inner {
+            let loss = match phase.inner {
                 InnerSamples::Pattern => {
-                    let measured = pattern.measure(&*materials[index], Variation::NONE);
+                    let measured = pattern.measure(&*materials[index]);
                     M::loss(&learner.learn(&measured.octets()), &outer.octets())
                 }
                 InnerSamples::Fresh(count) | InnerSamples::Random(count) => {
@@ -118,7 +119,8 @@ impl<M: LaneModel> Trainee for Descent<'_, M> {
                     });
                     lists.sum::<f32>() / RANDOM_LISTS as f32
                 }
-            }
+            };
+            self.plan.weighing.weight(pool.loss_of_black(index)) * loss
         };
         let losses: f32 = (0..materials.len()).map(loss_of).sum();
         let barrier = match phase.inner {
@@ -129,19 +131,11 @@ impl<M: LaneModel> Trainee for Descent<'_, M> {
     }
 
     fn judge(&self, values: &Groups<Vec<f32>>) -> f32 {
-        let (learner, _) = self.learner(values);
-        let pattern = Pattern::new(above_horizon(&values.pattern));
-        let Tasks { materials, pool } = self.validation;
-        let losses: Vec<f32> = materials
-            .par_iter()
-            .enumerate()
-            .map(|(index, material)| {
-                let measured = pattern.measure(&**material, Variation::NONE);
-                let parameters = learner.learn(&measured.octets());
-                M::loss(&parameters, &pool.all(index).octets())
-            })
-            .collect();
-        losses.iter().sum::<f32>() / losses.len() as f32
+        self.validated(values, self.plan.weighing)
+    }
+
+    fn expected_loss(&self, values: &Groups<Vec<f32>>) -> f32 {
+        self.validated(values, Weighing::Equal)
     }
 }
 
@@ -153,6 +147,23 @@ impl<M: LaneModel> Descent<'_, M> {
         (learner, step_sizes)
     }
 
+    /// The mean loss over the materials held out.
+    fn validated(&self, values: &Groups<Vec<f32>>, weighing: Weighing) -> f32 {
+        let (learner, _) = self.learner(values);
+        let pattern = Pattern::new(above_horizon(&values.pattern));
+        let Tasks { materials, pool } = self.validation;
+        let losses: Vec<f32> = materials
+            .par_iter()
+            .enumerate()
+            .map(|(index, material)| {
+                let parameters = learner.learn(&pattern.measure(&**material).octets());
+                let loss = M::loss(&parameters, &pool.all(index).octets());
+                weighing.weight(pool.loss_of_black(index)) * loss
+            })
+            .collect();
+        losses.iter().sum::<f32>() / losses.len() as f32
+    }
+
     fn task_gradient(
         &self,
         phase: &Phase,
@@ -161,18 +172,29 @@ impl<M: LaneModel> Descent<'_, M> {
         task: usize,
         random: &mut ChaCha8Rng,
     ) -> (f32, Groups<Vec<f32>>) {
-        let pool = &self.training.pool;
-        let variation = match phase.gain {
-            Some(gain) => Variation::random(gain, random),
-            None => Variation::NONE,
+        let Tasks { materials, pool } = self.training;
+        let partners = materials.len();
+        let variation = phase
+            .gain
+            .map(|gain| Variation::random(gain, partners, random));
+        let mut draw = |count| match &variation {
+            Some(variation) => pool.draw_varied(task, variation, count, random),
+            None => pool.draw(task, count, random),
         };
-        let outer = pool.draw(task, variation, phase.outer, random);
+        let outer = draw(phase.outer);
         let outer = outer.octets();
         let mut by_pattern = vec![0.0; 3 * pattern.angles().len()];
         let mut found = MetaGradient::<M, f32>::default();
         let loss = match phase.inner {
             InnerSamples::Pattern => {
-                let measured = pattern.measure(&*self.training.materials[task], variation);
+                let material = &*materials[task];
+                let measured = match &variation {
+                    Some(variation) => {
+                        let partner = &*materials[variation.partner];
+                        pattern.measure_varied(material, partner, variation)
+                    }
+                    None => pattern.measure(material),
+                };
                 let inner = measured.octets();
                 let mut slopes = inner.no_slopes();
                 let loss = found.compute(learner, &[&inner], &outer, Some(&mut slopes));
@@ -184,19 +206,19 @@ impl<M: LaneModel> Descent<'_, M> {
                     InnerSamples::Fresh(_) => learner.steps,
                     _ => 1,
                 };
-                let draws: Vec<Draw<'_>> = (0..lists)
-                    .map(|_| pool.draw(task, variation, count, random))
-                    .collect();
+                let draws: Vec<Draw<'_>> = (0..lists).map(|_| draw(count)).collect();
                 let inner: Vec<_> = draws.iter().map(|draw| draw.octets().in_a_row()).collect();
                 let inner: Vec<_> = inner.iter().collect();
                 found.compute(learner, &inner, &outer, None)
             }
         };
+        let weight = self.plan.weighing.weight_of(&outer);
+        let weighed = |entry: &f32| weight * entry;
         let gradients = Groups {
-            initial: found.initial.iter().copied().collect(),
-            step_sizes: found.step_sizes.iter().copied().collect(),
-            pattern: by_pattern,
+            initial: found.initial.iter().map(weighed).collect(),
+            step_sizes: found.step_sizes.iter().map(weighed).collect(),
+            pattern: by_pattern.iter().map(weighed).collect(),
         };
-        (loss, gradients)
+        (weight * loss, gradients)
     }
 }

@@ -13,7 +13,7 @@ use glimpse_core::model::{
 };
 use rayon::prelude::*;
 
-use super::pool::{OctetRgb, Variation};
+use super::pool::OctetRgb;
 use super::unroll::{SampleList, constant, subtract_tangent};
 use crate::dual::Dual;
 use crate::lanes::{
@@ -116,8 +116,6 @@ pub struct SampleOctets<'a> {
     pub values: &'a [OctetRgb],
     /// Which of them the samples are, in order; all if there is no list.
     pub order: Option<&'a [u32]>,
-    /// The filter that the material is seen through.
-    pub variation: Variation,
     /// Weights, in the order of the samples.
     pub weights: Weights<'a>,
     /// The lanes to compute on.
@@ -157,17 +155,18 @@ impl SampleOctets<'_> {
                 (Weights::Mean([_, partial]), Ordering::Equal) => partial,
             };
         }
-        let Variation { order, gains } = self.variation;
         let [a, b, c, d] = values;
-        let mut measured = [L::constant(0.0); 3];
-        for ((y, from), gain) in measured.iter_mut().zip(order).zip(gains) {
-            *y = L::load([&a[from], &b[from], &c[from], &d[from]]) * L::broadcast(gain);
-        }
         Sample {
             at: load_at(at),
-            measured,
+            measured: [0, 1, 2].map(|i| L::load([&a[i], &b[i], &c[i], &d[i]])),
             weight: L::load(weights),
         }
+    }
+
+    /// The loss of black, f = 0: how much light there is in the samples.
+    #[must_use]
+    pub fn loss_of_black(&self) -> f32 {
+        self.instruction_set.run(LossOfBlack { samples: self })
     }
 
     /// The same samples, as one of many sums in a row.
@@ -425,6 +424,28 @@ impl<M: Model> Kernel for Loss<'_, M> {
             let modelled = M::brdf::<L>(self.theta, &sample.at);
             let cosine = sample.at.cos_theta_i();
             let found = cosine_weighted_log_error(sample.measured, modelled, cosine, sample.weight);
+            loss = loss + found.error.value();
+        }
+        loss.total()
+    }
+}
+
+/// The loss of f = 0 over all samples.
+struct LossOfBlack<'a> {
+    samples: &'a SampleOctets<'a>,
+}
+
+impl Kernel for LossOfBlack<'_> {
+    type Output = f32;
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> f32 {
+        let black = [L::constant(0.0); 3];
+        let mut loss = L::constant(0.0);
+        for octet in (0..self.samples.octets()).step_by(L::OCTETS) {
+            let sample = self.samples.read::<L>(octet);
+            let cosine = sample.at.cos_theta_i();
+            let found = cosine_weighted_log_error(sample.measured, black, cosine, sample.weight);
             loss = loss + found.error.value();
         }
         loss.total()

@@ -14,6 +14,7 @@ pub mod run;
 pub mod start;
 pub mod trainee;
 pub mod unroll;
+pub mod variation;
 
 use glimpse_core::model::ParameterSet;
 use glimpse_core::scalar::Entry;

@@ -29,7 +29,7 @@ pub struct Progress {
     pub done: usize,
     /// Outer steps of all phases.
     pub total: usize,
-    /// Outer loss, smoothed over some fifty steps.
+    /// Outer loss as the plan [weighs](super::plan::Weighing) it, smoothed over some fifty steps.
     pub loss: f32,
     /// The best loss so far: on materials held out, or of an epoch (see [`Keep`]).
     pub best: Option<f32>,
@@ -158,7 +158,7 @@ impl Run<'_> {
             None => state.optimization.values(),
         };
         Ok(Best {
-            loss: self.trainee.judge(&values),
+            loss: self.trainee.expected_loss(&values),
             values,
         })
     }
@@ -400,6 +400,9 @@ mod tests {
         }
         fn judge(&self, _: &Groups<Vec<f32>>) -> f32 {
             0.5
+        }
+        fn expected_loss(&self, values: &Groups<Vec<f32>>) -> f32 {
+            self.judge(values)
         }
     }
 

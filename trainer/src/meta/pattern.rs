@@ -10,7 +10,8 @@ use glimpse_core::angles::{Angles, HalfDifference};
 use glimpse_core::model::SampleGradient;
 
 use super::gradient::{SampleOctets, Weights};
-use super::pool::{OctetRgb, Variation, transpose_rgb};
+use super::pool::{OctetRgb, transpose_rgb};
+use super::variation::Variation;
 use crate::dual::Dual;
 use crate::lanes::{InstructionSet, Octet, OctetAt, WIDTH};
 use crate::material::Material;
@@ -163,16 +164,38 @@ impl Pattern {
 
     /// Measures a material at the pattern.
     #[must_use]
-    pub fn measure(&self, material: &dyn Material, variation: Variation) -> MeasuredPattern<'_> {
+    pub fn measure(&self, material: &dyn Material) -> MeasuredPattern<'_> {
+        self.measured(&self.values(material))
+    }
+
+    /// Measures a variation of a material with a partner.
+    #[must_use]
+    pub fn measure_varied(
+        &self,
+        material: &dyn Material,
+        partner: &dyn Material,
+        variation: &Variation,
+    ) -> MeasuredPattern<'_> {
+        let mut values = self.values(material);
+        for (value, partner) in values.iter_mut().zip(self.values(partner)) {
+            *value = variation.brdf(*value, partner);
+        }
+        self.measured(&values)
+    }
+
+    /// The BRDF of a material at all places, 0 at those that are not valid.
+    fn values(&self, material: &dyn Material) -> Vec<[f32; 3]> {
         let mut values = vec![[0.0; 3]; self.places.len()];
         material.brdf_batch(&self.places, &mut values);
-        let Variation { order, gains } = variation;
         for (value, valid) in values.iter_mut().zip(&self.valid) {
-            *value = match valid {
-                true => [0, 1, 2].map(|channel| gains[channel] * value[order[channel]]),
-                false => [0.0; 3],
-            };
+            if !valid {
+                *value = [0.0; 3];
+            }
         }
+        values
+    }
+
+    fn measured(&self, values: &[[f32; 3]]) -> MeasuredPattern<'_> {
         MeasuredPattern {
             pattern: self,
             values: values.chunks(WIDTH).map(transpose_rgb).collect(),
@@ -188,7 +211,6 @@ impl MeasuredPattern<'_> {
             at: &self.pattern.at,
             values: &self.values,
             order: None,
-            variation: Variation::NONE,
             weights: Weights::Each(&self.pattern.weights),
             instruction_set: InstructionSet::of_this_machine(),
             in_a_row: false,

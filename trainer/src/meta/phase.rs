@@ -97,7 +97,7 @@ pub struct Phase {
     pub largest_norm: f32,
     /// Weight decay as in Adam with L2 regularisation: so much of a value is added to its gradient.
     pub weight_decay: f32,
-    /// Train on [random variations](super::pool::Variation::random) with this gain rather than on the
+    /// Train on [random variations](super::variation::Variation::random) with this gain rather than on the
     /// materials as they are.
     pub gain: Option<f32>,
 }

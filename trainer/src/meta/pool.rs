@@ -4,15 +4,16 @@
 //! octets of it are a uniform random draw; training never evaluates a material elsewhere than in
 //! its pool and at the pattern's directions.
 
+use std::borrow::Cow;
 use std::ops::Deref;
 
 use glimpse_core::angles::HalfDifference;
 use rand::Rng;
-use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
 use super::gradient::{SampleOctets, Weights};
+use super::variation::Variation;
 use crate::lanes::{InstructionSet, Octet, OctetAt, WIDTH};
 use crate::material::Material;
 use crate::sampling::uniform_valid;
@@ -20,42 +21,12 @@ use crate::sampling::uniform_valid;
 /// Measured values of eight samples.
 pub type OctetRgb = [Octet; 3];
 
-/// A material seen through a filter: each channel is another one of it, times a gain.
-///
-/// Such variations of the training materials are materials too, and there are far more of them.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Variation {
-    /// Which channel of the material each channel is.
-    pub order: [usize; 3],
-    /// What it is multiplied by.
-    pub gains: [f32; 3],
-}
-
-impl Variation {
-    /// The material as it is.
-    pub const NONE: Self = Self {
-        order: [0, 1, 2],
-        gains: [1.0; 3],
-    };
-
-    /// Channels in random order; gains between 1 / `gain` and `gain`: one for all channels, and
-    /// the square root of the range for each.
-    #[must_use]
-    pub fn random(gain: f32, random: &mut ChaCha8Rng) -> Self {
-        let mut order = [0, 1, 2];
-        order.shuffle(random);
-        let reach = gain.ln();
-        let mut log_gain = |reach: f32| reach * (2.0 * random.random::<f32>() - 1.0);
-        let shared = log_gain(reach);
-        let gains = [0; 3].map(|_| (shared + log_gain(0.5 * reach)).exp());
-        Self { order, gains }
-    }
-}
-
 /// The pool of directions, and each material's BRDF there.
 pub struct Pool {
     at: Vec<OctetAt>,
     values: Vec<Vec<OctetRgb>>,
+    /// The loss of black, f = 0, on each material.
+    black: Vec<f32>,
 }
 
 impl Pool {
@@ -86,7 +57,22 @@ impl Pool {
                 values.chunks(WIDTH).map(transpose_rgb).collect()
             })
             .collect();
-        Self { at, values }
+        let mut pool = Self {
+            at,
+            values,
+            black: Vec::new(),
+        };
+        let all = (0..materials.len()).into_par_iter();
+        pool.black = all
+            .map(|material| pool.all(material).octets().loss_of_black())
+            .collect();
+        pool
+    }
+
+    /// The loss of black, f = 0, on a material, over all directions.
+    #[must_use]
+    pub fn loss_of_black(&self, material: usize) -> f32 {
+        self.black[material]
     }
 
     /// How many octets there are.
@@ -97,20 +83,36 @@ impl Pool {
 
     /// Draws `count` samples of a material: whole octets, the last one filled up with weight 0.
     #[must_use]
-    pub fn draw(
+    pub fn draw(&self, material: usize, count: usize, random: &mut ChaCha8Rng) -> Draw<'_> {
+        let last = self.at.len() as u32;
+        let order = (0..count.div_ceil(WIDTH)).map(|_| random.random_range(0..last));
+        self.ordered(material, order.collect(), count)
+    }
+
+    /// The same of a variation of the material.
+    #[must_use]
+    pub fn draw_varied(
         &self,
         material: usize,
-        variation: Variation,
+        variation: &Variation,
         count: usize,
         random: &mut ChaCha8Rng,
     ) -> Draw<'_> {
-        let last = self.at.len() as u32;
-        let indices = (0..count.div_ceil(WIDTH)).map(|_| random.random_range(0..last));
+        let drawn = (0..count.div_ceil(WIDTH)).map(|_| random.random_range(0..self.at.len()));
+        let (own, partner) = (&self.values[material], &self.values[variation.partner]);
+        let (at, values): (Vec<_>, Vec<_>) = drawn
+            .map(|octet| {
+                let lanes: [[f32; 3]; WIDTH] = std::array::from_fn(|lane| {
+                    let rgb = |octet: &OctetRgb| octet.each_ref().map(|channel| channel.0[lane]);
+                    variation.brdf(rgb(&own[octet]), rgb(&partner[octet]))
+                });
+                (self.at[octet], transpose_rgb(&lanes))
+            })
+            .unzip();
         Draw {
-            pool: self,
-            material,
-            variation,
-            indices: indices.collect(),
+            at: Cow::Owned(at),
+            values: Cow::Owned(values),
+            order: None,
             weights: weights(count),
         }
     }
@@ -119,26 +121,26 @@ impl Pool {
     /// as random as any.
     #[must_use]
     pub fn octets_from(&self, material: usize, first: usize, count: usize) -> Draw<'_> {
-        let octets = count.div_ceil(WIDTH);
-        let indices = (first..first + octets).map(|octet| (octet % self.at.len()) as u32);
-        Draw {
-            pool: self,
-            material,
-            variation: Variation::NONE,
-            indices: indices.collect(),
-            weights: weights(count),
-        }
+        let octets = first..first + count.div_ceil(WIDTH);
+        let order = octets.map(|octet| (octet % self.at.len()) as u32);
+        self.ordered(material, order.collect(), count)
     }
 
     /// All samples of a material.
     #[must_use]
     pub fn all(&self, material: usize) -> Draw<'_> {
         Draw {
-            pool: self,
-            material,
-            variation: Variation::NONE,
-            indices: (0..self.at.len() as u32).collect(),
-            weights: weights(self.at.len() * WIDTH),
+            order: None,
+            ..self.ordered(material, Vec::new(), self.at.len() * WIDTH)
+        }
+    }
+
+    fn ordered(&self, material: usize, order: Vec<u32>, count: usize) -> Draw<'_> {
+        Draw {
+            at: Cow::Borrowed(&self.at),
+            values: Cow::Borrowed(&self.values[material]),
+            order: Some(order),
+            weights: weights(count),
         }
     }
 }
@@ -154,12 +156,12 @@ pub(super) fn transpose_rgb(values: &[[f32; 3]]) -> OctetRgb {
     octets
 }
 
-/// Some samples of one material, drawn from a pool.
+/// Some samples of one material, or of a variation of it, drawn from a pool.
 pub struct Draw<'p> {
-    pool: &'p Pool,
-    material: usize,
-    variation: Variation,
-    indices: Vec<u32>,
+    at: Cow<'p, [OctetAt]>,
+    values: Cow<'p, [OctetRgb]>,
+    /// Which octets of those they are; all if there is no list.
+    order: Option<Vec<u32>>,
     weights: [Octet; 2],
 }
 
@@ -179,23 +181,22 @@ impl Draw<'_> {
     /// How many octets there are.
     #[must_use]
     pub fn len(&self) -> usize {
-        self.indices.len()
+        self.order.as_ref().map_or(self.at.len(), Vec::len)
     }
 
     /// True if there are none.
     #[must_use]
     pub fn is_empty(&self) -> bool {
-        self.indices.is_empty()
+        self.len() == 0
     }
 
     /// The samples, as kernels read them.
     #[must_use]
     pub fn octets(&self) -> SampleOctets<'_> {
         SampleOctets {
-            at: &self.pool.at,
-            values: &self.pool.values[self.material],
-            order: Some(&self.indices),
-            variation: self.variation,
+            at: &self.at,
+            values: &self.values,
+            order: self.order.as_deref(),
             weights: Weights::Mean(self.weights),
             instruction_set: InstructionSet::of_this_machine(),
             in_a_row: false,

@@ -13,7 +13,7 @@ pub trait Trainee: Sync {
     /// The meta-parameters that a first guess begins with.
     fn first_values(&self, guess: u64) -> Groups<Vec<f32>>;
 
-    /// The mean outer loss over a step's batch of tasks, and its gradient by the values (the
+    /// The mean outer loss over a step's batch of tasks, each weighed, and its gradient by the values (the
     /// gradient includes the [barrier](super::pattern::Pattern::barrier); the loss does not).
     fn gradient(
         &self,
@@ -22,12 +22,16 @@ pub trait Trainee: Sync {
         step: usize,
     ) -> (f32, Groups<Vec<f32>>);
 
-    /// The mean loss over all materials of training, always at the same directions, and the
-    /// barrier: what a phase of [evolution](super::evolution) goes by.
+    /// The mean loss over all materials of training, each [weighed](super::plan::Weighing), always
+    /// at the same directions, and the barrier: what a phase of [evolution](super::evolution) goes
+    /// by.
     fn fitness(&self, values: &Groups<Vec<f32>>, phase: usize) -> f32;
 
-    /// The loss on the materials held out.
+    /// The mean loss on the materials held out, each weighed: what is kept goes by it.
     fn judge(&self, values: &Groups<Vec<f32>>) -> f32;
+
+    /// The mean loss on the materials held out as it is: what to expect of an unseen one.
+    fn expected_loss(&self, values: &Groups<Vec<f32>>) -> f32;
 }
 
 /// The random numbers of a run: a generator of its own for each slot of each step, so that

@@ -10,7 +10,7 @@ use glimpse_trainer::meta::gradient::LaneModel;
 use glimpse_trainer::meta::outer::{Best, Run};
 use glimpse_trainer::meta::parameters::Groups;
 use glimpse_trainer::meta::plan::{
-    Added, InnerSamples, Keep, Phase, Plan, Search, Start, StepSizeForm,
+    Added, InnerSamples, Keep, Phase, Plan, Search, Start, StepSizeForm, Weighing,
 };
 use glimpse_trainer::meta::pool::Pool;
 use glimpse_trainer::meta::start::first_guess;
@@ -56,6 +56,7 @@ fn train<M: LaneModel>(inner: InnerSamples) -> Vec<u32> {
         first_guess,
         step_size_form: StepSizeForm::Logarithm,
         first_step_size: 0.02,
+        weighing: Weighing::Relative,
         known: None,
     };
     let trainee = Descent::<M> {

@@ -5,7 +5,6 @@ use glimpse_core::model::{CookTorrance, CookTorranceParameters, ParameterSet};
 use glimpse_trainer::dual::Dual;
 use glimpse_trainer::lanes::{InstructionSet, Octet, WIDTH};
 use glimpse_trainer::meta::gradient::{LaneModel, SampleOctets, Weights};
-use glimpse_trainer::meta::pool::Variation;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -67,7 +66,6 @@ fn cook_torrance_stays_finite_at_extremes() {
                     at: &[Octet::transpose(&at)],
                     values: &[measured],
                     order: None,
-                    variation: Variation::NONE,
                     weights: Weights::Each(&[weights]),
                     instruction_set,
                     in_a_row: false,

@@ -6,9 +6,10 @@ use glimpse_trainer::lanes::{InstructionSet, Lanes, MOST_OCTETS, Octet, Portable
 use glimpse_trainer::material::{Material, Procedural};
 use glimpse_trainer::meta::gradient::{LaneModel, SampleOctets};
 use glimpse_trainer::meta::pattern::Pattern;
-use glimpse_trainer::meta::pool::{Draw, Pool, Variation};
+use glimpse_trainer::meta::pool::{Draw, Pool};
 use glimpse_trainer::meta::start::first_guess;
 use glimpse_trainer::meta::unroll::Learner;
+use glimpse_trainer::meta::variation::Variation;
 use glimpse_trainer::sampling::sobol_valid;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -202,9 +203,13 @@ fn compare_patterns<M: LaneModel>() {
                 places[23].theta_d = 1.5;
             }
             let pattern = Pattern::new(places);
-            let variation = Variation::random(2.0, &mut setting.random);
-            let inner = pattern.measure(&*setting.materials[1], variation);
-            let outer = setting.pool.draw(1, variation, 250, &mut setting.random);
+            let [partner, material, ..] = &setting.materials[..] else {
+                panic!("two materials");
+            };
+            let variation = Variation::random(2.0, 1, &mut setting.random);
+            let inner = pattern.measure_varied(&**material, &**partner, &variation);
+            let pool = &setting.pool;
+            let outer = pool.draw_varied(1, &variation, 250, &mut setting.random);
             let [inner, outer] = [inner.octets(), outer.octets()].map(|samples| on(set, samples));
             let exact = exact::<M>(&setting, &[unpack(&inner)], &unpack(&outer));
             let learner = setting.learner::<M>();
@@ -224,11 +229,7 @@ fn compare_draws<M: LaneModel>() {
             // several chunks, or few.
             let lists = [STEPS, 1][seed as usize % 2];
             let counts = [[30, 250], [270, 2_000]][seed as usize / 5];
-            let mut draw = |count| {
-                setting
-                    .pool
-                    .draw(2, Variation::NONE, count, &mut setting.random)
-            };
+            let mut draw = |count| setting.pool.draw(2, count, &mut setting.random);
             let outer = draw(counts[1]);
             let draws: Vec<Draw<'_>> = (0..lists).map(|_| draw(counts[0])).collect();
             let outer = on(set, outer.octets());

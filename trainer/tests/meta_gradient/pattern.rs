@@ -8,9 +8,10 @@ use glimpse_trainer::lanes::{Octet, OctetAt, WIDTH};
 use glimpse_trainer::material::{Material, NeuralBrdf, Procedural};
 use glimpse_trainer::meta::gradient::LaneModel;
 use glimpse_trainer::meta::pattern::{Pattern, angles_of, logits_of};
-use glimpse_trainer::meta::pool::{Pool, Variation};
+use glimpse_trainer::meta::pool::Pool;
 use glimpse_trainer::meta::start::first_guess;
 use glimpse_trainer::meta::unroll::Learner;
+use glimpse_trainer::meta::variation::Variation;
 use glimpse_trainer::sampling::sobol_valid;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -47,15 +48,20 @@ pub(crate) fn network(random: &mut ChaCha8Rng) -> NeuralBrdf {
     NeuralBrdf::new("network".to_owned(), parameters(list, 0.0))
 }
 
-/// What a material is through a filter.
-fn filtered(material: &dyn Material, variation: Variation, logits: [f64; 3]) -> [f64; 3] {
+/// What a variation of the first of two materials with the other is.
+fn varied(materials: [&dyn Material; 2], variation: &Variation, logits: [f64; 3]) -> [f64; 3] {
     let [theta_h, theta_d, phi_d] = angles(logits).map(|angle| angle as f32);
-    let brdf = material.brdf(Angles {
+    let at = Angles {
         theta_h,
         theta_d,
         phi_d,
-    });
-    std::array::from_fn(|i| f64::from(variation.gains[i]) * f64::from(brdf[variation.order[i]]))
+    };
+    let [material, partner] = materials.map(|material| material.brdf(at).map(f64::from));
+    let share = f64::from(variation.share);
+    std::array::from_fn(|i| {
+        let filtered = f64::from(variation.gains[i]) * material[variation.order[i]];
+        filtered + share * (partner[i] - filtered)
+    })
 }
 
 /// Seven valid samples and one whose directions are below the horizon, as logits.
@@ -75,7 +81,7 @@ fn logits(random: &mut ChaCha8Rng) -> Vec<[f32; 3]> {
 
 /// A task: its pattern, what to begin with, and what judges.
 struct Task<'a> {
-    material: &'a dyn Material,
+    materials: [&'a dyn Material; 2],
     variation: Variation,
     initial: &'a [f32],
     step_sizes: &'a [f32],
@@ -105,7 +111,7 @@ impl Task<'_> {
             .map(|each| {
                 traced(&Sample {
                     at: at(*each),
-                    measured: filtered(self.material, self.variation, *each),
+                    measured: varied(self.materials, &self.variation, *each),
                     weight,
                 })
             })
@@ -145,9 +151,10 @@ fn compare<M: LaneModel>() {
         for (index, material) in materials.iter().enumerate() {
             let logits = logits(&mut random);
             let pattern = Pattern::from_logits(logits.as_flattened());
-            let variation = Variation::random(2.0, &mut random);
-            let measured = pattern.measure(&**material, variation);
-            let outer = pool.draw(index, variation, 64, &mut random);
+            let variation = Variation::random(2.0, materials.len(), &mut random);
+            let partner = &*materials[variation.partner];
+            let measured = pattern.measure_varied(&**material, partner, &variation);
+            let outer = pool.draw_varied(index, &variation, 64, &mut random);
             let learner = Learner::<M, f32>::new(&initial, &step_sizes, STEPS);
             let [inner, outer] = [measured.octets(), outer.octets()];
             let found = Found::compute(&learner, &[&inner], &outer, inner.no_slopes());
@@ -156,7 +163,7 @@ fn compare<M: LaneModel>() {
             let scale = 100.0 * scale_of(&slopes);
 
             let task = Task {
-                material: &**material,
+                materials: [&**material, partner],
                 variation,
                 initial: &initial,
                 step_sizes: &step_sizes,
@@ -211,7 +218,7 @@ fn an_invalid_sample_has_the_barrier_s_slope_and_nothing_else() {
     let mut random = ChaCha8Rng::seed_from_u64(1);
     let logits = logits(&mut random);
     let pattern = Pattern::from_logits(logits.as_flattened());
-    let measured = pattern.measure(&Procedural::new(0, 0), Variation::NONE);
+    let measured = pattern.measure(&Procedural::new(0, 0));
     // Whatever is said of the samples.
     let by_logits = measured.gradient_by_logits(&[random_gradient(&mut random)]);
     for (index, logits) in logits.iter().enumerate() {
@@ -259,11 +266,8 @@ fn the_chain_carries_places() {
             .map(logits_of)
             .collect();
         let pattern = Pattern::from_logits(logits.as_flattened());
-        let variation = Variation::random(2.0, &mut random);
         let by = random_gradient(&mut random);
-        let found = pattern
-            .measure(&network, variation)
-            .gradient_by_logits(&[by]);
+        let found = pattern.measure(&network).gradient_by_logits(&[by]);
 
         for (lane, logits) in logits.iter().enumerate() {
             // Places, each times its slope.

@@ -1,0 +1,102 @@
+//! Schedule joint for models of many parameters.
+
+use super::{
+    Added, Effort, InnerSamples, Keep, Phase, Plan, Search, Start, StepSizeForm, UNDOUBLED,
+    Weighing,
+};
+use crate::meta::parameters::Groups;
+use crate::meta::start::first_guess;
+
+/// Which of several starts is good shows only after a while, and not by its training loss: each
+/// is trained for a short time, and the one that does best on unseen materials goes on.
+pub(super) fn plan(effort: Effort, samples: usize, tasks: usize) -> Plan {
+    let initial = 1e-3;
+    let (starts, first, second, last, gentle, generations) = match effort {
+        Effort::Quick => (3, 500, 1_500, 12_000, 0.5, 150),
+        Effort::Standard => (6, 1_000, 4_000, 80_000, 0.3, 500),
+        Effort::Long => (12, 2_000, 8_000, 240_000, 0.3, 2_000),
+    };
+    // A step takes the longer the more samples there are, and brings less.
+    let last = (last * 64 / samples.max(64)).max(last / 6);
+    let learning = Phase {
+        name: "trying starts",
+        start: Start::Previous,
+        search: Search::Gradient,
+        keep: Keep::Nothing,
+        samples,
+        added: Added::Sobol,
+        steps: first,
+        batch: 32,
+        // More than n: a few random samples alone say too little to begin on.
+        inner: InnerSamples::Random(samples.max(32)),
+        outer: 256,
+        rates: Groups {
+            initial,
+            step_sizes: 1e-2,
+            pattern: 0.0,
+        },
+        final_rate: 0.3,
+        warm_up: 100,
+        largest_norm: 0.1,
+        weight_decay: 0.0,
+        gain: Some(1.5),
+    };
+    let sampling = Phase {
+        keep: Keep::BestValidation,
+        steps: second,
+        inner: InnerSamples::Pattern,
+        rates: Groups {
+            initial,
+            step_sizes: 1e-2,
+            pattern: 1e-2,
+        },
+        final_rate: 0.1,
+        ..learning.clone()
+    };
+    let mut phases = Vec::new();
+    for guess in 0..starts {
+        phases.push(Phase {
+            start: Start::Guess(guess),
+            ..learning.clone()
+        });
+        phases.push(sampling.clone());
+    }
+    phases.push(Phase {
+        name: "the best start",
+        start: Start::Best,
+        steps: last,
+        // At the rates above a long run wanders off to worse places.
+        rates: Groups {
+            initial: gentle * initial,
+            step_sizes: gentle * 1e-2,
+            pattern: gentle * 1e-2,
+        },
+        final_rate: 0.01,
+        warm_up: 200,
+        ..sampling.clone()
+    });
+    if samples <= UNDOUBLED {
+        phases.push(Phase {
+            name: "evolving the pattern",
+            start: Start::Best,
+            search: Search::Evolution(24),
+            steps: generations,
+            outer: 512,
+            rates: Groups {
+                pattern: 0.1,
+                ..Groups::default()
+            },
+            gain: None,
+            ..sampling
+        });
+    }
+    Plan {
+        phases,
+        tasks,
+        first_guess,
+        step_size_form: StepSizeForm::Logarithm,
+        first_step_size: 3e-3,
+        weighing: Weighing::Relative,
+        known: None,
+    }
+}

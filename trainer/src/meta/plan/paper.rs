@@ -1,0 +1,92 @@
+//! The paper's schedule.
+
+use glimpse_core::model::ModelKind;
+
+use super::{
+    Added, Effort, InnerSamples, Keep, Phase, Plan, Search, Start, StepSizeForm, Weighing, doubled,
+};
+use crate::meta::parameters::Groups;
+use crate::meta::start::random_start;
+
+/// Of so many random patterns of one sample the best begins stage 2.
+const GUESSES: usize = 50;
+
+/// The paper's settings. Stage 1: initialisation and step sizes, 10,000 epochs. Stage 2: the
+/// pattern, from the best of random guesses at n = 1, doubled until it has the n asked for, and
+/// each n trained for 500 epochs. All of them with one task a step.
+pub(super) fn plan(effort: Effort, model: ModelKind, samples: usize, tasks: usize) -> Plan {
+    let share = match effort {
+        Effort::Quick => 100,
+        Effort::Standard => 10,
+        Effort::Long => 1,
+    };
+    let (rate, final_rate) = match model {
+        ModelKind::Linear => (1e-3, 0.5),
+        _ => (5e-4, 0.2),
+    };
+    let mut phases = Vec::new();
+    let first = Phase {
+        name: "start and step sizes",
+        start: Start::Guess(0),
+        search: Search::Gradient,
+        keep: Keep::Last,
+        // No pattern yet, but Meta is judged on one.
+        samples,
+        added: Added::Sobol,
+        steps: 10_000 / share * tasks,
+        batch: 1,
+        inner: InnerSamples::Fresh(512),
+        outer: 512,
+        rates: Groups {
+            initial: 1e-4,
+            step_sizes: 1e-4,
+            pattern: 0.0,
+        },
+        final_rate: 1.0,
+        warm_up: 0,
+        largest_norm: f32::INFINITY,
+        weight_decay: 1e-6,
+        gain: None,
+    };
+    let guesses = Phase {
+        name: "guesses",
+        start: Start::Patterns,
+        keep: Keep::BestEpoch,
+        samples: 1,
+        steps: GUESSES * tasks,
+        inner: InnerSamples::Pattern,
+        outer: 25_000,
+        rates: Groups::default(),
+        weight_decay: 0.0,
+        ..first.clone()
+    };
+    let pattern = Phase {
+        name: "pattern",
+        start: Start::Best,
+        steps: 500 / share * tasks,
+        rates: Groups {
+            pattern: rate,
+            ..Groups::default()
+        },
+        final_rate,
+        ..guesses.clone()
+    };
+    if model != ModelKind::Linear {
+        phases.push(first);
+    }
+    phases.push(guesses);
+    let counts = std::iter::once(1).chain(doubled(1, samples));
+    phases.extend(counts.map(|samples| Phase {
+        samples,
+        ..pattern.clone()
+    }));
+    Plan {
+        phases,
+        tasks,
+        first_guess: random_start,
+        step_size_form: StepSizeForm::Plain,
+        first_step_size: 1e-3,
+        weighing: Weighing::Equal,
+        known: None,
+    }
+}
