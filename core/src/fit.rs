@@ -141,11 +141,27 @@ impl<'a> Fit<'a> {
 /// One step, after which the gradient is 0. Out of line: the code is there once and not for each run.
 #[inline(never)]
 fn step(parameters: &mut [f32], gradient: &mut [f32], step_sizes: Floats<'_>) {
-    let entries = parameters.iter_mut().zip(gradient);
-    for ((parameter, entry), step_size) in entries.zip(step_sizes.iter()) {
-        *parameter -= step_size * *entry;
-        *entry = 0.0;
+    // Three at a time, which all runs of Neural are multiples of: to go round takes a third of the
+    // time that an entry does.
+    let (parameters, last_parameters) = parameters.as_chunks_mut();
+    let (gradient, last_gradient) = gradient.as_chunks_mut();
+    let (step_sizes, last_step_sizes) = step_sizes.words().as_chunks();
+    let threes = parameters.iter_mut().zip(gradient).zip(step_sizes);
+    for (([p, q, r], [by_p, by_q, by_r]), [alpha_p, alpha_q, alpha_r]) in threes {
+        step_one(p, by_p, *alpha_p);
+        step_one(q, by_q, *alpha_q);
+        step_one(r, by_r, *alpha_r);
     }
+    let last = last_parameters.iter_mut().zip(last_gradient);
+    for ((parameter, entry), step_size) in last.zip(last_step_sizes) {
+        step_one(parameter, entry, *step_size);
+    }
+}
+
+#[inline(always)]
+fn step_one(parameter: &mut f32, entry: &mut f32, step_size: [u8; 4]) {
+    *parameter -= f32::from_le_bytes(step_size) * *entry;
+    *entry = 0.0;
 }
 
 /// How many samples are computed side by side.

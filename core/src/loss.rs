@@ -53,34 +53,53 @@ pub fn cosine_weighted_log_error<S: Scalar>(
     cos_theta_i: S,
     weight: S,
 ) -> Loss<S> {
-    let zero = S::constant(0.0);
-    let one = S::constant(1.0);
     let cosine = cos_theta_i.relu();
-    let mut loss = Loss {
+    // One after the other, and not in a loop, which a compiler would compute as a whole: of what is
+    // not read nothing is left.
+    let [y_red, y_green, y_blue] = measured;
+    let [f_red, f_green, f_blue] = modelled;
+    let red = Channel::new(y_red, f_red, cosine, weight);
+    let green = Channel::new(y_green, f_green, cosine, weight);
+    let blue = Channel::new(y_blue, f_blue, cosine, weight);
+    let by_cosine = red.by_cosine + green.by_cosine + blue.by_cosine;
+    Loss {
         error: LogError {
-            shifted_y: measured,
-            shifted_f: modelled,
-            signed: [zero; 3],
+            shifted_y: [red.shifted_y, green.shifted_y, blue.shifted_y],
+            shifted_f: [red.shifted_f, green.shifted_f, blue.shifted_f],
+            signed: [red.signed, green.signed, blue.signed],
         },
-        by_modelled: [zero; 3],
-        by_measured: [zero; 3],
-        by_cosine: zero,
-    };
-    let error = &mut loss.error;
-    let shifted = error.shifted_y.iter_mut().zip(&mut error.shifted_f);
-    let slopes = loss.by_modelled.iter_mut().zip(&mut loss.by_measured);
-    for (((y, f), signed), (by_f, by_y)) in shifted.zip(&mut error.signed).zip(slopes) {
-        let shifted_y = one + *y * cosine;
-        let shifted_f = one + *f * cosine;
-        *signed = (shifted_f - shifted_y).sign() * weight;
-        let slope_y = *signed / shifted_y;
-        let slope_f = *signed / shifted_f;
-        *by_f = slope_f * cosine;
-        *by_y = -(slope_y * cosine);
-        loss.by_cosine = loss.by_cosine + slope_f * *f - slope_y * *y;
-        *y = shifted_y;
-        *f = shifted_f;
+        by_modelled: [red.by_modelled, green.by_modelled, blue.by_modelled],
+        by_measured: [red.by_measured, green.by_measured, blue.by_measured],
+        by_cosine: cos_theta_i.if_positive(by_cosine, S::constant(0.0)),
     }
-    loss.by_cosine = cos_theta_i.if_positive(loss.by_cosine, zero);
-    loss
+}
+
+/// What [`Loss`] holds, of one channel.
+struct Channel<S> {
+    shifted_y: S,
+    shifted_f: S,
+    signed: S,
+    by_modelled: S,
+    by_measured: S,
+    by_cosine: S,
+}
+
+impl<S: Scalar> Channel<S> {
+    #[inline(always)]
+    fn new(y: S, f: S, cosine: S, weight: S) -> Self {
+        let one = S::constant(1.0);
+        let shifted_y = one + y * cosine;
+        let shifted_f = one + f * cosine;
+        let signed = (shifted_f - shifted_y).sign() * weight;
+        let slope_y = signed / shifted_y;
+        let slope_f = signed / shifted_f;
+        Self {
+            shifted_y,
+            shifted_f,
+            signed,
+            by_modelled: slope_f * cosine,
+            by_measured: -(slope_y * cosine),
+            by_cosine: slope_f * f - slope_y * y,
+        }
+    }
 }

@@ -73,18 +73,23 @@ impl<T: Entry> ParameterSet<T> for NeuralParameters<T> {
     }
 }
 
-/// Adds inputs * weights to `outputs`, which hold the bias; with `RELU` followed by one. (Constants
-/// and not functions as arguments: those stay out of line where lanes are compiled.)
+/// A layer: bias plus inputs * weights; with `RELU` followed by one. (Constants and not functions as
+/// arguments: those stay out of line where lanes are compiled.)
 ///
 /// `inputs` yields each input with its row of weights; it borrows them, because it is cloned for
 /// each tile.
 #[inline(always)]
 fn affine<'a, S: Scalar, const OUTPUTS: usize, const RELU: bool>(
     inputs: impl Iterator<Item = (&'a S, &'a [S::Parameter; OUTPUTS])> + Clone,
+    bias: &[S::Parameter; OUTPUTS],
     outputs: &mut [S; OUTPUTS],
 ) {
-    for (tile, block) in outputs.as_chunks_mut::<TILE>().0.iter_mut().enumerate() {
-        let mut sums = *block;
+    let tiles = outputs.as_chunks_mut::<TILE>().0.iter_mut();
+    for (tile, (block, bias)) in tiles.zip(bias.as_chunks::<TILE>().0).enumerate() {
+        let mut sums = [S::constant(0.0); TILE];
+        for (sum, bias) in sums.iter_mut().zip(bias) {
+            *sum = S::broadcast(*bias);
+        }
         for (input, row) in inputs.clone() {
             if let Some(weights) = row.as_chunks::<TILE>().0.get(tile) {
                 for (sum, weight) in sums.iter_mut().zip(weights) {
@@ -139,18 +144,8 @@ fn accumulate<S: Scalar, const INPUTS: usize, const OUTPUTS: usize>(
     }
 }
 
-/// A layer before its inputs come.
-#[inline(always)]
-fn broadcast<S: Scalar, const OUTPUTS: usize>(bias: &[S::Parameter; OUTPUTS]) -> [S; OUTPUTS] {
-    let mut outputs = [S::constant(0.0); OUTPUTS];
-    for (output, bias) in outputs.iter_mut().zip(bias) {
-        *output = S::broadcast(*bias);
-    }
-    outputs
-}
-
-/// Runs the network: from the biases to the activations of both hidden layers, and the output before
-/// its activation. In place: what is returned by value may be copied.
+/// Runs the network: the activations of both hidden layers, and the output before its activation.
+/// In place: what is returned by value may be copied.
 #[inline(always)]
 fn forward<S: Scalar>(
     parameters: &NeuralParameters<S::Parameter>,
@@ -167,9 +162,13 @@ fn forward<S: Scalar>(
         (&at.dy, row_dy),
         (&at.dz, row_dz),
     ];
-    affine::<_, _, true>(inputs.iter().copied(), hidden_1);
-    affine::<_, _, true>(hidden_1.iter().zip(&parameters.fc2), hidden_2);
-    affine::<_, _, false>(hidden_2.iter().zip(&parameters.fc3), output);
+    affine::<_, _, true>(inputs.iter().copied(), &parameters.b1, hidden_1);
+    affine::<_, _, true>(
+        hidden_1.iter().zip(&parameters.fc2),
+        &parameters.b2,
+        hidden_2,
+    );
+    affine::<_, _, false>(hidden_2.iter().zip(&parameters.fc3), &parameters.b3, output);
 }
 
 impl Model for Neural {
@@ -190,9 +189,9 @@ impl Model for Neural {
         parameters: &NeuralParameters<S::Parameter>,
         at: &HalfDifference<S>,
     ) -> [S; 3] {
-        let mut hidden_1 = broadcast(&parameters.b1);
-        let mut hidden_2 = broadcast(&parameters.b2);
-        let mut brdf = broadcast(&parameters.b3);
+        let mut hidden_1 = [S::constant(0.0); HIDDEN];
+        let mut hidden_2 = [S::constant(0.0); HIDDEN];
+        let mut brdf = [S::constant(0.0); 3];
         forward(parameters, at, &mut hidden_1, &mut hidden_2, &mut brdf);
         for f in &mut brdf {
             *f = (f.exp() - S::constant(1.0)).relu();
@@ -208,9 +207,9 @@ impl Model for Neural {
     ) -> Evaluation<S> {
         let (zero, one) = (S::constant(0.0), S::constant(1.0));
         let at = &sample.at;
-        let mut hidden_1 = broadcast(&parameters.b1);
-        let mut hidden_2 = broadcast(&parameters.b2);
-        let mut modelled = broadcast(&parameters.b3);
+        let mut hidden_1 = [zero; HIDDEN];
+        let mut hidden_2 = [zero; HIDDEN];
+        let mut modelled = [zero; 3];
         forward(parameters, at, &mut hidden_1, &mut hidden_2, &mut modelled);
         for f in &mut modelled {
             *f = (f.exp() - one).relu();
@@ -234,8 +233,11 @@ impl Model for Neural {
         backward::<_, _, _, true>(&parameters.fc2, by_hidden_2, &mut hidden_1);
         let by_hidden_1 = &hidden_1;
         let [row_hx, _, row_hz, row_dx, row_dy, row_dz] = &mut gradient.fc1;
-        S::add_outer_product([row_hx, row_hz, row_dx], [at.hx, at.hz, at.dx], by_hidden_1);
-        S::add_outer_product([row_dy, row_dz], [at.dy, at.dz], by_hidden_1);
+        S::add_outer_product(
+            [row_hx, row_hz, row_dx, row_dy, row_dz],
+            [at.hx, at.hz, at.dx, at.dy, at.dz],
+            by_hidden_1,
+        );
         S::add_all(&mut gradient.b1, by_hidden_1);
 
         let mut by_sample = SampleGradient::zero();

@@ -13,7 +13,7 @@ pub(super) fn plan(effort: Effort, samples: usize, tasks: usize) -> Plan {
     let initial = 1e-3;
     let (starts, first, second, last, gentle, generations) = match effort {
         Effort::Quick => (3, 500, 1_500, 12_000, 0.5, 150),
-        Effort::Standard => (6, 1_000, 4_000, 80_000, 0.3, 500),
+        Effort::Standard => (6, 1_000, 4_000, 40_000, 0.3, 500),
         Effort::Long => (12, 2_000, 8_000, 240_000, 0.3, 2_000),
     };
     // A step takes the longer the more samples there are, and brings less.
