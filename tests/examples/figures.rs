@@ -1,5 +1,5 @@
 //! Prints what a fit costs on each kind of microcontroller, and the whole firmware of
-//! `embedded-demo`: instructions of one fit, flash, static RAM and stack. With `--table` it prints the
+//! `embedded-demo`: instructions and cycles of one fit, flash, static RAM and stack. With `--table` it prints the
 //! fits as the README shows them.
 
 use glimpse_tests::elf::Firmware;
@@ -37,17 +37,32 @@ fn main() -> Result<(), ScannerError> {
 
 /// The README's table: a row for each target and model, a column for each figure.
 fn print_table(figures: &[(String, u64)]) {
-    println!("| target | model | instructions of a fit | flash | static RAM | stack |");
-    println!("|---|---|---|---|---|---|");
-    for row in figures.chunks(4) {
-        let mut names = row.iter().flat_map(|(name, _)| name.split('.'));
-        let (target, model) = (names.next(), names.next());
-        let values: Vec<String> = row.iter().map(|(_, value)| grouped(*value)).collect();
+    println!("| target | model | instructions of a fit | cycles | flash | static RAM | stack |");
+    println!("|---|---|---|---|---|---|---|");
+    let row_of = |name: &str| {
+        name.rsplit_once('.')
+            .map_or(String::new(), |(row, _)| row.to_owned())
+    };
+    for row in figures.chunk_by(|(a, _), (b, _)| row_of(a) == row_of(b)) {
+        let name = row
+            .first()
+            .map(|(name, _)| row_of(name))
+            .unwrap_or_default();
+        let cell = |figure: &str| {
+            let found = row.iter().find(|(name, _)| name.ends_with(figure));
+            found.map(|(_, value)| grouped(*value)).unwrap_or_default()
+        };
+        let figures = [
+            "fit_instructions",
+            "fit_cycles",
+            "text_bytes",
+            "static_ram_bytes",
+            "stack_bytes",
+        ];
         println!(
-            "| {} | {} | {} |",
-            target.unwrap_or_default(),
-            model.unwrap_or_default(),
-            values.join(" | ")
+            "| {} | {} |",
+            name.replace('.', " | "),
+            figures.map(cell).join(" | ")
         );
     }
 }

@@ -3,6 +3,7 @@
 use glimpse_core::model::ModelKind;
 use glimpse_fits::recipes;
 
+use crate::cycles;
 use crate::microcontroller::{Binary, Functions, TARGETS};
 
 /// All models.
@@ -22,7 +23,8 @@ fn recipe(model: ModelKind) -> &'static [u8] {
     }
 }
 
-/// Instructions of a fit as QEMU counts them (`fit_instructions`), bytes of code and constants
+/// Instructions of a fit as QEMU counts them (`fit_instructions`), its cycles by Arm's
+/// [table](crate::cycles) where there is one (`fit_cycles`), bytes of code and constants
 /// without the recipe (`text_bytes`: what the binary is larger than one that does nothing), of
 /// statics (`static_ram_bytes`), and of the stack at its deepest (`stack_bytes`).
 #[must_use]
@@ -47,6 +49,9 @@ pub fn figures() -> Vec<(String, u64)> {
                     figures.push((format!("{}.{model}{suffix}.{name}", target.triple), value));
                 };
                 add("fit_instructions", output.count("fit_instructions"));
+                if target.has_table_of_cycles() {
+                    add("fit_cycles", cycles::of_fit(&binary));
+                }
                 let recipe = recipe(model).len() as u64;
                 add(
                     "text_bytes",

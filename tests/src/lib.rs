@@ -2,6 +2,8 @@
 
 #[cfg(feature = "firmware")]
 pub mod budgets;
+#[cfg(feature = "firmware")]
+pub mod cycles;
 pub mod device;
 #[cfg(feature = "firmware")]
 pub mod elf;

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::process::{Child, Command, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -19,6 +19,14 @@ pub struct Target {
     pub triple: &'static str,
     /// What emulates it.
     emulator: &'static [&'static str],
+}
+
+impl Target {
+    /// Whether [`cycles`](crate::cycles) knows what its instructions take.
+    #[must_use]
+    pub fn has_table_of_cycles(&self) -> bool {
+        self.triple == "thumbv7em-none-eabihf"
+    }
 }
 
 /// All of them: with a floating-point unit, without on the same core, the smallest, and RISC-V.
@@ -99,6 +107,17 @@ impl Output {
     }
 }
 
+/// Starts a program that `tests/run firmware` installs.
+///
+/// # Panics
+/// If it is not there.
+pub(crate) fn spawn(command: &mut Command) -> Child {
+    command.spawn().unwrap_or_else(|error| {
+        let program = command.get_program().to_string_lossy();
+        panic!("{program}: {error}. `tests/run firmware` installs it")
+    })
+}
+
 impl Binary {
     /// The binary of this name, where `tests/run firmware` builds it.
     #[must_use]
@@ -123,18 +142,7 @@ impl Binary {
             "{} is not there: `tests/run firmware` builds it",
             self.path.display()
         );
-        let (program, machine) = self.target.emulator.split_first().expect("a program");
-        let mut process = Command::new(program)
-            .args(machine)
-            .args(["-display", "none", "-monitor", "none", "-serial", "none"])
-            .args(["-semihosting-config", "enable=on,target=native"])
-            .args(["-icount", "shift=0"])
-            .arg("-kernel")
-            .arg(&self.path)
-            .stdin(Stdio::null())
-            .stdout(Stdio::piped())
-            .spawn()
-            .unwrap_or_else(|error| panic!("{program}: {error}. `tests/run firmware` installs it"));
+        let mut process = spawn(self.emulator().stdout(Stdio::piped()));
         // It prints some kilobytes only, for which the pipe has room.
         let begun = Instant::now();
         while process.try_wait().expect("a process").is_none() {
@@ -158,6 +166,26 @@ impl Binary {
                 .map(|(name, value)| (name.to_owned(), value.to_owned()))
                 .collect(),
         }
+    }
+
+    /// QEMU with this binary, its output still to be connected.
+    pub(crate) fn emulator(&self) -> Command {
+        let (program, machine) = self.target.emulator.split_first().expect("a program");
+        let mut command = Command::new(program);
+        command
+            .args(machine)
+            .args(["-display", "none", "-monitor", "none", "-serial", "none"])
+            .args(["-semihosting-config", "enable=on,target=native"])
+            .args(["-icount", "shift=0"])
+            .arg("-kernel")
+            .arg(&self.path)
+            .stdin(Stdio::null());
+        command
+    }
+
+    /// The ELF file.
+    pub(crate) fn path(&self) -> &Path {
+        &self.path
     }
 
     /// Bytes of the sections whose names begin so.

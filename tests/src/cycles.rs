@@ -1,0 +1,226 @@
+//! Cycles of a fit on a Cortex-M4F, by Arm's table: QEMU counts instructions, and not how long they
+//! take.
+//!
+//! Every instruction that QEMU executes is traced and costs what the tables "Instruction set summary"
+//! and "FPU instruction set" of the Cortex-M4's Technical Reference Manual say. Where those give a
+//! range it is the upper end, but for the refill of the pipeline, which is taken as 2 of its 1 to 3;
+//! loads that a real core overlaps with others, and stores that it buffers, count in full. Memory
+//! answers at once.
+
+use std::collections::HashMap;
+use std::fs;
+use std::io::{BufRead, BufReader};
+use std::process::{Command, Stdio};
+
+use object::{Object, ObjectSymbol};
+
+use crate::microcontroller::{Binary, spawn};
+
+/// What it takes to fill the pipeline again after a branch.
+const REFILL: u64 = 2;
+
+/// Cycles between a binary's last two readings of its counter, which a fit lies between.
+///
+/// # Panics
+/// If the binary is not there, is not for a Cortex-M4F, or reads the counter less than twice; if
+/// QEMU or `arm-none-eabi-objdump` is not installed.
+#[must_use]
+pub fn of_fit(binary: &Binary) -> u64 {
+    let program = Program::load(binary);
+    let trace = trace(binary);
+    let readings: Vec<usize> = trace
+        .iter()
+        .enumerate()
+        .filter_map(|(index, address)| (*address == program.counter).then_some(index))
+        .collect();
+    let [.., first, last] = readings[..] else {
+        panic!(
+            "{} reads its counter less than twice",
+            binary.path().display()
+        );
+    };
+    let fit = &trace[first..last];
+    let next = &trace[first + 1..=last];
+    fit.iter()
+        .zip(next)
+        .map(|(address, next)| {
+            let instruction = program.instructions.get(address);
+            let instruction =
+                instruction.unwrap_or_else(|| panic!("no instruction at {address:#x}"));
+            // An instruction is of 2 or 4 bytes.
+            let goes_on = matches!(next.wrapping_sub(*address), 2 | 4);
+            instruction.cycles(!goes_on)
+        })
+        .sum()
+}
+
+/// The addresses of all instructions that are executed, in order.
+fn trace(binary: &Binary) -> Vec<u32> {
+    let mut command = binary.emulator();
+    command
+        .args(one_at_a_time())
+        .args(["-d", "exec,nochain", "-D", "/dev/stderr"])
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped());
+    let mut process = spawn(&mut command);
+    let log = BufReader::new(process.stderr.take().expect("its log"));
+    // Trace 0: 0x7f... [00800400/080055e6/00000110/...]
+    let addresses = log.lines().filter_map(|line| {
+        let line = line.expect("text");
+        let address = line.split_once('[')?.1.split('/').nth(1)?;
+        u32::from_str_radix(address, 16).ok()
+    });
+    let addresses = addresses.collect();
+    let status = process.wait().expect("a process");
+    assert!(status.success(), "{}: {status}", binary.path().display());
+    addresses
+}
+
+/// The switches by which QEMU executes, and logs, one instruction at a time.
+fn one_at_a_time() -> &'static [&'static str] {
+    let output = Command::new("qemu-system-arm").arg("--version").output();
+    let output = output.unwrap_or_else(|error| panic!("qemu-system-arm: {error}"));
+    let text = String::from_utf8_lossy(&output.stdout);
+    let version = text.split_whitespace().find_map(|word| {
+        let (major, minor) = word.split_once('.')?;
+        let minor = minor.split('.').next()?;
+        Some((major.parse().ok()?, minor.parse().ok()?))
+    });
+    match version {
+        Some(version) if version >= (8, 1) => &["-accel", "tcg,one-insn-per-tb=on"],
+        _ => &["-singlestep"],
+    }
+}
+
+/// A program taken apart.
+struct Program {
+    instructions: HashMap<u32, Instruction>,
+    /// Where the function is that reads the counter.
+    counter: u32,
+}
+
+impl Program {
+    fn load(binary: &Binary) -> Self {
+        let path = binary.path();
+        let mut command = Command::new("arm-none-eabi-objdump");
+        command
+            .args(["--disassemble", "--no-show-raw-insn"])
+            .arg(path);
+        let process = spawn(command.stdout(Stdio::piped()));
+        let output = process.wait_with_output().expect("its output");
+        assert!(
+            output.status.success(),
+            "{}: {}",
+            path.display(),
+            output.status
+        );
+        let text = String::from_utf8_lossy(&output.stdout);
+        //  8001136:\tvldr\ts13, [r0, #-88]\t@ 0xffffffa8
+        let instructions = text.lines().filter_map(|line| {
+            let (address, rest) = line.split_once(":\t")?;
+            let address = u32::from_str_radix(address.trim(), 16).ok()?;
+            let mut columns = rest.split('\t');
+            let mnemonic = columns.next()?.trim();
+            let operands = columns.next().unwrap_or_default();
+            let instruction = Instruction {
+                mnemonic: mnemonic.split('.').next()?.to_owned(),
+                operands: operands.to_owned(),
+            };
+            Some((address, instruction))
+        });
+        let bytes = fs::read(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+        let object = object::File::parse(&*bytes).expect("an ELF file");
+        let counter = object.symbols().find(|symbol| {
+            let name = symbol.name().unwrap_or_default();
+            name.contains("machine7counter3now")
+                || name.contains("machine::counter::now")
+                || (name.contains("counter") && name.contains("now"))
+        });
+        let counter = counter
+            .expect("a function that reads the counter")
+            .address();
+        Self {
+            instructions: instructions.collect(),
+            counter: counter as u32 & !1, // the lowest bit says that it is Thumb
+        }
+    }
+}
+
+struct Instruction {
+    /// Without what follows a dot.
+    mnemonic: String,
+    operands: String,
+}
+
+impl Instruction {
+    /// Cycles, where another instruction follows than the next one or the next one does.
+    fn cycles(&self, jumps: bool) -> u64 {
+        let begins = |names: &[&str]| names.iter().any(|name| self.mnemonic.starts_with(name));
+        let base = if begins(&["vfma", "vfms", "vfnm", "vmla", "vmls", "vnml"]) {
+            3
+        } else if begins(&["vdiv", "vsqrt"]) {
+            14
+        } else if begins(&["vldm", "vstm", "vpush", "vpop", "ldm", "stm", "push", "pop"]) {
+            1 + self.listed_registers()
+        } else if begins(&["vldr", "vstr"]) && self.operands.starts_with('d')
+            || begins(&["ldrd", "strd"])
+        {
+            3
+        } else if begins(&["vldr", "vstr", "ldr", "str"]) {
+            2
+        } else if begins(&["sdiv", "udiv"]) {
+            12
+        } else {
+            1
+        };
+        base + if jumps { REFILL } else { 0 }
+    }
+
+    /// Words in a list as {r4, r5, pc}, {s0-s3} or {d8-d15}.
+    fn listed_registers(&self) -> u64 {
+        let list = self.operands.split_once('{').map_or("", |(_, list)| list);
+        let number = |register: &str| -> u64 {
+            let digits = register.trim_matches(|c: char| !c.is_ascii_digit());
+            digits.parse().unwrap_or(0)
+        };
+        let ranges = list.trim_end_matches('}').split(',').map(|range| {
+            let words = if range.trim().starts_with('d') { 2 } else { 1 };
+            match range.split_once('-') {
+                Some((from, to)) => words * (1 + number(to) - number(from)),
+                None => words,
+            }
+        });
+        ranges.sum()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_manual_s_figures() {
+        for (mnemonic, operands, expected) in [
+            ("vmla", "s6, s20, s13", 3),
+            ("vfma", "s6, s20, s13", 3),
+            ("vmul", "s6, s20, s13", 1),
+            ("vdiv", "s6, s20, s13", 14),
+            ("vldr", "s11, [r0, #-92]", 2),
+            ("vldr", "d0, [r0]", 3),
+            ("vldmia", "r3!, {s29}", 2),
+            ("vpush", "{d8-d15}", 17),
+            ("ldmia", "sp!, {r8, r9, sl, fp}", 5),
+            ("ldrd", "r0, r1, [r2]", 3),
+            ("str", "r1, [r2, #8]", 2),
+            ("udiv", "r0, r1, r2", 12),
+            ("bic", "r1, r1, r1, asr #31", 1),
+        ] {
+            let instruction = Instruction {
+                mnemonic: mnemonic.to_owned(),
+                operands: operands.to_owned(),
+            };
+            assert_eq!(instruction.cycles(false), expected, "{mnemonic} {operands}");
+            assert_eq!(instruction.cycles(true), expected + REFILL);
+        }
+    }
+}
