@@ -12,11 +12,17 @@ use super::evolution::Evolution;
 use super::parameters::{Groups, Optimization};
 use super::pattern::{Pattern, logits_of};
 use super::plan::{Added, Keep, Phase, Plan, Search, Start};
+use super::start::standard_normal;
 use super::trainee::{Lots, Trainee};
 use crate::sampling::{sobol_valid, uniform_valid};
 
 /// How often a phase is judged on materials that it does not train on.
 const VALIDATIONS: usize = 20;
+
+/// Standard deviation of the logits of [`Added::Jittered`] samples: a degree or two.
+const JITTER: f32 = 0.05;
+/// The slot that it is drawn from; batches have fewer.
+const JITTER_SLOT: usize = 0xFFFF;
 
 /// How far a run is.
 #[derive(Clone, Copy, Debug)]
@@ -300,14 +306,18 @@ impl Run<'_> {
         let mut values = state.optimization.values();
         let known = values.pattern.len() / 3;
         if phase.samples > known {
+            let added = 3 * (phase.samples - known);
+            let again = values.pattern.iter().copied().cycle();
             let more: Vec<f32> = match phase.added {
                 Added::Sobol => {
                     let sobol = sobol_valid(phase.samples, self.seed as u32);
                     sobol.into_iter().skip(known).flat_map(logits_of).collect()
                 }
-                Added::Repeated => {
-                    let again = values.pattern.iter().copied().cycle();
-                    again.take(3 * (phase.samples - known)).collect()
+                Added::Repeated => again.take(added).collect(),
+                Added::Jittered => {
+                    let mut random = Lots { seed: self.seed }.slot(index, 0, JITTER_SLOT);
+                    let beside = again.map(|logit| logit + JITTER * standard_normal(&mut random));
+                    beside.take(added).collect()
                 }
             };
             values.pattern.extend(more);

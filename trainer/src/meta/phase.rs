@@ -37,6 +37,9 @@ pub enum Added {
     /// was trained to, and evolution from there can only be better. (Gradients would never part
     /// equal samples.)
     Repeated,
+    /// Those that there are, each once more and a little beside itself: almost as good, and
+    /// gradients part them.
+    Jittered,
 }
 
 /// Which of a phase's meta-parameters are the best so far.

@@ -2,7 +2,7 @@
 
 use super::{
     Added, Effort, InnerSamples, Keep, Phase, Plan, Search, Start, StepSizeForm, UNDOUBLED,
-    Weighing,
+    Weighing, doubled,
 };
 use crate::meta::parameters::Groups;
 use crate::meta::start::first_guess;
@@ -16,8 +16,8 @@ pub(super) fn plan(effort: Effort, samples: usize, tasks: usize) -> Plan {
         Effort::Standard => (6, 1_000, 4_000, 40_000, 0.3, 500),
         Effort::Long => (12, 2_000, 8_000, 240_000, 0.3, 2_000),
     };
-    // A step takes the longer the more samples there are, and brings less.
-    let last = (last * 64 / samples.max(64)).max(last / 6);
+    let wanted = samples;
+    let samples = wanted.min(UNDOUBLED);
     let learning = Phase {
         name: "trying starts",
         start: Start::Previous,
@@ -61,7 +61,7 @@ pub(super) fn plan(effort: Effort, samples: usize, tasks: usize) -> Plan {
         });
         phases.push(sampling.clone());
     }
-    phases.push(Phase {
+    let lasting = Phase {
         name: "the best start",
         start: Start::Best,
         steps: last,
@@ -74,22 +74,29 @@ pub(super) fn plan(effort: Effort, samples: usize, tasks: usize) -> Plan {
         final_rate: 0.01,
         warm_up: 200,
         ..sampling.clone()
+    };
+    phases.push(lasting.clone());
+    phases.push(Phase {
+        name: "evolving the pattern",
+        start: Start::Best,
+        search: Search::Evolution(24),
+        steps: generations,
+        outer: 512,
+        rates: Groups {
+            pattern: 0.1,
+            ..Groups::default()
+        },
+        gain: None,
+        ..sampling
     });
-    if samples <= UNDOUBLED {
-        phases.push(Phase {
-            name: "evolving the pattern",
-            start: Start::Best,
-            search: Search::Evolution(24),
-            steps: generations,
-            outer: 512,
-            rates: Groups {
-                pattern: 0.1,
-                ..Groups::default()
-            },
-            gain: None,
-            ..sampling
-        });
-    }
+    // A step takes the longer the more samples there are, and brings less.
+    phases.extend(doubled(samples, wanted).map(|samples| Phase {
+        name: "twice the samples",
+        samples,
+        added: Added::Jittered,
+        steps: last / 8,
+        ..lasting.clone()
+    }));
     Plan {
         phases,
         tasks,
