@@ -14,7 +14,7 @@ use super::{ModelName, print};
 ///
 /// Each line is an outer step of one task: the inner loop of 20 steps, the loss it leads to, and
 /// the exact gradient of that by all that is learned. Data are ready in memory. "A training step"
-/// is what `train` repeats, all included (draws, measurements, a batch of 16 tasks, Adam),
+/// is what `train` repeats, all included (draws, measurements, a batch of tasks, Adam),
 /// divided by its tasks. The last lines of neural are the two sums over samples that the time
 /// goes into.
 ///

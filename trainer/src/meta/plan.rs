@@ -202,4 +202,29 @@ mod tests {
         let steps: Vec<_> = plan.phases.iter().map(|phase| phase.steps).collect();
         assert_eq!(steps, [50 * tasks, 50 * tasks]);
     }
+
+    #[test]
+    fn the_loss_of_a_dark_material_counts_for_more_but_not_without_limit() {
+        let weights = [0.0, 0.005, 0.06, 0.5].map(|black| Weighing::Relative.weight(black));
+        assert!(weights.is_sorted_by(|a, b| a > b));
+        assert!((weights[2] - 1.0).abs() < 1e-6 && weights[0] < 20.0);
+        assert_eq!(Weighing::Equal.weight(0.001), 1.0);
+    }
+
+    #[test]
+    fn many_samples_of_neural_come_from_doubling() {
+        let plan = Plan::new(Schedule::Joint, Effort::Quick, ModelKind::Neural, 100, 64);
+        let few = Plan::new(
+            Schedule::Joint,
+            Effort::Quick,
+            ModelKind::Neural,
+            UNDOUBLED,
+            64,
+        );
+        let samples: Vec<_> = plan.phases.iter().map(|phase| phase.samples).collect();
+        let (same, doubled) = samples.split_at(few.phases.len());
+        assert!(same.iter().all(|samples| *samples == UNDOUBLED));
+        assert_eq!(doubled, [32, 64, 100]);
+        assert!(few.phases.iter().all(|phase| phase.samples == UNDOUBLED));
+    }
 }

@@ -203,3 +203,68 @@ impl Draw<'_> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use glimpse_core::angles::Angles;
+    use rand::SeedableRng;
+
+    use super::*;
+    use crate::material::Procedural;
+
+    fn pool() -> Pool {
+        let materials: Vec<Box<dyn Material>> = Procedural::set(2, 0)
+            .into_iter()
+            .map(|material| Box::new(material) as Box<dyn Material>)
+            .collect();
+        Pool::new(&materials, 256, 3)
+    }
+
+    /// A varied draw is the same places as a plain one of the same random numbers, and at each of
+    /// them the variation of what is there.
+    #[test]
+    fn a_varied_draw_varies_what_a_plain_one_draws() {
+        let pool = pool();
+        let random = || ChaCha8Rng::seed_from_u64(5);
+        let variation = Variation::random(2.0, 1, &mut random());
+        let varied = pool.draw_varied(1, &variation, 60, &mut random());
+        let drawn: Vec<usize> = {
+            let mut random = random();
+            (0..8)
+                .map(|_| random.random_range(0..pool.octets()))
+                .collect()
+        };
+        assert_eq!(varied.len(), drawn.len());
+        for (found, octet) in drawn.iter().enumerate() {
+            assert_eq!(varied.at[found], pool.at[*octet]);
+            for lane in 0..WIDTH {
+                let rgb = |values: &OctetRgb| values.each_ref().map(|octet| octet.0[lane]);
+                let [own, partner] =
+                    [1, 0].map(|material: usize| rgb(&pool.values[material][*octet]));
+                assert_eq!(rgb(&varied.values[found]), variation.brdf(own, partner));
+            }
+        }
+    }
+
+    /// Against ln(1 + y c), one by one.
+    #[test]
+    fn black_loses_the_logarithm_of_what_there_is() {
+        let pool = pool();
+        let angles: Vec<Angles<f32>> = uniform_valid(256, 3);
+        for (index, material) in Procedural::set(2, 0).iter().enumerate() {
+            let losses = angles.iter().map(|angles| {
+                let cosine = f64::from(HalfDifference::from_angles(*angles).cos_theta_i());
+                let brdf = material.brdf(*angles);
+                brdf.iter()
+                    .map(|y| (f64::from(*y) * cosine).ln_1p())
+                    .sum::<f64>()
+            });
+            let expected = losses.sum::<f64>() / (3.0 * 256.0);
+            let found = f64::from(pool.loss_of_black(index));
+            assert!(
+                (found - expected).abs() < 1e-5 * expected,
+                "{found} {expected}"
+            );
+        }
+    }
+}

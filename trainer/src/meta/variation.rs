@@ -50,3 +50,47 @@ impl Variation {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use rand::SeedableRng;
+
+    use super::*;
+
+    #[test]
+    fn channels_change_places_and_a_partner_takes_its_share() {
+        let variation = Variation {
+            order: [2, 0, 1],
+            gains: [1.0, 2.0, 4.0],
+            partner: 0,
+            share: 0.25,
+        };
+        let found = variation.brdf([1.0, 2.0, 3.0], [4.0, 8.0, 12.0]);
+        assert_eq!(
+            found,
+            [0.75 * 3.0 + 1.0, 0.75 * 2.0 + 2.0, 0.75 * 8.0 + 3.0]
+        );
+    }
+
+    #[test]
+    fn random_ones_stay_in_their_range_and_use_it() {
+        let mut random = ChaCha8Rng::seed_from_u64(7);
+        let all: Vec<_> = (0..2_000)
+            .map(|_| Variation::random(2.0, 3, &mut random))
+            .collect();
+        let most = 2.0_f32.powf(1.5);
+        let gains = || all.iter().flat_map(|variation| variation.gains);
+        assert!(gains().all(|gain| (1.0 / most..most).contains(&gain)));
+        assert!(gains().any(|gain| gain > 2.0) && gains().any(|gain| gain < 0.5));
+        for variation in &all {
+            let mut order = variation.order;
+            order.sort_unstable();
+            assert_eq!(order, [0, 1, 2]);
+            assert!((0.0..1.0).contains(&variation.share));
+        }
+        for partner in 0..3 {
+            let count = all.iter().filter(|variation| variation.partner == partner);
+            assert!((550..800).contains(&count.count()), "partner {partner}");
+        }
+    }
+}
