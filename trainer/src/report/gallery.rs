@@ -67,10 +67,10 @@ impl Gallery {
         for row in &self.rows {
             let title = escape(&row.title);
             let columns = row.tiles.len();
-            let _ = writeln!(
-                html,
-                "<h3>{title}</h3>\n<div class=\"row\" style=\"--columns: {columns}\">"
-            );
+            if !title.is_empty() {
+                let _ = writeln!(html, "<h3>{title}</h3>");
+            }
+            let _ = writeln!(html, "<div class=\"row\" style=\"--columns: {columns}\">");
             for tile in &row.tiles {
                 let file = names.next(&row.title, &tile.label);
                 html += &tile.to_html(&title, &format!("{directory}/{file}"));
