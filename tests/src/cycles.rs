@@ -19,13 +19,22 @@ use crate::microcontroller::{Binary, spawn};
 /// What it takes to fill the pipeline again after a branch.
 const REFILL: u64 = 2;
 
-/// Cycles between a binary's last two readings of its counter, which a fit lies between.
+/// What a fit takes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Count {
+    /// Instructions.
+    pub instructions: u64,
+    /// Cycles.
+    pub cycles: u64,
+}
+
+/// What lies between a binary's last two readings of its counter: a fit.
 ///
 /// # Panics
 /// If the binary is not there, is not for a Cortex-M4F, or reads the counter less than twice; if
 /// QEMU or `arm-none-eabi-objdump` is not installed.
 #[must_use]
-pub fn of_fit(binary: &Binary) -> u64 {
+pub fn of_fit(binary: &Binary) -> Count {
     let program = Program::load(binary);
     let trace = trace(binary);
     let readings: Vec<usize> = trace
@@ -41,17 +50,17 @@ pub fn of_fit(binary: &Binary) -> u64 {
     };
     let fit = &trace[first..last];
     let next = &trace[first + 1..=last];
-    fit.iter()
-        .zip(next)
-        .map(|(address, next)| {
-            let instruction = program.instructions.get(address);
-            let instruction =
-                instruction.unwrap_or_else(|| panic!("no instruction at {address:#x}"));
-            // An instruction is of 2 or 4 bytes.
-            let goes_on = matches!(next.wrapping_sub(*address), 2 | 4);
-            instruction.cycles(!goes_on)
-        })
-        .sum()
+    let cycles = fit.iter().zip(next).map(|(address, next)| {
+        let instruction = program.instructions.get(address);
+        let instruction = instruction.unwrap_or_else(|| panic!("no instruction at {address:#x}"));
+        // An instruction is of 2 or 4 bytes.
+        let goes_on = matches!(next.wrapping_sub(*address), 2 | 4);
+        instruction.cycles(!goes_on)
+    });
+    Count {
+        instructions: fit.len() as u64,
+        cycles: cycles.sum(),
+    }
 }
 
 /// The addresses of all instructions that are executed, in order.
@@ -132,9 +141,7 @@ impl Program {
         let object = object::File::parse(&*bytes).expect("an ELF file");
         let counter = object.symbols().find(|symbol| {
             let name = symbol.name().unwrap_or_default();
-            name.contains("machine7counter3now")
-                || name.contains("machine::counter::now")
-                || (name.contains("counter") && name.contains("now"))
+            name.contains("counter") && name.contains("now")
         });
         let counter = counter
             .expect("a function that reads the counter")

@@ -50,7 +50,7 @@ pub fn figures() -> Vec<(String, u64)> {
                 };
                 add("fit_instructions", output.count("fit_instructions"));
                 if target.has_table_of_cycles() {
-                    add("fit_cycles", cycles::of_fit(&binary));
+                    add("fit_cycles", cycles::of_fit(&binary).cycles);
                 }
                 let recipe = recipe(model).len() as u64;
                 add(

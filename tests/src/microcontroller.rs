@@ -131,6 +131,12 @@ impl Binary {
         Self { target, path }
     }
 
+    /// Another binary for a target.
+    #[must_use]
+    pub fn at(target: Target, path: PathBuf) -> Self {
+        Self { target, path }
+    }
+
     /// Runs it in QEMU to its end.
     ///
     /// # Panics
