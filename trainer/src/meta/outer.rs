@@ -171,15 +171,21 @@ impl Run<'_> {
 
     /// The beginning, or where the checkpoint stands.
     fn begin(&self) -> Result<State, CheckpointError> {
-        let mut state = State {
-            optimization: Optimization::new(self.trainee.first_values(0)),
+        let begun = |values| State {
+            optimization: Optimization::new(values),
             standing: Standing::default(),
         };
+        let first = self.trainee.first_values(0);
+        let mut state = begun(first.clone());
         if let Some(Checkpoints {
             directory, resume, ..
         }) = &self.checkpoints
         {
-            self.checkpoint(&state)?.try_write(directory)?;
+            // Patterns that are doubled end larger than they begin.
+            let samples = self.plan.phases.iter().map(|phase| phase.samples).max();
+            let mut largest = first;
+            largest.pattern.resize(3 * samples.unwrap_or(0), 0.0);
+            self.checkpoint(&begun(largest))?.try_write(directory)?;
             if *resume && let Some(found) = Checkpoint::read(directory, &self.name)? {
                 state.standing = found.standing;
                 state.optimization = state
