@@ -101,6 +101,25 @@ pub(crate) struct Differences {
     worst: f64,
 }
 
+/// The sum of a difference's weights, each without its sign.
+const WEIGHTS: f64 = 18.0 / 12.0;
+
+/// The central difference of `function` about 0, and the largest of the values that it is of; None if
+/// other `branches` are taken somewhere.
+fn central(step: f64, branches: u64, function: &impl Fn(f64) -> Traced) -> Option<(f64, f64)> {
+    let mut difference = 0.0;
+    let mut largest: f64 = 0.0;
+    for (place, weight) in [(-2.0, 1.0), (-1.0, -8.0), (1.0, 8.0), (2.0, -1.0)] {
+        let (value, taken) = traced(|| function(place * step));
+        if taken != branches {
+            return None;
+        }
+        difference += weight * value;
+        largest = largest.max(value.abs());
+    }
+    Some((difference / (12.0 * step), largest))
+}
+
 /// So many units in the last place may a function's value be off: a loss after many steps of a fit,
 /// each of which rounds.
 const ROUNDINGS: f64 = 8.0;
@@ -123,6 +142,8 @@ impl Differences {
     ///
     /// The error is relative to the larger of `slope` and `scale`, and rounding is no error: the
     /// difference of values that carry [`ROUNDINGS`] each says no more than their sum over `step`.
+    /// A difference that changes with the step by as much as it is off says nothing either, and is
+    /// discarded: a steep function rounds worse than that.
     pub(crate) fn compare(
         &mut self,
         what: &str,
@@ -131,22 +152,22 @@ impl Differences {
         function: impl Fn(f64) -> Traced,
     ) -> Result<(), String> {
         let (_, branches) = traced(|| function(0.0));
-        let mut difference = 0.0;
-        let mut largest: f64 = 0.0;
-        for (place, weight) in [(-2.0, 1.0), (-1.0, -8.0), (1.0, 8.0), (2.0, -1.0)] {
-            let (value, taken) = traced(|| function(place * self.step));
-            if taken != branches {
+        let Some((difference, largest)) = central(self.step, branches, &function) else {
+            self.discarded += 1;
+            return Ok(());
+        };
+        let rounding = ROUNDINGS * f64::EPSILON * WEIGHTS / self.step * largest;
+        let error = ((slope - difference).abs() - rounding).max(0.0) / slope.abs().max(scale);
+        if error.is_nan() || error > self.tolerance {
+            let others = [0.7, 1.4, 2.0].map(|factor| {
+                let other = central(factor * self.step, branches, &function);
+                other.map_or(0.0, |(other, _)| (other - difference).abs())
+            });
+            let doubt = others.into_iter().fold(0.0, f64::max);
+            if (slope - difference).abs() <= 2.0 * doubt {
                 self.discarded += 1;
                 return Ok(());
             }
-            difference += weight * value;
-            largest = largest.max(value.abs());
-        }
-        difference /= 12.0 * self.step;
-        // 18: the sum of the weights, each without its sign.
-        let rounding = 18.0 / (12.0 * self.step) * ROUNDINGS * f64::EPSILON * largest;
-        let error = ((slope - difference).abs() - rounding).max(0.0) / slope.abs().max(scale);
-        if error.is_nan() || error > self.tolerance {
             return Err(format!(
                 "by {what}: the slope is {slope:e} but the central difference {difference:e}, \
                  {error:e} off relative to a scale of {scale:e}"
