@@ -1,6 +1,6 @@
 //! Prints what a fit costs on each kind of microcontroller, and the whole firmware of
-//! `embedded-demo`: instructions and cycles of one fit, flash, static RAM and stack. With `--table` it prints the
-//! fits as the README shows them.
+//! `embedded-demo`: instructions and cycles of one fit, flash, static RAM and stack. With `--table` it
+//! prints the fits as the README shows them.
 
 use glimpse_tests::elf::Firmware;
 use glimpse_tests::emulator::Emulator;
@@ -39,15 +39,8 @@ fn main() -> Result<(), ScannerError> {
 fn print_table(figures: &[(String, u64)]) {
     println!("| target | model | instructions of a fit | cycles | flash | static RAM | stack |");
     println!("|---|---|---|---|---|---|---|");
-    let row_of = |name: &str| {
-        name.rsplit_once('.')
-            .map_or(String::new(), |(row, _)| row.to_owned())
-    };
     for row in figures.chunk_by(|(a, _), (b, _)| row_of(a) == row_of(b)) {
-        let name = row
-            .first()
-            .map(|(name, _)| row_of(name))
-            .unwrap_or_default();
+        let name = row.first().map_or("", |(name, _)| row_of(name));
         let cell = |figure: &str| {
             let found = row.iter().find(|(name, _)| name.ends_with(figure));
             found.map(|(_, value)| grouped(*value)).unwrap_or_default()
@@ -65,6 +58,11 @@ fn print_table(figures: &[(String, u64)]) {
             figures.map(cell).join(" | ")
         );
     }
+}
+
+/// What precedes a figure's name: target and model.
+fn row_of(name: &str) -> &str {
+    name.rsplit_once('.').map_or("", |(row, _)| row)
 }
 
 /// Digits in groups of three.

@@ -13,8 +13,8 @@ pub trait Trainee: Sync {
     /// The meta-parameters that a first guess begins with.
     fn first_values(&self, guess: u64) -> Groups<Vec<f32>>;
 
-    /// The mean outer loss over a step's batch of tasks, each weighed, and its gradient by the values (the
-    /// gradient includes the [barrier](super::pattern::Pattern::barrier); the loss does not).
+    /// The mean outer loss over a step's batch of tasks, each weighed, and its gradient by the values
+    /// (the gradient includes the [barrier](super::pattern::Pattern::barrier); the loss does not).
     fn gradient(
         &self,
         values: &Groups<Vec<f32>>,
