@@ -9,7 +9,6 @@ use crate::angles::HalfDifference;
 use crate::loss::cosine_weighted_log_error;
 use crate::model::{Model, ParameterSet, Sample};
 use crate::recipe::Floats;
-use crate::scalar::Block;
 
 /// The memory of a fit, which the caller owns: parameters and their gradient.
 ///
@@ -104,9 +103,11 @@ impl<'a> Fit<'a> {
         while self.step < self.steps {
             let todo = samples.get(self.sample..).unwrap_or_default();
             let done = todo.len().min(left);
-            for block in todo.get(..done).unwrap_or_default().chunks(BLOCK) {
-                gradient::<M>(workspace, block);
-            }
+            accumulate_gradients::<M>(
+                &workspace.parameters,
+                todo.get(..done).unwrap_or_default(),
+                &mut workspace.gradient,
+            );
             left = left.saturating_sub(done);
             self.sample = self.sample.saturating_add(done);
             if self.sample < samples.len() {
@@ -164,18 +165,17 @@ fn step_one(parameter: &mut f32, entry: &mut f32, step_size: [u8; 4]) {
     *entry = 0.0;
 }
 
-/// How many samples are computed side by side.
-const BLOCK: usize = 4;
-
-/// Kept out of line: one copy, and its temporaries are off the stack between blocks.
+/// Kept out of line: its temporaries are off the stack between slices of work.
+///
+/// Parameters and gradient come one by one, though a workspace holds both: as parts of one whole
+/// they are addressed from one pointer, which their distance is too large for.
 #[inline(never)]
-fn gradient<M: Model>(workspace: &mut Workspace<M>, samples: &[Sample<f32>]) {
-    let block = Sample::<Block<BLOCK>>::gather(samples);
-    M::accumulate_gradient::<Block<BLOCK>, false>(
-        &workspace.parameters,
-        &block,
-        &mut workspace.gradient,
-    );
+fn accumulate_gradients<M: Model>(
+    parameters: &M::Parameters<f32>,
+    samples: &[Sample<f32>],
+    gradient: &mut M::Parameters<f32>,
+) {
+    M::accumulate_gradients(parameters, samples, gradient);
 }
 
 /// The model's BRDF, sr^-1 (not times the cosine). Out of line for the same reason.

@@ -38,6 +38,15 @@ pub trait Scalar:
     /// Whether sums gain a list of terms in less time than the terms one by one.
     const ADDS_BY_THE_LIST: bool = false;
 
+    /// Whether to look for a zero takes less time than to multiply by it: one number is 0 often
+    /// enough, many side by side hardly ever are.
+    const SKIPS_ZEROS: bool = false;
+
+    /// Whether it is 0, where [zeros are skipped](Self::SKIPS_ZEROS); false elsewhere.
+    #[inline(always)]
+    fn is_zero(&self) -> bool {
+        false
+    }
     /// A constant; rounded to the scalar's precision.
     fn constant(value: f64) -> Self;
     /// One parameter, the same for all samples.
@@ -47,7 +56,7 @@ pub trait Scalar:
     /// `sum += a`.
     fn add_to(sum: &mut Self::Sum, a: Self);
     /// `sums[i][j] += a[i] * b[j]`: an outer product, some rows at a time so that `b` is loaded
-    /// once for all of them.
+    /// once for all of them, or left out for all of them.
     #[inline(always)]
     fn add_outer_product<const I: usize, const J: usize>(
         sums: [&mut [Self::Sum; J]; I],
@@ -56,6 +65,9 @@ pub trait Scalar:
     ) {
         let mut sums = sums;
         for (column, b) in b.iter().enumerate() {
+            if I > 1 && b.is_zero() {
+                continue;
+            }
             for (row, a) in sums.iter_mut().zip(&a) {
                 if let Some(sum) = row.get_mut(column) {
                     Self::add_product(sum, *a, *b);
@@ -126,7 +138,12 @@ macro_rules! plain_scalar {
         impl Scalar for $type {
             type Parameter = Self;
             type Sum = Self;
+            const SKIPS_ZEROS: bool = true;
 
+            #[inline(always)]
+            fn is_zero(&self) -> bool {
+                self.to_bits() == 0
+            }
             #[inline(always)]
             fn constant(value: f64) -> Self {
                 value as Self

@@ -10,7 +10,7 @@ use crate::scalar::{Entry, Scalar};
 
 /// Units of each hidden layer.
 const HIDDEN: usize = 21;
-/// Outputs of a layer that are computed together, so that they stay in registers.
+/// Units that are computed together, so that they stay in registers, where a scalar fills one.
 const TILE: usize = 3;
 
 /// The model; see the file's head for its formula.
@@ -77,9 +77,9 @@ impl<T: Entry> ParameterSet<T> for NeuralParameters<T> {
 /// arguments: those stay out of line where lanes are compiled.)
 ///
 /// `inputs` yields each input with its row of weights; it borrows them, because it is cloned for
-/// each tile.
+/// each tile of `TILE` outputs.
 #[inline(always)]
-fn affine<'a, S: Scalar, const OUTPUTS: usize, const RELU: bool>(
+fn affine<'a, S: Scalar, const OUTPUTS: usize, const TILE: usize, const RELU: bool>(
     inputs: impl Iterator<Item = (&'a S, &'a [S::Parameter; OUTPUTS])> + Clone,
     bias: &[S::Parameter; OUTPUTS],
     outputs: &mut [S; OUTPUTS],
@@ -91,6 +91,9 @@ fn affine<'a, S: Scalar, const OUTPUTS: usize, const RELU: bool>(
             *sum = S::broadcast(*bias);
         }
         for (input, row) in inputs.clone() {
+            if input.is_zero() {
+                continue;
+            }
             if let Some(weights) = row.as_chunks::<TILE>().0.get(tile) {
                 for (sum, weight) in sums.iter_mut().zip(weights) {
                     *sum = sum.plus_product(*input, S::broadcast(*weight));
@@ -103,57 +106,85 @@ fn affine<'a, S: Scalar, const OUTPUTS: usize, const RELU: bool>(
     }
 }
 
-/// The gradient by a layer's inputs: weights times the gradient by its outputs. With
-/// `RELU` what is in its place so far is the input's value, and it was on where that is > 0.
+/// Some rows of weights times the gradient by a layer's outputs: the gradient by its inputs.
 #[inline(always)]
-fn backward<S: Scalar, const INPUTS: usize, const OUTPUTS: usize, const RELU: bool>(
-    weights: &[[S::Parameter; OUTPUTS]; INPUTS],
+fn by_inputs<S: Scalar, const ROWS: usize, const OUTPUTS: usize>(
+    rows: [&[S::Parameter; OUTPUTS]; ROWS],
     by_outputs: &[S; OUTPUTS],
-    by_inputs: &mut [S; INPUTS],
-) {
-    let blocks = by_inputs.as_chunks_mut::<TILE>().0.iter_mut();
-    for (block, rows) in blocks.zip(weights.as_chunks::<TILE>().0) {
-        let mut sums = [S::constant(0.0); TILE];
-        for (column, by_output) in by_outputs.iter().enumerate() {
-            for (sum, row) in sums.iter_mut().zip(rows) {
-                if let Some(weight) = row.get(column) {
-                    *sum = sum.plus_product(*by_output, S::broadcast(*weight));
-                }
+) -> [S; ROWS] {
+    let mut sums = [S::constant(0.0); ROWS];
+    for (column, by_output) in by_outputs.iter().enumerate() {
+        for (sum, row) in sums.iter_mut().zip(rows) {
+            if let Some(weight) = row.get(column) {
+                *sum = sum.plus_product(*by_output, S::broadcast(*weight));
             }
         }
-        for (by_input, sum) in block.iter_mut().zip(sums) {
-            *by_input = if RELU {
-                by_input.if_positive(sum, S::constant(0.0))
-            } else {
-                sum
-            };
+    }
+    sums
+}
+
+/// From the gradient by a layer's outputs: adds that by its weights to `by_weights`, puts that by the
+/// units which are its inputs in place of their activations, and adds it to `by_biases` of theirs.
+///
+/// A unit that was off neither learns nor passes anything on: its row is left out, or its gradient 0.
+#[inline(always)]
+fn backward<S: Scalar, const UNITS: usize, const OUTPUTS: usize, const ROWS: usize>(
+    weights: &[[S::Parameter; OUTPUTS]; UNITS],
+    by_outputs: &[S; OUTPUTS],
+    units: &mut [S; UNITS],
+    by_weights: &mut [[S::Sum; OUTPUTS]; UNITS],
+    by_biases: &mut [S::Sum; UNITS],
+) {
+    let skips = S::SKIPS_ZEROS && ROWS == 1;
+    let by_outputs = *by_outputs;
+    let blocks = units.as_chunks_mut::<ROWS>().0.iter_mut();
+    let rows = weights.as_chunks::<ROWS>().0.iter();
+    let by_rows = by_weights.as_chunks_mut::<ROWS>().0.iter_mut();
+    let biases = by_biases.as_chunks_mut::<ROWS>().0.iter_mut();
+    for (((block, rows), by_rows), by_biases) in blocks.zip(rows).zip(by_rows).zip(biases) {
+        if skips && block.iter().all(S::is_zero) {
+            continue;
         }
+        S::add_outer_product(by_rows.each_mut(), *block, &by_outputs);
+        let by_units = by_inputs(rows.each_ref(), &by_outputs);
+        if skips {
+            *block = by_units; // the one unit of the block was on
+            S::add_all(by_biases, block);
+        } else {
+            for (unit, by_unit) in block.iter_mut().zip(by_units) {
+                *unit = unit.if_positive(by_unit, S::constant(0.0));
+            }
+        }
+    }
+    if !skips {
+        S::add_all(by_biases, units);
     }
 }
 
-/// Adds the gradient by a layer's weights, which has a row for each input.
-#[inline(always)]
-fn accumulate<S: Scalar, const INPUTS: usize, const OUTPUTS: usize>(
-    gradient: &mut [[S::Sum; OUTPUTS]; INPUTS],
-    inputs: &[S; INPUTS],
-    by_outputs: &[S; OUTPUTS],
-) {
-    let tiles = gradient.as_chunks_mut::<TILE>().0.iter_mut();
-    for (rows, inputs) in tiles.zip(inputs.as_chunks::<TILE>().0) {
-        S::add_outer_product(rows.each_mut(), *inputs, by_outputs);
+/// The units of both hidden layers: their activations, and once those have served, the gradient by
+/// them. A microcontroller's stack holds them once.
+struct Hidden<S> {
+    first: [S; HIDDEN],
+    second: [S; HIDDEN],
+}
+
+impl<S: Scalar> Hidden<S> {
+    #[inline(always)]
+    fn zero() -> Self {
+        Self {
+            first: [S::constant(0.0); HIDDEN],
+            second: [S::constant(0.0); HIDDEN],
+        }
     }
 }
 
 /// Runs the network: the activations of both hidden layers, and the output before its activation.
-/// In place: what is returned by value may be copied.
 #[inline(always)]
-fn forward<S: Scalar>(
+fn forward<S: Scalar, const TILE: usize>(
     parameters: &NeuralParameters<S::Parameter>,
     at: &HalfDifference<S>,
-    hidden_1: &mut [S; HIDDEN],
-    hidden_2: &mut [S; HIDDEN],
-    output: &mut [S; 3],
-) {
+    hidden: &mut Hidden<S>,
+) -> [S; 3] {
     let [row_hx, _, row_hz, row_dx, row_dy, row_dz] = &parameters.fc1;
     let inputs = [
         (&at.hx, row_hx),
@@ -162,13 +193,83 @@ fn forward<S: Scalar>(
         (&at.dy, row_dy),
         (&at.dz, row_dz),
     ];
-    affine::<_, _, true>(inputs.iter().copied(), &parameters.b1, hidden_1);
-    affine::<_, _, true>(
-        hidden_1.iter().zip(&parameters.fc2),
-        &parameters.b2,
-        hidden_2,
+    let Hidden { first, second } = hidden;
+    affine::<_, _, TILE, true>(inputs.iter().copied(), &parameters.b1, first);
+    affine::<_, _, TILE, true>(first.iter().zip(&parameters.fc2), &parameters.b2, second);
+    let mut output = [S::constant(0.0); 3];
+    affine::<_, _, 3, false>(
+        second.iter().zip(&parameters.fc3),
+        &parameters.b3,
+        &mut output,
     );
-    affine::<_, _, false>(hidden_2.iter().zip(&parameters.fc3), &parameters.b3, output);
+    output
+}
+
+/// The weighted loss at a sample; adds its gradient by the parameters to `gradient`. With `SAMPLE`,
+/// the gradient by the sample comes back too.
+#[inline(always)]
+fn gradient<S: Scalar, const TILE: usize, const ROWS: usize, const SAMPLE: bool>(
+    parameters: &NeuralParameters<S::Parameter>,
+    sample: &Sample<S>,
+    hidden: &mut Hidden<S>,
+    gradient: &mut NeuralParameters<S::Sum>,
+) -> Evaluation<S> {
+    let (zero, one) = (S::constant(0.0), S::constant(1.0));
+    let at = &sample.at;
+    let mut modelled = forward::<S, TILE>(parameters, at, hidden);
+    for f in &mut modelled {
+        *f = (f.exp() - one).relu();
+    }
+    let loss =
+        cosine_weighted_log_error(sample.measured, modelled, at.cos_theta_i(), sample.weight);
+
+    // d f / d z = exp(z) = f + 1, where f is not cut off.
+    let mut by_output = loss.by_modelled;
+    for (by_z, f) in by_output.iter_mut().zip(modelled) {
+        *by_z = f.if_positive(*by_z * (f + one), zero);
+    }
+    S::add_all(&mut gradient.b3, &by_output);
+    let Hidden { first, second } = hidden;
+    backward::<S, HIDDEN, 3, ROWS>(
+        &parameters.fc3,
+        &by_output,
+        second,
+        &mut gradient.fc3,
+        &mut gradient.b2,
+    );
+    backward::<S, HIDDEN, HIDDEN, ROWS>(
+        &parameters.fc2,
+        second,
+        first,
+        &mut gradient.fc2,
+        &mut gradient.b1,
+    );
+    let by_first = first;
+    let [row_hx, _, row_hz, row_dx, row_dy, row_dz] = &mut gradient.fc1;
+    S::add_outer_product(
+        [row_hx, row_hz, row_dx, row_dy, row_dz],
+        [at.hx, at.hz, at.dx, at.dy, at.dz],
+        by_first,
+    );
+
+    let mut by_sample = SampleGradient::zero();
+    if SAMPLE {
+        let [row_hx, _, row_hz, row_dx, row_dy, row_dz] = &parameters.fc1;
+        let [hx, hz, dx, dy, dz] = by_inputs([row_hx, row_hz, row_dx, row_dy, row_dz], by_first);
+        let c = loss.by_cosine;
+        by_sample.at = HalfDifference {
+            hx: hx - c * at.dx,
+            hz: hz + c * at.dz,
+            dx: dx - c * at.hx,
+            dy,
+            dz: dz + c * at.hz,
+        };
+        by_sample.measured = loss.by_measured;
+    }
+    Evaluation {
+        error: loss.error,
+        gradient: by_sample,
+    }
 }
 
 impl Model for Neural {
@@ -189,10 +290,12 @@ impl Model for Neural {
         parameters: &NeuralParameters<S::Parameter>,
         at: &HalfDifference<S>,
     ) -> [S; 3] {
-        let mut hidden_1 = [S::constant(0.0); HIDDEN];
-        let mut hidden_2 = [S::constant(0.0); HIDDEN];
-        let mut brdf = [S::constant(0.0); 3];
-        forward(parameters, at, &mut hidden_1, &mut hidden_2, &mut brdf);
+        let mut hidden = Hidden::zero();
+        let mut brdf = if S::SKIPS_ZEROS {
+            forward::<S, HIDDEN>(parameters, at, &mut hidden)
+        } else {
+            forward::<S, TILE>(parameters, at, &mut hidden)
+        };
         for f in &mut brdf {
             *f = (f.exp() - S::constant(1.0)).relu();
         }
@@ -203,61 +306,26 @@ impl Model for Neural {
     fn accumulate_gradient<S: Scalar, const SAMPLE: bool>(
         parameters: &NeuralParameters<S::Parameter>,
         sample: &Sample<S>,
-        gradient: &mut NeuralParameters<S::Sum>,
+        by_parameters: &mut NeuralParameters<S::Sum>,
     ) -> Evaluation<S> {
-        let (zero, one) = (S::constant(0.0), S::constant(1.0));
-        let at = &sample.at;
-        let mut hidden_1 = [zero; HIDDEN];
-        let mut hidden_2 = [zero; HIDDEN];
-        let mut modelled = [zero; 3];
-        forward(parameters, at, &mut hidden_1, &mut hidden_2, &mut modelled);
-        for f in &mut modelled {
-            *f = (f.exp() - one).relu();
+        let mut hidden = Hidden::zero();
+        if S::SKIPS_ZEROS {
+            gradient::<S, HIDDEN, 1, SAMPLE>(parameters, sample, &mut hidden, by_parameters)
+        } else {
+            gradient::<S, TILE, TILE, SAMPLE>(parameters, sample, &mut hidden, by_parameters)
         }
-        let loss =
-            cosine_weighted_log_error(sample.measured, modelled, at.cos_theta_i(), sample.weight);
+    }
 
-        // d f / d z = exp(z) = f + 1, where f is not cut off.
-        let mut by_output = loss.by_modelled;
-        for (by_z, f) in by_output.iter_mut().zip(modelled) {
-            *by_z = f.if_positive(*by_z * (f + one), zero);
-        }
-        // Once a layer's activations have served, the gradient by them takes their place: a
-        // microcontroller's stack holds each of them once.
-        accumulate(&mut gradient.fc3, &hidden_2, &by_output);
-        S::add_all(&mut gradient.b3, &by_output);
-        backward::<_, _, _, true>(&parameters.fc3, &by_output, &mut hidden_2);
-        let by_hidden_2 = &hidden_2;
-        accumulate(&mut gradient.fc2, &hidden_1, by_hidden_2);
-        S::add_all(&mut gradient.b2, by_hidden_2);
-        backward::<_, _, _, true>(&parameters.fc2, by_hidden_2, &mut hidden_1);
-        let by_hidden_1 = &hidden_1;
-        let [row_hx, _, row_hz, row_dx, row_dy, row_dz] = &mut gradient.fc1;
-        S::add_outer_product(
-            [row_hx, row_hz, row_dx, row_dy, row_dz],
-            [at.hx, at.hz, at.dx, at.dy, at.dz],
-            by_hidden_1,
-        );
-        S::add_all(&mut gradient.b1, by_hidden_1);
-
-        let mut by_sample = SampleGradient::zero();
-        if SAMPLE {
-            let mut by_input = [zero; 6];
-            backward::<_, _, _, false>(&parameters.fc1, by_hidden_1, &mut by_input);
-            let [hx, _, hz, dx, dy, dz] = by_input;
-            let c = loss.by_cosine;
-            by_sample.at = HalfDifference {
-                hx: hx - c * at.dx,
-                hz: hz + c * at.dz,
-                dx: dx - c * at.hx,
-                dy,
-                dz: dz + c * at.hz,
-            };
-            by_sample.measured = loss.by_measured;
-        }
-        Evaluation {
-            error: loss.error,
-            gradient: by_sample,
+    /// One by one: half of the units are off in a sample, but few in all samples of a block.
+    #[inline(always)]
+    fn accumulate_gradients(
+        parameters: &NeuralParameters<f32>,
+        samples: &[Sample<f32>],
+        by_parameters: &mut NeuralParameters<f32>,
+    ) {
+        let mut hidden = Hidden::zero(); // once for all of them: to clear it takes time
+        for sample in samples {
+            gradient::<f32, HIDDEN, 1, false>(parameters, sample, &mut hidden, by_parameters);
         }
     }
 }

@@ -1,7 +1,7 @@
 //! Some samples side by side on a processor without lanes.
 //!
-//! A weight is loaded once for all samples of a block, and the sums of several outputs stay in
-//! registers: a microcontroller spends more time on loads and stores than on arithmetic.
+//! What depends on the parameters alone is computed, and each parameter loaded, once for all samples
+//! of a block: of the models with few parameters that is a good part of the work.
 
 use core::ops::{Add, Div, Mul, Neg, Sub};
 

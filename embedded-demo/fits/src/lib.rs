@@ -33,20 +33,48 @@ pub const COMPONENTS: usize = 5;
 /// Numbers that Linear's scan works on.
 pub const LINEAR_MEMORY: usize = LinearScan::<SAMPLES>::memory_length(SAMPLES, COMPONENTS);
 
-/// What a sensor sees of a made-up material, in sr^-1: a diffuse colour, and a highlight of two
-/// widths. Sums, products and quotients only, which every machine rounds alike.
+/// A made-up material: a diffuse colour, and a highlight of two widths.
+#[derive(Clone, Copy, Debug)]
+pub struct Material {
+    /// sr^-1, linear RGB.
+    pub diffuse: [f32; 3],
+    /// The height of the highlight, sr^-1.
+    pub highlight: f32,
+    /// How narrow it is; half as high at theta_h = 0.64 / sqrt(sharpness).
+    pub sharpness: f32,
+}
+
+impl Material {
+    /// The one whose fit is counted.
+    pub const COUNTED: Self = Self {
+        diffuse: [0.12, 0.05, 0.03],
+        highlight: 0.9,
+        sharpness: 40.0,
+    };
+
+    /// What a sensor sees of it. Sums, products and quotients only, which every machine rounds
+    /// alike.
+    #[must_use]
+    pub fn measure(&self, angles: Angles<f32>) -> Measurement {
+        let lobe = |sharpness: f32| {
+            let falloff = 1.0 + sharpness * angles.theta_h * angles.theta_h;
+            1.0 / (falloff * falloff)
+        };
+        let grazing = 1.0 + 0.2 * angles.theta_d * angles.theta_d;
+        let lobes = (8.0 * lobe(self.sharpness) + lobe(0.1 * self.sharpness)) / 9.0;
+        let highlight = self.highlight * lobes * grazing;
+        let [red, green, blue] = self.diffuse;
+        Measurement {
+            brdf: [red + highlight, green + highlight, blue + 0.9 * highlight],
+            saturated: false,
+        }
+    }
+}
+
+/// What a sensor sees of the material whose fit is counted.
 #[must_use]
 pub fn measure(angles: Angles<f32>) -> Measurement {
-    let lobe = |width: f32| {
-        let falloff = 1.0 + width * angles.theta_h * angles.theta_h;
-        1.0 / (falloff * falloff)
-    };
-    let grazing = 1.0 + 0.2 * angles.theta_d * angles.theta_d;
-    let highlight = (0.8 * lobe(40.0) + 0.1 * lobe(4.0)) * grazing;
-    Measurement {
-        brdf: [0.12 + highlight, 0.05 + highlight, 0.03 + 0.9 * highlight],
-        saturated: false,
-    }
+    Material::COUNTED.measure(angles)
 }
 
 /// What stops a fit before it begins; no recipe here does.

@@ -22,9 +22,10 @@ use super::{ModelName, PriorArgs, load, write_file};
 /// Train a recipe on materials, or many with --grid.
 ///
 /// Every tenth material is held out, and the loss on those is what the recipe promises. (Linear
-/// holds none out: each material is learned on with the components of others.) The run is saved every ten seconds and
-/// upon Ctrl-C; repeat the command with --resume to go on. A resumed run, however it ended, comes to
-/// the same bytes as an undisturbed one.
+/// holds none out: each material is learned on with the components of others.)
+///
+/// The run is saved every ten seconds and upon Ctrl-C; repeat the command with --resume to go on. A
+/// resumed run, however it ended, comes to the same bytes as an undisturbed one.
 ///
 /// With --grid every one of several models is trained at every one of several n, into
 /// OUT/MODEL-nN.recipe. Recipes that are there already are not trained again, so that the same
