@@ -1,5 +1,7 @@
-//! Counts what a fit of Neural takes in plain C, by `arm-none-eabi-gcc -O3`, beside Glimpse's, on the
-//! same emulated Cortex-M4F: the same recipe, the same measurements, parameters that agree.
+//! Counts what others take for a fit, beside Glimpse, on the same emulated Cortex-M4F, from the same
+//! recipe and measurements: of Neural plain C by `arm-none-eabi-gcc -O3`, which ends in the same
+//! parameters; of Phong multicalc's Levenberg-Marquardt, which ends in others, so that both are judged
+//! where nothing was measured.
 //!
 //! It needs what `tests/run firmware` has installed and built, and the Debian packages
 //! gcc-arm-none-eabi and libnewlib-arm-none-eabi.
@@ -11,12 +13,44 @@ use std::path::Path;
 use std::process::Command;
 
 use glimpse_core::angles::HalfDifference;
+use glimpse_core::model::{ParameterSet, Phong, PhongParameters};
 use glimpse_core::recipe::{Learner, Recipe};
-use glimpse_fits::{SAMPLES, measure, recipes};
+use glimpse_fits::judge::loss;
+use glimpse_fits::{Material, SAMPLES, measure, recipes};
 use glimpse_tests::cycles::of_fit;
 use glimpse_tests::microcontroller::{Binary, Functions, TARGETS};
 
 fn main() -> Result<(), Box<dyn Error>> {
+    neural()?;
+    phong();
+    Ok(())
+}
+
+/// Phong, against multicalc.
+fn phong() {
+    let [ours, rival] = ["phong", "rival-phong"].map(|name| {
+        let binary = Binary::new(TARGETS[0], Functions::Libm, name);
+        let output = binary.run();
+        let mut parameters = PhongParameters::filled(0.0);
+        for (parameter, value) in parameters.iter_mut().zip(output.numbers("parameters")) {
+            *parameter = value;
+        }
+        let loss = loss::<Phong>(&parameters, &Material::COUNTED);
+        (of_fit(&binary), output.count("stack_bytes"), loss)
+    });
+    for (name, (count, stack, loss)) in [("glimpse", ours), ("multicalc", rival)] {
+        println!(
+            "Phong by {name}: {} instructions, {} cycles, {stack} bytes of stack, loss {loss:.4}; \
+             {:.2} times the cycles",
+            count.instructions,
+            count.cycles,
+            count.cycles as f64 / ours.0.cycles as f64
+        );
+    }
+}
+
+/// Neural, against C.
+fn neural() -> Result<(), Box<dyn Error>> {
     let ours = Binary::new(TARGETS[0], Functions::Libm, "neural");
     let directory = tempfile::tempdir()?;
     fs::write(directory.path().join("numbers.h"), numbers()?)?;
@@ -24,7 +58,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     let count = of_fit(&ours);
     println!(
-        "glimpse: {} instructions, {} cycles",
+        "Neural by glimpse: {} instructions, {} cycles",
         count.instructions, count.cycles
     );
     let own = count;
@@ -39,7 +73,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         }
         let count = of_fit(&rival);
         println!(
-            "C {}: {} instructions, {} cycles, {:.2} and {:.2} times as many; parameters within \
+            "Neural by C {}: {} instructions, {} cycles, {:.2} and {:.2} times as many; parameters within \
              {distance:.0e}",
             options.join(" "),
             count.instructions,

@@ -6,6 +6,8 @@
 
 #![no_std]
 
+#[cfg(all(not(target_os = "none"), feature = "libm"))]
+pub mod judge;
 #[cfg(target_os = "none")]
 pub mod machine;
 #[cfg(target_os = "none")]

@@ -102,6 +102,13 @@ pub fn nothing() {
     print_numbers("parameters", black_box(&[0_u32; 4]).iter().copied());
 }
 
+/// Prints what another fit took, between two readings of the counter, and its parameters.
+pub fn print_result(before: u32, after: u32, parameters: [u32; 7]) {
+    let stack = stack::bytes();
+    print_costs(counter::between(before, after), stack);
+    print_numbers("parameters", parameters.into_iter());
+}
+
 #[inline(never)] // what formatting takes of the stack is not the fit's
 fn print_costs(instructions: u32, stack: usize) {
     println!("fit_instructions={instructions}");

@@ -1,0 +1,88 @@
+//! The rival: Phong on 8 samples by multicalc's Levenberg-Marquardt, which differentiates by dual
+//! numbers. Same start, same measurements, to its own convergence; it minimises squares where
+//! Glimpse minimises absolute values, for its residuals have to be smooth.
+
+#![no_std]
+#![no_main]
+
+use core::hint::black_box;
+
+use glimpse_core::angles::HalfDifference;
+use glimpse_core::recipe::{Learner, Recipe};
+use glimpse_fits::machine::counter;
+use glimpse_fits::recipes::PHONG;
+use glimpse_fits::report::print_result;
+use glimpse_fits::{Refused, SAMPLES, measure};
+use multicalc::numerical_derivative::AutoDiffMulti;
+use multicalc::optimization::LevenbergMarquardt;
+use multicalc::scalar::{Numeric, VectorFn};
+
+const PARAMETERS: usize = 7;
+const RESIDUALS: usize = 3 * SAMPLES;
+
+/// The measurements, and where they were taken.
+struct Measured {
+    at: [HalfDifference<f32>; SAMPLES],
+    brdf: [[f32; 3]; SAMPLES],
+}
+
+/// ln(1 + f c) - ln(1 + y c) of each sample and channel, f by Phong's formula (see
+/// `glimpse_core::model::phong`).
+impl VectorFn<PARAMETERS, RESIDUALS> for Measured {
+    fn eval<S: Numeric>(&self, point: &[S; PARAMETERS]) -> [S; RESIDUALS] {
+        let constant = |value: f32| S::from_f64(f64::from(value));
+        let sigmoid = |x: S| S::ONE / (S::ONE + (-x).exp());
+        let [sum_r, sum_g, sum_b, ratio_r, ratio_g, ratio_b, exponent] = *point;
+        let sums = [sum_r, sum_g, sum_b].map(sigmoid);
+        let ratios = [ratio_r, ratio_g, ratio_b].map(sigmoid);
+        let q = exponent.exp();
+        let normalization = (q + S::TWO) / S::TWO_PI;
+        let lambert = S::ONE / S::PI;
+        let mut residuals = [S::ZERO; RESIDUALS];
+        let samples = self.at.iter().zip(&self.brdf);
+        for (residuals, (at, brdf)) in residuals.as_chunks_mut::<3>().0.iter_mut().zip(samples) {
+            let dot =
+                (at.dz * at.dz + at.dx * at.dx) * (at.hz * at.hz - at.hx * at.hx) + at.dy * at.dy;
+            let base = constant(if dot > 0.0 { dot } else { 0.0 } + 1e-5);
+            let lobe = normalization * (q * base.ln()).exp();
+            let cosine = at.cos_theta_i();
+            let channels = sums.iter().zip(&ratios).zip(brdf);
+            for (residual, ((sum, ratio), measured)) in residuals.iter_mut().zip(channels) {
+                let modelled = *sum * (*ratio * lambert + (S::ONE - *ratio) * lobe);
+                *residual = (S::ONE + modelled * constant(cosine)).ln()
+                    - constant(1.0 + *measured * cosine).ln();
+            }
+        }
+        residuals
+    }
+}
+
+glimpse_fits::firmware!(fit());
+
+fn fit() -> Result<(), Refused> {
+    glimpse_fits::machine::stack::paint();
+    let recipe = Recipe::parse(black_box(PHONG)).map_err(|_| Refused)?;
+    let Learner::Descent(descent) = recipe.learner() else {
+        return Err(Refused);
+    };
+    let mut start = [0.0; PARAMETERS];
+    for (parameter, value) in start.iter_mut().zip(descent.initial().iter()) {
+        *parameter = value;
+    }
+    let mut measured = Measured {
+        at: [HalfDifference::zero(); SAMPLES],
+        brdf: [[0.0; 3]; SAMPLES],
+    };
+    let places = measured.at.iter_mut().zip(&mut measured.brdf);
+    for ((at, brdf), angles) in places.zip(recipe.pattern()) {
+        *at = HalfDifference::from_angles(angles);
+        *brdf = measure(angles).brdf;
+    }
+    let before = counter::now();
+    let found = LevenbergMarquardt::from_derivator(AutoDiffMulti::<f32>::new())
+        .minimize(black_box(&measured), &start);
+    let after = counter::now();
+    let report = found.map_err(|_| Refused)?;
+    print_result(before, after, report.solution.map(f32::to_bits));
+    Ok(())
+}
