@@ -38,6 +38,7 @@ fn number() -> impl Strategy<Value = f32> {
 fn failure() -> impl Strategy<Value = Failure> {
     prop_oneof![
         Just(Failure::NoReply),
+        Just(Failure::Diverged),
         Just(Failure::Refused(Refusal::NoScan)),
         Just(Failure::Recipe(RecipeError::Checksum)),
         Just(Failure::Recipe(RecipeError::NonFinite(Field::StepSizes))),

@@ -89,7 +89,7 @@ fn a_ridge_that_is_written_is_read() {
 }
 
 /// A recipe of format 1, as it was released.
-const FIRST: &[u8] = include_bytes!("../../embedded-demo/recipes/neural-n8.recipe");
+const FIRST: &[u8] = include_bytes!("recipes/neural-format-1.recipe");
 
 #[test]
 fn a_recipe_of_format_1_is_read_and_says_the_same_in_format_2() {

@@ -136,6 +136,9 @@ fn scan_material(
 
     // Tell the result.
     let residual = scan.residual();
+    if !residual.mean.is_finite() {
+        return Err(Failure::Diverged);
+    }
     link.parameters(scan.parameters())?;
     link.finished(residual)?;
     defmt::info!("finished: {}", residual);

@@ -13,7 +13,7 @@ use crate::scan::{Measurement, MeasurementError, Residual, ScanError};
 ///
 /// `Hello` and `Welcome` stay first in their enums and never change their layout, so that any two
 /// versions can tell each other apart.
-pub const PROTOCOL: u16 = 3;
+pub const PROTOCOL: u16 = 4;
 /// The largest number of parameters in one [`Request::Parameters`]. Of 80 bytes about half come
 /// through whole where one in a hundred is lost; of 200 bytes an eighth would.
 pub const VALUES_PER_FRAME: usize = 16;
@@ -154,6 +154,8 @@ pub enum Failure {
     Refused(Refusal),
     /// The host did not reply, however often it was asked.
     NoReply,
+    /// The fit left what numbers can hold: what was measured is nothing that the recipe can learn.
+    Diverged,
 }
 
 impl core::fmt::Display for Failure {
@@ -168,6 +170,9 @@ impl core::fmt::Display for Failure {
             ),
             Self::Refused(refusal) => write!(f, "the host refused: {refusal}"),
             Self::NoReply => f.write_str("the host does not reply"),
+            Self::Diverged => {
+                f.write_str("the fit diverged: no material that the recipe knows measures so")
+            }
         }
     }
 }
