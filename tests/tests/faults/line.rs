@@ -19,13 +19,14 @@ fn a_bad_line_costs_time_and_nothing_else() {
     let mut emulator = Emulator::boot_as_built();
     let material = unseen(0);
     let mut line = BadLine::new(&emulator.serial, 0.01, 1);
-    let report = VirtualScanner::new(&material, Options::default())
-        .serve(&mut line)
-        .unwrap();
+    let mut scanner = VirtualScanner::new(&material, Options::default());
+    let report = scanner.serve(&mut line).unwrap();
     assert!(line.spoiled > 0);
     assert_agrees(&report, RECIPE);
-    // And once more over a good one.
-    assert_scans(&mut emulator);
+    // And once more over a good one. It is the same host: if its last reply was spoiled, it is asked
+    // for again.
+    let report = scanner.serve(&mut emulator.serial).unwrap();
+    assert_agrees(&report, RECIPE);
 }
 
 /// One byte in ten: hardly a frame comes through. Whatever does is right, and once the line is

@@ -9,8 +9,8 @@ use glimpse_trainer::evaluation::Method;
 use glimpse_trainer::material::Source;
 use glimpse_trainer::report::{self, MOST_LOBES, lobe, lobe_svg};
 
-use super::super::{load, read_recipe, write_file};
-use super::{brdf_of, check_out, file_type};
+use super::super::{load, write_file};
+use super::{brdf_of, check_out, file_type, with_method};
 
 /// Plot BRDFs in the plane of incidence: angle against the logarithm of their luminance.
 ///
@@ -47,14 +47,10 @@ impl Lobe {
             self.theta_i.iter().all(|angle| (0.0..90.0).contains(angle)),
             "--theta-i takes angles of 0 to below 90 degrees"
         );
-        let learned = self.recipe.as_deref().map(read_recipe).transpose()?;
-        let recipe = learned
-            .as_ref()
-            .map(|(file, _)| file.recipe())
-            .transpose()?;
-        let basis = learned.as_ref().and_then(|(_, basis)| basis.as_ref());
-        let method = recipe.as_ref().map(|recipe| Method::ours(recipe, basis));
-        let method = method.transpose()?;
+        with_method(self.recipe.as_deref(), |method| self.draw(method, seed))
+    }
+
+    fn draw(&self, method: Option<&Method<'_>>, seed: u64) -> anyhow::Result<()> {
         let materials = load(&self.source)?;
         let curves = materials.len() * self.theta_i.len();
         if curves > MOST_LOBES {
@@ -69,7 +65,7 @@ impl Lobe {
         let mut lobes = Vec::new();
         for (index, material) in materials.iter().enumerate() {
             let seed = seed.wrapping_add(index as u64);
-            let fitted = method.as_ref().map(|method| method.fit(&**material, seed));
+            let fitted = method.map(|method| method.fit(&**material, seed));
             let fitted = fitted.transpose()?;
             for degrees in &self.theta_i {
                 let theta_i = degrees.to_radians();

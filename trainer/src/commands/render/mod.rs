@@ -9,8 +9,11 @@ use std::path::Path;
 use anyhow::{Context, bail};
 use clap::{Args, Subcommand};
 use glimpse_core::angles::HalfDifference;
+use glimpse_trainer::evaluation::Method;
 use glimpse_trainer::files::try_write;
 use glimpse_trainer::material::Material;
+
+use super::read_recipe;
 
 /// Draw materials, as spheres or as lobes, and where a recipe measures.
 #[derive(Args)]
@@ -49,6 +52,19 @@ fn file_type(path: &Path, types: &[&'static str]) -> anyhow::Result<&'static str
             types.join(" or .")
         ),
     }
+}
+
+/// Opens a recipe, if there is one, and goes on with its method.
+fn with_method<T>(
+    recipe: Option<&Path>,
+    go_on: impl FnOnce(Option<&Method<'_>>) -> anyhow::Result<T>,
+) -> anyhow::Result<T> {
+    let Some(path) = recipe else {
+        return go_on(None);
+    };
+    let (file, basis) = read_recipe(path)?;
+    let recipe = file.recipe()?;
+    go_on(Some(&Method::ours(&recipe, basis.as_ref())?))
 }
 
 /// Makes sure that a file can be written, before anything is drawn.

@@ -13,8 +13,8 @@ use glimpse_trainer::report::{
     Best, Cell, Column, Compare, Gallery, GalleryRow, Page, Table, Tile,
 };
 
-use super::super::{environment, load, print, read_recipe, write_file};
-use super::{brdf_of, check_out, file_type};
+use super::super::{environment, load, print, write_file};
+use super::{brdf_of, check_out, file_type, with_method};
 
 /// The largest side of a sphere's picture, and of all of them together, in pixels.
 const MOST_PIXELS: usize = 4_096;
@@ -72,14 +72,18 @@ impl Sphere {
         );
         ensure!(self.columns != Some(0), "--columns must be 1 or more");
         let environment = environment(self.environment.as_deref())?;
-        let learned = self.recipe.as_deref().map(read_recipe).transpose()?;
-        let recipe = learned
-            .as_ref()
-            .map(|(file, _)| file.recipe())
-            .transpose()?;
-        let basis = learned.as_ref().and_then(|(_, basis)| basis.as_ref());
-        let method = recipe.as_ref().map(|recipe| Method::ours(recipe, basis));
-        let method = method.transpose()?;
+        with_method(self.recipe.as_deref(), |method| {
+            self.draw(file_type, &environment, method, seed)
+        })
+    }
+
+    fn draw(
+        &self,
+        file_type: &str,
+        environment: &Environment,
+        method: Option<&Method<'_>>,
+        seed: u64,
+    ) -> anyhow::Result<()> {
         let materials = load(&self.source)?;
         let spheres = materials.len() * if method.is_some() { 2 } else { 1 };
         ensure!(
@@ -90,7 +94,7 @@ impl Sphere {
         );
         check_out(&self.out)?;
 
-        let judge = method.as_ref().map(|method| {
+        let judge = method.map(|method| {
             let judge = Judge::under(environment.clone(), &materials, seed);
             (judge, method)
         });
@@ -99,10 +103,10 @@ impl Sphere {
             let brdf = brdf_of(&**material);
             let scan = judge
                 .as_ref()
-                .map(|(judge, method)| self.scan(judge, method, index, &environment, seed));
+                .map(|(judge, method)| self.scan(judge, method, index, environment, seed));
             all.push(Rendered {
                 name: material.name(),
-                sphere: render_sphere(&brdf, &environment, self.size),
+                sphere: render_sphere(&brdf, environment, self.size),
                 scan: scan.transpose()?,
             });
         }
