@@ -167,13 +167,13 @@ impl<'a> Judge<'a> {
                     .collect()
             })
             .collect::<Result<_, JudgeError>>()?;
-        let materials = self
+        let materials: Vec<MaterialScores> = self
             .materials
             .iter()
             .zip(&all)
             .map(|(material, scores)| MaterialScores {
                 name: material.name().to_owned(),
-                scores: Scores::mean(scores.iter().copied()).unwrap_or_default(),
+                scores: Scores::of_repetitions(scores.iter().copied()).unwrap_or_default(),
             })
             .collect();
         let by_seed: Vec<f64> = (0..seeds as usize)
@@ -183,7 +183,7 @@ impl<'a> Judge<'a> {
             method: method.name(),
             model: method.model().name(),
             samples: method.samples(),
-            scores: Scores::mean(all.into_iter().flatten()).unwrap_or_default(),
+            scores: Scores::mean(materials.iter().map(|each| each.scores)).unwrap_or_default(),
             seeds,
             loss_spread: deviation(&by_seed),
             materials,

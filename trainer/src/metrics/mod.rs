@@ -3,7 +3,7 @@
 pub mod image;
 pub mod loss;
 
-pub use image::{CompareError, PictureErrors};
+pub use image::{CompareError, PictureErrors, psnr};
 pub use loss::mean_log_error;
 
 /// The four metrics of one material, or their means over several.
@@ -32,7 +32,17 @@ impl Scores {
         }
     }
 
-    /// The mean of each metric (PSNR averaged in dB); None of nothing.
+    /// Several scans of the same material: the mean of each metric, and as PSNR that of the mean L2.
+    /// (A mean of decibels would praise a method for the luck of one scan.) None of nothing.
+    #[must_use]
+    pub fn of_repetitions(scores: impl IntoIterator<Item = Self>) -> Option<Self> {
+        Self::mean(scores).map(|mean| Self {
+            psnr: psnr(mean.l2),
+            ..mean
+        })
+    }
+
+    /// Several materials: the mean of each metric (PSNR averaged in dB); None of nothing.
     #[must_use]
     pub fn mean(scores: impl IntoIterator<Item = Self>) -> Option<Self> {
         let mut sum = Self::default();
@@ -57,33 +67,48 @@ impl Scores {
 mod tests {
     use super::*;
 
-    #[test]
-    fn a_mean_is_taken_metric_by_metric() {
-        let one = Scores::new(
-            0.1,
-            PictureErrors {
-                dssim: 0.2,
-                l2: 0.3,
-                psnr: 30.0,
-            },
-        );
-        let two = Scores::new(
-            0.3,
-            PictureErrors {
-                dssim: 0.6,
-                l2: 0.5,
-                psnr: 20.0,
-            },
-        );
-        let mean = Scores::mean([one, two]).unwrap();
-        for (value, expected) in [
-            (mean.loss, 0.2),
-            (mean.dssim, 0.4),
-            (mean.l2, 0.4),
-            (mean.psnr, 25.0),
-        ] {
-            assert!((value - expected).abs() < 1e-12);
+    fn two() -> [Scores; 2] {
+        let one = PictureErrors {
+            dssim: 0.2,
+            l2: 0.001,
+            psnr: 30.0,
+        };
+        let other = PictureErrors {
+            dssim: 0.6,
+            l2: 0.1,
+            psnr: 10.0,
+        };
+        [Scores::new(0.1, one), Scores::new(0.3, other)]
+    }
+
+    fn assert_are(scores: Scores, expected: [f64; 4]) {
+        let Scores {
+            loss,
+            dssim,
+            l2,
+            psnr,
+        } = scores;
+        for (value, expected) in [loss, dssim, l2, psnr].into_iter().zip(expected) {
+            assert!((value - expected).abs() < 1e-12, "{scores:?}");
         }
+    }
+
+    #[test]
+    fn materials_are_averaged_metric_by_metric() {
+        assert_are(Scores::mean(two()).unwrap(), [0.2, 0.4, 0.0505, 20.0]);
         assert_eq!(Scores::mean([]), None);
+    }
+
+    #[test]
+    fn the_psnr_of_repetitions_is_that_of_their_mean_error() {
+        let decibels = -10.0 * 0.0505_f64.log10();
+        let mean = Scores::of_repetitions(two()).unwrap();
+        assert_are(mean, [0.2, 0.4, 0.0505, decibels]);
+        let [once, _] = two();
+        assert_are(
+            Scores::of_repetitions([once]).unwrap(),
+            [0.1, 0.2, 0.001, 30.0],
+        );
+        assert_eq!(Scores::of_repetitions([]), None);
     }
 }
