@@ -39,8 +39,10 @@ pub(super) fn run(laboratory: &Laboratory<'_>, most_samples: usize) -> anyhow::R
     let mut findings = Findings::new("Quality by number of samples");
     findings.text(format!(
         "Each point of Meta and Ours is a training of its own. The dot is what the model can do \
-         with samples and steps without limit ({} steps of 512 samples), drawn at the right end.",
-        laboratory.optimum_steps()
+         with samples and steps without limit ({} steps of 512 samples, Neural {}; Linear is \
+         solved for), drawn at the right end.",
+        laboratory.optimum_steps(ModelKind::Phong),
+        laboratory.optimum_steps(ModelKind::Neural),
     ));
     for model in MODELS {
         let mut curves = Vec::new();

@@ -267,15 +267,15 @@ impl<'a> Laboratory<'a> {
             });
         }
         then(&match approach {
-            Approach::Optimum => Method::optimum(model, self.optimum_steps()),
+            Approach::Optimum => Method::optimum(model, self.optimum_steps(model)),
             _ => Method::random(model, samples, INNER_STEPS),
         })
     }
 
-    /// Steps of the method Optimum: a tenth of them for a quick look.
-    pub(crate) fn optimum_steps(&self) -> usize {
-        match self.settings.effort {
-            Effort::Quick => OPTIMUM_STEPS / 10,
+    /// Steps of the method Optimum: for a quick look a tenth of them, where they take long.
+    pub(crate) fn optimum_steps(&self, model: ModelKind) -> usize {
+        match (self.settings.effort, model) {
+            (Effort::Quick, ModelKind::Neural) => OPTIMUM_STEPS / 10,
             _ => OPTIMUM_STEPS,
         }
     }
