@@ -72,8 +72,8 @@ fn tally(recipe: &[u8], fit: fn(&Recipe<'_>, &[[f32; 3]]) -> Residual) -> Tally 
 fn an_outlier_raises_the_residual_nine_times_in_ten_neural() {
     let tally = tally(NEURAL, neural);
     assert_eq!(tally.outliers, 800);
-    assert!(tally.raised > 704, "{tally:?}");
-    assert!(tally.named > 360, "{tally:?}"); // 381 with the recipe as it is
+    assert!(tally.raised > 720, "{tally:?}"); // 742
+    assert!(tally.named > 368, "{tally:?}"); // 381
 }
 
 /// The ridge solve bends less.
