@@ -47,6 +47,7 @@ pub trait Scalar:
     fn is_zero(&self) -> bool {
         false
     }
+
     /// A constant; rounded to the scalar's precision.
     fn constant(value: f64) -> Self;
     /// One parameter, the same for all samples.

@@ -217,7 +217,8 @@ impl<'a, M: Model, const CAPACITY: usize> Scan<'a, M, CAPACITY> {
         }
     }
 
-    /// How well the parameters explain the measurements as they are now.
+    /// How well the parameters explain the measurements as they are now. Its mean is not finite if
+    /// the fit diverged: such a result is none.
     #[must_use]
     pub fn residual(&self) -> Residual {
         let samples = self.measuring.samples();
