@@ -10,17 +10,16 @@
     clippy::unreachable
 )]
 
-pub mod angles;
-#[deny(clippy::arithmetic_side_effects)]
+// From the bottom up: a room imports from rooms above it in this list only.
+//
+// geometry, numeric, model, fit, recipe, scan, link
 pub mod fit;
-pub mod linear;
+pub mod geometry;
 #[deny(clippy::arithmetic_side_effects)]
 pub mod link;
-pub mod loss;
-pub mod math;
 pub mod model;
+pub mod numeric;
 #[deny(clippy::arithmetic_side_effects)]
 pub mod recipe;
-pub mod scalar;
 #[deny(clippy::arithmetic_side_effects)]
 pub mod scan;

@@ -1,6 +1,8 @@
 //! The reflectance models, each with its loss and gradient in one function.
 
 mod cook_torrance;
+pub mod linear;
+pub mod loss;
 mod neural;
 mod phong;
 
@@ -10,9 +12,9 @@ pub use phong::{Phong, PhongParameters};
 
 use serde::{Deserialize, Serialize};
 
-use crate::angles::HalfDifference;
-use crate::loss::LogError;
-use crate::scalar::{Block, Entry, Scalar};
+use crate::geometry::HalfDifference;
+use crate::model::loss::LogError;
+use crate::numeric::{Block, Entry, Scalar};
 
 /// Names a model in recipes and on the link. The order of those that are fitted by descent is part
 /// of the recipe format.
@@ -25,7 +27,7 @@ pub enum ModelKind {
     Neural,
     /// [`CookTorrance`].
     CookTorrance,
-    /// Principal components and a ridge solve, see [`crate::linear`]: the one model that has no
+    /// Principal components and a ridge solve, see [`crate::fit::ridge`]: the one model that has no
     /// descent. Recipes do not write its number, so that it may stay the last.
     Linear,
 }

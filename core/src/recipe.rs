@@ -49,17 +49,18 @@
 //! A version never changes once released: a reader refuses versions it does not know by
 //! [`RecipeError::Version`].
 
+mod check;
 mod error;
 mod format;
-mod learner;
 
+pub use crate::fit::{Descent, Learner, Ridge};
+pub use crate::numeric::Floats;
 pub use error::{Field, RecipeError};
-pub use format::{Floats, Ingredients, PackedDescent, PackedLearner, PackedRidge, Provenance};
-pub use learner::{Descent, Learner, Ridge};
+pub use format::{Ingredients, PackedDescent, PackedLearner, PackedRidge, Provenance};
 
 use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
 
-use crate::angles::{Angles, HalfDifference};
+use crate::geometry::{Angles, HalfDifference};
 use crate::model::ModelKind;
 use format::FirstBody;
 
@@ -140,7 +141,7 @@ impl<'a> Recipe<'a> {
         }
         let recipe = Self {
             pattern,
-            learner: Learner::check(ingredients.learner, pattern.len())?,
+            learner: check::check(ingredients.learner, pattern.len())?,
             expected_loss: ingredients.expected_loss,
             provenance: ingredients.provenance,
             checksum,

@@ -15,9 +15,9 @@ pub use record::{Record, RecordError};
 
 use serde::{Deserialize, Serialize};
 
-use crate::angles::{Directions, HalfDifference};
+use crate::fit::ridge::RidgeError;
 use crate::fit::{Fit, Progress, Workspace, brdf, residuals};
-use crate::linear::RidgeError;
+use crate::geometry::{Directions, HalfDifference};
 use crate::model::{Model, ModelKind};
 use crate::recipe::{Descent, Learner, Recipe};
 use measuring::Measuring;

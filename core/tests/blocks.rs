@@ -1,8 +1,8 @@
 //! A block of samples is what its samples are one by one, bit for bit.
 
-use glimpse_core::angles::{Angles, HalfDifference};
+use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::{CookTorrance, Model, Neural, ParameterSet, Phong, Sample};
-use glimpse_core::scalar::Block;
+use glimpse_core::numeric::Block;
 use proptest::prelude::*;
 
 fn sample() -> impl Strategy<Value = Sample<f32>> {

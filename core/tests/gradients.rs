@@ -8,7 +8,7 @@ mod support;
 use std::cell::RefCell;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-use glimpse_core::angles::{Angles, HalfDifference};
+use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::{
     CookTorrance, CookTorranceParameters, Model, Neural, NeuralParameters, ParameterSet, Phong,
     SampleGradient,

@@ -1,8 +1,8 @@
 //! Frames survive noise, and a conversation survives a link that loses, repeats and alters bytes.
 
-use glimpse_core::angles::Directions;
 use glimpse_core::fit::Progress;
-use glimpse_core::linear::{Part, RidgeError};
+use glimpse_core::fit::ridge::{Part, RidgeError};
+use glimpse_core::geometry::Directions;
 use glimpse_core::link::{
     Answerer, Asker, FRAME_BYTES, Failure, FrameError, FrameReader, Heard, PROTOCOL, Refusal,
     Reply, Request, VALUES_PER_FRAME, encode,

@@ -1,6 +1,6 @@
 //! Mapping and unmapping undo each other, and so do their slopes.
 
-use glimpse_core::linear::{EPSILON, map, unmap};
+use glimpse_core::model::linear::{EPSILON, map, unmap};
 use proptest::prelude::*;
 
 proptest! {

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use glimpse_core::math;
+use glimpse_core::numeric::math;
 
 /// What the table states: exp (relative), ln, sqrt (relative), sine and cosine (absolute).
 #[cfg(not(feature = "micromath"))]

@@ -3,8 +3,9 @@
 mod common;
 
 use common::{linear, neural, write, write_linear};
+use glimpse_core::fit::ridge::RidgeError;
 use glimpse_core::fit::{Progress, Workspace};
-use glimpse_core::linear::{RidgeError, map, unmap};
+use glimpse_core::model::linear::{map, unmap};
 use glimpse_core::model::{ModelKind, Neural, ParameterSet, Phong};
 use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::{LinearScan, Measurement, MeasurementError, Residual, Scan, ScanError};
@@ -230,7 +231,7 @@ fn a_linear_scan_ends_in_coefficients() {
             }
             let f = unmap(explained + mean, median, weight);
             let at = recipe.pattern().nth(sample).unwrap();
-            let at = glimpse_core::angles::HalfDifference::from_angles(at);
+            let at = glimpse_core::geometry::HalfDifference::from_angles(at);
             let cosine = at.cos_theta_i();
             errors[sample] += ((1.0 + f * cosine) / (1.0 + y * cosine)).ln().abs() / 3.0;
         }

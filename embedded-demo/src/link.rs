@@ -1,7 +1,7 @@
 //! The link on this board: core's messages over the UART, with time-outs.
 
-use glimpse_core::angles::Directions;
 use glimpse_core::fit::Progress;
+use glimpse_core::geometry::Directions;
 use glimpse_core::link::{
     Asker, FRAME_BYTES, Failure, PROTOCOL, Refusal, Reply, Request, VALUES_PER_FRAME,
 };

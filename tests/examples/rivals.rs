@@ -12,7 +12,7 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-use glimpse_core::angles::HalfDifference;
+use glimpse_core::geometry::HalfDifference;
 use glimpse_core::model::{ParameterSet, Phong, PhongParameters};
 use glimpse_core::recipe::{Learner, Recipe};
 use glimpse_fits::judge::loss;

@@ -4,7 +4,7 @@ use std::net::{TcpListener, TcpStream};
 use std::thread;
 use std::time::Duration;
 
-use glimpse_core::angles::{Directions, HalfDifference};
+use glimpse_core::geometry::{Directions, HalfDifference};
 use glimpse_core::link::{Failure, PROTOCOL, Refusal, Reply, Request};
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::{Recipe, RecipeError};

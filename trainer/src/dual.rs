@@ -7,9 +7,9 @@
 use std::array::from_fn;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-use glimpse_core::angles::Angles;
+use glimpse_core::geometry::Angles;
 use glimpse_core::model::{Model, ParameterSet};
-use glimpse_core::scalar::{Scalar, Trigonometry};
+use glimpse_core::numeric::{Scalar, Trigonometry};
 
 /// How many terms [`Scalar::add_all`] is given at once.
 const LIST: usize = 8;

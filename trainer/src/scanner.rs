@@ -5,7 +5,7 @@
 use std::collections::BTreeMap;
 use std::io::{self, Read, Write};
 
-use glimpse_core::angles::{Angles, Directions, HalfDifference};
+use glimpse_core::geometry::{Angles, Directions, HalfDifference};
 use glimpse_core::link::{
     Answerer, FRAME_BYTES, Failure, FrameError, Heard, PROTOCOL, Refusal, Reply, Request,
 };

@@ -3,8 +3,8 @@
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
-use crate::angles::Directions;
 use crate::fit::Progress;
+use crate::geometry::Directions;
 use crate::model::ModelKind;
 use crate::recipe::RecipeError;
 use crate::scan::{Measurement, MeasurementError, Residual, ScanError};

@@ -4,9 +4,9 @@
 //! and difference vector (hx, hy, hz, dx, dy, dz). (Paper, "Models: Neural networks".)
 
 use super::{Evaluation, Model, ModelKind, ParameterSet, Sample, SampleGradient};
-use crate::angles::HalfDifference;
-use crate::loss::cosine_weighted_log_error;
-use crate::scalar::{Entry, Scalar};
+use crate::geometry::HalfDifference;
+use crate::model::loss::cosine_weighted_log_error;
+use crate::numeric::{Entry, Scalar};
 
 /// Units of each hidden layer.
 const HIDDEN: usize = 21;

@@ -8,9 +8,9 @@ use core::f64::consts::PI;
 use core::slice;
 
 use super::{Evaluation, Model, ModelKind, ParameterSet, Sample, SampleGradient, sigmoids};
-use crate::angles::HalfDifference;
-use crate::loss::cosine_weighted_log_error;
-use crate::scalar::{Entry, Scalar};
+use crate::geometry::HalfDifference;
+use crate::model::loss::cosine_weighted_log_error;
+use crate::numeric::{Entry, Scalar};
 
 /// The model; see the file's head for its formula.
 #[derive(Clone, Copy, Debug)]

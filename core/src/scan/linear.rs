@@ -2,11 +2,12 @@
 
 use super::measuring::Measuring;
 use super::{Measurement, MeasurementError, Residual, ScanError};
-use crate::angles::Directions;
 use crate::fit::Progress;
-use crate::linear::{Factors, dot, factor_length, map, scratch_length, unmap};
-use crate::loss::cosine_weighted_log_error;
+use crate::fit::ridge::{Factors, dot, factor_length, scratch_length};
+use crate::geometry::Directions;
 use crate::model::ModelKind;
+use crate::model::linear::{map, unmap};
+use crate::model::loss::cosine_weighted_log_error;
 use crate::recipe::{Learner, Recipe, Ridge};
 
 /// The colour channels, each with coefficients of its own.

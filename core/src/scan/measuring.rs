@@ -3,7 +3,7 @@
 use heapless::Vec;
 
 use super::{Measurement, MeasurementError, Residual, ScanError};
-use crate::angles::{Directions, HalfDifference};
+use crate::geometry::{Directions, HalfDifference};
 use crate::model::Sample;
 use crate::recipe::Recipe;
 

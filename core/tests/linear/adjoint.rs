@@ -1,6 +1,6 @@
 //! The gradient through the solve.
 
-use glimpse_core::linear::RidgeGradient;
+use glimpse_core::fit::ridge::RidgeGradient;
 
 use super::case::{Case, Random, solutions, with_factors};
 

@@ -1,6 +1,6 @@
 //! Problems, an independent solve in f64, and ours.
 
-use glimpse_core::linear::{Factors, Problem, Real, RidgeError, factor_length, scratch_length};
+use glimpse_core::fit::ridge::{Factors, Problem, Real, RidgeError, factor_length, scratch_length};
 
 /// SplitMix64, and sums of twelve for normal numbers.
 pub(crate) struct Random(pub(crate) u64);

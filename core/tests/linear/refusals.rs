@@ -1,6 +1,6 @@
 //! What is refused, and by which name.
 
-use glimpse_core::linear::{
+use glimpse_core::fit::ridge::{
     Part, Problem, RidgeError, RidgeGradient, factor_length, scratch_length,
 };
 

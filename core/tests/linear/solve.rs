@@ -1,6 +1,6 @@
 //! The coefficients.
 
-use glimpse_core::linear::{Problem, factor_length, scratch_length};
+use glimpse_core::fit::ridge::{Problem, factor_length, scratch_length};
 
 use super::case::{Case, Random, distance, double, single, solutions};
 

@@ -2,11 +2,11 @@
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
-use glimpse_core::angles::{Angles, HalfDifference};
+use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::{
     CookTorrance, Model, ModelKind, Neural, NeuralParameters, ParameterSet, Sample,
 };
-use glimpse_core::scalar::Scalar;
+use glimpse_core::numeric::Scalar;
 use proptest::prelude::*;
 
 use super::parameters;

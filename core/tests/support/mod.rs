@@ -11,7 +11,7 @@ use std::cell::Cell;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 use glimpse_core::model::ParameterSet;
-use glimpse_core::scalar::{Entry, Scalar};
+use glimpse_core::numeric::{Entry, Scalar};
 
 thread_local! {
     /// A fingerprint of the branches taken since the last [`traced`] began.

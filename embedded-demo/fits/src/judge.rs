@@ -2,8 +2,8 @@
 
 use core::f64::consts::{FRAC_PI_2, PI};
 
-use glimpse_core::angles::{Angles, HalfDifference};
-use glimpse_core::loss::cosine_weighted_log_error;
+use glimpse_core::geometry::{Angles, HalfDifference};
+use glimpse_core::model::loss::cosine_weighted_log_error;
 use glimpse_core::model::{Model, ParameterSet};
 
 use crate::Material;

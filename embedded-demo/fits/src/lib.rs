@@ -13,7 +13,7 @@ pub mod machine;
 #[cfg(target_os = "none")]
 pub mod report;
 
-use glimpse_core::angles::Angles;
+use glimpse_core::geometry::Angles;
 use glimpse_core::scan::{LinearScan, Measurement, Residual};
 
 /// The recipes that are tried: n = 8, and 20 steps or 5 components.

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use anyhow::{Context, anyhow, bail, ensure};
 use csv::{Position, ReaderBuilder, StringRecord, Trim};
-use glimpse_core::angles::{Angles, HalfDifference};
+use glimpse_core::geometry::{Angles, HalfDifference};
 
 /// Rusinkiewicz angles.
 const HALF_DIFFERENCE: [&str; 3] = ["theta_h", "theta_d", "phi_d"];

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use glimpse_core::angles::HalfDifference;
+use glimpse_core::geometry::HalfDifference;
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::{Descent, Floats, Learner, Ridge};
 use glimpse_trainer::export::{RecipeFile, eta};

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use anyhow::Context;
 use clap::Args;
-use glimpse_core::angles::Angles;
+use glimpse_core::geometry::Angles;
 use glimpse_trainer::material::{Material, Source};
 use rayon::prelude::*;
 

@@ -1,8 +1,9 @@
 //! The methods: where they measure, and how they fit.
 
-use glimpse_core::angles::{Angles, HalfDifference};
+use glimpse_core::fit::ridge::{factor_length, scratch_length};
 use glimpse_core::fit::{Fit, Workspace};
-use glimpse_core::linear::{factor_length, map, scratch_length};
+use glimpse_core::geometry::{Angles, HalfDifference};
+use glimpse_core::model::linear::map;
 use glimpse_core::model::{Model, ModelKind, ParameterSet, Sample};
 use glimpse_core::recipe::{Descent, Learner, Recipe, Ridge};
 

@@ -6,7 +6,7 @@ mod method;
 pub use adam::OPTIMUM_STEPS;
 pub use method::{Fitted, Method, measure};
 
-use glimpse_core::angles::HalfDifference;
+use glimpse_core::geometry::HalfDifference;
 use rayon::prelude::*;
 
 use crate::material::Material;
@@ -27,7 +27,7 @@ pub enum JudgeError {
     Basis,
     /// A ridge problem has no solution.
     #[error("the linear model cannot be fitted: {0}")]
-    Ridge(#[from] glimpse_core::linear::RidgeError),
+    Ridge(#[from] glimpse_core::fit::ridge::RidgeError),
     /// Pictures cannot be compared: never in practice, all have the same size.
     #[error(transparent)]
     Compare(#[from] CompareError),

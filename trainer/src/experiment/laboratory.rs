@@ -325,7 +325,7 @@ impl<'a> Laboratory<'a> {
         let mut values: Vec<f32> = angles
             .into_iter()
             .map(|angles| {
-                let at = glimpse_core::angles::HalfDifference::from_angles(angles);
+                let at = glimpse_core::geometry::HalfDifference::from_angles(angles);
                 material.brdf(angles).iter().sum::<f32>() * at.cos_theta_i()
             })
             .collect();

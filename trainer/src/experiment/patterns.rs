@@ -1,6 +1,6 @@
 //! The learned patterns, drawn (paper, figure "Pattern").
 
-use glimpse_core::angles::Angles;
+use glimpse_core::geometry::Angles;
 use glimpse_core::model::ModelKind;
 use glimpse_trainer::report::pattern_svg;
 

@@ -1,6 +1,6 @@
 //! Learned samples replaced by random ones (paper, table "robustness").
 
-use glimpse_core::angles::Angles;
+use glimpse_core::geometry::Angles;
 use glimpse_trainer::evaluation::Method;
 use glimpse_trainer::report::{Best, Cell, Column, Compare, Table};
 use glimpse_trainer::sampling::uniform_valid;

@@ -4,7 +4,7 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use glimpse_core::angles::Angles;
+use glimpse_core::geometry::Angles;
 use glimpse_core::recipe::{
     Field, HEADER_BYTES, Ingredients, PackedDescent, PackedLearner, PackedRidge, Provenance,
     Recipe, RecipeError,

@@ -7,7 +7,7 @@
 use std::arch::x86_64::*;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-use glimpse_core::scalar::Scalar;
+use glimpse_core::numeric::Scalar;
 
 use super::elementary::{self, Elementary};
 use super::{Kernel, Lanes, Octet, Octets, Pair, WIDTH};

@@ -7,7 +7,7 @@
 use std::arch::x86_64::*;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-use glimpse_core::scalar::Scalar;
+use glimpse_core::numeric::Scalar;
 
 use super::avx2::{self, Avx2Lanes};
 use super::elementary::{self, Elementary};

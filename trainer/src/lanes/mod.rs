@@ -15,9 +15,9 @@ mod pair;
 mod portable;
 mod total;
 
-use glimpse_core::angles::HalfDifference;
+use glimpse_core::geometry::HalfDifference;
 use glimpse_core::model::Model;
-use glimpse_core::scalar::Scalar;
+use glimpse_core::numeric::Scalar;
 
 pub use pair::Pair;
 pub use portable::PortableLanes;

@@ -6,7 +6,7 @@
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-use glimpse_core::scalar::Scalar;
+use glimpse_core::numeric::Scalar;
 
 use super::{Lanes, Octet, Octets, WIDTH};
 

@@ -2,9 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use glimpse_core::angles::{Angles, HalfDifference};
-use glimpse_core::linear::{EPSILON, unmap};
-use glimpse_core::scalar::Scalar;
+use glimpse_core::geometry::{Angles, HalfDifference};
+use glimpse_core::model::linear::{EPSILON, unmap};
+use glimpse_core::numeric::Scalar;
 use nalgebra::{DMatrix, SymmetricEigen};
 use rayon::prelude::*;
 

@@ -1,7 +1,7 @@
 //! Materials as columns: l = ln(brdf w + e) at the nodes of the grid, a column for each channel.
 
-use glimpse_core::angles::{Angles, HalfDifference};
-use glimpse_core::linear::map;
+use glimpse_core::geometry::{Angles, HalfDifference};
+use glimpse_core::model::linear::map;
 use rayon::prelude::*;
 
 use super::Grid;

@@ -1,6 +1,6 @@
 //! The method NJR15: samples that make the ridge problem well conditioned (Nielsen et al. 2015).
 
-use glimpse_core::angles::Angles;
+use glimpse_core::geometry::Angles;
 use nalgebra::{DMatrix, DVector};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;

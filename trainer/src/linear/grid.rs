@@ -2,7 +2,7 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use glimpse_core::angles::{Angles, HalfDifference};
+use glimpse_core::geometry::{Angles, HalfDifference};
 
 /// Nodes along theta_h, denser towards 0 as in MERL's tables, along theta_d, and along phi_d,
 /// which has period pi.

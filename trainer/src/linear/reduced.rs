@@ -1,7 +1,8 @@
 //! A basis reduced to the directions of a pattern.
 
-use glimpse_core::angles::{Angles, HalfDifference};
-use glimpse_core::linear::{Factors, Problem, RidgeError, factor_length, map, scratch_length};
+use glimpse_core::fit::ridge::{Factors, Problem, RidgeError, factor_length, scratch_length};
+use glimpse_core::geometry::{Angles, HalfDifference};
+use glimpse_core::model::linear::map;
 
 use super::Basis;
 use super::basis::median_of;

@@ -10,9 +10,10 @@
 //! dealt into folds, and each is learned on with the basis of all the others; the final basis has
 //! all of them.
 
-use glimpse_core::angles::{Angles, HalfDifference};
-use glimpse_core::linear::{Factors, RidgeError, RidgeGradient, scratch_length, unmap};
-use glimpse_core::loss::cosine_weighted_log_error;
+use glimpse_core::fit::ridge::{Factors, RidgeError, RidgeGradient, scratch_length};
+use glimpse_core::geometry::{Angles, HalfDifference};
+use glimpse_core::model::linear::unmap;
+use glimpse_core::model::loss::cosine_weighted_log_error;
 use rand::Rng;
 use rayon::prelude::*;
 

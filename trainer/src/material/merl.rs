@@ -12,8 +12,8 @@ use std::fs::File;
 use std::io;
 use std::path::Path;
 
-use glimpse_core::angles::{Angles, HalfDifference};
-use glimpse_core::scalar::Scalar;
+use glimpse_core::geometry::{Angles, HalfDifference};
+use glimpse_core::numeric::Scalar;
 use memmap2::Mmap;
 use rayon::prelude::*;
 

@@ -14,7 +14,7 @@ pub use source::{Source, SourceError};
 
 use std::f32::consts::TAU;
 
-use glimpse_core::angles::{Angles, HalfDifference};
+use glimpse_core::geometry::{Angles, HalfDifference};
 
 /// A measured material: a BRDF that can be looked up anywhere, with its derivative.
 pub trait Material: Send + Sync {

@@ -6,7 +6,7 @@
 use std::path::Path;
 use std::{fs, io};
 
-use glimpse_core::angles::{Angles, HalfDifference};
+use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::{Model, Neural, NeuralParameters, ParameterSet};
 
 use super::{Material, SourceError};

@@ -6,8 +6,8 @@
 //! their ranges follow what one finds among measured materials: metals, metallic paints, plastics
 //! and lacquers, rubbers and other rough ones, fabrics, woods.
 
-use glimpse_core::angles::{Angles, HalfDifference};
-use glimpse_core::scalar::{Scalar, Trigonometry};
+use glimpse_core::geometry::{Angles, HalfDifference};
+use glimpse_core::numeric::{Scalar, Trigonometry};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use std::f64::consts::PI;

@@ -6,8 +6,8 @@
 use std::cmp::Ordering;
 use std::ops::Range;
 
-use glimpse_core::angles::HalfDifference;
-use glimpse_core::loss::cosine_weighted_log_error;
+use glimpse_core::geometry::HalfDifference;
+use glimpse_core::model::loss::cosine_weighted_log_error;
 use glimpse_core::model::{
     CookTorrance, Model, Neural, ParameterSet, Phong, Sample, SampleGradient,
 };

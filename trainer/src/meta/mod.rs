@@ -17,7 +17,7 @@ pub mod unroll;
 pub mod variation;
 
 use glimpse_core::model::ParameterSet;
-use glimpse_core::scalar::Entry;
+use glimpse_core::numeric::Entry;
 
 /// Copies a flat list, in the model's order, into a parameter set.
 pub fn unflatten<T: Entry, P: ParameterSet<T>>(list: &[T], set: &mut P) {

@@ -7,7 +7,7 @@
 use std::borrow::Cow;
 use std::ops::Deref;
 
-use glimpse_core::angles::HalfDifference;
+use glimpse_core::geometry::HalfDifference;
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
@@ -206,7 +206,7 @@ impl Draw<'_> {
 
 #[cfg(test)]
 mod tests {
-    use glimpse_core::angles::Angles;
+    use glimpse_core::geometry::Angles;
     use rand::SeedableRng;
 
     use super::*;

@@ -2,7 +2,7 @@
 
 use std::marker::PhantomData;
 
-use glimpse_core::angles::Angles;
+use glimpse_core::geometry::Angles;
 use glimpse_core::model::ModelKind;
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
@@ -175,7 +175,7 @@ pub enum TrainError {
     Samples(usize),
     /// A number of the finished recipe is no number.
     #[error("training did not converge: {0}")]
-    Diverged(#[from] glimpse_core::linear::RidgeError),
+    Diverged(#[from] glimpse_core::fit::ridge::RidgeError),
     /// A checkpoint cannot be written or read.
     #[error(transparent)]
     Checkpoint(#[from] CheckpointError),

@@ -12,9 +12,9 @@
 //! What is summed over samples, the gradient and the product with the Hessian, is computed by the
 //! [`SampleList`]: on lanes and threads in training, in plain f64 in tests.
 
-use glimpse_core::angles::HalfDifference;
+use glimpse_core::geometry::HalfDifference;
 use glimpse_core::model::{Model, ParameterSet, Sample, SampleGradient};
-use glimpse_core::scalar::Scalar;
+use glimpse_core::numeric::Scalar;
 
 use crate::dual::Dual;
 use crate::lanes::{Kernel, Lanes, dispatch};

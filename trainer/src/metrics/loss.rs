@@ -1,7 +1,7 @@
 //! The paper's Loss of a whole BRDF: mean cosine-weighted logarithmic error over many directions.
 
-use glimpse_core::angles::HalfDifference;
-use glimpse_core::loss::cosine_weighted_log_error;
+use glimpse_core::geometry::HalfDifference;
+use glimpse_core::model::loss::cosine_weighted_log_error;
 
 /// Directions that are evaluated in one call.
 const BATCH: usize = 4096;
@@ -38,7 +38,7 @@ pub fn mean_log_error(
 
 #[cfg(test)]
 mod tests {
-    use glimpse_core::angles::Angles;
+    use glimpse_core::geometry::Angles;
 
     use super::*;
 

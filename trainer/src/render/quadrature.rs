@@ -8,7 +8,7 @@
 
 use std::f32::consts::{FRAC_PI_2, TAU};
 
-use glimpse_core::angles::HalfDifference;
+use glimpse_core::geometry::HalfDifference;
 
 /// Rings of the rule that pictures are rendered with; see the convergence test of `sphere`.
 pub(super) const RINGS: usize = 56;
@@ -124,7 +124,7 @@ impl HalfVectors {
 
 #[cfg(test)]
 mod tests {
-    use glimpse_core::angles::Directions;
+    use glimpse_core::geometry::Directions;
 
     use super::*;
 

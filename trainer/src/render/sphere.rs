@@ -3,7 +3,7 @@
 use std::array;
 use std::collections::BTreeMap;
 
-use glimpse_core::angles::HalfDifference;
+use glimpse_core::geometry::HalfDifference;
 use rayon::prelude::*;
 
 use super::quadrature::{HalfVectors, Nodes, RINGS};

@@ -2,8 +2,8 @@
 
 use std::f32::consts::{FRAC_1_PI, PI};
 
-use glimpse_core::angles::HalfDifference;
-use glimpse_core::math;
+use glimpse_core::geometry::HalfDifference;
+use glimpse_core::numeric::math;
 
 use super::quadrature::RINGS;
 use super::sphere::{DIAMETER, circles, render_with};

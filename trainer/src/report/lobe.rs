@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use glimpse_core::angles::{Directions, HalfDifference};
+use glimpse_core::geometry::{Directions, HalfDifference};
 
 use super::html::escape;
 use super::svg::{COLOURS, begin, power_of_ten};

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use glimpse_core::angles::{Angles, HalfDifference};
+use glimpse_core::geometry::{Angles, HalfDifference};
 
 use super::svg::{Labels, begin};
 

@@ -1,6 +1,6 @@
 //! Importance sampling of the mean BRDF (paper, "Mean-BRDF importance sampling").
 
-use glimpse_core::angles::{Angles, HalfDifference};
+use glimpse_core::geometry::{Angles, HalfDifference};
 use rayon::prelude::*;
 
 use crate::material::Material;

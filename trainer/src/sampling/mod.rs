@@ -5,7 +5,7 @@ mod mean_brdf;
 
 pub use mean_brdf::MeanBrdf;
 
-use glimpse_core::angles::{Angles, HalfDifference};
+use glimpse_core::geometry::{Angles, HalfDifference};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 

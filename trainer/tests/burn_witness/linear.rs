@@ -7,7 +7,7 @@ use std::sync::{LazyLock, PoisonError};
 
 use burn::tensor::Tensor;
 use burn::tensor::activation::relu;
-use glimpse_core::angles::{Angles, HalfDifference};
+use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::{Model, Neural, NeuralParameters, ParameterSet};
 use glimpse_trainer::dual::Dual;
 use glimpse_trainer::linear::{

@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use glimpse_core::angles::Angles;
+use glimpse_core::geometry::Angles;
 use glimpse_core::recipe::{Field, Provenance, Recipe, RecipeError};
 use glimpse_trainer::export::{ReducedBasis, to_ridge_recipe};
 use serde_json::{Value, json};

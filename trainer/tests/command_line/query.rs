@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use glimpse_core::angles::HalfDifference;
+use glimpse_core::geometry::HalfDifference;
 use glimpse_trainer::material::Source;
 use glimpse_trainer::sampling::uniform_valid;
 
@@ -36,7 +36,7 @@ fn both_kinds_of_angles_give_the_material_s_own_values() {
         let [theta_h, theta_d, phi_d] = [angles.theta_h, angles.theta_d, angles.phi_d]
             .map(|angle| f64::from(angle).to_degrees());
         half += &format!("any,{phi_d},{theta_h},\"one, two\",{theta_d}\n");
-        let at = HalfDifference::from_angles(glimpse_core::angles::Angles {
+        let at = HalfDifference::from_angles(glimpse_core::geometry::Angles {
             theta_h: theta_h.to_radians(),
             theta_d: theta_d.to_radians(),
             phi_d: phi_d.to_radians(),

@@ -2,8 +2,8 @@
 
 use std::f64::consts::PI;
 
-use glimpse_core::angles::{Angles, HalfDifference};
-use glimpse_core::linear::EPSILON;
+use glimpse_core::geometry::{Angles, HalfDifference};
+use glimpse_core::model::linear::EPSILON;
 use glimpse_trainer::linear::Grid;
 use nalgebra::{DMatrix, DVector};
 

@@ -1,6 +1,6 @@
 //! The method NJR15.
 
-use glimpse_core::angles::{Angles, HalfDifference};
+use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_trainer::linear::{Basis, Reduced, least_condition, widened};
 use glimpse_trainer::sampling::uniform_valid;
 use nalgebra::DMatrix;

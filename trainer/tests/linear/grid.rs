@@ -2,7 +2,7 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use glimpse_core::angles::Angles;
+use glimpse_core::geometry::Angles;
 use glimpse_trainer::linear::{Grid, Tabulated};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;

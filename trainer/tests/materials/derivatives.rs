@@ -1,6 +1,6 @@
 //! The derivatives of networks, as materials, against central differences.
 
-use glimpse_core::angles::{Angles, HalfDifference};
+use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::{Model, Neural, NeuralParameters, ParameterSet};
 use glimpse_trainer::material::Material;
 use glimpse_trainer::sampling::uniform_valid;

@@ -9,7 +9,7 @@ mod merl;
 mod rgl;
 mod sources;
 
-use glimpse_core::angles::Angles;
+use glimpse_core::geometry::Angles;
 use glimpse_core::model::{Model, Neural, NeuralParameters, ParameterSet};
 use glimpse_trainer::material::{Material, NeuralBrdf};
 use rand::{Rng, SeedableRng};

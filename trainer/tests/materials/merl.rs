@@ -6,7 +6,7 @@ use std::fs::{self, File, OpenOptions};
 use std::io::{Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
-use glimpse_core::angles::{Angles, HalfDifference};
+use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_trainer::material::{Material, MerlTable, SourceError, write_merl};
 use proptest::prelude::*;
 use proptest::test_runner::TestRunner;

@@ -4,7 +4,7 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use glimpse_core::angles::HalfDifference;
+use glimpse_core::geometry::HalfDifference;
 use glimpse_trainer::material::{Material, RglMeasurement};
 use glimpse_trainer::sampling::uniform_valid;
 use tempfile::TempDir;
@@ -191,7 +191,7 @@ fn look_ups_are_the_formula() {
         let found = material.brdf(angles);
         assert_eq!(found, circle.brdf(angles));
         // In double precision, from where the angles in single precision are.
-        let at = HalfDifference::from_angles(glimpse_core::angles::Angles {
+        let at = HalfDifference::from_angles(glimpse_core::geometry::Angles {
             theta_h: f64::from(angles.theta_h),
             theta_d: f64::from(angles.theta_d),
             phi_d: f64::from(angles.phi_d),

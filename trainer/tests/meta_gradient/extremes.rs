@@ -1,6 +1,6 @@
 //! Nothing that training computes overflows single precision.
 
-use glimpse_core::angles::{Angles, HalfDifference};
+use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::{CookTorrance, CookTorranceParameters, ParameterSet};
 use glimpse_trainer::dual::Dual;
 use glimpse_trainer::lanes::{InstructionSet, Octet, WIDTH};

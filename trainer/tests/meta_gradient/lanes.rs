@@ -1,6 +1,6 @@
 //! What training computes, on f32 lanes, against the same in f64.
 
-use glimpse_core::angles::HalfDifference;
+use glimpse_core::geometry::HalfDifference;
 use glimpse_core::model::{CookTorrance, Model, Neural, Phong, Sample, SampleGradient};
 use glimpse_trainer::lanes::{InstructionSet, Lanes, MOST_OCTETS, Octet, PortableLanes, WIDTH};
 use glimpse_trainer::material::{Material, Procedural};

@@ -3,11 +3,11 @@
 
 use std::sync::LazyLock;
 
-use glimpse_core::angles::{Angles, HalfDifference};
-use glimpse_core::linear::{EPSILON, map, unmap};
-use glimpse_core::loss::cosine_weighted_log_error;
+use glimpse_core::geometry::{Angles, HalfDifference};
+use glimpse_core::model::linear::{EPSILON, map, unmap};
+use glimpse_core::model::loss::cosine_weighted_log_error;
 use glimpse_core::model::{Model, ModelKind, Neural, NeuralParameters, ParameterSet};
-use glimpse_core::scalar::Scalar;
+use glimpse_core::numeric::Scalar;
 use glimpse_trainer::dual::Dual;
 use glimpse_trainer::linear::{
     Basis, ByAngles, Columns, Grid, Judge, LinearTrainee, Outer, Prior, Reduced, Slopes, widened,

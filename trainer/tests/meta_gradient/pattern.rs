@@ -2,7 +2,7 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use glimpse_core::angles::{Angles, HalfDifference};
+use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::{CookTorrance, Model, Neural, Phong, Sample, SampleGradient};
 use glimpse_trainer::lanes::{Octet, OctetAt, WIDTH};
 use glimpse_trainer::material::{Material, NeuralBrdf, Procedural};

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use glimpse_core::model::{Model, ParameterSet, Sample, SampleGradient};
-use glimpse_core::scalar::Scalar;
+use glimpse_core::numeric::Scalar;
 use glimpse_trainer::meta::unroll::{Learner, MetaGradient, Real, SampleList};
 use proptest::prelude::*;
 

@@ -17,12 +17,13 @@ use cortex_m_rt::entry;
 #[cfg(target_arch = "riscv32")]
 use riscv_rt::entry;
 
-use glimpse_core::angles::{Angles, Directions, HalfDifference};
+use glimpse_core::fit::ridge::{Problem, RidgeGradient, factor_length, scratch_length};
 use glimpse_core::fit::{Fit, Progress, Workspace, residuals};
-use glimpse_core::linear::{Problem, RidgeGradient, factor_length, map, scratch_length, unmap};
+use glimpse_core::geometry::{Angles, Directions, HalfDifference};
 use glimpse_core::link::{Answerer, Asker, FRAME_BYTES, Failure, Heard, Reply, Request};
-use glimpse_core::math;
+use glimpse_core::model::linear::{map, unmap};
 use glimpse_core::model::{CookTorrance, Model, ModelKind, Neural, Phong, Sample};
+use glimpse_core::numeric::math;
 use glimpse_core::recipe::{Floats, Learner, Recipe};
 use glimpse_core::scan::{LinearScan, Measurement, Record, Residual, Scan};
 use glimpse_fits::machine::only;

@@ -7,7 +7,7 @@
 
 use core::hint::black_box;
 
-use glimpse_core::angles::HalfDifference;
+use glimpse_core::geometry::HalfDifference;
 use glimpse_core::recipe::{Learner, Recipe};
 use glimpse_fits::machine::counter;
 use glimpse_fits::recipes::PHONG;

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use anyhow::{bail, ensure};
 use clap::Args;
-use glimpse_core::angles::HalfDifference;
+use glimpse_core::geometry::HalfDifference;
 use glimpse_trainer::evaluation::Method;
 use glimpse_trainer::material::Source;
 use glimpse_trainer::report::{self, MOST_LOBES, lobe, lobe_svg};

@@ -8,7 +8,7 @@ use std::path::Path;
 
 use anyhow::{Context, bail};
 use clap::{Args, Subcommand};
-use glimpse_core::angles::HalfDifference;
+use glimpse_core::geometry::HalfDifference;
 use glimpse_trainer::evaluation::Method;
 use glimpse_trainer::files::try_write;
 use glimpse_trainer::material::Material;

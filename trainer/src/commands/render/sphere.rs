@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use anyhow::ensure;
 use clap::Args;
-use glimpse_core::angles::HalfDifference;
+use glimpse_core::geometry::HalfDifference;
 use glimpse_trainer::evaluation::{Judge, Method};
 use glimpse_trainer::material::{Material, Source};
 use glimpse_trainer::metrics::Scores;

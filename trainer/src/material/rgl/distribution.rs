@@ -1,7 +1,7 @@
 //! Functions on the unit square, bilinear between nodes, and the mapping that makes a density
 //! uniform.
 
-use glimpse_core::scalar::Scalar;
+use glimpse_core::numeric::Scalar;
 
 use super::real::Real;
 

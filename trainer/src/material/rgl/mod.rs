@@ -26,7 +26,7 @@ use std::f64::consts::{PI, TAU};
 use std::fs;
 use std::path::Path;
 
-use glimpse_core::angles::{Angles, HalfDifference};
+use glimpse_core::geometry::{Angles, HalfDifference};
 
 use self::distribution::{Between, Cell, Densities, Grid};
 use self::real::Real;

@@ -1,6 +1,6 @@
 //! What angles need beside sine and cosine, for numbers and for dual numbers.
 
-use glimpse_core::scalar::{Scalar, Trigonometry};
+use glimpse_core::numeric::{Scalar, Trigonometry};
 
 use crate::dual::Dual;
 

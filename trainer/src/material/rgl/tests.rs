@@ -2,7 +2,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use glimpse_core::angles::Angles;
+use glimpse_core::geometry::Angles;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 

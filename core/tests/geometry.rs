@@ -5,7 +5,7 @@
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
-use glimpse_core::angles::{Angles, Directions, HalfDifference};
+use glimpse_core::geometry::{Angles, Directions, HalfDifference};
 use proptest::prelude::*;
 
 type Vector = [f64; 3];

@@ -1,7 +1,7 @@
 //! The Linear model: a ridge solve on a basis that is reduced to the sampled directions.
 //!
 //! Nielsen, Jensen, Ramamoorthi: On Optimal, Minimal BRDF Sampling for Reflectance Acquisition
-//! (2015). A BRDF is mapped by [`map`], and what was mapped is a mean plus m principal components
+//! (2015). A BRDF is mapped by [`map`](crate::model::linear::map), and what was mapped is a mean plus m principal components
 //! times coefficients c. At n directions, with the components' values there as the rows of the
 //! n x m matrix A and t = mapped measurement - mean,
 //!
@@ -37,7 +37,7 @@
 //! # Memory
 //!
 //! [`factor_length`] and [`scratch_length`] numbers, as constants. The basis is read in place, from
-//! flash if need be: packed little-endian f32, aligned or not (see [`Entry`]).
+//! flash if need be: packed little-endian f32, aligned or not (see [`Stored`]).
 
 mod error;
 mod factor;
@@ -49,38 +49,7 @@ pub use error::{Part, RidgeError};
 pub use factors::{Factors, RidgeGradient};
 pub use problem::{Problem, factor_length, scratch_length};
 
-use crate::scalar::Scalar;
-
-/// e of the mapping: what is added to the BRDF times both cosines, so that dark values have a
-/// logarithm (Nielsen et al. 2015).
-pub const EPSILON: f64 = 1e-3;
-/// The smallest weight that [`unmap`] divides by.
-const LEAST_WEIGHT: f64 = 1e-6;
-
-/// ln((brdf w + e) / (median w + e)), the paper's mapping.
-///
-/// `brdf` and `median` (over the training columns, at the same directions) are BRDFs in sr^-1, not
-/// times a cosine; `weight` is w = cos(theta_i) cos(theta_o).
-#[inline(always)]
-pub fn map<S: Scalar>(brdf: S, median: S, weight: S) -> S {
-    let epsilon = S::constant(EPSILON);
-    let above = epsilon.plus_product(brdf, weight);
-    let below = epsilon.plus_product(median, weight);
-    (above / below).ln()
-}
-
-/// The inverse of [`map`]: max(((median w + e) exp(mapped) - e) / w, 0), a BRDF in sr^-1, not times
-/// a cosine.
-///
-/// Where w is below 1e-6 it is divided by 1e-6 instead.
-#[inline(always)]
-pub fn unmap<S: Scalar>(mapped: S, median: S, weight: S) -> S {
-    let epsilon = S::constant(EPSILON);
-    let least = S::constant(LEAST_WEIGHT);
-    let scaled = epsilon.plus_product(median, weight) * mapped.exp() - epsilon;
-    let divisor = (weight - least).if_positive(weight, least);
-    (scaled / divisor).relu()
-}
+use crate::numeric::Scalar;
 
 /// A single real number that ridge problems are solved in.
 pub trait Real: Scalar<Parameter = Self, Sum = Self> + PartialOrd {
@@ -103,12 +72,12 @@ impl Real for f64 {
 }
 
 /// How an entry of basis or precision lies in memory.
-pub trait Entry<S>: Copy {
+pub trait Stored<S>: Copy {
     /// The entry as a number.
     fn value(self) -> S;
 }
 
-impl<S: Real> Entry<S> for S {
+impl<S: Real> Stored<S> for S {
     #[inline(always)]
     fn value(self) -> S {
         self
@@ -116,7 +85,7 @@ impl<S: Real> Entry<S> for S {
 }
 
 /// Packed little-endian f32, as recipes hold them.
-impl Entry<f32> for [u8; 4] {
+impl Stored<f32> for [u8; 4] {
     #[inline(always)]
     fn value(self) -> f32 {
         f32::from_le_bytes(self)
@@ -124,7 +93,7 @@ impl Entry<f32> for [u8; 4] {
 }
 
 /// A row of A times a vector of m.
-pub(crate) fn dot<S: Real, T: Entry<S>>(row: &[T], vector: &[S]) -> S {
+pub(crate) fn dot<S: Real, T: Stored<S>>(row: &[T], vector: &[S]) -> S {
     let products = row.iter().zip(vector);
     products.fold(S::constant(0.0), |sum, (a, x)| {
         sum.plus_product(a.value(), *x)

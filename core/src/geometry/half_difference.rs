@@ -1,37 +1,7 @@
-//! Rusinkiewicz angles, half and difference vectors, and directions.
-//!
-//! A pair of directions (incoming w_i, outgoing w_o; unit, z along the normal)
-//! of an isotropic BRDF is described by the angles (theta_h, theta_d, phi_d)
-//! of its half vector and its difference vector, with phi_h = 0 (Rusinkiewicz
-//! 1998). Models read the Cartesian form, [`HalfDifference`].
+//! Half and difference vectors, which models read.
 
-use serde::{Deserialize, Serialize};
-
-use crate::math;
-use crate::scalar::{Scalar, Trigonometry};
-
-/// Rusinkiewicz angles in radians: `theta_h` and `theta_d` in \[0, pi/2\]; `phi_d`, for
-/// reciprocal BRDFs, has period pi.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Angles<T> {
-    /// Angle between the normal and the half vector.
-    pub theta_h: T,
-    /// Angle between the half vector and the incoming direction.
-    pub theta_d: T,
-    /// Azimuth of the incoming direction about the half vector.
-    pub phi_d: T,
-}
-
-/// A pair of unit directions, pointing away from the surface; z is the normal.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Directions<T> {
-    /// Towards the light, w_i.
-    pub incoming: [T; 3],
-    /// Towards the sensor, w_o.
-    pub outgoing: [T; 3],
-}
+use super::{Angles, Directions};
+use crate::numeric::{Scalar, Trigonometry, math};
 
 /// Half vector and difference vector in Cartesian coordinates, turned so that phi_h = 0.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -1,7 +1,7 @@
 //! Solves with a factorized ridge problem, refined; and their adjoint.
 
 use super::pair::Pair;
-use super::{Entry, Part, Problem, Real, RidgeError, dot, factor};
+use super::{Part, Problem, Real, RidgeError, Stored, dot, factor};
 
 /// A correction of this size, relative to what it corrects, is the last: the next one would be
 /// smaller by at least as much as this one was smaller than the solution.
@@ -25,7 +25,7 @@ pub struct RidgeGradient<'g, S> {
     pub precision: &'g mut [S],
 }
 
-impl<'a, T: Entry<S>, S: Real> Factors<'a, '_, T, S> {
+impl<'a, T: Stored<S>, S: Real> Factors<'a, '_, T, S> {
     /// What was factorized.
     #[must_use]
     pub fn problem(&self) -> &Problem<'a, T> {
@@ -299,7 +299,7 @@ fn begin<S: Real>(x: &mut [S], lambda: Option<&[S]>) {
 }
 
 /// Adds a row of A, times a pair, to pairs that lie in two lists.
-fn add_scaled<S: Real, T: Entry<S>>(row: &[T], factor: Pair<S>, high: &mut [S], low: &mut [S]) {
+fn add_scaled<S: Real, T: Stored<S>>(row: &[T], factor: Pair<S>, high: &mut [S], low: &mut [S]) {
     for ((high, low), a) in high.iter_mut().zip(low).zip(row) {
         let mut sum = Pair {
             high: *high,

@@ -1,6 +1,6 @@
 //! The cosine-weighted logarithmic error, the paper's `Loss`.
 
-use crate::scalar::Scalar;
+use crate::numeric::Scalar;
 
 /// The weighted error at one sample, and its partial derivatives.
 #[derive(Clone, Copy, Debug)]

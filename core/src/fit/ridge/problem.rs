@@ -2,7 +2,7 @@
 
 use super::factor::{self, packed_length};
 use super::factors::Factors;
-use super::{Entry, Part, Real, RidgeError, dot, is_positive};
+use super::{Part, Real, RidgeError, Stored, dot, is_positive};
 
 /// Numbers that the factors of a problem take: r (r + 1) / 2, r = min(n, m).
 #[must_use]
@@ -87,7 +87,7 @@ impl<'a, T> Problem<'a, T> {
         scratch: &mut [S],
     ) -> Result<Factors<'a, 'b, T, S>, RidgeError>
     where
-        T: Entry<S>,
+        T: Stored<S>,
     {
         let order = self.order();
         let packed = take(factors, packed_length(order), Part::Factors)?;
@@ -111,7 +111,7 @@ impl<'a, T> Problem<'a, T> {
     /// A'A + P.
     fn assemble_primal<S: Real>(&self, packed: &mut [S])
     where
-        T: Entry<S>,
+        T: Stored<S>,
     {
         packed.fill(S::constant(0.0));
         for row in self.rows() {
@@ -132,7 +132,7 @@ impl<'a, T> Problem<'a, T> {
     /// A P^-1 A' + I.
     fn assemble_dual<S: Real>(&self, packed: &mut [S], scratch: &mut [S])
     where
-        T: Entry<S>,
+        T: Stored<S>,
     {
         for (entries, row) in factor::rows_mut(packed).zip(self.rows()) {
             for ((scaled, a), precision) in scratch.iter_mut().zip(row).zip(self.precision) {

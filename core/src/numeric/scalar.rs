@@ -1,16 +1,12 @@
-//! The arithmetic that models are written in.
+//! What models are written in.
 //!
 //! A model's loss and gradient are written once, over [`Scalar`]. On the device
 //! the scalar is `f32`; in tests it is `f64`; the trainer brings SIMD lanes
 //! (eight samples at once) and dual numbers over them.
 
-mod block;
-
-pub use block::Block;
-
 use core::ops::{Add, Div, Mul, Neg, Sub};
 
-use crate::math;
+use super::math;
 
 /// What a set of parameters can hold: plain values, which threads can share.
 pub trait Entry: Copy + Send + Sync + 'static {}

@@ -1,0 +1,14 @@
+//! Rusinkiewicz angles.
+
+/// Rusinkiewicz angles in radians: `theta_h` and `theta_d` in \[0, pi/2\]; `phi_d`, for
+/// reciprocal BRDFs, has period pi.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Angles<T> {
+    /// Angle between the normal and the half vector.
+    pub theta_h: T,
+    /// Angle between the half vector and the incoming direction.
+    pub theta_d: T,
+    /// Azimuth of the incoming direction about the half vector.
+    pub phi_d: T,
+}

@@ -1,0 +1,47 @@
+//! Numbers as recipes hold them.
+
+/// A list of f32, packed as little-endian bytes, read in place.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Floats<'a>(&'a [[u8; 4]]);
+
+impl<'a> Floats<'a> {
+    /// None if the length is not a multiple of four.
+    #[must_use]
+    pub fn new(bytes: &'a [u8]) -> Option<Self> {
+        match bytes.as_chunks() {
+            (words, []) => Some(Self(words)),
+            _ => None,
+        }
+    }
+
+    /// The numbers as they are packed.
+    #[must_use]
+    pub fn words(&self) -> &'a [[u8; 4]] {
+        self.0
+    }
+
+    /// How many numbers there are.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.0.len()
+    }
+
+    /// True if there are none.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    /// Splits off the first numbers, as many of them as there are.
+    #[must_use]
+    pub fn take(&mut self, count: usize) -> Self {
+        let (taken, rest) = self.0.split_at_checked(count).unwrap_or((self.0, &[]));
+        self.0 = rest;
+        Self(taken)
+    }
+
+    /// The numbers, in order.
+    pub fn iter(&self) -> impl ExactSizeIterator<Item = f32> + Clone + 'a {
+        self.0.iter().map(|word| f32::from_le_bytes(*word))
+    }
+}
