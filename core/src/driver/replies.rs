@@ -53,7 +53,7 @@ impl<K: Fitter, const CAPACITY: usize> Driver<'_, '_, K, CAPACITY> {
 
     /// What follows the greeting. A host that only listens cannot tell whether kept readings hold:
     /// the firmware does, by recording them or not.
-    fn begin(&self) -> Phase {
+    pub(super) fn begin(&self) -> Phase {
         match (&self.scan, self.config.host) {
             (Err(failure), _) => Phase::Complain(*failure),
             (Ok(_), Host::Measures) => Phase::Offer { next: 0 },
