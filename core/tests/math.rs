@@ -94,7 +94,11 @@ fn angles_are_within_their_bound() {
     });
     assert_bound("atan2", found, BOUNDS[4]);
     assert_eq!(math::atan2(0.0, 0.0), 0.0);
-    assert_eq!(math::atan2(0.0, -0.0), 0.0, "an arm at the pole has the azimuth 0");
+    assert_eq!(
+        math::atan2(0.0, -0.0),
+        0.0,
+        "an arm at the pole has the azimuth 0"
+    );
     assert_eq!(math::atan2(1.0, 0.0), FRAC_PI_2);
     for (y, x) in [(f32::NAN, 1.0), (1.0, f32::NAN), (f32::NAN, 0.0)] {
         assert!(math::atan2(y, x).is_nan());
