@@ -65,7 +65,7 @@ impl<'s, K: Fitter, const CAPACITY: usize> Fit<'s, K, CAPACITY> {
             return Err(FinishError::Unfinished(progress));
         }
         let learner = self.recipe.learner();
-        let finite = K::values(&self.memory.workspace, learner).all(f32::is_finite);
+        let finite = K::is_finite(&self.memory.workspace, &learner);
         let residual = residual(self.recipe, self.memory);
         if !(finite && residual.mean.is_finite()) {
             self.memory.stage = Stage::Reading;
