@@ -56,7 +56,7 @@ use memory::{Stage, Status};
 ///     incoming: [0.6, 0.0, 0.8],
 ///     outgoing: [-0.6, 0.0, 0.8],
 /// };
-/// # scan(include_bytes!("../../embedded-demo/recipes/neural-n8.recipe"), &mut Memory::new()).unwrap();
+/// # scan(include_bytes!("../examples/recipes/neural-n8.recipe"), &mut Memory::new()).unwrap();
 /// ```
 pub struct Scan<'r, 'm, K: Fitter, const CAPACITY: usize> {
     recipe: Recipe<'r>,

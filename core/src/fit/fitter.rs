@@ -48,7 +48,8 @@ pub enum FitterError {
 
 /// How readings become values: one model, or whichever the recipe names.
 ///
-/// [`Scan`](crate::scan::Scan) calls it; firmware only names one. Values are a model's parameters in
+/// [`Scan`](crate::scan::Scan) calls it; firmware only names one, and its functions may change in
+/// any version. Values are a model's parameters in
 /// its order, or Linear's coefficients: m for red, m for green, m for blue.
 pub trait Fitter {
     /// What a fit works in, besides the readings.

@@ -26,7 +26,14 @@ const CHANNELS: usize = 3;
 pub struct Linear<const WORDS: usize>;
 
 /// Numbers that the solve takes in memory with so many samples and components (n and m): a constant,
-/// for [`Linear`] and [`AnyModel`](super::AnyModel).
+/// for [`Linear`] and [`AnyModel`](super::AnyModel). `trainer inspect` shows both of a recipe.
+///
+/// ```
+/// use glimpse_core::fit::linear_words;
+///
+/// const WORDS: usize = linear_words(8, 5);
+/// assert!(4 * WORDS < 600); // bytes
+/// ```
 #[must_use]
 pub const fn linear_words(samples: usize, components: usize) -> usize {
     CHANNELS * components

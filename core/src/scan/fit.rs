@@ -9,6 +9,29 @@ use crate::model::linear::Basis;
 use crate::recipe::Recipe;
 
 /// A fit of all readings, under way.
+///
+/// ```
+/// # use glimpse_core::model::Phong;
+/// # use glimpse_core::recipe::Recipe;
+/// # use glimpse_core::scan::{FinishError, FitError, Memory, Reading, Scan};
+/// # let recipe = Recipe::parse(include_bytes!("../../examples/recipes/phong-n8.recipe"))?;
+/// # let mut memory = Memory::<Phong, 8>::new();
+/// # let mut scan = Scan::new(recipe, &mut memory)?;
+/// assert!(matches!(scan.fit(), Err(FitError::Incomplete { missing: 8, first: 0 })));
+///
+/// while let Some((index, _)) = scan.next_pending() {
+///     scan.record(index, Reading::monochrome(0.2))?;
+/// }
+/// let mut fit = scan.fit()?;
+/// let progress = fit.advance(100);
+/// assert_eq!((progress.done, progress.total), (100, 160)); // 20 steps on 8 samples
+/// assert!(matches!(fit.finish(), Err(FinishError::Unfinished(_))));
+///
+/// let mut fit = scan.fit_under_way().unwrap(); // where it was left
+/// assert!(fit.advance(60).is_complete());
+/// let fitted = fit.finish()?;
+/// # Ok::<(), Box<dyn core::error::Error>>(())
+/// ```
 pub struct Fit<'s, K: Fitter, const CAPACITY: usize> {
     recipe: &'s Recipe<'s>,
     basis: Option<Basis<'s>>,
@@ -93,6 +116,32 @@ fn residual<K: Fitter, const CAPACITY: usize>(
 }
 
 /// A fitted material.
+///
+/// ```
+/// # use glimpse_core::geometry::Directions;
+/// # use glimpse_core::model::Phong;
+/// # use glimpse_core::recipe::Recipe;
+/// # use glimpse_core::scan::{FinishError, FitError, Memory, Reading, Scan};
+/// # let recipe = Recipe::parse(include_bytes!("../../examples/recipes/phong-n8.recipe"))?;
+/// # let mut memory = Memory::<Phong, 8>::new();
+/// # let mut scan = Scan::new(recipe, &mut memory)?;
+/// # while let Some((index, _)) = scan.next_pending() {
+/// #     scan.record(index, Reading::monochrome(0.2))?;
+/// # }
+/// # let mut fit = scan.fit()?;
+/// # while !fit.advance(8).is_complete() {}
+/// let fitted = fit.finish()?;
+///
+/// let mut directions = Directions { incoming: [0.6, 0.0, 0.8], outgoing: [-0.6, 0.0, 0.8] };
+/// let brdf = fitted.brdf(&directions).unwrap();
+/// assert!(brdf.iter().all(|value| (0.1..0.3).contains(value)));
+/// directions.outgoing = [0.0, 0.0, -1.0]; // below the horizon there is no BRDF
+/// assert_eq!(fitted.brdf(&directions), None);
+///
+/// assert!(fitted.residual().mean < 0.05); // how well the readings are explained
+/// assert_eq!(fitted.values().count(), 7); // Phong's parameters
+/// # Ok::<(), Box<dyn core::error::Error>>(())
+/// ```
 pub struct Fitted<'s, K: Fitter, const CAPACITY: usize> {
     recipe: &'s Recipe<'s>,
     basis: Option<Basis<'s>>,

@@ -10,6 +10,24 @@ use crate::recipe::Recipe;
 ///
 /// [`Memory::new`] is a constant, all zeros: in a static it costs no flash. One memory serves one
 /// scan after the other, by the same recipe or by another.
+///
+/// ```
+/// use glimpse_core::model::{Neural, Phong};
+/// use glimpse_core::recipe::Recipe;
+/// use glimpse_core::scan::{Memory, Scan};
+///
+/// // A firmware makes it a static: by `static_cell::ConstStaticCell`, `cortex_m::singleton!`, ..
+/// let mut memory = Memory::<Neural, 8>::new();
+/// let recipe = Recipe::parse(include_bytes!("../../examples/recipes/neural-n8.recipe"))?;
+///
+/// let scan = Scan::new(recipe, &mut memory)?;
+/// let memory = scan.into_memory(); // for the next material, or the next recipe
+/// let scan = Scan::new(recipe, memory)?;
+///
+/// // How much it takes is known when the firmware is built.
+/// const { assert!(size_of::<Memory<Neural, 8>>() < 5_900 && size_of::<Memory<Phong, 8>>() < 600) };
+/// # Ok::<(), Box<dyn core::error::Error>>(())
+/// ```
 pub struct Memory<K: Fitter, const CAPACITY: usize> {
     pub(super) samples: [Sample<f32>; CAPACITY],
     pub(super) status: [Status; CAPACITY],

@@ -19,6 +19,21 @@ const IMPLAUSIBLE: f32 = 10.0;
 const FEWEST_SAMPLES: usize = 4;
 
 /// What the sensor saw.
+///
+/// ```
+/// use glimpse_core::scan::{Reading, ReadingError};
+///
+/// let white = Reading::new([0.318, 0.318, 0.318]); // a perfect white is 1 / pi
+/// assert_eq!(white, Reading::monochrome(0.318)); // by a sensor with one channel
+///
+/// let at_its_end = Reading { saturated: true, ..white };
+/// assert!(at_its_end.check().is_ok()); // it counts; the residual tells how many there were
+///
+/// let dark = Reading::new([-0.002, 0.001, 0.0]); // noise about a dark reading
+/// assert!(dark.check().is_ok());
+/// let broken = Reading::new([0.1, f32::NAN, 0.1]);
+/// assert_eq!(broken.check(), Err(ReadingError::NonFinite(1)));
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Reading {
