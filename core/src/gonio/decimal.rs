@@ -2,7 +2,7 @@
 
 /// A number of 0 to four millions, written with three decimals; others as the nearest of those.
 ///
-/// By integers: the formatting of floats in Rust's library takes 10 kB of flash and can panic.
+/// By integers: the formatting of floats in the standard library takes much flash, and has assertions.
 pub(super) struct Decimal(pub(super) f32);
 
 impl core::fmt::Display for Decimal {
