@@ -119,7 +119,7 @@ impl<'r, 'm, K: Fitter, const CAPACITY: usize> Scan<'r, 'm, K, CAPACITY> {
 
     /// Where to read yet, in the recipe's order: index of the sample, and directions.
     ///
-    /// Any of them may be next: [`gonio::nearest`](crate::gonio::nearest) chooses.
+    /// Any of them may be next: [`Machine::nearest`](crate::gonio::Machine::nearest) chooses.
     pub fn pending(&self) -> impl Iterator<Item = (u16, Directions<f32>)> {
         memory::pending(&self.memory.samples, &self.memory.status, &self.recipe)
     }
@@ -131,7 +131,7 @@ impl<'r, 'm, K: Fitter, const CAPACITY: usize> Scan<'r, 'm, K, CAPACITY> {
     }
 
     /// Takes the reading of a sample of the pattern, in any order. A second reading of the same
-    /// sample replaces the first ([`gonio::Average`](crate::gonio::Average) averages instead); a fit
+    /// sample replaces the first ([`gonio::Repeated`](crate::gonio::Repeated) averages instead); a fit
     /// that was under way is given up.
     ///
     /// # Errors

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::FitError;
 use super::memory::Status;
 use crate::fit::Learner;
+use crate::gonio::Calibrated;
 use crate::model::Sample;
 use crate::recipe::Recipe;
 
@@ -75,6 +76,12 @@ impl Reading {
             }
         }
         Ok(())
+    }
+}
+
+impl From<Calibrated> for Reading {
+    fn from(Calibrated { brdf, saturated }: Calibrated) -> Self {
+        Self { brdf, saturated }
     }
 }
 

@@ -9,7 +9,7 @@ use crate::model::loss::cosine_weighted_log_error;
 /// How well a fit explains its readings.
 ///
 /// It cannot see a wrong convention: readings that are times the cosine are fitted as well as
-/// others. [`gonio`](crate::gonio)'s test on a tile of known reflectance can.
+/// others. [`gonio::tile`](crate::gonio::tile), on a tile of known reflectance, can.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Residual {
