@@ -115,6 +115,10 @@ impl<const WORDS: usize> Fitter for AnyModel<WORDS> {
         phong.chain(neural).chain(cook_torrance).chain(linear)
     }
 
+    fn is_finite(workspace: &AnyWorkspace<WORDS>, learner: &Learner<'_>) -> bool {
+        dispatch!(learner, is_finite([] workspace, learner))
+    }
+
     fn at_sample(
         workspace: &AnyWorkspace<WORDS>,
         learner: &Learner<'_>,

@@ -85,6 +85,9 @@ pub trait Fitter {
         learner: Learner<'w>,
     ) -> impl Iterator<Item = f32> + 'w;
 
+    /// Whether all values are finite.
+    fn is_finite(workspace: &Self::Workspace, learner: &Learner<'_>) -> bool;
+
     /// The modelled BRDF (linear RGB, sr^-1, not times the cosine) at the pattern's sample with this
     /// index.
     fn at_sample(
@@ -118,4 +121,10 @@ impl Learner<'_> {
             }
         }
     }
+}
+
+/// Whether all of a run of values are finite. Out of line: it is called for each run.
+#[inline(never)]
+pub(super) fn is_finite(run: &[f32]) -> bool {
+    run.iter().all(|value| value.is_finite())
 }

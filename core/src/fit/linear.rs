@@ -1,6 +1,6 @@
 //! The model Linear: a ridge solve in slices, in memory of the caller's.
 
-use super::fitter::{Fitter, FitterError};
+use super::fitter::{Fitter, FitterError, is_finite};
 use super::ridge::{dot, factor_length, scratch_length};
 use super::{Learner, Ridge};
 use crate::geometry::HalfDifference;
@@ -132,6 +132,10 @@ impl<const WORDS: usize> Fitter for Linear<WORDS> {
         learner: Learner<'w>,
     ) -> impl Iterator<Item = f32> + 'w {
         coefficients(workspace, &learner).iter().copied()
+    }
+
+    fn is_finite(workspace: &[f32; WORDS], learner: &Learner<'_>) -> bool {
+        is_finite(coefficients(workspace, learner))
     }
 
     fn at_sample(

@@ -1,11 +1,11 @@
 //! A fit under way, and the material that it finds.
 
 use super::memory::{Memory, Stage};
+use super::residual::Sum;
 use super::{FinishError, Residual};
 use crate::fit::{Fitter, Progress};
 use crate::geometry::{Directions, HalfDifference};
 use crate::model::linear::Basis;
-use crate::model::loss::cosine_weighted_log_error;
 use crate::recipe::Recipe;
 
 /// A fit of all readings, under way.
@@ -88,7 +88,7 @@ impl<'s, K: Fitter, const CAPACITY: usize> Fit<'s, K, CAPACITY> {
             return Err(FinishError::Unfinished(progress));
         }
         let learner = self.recipe.learner();
-        let finite = K::values(&self.memory.workspace, learner).all(f32::is_finite);
+        let finite = K::is_finite(&self.memory.workspace, &learner);
         let residual = residual(self.recipe, self.memory);
         if !(finite && residual.mean.is_finite()) {
             self.memory.stage = Stage::Reading;
@@ -106,26 +106,13 @@ fn residual<K: Fitter, const CAPACITY: usize>(
 ) -> Residual {
     let learner = recipe.learner();
     let samples = memory.samples.get(..recipe.samples()).unwrap_or_default();
-    let mut residual = Residual::default();
-    let mut before = None;
+    let mut sum = Sum::default();
     for (index, (sample, status)) in samples.iter().zip(&memory.status).enumerate() {
         let modelled = K::at_sample(&memory.workspace, &learner, index, &sample.at);
-        let cosine = sample.at.cos_theta_i();
-        let loss = cosine_weighted_log_error(sample.measured, modelled, cosine, 1.0 / 3.0);
-        let error = loss.error.value();
-        residual.mean += error / samples.len() as f32;
-        if error > residual.worst {
-            residual.worst = error;
-            residual.worst_index = index as u16;
-        }
-        let bits = sample.measured.map(f32::to_bits);
-        let count = |sum: u16, flag: bool| sum.saturating_add(u16::from(flag));
-        residual.repeated = count(residual.repeated, before == Some(bits));
-        residual.saturated = count(residual.saturated, status.is_saturated());
-        residual.clamped = count(residual.clamped, status.is_clamped());
-        before = Some(bits);
+        sum.add(index as u16, sample, *status, modelled);
     }
-    residual
+    sum.residual.mean /= samples.len() as f32;
+    sum.residual
 }
 
 /// A fitted material.

@@ -2,7 +2,9 @@
 
 use super::Residual;
 use crate::fit::Fitter;
+use crate::geometry::{Directions, HalfDifference};
 use crate::model::Sample;
+use crate::recipe::Recipe;
 
 /// All memory that scan and fit take: readings, and what the fit works in.
 ///
@@ -88,4 +90,40 @@ impl Status {
     pub(super) fn is_clamped(self) -> bool {
         self.0 & Self::CLAMPED != 0
     }
+}
+
+// What does not depend on the model is not generic, so that it is there once, and small.
+
+/// Puts the samples of a recipe's pattern where they belong, unread.
+#[inline(never)]
+pub(super) fn lay_out(samples: &mut [Sample<f32>], recipe: &Recipe<'_>) {
+    let weight = 1.0 / (3.0 * recipe.samples() as f32);
+    for (sample, angles) in samples.iter_mut().zip(recipe.pattern()) {
+        sample.at = HalfDifference::from_angles(angles);
+        sample.measured = [0.0; 3];
+        sample.weight = weight;
+    }
+}
+
+/// The samples that are not read yet.
+pub(super) fn pending(
+    samples: &[Sample<f32>],
+    status: &[Status],
+    recipe: &Recipe<'_>,
+) -> impl Iterator<Item = (u16, Directions<f32>)> {
+    let samples = (0..).zip(samples.iter().zip(status));
+    samples
+        .take(recipe.samples())
+        .filter(|(_, (_, status))| **status == Status::PENDING)
+        .map(|(index, (sample, _))| (index, sample.at.directions()))
+}
+
+/// The first of them.
+#[inline(never)]
+pub(super) fn next_pending(
+    samples: &[Sample<f32>],
+    status: &[Status],
+    recipe: &Recipe<'_>,
+) -> Option<(u16, Directions<f32>)> {
+    pending(samples, status, recipe).next()
 }
