@@ -76,7 +76,7 @@ impl<'s, K: Fitter, const CAPACITY: usize> Fit<'s, K, CAPACITY> {
     }
 }
 
-/// The residual; its mean is not finite if the error at any reading is not.
+/// The residual; its mean is not finite if the fitted material, or the error, at any reading is not.
 fn residual<K: Fitter, const CAPACITY: usize>(
     recipe: &Recipe<'_>,
     memory: &Memory<K, CAPACITY>,
@@ -89,7 +89,11 @@ fn residual<K: Fitter, const CAPACITY: usize>(
         let modelled = K::at_sample(&memory.workspace, &learner, index, &sample.at);
         let cosine = sample.at.cos_theta_i();
         let loss = cosine_weighted_log_error(sample.measured, modelled, cosine, 1.0 / 3.0);
-        let error = loss.error.value();
+        let mut error = loss.error.value();
+        // Logarithms by micromath make numbers of what is none.
+        if !modelled.iter().all(|f| f.is_finite()) {
+            error = f32::NAN;
+        }
         residual.mean += error / samples.len() as f32;
         if error > residual.worst {
             residual.worst = error;
