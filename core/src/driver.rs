@@ -265,6 +265,10 @@ impl<'r, 'm, K: Fitter, const CAPACITY: usize> Driver<'r, 'm, K, CAPACITY> {
                 },
             },
             Phase::Fit => self.advance(talks),
+            Phase::Fitted => {
+                self.phase = Phase::Tell { offset: 0 };
+                Action::Continue
+            }
             Phase::Tell { offset } => self.tell(offset),
             Phase::End => {
                 self.forget();
@@ -326,7 +330,7 @@ impl<'r, 'm, K: Fitter, const CAPACITY: usize> Driver<'r, 'm, K, CAPACITY> {
         let progress = fit.advance(slice);
         if progress.is_complete() {
             match fit.finish() {
-                Ok(_) => self.phase = Phase::Tell { offset: 0 },
+                Ok(_) => self.phase = Phase::Fitted,
                 Err(FinishError::Diverged) => return self.give_up(Failure::Diverged),
                 Err(FinishError::Unfinished(_)) => {}
             }

@@ -42,7 +42,10 @@ fn a_material_answers_above_the_horizon() {
             pair(SLANTED, SLANTED),
         ] {
             let found = brdf(directions).unwrap();
-            assert!(found.iter().all(|f| f.is_finite() && *f >= 0.0), "{found:?}");
+            assert!(
+                found.iter().all(|f| f.is_finite() && *f >= 0.0),
+                "{found:?}"
+            );
         }
     });
 }

@@ -39,11 +39,7 @@ fn check_aftermath<K: Fitter>(
 }
 
 /// A failure of a host that answers one request so, at first.
-fn fails(
-    host: Host,
-    wrong: impl Fn(&Request) -> Option<Reply>,
-    failure: Failure,
-) {
+fn fails(host: Host, wrong: impl Fn(&Request) -> Option<Reply>, failure: Failure) {
     with_phong(Config::new(host), |driver| {
         let healed = std::cell::Cell::new(false);
         let mut bench = Bench::new(|request| {
@@ -61,16 +57,33 @@ fn fails(
 
 #[test]
 fn a_refused_request_ends_the_scan_by_name() {
-    for refusal in [Refusal::NoScan, Refusal::Directions, Refusal::Values, Refusal::Model] {
+    for refusal in [
+        Refusal::NoScan,
+        Refusal::Directions,
+        Refusal::Values,
+        Refusal::Model,
+    ] {
         let failure = Failure::Refused(refusal);
         let refuse = |of: fn(&Request) -> bool| {
             move |request: &Request| of(request).then_some(Reply::Refused(refusal))
         };
-        fails(Host::Measures, refuse(|r| matches!(r, Request::Hello { .. })), failure);
-        fails(Host::Measures, refuse(|r| matches!(r, Request::Measure { index: 3, .. })), failure);
+        fails(
+            Host::Measures,
+            refuse(|r| matches!(r, Request::Hello { .. })),
+            failure,
+        );
+        fails(
+            Host::Measures,
+            refuse(|r| matches!(r, Request::Measure { index: 3, .. })),
+            failure,
+        );
         for host in [Host::Measures, Host::Listens] {
             fails(host, refuse(|r| matches!(r, Request::Progress(_))), failure);
-            fails(host, refuse(|r| matches!(r, Request::Values { .. })), failure);
+            fails(
+                host,
+                refuse(|r| matches!(r, Request::Values { .. })),
+                failure,
+            );
             fails(host, refuse(|r| matches!(r, Request::Finished(_))), failure);
         }
     }
@@ -109,8 +122,18 @@ fn a_failure_that_nobody_hears_of_is_told_for_2_s_only() {
                 bench.turn(driver);
             }
             assert_eq!(bench.now, if refuses { 500 } else { 2_500 });
-            assert!(matches!(bench.heard[..], [Request::Failed(_), Request::Hello { .. }]));
-            assert_eq!(bench.frames.iter().take_while(|f| f.1 == bench.frames[0].1).count(), if refuses { 1 } else { 20 });
+            assert!(matches!(
+                bench.heard[..],
+                [Request::Failed(_), Request::Hello { .. }]
+            ));
+            assert_eq!(
+                bench
+                    .frames
+                    .iter()
+                    .take_while(|f| f.1 == bench.frames[0].1)
+                    .count(),
+                if refuses { 1 } else { 20 }
+            );
             // One failure for each attempt.
             let failed = bench.take_actions();
             assert_eq!(failed.iter().filter(|action| is_failed(action)).count(), 1);
@@ -126,7 +149,11 @@ fn refused_kept_readings_are_all_taken_anew() {
         let mut scan = Scan::new(recipe, &mut memory).unwrap();
         // The second of them is another material's.
         for index in 2..6 {
-            let reading = if index == 3 { material(7) } else { material(index) };
+            let reading = if index == 3 {
+                material(7)
+            } else {
+                material(index)
+            };
             scan.record(index, reading).unwrap();
         }
         let mut driver = Driver::new(Ok(scan), Config::new(Host::Measures));
@@ -353,7 +380,14 @@ fn a_recipe_that_is_none_is_told_of() {
             assert_eq!(bench.heard.len(), 8, "{:?}", bench.heard);
             for pair in bench.heard.chunks(2) {
                 let [hello, failed] = pair else { panic!() };
-                assert!(matches!(hello, Request::Hello { samples: 0, recipe: 0, .. }));
+                assert!(matches!(
+                    hello,
+                    Request::Hello {
+                        samples: 0,
+                        recipe: 0,
+                        ..
+                    }
+                ));
                 assert_eq!(*failed, Request::Failed(failure));
             }
             assert_eq!(driver.scan().err(), Some(failure));
@@ -365,7 +399,9 @@ fn a_recipe_that_is_none_is_told_of() {
         let mut driver = Driver::<Phong, SAMPLES>::new(Err(failure), Config::new(Host::Absent));
         for _ in 0..2 {
             let said: Vec<_> = (0..6).map(|_| driver.poll(10)).collect();
-            let failed = said.iter().filter(|action| **action == Action::Failed(failure));
+            let failed = said
+                .iter()
+                .filter(|action| **action == Action::Failed(failure));
             assert_eq!(failed.count(), 1, "{said:?}");
             let milliseconds = u32::MAX;
             assert_eq!(said.last(), Some(&Action::Wait { milliseconds }));

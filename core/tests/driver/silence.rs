@@ -148,21 +148,36 @@ fn silent_from(is_last: fn(&Request) -> bool, patience: u64) {
         assert_eq!(bench.told(), (bits, 1));
         let count = |what: fn(&Request) -> bool| bench.heard.iter().filter(|r| what(r)).count();
         assert_eq!(count(|r| matches!(r, Request::Kept { .. })), read);
-        assert_eq!(count(|r| matches!(r, Request::Measure { .. })), SAMPLES - read);
+        assert_eq!(
+            count(|r| matches!(r, Request::Measure { .. })),
+            SAMPLES - read
+        );
         assert!(!bench.take_actions().contains(&Action::Forget));
     });
 }
 
 #[test]
 fn patience_is_a_minute_for_readings_and_2_s_for_all_else() {
-    silent_from(|request| matches!(request, Request::Measure { index: 0, .. }), 60_000);
-    silent_from(|request| matches!(request, Request::Measure { index: 5, .. }), 60_000);
+    silent_from(
+        |request| matches!(request, Request::Measure { index: 0, .. }),
+        60_000,
+    );
+    silent_from(
+        |request| matches!(request, Request::Measure { index: 5, .. }),
+        60_000,
+    );
     silent_from(|request| matches!(request, Request::Progress(_)), 2_000);
-    silent_from(|request| matches!(request, Request::Progress(progress) if progress.is_complete()), 2_000);
+    silent_from(
+        |request| matches!(request, Request::Progress(progress) if progress.is_complete()),
+        2_000,
+    );
     silent_from(|request| matches!(request, Request::Values { .. }), 2_000);
     silent_from(|request| matches!(request, Request::Finished(_)), 2_000);
     silent_from(|request| matches!(request, Request::Update), 2_000);
-    silent_from(|request| matches!(request, Request::RecipePart { .. }), 2_000);
+    silent_from(
+        |request| matches!(request, Request::RecipePart { .. }),
+        2_000,
+    );
 }
 
 /// Arms that need most of a minute for each move cost no reading.
@@ -199,18 +214,26 @@ fn accepted_readings_are_not_taken_again() {
         let mut bench = Bench::willing();
         bench.run(&mut driver, is_finished);
         assert_eq!(bench.told().0, expected.bits());
-        let offered: Vec<u16> = bench.heard.iter().filter_map(|request| match request {
-            Request::Kept { index, reading } => {
-                assert_eq!(*reading, material(*index));
-                Some(*index)
-            }
-            _ => None,
-        }).collect();
+        let offered: Vec<u16> = bench
+            .heard
+            .iter()
+            .filter_map(|request| match request {
+                Request::Kept { index, reading } => {
+                    assert_eq!(*reading, material(*index));
+                    Some(*index)
+                }
+                _ => None,
+            })
+            .collect();
         assert_eq!(offered, [1, 3, 6]);
-        let measured: Vec<u16> = bench.heard.iter().filter_map(|request| match request {
-            Request::Measure { index, .. } => Some(*index),
-            _ => None,
-        }).collect();
+        let measured: Vec<u16> = bench
+            .heard
+            .iter()
+            .filter_map(|request| match request {
+                Request::Measure { index, .. } => Some(*index),
+                _ => None,
+            })
+            .collect();
         assert_eq!(measured, [0, 2, 4, 5, 7]);
         assert!(!bench.take_actions().contains(&Action::Forget));
     }
@@ -251,8 +274,14 @@ fn a_reading_that_a_fit_has_clamped_is_taken_again_and_no_other() {
         let of = |what: fn(&Request) -> bool| bench.heard.iter().filter(|r| what(r)).count();
         let measured = of(|request| matches!(request, Request::Measure { .. }));
         let clamped = driver.scan().unwrap().fitted().unwrap().residual().clamped;
-        assert!(measured >= 1 && measured == usize::from(clamped), "{measured}");
-        assert_eq!(of(|request| matches!(request, Request::Kept { .. })), 8 - measured);
+        assert!(
+            measured >= 1 && measured == usize::from(clamped),
+            "{measured}"
+        );
+        assert_eq!(
+            of(|request| matches!(request, Request::Kept { .. })),
+            8 - measured
+        );
         assert_eq!(bench.told().0, whole::<K>(recipe, noisy).bits());
     }
     every_fitter!(check);

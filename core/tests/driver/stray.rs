@@ -11,13 +11,17 @@ use super::silence::with_phong;
 
 /// A reply as a host writes it.
 fn frame(sequence: u32, reply: &Reply) -> Vec<u8> {
-    encode(sequence, reply, &mut [0; FRAME_BYTES]).unwrap().to_vec()
+    encode(sequence, reply, &mut [0; FRAME_BYTES])
+        .unwrap()
+        .to_vec()
 }
 
 /// The sequence number of a request's frame.
 fn sequence_of(frame: &[u8]) -> u32 {
     let mut reader = FrameReader::new();
-    let mut found = frame.iter().filter_map(|byte| reader.push::<Request>(*byte));
+    let mut found = frame
+        .iter()
+        .filter_map(|byte| reader.push::<Request>(*byte));
     found.next().unwrap().unwrap().0
 }
 

@@ -98,7 +98,10 @@ fn an_offered_recipe_is_fetched_stored_and_installed() {
                 let parts = offered.len().div_ceil(BYTES_PER_FRAME);
                 assert_eq!(actions.len(), parts + 1);
                 assert_eq!(bench.heard.len(), 2 + parts);
-                assert!(matches!(bench.heard[..2], [Request::Hello { .. }, Request::Update]));
+                assert!(matches!(
+                    bench.heard[..2],
+                    [Request::Hello { .. }, Request::Update]
+                ));
             });
             assert_eq!(flash, offered);
             with_driver(Some(&flash), config(host, 8_192), |driver| {
@@ -107,7 +110,12 @@ fn an_offered_recipe_is_fetched_stored_and_installed() {
                 let recipe = Recipe::parse(&offered).unwrap();
                 assert_eq!(bench.told().0, whole::<Any>(recipe, material).bits());
                 // The host still offers it: it is the present one.
-                assert!(!bench.heard.iter().any(|r| matches!(r, Request::RecipePart { .. })));
+                assert!(
+                    !bench
+                        .heard
+                        .iter()
+                        .any(|r| matches!(r, Request::RecipePart { .. }))
+                );
             });
         }
     }
@@ -131,7 +139,12 @@ fn what_is_no_news_is_not_fetched() {
             let asked = |r: &&Request| matches!(r, Request::Update);
             let expected = usize::from(room > 0);
             assert_eq!(bench.heard.iter().filter(asked).count(), expected);
-            assert!(!bench.heard.iter().any(|r| matches!(r, Request::RecipePart { .. })));
+            assert!(
+                !bench
+                    .heard
+                    .iter()
+                    .any(|r| matches!(r, Request::RecipePart { .. }))
+            );
         });
     }
     with_driver(Some(&present), config(Host::Measures, 8_192), |driver| {
@@ -140,9 +153,13 @@ fn what_is_no_news_is_not_fetched() {
         assert!(bench.heard.contains(&Request::Update));
     });
     // As much as there is room for.
-    with_driver(Some(&present), config(Host::Measures, other.len()), |driver| {
-        offers(&other, checksum_of(&other)).run(driver, is_installed);
-    });
+    with_driver(
+        Some(&present),
+        config(Host::Measures, other.len()),
+        |driver| {
+            offers(&other, checksum_of(&other)).run(driver, is_installed);
+        },
+    );
     // Nobody is there who could offer one.
     with_driver(Some(&present), config(Host::Absent, 8_192), |driver| {
         let mut bench = offers(&other, checksum_of(&other));
@@ -231,7 +248,10 @@ fn a_recipe_that_does_not_serve_is_not_fetched_again() {
         bench.heard.clear();
         bench.run(driver, is_finished);
         assert_eq!(bench.heard[0], Request::Failed(failure));
-        assert!(matches!(bench.heard[1..3], [Request::Hello { .. }, Request::Update]));
+        assert!(matches!(
+            bench.heard[1..3],
+            [Request::Hello { .. }, Request::Update]
+        ));
         let recipe = Recipe::parse(&present).unwrap();
         assert_eq!(bench.told().0, whole::<Any>(recipe, material).bits());
         let actions = bench.take_actions();

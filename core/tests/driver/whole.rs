@@ -51,7 +51,12 @@ fn check_requests(recipe: &Recipe<'_>, heard: &[Request], slice: u32, measures: 
     }
     let values = recipe.model().parameters().unwrap_or(15);
     for from in (0..values).step_by(VALUES_PER_FRAME) {
-        let Some(Request::Values { offset, total, values: found }) = heard.next() else {
+        let Some(Request::Values {
+            offset,
+            total,
+            values: found,
+        }) = heard.next()
+        else {
             panic!("values are told")
         };
         assert_eq!((usize::from(*offset), usize::from(*total)), (from, values));
@@ -155,9 +160,14 @@ fn with_own_arms<K: Fitter>(recipe: Recipe<'_>, host: Host, order: &[u16]) {
         // Then it rests, until it is told to begin anew.
         for _ in 0..2 {
             let forgets = (0..5).map(|_| driver.poll(1_000)).collect::<Vec<_>>();
-            let count = forgets.iter().filter(|action| **action == Action::Forget).count();
+            let count = forgets
+                .iter()
+                .filter(|action| **action == Action::Forget)
+                .count();
             assert!(count <= 1, "{forgets:?}");
-            let rests = Action::Wait { milliseconds: u32::MAX };
+            let rests = Action::Wait {
+                milliseconds: u32::MAX,
+            };
             assert_eq!(forgets.last(), Some(&rests));
         }
         assert!(driver.outgoing().is_empty());
@@ -223,10 +233,19 @@ fn a_reading_in_the_middle_of_the_fit_begins_it_again() {
         let (bits, residual) = expected::<K>(recipe);
         let mut memory = Memory::<K, SAMPLES>::new();
         let scan = Scan::new(recipe, &mut memory).unwrap();
-        let config = Config { slice: 2, ..Config::new(host) };
+        let config = Config {
+            slice: 2,
+            ..Config::new(host)
+        };
         let mut driver = Driver::new(Ok(scan), config);
         let mut bench = Bench::new(|request| Some(answer(request)));
-        bench.sensor = Box::new(|index| if index == 6 { material(0) } else { material(index) });
+        bench.sensor = Box::new(|index| {
+            if index == 6 {
+                material(0)
+            } else {
+                material(index)
+            }
+        });
         while driver.scan().unwrap().next_pending().is_some() {
             bench.turn(&mut driver);
         }

@@ -16,7 +16,9 @@ use super::scanning::{MODELS, Outcome, SAMPLES, every_fitter, fit, material, rec
 /// The recipes that the demo firmware is built with, which learn in large steps.
 fn learned() -> Vec<(String, Vec<u8>)> {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../embedded-demo/recipes");
-    let files = std::fs::read_dir(folder).unwrap().map(|file| file.unwrap().path());
+    let files = std::fs::read_dir(folder)
+        .unwrap()
+        .map(|file| file.unwrap().path());
     let recipes = files.filter(|path| path.extension().is_some_and(|ending| ending == "recipe"));
     let recipes: Vec<_> = recipes
         .map(|path| (path.display().to_string(), std::fs::read(path).unwrap()))
@@ -50,7 +52,8 @@ fn outcomes(reading: impl Fn(u16) -> Reading + Copy) -> Vec<Outcome> {
 /// A Lambertian material with a highlight, as sensors see it: from 0.06 to 3 sr^-1.
 fn plausible(index: u16) -> [f32; 3] {
     let highlight = if index == 2 { 2.5 } else { 0.0 };
-    [0.30 + highlight, 0.12 + highlight, 0.06 + highlight].map(|f| f * (1.0 + 0.01 * f32::from(index)))
+    [0.30 + highlight, 0.12 + highlight, 0.06 + highlight]
+        .map(|f| f * (1.0 + 0.01 * f32::from(index)))
 }
 
 #[test]
@@ -58,7 +61,11 @@ fn readings_times_16777215_are_refused() {
     for outcome in outcomes(|index| Reading::new(plausible(index).map(|f| f * 16_777_215.0))) {
         assert_eq!(outcome, Outcome::Implausible);
     }
-    assert!(outcomes(|index| Reading::new(plausible(index))).iter().all(|outcome| matches!(outcome, Outcome::Fitted(..))));
+    assert!(
+        outcomes(|index| Reading::new(plausible(index)))
+            .iter()
+            .all(|outcome| matches!(outcome, Outcome::Fitted(..)))
+    );
 }
 
 #[test]
@@ -93,7 +100,12 @@ fn the_refusal_of_counts_says_so() {
     }
     let error = scan.fit().err().unwrap();
     assert_eq!(error, FitError::Implausible { limit: 10 });
-    assert!(error.to_string().ends_with("readings are BRDFs, not counts"), "{error}");
+    assert!(
+        error
+            .to_string()
+            .ends_with("readings are BRDFs, not counts"),
+        "{error}"
+    );
     // The readings are still there, and can be replaced.
     assert_eq!(scan.pending().count(), 0);
     for index in 0..8 {
@@ -108,7 +120,13 @@ fn the_refusal_of_counts_says_so() {
 #[test]
 fn a_metal_at_grazing_angles_is_no_count() {
     fn check<K: Fitter>(recipe: Recipe<'_>) {
-        let shiny = |index: u16| Reading::new(if index < 6 { [60.0, 50.0, 40.0] } else { [0.9; 3] });
+        let shiny = |index: u16| {
+            Reading::new(if index < 6 {
+                [60.0, 50.0, 40.0]
+            } else {
+                [0.9; 3]
+            })
+        };
         let mut memory = Memory::<K, SAMPLES>::new();
         let mut scan = Scan::new(recipe, &mut memory).unwrap();
         for index in 0..8 {

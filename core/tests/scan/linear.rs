@@ -96,7 +96,10 @@ fn an_ill_conditioned_recipe_scans() {
         numbers.basis.fill(entry);
         numbers.precision.fill(precision);
         let outcome = scan_by(&numbers);
-        assert!(matches!(outcome, Outcome::Fitted(..)), "{entry}: {outcome:?}");
+        assert!(
+            matches!(outcome, Outcome::Fitted(..)),
+            "{entry}: {outcome:?}"
+        );
     }
     // What floats cannot hold is said to diverge.
     let mut numbers = linear();
@@ -106,11 +109,13 @@ fn an_ill_conditioned_recipe_scans() {
 
 /// Basis entries and precisions over all decades in which their products are floats.
 fn decades() -> impl Strategy<Value = (Vec<f32>, Vec<f32>)> {
-    let entry = (-6.0..6.0_f32, any::<bool>(), 0..4)
-        .prop_map(|(logarithm, negative, zero)| match (zero, negative) {
-            (0, _) => 0.0,
-            (_, false) => 10.0_f32.powf(logarithm),
-            (_, true) => -(10.0_f32.powf(logarithm)),
+    let entry =
+        (-6.0..6.0_f32, any::<bool>(), 0..4).prop_map(|(logarithm, negative, zero)| {
+            match (zero, negative) {
+                (0, _) => 0.0,
+                (_, false) => 10.0_f32.powf(logarithm),
+                (_, true) => -(10.0_f32.powf(logarithm)),
+            }
         });
     let precision = (-12.0..6.0_f32).prop_map(|logarithm| 10.0_f32.powf(logarithm));
     (

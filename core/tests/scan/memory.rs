@@ -6,9 +6,7 @@ use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::{Memory, Reading, Scan, ScanError};
 
 use super::common::{linear, write_linear};
-use super::scanning::{
-    MODELS, SAMPLES, WORDS, every_fitter, fit, material, recipe_of, whole,
-};
+use super::scanning::{MODELS, SAMPLES, WORDS, every_fitter, fit, material, recipe_of, whole};
 
 /// In version 0.1 it had 18.7 kB with room for 512 samples, all of which went over the stack.
 #[test]
@@ -113,8 +111,14 @@ fn a_recipe_for_another_firmware_is_refused() {
         needed,
         found: WORDS - 1,
     });
-    assert_eq!(refused::<Linear<{ WORDS - 1 }>, 8>(ModelKind::Linear), small);
-    assert_eq!(refused::<AnyModel<{ WORDS - 1 }>, 8>(ModelKind::Linear), small);
+    assert_eq!(
+        refused::<Linear<{ WORDS - 1 }>, 8>(ModelKind::Linear),
+        small
+    );
+    assert_eq!(
+        refused::<AnyModel<{ WORDS - 1 }>, 8>(ModelKind::Linear),
+        small
+    );
     let (found, none) = (0, refused::<AnyModel<0>, 8>(ModelKind::Linear));
     assert_eq!(none, Some(ScanError::Words { needed, found }));
     assert_eq!(refused::<AnyModel<0>, 8>(ModelKind::Neural), None);

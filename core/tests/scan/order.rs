@@ -40,7 +40,9 @@ fn check_pending<K: Fitter>(recipe: Recipe<'_>, order: &[u16]) {
     for (read, index) in order.iter().enumerate() {
         assert_eq!(scan.reading(*index), None);
         scan.record(*index, material(*index)).unwrap();
-        let left = places.iter().filter(|place| !order[..=read].contains(&place.0));
+        let left = places
+            .iter()
+            .filter(|place| !order[..=read].contains(&place.0));
         assert!(scan.pending().eq(left.copied()));
         assert_eq!(scan.next_pending(), scan.pending().next());
     }

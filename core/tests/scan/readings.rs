@@ -4,9 +4,7 @@ use glimpse_core::fit::Fitter;
 use glimpse_core::geometry::HalfDifference;
 use glimpse_core::model::linear::EPSILON;
 use glimpse_core::recipe::Recipe;
-use glimpse_core::scan::{
-    LEAST_READING, Memory, Reading, ReadingError, Recorded, Residual, Scan,
-};
+use glimpse_core::scan::{LEAST_READING, Memory, Reading, ReadingError, Recorded, Residual, Scan};
 use proptest::prelude::*;
 
 use super::scanning::{Outcome, SAMPLES, every_fitter, fit, material, whole};
@@ -97,9 +95,16 @@ fn slightly_negative_readings_are_taken_and_clamped_where_they_must_be() {
         // What is further below 0 counts as if it were there, and is counted.
         let mut clamped = 0;
         for index in 0..8 {
-            let brdf = [value(usize::from(index)).next_down().max(LEAST_READING), 0.1, 0.2];
+            let brdf = [
+                value(usize::from(index)).next_down().max(LEAST_READING),
+                0.1,
+                0.2,
+            ];
             let recorded = scan.record(index, Reading::new(brdf)).unwrap();
-            assert_eq!(recorded.clamped, brdf[0] < least(&recipe, usize::from(index)));
+            assert_eq!(
+                recorded.clamped,
+                brdf[0] < least(&recipe, usize::from(index))
+            );
             assert_eq!(scan.reading(index).unwrap().brdf, brdf);
             clamped += u16::from(recorded.clamped);
         }
@@ -107,7 +112,13 @@ fn slightly_negative_readings_are_taken_and_clamped_where_they_must_be() {
         assert!(clamped > 0 && clamped == all, "{clamped}");
         assert_eq!(
             fit(&mut scan, &[9]),
-            Outcome::Fitted(bits, Residual { clamped, ..residual })
+            Outcome::Fitted(
+                bits,
+                Residual {
+                    clamped,
+                    ..residual
+                }
+            )
         );
 
         // Read anew, it is clamped no more.
@@ -154,11 +165,11 @@ fn saturated_readings_are_counted_until_they_are_replaced_or_the_scan_begins_ane
 #[test]
 fn a_stuck_sensor_is_told_from_one_that_works() {
     fn check<K: Fitter>(recipe: Recipe<'_>) {
-        let repeated = |brdfs: &[[f32; 3]; 8]| {
-            match whole::<K>(recipe, |index| Reading::new(brdfs[usize::from(index)])) {
-                Outcome::Fitted(_, residual) => residual.repeated,
-                other => panic!("{other:?}"),
-            }
+        let repeated = |brdfs: &[[f32; 3]; 8]| match whole::<K>(recipe, |index| {
+            Reading::new(brdfs[usize::from(index)])
+        }) {
+            Outcome::Fitted(_, residual) => residual.repeated,
+            other => panic!("{other:?}"),
         };
         assert_eq!(repeated(&[[0.3, 0.2, 0.1]; 8]), 7);
         let mut brdfs = [0, 1, 2, 3, 4, 5, 6, 7].map(|k| [0.3 + 0.01 * k as f32; 3]);

@@ -3,9 +3,7 @@
 use glimpse_core::fit::Fitter;
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::Recipe;
-use glimpse_core::scan::{
-    LEAST_READING, Memory, Reading, ReadingError, Saved, SavedError, Scan,
-};
+use glimpse_core::scan::{LEAST_READING, Memory, Reading, ReadingError, Saved, SavedError, Scan};
 use proptest::prelude::*;
 use serde::Serialize;
 

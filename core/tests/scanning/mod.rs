@@ -122,10 +122,7 @@ pub(crate) fn fit<K: Fitter, const CAPACITY: usize>(
 }
 
 /// A whole scan, in memory of its own, in the recipe's order.
-pub(crate) fn whole<K: Fitter>(
-    recipe: Recipe<'_>,
-    material: impl Fn(u16) -> Reading,
-) -> Outcome {
+pub(crate) fn whole<K: Fitter>(recipe: Recipe<'_>, material: impl Fn(u16) -> Reading) -> Outcome {
     let mut memory = Memory::<K, SAMPLES>::new();
     let mut scan = Scan::new(recipe, &mut memory).unwrap();
     for index in 0..SAMPLES as u16 {
