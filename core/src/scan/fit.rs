@@ -99,7 +99,7 @@ impl<'s, K: Fitter, const CAPACITY: usize> Fit<'s, K, CAPACITY> {
     }
 }
 
-/// The residual; its mean is not finite if the error at any reading is not.
+/// The residual; its mean is not finite if the fitted material, or the error, at any reading is not.
 fn residual<K: Fitter, const CAPACITY: usize>(
     recipe: &Recipe<'_>,
     memory: &Memory<K, CAPACITY>,
