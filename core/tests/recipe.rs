@@ -301,7 +301,8 @@ fn numbers_of_a_ridge_have_bounds() {
         change(&mut numbers);
         write_linear(&numbers).map(drop)
     };
-    let list: [(Field, fn(&mut RidgeNumbers) -> &mut f32, &[f32]); 5] = [
+    type Entry = fn(&mut RidgeNumbers) -> &mut f32;
+    let list: [(Field, Entry, &[f32]); 5] = [
         (Field::Basis, |n| &mut n.basis[39], &[-MAX_BASIS, MAX_BASIS]),
         (Field::Mean, |n| &mut n.mean[7], &[-MAX_MEAN, MAX_MEAN]),
         (Field::Median, |n| &mut n.median[7], &[MAX_MEDIAN]),
