@@ -28,12 +28,13 @@ pub use format::{
     MAX_PRECISION, MAX_SAMPLES, MAX_WEIGHT, MIN_PRECISION, OLDEST_VERSION, VERSION,
 };
 pub use ingredients::{
-    Expectation, Ingredients, Limits, Noise, PackedDescent, PackedLearner, PackedRidge, Provenance,
+    Expectation, Ingredients, Noise, PackedDescent, PackedLearner, PackedRidge, Provenance,
 };
 pub use kind::Kind;
 pub use sections::{Materials, Sections};
 
 use crate::geometry::{Angles, Directions, HalfDifference};
+use crate::gonio::{Limits, Unreachable};
 use crate::model::ModelKind;
 use check::PackedAngles;
 use contents::{Contents, Statements};
@@ -206,6 +207,14 @@ impl<'a> Recipe<'a> {
     #[must_use]
     pub fn limits(&self) -> Option<Limits> {
         self.statements.limits
+    }
+
+    /// The first sample of the pattern that a machine does not reach, and why: to be asked before
+    /// anything moves. None if it reaches all.
+    #[must_use]
+    pub fn out_of_reach(&self, limits: &Limits) -> Option<(u16, Unreachable)> {
+        let mut directions = self.directions();
+        directions.find_map(|(index, directions)| Some((index, limits.check(&directions).err()?)))
     }
 
     /// The noise that it was trained for, if it states that.

@@ -1,9 +1,10 @@
 //! The format as `core/docs/recipe.md` writes it down is the format that is written and read.
 
+use glimpse_core::gonio::Limits;
 use glimpse_core::recipe::{
-    Expectation, HEADER_BYTES, Ingredients, Kind, Limits, MAX_BASIS, MAX_COMPONENTS,
-    MAX_INNER_STEPS, MAX_MEAN, MAX_MEDIAN, MAX_PRECISION, MAX_SAMPLES, MAX_WEIGHT, MIN_PRECISION,
-    Noise, PackedLearner, PackedRidge, Provenance, Recipe, VERSION,
+    Expectation, HEADER_BYTES, Ingredients, Kind, MAX_BASIS, MAX_COMPONENTS, MAX_INNER_STEPS,
+    MAX_MEAN, MAX_MEDIAN, MAX_PRECISION, MAX_SAMPLES, MAX_WEIGHT, MIN_PRECISION, Noise,
+    PackedLearner, PackedRidge, Provenance, Recipe, VERSION,
 };
 
 const DOCUMENT: &str = include_str!("../docs/recipe.md");

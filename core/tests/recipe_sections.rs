@@ -5,9 +5,10 @@ mod forged;
 
 use common::{neural, write, write_linear};
 use forged::sealed;
+use glimpse_core::gonio::{Limits, LimitsError};
 use glimpse_core::recipe::{
-    Expectation, Field, Ingredients, Kind, Limits, Noise, PackedDescent, PackedLearner, Provenance,
-    Recipe, RecipeError, VERSION,
+    Expectation, Field, Ingredients, Kind, Noise, PackedDescent, PackedLearner, Provenance, Recipe,
+    RecipeError, VERSION,
 };
 use proptest::prelude::*;
 
@@ -245,17 +246,26 @@ fn statements_are_checked_by_field() {
             max_theta_i,
             ..LIMITS
         };
-        assert_eq!(limits(each(bad)), refused(Field::MaxThetaI));
+        assert_eq!(
+            limits(each(bad)),
+            Err(RecipeError::Limits(LimitsError::MaxThetaI))
+        );
         let each = |max_theta_o| Limits {
             max_theta_o,
             ..LIMITS
         };
-        assert_eq!(limits(each(bad)), refused(Field::MaxThetaO));
+        assert_eq!(
+            limits(each(bad)),
+            Err(RecipeError::Limits(LimitsError::MaxThetaO))
+        );
         let each = |min_separation| Limits {
             min_separation,
             ..LIMITS
         };
-        assert_eq!(limits(each(bad)), refused(Field::MinSeparation));
+        assert_eq!(
+            limits(each(bad)),
+            Err(RecipeError::Limits(LimitsError::MinSeparation))
+        );
         let each = |multiplicative| Noise {
             multiplicative,
             ..NOISE
@@ -280,7 +290,10 @@ fn statements_are_checked_by_field() {
             max_theta_o: bad,
             ..LIMITS
         };
-        assert_eq!(limits(each), Err(RecipeError::Range(Field::MaxThetaO)));
+        assert_eq!(
+            limits(each),
+            Err(RecipeError::Limits(LimitsError::MaxThetaO))
+        );
     }
     let each = Noise {
         additive: -1e-9,

@@ -57,9 +57,7 @@ pub(super) fn learner(
 /// Checks what the recipe states about itself.
 pub(super) fn statements(statements: &Statements<'_>) -> Result<(), RecipeError> {
     if let Some(limits) = &statements.limits {
-        in_range(limits.max_theta_i, Field::MaxThetaI)?;
-        in_range(limits.max_theta_o, Field::MaxThetaO)?;
-        in_range(limits.min_separation, Field::MinSeparation)?;
+        limits.validate().map_err(RecipeError::Limits)?;
     }
     if let Some(noise) = &statements.noise {
         not_negative(noise.multiplicative, Field::Multiplicative)?;

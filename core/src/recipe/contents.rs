@@ -4,10 +4,11 @@ use serde::Deserialize;
 
 use super::error::RecipeError;
 use super::ingredients::{
-    Expectation, Limits, Noise, PackedDescent, PackedLearner, PackedRidge, Provenance,
+    Expectation, Noise, PackedDescent, PackedLearner, PackedRidge, Provenance,
 };
 use super::kind::Kind;
 use super::sections::{Materials, Sections};
+use crate::gonio::Limits;
 
 /// What every recipe holds.
 pub(super) struct Contents<'a> {

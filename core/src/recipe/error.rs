@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::field::Field;
 use super::format::{OLDEST_VERSION, VERSION};
 use super::kind::Kind;
+use crate::gonio::LimitsError;
 use crate::model::ModelKind;
 
 /// Why bytes are not a recipe.
@@ -28,6 +29,8 @@ pub enum RecipeError {
     Malformed,
     /// A field has an impossible number of entries, or an impossible count.
     Count(Field),
+    /// The limits that it states are none.
+    Limits(LimitsError),
     /// A field holds a NaN or an infinity.
     NonFinite(Field),
     /// A direction of the pattern's sample with this index is below the horizon.
@@ -76,6 +79,7 @@ impl core::fmt::Display for RecipeError {
             Self::Checksum => f.write_str("the recipe's checksum is wrong: its bytes were altered"),
             Self::Malformed => f.write_str("the recipe's body does not follow the format"),
             Self::Count(field) => write!(f, "the recipe's field `{field}` has an impossible count"),
+            Self::Limits(error) => error.fmt(f),
             Self::NonFinite(field) => {
                 write!(f, "the recipe's field `{field}` holds a NaN or an infinity")
             }

@@ -34,12 +34,6 @@ pub enum Field {
     Precision,
     /// The standard error of the loss to expect.
     StandardError,
-    /// The limit of the incoming direction's polar angle.
-    MaxThetaI,
-    /// The limit of the outgoing direction's polar angle.
-    MaxThetaO,
-    /// The least angle between lamp and sensor.
-    MinSeparation,
     /// Noise relative to the value.
     Multiplicative,
     /// Noise that does not depend on the value.
@@ -64,9 +58,6 @@ impl Field {
             Self::Weight => "weight",
             Self::Precision => "precision",
             Self::StandardError => "standard_error",
-            Self::MaxThetaI => "max_theta_i",
-            Self::MaxThetaO => "max_theta_o",
-            Self::MinSeparation => "min_separation",
             Self::Multiplicative => "multiplicative",
             Self::Additive => "additive",
         }
@@ -82,7 +73,6 @@ impl Field {
             Self::Median => (0.0, MAX_MEDIAN),
             Self::Weight => (0.0, MAX_WEIGHT),
             Self::Precision => (MIN_PRECISION, MAX_PRECISION),
-            Self::MaxThetaI | Self::MaxThetaO | Self::MinSeparation => (0.0, core::f32::consts::PI),
             Self::StandardError | Self::Multiplicative | Self::Additive => (0.0, f32::MAX),
             _ => (f32::MIN, f32::MAX),
         }

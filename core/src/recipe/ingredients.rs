@@ -5,6 +5,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::fit::Learner;
+use crate::gonio::Limits;
 use crate::model::ModelKind;
 
 /// The ingredients of a recipe, for [`Recipe::write`](super::Recipe::write).
@@ -107,21 +108,6 @@ impl<'a> From<Learner<'a>> for PackedLearner<'a> {
             }),
         }
     }
-}
-
-/// What the machine can reach that a pattern was made for. Angles are in radians, 0 to pi.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Limits {
-    /// The largest angle between normal and incoming direction.
-    pub max_theta_i: f32,
-    /// The largest angle between normal and outgoing direction.
-    pub max_theta_o: f32,
-    /// The least angle between incoming and outgoing direction, so that lamp and sensor do not
-    /// collide.
-    pub min_separation: f32,
-    /// True if both directions have to be in one plane with the normal.
-    pub in_plane: bool,
 }
 
 /// The noise of readings that a recipe was trained for, on each channel by itself.

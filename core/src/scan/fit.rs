@@ -190,6 +190,6 @@ impl<'s, K: Fitter, const CAPACITY: usize> Fitted<'s, K, CAPACITY> {
     /// The loss to expect on a material that training never saw; None if the recipe states none.
     #[must_use]
     pub fn expected_loss(&self) -> Option<f32> {
-        Some(self.recipe.expected_loss())
+        self.recipe.expected_loss()
     }
 }

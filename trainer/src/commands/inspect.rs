@@ -4,8 +4,9 @@ use std::path::PathBuf;
 
 use clap::Args;
 use glimpse_core::geometry::HalfDifference;
+use glimpse_core::gonio::Limits;
 use glimpse_core::model::ModelKind;
-use glimpse_core::recipe::{Descent, Expectation, Floats, Learner, Limits, Noise, Recipe, Ridge};
+use glimpse_core::recipe::{Descent, Expectation, Floats, Learner, Noise, Recipe, Ridge};
 use glimpse_trainer::export::{RecipeFile, eta};
 
 use super::print;

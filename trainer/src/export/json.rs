@@ -1,7 +1,8 @@
 //! A recipe as JSON: complete enough to redo the fit elsewhere.
 
+use glimpse_core::gonio::Limits;
 use glimpse_core::recipe::{
-    Descent, Expectation, Floats, Learner, Limits, Noise, Provenance, Recipe, Ridge,
+    Descent, Expectation, Floats, Learner, Noise, Provenance, Recipe, Ridge,
 };
 use serde_json::{Value, json};
 

@@ -5,9 +5,10 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use glimpse_core::geometry::Angles;
+use glimpse_core::gonio::Limits;
 use glimpse_core::recipe::{
-    Expectation, Field, HEADER_BYTES, Ingredients, Kind, Limits, Noise, PackedDescent,
-    PackedLearner, PackedRidge, Provenance, Recipe, RecipeError,
+    Expectation, Field, HEADER_BYTES, Ingredients, Kind, Noise, PackedDescent, PackedLearner,
+    PackedRidge, Provenance, Recipe, RecipeError,
 };
 
 use crate::meta::run::LearnedDescent;
