@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use anyhow::bail;
 use clap::Args;
 use glimpse_trainer::export::{RecipeFile, to_json, to_rust};
 
@@ -20,8 +21,10 @@ enum Format {
 
 /// Write a recipe in another format.
 ///
-/// Example: trainer export neural-n8.recipe --format rust --out recipe.rs
+/// Examples: trainer export neural-n8.recipe --format rust --out recipe.rs
+///           trainer export neural-n8.recipe --format postcard --strip --out flash.recipe
 #[derive(Args)]
+#[command(verbatim_doc_comment)]
 pub(crate) struct Export {
     /// The recipe file
     recipe: PathBuf,
@@ -31,13 +34,20 @@ pub(crate) struct Export {
     /// The file to write
     #[arg(long, short)]
     out: PathBuf,
+    /// Leave out the names of the materials, which nobody reads on a device (postcard only)
+    #[arg(long)]
+    strip: bool,
 }
 
 impl Export {
     pub(crate) fn run(&self) -> anyhow::Result<()> {
+        if self.strip && !matches!(self.format, Format::Postcard) {
+            bail!("--strip is for what is flashed: it takes --format postcard");
+        }
         let file = RecipeFile::read(&self.recipe)?;
         let recipe = file.recipe()?;
         let bytes = match self.format {
+            Format::Postcard if self.strip => file.stripped()?.bytes().to_vec(),
             Format::Postcard => file.bytes().to_vec(),
             Format::Rust => to_rust(&recipe).into_bytes(),
             Format::Json => (serde_json::to_string_pretty(&to_json(&recipe))? + "\n").into_bytes(),

@@ -155,7 +155,7 @@ impl Basis {
         }
     }
 
-    /// The basis at a pattern, as recipes hold it; precisions, checksum and loss are left open.
+    /// The basis at a pattern, as recipes hold it; precisions and checksum are left open.
     #[must_use]
     pub fn reduce(&self, pattern: Vec<Angles<f32>>) -> ReducedBasis {
         let places: Vec<Angles<f64>> = pattern.iter().map(widened).collect();
@@ -169,7 +169,6 @@ impl Basis {
             weight: values(&found.weight),
             precision: Vec::new(),
             basis_checksum: 0,
-            expected_loss: 0.0,
         }
     }
 
