@@ -2,7 +2,17 @@
 //!
 //! Nielsen, Jensen, Ramamoorthi: On Optimal, Minimal BRDF Sampling for Reflectance Acquisition
 //! (2015). What is mapped is a mean plus principal components times coefficients, which
-//! [`fit::ridge`](crate::fit::ridge) solves for.
+//! [`fit::ridge`](crate::fit::ridge) solves for. A [`Basis`] makes a BRDF of those coefficients on
+//! the device.
+
+mod basis;
+mod error;
+pub mod format;
+mod nodes;
+
+pub use basis::Basis;
+pub use error::BasisError;
+pub use nodes::{Corner, Nodes};
 
 use crate::numeric::Scalar;
 
