@@ -3,7 +3,7 @@
 use glimpse_core::fit::ridge::{factor_length, scratch_length};
 use glimpse_core::fit::{Fit, Workspace};
 use glimpse_core::geometry::{Angles, HalfDifference};
-use glimpse_core::model::linear::map;
+use glimpse_core::model::linear::{self, map};
 use glimpse_core::model::{Model, ModelKind, ParameterSet, Sample};
 use glimpse_core::recipe::{Descent, Learner, Recipe, Ridge};
 
@@ -17,7 +17,7 @@ use crate::with_model;
 
 /// What a fit has found.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Fitted {
+pub enum Fitted<'a> {
     /// A model's parameters, flat in its order.
     Parameters {
         /// The model.
@@ -27,13 +27,21 @@ pub enum Fitted {
     },
     /// A BRDF of the model Linear.
     Linear(Reconstruction),
+    /// The same, as a device evaluates it: a compact basis, and the coefficients of each channel.
+    Compact(linear::Basis<'a>, [Vec<f32>; 3]),
 }
 
-impl Fitted {
+impl Fitted<'_> {
     /// The fitted BRDF, sr^-1 (not times the cosine), at many places.
     pub fn brdf_batch(&self, at: &[HalfDifference<f32>], brdf: &mut [[f32; 3]]) {
         match self {
             Self::Linear(reconstruction) => reconstruction.brdf_batch(at, brdf),
+            Self::Compact(basis, coefficients) => {
+                let coefficients = coefficients.each_ref().map(Vec::as_slice);
+                for (at, brdf) in at.iter().zip(brdf) {
+                    *brdf = basis.brdf(coefficients, at).unwrap_or_default();
+                }
+            }
             Self::Parameters {
                 model,
                 parameters: list,
@@ -78,6 +86,8 @@ pub struct Method<'a> {
     fitting: Fitting<'a>,
     /// Steps of Adam on fresh samples after the fit.
     steps_after: usize,
+    /// What coefficients of the model Linear become a BRDF by, if it is not the whole basis.
+    compact: Option<linear::Basis<'a>>,
 }
 
 /// Directions that the method Optimum solves the Linear model at.
@@ -99,6 +109,7 @@ impl<'a> Method<'a> {
             places: Places::Pattern(recipe.pattern().collect()),
             fitting,
             steps_after: 0,
+            compact: None,
         })
     }
 
@@ -157,6 +168,31 @@ impl<'a> Method<'a> {
         }
     }
 
+    /// The same, but coefficients become a BRDF as on a device: by a compact basis.
+    ///
+    /// # Errors
+    /// [`JudgeError::Compact`]
+    pub fn by_compact(self, compact: linear::Basis<'a>) -> Result<Self, JudgeError> {
+        let (Fitting::Ridge(_, whole) | Fitting::RidgeAnywhere(_, whole)) = &self.fitting else {
+            return Err(JudgeError::Compact);
+        };
+        if Basis::checksum(&whole.to_bytes()) != compact.of() {
+            return Err(JudgeError::Compact);
+        }
+        Ok(Self {
+            compact: Some(compact),
+            ..self
+        })
+    }
+
+    fn reconstruct(&self, basis: &Basis, coefficients: &Coefficients) -> Fitted<'a> {
+        let Some(compact) = self.compact else {
+            return Fitted::Linear(basis.reconstruct(coefficients));
+        };
+        let narrow = |channel: &Vec<f64>| channel.iter().map(|value| *value as f32).collect();
+        Fitted::Compact(compact, coefficients.each_ref().map(narrow))
+    }
+
     /// Adam from a random start on random samples.
     #[must_use]
     pub fn random(model: ModelKind, samples: usize, steps: usize) -> Self {
@@ -165,6 +201,7 @@ impl<'a> Method<'a> {
             places: Places::Random(samples),
             fitting: Fitting::Adam(model, steps),
             steps_after: 0,
+            compact: None,
         }
     }
 
@@ -177,6 +214,7 @@ impl<'a> Method<'a> {
             places: Places::Random(0),
             fitting: Fitting::Optimum(model, steps),
             steps_after: 0,
+            compact: None,
         }
     }
 
@@ -204,6 +242,7 @@ impl<'a> Method<'a> {
             places,
             fitting: Fitting::RidgeAnywhere(vec![eta; basis.components()], basis),
             steps_after: 0,
+            compact: None,
         }
     }
 
@@ -252,7 +291,7 @@ impl<'a> Method<'a> {
     ///
     /// # Errors
     /// [`JudgeError::Ridge`]
-    pub fn fit(&self, material: &dyn Material, seed: u64) -> Result<Fitted, JudgeError> {
+    pub fn fit(&self, material: &dyn Material, seed: u64) -> Result<Fitted<'a>, JudgeError> {
         let drawn;
         let angles = match &self.places {
             Places::Pattern(pattern) => pattern,
@@ -264,14 +303,14 @@ impl<'a> Method<'a> {
         let parameters = match &self.fitting {
             Fitting::Ridge(ridge, basis) => {
                 let coefficients = solve(ridge, &measure(material, angles))?;
-                return Ok(Fitted::Linear(basis.reconstruct(&coefficients)));
+                return Ok(self.reconstruct(basis, &coefficients));
             }
             Fitting::RidgeAnywhere(precision, basis) => {
                 let places: Vec<Angles<f64>> = angles.iter().map(crate::linear::widened).collect();
                 let measured: Vec<[f32; 3]> =
                     angles.iter().map(|angles| material.brdf(*angles)).collect();
                 let coefficients = Reduced::new(basis, &places).fit(precision, &measured)?;
-                return Ok(Fitted::Linear(basis.reconstruct(&coefficients)));
+                return Ok(self.reconstruct(basis, &coefficients));
             }
             Fitting::Descent(descent) => with_model!(
                 self.model(), M => learn::<M>(descent, &measure(material, angles)),

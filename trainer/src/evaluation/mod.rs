@@ -25,6 +25,12 @@ pub enum JudgeError {
     /// A recipe of the model Linear came without its basis.
     #[error("a recipe of the model linear needs the basis that was written beside it")]
     Basis,
+    /// A compact basis was made of another basis, or for a model that has none.
+    #[error(
+        "the compact basis is not of this recipe: it was made of another whole basis, or the recipe \
+         is not of the model linear; export it again from this recipe"
+    )]
+    Compact,
     /// A ridge problem has no solution.
     #[error("the linear model cannot be fitted: {0}")]
     Ridge(#[from] glimpse_core::fit::ridge::RidgeError),
@@ -126,7 +132,7 @@ impl<'a> Judge<'a> {
 
     /// Renders a fit.
     #[must_use]
-    pub fn render(&self, fitted: &Fitted) -> Picture {
+    pub fn render(&self, fitted: &Fitted<'_>) -> Picture {
         let brdf = |at: &[HalfDifference<f32>], brdf: &mut [[f32; 3]]| fitted.brdf_batch(at, brdf);
         render_sphere(&brdf, &self.environment, SPHERE).tone_map()
     }
@@ -138,7 +144,7 @@ impl<'a> Judge<'a> {
     pub fn score(
         &self,
         material: usize,
-        fitted: &Fitted,
+        fitted: &Fitted<'_>,
     ) -> Result<(Scores, Picture), CompareError> {
         let reference = &self.references[material];
         let brdf = |at: &[HalfDifference<f32>], brdf: &mut [[f32; 3]]| fitted.brdf_batch(at, brdf);

@@ -16,7 +16,7 @@ const UNIT: f32 = 1e-3;
 /// One file serves the recipes of every n that were trained with the same whole basis:
 /// [`Basis::of`] is what [`Ridge::basis_checksum`](crate::fit::Ridge::basis_checksum) of a recipe
 /// names. The format is in [`docs/basis.md`](https://docs.rs/crate/glimpse-core/latest/source/docs/basis.md).
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Basis<'a> {
     of: u32,
     checksum: u32,
