@@ -19,7 +19,9 @@ const _: () = assert!(RECORD_BYTES <= MEMORY_BYTES, "set more memory aside");
 
 // SAFETY: the linker script sets these bytes aside for it alone, and any bytes are an `AtomicU8`.
 unsafe extern "C" {
-    /// Start-up code does not touch it. Atomic, so that every write is carried out, and in order.
+    /// Start-up code does not touch it. Atomic, because a static that is written has to be; what is
+    /// written relaxed may arrive in any order, and late. That does no harm: the record ends with a
+    /// CRC over all of it, so whatever a reset finds half written is none.
     #[link_name = "_kept"]
     safe static MEMORY: [AtomicU8; MEMORY_BYTES];
 }

@@ -10,28 +10,32 @@ use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::{Measurement, Residual};
 use heapless::Vec;
 
-use crate::board::{self, CORE_HZ};
-use crate::meter::Stopwatch;
+use crate::time::Clock;
 use crate::uart::Uart;
+use crate::watchdog;
 
 /// A request is sent again after a tenth of a second. (The longest takes a fifth of that.)
-const REPLY_TICKS: u32 = CORE_HZ / 10;
+const REPLY_MILLISECONDS: u32 = 100;
 /// How often a request is sent before the device gives up: for 2 s.
 const ATTEMPTS: u32 = 20;
 /// The same for measurements, which have to wait for motors: for a minute.
 const MEASURE_ATTEMPTS: u32 = 600;
+/// How long the device does nothing after a failure.
+const REST_MILLISECONDS: u32 = 500;
 
 /// The device's end of the link.
 pub struct Link {
     uart: Uart,
+    clock: Clock,
     asker: Asker,
 }
 
 impl Link {
     /// A link over `uart`.
-    pub fn new(uart: Uart) -> Self {
+    pub fn new(uart: Uart, clock: Clock) -> Self {
         Self {
             uart,
+            clock,
             asker: Asker::new(),
         }
     }
@@ -75,7 +79,11 @@ impl Link {
         let request = Request::Measure { index, directions };
         match self.ask(&request, MEASURE_ATTEMPTS)? {
             Reply::Measured { measurement, .. } => Ok(measurement),
-            _ => Err(Failure::NoReply),
+            other => {
+                // Core's `Asker` lets no such reply through.
+                defmt::error!("not a reply to a measurement: {}", other);
+                Err(Failure::NoReply)
+            }
         }
     }
 
@@ -107,11 +115,19 @@ impl Link {
     pub fn fail(&mut self, failure: Failure) {
         let _ = self.tell(&Request::Failed(failure));
         // Whatever it was, it is not tried again in haste.
-        let mut watch = Stopwatch::start();
-        while watch.ticks() < CORE_HZ / 2 {
-            self.uart.read();
-            self.uart.wait();
+        self.clock.pass();
+        let mut rested = 0;
+        while rested < REST_MILLISECONDS {
+            watchdog::feed();
+            while self.uart.read().is_some() {}
+            self.wait(REST_MILLISECONDS - rested);
+            rested += self.clock.pass();
         }
+    }
+
+    /// Sleeps until a byte comes, but not for longer than so many milliseconds.
+    fn wait(&mut self, milliseconds: u32) {
+        self.clock.sleep(milliseconds, || self.uart.has_byte());
     }
 
     fn tell(&mut self, request: &Request) -> Result<(), Failure> {
@@ -125,11 +141,12 @@ impl Link {
             .asker
             .ask(request, &mut buffer)
             .map_err(|_| Failure::NoReply)?; // cannot be: the buffer is large enough
+        self.clock.pass();
+        let mut passed = 0;
         for _ in 0..attempts {
             let mut unsent = frame.iter().copied().peekable();
-            let mut watch = Stopwatch::start();
-            board::feed_watchdog();
-            while watch.ticks() < REPLY_TICKS {
+            while passed < REPLY_MILLISECONDS {
+                watchdog::feed();
                 match (unsent.peek(), self.uart.read()) {
                     (_, Some(byte)) => match self.asker.hear(byte, request) {
                         Some(Reply::Refused(refusal)) => return Err(Failure::Refused(refusal)),
@@ -141,9 +158,11 @@ impl Link {
                             unsent.next();
                         }
                     }
-                    (None, None) => self.uart.wait(),
+                    (None, None) => self.wait(REPLY_MILLISECONDS - passed),
                 }
+                passed += self.clock.pass();
             }
+            passed -= REPLY_MILLISECONDS; // a repeat that is late does not make the next one late
         }
         Err(Failure::NoReply)
     }

@@ -10,18 +10,25 @@
 //! 3. `take_over` goes on with a scan that a reset interrupted.
 //!
 //! Whatever fails is a `Failure` by name: it is logged, the scanner is told, and all begins anew.
+//! Measurements outlast a host that falls silent as they outlast a reset.
 
 #![no_std]
 #![no_main]
 
 mod board;
+mod chip;
+mod clocks;
+mod interrupts;
 mod kept;
 mod link;
 #[cfg(not(any(feature = "feather", feature = "nucleo")))]
 mod log;
 mod meter;
 mod register;
+mod ring;
+mod time;
 mod uart;
+mod watchdog;
 
 use core::hint::black_box;
 use core::panic::PanicInfo;
@@ -31,14 +38,15 @@ use cortex_m_rt::{ExceptionFrame, entry, exception};
 #[cfg(any(feature = "feather", feature = "nucleo"))]
 use defmt_rtt as _; // the log, where a debug probe reads it
 use glimpse_core::fit::Workspace;
-use glimpse_core::link::Failure;
+use glimpse_core::link::{Failure, Refusal};
 use glimpse_core::model::Neural;
 use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::Scan;
 
+use board::Board;
 use kept::Kept;
 use link::Link;
-use meter::Stopwatch;
+use meter::Meter;
 
 /// What to measure and how to fit it, as the trainer wrote it. To train another, from the
 /// repository's root:
@@ -58,7 +66,15 @@ fn main() -> ! {
 
     static mut SCAN: Option<Scan<'static, Neural, CAPACITY>> = None;
 
-    let mut link = Link::new(board::start());
+    let Some(Board {
+        uart,
+        clock,
+        mut meter,
+    }) = board::start()
+    else {
+        reset(); // cannot be: it is started once
+    };
+    let mut link = Link::new(uart, clock);
     let scan = match begin(WORKSPACE, SCAN) {
         Ok(scan) => scan,
         Err(failure) => loop {
@@ -71,11 +87,17 @@ fn main() -> ! {
     // The first scan may be one that a reset interrupted.
     let mut kept = Kept::find(scan.recipe());
     loop {
-        if let Err(failure) = scan_material(scan, &mut link, &mut kept) {
+        let result = scan_material(scan, &mut link, &mut kept, &mut meter);
+        if let Err(failure) = result {
             defmt::error!("{}", failure);
             link.fail(failure);
         }
-        kept.forget();
+        // A host that was away says itself, at the next hello, whether measurements hold still.
+        let host_was_away =
+            Err(Failure::NoReply) == result || Err(Failure::Refused(Refusal::NoScan)) == result;
+        if !host_was_away {
+            kept.forget();
+        }
         scan.restart();
     }
 }
@@ -98,6 +120,7 @@ fn scan_material(
     scan: &mut Scan<Neural, CAPACITY>,
     link: &mut Link,
     kept: &mut Kept,
+    meter: &mut Meter,
 ) -> Result<(), Failure> {
     link.hello(scan.recipe())?;
     defmt::info!("scan of {=usize} samples", scan.recipe().samples());
@@ -123,11 +146,9 @@ fn scan_material(
     }
 
     // Fit, slice by slice.
-    let mut ticks = 0;
+    meter.restart();
     loop {
-        let mut watch = Stopwatch::start();
-        let progress = scan.advance_fit(SLICE);
-        ticks += watch.ticks();
+        let progress = meter.count(|| scan.advance_fit(SLICE));
         link.progress(progress)?;
         if progress.is_complete() {
             break;
@@ -142,7 +163,7 @@ fn scan_material(
     link.parameters(scan.parameters())?;
     link.finished(residual)?;
     defmt::info!("finished: {}", residual);
-    meter::report(ticks);
+    meter.report();
     Ok(())
 }
 

@@ -68,3 +68,11 @@ fn nothing_in_the_firmware_can_panic() {
     }
     assert!(symbols.is_empty(), "{symbols:#?}");
 }
+
+/// What a first bring-up looks for in the log. QEMU records no cause, and has no clocks.
+#[test]
+fn a_boot_says_why_and_at_which_clock() {
+    let emulator = Emulator::boot_as_built();
+    assert_eq!(emulator.wait_for("reset: "), "Unknown");
+    assert_eq!(emulator.wait_for("clock: "), "an emulator's");
+}

@@ -101,3 +101,33 @@ fn a_measurement_that_never_comes_is_given_up_by_name() {
     let _ = emulator.wait_for("NoReply");
     assert_scans(&mut emulator);
 }
+
+/// What a reset would keep, a host that falls silent does not cost: it is offered at the next hello.
+#[test]
+fn measurements_outlast_a_host_that_falls_silent() {
+    let mut emulator = Emulator::boot_as_built();
+    let value = |index: u16| [0.2 + 0.01 * f32::from(index); 3];
+    let mut silent = false;
+    let mut kept = Vec::new();
+    converse(&mut emulator.serial, |request| match request {
+        Request::Hello { .. } => Answer::Reply(WELCOME),
+        Request::Measure { index, .. } if !silent => Answer::Reply(measured(index, value(index))),
+        // The first slice of the fit, and the last word after it.
+        Request::Progress(_) if kept.is_empty() => {
+            silent = true;
+            Answer::Silence
+        }
+        Request::Failed(Failure::NoReply) => Answer::Silence,
+        Request::Kept { index, measurement } => {
+            assert_eq!(
+                measured(index, measurement.brdf),
+                measured(index, value(index))
+            );
+            kept.push(index);
+            Answer::Reply(Reply::Accepted)
+        }
+        Request::Progress(_) => Answer::Last(Reply::Accepted),
+        other => panic!("{other:?}"),
+    });
+    assert_eq!(kept, (0..8).collect::<Vec<u16>>());
+}
