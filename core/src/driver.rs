@@ -10,7 +10,7 @@
 //! use glimpse_core::recipe::Recipe;
 //! use glimpse_core::scan::{Memory, Reading, Scan};
 //!
-//! let recipe = include_bytes!("../../embedded-demo/recipes/neural-n8.recipe");
+//! let recipe = include_bytes!("../examples/recipes/neural-n8.recipe");
 //! let mut memory = Memory::<Neural, 8>::new();
 //! let scan = Recipe::parse(recipe).unwrap(); // a firmware hands errors to the driver, see `Driver::new`
 //! let scan = Scan::new(scan, &mut memory).unwrap();
