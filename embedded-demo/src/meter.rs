@@ -34,9 +34,9 @@ impl Meter {
         result
     }
 
-    /// Logs what was counted, as `name=value` lines.
-    pub fn report(&self) {
-        let ticks = self.ticks;
+    /// Logs what was counted, as `name=value` lines, and begins anew.
+    pub fn report(&mut self) {
+        let ticks = core::mem::take(&mut self.ticks);
         match self.clocks {
             // QEMU with `-icount shift=0`: an instruction takes a nanosecond, whatever it is.
             Clocks::Emulator => defmt::info!("fit_instructions={=u32}", ticks),

@@ -5,12 +5,13 @@ use std::fs;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::{TcpListener, TcpStream};
 use std::path::Path;
+use std::thread;
 use std::time::{Duration, Instant};
 
-use glimpse_core::link::{Failure, FrameReader, Reply, Request};
+use glimpse_core::link::{Failure, FrameReader, Refusal, Reply, Request};
 use glimpse_tests::elf::Firmware;
 use glimpse_tests::emulator::Emulator;
-use glimpse_tests::host::{Answer, WELCOME, converse, measured};
+use glimpse_tests::host::{Answer, WELCOME, converse};
 use tempfile::NamedTempFile;
 
 use super::assert_scans;
@@ -135,37 +136,37 @@ fn meals(log: &Path) -> usize {
     log.matches("value 0x0000aaaa").count()
 }
 
-/// The arms take six seconds, which is longer than the watchdog waits; then the host falls silent.
+/// The arms take six seconds, which is longer than the watchdog waits; then the device has failed.
 #[test]
-fn the_watchdog_is_fed_while_arms_move_and_while_nobody_replies() {
+fn the_watchdog_is_fed_while_arms_move_and_after_a_failure() {
     let log = NamedTempFile::new().unwrap();
     let firmware = Firmware::load();
     let options = ["-icount", "shift=0", "-d", "unimp", "-D"];
     let options = [&options[..], &[log.path().to_str().unwrap()]].concat();
     let mut emulator = Emulator::boot_with(&firmware, firmware.path(), &options);
 
-    let mut asked = 0;
     let mut fed = Vec::new();
-    let mut rested = None;
+    let mut failed = None;
     converse(&mut emulator.serial, |request| match request {
-        Request::Hello { .. } if rested.is_some() => Answer::Stop,
+        Request::Hello { .. } if failed.is_some() => Answer::Stop,
         Request::Hello { .. } => Answer::Reply(WELCOME),
-        Request::Measure { index: 3, .. } if asked < 60 => {
-            asked += 1;
-            fed.push(meals(log.path()));
-            Answer::Silence
+        Request::Measure { .. } => {
+            for _ in 0..12 {
+                fed.push(meals(log.path()));
+                thread::sleep(Duration::from_millis(500));
+            }
+            Answer::Reply(Reply::Refused(Refusal::Directions))
         }
-        Request::Measure { index, .. } => Answer::Reply(measured(index, [0.2; 3])),
-        Request::Failed(Failure::NoReply) => {
-            rested = Some(meals(log.path()));
+        Request::Failed(failure) => {
+            assert_eq!(failure, Failure::Refused(Refusal::Directions));
+            failed = Some(meals(log.path()));
             Answer::Reply(Reply::Accepted)
         }
-        // In the middle of the fit.
-        _ => Answer::Silence,
+        other => panic!("{other:?}"),
     });
     assert!(fed.windows(2).all(|pair| pair[0] < pair[1]), "{fed:?}");
-    // After a failure the device rests for half a second.
-    let rested = meals(log.path()) - rested.unwrap();
+    // It rests for half a second then.
+    let rested = meals(log.path()) - failed.unwrap();
     assert!(rested >= 5, "{rested}");
     assert_scans(&mut emulator);
 }
