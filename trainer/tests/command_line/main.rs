@@ -1,5 +1,6 @@
 //! The command line as a user meets it: what it writes, what it says, how it ends.
 
+mod basis;
 mod grid;
 mod linear;
 mod query;
