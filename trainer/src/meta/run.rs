@@ -5,6 +5,7 @@ use std::marker::PhantomData;
 
 use glimpse_core::geometry::Angles;
 use glimpse_core::model::ModelKind;
+use glimpse_core::recipe::{MAX_PRECISION, MIN_PRECISION};
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
@@ -371,7 +372,9 @@ impl<'o> Session<'o> {
         let basis = Basis::new(&columns, &all, trainee.components());
         let bytes = basis.to_bytes();
         let mut reduced = basis.reduce(above_horizon(&values.pattern));
-        reduced.precision = values.step_sizes.iter().map(|log| log.exp()).collect();
+        // A coefficient that is left free, or held at 0, may run out of what recipes hold.
+        let precision = |log: &f32| log.exp().clamp(MIN_PRECISION, MAX_PRECISION);
+        reduced.precision = values.step_sizes.iter().map(precision).collect();
         reduced.basis_checksum = Basis::checksum(&bytes);
         Ok(LearnedRidge {
             reduced,
