@@ -105,10 +105,8 @@ fn run(
             driver.sent(1);
         }
         match (action, &mut kept) {
-            (Action::Wait { milliseconds }, _) => {
-                if driver.outgoing().is_empty() {
-                    clock.sleep(milliseconds, || uart.has_byte());
-                }
+            (Action::Wait { .. }, _) if driver.outgoing().is_empty() => {
+                time::sleep(|| uart.has_byte());
             }
             (Action::Save { index, reading }, Some(kept)) => kept.insert(index, reading),
             (Action::Forget, Some(kept)) => kept.forget(),

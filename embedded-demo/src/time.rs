@@ -1,8 +1,8 @@
 //! Time: microseconds by a timer that runs freely, and sleep that ends in time.
 //!
 //! TIM2 counts to 2^32 without anybody's help, so no time is lost while interrupts are masked, the
-//! fit runs, or a debugger takes a log. SysTick only wakes a core that sleeps. (Counting its
-//! interrupts would not do: QEMU leaves out up to half of them.)
+//! fit runs, or a debugger takes a log. SysTick only wakes a core that sleeps, so it does no harm
+//! that QEMU leaves out every second of its interrupts with `-icount sleep=off`.
 
 use cortex_m::peripheral::SYST;
 use cortex_m::peripheral::syst::SystClkSource;
@@ -19,28 +19,26 @@ const _: () = assert!(
             .timer_hz()
             .is_multiple_of(MICROSECONDS_HZ)
 );
-/// SysTick counts from this at most.
-const SYSTICK_MAX: u32 = (1 << 24) - 1;
+/// How often a sleeping core is woken in a second: often enough to send a request again in time.
+const WAKES_HZ: u32 = 100;
 
-/// Time, and who wakes the core when it has passed.
+/// Time that passes.
 pub struct Clock {
-    systick: SYST,
     /// Until when [`Clock::pass`] has told all, in microseconds.
     told: u32,
-    core_hz: u32,
 }
 
 impl Clock {
-    /// Starts at zero.
+    /// Starts at zero, and SysTick with it.
     pub fn start(clocks: Clocks, mut systick: SYST) -> Self {
         run_freely(TIM2, clocks.timer_hz() / MICROSECONDS_HZ);
         systick.set_clock_source(SystClkSource::Core);
+        systick.set_reload(clocks.core_hz() / WAKES_HZ - 1);
+        systick.clear_current();
         systick.enable_interrupt();
-        Self {
-            systick,
-            told: microseconds(),
-            core_hz: clocks.core_hz(),
-        }
+        systick.enable_counter();
+        let told = microseconds();
+        Self { told }
     }
 
     /// Milliseconds that have passed since this was asked last (which may not be an hour ago). What
@@ -50,23 +48,18 @@ impl Clock {
         self.told = self.told.wrapping_add(1000 * passed);
         passed
     }
+}
 
-    /// Sleeps until there is an interrupt, but for no longer than so many milliseconds (and 100 at
-    /// most); not at all if there is something to do already.
-    pub fn sleep(&mut self, milliseconds: u32, has_work: impl Fn() -> bool) {
-        let ticks = milliseconds.saturating_mul(self.core_hz / 1000);
-        self.systick.set_reload(ticks.clamp(1, SYSTICK_MAX));
-        self.systick.clear_current();
-        self.systick.enable_counter();
-        // Masked, so that nothing can come between the look and the sleep. An interrupt wakes the
-        // core all the same, and is handled right after.
-        interrupt::free(|_| {
-            if !has_work() {
-                asm::wfi();
-            }
-        });
-        self.systick.disable_counter();
-    }
+/// Sleeps until there is an interrupt: SysTick's comes soon. Does not sleep if there is something to
+/// do already.
+pub fn sleep(has_work: impl Fn() -> bool) {
+    // Masked, so that nothing can come between the look and the sleep. An interrupt wakes the core
+    // all the same, and is handled right after.
+    interrupt::free(|_| {
+        if !has_work() {
+            asm::wfi();
+        }
+    });
 }
 
 /// Has a timer count from now on, once in so many of its clock's cycles, and never stop.
