@@ -78,7 +78,7 @@
 
 /** Declares memory: GLIMPSE_MEMORY(memory, GLIMPSE_SCAN_BYTES); or static GLIMPSE_MEMORY(...); */
 #ifdef __cplusplus
-#define GLIMPSE_MEMORY(name, bytes) alignas(GLIMPSE_ALIGNMENT) unsigned char name[bytes]
+#define GLIMPSE_MEMORY(name, bytes) unsigned char name alignas(GLIMPSE_ALIGNMENT)[bytes]
 #else
 #define GLIMPSE_MEMORY(name, bytes) _Alignas(GLIMPSE_ALIGNMENT) unsigned char name[bytes]
 #endif

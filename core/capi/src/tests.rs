@@ -107,7 +107,7 @@ pub(crate) fn values_by_core(recipe: &[u8]) -> Vec<u32> {
     fitted.values().map(f32::to_bits).collect()
 }
 
-pub(crate) const MIRROR: glimpse_directions = glimpse_directions {
+pub(crate) static MIRROR: glimpse_directions = glimpse_directions {
     incoming: [0.6, 0.0, 0.8],
     outgoing: [-0.6, 0.0, 0.8],
 };

@@ -7,26 +7,41 @@ use std::process::Command;
 use std::{env, fs};
 
 use common::{compile, expected, folder, run};
+use glimpse_core::fit::linear_words;
 
-/// Cargo puts it two folders above a test's executable.
+/// Builds the library: cargo itself builds no static library for tests. What it depends on is there.
 fn library() -> String {
-    let mut path: PathBuf = env::current_exe().unwrap();
-    path.pop();
-    let deps = path.clone();
-    path.pop();
-    // `cargo test` builds it in `deps`; only `cargo build` puts it where its name says.
-    let newest = |folder: &PathBuf| {
-        let files = fs::read_dir(folder).unwrap().flatten();
-        let libraries = files.filter(|file| {
-            let name = file.file_name().into_string().unwrap_or_default();
-            name.starts_with("libglimpse") && name.ends_with(".a") && !name.contains("core")
-        });
-        libraries
-            .max_by_key(|file| file.metadata().and_then(|data| data.modified()).ok())
-            .map(|file| file.path())
+    let mut target: PathBuf = env::current_exe().unwrap();
+    for _ in 0..3 {
+        target.pop(); // from target/debug/deps/c-...
+    }
+    let profile = if cfg!(debug_assertions) {
+        "dev"
+    } else {
+        "release"
     };
-    let found = newest(&deps).or_else(|| newest(&path));
-    found.expect("the library").display().to_string()
+    let mut cargo = Command::new(env!("CARGO"));
+    cargo
+        .args([
+            "build",
+            "--quiet",
+            "--lib",
+            "--profile",
+            profile,
+            "--manifest-path",
+        ])
+        .arg(folder().join("Cargo.toml"))
+        .arg("--target-dir")
+        .arg(&target);
+    run(&mut cargo);
+    let profile = if cfg!(debug_assertions) {
+        "debug"
+    } else {
+        profile
+    };
+    let library = target.join(profile).join("libglimpse.a");
+    assert!(library.exists(), "{}", library.display());
+    library.display().to_string()
 }
 
 /// Does nothing if the compiler has no sanitizers.
@@ -37,9 +52,12 @@ fn has_sanitizers() -> bool {
     let source = directory.path().join("empty.c");
     fs::write(&source, "int main(void) { return 0; }\n").unwrap();
     let out = directory.path().join("empty");
-    let compiled = Command::new("cc").arg(SANITIZERS).arg(&source).arg("-o").arg(&out);
-    let compiled = compiled.output().unwrap();
-    compiled.status.success() && Command::new(&out).status().is_ok_and(|status| status.success())
+    let mut compile = Command::new("cc");
+    compile.arg(SANITIZERS).arg(&source).arg("-o").arg(&out);
+    compile.output().unwrap().status.success()
+        && Command::new(&out)
+            .status()
+            .is_ok_and(|status| status.success())
 }
 
 #[test]
@@ -60,7 +78,11 @@ fn the_examples_print_the_bits_of_rust() {
         for (example, expected) in ["scan.c", "driver.c"].into_iter().zip(expected()) {
             let out = directory.path().join("example");
             compile("cc", "host.c", example, &options, &out);
-            assert_eq!(run(&mut Command::new(&out)), expected, "{example} {options:?}");
+            assert_eq!(
+                run(&mut Command::new(&out)),
+                expected,
+                "{example} {options:?}"
+            );
         }
     }
 }
@@ -91,10 +113,49 @@ fn the_headers_constants_are_the_librarys() {
             .arg("-o")
             .arg(&out);
         run(&mut command);
-        let linear = 4 * glimpse_core::fit::linear_words(samples, components);
-        let scan = 38 * samples + 5520 + linear + 48 * size_of::<usize>() + 64;
+        let scan = scan_bytes(samples, components, 5520, size_of::<usize>());
         let printed = run(&mut Command::new(&out));
         assert_eq!(printed, format!("{scan} {}\n", scan + 1024));
+    }
+}
+
+/// The header's formula, on a machine with pointers of so many bytes.
+fn scan_bytes(samples: usize, components: usize, model: usize, pointer: usize) -> usize {
+    let linear = 4 * linear_words(samples, components);
+    let linear = if components == 0 { 0 } else { linear };
+    38 * samples + model + linear + 48 * pointer + 64
+}
+
+/// On 32-bit machines.
+#[test]
+fn the_readmes_table_of_memory_is_right() {
+    let readme = fs::read_to_string(folder().join("README.md")).unwrap();
+    for (models, samples, components, model) in [
+        ("any", 32, 60, 5520),
+        ("any", 8, 5, 5520),
+        ("Neural", 8, 0, 5400),
+        ("Phong", 8, 0, 56),
+        ("Cook-Torrance", 8, 0, 64),
+        ("Linear", 8, 5, 0),
+    ] {
+        let scan = scan_bytes(samples, components, model, 4);
+        let components = match components {
+            0 => String::new(),
+            m => format!("{m} "),
+        };
+        let row = format!(
+            "| {models} | {samples} | {components}| {} | {} |",
+            thousands(scan),
+            thousands(scan + 1024)
+        );
+        assert!(readme.contains(&row), "{row}");
+    }
+}
+
+fn thousands(number: usize) -> String {
+    match number / 1000 {
+        0 => number.to_string(),
+        many => format!("{many},{:03}", number % 1000),
     }
 }
 

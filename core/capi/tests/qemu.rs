@@ -41,7 +41,10 @@ fn the_examples_print_the_bits_of_rust_in_qemu() {
     let script = folder().join("examples/board.ld");
     let script = format!("-T{}", script.display());
     for board in BOARDS {
-        let library = folder().join("target").join(board.triple).join("release/libglimpse.a");
+        let library = folder()
+            .join("target")
+            .join(board.triple)
+            .join("release/libglimpse.a");
         assert!(
             library.exists(),
             "{} is not there: `tests/run firmware` builds it",
@@ -67,7 +70,12 @@ fn the_examples_print_the_bits_of_rust_in_qemu() {
                 .args(["-display", "none", "-monitor", "none", "-serial", "none"])
                 .args(["-semihosting-config", "enable=on,target=native", "-kernel"])
                 .arg(&out);
-            assert_eq!(run(&mut emulator), expected, "{example} on {}", board.triple);
+            assert_eq!(
+                run(&mut emulator),
+                expected,
+                "{example} on {}",
+                board.triple
+            );
         }
     }
 }

@@ -14,9 +14,7 @@ use crate::driver::{
 };
 use crate::fit::glimpse_fitted_values;
 use crate::status::glimpse_status as Status;
-use crate::types::{
-    glimpse_action, glimpse_action_kind as Kind, glimpse_host, glimpse_kept,
-};
+use crate::types::{glimpse_action, glimpse_action_kind as Kind, glimpse_host, glimpse_kept};
 
 fn begin(
     memory: &mut Bytes,
@@ -145,8 +143,7 @@ impl Scanner {
                 }
                 _ => continue,
             };
-            let status =
-                unsafe { glimpse_driver_receive(driver, answer.as_ptr(), answer.len()) };
+            let status = unsafe { glimpse_driver_receive(driver, answer.as_ptr(), answer.len()) };
             assert_eq!(status, Status::Ok);
         }
     }
@@ -201,7 +198,10 @@ fn failures_are_told_to_both_sides() {
     let driver = begin(&mut memory, RECIPES[0], glimpse_host::Measures, &[]);
     let mut scanner = Scanner::new();
     scanner.refuses = Some(Refusal::Directions);
-    assert_eq!(until_failed(driver, &mut scanner), Status::RefusedDirections);
+    assert_eq!(
+        until_failed(driver, &mut scanner),
+        Status::RefusedDirections
+    );
     // The device's arms fail.
     let driver = begin(&mut memory, RECIPES[0], glimpse_host::Listens, &[]);
     let mut scanner = Scanner::new();

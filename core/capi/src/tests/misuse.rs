@@ -15,7 +15,7 @@ use crate::fit::{
 };
 use crate::recipe::glimpse_recipe_describe;
 use crate::scan::{
-    glimpse_scan_begin, glimpse_scan_bytes, glimpse_scan_next, glimpse_scan_reading,
+    glimpse_scan, glimpse_scan_begin, glimpse_scan_bytes, glimpse_scan_next, glimpse_scan_reading,
     glimpse_scan_record, glimpse_scan_restart,
 };
 use crate::status::glimpse_status as Status;
@@ -25,7 +25,7 @@ use crate::types::{glimpse_host, glimpse_reading, glimpse_sample};
 fn memory_that_will_not_do_is_refused() {
     let mut memory = Bytes::for_scan();
     let (recipe, bytes) = (NEURAL.as_ptr(), NEURAL.len());
-    let mut scan = null_mut();
+    let mut scan: *mut glimpse_scan = null_mut();
     let least = glimpse_scan_bytes();
     unsafe {
         let out = &raw mut scan;
@@ -56,7 +56,10 @@ fn memory_that_will_not_do_is_refused() {
 fn what_is_no_recipe_is_refused_by_name() {
     let mut memory = Bytes::for_scan();
     assert_eq!(begin(&mut memory, b"").0, Status::RecipeMagic);
-    assert_eq!(begin(&mut memory, b"garbage, and more").0, Status::RecipeMagic);
+    assert_eq!(
+        begin(&mut memory, b"garbage, and more").0,
+        Status::RecipeMagic
+    );
     let cut = NEURAL.get(..NEURAL.len() - 1).unwrap();
     assert_eq!(begin(&mut memory, cut).0, Status::RecipeLength);
     for place in 0..NEURAL.len() {
@@ -166,7 +169,10 @@ fn a_driver_refuses_the_same() {
         assert_eq!(begin(null(), null(), 0, out), Status::Null);
         assert_eq!(begin(&raw const wrong, null(), 0, out), Status::Argument);
         assert_eq!(begin(&raw const config, null(), 1, out), Status::Null);
-        assert_eq!(begin(&raw const config, null(), 0, null_mut()), Status::Null);
+        assert_eq!(
+            begin(&raw const config, null(), 0, null_mut()),
+            Status::Null
+        );
         let dangling = core::ptr::dangling();
         let status = begin(&raw const config, dangling, usize::MAX, out);
         assert_eq!(status, Status::Length);

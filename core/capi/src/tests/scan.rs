@@ -121,10 +121,7 @@ fn readings_come_in_any_order_and_replace_each_other() {
 
         // The next one after 5, of which 5 is none any more.
         for (from, index) in [(0, 0), (5, 6), (7, 7)] {
-            assert_eq!(
-                glimpse_scan_next(scan, from, &raw mut sample),
-                Status::Ok
-            );
+            assert_eq!(glimpse_scan_next(scan, from, &raw mut sample), Status::Ok);
             assert_eq!(sample.index, index);
         }
         assert_eq!(
@@ -184,7 +181,7 @@ fn the_wrong_order_of_calls_is_an_error() {
         assert_eq!(glimpse_fit_finish(scan, null_mut()), Status::NoFit);
         let below = crate::types::glimpse_directions {
             outgoing: [0.6, 0.0, -0.8],
-            ..MIRROR
+            incoming: MIRROR.incoming,
         };
         let status = glimpse_fitted_brdf(scan, &raw const below, &raw mut brdf);
         assert_eq!(status, Status::Directions);

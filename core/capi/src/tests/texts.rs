@@ -51,4 +51,3 @@ fn the_version_is_the_crates() {
     let version = unsafe { CStr::from_ptr(glimpse_version()) };
     assert_eq!(version.to_str().unwrap(), env!("CARGO_PKG_VERSION"));
 }
-
