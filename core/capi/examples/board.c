@@ -7,9 +7,10 @@ void reset(void);
 void fault(void);
 extern uint32_t stack_top, data_begin, data_end, data_source, bss_begin, bss_end;
 
-__attribute__((section(".vectors"), used)) static const void *const VECTORS[] = {
-    &stack_top, (const void *)reset, (const void *)fault, (const void *)fault,
-};
+__attribute__((section(".vectors"), used)) static const struct {
+    uint32_t *stack;
+    void (*handlers[3])(void);
+} VECTORS = {&stack_top, {reset, fault, fault}};
 
 static int semihosting(int operation, const void *argument)
 {

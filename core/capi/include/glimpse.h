@@ -36,6 +36,9 @@
 #include <stddef.h>
 #include <stdint.h>
 
+/** The version of this file; glimpse_version() is the library's. */
+#define GLIMPSE_VERSION "0.2.0"
+
 /** The largest n, how many samples a recipe may have. Built into the library by the environment
     variable of the same name; define it here alike, before this file. */
 #ifndef GLIMPSE_SAMPLES
@@ -418,6 +421,43 @@ typedef struct glimpse_driver glimpse_driver;
 typedef struct glimpse_scan glimpse_scan;
 
 /**
+ * A pair of directions of unit length, pointing away from the surface; z is its normal.
+ */
+typedef struct glimpse_directions {
+    /**
+     * Towards the light: x, y, z.
+     */
+    float incoming[3];
+    /**
+     * Towards the sensor: x, y, z.
+     */
+    float outgoing[3];
+} glimpse_directions;
+
+/**
+ * Where both arms stand, as spherical angles in radians: theta from the normal, phi about it, from x
+ * towards y.
+ */
+typedef struct glimpse_arms {
+    /**
+     * The light's: 0 to pi/2.
+     */
+    float theta_i;
+    /**
+     * The light's; any turn. 0 along the normal.
+     */
+    float phi_i;
+    /**
+     * The sensor's: 0 to pi/2.
+     */
+    float theta_o;
+    /**
+     * The sensor's; any turn. 0 along the normal.
+     */
+    float phi_o;
+} glimpse_arms;
+
+/**
  * What is in a recipe.
  */
 typedef struct glimpse_recipe {
@@ -444,20 +484,6 @@ typedef struct glimpse_recipe {
 } glimpse_recipe;
 
 /**
- * A pair of directions of unit length, pointing away from the surface; z is its normal.
- */
-typedef struct glimpse_directions {
-    /**
-     * Towards the light: x, y, z.
-     */
-    float incoming[3];
-    /**
-     * Towards the sensor: x, y, z.
-     */
-    float outgoing[3];
-} glimpse_directions;
-
-/**
  * Where a sample of the recipe's pattern is.
  */
 typedef struct glimpse_sample {
@@ -470,6 +496,10 @@ typedef struct glimpse_sample {
      * material does not notice if both azimuths are turned together.
      */
     struct glimpse_directions directions;
+    /**
+     * The same as spherical angles.
+     */
+    struct glimpse_arms arms;
     /**
      * The same in Rusinkiewicz angles, radians. Between the normal and the half vector: 0 to pi/2.
      */
@@ -670,9 +700,15 @@ extern "C" {
 const char *glimpse_status_text(int32_t status);
 
 /**
- * The version of this library, as "0.1.0". It ends in a zero, is constant and never null.
+ * The version of this library, as "0.2.0"; GLIMPSE_VERSION is the header's, and should be the same. It
+ * ends in a zero, is constant and never null.
  */
 const char *glimpse_version(void);
+
+/**
+ * The directions of two arms. All angles will do; what is below the horizon has no BRDF.
+ */
+struct glimpse_directions glimpse_directions_of(struct glimpse_arms arms);
 
 /**
  * Checks a recipe, and whether this library was built for it; says what is in it.
@@ -694,7 +730,8 @@ glimpse_status glimpse_recipe_describe(const uint8_t *bytes,
 size_t glimpse_scan_bytes(void);
 
 /**
- * Begins a scan. Whatever the memory held is overwritten; it needs no initialization.
+ * Begins a scan. Whatever the memory held is overwritten, also if the scan cannot begin; it needs no
+ * initialization.
  *
  * @param memory        GLIMPSE_SCAN_BYTES of the caller's memory, aligned to GLIMPSE_ALIGNMENT, as
  *                      GLIMPSE_MEMORY declares it. Until the caller has done with the scan nothing

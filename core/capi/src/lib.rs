@@ -43,3 +43,11 @@ fn panic(_: &core::panic::PanicInfo<'_>) -> ! {
         core::hint::spin_loop();
     }
 }
+
+/// What the proof must not let through.
+#[cfg(feature = "can-panic")]
+#[unsafe(no_mangle)]
+#[allow(clippy::indexing_slicing)]
+pub extern "C" fn glimpse_any_of_three(index: usize) -> u8 {
+    [7, 8, 9][index]
+}

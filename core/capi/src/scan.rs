@@ -23,7 +23,8 @@ pub extern "C" fn glimpse_scan_bytes() -> usize {
     size_of::<Place<CScan>>()
 }
 
-/// Begins a scan. Whatever the memory held is overwritten; it needs no initialization.
+/// Begins a scan. Whatever the memory held is overwritten, also if the scan cannot begin; it needs no
+/// initialization.
 ///
 /// @param memory        GLIMPSE_SCAN_BYTES of the caller's memory, aligned to GLIMPSE_ALIGNMENT, as
 ///                      GLIMPSE_MEMORY declares it. Until the caller has done with the scan nothing
@@ -113,6 +114,7 @@ unsafe fn next(
     out.put(glimpse_sample {
         index,
         directions: directions.into(),
+        arms: directions.into(),
         theta_h,
         theta_d,
         phi_d,

@@ -294,7 +294,8 @@ pub extern "C" fn glimpse_status_text(status: i32) -> *const c_char {
         .as_ptr()
 }
 
-/// The version of this library, as "0.1.0". It ends in a zero, is constant and never null.
+/// The version of this library, as "0.2.0"; GLIMPSE_VERSION is the header's, and should be the same. It
+/// ends in a zero, is constant and never null.
 #[unsafe(no_mangle)]
 pub extern "C" fn glimpse_version() -> *const c_char {
     concat!(env!("CARGO_PKG_VERSION"), "\0")

@@ -18,10 +18,10 @@ use crate::status::glimpse_status;
 use crate::types::{glimpse_directions, glimpse_reading, glimpse_sample};
 
 pub(crate) const RECIPES: [&[u8]; 4] = [
-    include_bytes!("../../../embedded-demo/recipes/phong-n8.recipe"),
-    include_bytes!("../../../embedded-demo/recipes/cook-torrance-n8.recipe"),
-    include_bytes!("../../../embedded-demo/recipes/neural-n8.recipe"),
-    include_bytes!("../../../embedded-demo/recipes/linear-n8.recipe"),
+    include_bytes!("../../examples/recipes/phong-n8.recipe"),
+    include_bytes!("../../examples/recipes/cook-torrance-n8.recipe"),
+    include_bytes!("../../examples/recipes/neural-n8.recipe"),
+    include_bytes!("../../examples/recipes/linear-n8.recipe"),
 ];
 pub(crate) const NEURAL: &[u8] = RECIPES[2];
 

@@ -1,6 +1,6 @@
 //! What C and the library hand to each other.
 
-use glimpse_core::geometry::Directions;
+use glimpse_core::geometry::{ArmAngles, Directions, Spherical};
 use glimpse_core::link::BYTES_PER_FRAME;
 use glimpse_core::model::ModelKind;
 use glimpse_core::scan::{Reading, Residual};
@@ -15,6 +15,21 @@ pub struct glimpse_directions {
     pub outgoing: [f32; 3],
 }
 
+/// Where both arms stand, as spherical angles in radians: theta from the normal, phi about it, from x
+/// towards y.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct glimpse_arms {
+    /// The light's: 0 to pi/2.
+    pub theta_i: f32,
+    /// The light's; any turn. 0 along the normal.
+    pub phi_i: f32,
+    /// The sensor's: 0 to pi/2.
+    pub theta_o: f32,
+    /// The sensor's; any turn. 0 along the normal.
+    pub phi_o: f32,
+}
+
 /// Where a sample of the recipe's pattern is.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -24,6 +39,8 @@ pub struct glimpse_sample {
     /// Where the light and the sensor have to be. The half vector lies in the xz plane; an isotropic
     /// material does not notice if both azimuths are turned together.
     pub directions: glimpse_directions,
+    /// The same as spherical angles.
+    pub arms: glimpse_arms,
     /// The same in Rusinkiewicz angles, radians. Between the normal and the half vector: 0 to pi/2.
     pub theta_h: f32,
     /// Between the half vector and the light: 0 to pi/2.
@@ -230,6 +247,29 @@ impl From<glimpse_directions> for Directions<f32> {
         Self {
             incoming: directions.incoming,
             outgoing: directions.outgoing,
+        }
+    }
+}
+
+/// The directions of two arms. All angles will do; what is below the horizon has no BRDF.
+#[unsafe(no_mangle)]
+pub extern "C" fn glimpse_directions_of(arms: glimpse_arms) -> glimpse_directions {
+    let spherical = |theta, phi| Spherical { theta, phi };
+    let arms = ArmAngles {
+        incoming: spherical(arms.theta_i, arms.phi_i),
+        outgoing: spherical(arms.theta_o, arms.phi_o),
+    };
+    arms.directions().into()
+}
+
+impl From<Directions<f32>> for glimpse_arms {
+    fn from(directions: Directions<f32>) -> Self {
+        let ArmAngles { incoming, outgoing } = ArmAngles::from_directions(&directions);
+        Self {
+            theta_i: incoming.theta,
+            phi_i: incoming.phi,
+            theta_o: outgoing.theta,
+            phi_o: outgoing.phi,
         }
     }
 }

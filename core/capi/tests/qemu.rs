@@ -57,7 +57,7 @@ fn the_examples_print_the_bits_of_rust_in_qemu() {
             "-nostartfiles",
             &script,
             "-Wl,--gc-sections",
-            "-Wl,--no-warn-rwx-segments",
+            "-Wl,--no-warn-rwx-segments,-z,noexecstack",
             &library,
         ];
         let options = [board.options, &common].concat();

@@ -15,8 +15,8 @@ use crate::scan::{
 };
 use crate::status::glimpse_status as Status;
 use crate::types::{
-    glimpse_model, glimpse_progress, glimpse_reading, glimpse_recipe, glimpse_recorded,
-    glimpse_residual, glimpse_sample,
+    glimpse_directions_of, glimpse_model, glimpse_progress, glimpse_reading, glimpse_recipe,
+    glimpse_recorded, glimpse_residual, glimpse_sample,
 };
 
 /// Fits in slices; returns the residual.
@@ -133,6 +133,27 @@ fn readings_come_in_any_order_and_replace_each_other() {
             glimpse_scan_reading(scan, 5, &raw mut found),
             Status::NotRead
         );
+    }
+}
+
+#[test]
+fn angles_of_arms_lead_to_the_same_directions() {
+    let mut memory = Bytes::for_scan();
+    let (_, scan) = begin(&mut memory, RECIPES[2]);
+    let mut sample = glimpse_sample::default();
+    for index in 0..8 {
+        let status = unsafe { glimpse_scan_next(scan, index, &raw mut sample) };
+        assert_eq!((status, sample.index), (Status::Ok, index));
+        let again = glimpse_directions_of(sample.arms);
+        let pairs = [
+            (again.incoming, sample.directions.incoming),
+            (again.outgoing, sample.directions.outgoing),
+        ];
+        for (found, expected) in pairs {
+            for (found, expected) in found.iter().zip(expected) {
+                assert!((found - expected).abs() < 1e-6);
+            }
+        }
     }
 }
 

@@ -50,4 +50,10 @@ fn the_readme_has_all_texts() {
 fn the_version_is_the_crates() {
     let version = unsafe { CStr::from_ptr(glimpse_version()) };
     assert_eq!(version.to_str().unwrap(), env!("CARGO_PKG_VERSION"));
+    let line = concat!(
+        "#define GLIMPSE_VERSION \"",
+        env!("CARGO_PKG_VERSION"),
+        "\"\n"
+    );
+    assert!(include_str!("../../include/glimpse.h").contains(line));
 }

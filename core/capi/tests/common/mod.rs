@@ -39,7 +39,7 @@ fn line(model: &str, what: &str, values: impl Iterator<Item = f32>) -> String {
 pub fn expected() -> [String; 2] {
     let mut printed = [String::new(), String::new()];
     for model in MODELS {
-        let recipe = folder().join(format!("../../embedded-demo/recipes/{model}-n8.recipe"));
+        let recipe = folder().join(format!("../examples/recipes/{model}-n8.recipe"));
         let recipe = std::fs::read(recipe).unwrap();
         let recipe = Recipe::parse(&recipe).unwrap();
         let mut memory = Memory::<AnyModel<{ linear_words(8, 5) }>, 8>::new();
@@ -71,7 +71,7 @@ pub fn expected() -> [String; 2] {
 /// Compiles an example; `options` name the machine and the library.
 pub fn compile(compiler: &str, platform: &str, example: &str, options: &[&str], out: &Path) {
     let examples = folder().join("examples");
-    let recipes = folder().join("../../embedded-demo/recipes");
+    let recipes = folder().join("../examples/recipes");
     let sources: Vec<PathBuf> = [example, platform, "recipes.S"]
         .map(|file| examples.join(file))
         .into();
