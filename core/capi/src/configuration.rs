@@ -4,6 +4,8 @@
 //! defines macros of the same names. The formulas here stand in the header too (cbindgen.toml); a
 //! test compiles both and compares them.
 
+#![allow(clippy::arithmetic_side_effects)] // all of it while compiling
+
 use glimpse_core::fit::linear_words;
 use glimpse_core::scan::{Memory, Scan};
 

@@ -146,7 +146,10 @@ pub unsafe extern "C" fn glimpse_driver_poll(
 ) -> glimpse_status {
     // SAFETY: C keeps the contract in the header.
     let (driver, out) = unsafe { (exclusive(driver.cast::<CDriver>()), Out::new(action)) };
-    status(out.and_then(|out| Ok(out.put(driver?.poll(elapsed).into()))))
+    status(out.and_then(|out| {
+        out.put(driver?.poll(elapsed).into());
+        Ok(())
+    }))
 }
 
 /// Takes bytes from the line, all of them.

@@ -98,7 +98,9 @@ pub unsafe extern "C" fn glimpse_fitted_residual(
     let (scan, out) = unsafe { (shared(scan.cast::<CScan>()), Out::new(residual)) };
     status(scan.and_then(|scan| {
         let fitted = scan.fitted().ok_or(glimpse_status::NotFitted);
-        out.and_then(|out| Ok(out.put(fitted?.residual().into())))
+        let out = out?;
+        out.put(fitted?.residual().into());
+        Ok(())
     }))
 }
 

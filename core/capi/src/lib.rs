@@ -11,6 +11,18 @@
 //! the time of its call. Through results only raw pointers write, so they may even overlap each other.
 
 #![no_std]
+#![cfg_attr(
+    not(test),
+    deny(
+        clippy::undocumented_unsafe_blocks,
+        clippy::panic,
+        clippy::unwrap_used,
+        clippy::expect_used,
+        clippy::indexing_slicing,
+        clippy::arithmetic_side_effects,
+        clippy::unreachable
+    )
+)]
 #![allow(non_camel_case_types)] // C's names, so that the header can be searched for in here
 
 #[cfg(not(target_os = "none"))]

@@ -181,6 +181,8 @@ pub unsafe extern "C" fn glimpse_scan_reading(
     let (scan, out) = unsafe { (shared(scan.cast::<CScan>()), Out::new(reading)) };
     status(scan.and_then(|scan| {
         let reading = scan.reading(index).ok_or(glimpse_status::NotRead);
-        out.and_then(|out| Ok(out.put(reading?.into())))
+        let out = out?;
+        out.put(reading?.into());
+        Ok(())
     }))
 }
