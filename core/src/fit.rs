@@ -1,8 +1,19 @@
 //! How readings become a material: by descent, or by a ridge solve.
+//!
+//! Every model keeps one trait, [`Fitter`]: [`Phong`](crate::model::Phong),
+//! [`CookTorrance`](crate::model::CookTorrance) and [`Neural`](crate::model::Neural) descend,
+//! [`Linear`] solves, and [`AnyModel`] does what the recipe says. A [`Scan`](crate::scan::Scan) is
+//! what calls it.
 
+mod any;
 mod descent;
+mod fitter;
 mod learner;
+mod linear;
 pub mod ridge;
 
-pub use descent::{Fit, Progress, Workspace, brdf, residuals};
+pub use any::{AnyModel, AnyWorkspace};
+pub use descent::{Workspace, brdf};
+pub use fitter::{Fitter, FitterError, Progress};
 pub use learner::{Descent, Learner, Ridge};
+pub use linear::{Linear, linear_words};

@@ -12,7 +12,9 @@
 
 // From the bottom up: a room imports from rooms above it in this list only.
 //
-// geometry, numeric, model, fit, recipe, scan, link
+// geometry, numeric, model, fit, recipe, scan, link, driver
+#[deny(clippy::arithmetic_side_effects)]
+pub mod driver;
 pub mod fit;
 pub mod geometry;
 #[deny(clippy::arithmetic_side_effects)]
@@ -23,3 +25,6 @@ pub mod numeric;
 pub mod recipe;
 #[deny(clippy::arithmetic_side_effects)]
 pub mod scan;
+
+/// Messages of the link hold its lists.
+pub use heapless;

@@ -9,11 +9,13 @@
 //! | request | reply |
 //! |---|---|
 //! | [`Request::Hello`] begins a scan | [`Reply::Welcome`] |
-//! | [`Request::Kept`], for each measurement that outlasted a reset of the device | [`Reply::Accepted`] |
+//! | [`Request::Kept`], for each reading that outlasted a reset of the device | [`Reply::Accepted`] |
 //! | [`Request::Measure`], for each sample of the recipe's pattern | [`Reply::Measured`] |
 //! | [`Request::Progress`], after each slice of the fit | [`Reply::Accepted`] |
-//! | [`Request::Parameters`], until all are told | [`Reply::Accepted`] |
+//! | [`Request::Values`], until all are told | [`Reply::Accepted`] |
 //! | [`Request::Finished`] ends the scan | [`Reply::Accepted`] |
+//! | [`Request::Update`], after the hello of a device that can store a recipe | [`Reply::Recipe`] or [`Reply::Accepted`] |
+//! | [`Request::RecipePart`], until it has all of it | [`Reply::RecipePart`] |
 //! | [`Request::Failed`], any time: the device gives up and begins anew | [`Reply::Accepted`] |
 //!
 //! Any request may be answered by [`Reply::Refused`] too.
@@ -41,4 +43,4 @@ mod message;
 
 pub use conversation::{Answerer, Asker, Heard};
 pub use frame::{FRAME_BYTES, FrameError, FrameReader, encode};
-pub use message::{Failure, PROTOCOL, Refusal, Reply, Request, VALUES_PER_FRAME};
+pub use message::{BYTES_PER_FRAME, Failure, PROTOCOL, Refusal, Reply, Request, VALUES_PER_FRAME};

@@ -95,6 +95,21 @@ pub struct Sample<S> {
     pub weight: S,
 }
 
+impl Sample<f32> {
+    /// Nothing, nowhere: so that statics can begin with it.
+    pub(crate) const ZERO: Self = Self {
+        at: HalfDifference {
+            hx: 0.0,
+            hz: 0.0,
+            dx: 0.0,
+            dy: 0.0,
+            dz: 0.0,
+        },
+        measured: [0.0; 3],
+        weight: 0.0,
+    };
+}
+
 impl<const N: usize> Sample<Block<N>> {
     /// At most `N` samples side by side. If they are fewer, the last stands in for the missing
     /// ones, at weight 0.

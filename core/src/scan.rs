@@ -1,237 +1,235 @@
-//! The scan session, free of I/O and of time.
+//! A scan of one material: readings in any order, a fit in slices, a fitted material. Free of I/O
+//! and of time; motors, sensor and clock are the firmware's.
 //!
-//! It hands out the next pair of directions, takes what was measured there, fits in slices, and
-//! evaluates the result. Motors, sensor and clock are the firmware's.
-//!
-//! [`Scan`] fits a model by descent, [`LinearScan`] the model Linear. A [`Record`] keeps what was
-//! measured over a reset.
+//! The states cannot be confused: a [`Scan`] takes readings, a [`Fit`] of all of them is under way,
+//! a [`Fitted`] material answers. All of it lies in a [`Memory`] of the caller's, which the next
+//! recipe may use again. [`Saved`] readings outlast a reset.
 
-mod linear;
-mod measuring;
-mod record;
+mod error;
+mod fit;
+mod memory;
+mod reading;
+mod residual;
+mod saved;
 
-pub use linear::LinearScan;
-pub use record::{Record, RecordError};
+pub use error::{FinishError, FitError, ScanError};
+pub use fit::{Fit, Fitted};
+pub use memory::Memory;
+pub use reading::{LEAST_READING, Reading, ReadingError, Recorded};
+pub use residual::Residual;
+pub use saved::{Saved, SavedError};
 
-use serde::{Deserialize, Serialize};
-
-use crate::fit::ridge::RidgeError;
-use crate::fit::{Fit, Progress, Workspace, brdf, residuals};
+use crate::fit::Fitter;
 use crate::geometry::{Directions, HalfDifference};
-use crate::model::{Model, ModelKind};
-use crate::recipe::{Descent, Learner, Recipe};
-use measuring::Measuring;
+use crate::model::Sample;
+use crate::model::linear::Basis;
+use crate::recipe::Recipe;
+use memory::{Stage, Status};
 
-/// Why a scan cannot begin.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum ScanError {
-    /// The recipe is for another model than this firmware's.
-    Model {
-        /// The firmware's model.
-        firmware: ModelKind,
-        /// The recipe's model.
-        recipe: ModelKind,
-    },
-    /// The recipe's pattern does not fit the capacity that this firmware was built with.
-    Capacity {
-        /// Samples that there is room for.
-        capacity: usize,
-        /// Samples of the recipe.
-        samples: usize,
-    },
-    /// The recipe's ridge solve takes more memory than this firmware gives it.
-    Memory {
-        /// Numbers that it takes.
-        needed: usize,
-        /// Numbers that there is room for.
-        found: usize,
-    },
-    /// The recipe's ridge problem has no factors.
-    Ridge(RidgeError),
+/// A scan of one material by one recipe, taking readings.
+///
+/// `K` says how they are fitted: one model, or [`AnyModel`](crate::fit::AnyModel); `CAPACITY` is the
+/// largest n that there is room for.
+///
+/// ```
+/// use glimpse_core::model::Neural;
+/// use glimpse_core::recipe::Recipe;
+/// use glimpse_core::scan::{Memory, Reading, Scan};
+///
+/// # fn read(_: &glimpse_core::geometry::Directions<f32>) -> Reading { Reading::new([0.1; 3]) }
+/// # fn motors_and_watchdog() {}
+/// fn scan(recipe: &[u8], memory: &mut Memory<Neural, 8>) -> Result<(), Box<dyn core::error::Error>> {
+///     let recipe = Recipe::parse(recipe)?;
+///     let mut scan = Scan::new(recipe, memory)?;
+///     while let Some((index, directions)) = scan.next_pending() {
+///         scan.record(index, read(&directions))?;
+///     }
+///     let mut fit = scan.fit()?;
+///     while !fit.advance(8).is_complete() {
+///         motors_and_watchdog();
+///     }
+///     let fitted = fit.finish()?;
+///     println!("{:?} after a residual of {}", fitted.brdf(&MIRROR), fitted.residual().mean);
+///     Ok(())
+/// }
+/// # use glimpse_core::geometry::Directions;
+/// const MIRROR: Directions<f32> = Directions {
+///     incoming: [0.6, 0.0, 0.8],
+///     outgoing: [-0.6, 0.0, 0.8],
+/// };
+/// # scan(include_bytes!("../../embedded-demo/recipes/neural-n8.recipe"), &mut Memory::new()).unwrap();
+/// ```
+pub struct Scan<'r, 'm, K: Fitter, const CAPACITY: usize> {
+    recipe: Recipe<'r>,
+    basis: Option<Basis<'r>>,
+    memory: &'m mut Memory<K, CAPACITY>,
 }
 
-impl core::fmt::Display for ScanError {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        match self {
-            Self::Model { firmware, recipe } => {
-                write!(
-                    f,
-                    "the recipe is for the model {recipe}, this scan for {firmware}"
-                )
-            }
-            Self::Capacity { capacity, samples } => {
-                write!(
-                    f,
-                    "the recipe has {samples} samples, there is room for {capacity}"
-                )
-            }
-            Self::Memory { needed, found } => {
-                write!(
-                    f,
-                    "the recipe takes memory for {needed} numbers, there is room for {found}"
-                )
-            }
-            Self::Ridge(error) => error.fmt(f),
-        }
-    }
-}
-
-impl core::error::Error for ScanError {}
-
-/// Why a measurement was refused. It has to be taken again.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum MeasurementError {
-    /// A channel (0 red, 1 green, 2 blue) is NaN or infinite.
-    NonFinite(u8),
-    /// A channel is negative.
-    Negative(u8),
-    /// All directions were measured already.
-    Complete,
-}
-
-impl core::fmt::Display for MeasurementError {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        match self {
-            Self::NonFinite(channel) => write!(f, "channel {channel} is not a finite number"),
-            Self::Negative(channel) => write!(f, "channel {channel} is negative"),
-            Self::Complete => f.write_str("all directions were measured already"),
-        }
-    }
-}
-
-impl core::error::Error for MeasurementError {}
-
-/// What the sensor saw.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Measurement {
-    /// The BRDF in linear RGB, sr^-1 (not times the cosine).
-    pub brdf: [f32; 3],
-    /// True if the sensor was saturated, so that the true value is larger.
-    pub saturated: bool,
-}
-
-/// How well the fit explains its measurements.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Residual {
-    /// The mean cosine-weighted logarithmic error over the measurements.
-    pub mean: f32,
-    /// The measurement that is explained worst.
-    pub worst_index: u16,
-    /// Its error.
-    pub worst: f32,
-    /// How many measurements were saturated.
-    pub saturated: u16,
-    /// How many measurements were the one before them, bit for bit. A real sensor is too noisy for
-    /// that; if all but the first were, it is stuck.
-    pub repeated: u16,
-}
-
-/// A scan of one material by one recipe; `CAPACITY` is the largest n that it has room for.
-pub struct Scan<'a, M: Model, const CAPACITY: usize> {
-    measuring: Measuring<'a, CAPACITY>,
-    descent: Descent<'a>,
-    workspace: &'a mut Workspace<M>,
-    fit: Fit<'a>,
-}
-
-impl<'a, M: Model, const CAPACITY: usize> Scan<'a, M, CAPACITY> {
-    /// Begins a scan.
+impl<'r, 'm, K: Fitter, const CAPACITY: usize> Scan<'r, 'm, K, CAPACITY> {
+    /// Begins a scan: whatever `memory` held before is forgotten.
     ///
     /// # Errors
-    /// If the recipe is for another model, or for more samples than `CAPACITY`.
-    pub fn new(recipe: Recipe<'a>, workspace: &'a mut Workspace<M>) -> Result<Self, ScanError> {
-        let descent = match recipe.learner() {
-            Learner::Descent(descent) if descent.model() == M::KIND => descent,
-            _ => {
-                return Err(ScanError::Model {
-                    firmware: M::KIND,
-                    recipe: recipe.model(),
-                });
-            }
+    /// If the recipe is for another model, or asks for more room than `CAPACITY` or the model's
+    /// words.
+    pub fn new(recipe: Recipe<'r>, memory: &'m mut Memory<K, CAPACITY>) -> Result<Self, ScanError> {
+        let samples = recipe.samples();
+        if samples > CAPACITY {
+            return Err(ScanError::Capacity {
+                capacity: CAPACITY,
+                samples,
+            });
+        }
+        K::accept(&recipe.learner(), samples)?;
+        let weight = 1.0 / (3.0 * samples as f32);
+        for (sample, angles) in memory.samples.iter_mut().zip(recipe.pattern()) {
+            *sample = Sample {
+                at: HalfDifference::from_angles(angles),
+                measured: [0.0; 3],
+                weight,
+            };
+        }
+        let mut scan = Self {
+            recipe,
+            basis: None,
+            memory,
         };
-        let measuring = Measuring::new(recipe)?;
-        let fit = start(&descent, workspace);
-        Ok(Self {
-            measuring,
-            descent,
-            workspace,
-            fit,
-        })
+        scan.restart();
+        Ok(scan)
     }
 
-    /// Forgets all measurements and begins anew.
+    /// Gives Linear the basis by which [`Fitted::brdf`] answers; other models have no use for it.
+    ///
+    /// # Errors
+    /// [`ScanError::Basis`] if the recipe names another one.
+    pub fn with_basis(mut self, basis: Basis<'r>) -> Result<Self, ScanError> {
+        let named = self.recipe.ridge().and_then(|ridge| ridge.basis_checksum());
+        if named != Some(basis.of()) {
+            return Err(ScanError::Basis {
+                recipe: named.unwrap_or(0),
+                found: basis.of(),
+            });
+        }
+        self.basis = Some(basis);
+        Ok(self)
+    }
+
+    /// Forgets all readings and begins anew.
     pub fn restart(&mut self) {
-        self.measuring.restart();
-        self.fit = start(&self.descent, self.workspace);
-    }
-
-    /// Index of the next measurement and where to take it; None once all are taken.
-    #[must_use]
-    pub fn next_directions(&self) -> Option<(u16, Directions<f32>)> {
-        self.measuring.next_directions()
-    }
-
-    /// Takes the measurement at the directions that [`Scan::next_directions`] gives now.
-    ///
-    /// # Errors
-    /// If the values cannot be a BRDF; the same directions are then still the next ones.
-    pub fn record(&mut self, measurement: Measurement) -> Result<(), MeasurementError> {
-        self.measuring.record(measurement)
-    }
-
-    /// Fits further, by at most `budget` gradients of one sample. Does nothing before all
-    /// measurements are taken.
-    pub fn advance_fit(&mut self, budget: usize) -> Progress {
-        let budget = if self.measuring.is_complete() {
-            budget
-        } else {
-            0
-        };
-        self.fit
-            .advance(self.workspace, self.measuring.samples(), budget)
-    }
-
-    /// The parameters as they are now.
-    #[must_use]
-    pub fn parameters(&self) -> &M::Parameters<f32> {
-        self.workspace.parameters()
+        self.memory.stage = Stage::Reading;
+        self.memory.status.fill(Status::PENDING);
     }
 
     /// The recipe.
     #[must_use]
-    pub fn recipe(&self) -> &Recipe<'a> {
-        self.measuring.recipe()
+    pub fn recipe(&self) -> &Recipe<'r> {
+        &self.recipe
     }
 
-    /// The model's BRDF in linear RGB, sr^-1 (not times the cosine), by the parameters as they
-    /// are now. Black where a direction is below the horizon or not finite.
+    /// Where to read yet, in the recipe's order: index of the sample, and directions.
+    ///
+    /// Any of them may be next: [`gonio::nearest`](crate::gonio::nearest) chooses.
+    pub fn pending(&self) -> impl Iterator<Item = (u16, Directions<f32>)> {
+        let samples = (0..).zip(self.memory.samples.iter().zip(&self.memory.status));
+        samples
+            .take(self.recipe.samples())
+            .filter(|(_, (_, status))| **status == Status::PENDING)
+            .map(|(index, (sample, _))| (index, sample.at.directions()))
+    }
+
+    /// The first of [`Scan::pending`], in the recipe's order; None once all are read.
     #[must_use]
-    pub fn brdf(&self, directions: &Directions<f32>) -> [f32; 3] {
-        match HalfDifference::from_directions(directions) {
-            Some(at) if at.is_valid() => brdf::<M>(self.workspace.parameters(), &at),
-            _ => [0.0; 3],
+    pub fn next_pending(&self) -> Option<(u16, Directions<f32>)> {
+        self.pending().next()
+    }
+
+    /// Takes the reading of a sample of the pattern, in any order. A second reading of the same
+    /// sample replaces the first ([`gonio::Average`](crate::gonio::Average) averages instead); a fit
+    /// that was under way is given up.
+    ///
+    /// # Errors
+    /// If there is no such sample, or the reading cannot be one. Nothing has changed then.
+    #[inline(never)] // its temporaries leave the stack with it
+    pub fn record(&mut self, index: u16, reading: Reading) -> Result<Recorded, ReadingError> {
+        let samples = self.recipe.samples();
+        reading.check()?;
+        let places = self.memory.samples.iter_mut().zip(&mut self.memory.status);
+        let place = places.take(samples).nth(usize::from(index));
+        let Some((sample, status)) = place else {
+            let samples = samples as u16;
+            return Err(ReadingError::Index { index, samples });
+        };
+        let learner = self.recipe.learner();
+        let least = learner.least_reading(usize::from(index), &sample.at);
+        let recorded = Recorded {
+            replaced: *status != Status::PENDING,
+            clamped: reading.brdf.iter().any(|value| *value < least),
+        };
+        sample.measured = reading.brdf;
+        *status = Status::read(reading.saturated, recorded.clamped);
+        self.memory.stage = Stage::Reading;
+        Ok(recorded)
+    }
+
+    /// The reading of a sample, if it was taken. (A fit brings what is too far below 0 up to what the
+    /// loss can take.)
+    #[must_use]
+    pub fn reading(&self, index: u16) -> Option<Reading> {
+        let places = self.memory.samples.iter().zip(&self.memory.status);
+        let mut places = places.take(self.recipe.samples());
+        let (sample, status) = places.nth(usize::from(index))?;
+        (*status != Status::PENDING).then(|| Reading {
+            brdf: sample.measured,
+            saturated: status.is_saturated(),
+        })
+    }
+
+    /// Begins a fit of all readings. One that was under way, or has ended, is forgotten.
+    ///
+    /// # Errors
+    /// [`FitError::Incomplete`] if a reading is missing, [`FitError::Implausible`] if the readings
+    /// are no BRDF's.
+    pub fn fit(&mut self) -> Result<Fit<'_, K, CAPACITY>, FitError> {
+        if let Some((first, _)) = self.next_pending() {
+            let missing = self.pending().count() as u16;
+            return Err(FitError::Incomplete { missing, first });
+        }
+        let samples = self.memory.samples.get_mut(..self.recipe.samples());
+        let samples = samples.unwrap_or_default();
+        reading::check_magnitude(samples)?;
+        let learner = self.recipe.learner();
+        for (index, sample) in samples.iter_mut().enumerate() {
+            let least = learner.least_reading(index, &sample.at);
+            sample.measured = sample.measured.map(|value| value.max(least));
+        }
+        K::start(&mut self.memory.workspace, &learner);
+        self.memory.stage = Stage::Fitting { done: 0 };
+        Ok(Fit::new(&self.recipe, self.basis, self.memory, 0))
+    }
+
+    /// The fit that was begun and not finished, where it was left; None if there is none, or a
+    /// reading has come since. For firmware that cannot keep a [`Fit`] between two turns of its
+    /// loop.
+    pub fn fit_under_way(&mut self) -> Option<Fit<'_, K, CAPACITY>> {
+        match self.memory.stage {
+            Stage::Fitting { done } => Some(Fit::new(&self.recipe, self.basis, self.memory, done)),
+            _ => None,
         }
     }
 
-    /// How well the parameters explain the measurements as they are now. Its mean is not finite if
-    /// the fit diverged: such a result is none.
+    /// The material that was fitted last; None if no fit was finished since the last reading.
     #[must_use]
-    pub fn residual(&self) -> Residual {
-        let samples = self.measuring.samples();
-        self.measuring
-            .residual(residuals::<M>(self.workspace.parameters(), samples))
+    pub fn fitted(&self) -> Option<Fitted<'_, K, CAPACITY>> {
+        match self.memory.stage {
+            Stage::Fitted(residual) => {
+                Some(Fitted::new(&self.recipe, self.basis, self.memory, residual))
+            }
+            _ => None,
+        }
     }
-}
 
-fn start<'a, M: Model>(descent: &Descent<'a>, workspace: &mut Workspace<M>) -> Fit<'a> {
-    Fit::start(
-        workspace,
-        descent.initial(),
-        descent.step_sizes(),
-        descent.inner_steps(),
-    )
+    /// The memory, for another scan. (A scan that only borrowed it gives it back by itself.)
+    #[must_use]
+    pub fn into_memory(self) -> &'m mut Memory<K, CAPACITY> {
+        self.memory
+    }
 }

@@ -1,141 +1,131 @@
-//! The fit: a few steps of SGD with a step size per parameter, in bounded slices of work.
+//! Descent: a few steps of SGD with a step size per parameter, in bounded slices of work.
 //!
 //! theta <- theta - alpha * grad(loss), the loss being the mean over all samples (paper,
-//! Algorithm 1, `Learn`).
+//! Algorithm 1, `Learn`). A unit of work is the gradient of one sample; after the last sample of
+//! each round comes a step.
 
-use serde::{Deserialize, Serialize};
-
+use super::Learner;
+use super::fitter::{Fitter, FitterError};
+use super::learner::Descent;
 use crate::geometry::HalfDifference;
-use crate::model::loss::cosine_weighted_log_error;
+use crate::model::linear::Basis;
 use crate::model::{Model, ParameterSet, Sample};
 use crate::numeric::Floats;
 
-/// The memory of a fit, which the caller owns: parameters and their gradient.
-///
-/// It can live in a static that costs no flash: [`Workspace::new`] is a constant, all zeros.
+/// What a descent works in: parameters and their gradient.
 #[derive(Clone, Debug)]
 pub struct Workspace<M: Model> {
     parameters: M::Parameters<f32>,
     gradient: M::Parameters<f32>,
 }
 
-impl<M: Model> Default for Workspace<M> {
-    fn default() -> Self {
-        Self::new()
-    }
-}
-
 impl<M: Model> Workspace<M> {
     /// All zeros.
-    #[must_use]
-    pub const fn new() -> Self {
-        Self {
-            parameters: M::ZEROS,
-            gradient: M::ZEROS,
+    pub const EMPTY: Self = Self {
+        parameters: M::ZEROS,
+        gradient: M::ZEROS,
+    };
+}
+
+impl Descent<'_> {
+    /// Gradients of one sample that the whole fit takes: samples times steps.
+    pub(super) fn gradients(&self, samples: usize) -> u32 {
+        u32::from(self.inner_steps).saturating_mul(samples as u32)
+    }
+}
+
+impl<M: Model> Fitter for M {
+    type Workspace = Workspace<M>;
+    const EMPTY: Workspace<M> = Workspace::EMPTY;
+
+    fn accept(learner: &Learner<'_>, _: usize) -> Result<(), FitterError> {
+        let (firmware, recipe) = (M::KIND, learner.model());
+        if firmware == recipe {
+            Ok(())
+        } else {
+            Err(FitterError::Model { firmware, recipe })
         }
     }
 
-    /// The parameters as they are now.
-    #[must_use]
-    pub fn parameters(&self) -> &M::Parameters<f32> {
-        &self.parameters
+    fn total(learner: &Learner<'_>, samples: usize) -> u32 {
+        match learner {
+            Learner::Descent(descent) => descent.gradients(samples),
+            Learner::Ridge(_) => 0,
+        }
     }
-}
 
-/// How far a fit is, counted in gradients of one sample.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Progress {
-    /// Gradients computed.
-    pub done: u32,
-    /// Gradients that the whole fit takes: samples times steps.
-    pub total: u32,
-}
-
-impl Progress {
-    /// True if nothing is left to do.
-    #[must_use]
-    pub fn is_complete(&self) -> bool {
-        self.done >= self.total
-    }
-}
-
-/// A fit that is under way. It holds where it is; the caller holds workspace and samples.
-#[derive(Clone, Copy, Debug)]
-pub struct Fit<'a> {
-    step_sizes: Floats<'a>,
-    steps: u16,
-    step: u16,
-    sample: usize,
-}
-
-impl<'a> Fit<'a> {
-    /// Begins a fit: `workspace` starts at the initial parameters.
-    pub fn start<M: Model>(
-        workspace: &mut Workspace<M>,
-        initial: Floats<'_>,
-        step_sizes: Floats<'a>,
-        steps: u16,
-    ) -> Self {
-        for (parameter, value) in workspace.parameters.iter_mut().zip(initial.iter()) {
-            *parameter = value;
+    fn start(workspace: &mut Workspace<M>, learner: &Learner<'_>) {
+        if let Learner::Descent(descent) = learner {
+            let initial = descent.initial.iter();
+            for (parameter, value) in workspace.parameters.iter_mut().zip(initial) {
+                *parameter = value;
+            }
         }
         workspace.gradient.iter_mut().for_each(|entry| *entry = 0.0);
-        Self {
-            step_sizes,
-            steps,
-            step: 0,
-            sample: 0,
-        }
     }
 
-    /// Computes the gradients of at most `budget` samples, and a step after each last sample.
-    ///
-    /// `samples` and `workspace` must be the same from call to call; the result does not depend
-    /// on the budgets.
-    pub fn advance<M: Model>(
-        &mut self,
+    fn advance(
         workspace: &mut Workspace<M>,
+        learner: &Learner<'_>,
         samples: &[Sample<f32>],
-        budget: usize,
-    ) -> Progress {
-        let mut left = budget;
-        while self.step < self.steps {
-            let todo = samples.get(self.sample..).unwrap_or_default();
-            let done = todo.len().min(left);
-            accumulate_gradients::<M>(
-                &workspace.parameters,
-                todo.get(..done).unwrap_or_default(),
-                &mut workspace.gradient,
-            );
-            left = left.saturating_sub(done);
-            self.sample = self.sample.saturating_add(done);
-            if self.sample < samples.len() {
+        done: u32,
+        budget: u32,
+    ) -> u32 {
+        let Learner::Descent(descent) = learner else {
+            return done;
+        };
+        let mut done = done;
+        let end = done
+            .saturating_add(budget)
+            .min(descent.gradients(samples.len()));
+        // Where in its round the next sample is; there is no round without samples.
+        let mut next = done.checked_rem(samples.len() as u32).unwrap_or(0) as usize;
+        while done < end {
+            let todo = samples.get(next..).unwrap_or_default();
+            let todo = todo.get(..(end - done) as usize).unwrap_or(todo);
+            if todo.is_empty() {
                 break;
             }
-            self.sample = 0;
-            self.step = self.step.saturating_add(1);
-            self.update(workspace);
-            if left == 0 {
-                break;
+            accumulate_gradients::<M>(&workspace.parameters, todo, &mut workspace.gradient);
+            done = done.saturating_add(todo.len() as u32);
+            next = next.saturating_add(todo.len());
+            if next >= samples.len() {
+                next = 0;
+                update(workspace, descent.step_sizes);
             }
         }
-        let samples = samples.len() as u32;
-        Progress {
-            done: u32::from(self.step)
-                .saturating_mul(samples)
-                .saturating_add(self.sample as u32),
-            total: u32::from(self.steps).saturating_mul(samples),
-        }
+        done
     }
 
-    fn update<M: Model>(&self, workspace: &mut Workspace<M>) {
-        // Run by run: a loop over plain slices takes a fifth of a flattened iterator's time.
-        let mut step_sizes = self.step_sizes;
-        let runs = workspace.parameters.runs_mut();
-        for (parameters, gradient) in runs.zip(workspace.gradient.runs_mut()) {
-            step(parameters, gradient, step_sizes.take(parameters.len()));
-        }
+    fn values<'w>(workspace: &'w Workspace<M>, _: Learner<'w>) -> impl Iterator<Item = f32> + 'w {
+        workspace.parameters.iter().copied()
+    }
+
+    fn at_sample(
+        workspace: &Workspace<M>,
+        _: &Learner<'_>,
+        _: usize,
+        at: &HalfDifference<f32>,
+    ) -> [f32; 3] {
+        brdf::<M>(&workspace.parameters, at)
+    }
+
+    fn brdf(
+        workspace: &Workspace<M>,
+        _: &Learner<'_>,
+        _: Option<&Basis<'_>>,
+        at: &HalfDifference<f32>,
+    ) -> Option<[f32; 3]> {
+        Some(brdf::<M>(&workspace.parameters, at))
+    }
+}
+
+fn update<M: Model>(workspace: &mut Workspace<M>, step_sizes: Floats<'_>) {
+    // Run by run: a loop over plain slices takes a fifth of a flattened iterator's time.
+    let mut step_sizes = step_sizes;
+    let runs = workspace.parameters.runs_mut();
+    for (parameters, gradient) in runs.zip(workspace.gradient.runs_mut()) {
+        step(parameters, gradient, step_sizes.take(parameters.len()));
     }
 }
 
@@ -182,18 +172,4 @@ fn accumulate_gradients<M: Model>(
 #[inline(never)]
 pub fn brdf<M: Model>(parameters: &M::Parameters<f32>, at: &HalfDifference<f32>) -> [f32; 3] {
     M::brdf::<f32>(parameters, at)
-}
-
-/// The error of each sample under `parameters`: the mean over its channels, whatever its weight.
-pub fn residuals<M: Model>(
-    parameters: &M::Parameters<f32>,
-    samples: &[Sample<f32>],
-) -> impl Iterator<Item = f32> {
-    samples.iter().map(|sample| {
-        let modelled = brdf::<M>(parameters, &sample.at);
-        let cosine = sample.at.cos_theta_i();
-        cosine_weighted_log_error(sample.measured, modelled, cosine, 1.0 / 3.0)
-            .error
-            .value()
-    })
 }

@@ -25,6 +25,17 @@ pub struct Descent<'a> {
     pub(crate) step_sizes: Floats<'a>,
 }
 
+impl Learner<'_> {
+    /// The model that it fits.
+    #[must_use]
+    pub fn model(&self) -> ModelKind {
+        match self {
+            Self::Descent(descent) => descent.model,
+            Self::Ridge(_) => ModelKind::Linear,
+        }
+    }
+}
+
 impl<'a> Descent<'a> {
     /// The model that it fits.
     #[must_use]

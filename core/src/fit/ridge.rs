@@ -17,7 +17,8 @@
 //! With u = t - A c the same c comes from (A P^-1 A' + I) u = t, c = P^-1 A'u. A [`Problem`] takes
 //! whichever system has the smaller order, r = min(n, m), and factorizes it ([`Factors`]) as
 //! L D L' in a buffer of the caller's. The factors depend on neither channel nor material: one
-//! factorization, then two triangular solves for each right side.
+//! factorization, then two triangular solves for each right side. It cannot fail: its pivots have
+//! lower bounds which rounding may not cross.
 //!
 //! In f32 that alone may be off by a hundredth where A'A + P is ill-conditioned. So each solve is
 //! followed by iterative refinement, its residual in twice the working precision (error-free
@@ -93,7 +94,7 @@ impl Stored<f32> for [u8; 4] {
 }
 
 /// A row of A times a vector of m.
-pub(crate) fn dot<S: Real, T: Stored<S>>(row: &[T], vector: &[S]) -> S {
+pub(super) fn dot<S: Real, T: Stored<S>>(row: &[T], vector: &[S]) -> S {
     let products = row.iter().zip(vector);
     products.fold(S::constant(0.0), |sum, (a, x)| {
         sum.plus_product(a.value(), *x)

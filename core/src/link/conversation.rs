@@ -53,6 +53,9 @@ pub enum Heard {
     New(Request),
     /// The last request once more, and how it was answered: that reply was lost or is late.
     Again(Reply),
+    /// The last request once more, which is not answered yet: what it asks for is under way, and the
+    /// device is only being patient.
+    Waiting,
 }
 
 /// The host's side of the link: hears requests, and answers a repeated one as it did before.
@@ -62,8 +65,10 @@ pub struct Answerer {
     sequence: u32,
     /// The CRC of the last request.
     request: u32,
-    /// How it was answered.
+    /// How it was answered; None before it is.
     reply: Option<Reply>,
+    /// A request was heard.
+    has_heard: bool,
 }
 
 impl Answerer {
@@ -75,6 +80,7 @@ impl Answerer {
             sequence: 0,
             request: 0,
             reply: None,
+            has_heard: false,
         }
     }
 
@@ -88,16 +94,14 @@ impl Answerer {
         // What it says is compared too: a device that was reset counts from the start again, and
         // may have been given another recipe.
         let checksum = checksum_of(sequence, &request);
-        let heard = match self.reply {
-            Some(reply) if sequence == self.sequence && checksum == self.request => {
-                Heard::Again(reply)
-            }
-            _ => Heard::New(request),
-        };
+        if self.has_heard && sequence == self.sequence && checksum == self.request {
+            return Some(Ok(self.reply.clone().map_or(Heard::Waiting, Heard::Again)));
+        }
         self.sequence = sequence;
         self.request = checksum;
         self.reply = None;
-        Some(Ok(heard))
+        self.has_heard = true;
+        Some(Ok(Heard::New(request)))
     }
 
     /// Writes the frame of the reply to the last request into `buffer`.
@@ -109,7 +113,8 @@ impl Answerer {
         reply: Reply,
         buffer: &'b mut [u8],
     ) -> Result<&'b [u8], FrameError> {
+        let frame = encode(self.sequence, &reply, buffer);
         self.reply = Some(reply);
-        encode(self.sequence, &reply, buffer)
+        frame
     }
 }

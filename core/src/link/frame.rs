@@ -8,9 +8,9 @@ use serde::de::DeserializeOwned;
 
 use super::VALUES_PER_FRAME;
 
-/// The longest sequence number and message: `Parameters`, with its sequence number (5 bytes),
-/// variant (1), offset (3) and length (1).
-const MESSAGE_BYTES: usize = 5 + 1 + 3 + 1 + 4 * VALUES_PER_FRAME;
+/// The longest sequence number and message: `Values`, with its sequence number (5 bytes), variant
+/// (1), offset and total (3 each) and length (1). (`RecipePart` has 72.)
+const MESSAGE_BYTES: usize = 5 + 1 + 3 + 3 + 1 + 4 * VALUES_PER_FRAME;
 /// Bytes of the CRC.
 const CHECKSUM_BYTES: usize = 4;
 /// What COBS encodes.

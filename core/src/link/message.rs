@@ -7,16 +7,18 @@ use crate::fit::Progress;
 use crate::geometry::Directions;
 use crate::model::ModelKind;
 use crate::recipe::RecipeError;
-use crate::scan::{Measurement, MeasurementError, Residual, ScanError};
+use crate::scan::{FitError, Reading, ReadingError, Residual, ScanError};
 
 /// The version of the protocol that this crate speaks.
 ///
 /// `Hello` and `Welcome` stay first in their enums and never change their layout, so that any two
 /// versions can tell each other apart.
-pub const PROTOCOL: u16 = 4;
-/// The largest number of parameters in one [`Request::Parameters`]. Of 80 bytes about half come
+pub const PROTOCOL: u16 = 5;
+/// The largest number of values in one [`Request::Values`]. Of 80 bytes about half come
 /// through whole where one in a hundred is lost; of 200 bytes an eighth would.
 pub const VALUES_PER_FRAME: usize = 16;
+/// The largest number of bytes in one [`Reply::RecipePart`].
+pub const BYTES_PER_FRAME: usize = 60;
 
 /// What the device asks for or tells.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -42,14 +44,17 @@ pub enum Request {
     },
     /// How far the fit is.
     Progress(Progress),
-    /// Some of the fitted parameters, in the model's order.
-    Parameters {
+    /// Some of the fitted values: a model's parameters in its order, or Linear's coefficients, m for
+    /// red, m for green, m for blue.
+    Values {
         /// Index of the first of them.
         offset: u16,
-        /// Their values.
+        /// How many there are in all.
+        total: u16,
+        /// The values.
         values: Vec<f32, VALUES_PER_FRAME>,
     },
-    /// All parameters are told: the scan is over.
+    /// All values are told: the scan is over.
     Finished(Residual),
     /// The device gives up on this scan.
     Failed(Failure),
@@ -59,12 +64,20 @@ pub enum Request {
         /// Index of the sample in the recipe's pattern.
         index: u16,
         /// What the sensor saw.
-        measurement: Measurement,
+        reading: Reading,
+    },
+    /// Is there another recipe that the device shall scan by from now on? It is asked after the hello
+    /// of a device that can store one.
+    Update,
+    /// The next bytes of that recipe, please.
+    RecipePart {
+        /// How many bytes the device has.
+        offset: u32,
     },
 }
 
 /// What the host answers.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Reply {
     /// To [`Request::Hello`].
@@ -77,12 +90,26 @@ pub enum Reply {
         /// The request's index.
         index: u16,
         /// What the sensor saw.
-        measurement: Measurement,
+        reading: Reading,
     },
-    /// To all other requests.
+    /// To all other requests; to [`Request::Update`] it says that there is no other recipe.
     Accepted,
     /// The request cannot be met.
     Refused(Refusal),
+    /// To [`Request::Update`]: there is one.
+    Recipe {
+        /// Its length in bytes.
+        bytes: u32,
+        /// The checksum in its header.
+        checksum: u32,
+    },
+    /// To [`Request::RecipePart`].
+    RecipePart {
+        /// The request's offset.
+        offset: u32,
+        /// The bytes from there on; fewer than [`BYTES_PER_FRAME`] only at the end.
+        bytes: Vec<u8, BYTES_PER_FRAME>,
+    },
 }
 
 impl Reply {
@@ -92,7 +119,14 @@ impl Reply {
         match (self, request) {
             (Self::Refused(_), _) | (Self::Welcome { .. }, Request::Hello { .. }) => true,
             (Self::Measured { index, .. }, Request::Measure { index: asked, .. }) => index == asked,
-            (Self::Accepted, Request::Hello { .. } | Request::Measure { .. }) => false,
+            (
+                Self::Accepted,
+                Request::Hello { .. } | Request::Measure { .. } | Request::RecipePart { .. },
+            ) => false,
+            (Self::Recipe { .. }, Request::Update) => true,
+            (Self::RecipePart { offset, .. }, Request::RecipePart { offset: asked }) => {
+                offset == asked
+            }
             (Self::Accepted, _) => true,
             _ => false,
         }
@@ -107,13 +141,15 @@ pub enum Refusal {
     NoScan,
     /// The scanner cannot reach these directions.
     Directions,
-    /// They are more or fewer parameters than the model has.
-    Parameters,
+    /// They are more or fewer values than the model has, or than were said to come.
+    Values,
     /// The host cannot do with this model.
     Model,
     /// The host did not give this measurement in the scan that it knows of: all have to be taken
     /// again.
     Kept,
+    /// The recipe that it offered is not what it sends.
+    Recipe,
 }
 
 impl core::fmt::Display for Refusal {
@@ -121,8 +157,9 @@ impl core::fmt::Display for Refusal {
         f.write_str(match self {
             Self::NoScan => "no scan has begun: say hello first",
             Self::Directions => "the scanner cannot reach these directions",
-            Self::Parameters => "the model has another number of parameters",
+            Self::Values => "the model has another number of values",
             Self::Model => "the host cannot do with this model",
+            Self::Recipe => "the host sends another recipe than it offered",
             Self::Kept => "the host did not give this measurement: take all of them again",
         })
     }
@@ -136,13 +173,17 @@ pub enum Failure {
     Recipe(RecipeError),
     /// Its recipe is for another firmware.
     Scan(ScanError),
-    /// The same measurement was wrong too often.
-    Measurement {
+    /// The same reading was wrong too often.
+    Reading {
         /// Index of the sample in the recipe's pattern.
         index: u16,
         /// What was wrong with it last.
-        error: MeasurementError,
+        error: ReadingError,
     },
+    /// The readings cannot be fitted.
+    Fit(FitError),
+    /// The device's own arms or sensor failed.
+    Machine,
     /// The host speaks another version of the protocol.
     Protocol {
         /// The device's.
@@ -163,7 +204,11 @@ impl core::fmt::Display for Failure {
         match self {
             Self::Recipe(error) => error.fmt(f),
             Self::Scan(error) => error.fmt(f),
-            Self::Measurement { index, error } => write!(f, "measurement {index}: {error}"),
+            Self::Reading { index, error } => write!(f, "reading {index}: {error}"),
+            Self::Fit(error) => error.fmt(f),
+            Self::Machine => {
+                f.write_str("the device's own arms or sensor failed: its log says how")
+            }
             Self::Protocol { device, host } => write!(
                 f,
                 "the device speaks version {device} of the protocol, the host version {host}"

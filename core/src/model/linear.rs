@@ -36,3 +36,25 @@ pub fn unmap<S: Scalar>(mapped: S, median: S, weight: S) -> S {
     let divisor = (weight - least).if_positive(weight, least);
     (scaled / divisor).relu()
 }
+
+/// A compact basis.
+#[derive(Clone, Copy, Debug)]
+pub struct Basis<'a>(core::marker::PhantomData<&'a ()>);
+
+impl Basis<'_> {
+    /// The full basis.
+    #[must_use]
+    pub fn of(&self) -> u32 {
+        0
+    }
+
+    /// The BRDF.
+    #[must_use]
+    pub fn brdf(
+        &self,
+        _coefficients: &[f32],
+        _at: &crate::geometry::HalfDifference<f32>,
+    ) -> Option<[f32; 3]> {
+        None
+    }
+}

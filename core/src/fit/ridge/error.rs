@@ -55,9 +55,6 @@ pub enum RidgeError {
     },
     /// The precision with this index is not a positive, finite number.
     Precision(usize),
-    /// The pivot with this index is not a positive, finite number: the problem is not finite, or too
-    /// ill-conditioned for the arithmetic.
-    Pivot(usize),
 }
 
 impl core::fmt::Display for RidgeError {
@@ -76,12 +73,6 @@ impl core::fmt::Display for RidgeError {
             ),
             Self::Precision(index) => {
                 write!(f, "the precision of component {index} is not positive")
-            }
-            Self::Pivot(index) => {
-                write!(
-                    f,
-                    "pivot {index} of the ridge problem is not positive: it is too ill-conditioned"
-                )
             }
         }
     }

@@ -3,23 +3,11 @@
 //! L is unit lower triangular and D diagonal: Cholesky's factorization without its square roots.
 //! Row i of the packed triangle has i + 1 entries; after the factorization the last one is d_i.
 
-use super::{Real, RidgeError, is_positive};
+use super::Real;
 
 /// Entries of a packed triangle of this order.
 pub(super) const fn packed_length(order: usize) -> usize {
     order * (order + 1) / 2
-}
-
-/// The rows of a packed triangle, to be changed.
-pub(super) fn rows_mut<S>(packed: &mut [S]) -> impl Iterator<Item = &mut [S]> {
-    let mut rest = packed;
-    let mut length = 0;
-    core::iter::from_fn(move || {
-        length += 1;
-        let (row, after) = core::mem::take(&mut rest).split_at_mut_checked(length)?;
-        rest = after;
-        Some(row)
-    })
 }
 
 /// The rows of a packed triangle.
@@ -49,42 +37,33 @@ fn dot<S: Real>(a: &[S], b: &[S]) -> S {
     products.fold(S::constant(0.0), |sum, (a, b)| sum.plus_product(*a, *b))
 }
 
-/// Overwrites a matrix with its factors.
+/// Overwrites a row of a matrix with the row of its factors, the rows above being done.
 ///
-/// Fails with the index of the first pivot that is not positive or not finite.
-pub(super) fn factorize<S: Real>(packed: &mut [S], order: usize) -> Result<(), RidgeError> {
-    for index in 0..order {
-        let Some((done, rest)) = packed.split_at_mut_checked(packed_length(index)) else {
-            break;
-        };
-        let Some((row, pivot)) = rest
-            .get_mut(..=index)
-            .and_then(|row| row.split_last_mut())
-            .map(|(pivot, row)| (row, pivot))
-        else {
-            break;
-        };
-        // First the row of L D, which needs itself only to the left.
-        for (column, above) in rows(done).enumerate() {
-            if let (Some((left, [entry, ..])), Some((_, factors))) =
-                (row.split_at_mut_checked(column), above.split_last())
-            {
-                *entry = *entry - dot(left, factors);
-            }
-        }
-        // Then divided by D it is the row of L.
-        for (entry, above) in row.iter_mut().zip(rows(done)) {
-            if let Some(divisor) = above.last() {
-                let scaled = *entry / *divisor;
-                *pivot = *pivot - *entry * scaled;
-                *entry = scaled;
-            }
-        }
-        if !is_positive(*pivot) {
-            return Err(RidgeError::Pivot(index));
+/// A pivot below `least`, or a NaN, becomes `least`.
+pub(super) fn factorize_row<S: Real>(above: &[S], row: &mut [S], least: S) {
+    let Some((pivot, row)) = row.split_last_mut() else {
+        return;
+    };
+    // First the row of L D, which needs itself only to the left.
+    for (column, above) in rows(above).enumerate() {
+        if let (Some((left, [entry, ..])), Some((_, factors))) =
+            (row.split_at_mut_checked(column), above.split_last())
+        {
+            *entry = *entry - dot(left, factors);
         }
     }
-    Ok(())
+    // Then divided by D it is the row of L.
+    for (entry, above) in row.iter_mut().zip(rows(above)) {
+        if let Some(divisor) = above.last() {
+            let scaled = *entry / *divisor;
+            *pivot = *pivot - *entry * scaled;
+            *entry = scaled;
+        }
+    }
+    let holds = *pivot >= least;
+    if !holds {
+        *pivot = least;
+    }
 }
 
 /// Solves L D L' x = b; `x` holds b before and x after.

@@ -80,7 +80,7 @@ impl<'a, T> Problem<'a, T> {
     /// least [`scratch_length`] holds does not matter, before and after.
     ///
     /// # Errors
-    /// [`RidgeError::Buffer`], [`RidgeError::Precision`], or [`RidgeError::Pivot`].
+    /// [`RidgeError::Buffer`] or [`RidgeError::Precision`].
     pub fn factorize<'b, S: Real>(
         self,
         factors: &'b mut [S],
@@ -96,54 +96,86 @@ impl<'a, T> Problem<'a, T> {
         if let Some(index) = self.precision.iter().position(wrong) {
             return Err(RidgeError::Precision(index));
         }
-        if self.is_primal() {
-            self.assemble_primal(packed);
-        } else {
-            self.assemble_dual(packed, scratch);
+        for index in 0..order {
+            self.factorize_row(packed, index, scratch);
         }
-        factor::factorize(packed, order)?;
         Ok(Factors {
             problem: self,
             packed,
         })
     }
 
-    /// A'A + P.
-    fn assemble_primal<S: Real>(&self, packed: &mut [S])
+    /// Assembles a row of the system and factorizes it, the rows above being done: so that a
+    /// device can stop between two of them. `packed` and `scratch` are as for
+    /// [`Problem::factorize`].
+    ///
+    /// It cannot fail: in exact arithmetic no pivot is below 1, or, of (A'A + P), below its own
+    /// precision, since what is added to the diagonal stays there; one that rounding has brought
+    /// below is put there.
+    pub(crate) fn factorize_row<S: Real>(&self, packed: &mut [S], index: usize, scratch: &mut [S])
     where
         T: Stored<S>,
     {
-        packed.fill(S::constant(0.0));
+        let Some((above, rest)) = packed.split_at_mut_checked(packed_length(index)) else {
+            return;
+        };
+        let Some(row) = rest.get_mut(..=index) else {
+            return;
+        };
+        let least = if self.is_primal() {
+            self.assemble_primal(index, row)
+        } else {
+            self.assemble_dual(index, row, scratch);
+            S::constant(1.0)
+        };
+        factor::factorize_row(above, row, least);
+    }
+
+    /// The factors in a buffer whose rows were all factorized by [`Problem::factorize_row`].
+    pub(crate) fn factors<'b, S>(self, packed: &'b [S]) -> Factors<'a, 'b, T, S> {
+        Factors {
+            problem: self,
+            packed,
+        }
+    }
+
+    /// A row of A'A + P; returns its precision.
+    fn assemble_primal<S: Real>(&self, index: usize, entries: &mut [S]) -> S
+    where
+        T: Stored<S>,
+    {
+        entries.fill(S::constant(0.0));
         for row in self.rows() {
-            for (entries, left) in factor::rows_mut(packed).zip(row) {
+            if let Some(left) = row.get(index) {
                 let left = left.value();
                 for (entry, right) in entries.iter_mut().zip(row) {
                     *entry = entry.plus_product(left, right.value());
                 }
             }
         }
-        for (entries, precision) in factor::rows_mut(packed).zip(self.precision) {
-            if let Some(diagonal) = entries.last_mut() {
-                *diagonal = *diagonal + precision.value();
-            }
+        let precision = self.precision.get(index).map(|p| p.value());
+        let precision = precision.unwrap_or(S::constant(1.0));
+        if let Some(diagonal) = entries.last_mut() {
+            *diagonal = *diagonal + precision;
         }
+        precision
     }
 
-    /// A P^-1 A' + I.
-    fn assemble_dual<S: Real>(&self, packed: &mut [S], scratch: &mut [S])
+    /// A row of A P^-1 A' + I.
+    fn assemble_dual<S: Real>(&self, index: usize, entries: &mut [S], scratch: &mut [S])
     where
         T: Stored<S>,
     {
-        for (entries, row) in factor::rows_mut(packed).zip(self.rows()) {
+        if let Some(row) = self.rows().nth(index) {
             for ((scaled, a), precision) in scratch.iter_mut().zip(row).zip(self.precision) {
                 *scaled = a.value() / precision.value();
             }
-            for (entry, other) in entries.iter_mut().zip(self.rows()) {
-                *entry = dot(other, scratch);
-            }
-            if let Some(diagonal) = entries.last_mut() {
-                *diagonal = *diagonal + S::constant(1.0);
-            }
+        }
+        for (entry, other) in entries.iter_mut().zip(self.rows()) {
+            *entry = dot(other, scratch);
+        }
+        if let Some(diagonal) = entries.last_mut() {
+            *diagonal = *diagonal + S::constant(1.0);
         }
     }
 

@@ -1,0 +1,120 @@
+//! What every model that can be fitted keeps.
+
+use serde::{Deserialize, Serialize};
+
+use super::Learner;
+use crate::geometry::HalfDifference;
+use crate::model::linear::Basis;
+use crate::model::{ModelKind, Sample};
+
+/// How far a fit is, in its own units of work: gradients of one sample, or rows and channels of a
+/// ridge solve.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Progress {
+    /// Units done.
+    pub done: u32,
+    /// Units that the whole fit takes.
+    pub total: u32,
+}
+
+impl Progress {
+    /// True if nothing is left to do.
+    #[must_use]
+    pub fn is_complete(&self) -> bool {
+        self.done >= self.total
+    }
+}
+
+/// Why a firmware cannot fit by a recipe.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum FitterError {
+    /// The recipe is for another model than this firmware's.
+    Model {
+        /// The firmware's model.
+        firmware: ModelKind,
+        /// The recipe's model.
+        recipe: ModelKind,
+    },
+    /// The recipe's ridge solve takes more memory than this firmware gives it.
+    Words {
+        /// Numbers that it takes.
+        needed: usize,
+        /// Numbers that there is room for.
+        found: usize,
+    },
+}
+
+/// How readings become values: one model, or whichever the recipe names.
+///
+/// [`Scan`](crate::scan::Scan) calls it; firmware only names one. Values are a model's parameters in
+/// its order, or Linear's coefficients: m for red, m for green, m for blue.
+pub trait Fitter {
+    /// What a fit works in, besides the readings.
+    type Workspace;
+    /// All zeros, as a constant: a static that begins with it costs no flash.
+    const EMPTY: Self::Workspace;
+
+    /// Whether it can fit by this recipe's learner, with a pattern of so many samples.
+    ///
+    /// # Errors
+    /// [`FitterError`]. After `Ok` the other functions cannot fail.
+    fn accept(learner: &Learner<'_>, samples: usize) -> Result<(), FitterError>;
+
+    /// The units of work of the whole fit.
+    fn total(learner: &Learner<'_>, samples: usize) -> u32;
+
+    /// Puts a workspace to where a fit begins.
+    fn start(workspace: &mut Self::Workspace, learner: &Learner<'_>);
+
+    /// Does at most `budget` units of work, `done` of them being done; returns how many are done
+    /// then. The result does not depend on the budgets.
+    fn advance(
+        workspace: &mut Self::Workspace,
+        learner: &Learner<'_>,
+        samples: &[Sample<f32>],
+        done: u32,
+        budget: u32,
+    ) -> u32;
+
+    /// The values as they are now.
+    fn values<'w>(
+        workspace: &'w Self::Workspace,
+        learner: Learner<'w>,
+    ) -> impl Iterator<Item = f32> + 'w;
+
+    /// The modelled BRDF (linear RGB, sr^-1, not times the cosine) at the pattern's sample with this
+    /// index.
+    fn at_sample(
+        workspace: &Self::Workspace,
+        learner: &Learner<'_>,
+        index: usize,
+        at: &HalfDifference<f32>,
+    ) -> [f32; 3];
+
+    /// The modelled BRDF (linear RGB, sr^-1, not times the cosine) anywhere above the horizon. None
+    /// for Linear without a basis.
+    fn brdf(
+        workspace: &Self::Workspace,
+        learner: &Learner<'_>,
+        basis: Option<&Basis<'_>>,
+        at: &HalfDifference<f32>,
+    ) -> Option<[f32; 3]>;
+}
+
+impl Learner<'_> {
+    /// The least BRDF (sr^-1) that the loss or the mapping can take at the pattern's sample with
+    /// this index: a dark-subtracted reading may be below 0, but 1 + y cos(theta_i), or Linear's
+    /// y w + e, has to stay positive. Half of what is there at y = 0 is kept.
+    #[must_use]
+    pub fn least_reading(&self, index: usize, at: &HalfDifference<f32>) -> f32 {
+        match self {
+            Self::Descent(_) => -0.5 / at.cos_theta_i(),
+            Self::Ridge(ridge) => {
+                let weight = ridge.weight.iter().nth(index).unwrap_or(1.0);
+                -0.5 * crate::model::linear::EPSILON as f32 / weight
+            }
+        }
+    }
+}

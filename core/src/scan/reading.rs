@@ -1,0 +1,119 @@
+//! What the sensor saw.
+
+use serde::{Deserialize, Serialize};
+
+use super::FitError;
+use crate::model::Sample;
+
+/// The least that a dark-subtracted reading may be, sr^-1: three times as far below 0 as a perfect
+/// white is above it. What is less is no noise, but a wrong dark reading or a wrong sign.
+pub const LEAST_READING: f32 = -1.0;
+
+/// What more than half of a material's readings never are, sr^-1: thirty times a perfect white.
+/// (A mirror's are in its highlight, which is a small part of any pattern.)
+const IMPLAUSIBLE: f32 = 10.0;
+/// Of fewer samples half may lie in the highlight.
+const FEWEST_SAMPLES: usize = 4;
+
+/// What the sensor saw.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Reading {
+    /// The BRDF in linear RGB, sr^-1 (not times the cosine). Noise may bring it slightly below 0.
+    pub brdf: [f32; 3],
+    /// True if the sensor was saturated, so that the true value is larger.
+    pub saturated: bool,
+}
+
+impl Reading {
+    /// A reading of a sensor that was not saturated: the BRDF in linear RGB, sr^-1, not times the
+    /// cosine.
+    #[must_use]
+    pub const fn new(brdf: [f32; 3]) -> Self {
+        Self {
+            brdf,
+            saturated: false,
+        }
+    }
+
+    /// A reading of a sensor with one channel: the fitted material is grey, its three channels are
+    /// alike.
+    #[must_use]
+    pub const fn monochrome(brdf: f32) -> Self {
+        Self::new([brdf; 3])
+    }
+
+    /// Whether it can be a reading at all.
+    ///
+    /// # Errors
+    /// [`ReadingError::NonFinite`], or [`ReadingError::Negative`] below [`LEAST_READING`].
+    pub fn check(&self) -> Result<(), ReadingError> {
+        for (channel, value) in (0..).zip(self.brdf) {
+            if !value.is_finite() {
+                return Err(ReadingError::NonFinite(channel));
+            }
+            if value < LEAST_READING {
+                return Err(ReadingError::Negative(channel));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// What became of a reading.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Recorded {
+    /// It took the place of an earlier one.
+    pub replaced: bool,
+    /// A channel was so far below 0 that the loss could not take it, and was brought up to what it
+    /// can: [`Residual::clamped`](super::Residual::clamped) counts such readings.
+    pub clamped: bool,
+}
+
+/// Why a reading was refused. It has to be taken again.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum ReadingError {
+    /// A channel (0 red, 1 green, 2 blue) is NaN or infinite.
+    NonFinite(u8),
+    /// A channel is further below 0 than noise can be.
+    Negative(u8),
+    /// The recipe's pattern has no sample with this index.
+    Index {
+        /// The index.
+        index: u16,
+        /// How many samples there are.
+        samples: u16,
+    },
+}
+
+impl core::fmt::Display for ReadingError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        match self {
+            Self::NonFinite(channel) => write!(f, "channel {channel} is not a finite number"),
+            Self::Negative(channel) => write!(
+                f,
+                "channel {channel} is below {LEAST_READING} sr^-1, further than noise can be: look at the dark reading"
+            ),
+            Self::Index { index, samples } => {
+                write!(f, "there is no sample {index}: the pattern has {samples}")
+            }
+        }
+    }
+}
+
+impl core::error::Error for ReadingError {}
+
+/// Refuses readings whose size no material's have, as a sensor's raw counts.
+pub(super) fn check_magnitude(samples: &[Sample<f32>]) -> Result<(), FitError> {
+    let values = samples.iter().flat_map(|sample| sample.measured);
+    let too_large = values.filter(|value| *value > IMPLAUSIBLE).count();
+    let all = samples.len().saturating_mul(3);
+    if samples.len() >= FEWEST_SAMPLES && too_large.saturating_mul(2) > all {
+        return Err(FitError::Implausible {
+            limit: IMPLAUSIBLE as u16,
+        });
+    }
+    Ok(())
+}
