@@ -12,10 +12,3 @@ pub mod goniometer;
 pub mod sensor;
 pub mod store;
 
-/// Placeholder until core's.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Reading { 
-    /// sr^-1
-    pub brdf: [f32; 3], 
-    /// limit
-    pub saturated: bool }

@@ -4,10 +4,11 @@ mod support;
 
 use std::ops::Range;
 
-use glimpse_arms::Reading;
 use glimpse_arms::store::StoreError;
 use glimpse_arms::store::readings::Readings;
 use glimpse_arms::store::recipes::{Recipes, ReplaceError};
+use glimpse_core::link::BYTES_PER_FRAME;
+use glimpse_core::scan::Reading;
 use support::{Flash, LEAVES, SECTOR};
 
 const SAMPLES: u16 = 8;
@@ -167,8 +168,24 @@ const SLOTS: [Range<u32>; 2] = [0..4 * SECTOR as u32, 4 * SECTOR as u32..8 * SEC
 
 fn in_force(flash: &mut Flash) -> Option<Vec<u8>> {
     let mut buffer = [0; 2048];
-    let found = Recipes::new(SLOTS).load(flash, &mut buffer).unwrap();
+    let recipes = Recipes::mount(flash, SLOTS, &mut buffer).unwrap();
+    let found = recipes.load(flash, &mut buffer).unwrap();
     found.map(<[u8]>::to_vec)
+}
+
+/// As the link brings it.
+fn replace(flash: &mut Flash, recipe: &[u8]) -> Result<(), ReplaceError> {
+    let mut buffer = [0; 2048];
+    let mut recipes =
+        Recipes::mount(flash, SLOTS, &mut buffer).map_err(ReplaceError::Store)?;
+    for (part, bytes) in (0..).zip(recipe.chunks(BYTES_PER_FRAME)) {
+        let offset = part * BYTES_PER_FRAME as u32;
+        let stored = recipes.store(flash, offset, bytes);
+        stored.map_err(ReplaceError::Store)?;
+    }
+    let installed = recipes.install(flash, recipe.len() as u32, &mut buffer)?;
+    assert_eq!(installed, recipe);
+    Ok(())
 }
 
 #[test]
@@ -179,34 +196,36 @@ fn a_recipe_that_is_replaced_halfway_leaves_the_old_one() {
         let recipe = [PHONG, COOK_TORRANCE][turn % 2];
         let cuts = cut_everywhere(
             &mut flash,
-            |flash| {
-                let mut buffer = [0; 2048];
-                let replaced = Recipes::new(SLOTS).replace(flash, recipe, &mut buffer);
-                match replaced {
-                    Ok(()) => true,
-                    Err(ReplaceError::Store(StoreError::Flash)) => false,
-                    Err(error) => panic!("{error}"),
-                }
+            |flash| match replace(flash, recipe) {
+                Ok(()) => true,
+                Err(ReplaceError::Store(StoreError::Flash)) => false,
+                Err(error) => panic!("{error}"),
             },
             in_force,
             |before, after, found| assert!(found == before || found == after),
         );
-        assert!(cuts > 40, "{cuts}");
+        assert!(cuts > 400, "{cuts}");
         assert_eq!(in_force(&mut flash).as_deref(), Some(recipe));
     }
 }
 
 #[test]
-fn what_is_no_recipe_is_not_taken() {
+fn what_is_no_recipe_is_not_put_in_force() {
     let mut flash = Flash::new(8);
-    let mut buffer = [0; 2048];
-    let recipes = Recipes::new(SLOTS);
-    recipes.replace(&mut flash, PHONG, &mut buffer).unwrap();
+    replace(&mut flash, PHONG).unwrap();
     let mut altered = COOK_TORRANCE.to_vec();
     altered[40] ^= 1;
     for bad in [&COOK_TORRANCE[..100], &altered, &[]] {
-        let refused = recipes.replace(&mut flash, bad, &mut buffer);
+        let refused = replace(&mut flash, bad);
         assert!(matches!(refused, Err(ReplaceError::Recipe(_))));
         assert_eq!(in_force(&mut flash).as_deref(), Some(PHONG));
     }
+}
+
+#[test]
+fn a_recipe_has_to_fit_into_its_slot() {
+    let mut flash = Flash::new(8);
+    let long = [0; 4 * SECTOR];
+    let refused = replace(&mut flash, &long);
+    assert_eq!(refused, Err(ReplaceError::Store(StoreError::Full)));
 }

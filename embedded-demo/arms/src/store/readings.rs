@@ -6,10 +6,10 @@
 use core::ops::Range;
 
 use embedded_storage::nor_flash::NorFlash;
+use glimpse_core::scan::Reading;
 
 use super::StoreError;
 use super::journal::{Content, Journal};
-use crate::Reading;
 
 /// The number of the scan's item; readings have their index.
 const SCAN: u16 = u16::MAX - 1;

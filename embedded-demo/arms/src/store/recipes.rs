@@ -14,14 +14,17 @@ use core::fmt;
 use core::ops::Range;
 
 use embedded_storage::nor_flash::NorFlash;
+use glimpse_core::link::BYTES_PER_FRAME;
 use glimpse_core::recipe::{Recipe, RecipeError};
 
 use super::StoreError;
 
-/// Where a slot's recipe begins: a multiple of every flash's word.
+/// Where a slot's recipe begins: a multiple of the flash's word.
 const HEADER_BYTES: usize = 32;
-/// Bytes that are written or read at a time.
-const CHUNK_BYTES: usize = 32;
+/// Bytes that are written at a time: a multiple of the flash's word, and a divisor of what the link
+/// sends at a time.
+const WORD_BYTES: usize = 4;
+const _: () = assert!(BYTES_PER_FRAME.is_multiple_of(WORD_BYTES));
 
 /// Why a recipe was not replaced.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -55,12 +58,41 @@ struct Header {
 #[derive(Clone, Debug)]
 pub struct Recipes {
     slots: [Range<u32>; 2],
+    in_force: Option<(usize, Header)>,
 }
 
 impl Recipes {
-    /// Two ranges of the flash, each of whole sectors.
-    pub const fn new(slots: [Range<u32>; 2]) -> Self {
-        Self { slots }
+    /// Looks which of two ranges of the flash, each of whole sectors, is in force; and reads its
+    /// recipe into `buffer`.
+    ///
+    /// # Errors
+    /// If the flash cannot be read, or the buffer has no room for what is there.
+    pub fn mount<F: NorFlash>(
+        flash: &mut F,
+        slots: [Range<u32>; 2],
+        buffer: &mut [u8],
+    ) -> Result<Self, StoreError> {
+        let mut recipes = Self {
+            slots,
+            in_force: None,
+        };
+        for slot in 0..recipes.slots.len() {
+            let Some(header) = recipes.header(flash, slot)? else {
+                continue;
+            };
+            let older = |(_, other): (usize, Header)| {
+                header.sequence.wrapping_sub(other.sequence) > u32::MAX / 2
+            };
+            if recipes.in_force.is_some_and(older) {
+                continue;
+            }
+            // One that is not whole is none.
+            let bytes = recipes.read(flash, slot, header.length, buffer)?;
+            if Recipe::parse(bytes).is_ok() {
+                recipes.in_force = Some((slot, header));
+            }
+        }
+        Ok(recipes)
     }
 
     /// Reads the recipe in force into `buffer`; None if none was ever put here.
@@ -72,85 +104,83 @@ impl Recipes {
         flash: &mut F,
         buffer: &'b mut [u8],
     ) -> Result<Option<&'b [u8]>, StoreError> {
-        let Some((slot, header)) = self.in_force(flash, buffer)? else {
-            return Ok(None);
-        };
-        let bytes = self.read(flash, slot, header, buffer)?;
-        Ok(Some(bytes))
+        match self.in_force {
+            Some((slot, header)) => self.read(flash, slot, header.length, buffer).map(Some),
+            None => Ok(None),
+        }
     }
 
-    /// Puts a recipe in force. Until it is whole the old one stays so.
-    ///
-    /// `buffer` is for looking at what is there, and has room for the larger of the two.
+    /// The most bytes that a recipe may have.
+    pub fn room(&self) -> u32 {
+        let room = |slot: &Range<u32>| slot.end.saturating_sub(slot.start);
+        let least = self.slots.iter().map(room).min().unwrap_or(0);
+        least.saturating_sub(HEADER_BYTES as u32)
+    }
+
+    /// Stores a part of another recipe; `offset` is a multiple of 4, and at 0 what was stored of one
+    /// before is erased. The recipe in force stays as it is.
     ///
     /// # Errors
-    /// If the bytes are no recipe, there is no room for it, or the flash does not take it.
-    pub fn replace<F: NorFlash>(
+    /// If there is no room for it, or the flash does not take it.
+    pub fn store<F: NorFlash>(
         &self,
         flash: &mut F,
-        recipe: &[u8],
-        buffer: &mut [u8],
-    ) -> Result<(), ReplaceError> {
-        Recipe::parse(recipe).map_err(ReplaceError::Recipe)?;
-        self.write(flash, recipe, buffer)
-            .map_err(ReplaceError::Store)
-    }
-
-    fn write<F: NorFlash>(
-        &self,
-        flash: &mut F,
-        recipe: &[u8],
-        buffer: &mut [u8],
+        offset: u32,
+        bytes: &[u8],
     ) -> Result<(), StoreError> {
-        let (slot, sequence) = match self.in_force(flash, buffer)? {
-            Some((0, header)) => (1, header.sequence.wrapping_add(1)),
-            Some((_, header)) => (0, header.sequence.wrapping_add(1)),
-            None => (0, 1),
-        };
-        let Range { start, end } = self.range(slot);
-        let room = (end.saturating_sub(start) as usize).saturating_sub(HEADER_BYTES);
-        if recipe.len().next_multiple_of(CHUNK_BYTES) > room {
-            return Err(StoreError::Full);
+        let Range { start, end } = self.range(self.other());
+        if offset == 0 {
+            flash.erase(start, end).map_err(|_| StoreError::Flash)?;
         }
-        flash.erase(start, end).map_err(|_| StoreError::Flash)?;
-        let places = (start..end).step_by(CHUNK_BYTES).skip(1);
-        for (place, chunk) in places.zip(recipe.chunks(CHUNK_BYTES)) {
-            write_chunk(flash, place, chunk)?;
+        let mut place = start
+            .saturating_add(HEADER_BYTES as u32)
+            .saturating_add(offset);
+        for chunk in bytes.chunks(WORD_BYTES) {
+            if place.saturating_add(WORD_BYTES as u32) > end {
+                return Err(StoreError::Full);
+            }
+            write(flash, place, chunk)?;
+            place = place.saturating_add(WORD_BYTES as u32);
         }
-        let header = Header {
-            sequence,
-            length: recipe.len() as u32,
-        };
-        let written = self.read(flash, slot, header, buffer)?;
-        if written != recipe {
-            return Err(StoreError::Corrupted);
-        }
-        write_chunk(flash, start, &header.to_bytes())
+        Ok(())
     }
 
-    /// The slot in force and its header. A slot whose recipe is not whole is none.
-    fn in_force<F: NorFlash>(
-        &self,
+    /// Puts the recipe of `length` bytes that was stored in force, and reads it into `buffer`. If it
+    /// is not whole, the old one stays in force.
+    ///
+    /// # Errors
+    /// If what was stored is no recipe, the buffer has no room for it, or the flash does not take
+    /// the header.
+    pub fn install<'b, F: NorFlash>(
+        &mut self,
         flash: &mut F,
-        buffer: &mut [u8],
-    ) -> Result<Option<(usize, Header)>, StoreError> {
-        let mut newest: Option<(usize, Header)> = None;
-        for slot in 0..self.slots.len() {
-            let Some(header) = self.header(flash, slot)? else {
-                continue;
-            };
-            let older = newest.is_some_and(|(_, found)| {
-                header.sequence.wrapping_sub(found.sequence) > u32::MAX / 2
-            });
-            if older {
-                continue;
-            }
-            let bytes = self.read(flash, slot, header, buffer)?;
-            if Recipe::parse(bytes).is_ok() {
-                newest = Some((slot, header));
-            }
+        length: u32,
+        buffer: &'b mut [u8],
+    ) -> Result<&'b [u8], ReplaceError> {
+        let slot = self.other();
+        let sequence = self.in_force.map_or(0, |(_, header)| header.sequence);
+        let header = Header {
+            sequence: sequence.wrapping_add(1),
+            length,
+        };
+        if length > self.room() {
+            return Err(ReplaceError::Store(StoreError::Full));
         }
-        Ok(newest)
+        let bytes = self.read(flash, slot, length, buffer);
+        let bytes = bytes.map_err(ReplaceError::Store)?;
+        Recipe::parse(bytes).map_err(ReplaceError::Recipe)?;
+        let written = write(flash, self.range(slot).start, &header.to_bytes());
+        written.map_err(ReplaceError::Store)?;
+        self.in_force = Some((slot, header));
+        Ok(bytes)
+    }
+
+    /// The slot that is not in force.
+    fn other(&self) -> usize {
+        match self.in_force {
+            Some((0, _)) => 1,
+            _ => 0,
+        }
     }
 
     /// A slot's header, if it has one, of a recipe that a slot has room for.
@@ -173,16 +203,15 @@ impl Recipes {
         &self,
         flash: &mut F,
         slot: usize,
-        header: Header,
+        length: u32,
         buffer: &'b mut [u8],
     ) -> Result<&'b [u8], StoreError> {
-        let length = header.length as usize;
         // Whole words; what follows the recipe in the last one is of no interest.
-        let words = length.next_multiple_of(CHUNK_BYTES);
+        let words = (length as usize).next_multiple_of(WORD_BYTES);
         let start = self.range(slot).start.saturating_add(HEADER_BYTES as u32);
         let bytes = buffer.get_mut(..words).ok_or(StoreError::Full)?;
         flash.read(start, bytes).map_err(|_| StoreError::Flash)?;
-        bytes.get(..length).ok_or(StoreError::Full)
+        bytes.get(..length as usize).ok_or(StoreError::Full)
     }
 
     fn range(&self, slot: usize) -> Range<u32> {
@@ -212,11 +241,13 @@ impl Header {
     }
 }
 
-/// Writes up to a chunk; the rest of it stays erased.
-fn write_chunk<F: NorFlash>(flash: &mut F, place: u32, bytes: &[u8]) -> Result<(), StoreError> {
-    let mut chunk = [0xFF; CHUNK_BYTES];
-    for (to, from) in chunk.iter_mut().zip(bytes) {
+/// Writes whole words; the rest of the last one stays erased.
+fn write<F: NorFlash>(flash: &mut F, place: u32, bytes: &[u8]) -> Result<(), StoreError> {
+    let mut words = [0xFF; 3 * WORD_BYTES];
+    for (to, from) in words.iter_mut().zip(bytes) {
         *to = *from;
     }
-    flash.write(place, &chunk).map_err(|_| StoreError::Flash)
+    let words = words.get(..bytes.len().next_multiple_of(WORD_BYTES));
+    let written = flash.write(place, words.unwrap_or_default());
+    written.map_err(|_| StoreError::Flash)
 }
