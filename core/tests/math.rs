@@ -1,14 +1,15 @@
 //! The errors that the table in `math.rs` states, measured.
 
-use std::f64::consts::TAU;
+use std::f32::consts::FRAC_PI_2;
+use std::f64::consts::{PI, TAU};
 
 use glimpse_core::numeric::math;
 
-/// What the table states: exp (relative), ln, sqrt (relative), sine and cosine (absolute).
+/// What the table states: exp (relative), ln, sqrt (relative), sine and cosine, angle (absolute).
 #[cfg(not(feature = "micromath"))]
-const BOUNDS: [f64; 4] = [8e-8, 9e-8, 6e-8, 9e-8];
+const BOUNDS: [f64; 5] = [8e-8, 9e-8, 6e-8, 9e-8, 3e-7];
 #[cfg(feature = "micromath")]
-const BOUNDS: [f64; 4] = [2.4e-3, 7e-5, 1.6e-6, 1.1e-3];
+const BOUNDS: [f64; 5] = [2.4e-3, 7e-5, 1.6e-6, 9e-8, 3e-7];
 
 /// The largest of `error` at many numbers, evenly spaced from `low` to `high`.
 fn largest(low: f64, high: f64, error: impl Fn(f64) -> f64) -> f64 {
@@ -83,4 +84,23 @@ fn sine_and_cosine_are_within_their_bound() {
         absolute(sin, exact.0).max(absolute(cos, exact.1))
     });
     assert_bound("sine and cosine", found, BOUNDS[3]);
+}
+
+#[test]
+fn angles_are_within_their_bound() {
+    let found = largest(-PI, PI, |angle| {
+        let (y, x) = ((0.7 * angle.sin()) as f32, (0.7 * angle.cos()) as f32);
+        absolute(math::atan2(y, x), f64::from(y).atan2(f64::from(x)))
+    });
+    assert_bound("atan2", found, BOUNDS[4]);
+    assert_eq!(math::atan2(0.0, 0.0), 0.0);
+    assert_eq!(
+        math::atan2(0.0, -0.0),
+        0.0,
+        "an arm at the pole has the azimuth 0"
+    );
+    assert_eq!(math::atan2(1.0, 0.0), FRAC_PI_2);
+    for (y, x) in [(f32::NAN, 1.0), (1.0, f32::NAN), (f32::NAN, 0.0)] {
+        assert!(math::atan2(y, x).is_nan());
+    }
 }

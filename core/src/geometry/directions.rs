@@ -2,6 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::error::{Arm, DirectionsError, UNIT_TOLERANCE};
+use crate::numeric::math;
+
 /// A pair of unit directions, pointing away from the surface; z is the normal.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -10,4 +13,92 @@ pub struct Directions<T> {
     pub incoming: [T; 3],
     /// Towards the sensor, w_o.
     pub outgoing: [T; 3],
+}
+
+/// A finite direction whose length is 1 within [`UNIT_TOLERANCE`], made a unit vector by one step
+/// of Newton's method: within 2e-6, and within rounding of what is one already. (A root would be
+/// coarser, where it is micromath's.)
+pub(super) fn unit(direction: [f32; 3]) -> Option<[f32; 3]> {
+    const SHORTEST: f32 = (1.0 - UNIT_TOLERANCE) * (1.0 - UNIT_TOLERANCE);
+    const LONGEST: f32 = (1.0 + UNIT_TOLERANCE) * (1.0 + UNIT_TOLERANCE);
+    let square: f32 = dot(direction, direction);
+    // A NaN is in no range.
+    (SHORTEST..=LONGEST)
+        .contains(&square)
+        .then(|| direction.map(|coordinate| coordinate * (1.5 - 0.5 * square)))
+}
+
+fn dot([a, b, c]: [f32; 3], [x, y, z]: [f32; 3]) -> f32 {
+    a * x + b * y + c * z
+}
+
+fn cross([a, b, c]: [f32; 3], [x, y, z]: [f32; 3]) -> [f32; 3] {
+    [b * z - c * y, c * x - a * z, a * y - b * x]
+}
+
+impl Directions<f32> {
+    /// Looks whether a BRDF exists there.
+    ///
+    /// # Errors
+    /// What is wrong with which direction: not finite, not a unit vector within
+    /// [`UNIT_TOLERANCE`], or not above the horizon.
+    pub fn check(&self) -> Result<(), DirectionsError> {
+        for (arm, direction) in [(Arm::Light, self.incoming), (Arm::Sensor, self.outgoing)] {
+            if !direction.iter().all(|coordinate| coordinate.is_finite()) {
+                return Err(DirectionsError::NonFinite(arm));
+            }
+            let [_, _, cos_theta] = unit(direction).ok_or(DirectionsError::NotUnit(arm))?;
+            if cos_theta <= 0.0 {
+                return Err(DirectionsError::BelowHorizon(arm));
+            }
+        }
+        Ok(())
+    }
+
+    /// The angle between light and sensor in radians, 0 to pi: 2 theta_d. NaN if a coordinate is.
+    ///
+    /// Within 5e-7 rad, also where the two nearly coincide, where an arc cosine would be off by the
+    /// root of that.
+    #[must_use]
+    pub fn separation(&self) -> f32 {
+        let across = cross(self.incoming, self.outgoing);
+        math::atan2(
+            math::sqrt(dot(across, across)),
+            dot(self.incoming, self.outgoing),
+        )
+    }
+
+    /// How far light, normal and sensor are from lying in one plane: the angle in radians, 0 to
+    /// pi/2, between the direction nearer to the normal and the plane of the normal and the other
+    /// one. 0 if both lie along the normal; NaN if a coordinate is.
+    #[must_use]
+    pub fn out_of_plane(&self) -> f32 {
+        let ([ix, iy, _], [ox, oy, _]) = (self.incoming, self.outgoing);
+        let (square_i, square_o) = (ix * ix + iy * iy, ox * ox + oy * oy);
+        let farther = math::sqrt(if square_i > square_o {
+            square_i
+        } else {
+            square_o
+        });
+        let volume = (ix * oy - iy * ox).abs();
+        if farther == 0.0 {
+            return 0.0;
+        }
+        let sin = volume / farther;
+        let square_cos = 1.0 - sin * sin;
+        // Rounded below 0 near a right angle.
+        let cos = math::sqrt(if square_cos < 0.0 { 0.0 } else { square_cos });
+        math::atan2(sin, cos)
+    }
+
+    /// Both turned by `angle` radians about the normal, which an isotropic sample does not notice.
+    #[must_use]
+    pub fn turned(&self, angle: f32) -> Self {
+        let (sin, cos) = math::sin_cos(angle);
+        let turned = |[x, y, z]: [f32; 3]| [x * cos - y * sin, x * sin + y * cos, z];
+        Self {
+            incoming: turned(self.incoming),
+            outgoing: turned(self.outgoing),
+        }
+    }
 }

@@ -1,5 +1,6 @@
 //! Half and difference vectors, which models read.
 
+use super::directions::unit;
 use super::{Angles, Directions};
 use crate::numeric::{Scalar, Trigonometry, math};
 
@@ -74,23 +75,52 @@ impl<S: Scalar> HalfDifference<S> {
     }
 }
 
+/// Sine of the theta_h, radians, below which the half vector is taken to be the normal.
+///
+/// Of directions in f32 it is known to e = 1e-7 or so. That turns its azimuth, and with it phi_d, by
+/// e / sin(theta_h): anywhere at the pole. To take it for the pole instead moves it by theta_h. The
+/// two errors are equal at theta_h = sqrt(e), 3e-4 rad or 0.02 degrees, which is finer than arms
+/// are; phi_d is never off by more above it (except near grazing, by 1 / cos(theta_d)).
+const POLE: f32 = 3e-4;
+
+/// Half the length of the sum of unit directions, cos(theta_d), below which they are opposite.
+const OPPOSITE: f32 = 1e-5;
+
+fn length(x: f32, y: f32, z: f32) -> f32 {
+    math::sqrt(x * x + y * y + z * z)
+}
+
 impl HalfDifference<f32> {
-    /// From a pair of unit directions. None if a direction is not finite or the two are
-    /// opposite, so that no half vector exists.
+    /// From a pair of directions. None if one is not finite or not a unit vector within
+    /// [`UNIT_TOLERANCE`](super::UNIT_TOLERANCE), or if the two are opposite, so that no half vector
+    /// exists. Directions below the horizon are taken: see [`is_valid`](Self::is_valid).
+    ///
+    /// Turning both directions about the normal changes the result by no more than rounding does.
+    /// To that end phi_d is 0 wherever the half vector is the normal, within 3e-4 rad, and both
+    /// directions are above the horizon: there phi_d is a matter of rounding, and a BRDF that is
+    /// isotropic cannot depend on it. ([`from_angles`](Self::from_angles) keeps any phi_d.)
     #[must_use]
     pub fn from_directions(directions: &Directions<f32>) -> Option<Self> {
-        let [ix, iy, iz] = directions.incoming;
-        let [ox, oy, oz] = directions.outgoing;
+        let [ix, iy, iz] = unit(directions.incoming)?;
+        let [ox, oy, oz] = unit(directions.outgoing)?;
         let (x, y, z) = (ix + ox, iy + oy, iz + oz);
-        let length = math::sqrt(x * x + y * y + z * z);
-        // Written so that a NaN is refused as well.
-        if !(length > 1e-6 && length.is_finite()) {
+        let twice = length(x, y, z);
+        if twice < 2.0 * OPPOSITE {
             return None;
         }
-        let (x, y, hz) = (x / length, y / length, z / length);
-        let hx = math::sqrt(x * x + y * y);
-        // Turn about z by -phi_h, then about y by -theta_h. At the pole phi_h = 0.
-        let (cos, sin) = if hx > 1e-7 {
+        let (x, y, hz) = (x / twice, y / twice, z / twice);
+        let hx = length(x, y, 0.0);
+        if hx < POLE && iz > 0.0 && oz > 0.0 {
+            return Some(Self {
+                hx: 0.0,
+                hz: 1.0,
+                dx: 0.5 * length(ix - ox, iy - oy, iz - oz),
+                dy: 0.0,
+                dz: 0.5 * twice,
+            });
+        }
+        // Turn about z by -phi_h, then about y by -theta_h.
+        let (cos, sin) = if hx > 0.0 {
             (x / hx, y / hx)
         } else {
             (1.0, 0.0)

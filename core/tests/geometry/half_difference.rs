@@ -1,8 +1,5 @@
 //! Angles, half and difference vectors and directions against independent trigonometry.
 
-// f64 is a scalar with libm only.
-#![cfg(feature = "libm")]
-
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 use glimpse_core::geometry::{Angles, Directions, HalfDifference};
@@ -119,12 +116,12 @@ proptest! {
     }
 
     #[test]
-    fn a_pair_about_the_normal_leads_back(theta_d in 0.0..1.5f64, azimuth in 0.0..TAU) {
+    fn a_pair_about_the_normal_has_no_azimuth(theta_d in 0.0..1.5f64, azimuth in 0.0..TAU) {
         let [x, y, z] = about_z(about_y([0.0, 0.0, 1.0], theta_d), azimuth).map(|x| x as f32);
         let pair = Directions { incoming: [x, y, z], outgoing: [-x, -y, z] };
         let found = HalfDifference::from_directions(&pair);
         let found = found.ok_or_else(|| TestCaseError::fail("no half vector"))?;
-        close(&double(&found), &[0.0, 1.0, x.into(), y.into(), z.into()], 5e-6)?;
+        close(&double(&found), &[0.0, 1.0, theta_d.sin(), 0.0, theta_d.cos()], 5e-6)?;
     }
 
     #[test]
@@ -152,24 +149,5 @@ proptest! {
         let [x, y, z] = at.directions().incoming;
         close(&mirrored.directions().incoming, &[x, -y, z], 2e-15)?;
         close(&[mirrored.cos_theta_i()], &[at.cos_theta_i()], EXACT)?;
-    }
-}
-
-#[test]
-fn pairs_without_a_half_vector_are_refused() {
-    let up = [0.0, 0.0, 1.0];
-    let refused = |incoming, outgoing| {
-        let pair = Directions { incoming, outgoing };
-        HalfDifference::from_directions(&pair).is_none()
-    };
-    assert!(!refused(up, up));
-    assert!(refused([1.0, 0.0, 0.0], [-1.0, 0.0, 0.0]));
-    for number in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
-        for place in 0..3 {
-            let mut broken = up;
-            broken[place] = number;
-            assert!(refused(broken, up), "{broken:?}");
-            assert!(refused(up, broken), "{broken:?}");
-        }
     }
 }

@@ -1,0 +1,58 @@
+//! What may be wrong with a pair of directions.
+
+use serde::{Deserialize, Serialize};
+
+/// How far from 1 the length of a direction may be: as if it came from a table of three decimals.
+pub const UNIT_TOLERANCE: f32 = 1e-3;
+
+/// One of the two arms of a scanner.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Arm {
+    /// The one with the light: incoming.
+    Light,
+    /// The one with the sensor: outgoing.
+    Sensor,
+}
+
+impl core::fmt::Display for Arm {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str(match self {
+            Self::Light => "light",
+            Self::Sensor => "sensor",
+        })
+    }
+}
+
+/// Why there is no BRDF at a pair of directions.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum DirectionsError {
+    /// A direction holds a NaN or an infinity.
+    NonFinite(Arm),
+    /// A direction's length is not 1.
+    NotUnit(Arm),
+    /// A direction is at or below the horizon.
+    BelowHorizon(Arm),
+}
+
+impl core::fmt::Display for DirectionsError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        match self {
+            Self::NonFinite(arm) => write!(
+                f,
+                "the direction towards the {arm} holds a NaN or an infinity"
+            ),
+            Self::NotUnit(arm) => write!(
+                f,
+                "the direction towards the {arm} is not a unit vector: divide it by its length, which has to be 1 within {UNIT_TOLERANCE}"
+            ),
+            Self::BelowHorizon(arm) => write!(
+                f,
+                "the {arm} is at or below the horizon: z has to be positive, along the sample's normal"
+            ),
+        }
+    }
+}
+
+impl core::error::Error for DirectionsError {}

@@ -1,0 +1,98 @@
+//! Spherical angles of one direction, and of two arms.
+
+use serde::{Deserialize, Serialize};
+
+use super::Directions;
+use crate::numeric::math;
+
+/// Spherical angles of a direction, radians; where an arm stands.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Spherical {
+    /// Polar angle from the normal; 0 to pi/2 above the horizon. A negative one is taken as well:
+    /// (-theta, phi) is (theta, phi + pi), as for an arm that swings through the normal.
+    pub theta: f32,
+    /// Azimuth about the normal, from x towards y; any turn.
+    pub phi: f32,
+}
+
+impl Spherical {
+    /// The unit vector.
+    #[must_use]
+    pub fn direction(&self) -> [f32; 3] {
+        let (sin_theta, cos_theta) = math::sin_cos(self.theta);
+        let (sin_phi, cos_phi) = math::sin_cos(self.phi);
+        [sin_theta * cos_phi, sin_theta * sin_phi, cos_theta]
+    }
+
+    /// The angles of a vector of any length: theta in \[0, pi\], phi in \[-pi, pi\], and 0 along the
+    /// normal, where there is no azimuth. NaN if a coordinate is.
+    #[must_use]
+    pub fn from_direction([x, y, z]: [f32; 3]) -> Self {
+        Self {
+            theta: math::atan2(math::sqrt(x * x + y * y), z),
+            phi: math::atan2(y, x),
+        }
+    }
+}
+
+/// Where both arms stand.
+///
+/// ```
+/// use glimpse_core::geometry::{ArmAngles, HalfDifference, Spherical};
+///
+/// let arms = ArmAngles {
+///     incoming: Spherical { theta: 0.5, phi: 0.0 },
+///     outgoing: Spherical { theta: 0.5, phi: 3.0 },
+/// };
+/// let directions = arms.directions();
+/// assert!(directions.check().is_ok());
+/// // Angles lead to the same pair again, and an isotropic sample does not notice a turn.
+/// let again = ArmAngles::from_directions(&directions);
+/// assert!((again.outgoing.phi - 3.0).abs() < 1e-6);
+/// let [here, turned] = [arms, arms.turned(1.0)]
+///     .map(|arms| HalfDifference::from_directions(&arms.directions()).unwrap());
+/// assert!((here.dx - turned.dx).abs() < 1e-5);
+/// ```
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct ArmAngles {
+    /// The light's arm.
+    pub incoming: Spherical,
+    /// The sensor's arm.
+    pub outgoing: Spherical,
+}
+
+impl ArmAngles {
+    /// The pair of unit directions.
+    #[must_use]
+    pub fn directions(&self) -> Directions<f32> {
+        Directions {
+            incoming: self.incoming.direction(),
+            outgoing: self.outgoing.direction(),
+        }
+    }
+
+    /// The angles of a pair; see [`Spherical::from_direction`].
+    #[must_use]
+    pub fn from_directions(directions: &Directions<f32>) -> Self {
+        Self {
+            incoming: Spherical::from_direction(directions.incoming),
+            outgoing: Spherical::from_direction(directions.outgoing),
+        }
+    }
+
+    /// Both azimuths turned by `angle` radians about the normal, which an isotropic sample does not
+    /// notice.
+    #[must_use]
+    pub fn turned(&self, angle: f32) -> Self {
+        let turned = |arm: Spherical| Spherical {
+            phi: arm.phi + angle,
+            ..arm
+        };
+        Self {
+            incoming: turned(self.incoming),
+            outgoing: turned(self.outgoing),
+        }
+    }
+}
