@@ -125,13 +125,23 @@ pub enum Motion {
 enum Task {
     Standing,
     /// From one step to another.
-    Travelling { from: i32, to: i32 },
+    Travelling {
+        from: i32,
+        to: i32,
+    },
     /// Home, fast, as far as the clearance.
-    Returning { from: i32, to: i32 },
+    Returning {
+        from: i32,
+        to: i32,
+    },
     /// Off the switch, slowly; steps that are left.
-    Releasing { left: u32 },
+    Releasing {
+        left: u32,
+    },
     /// Onto the switch, slowly; steps that are left.
-    Approaching { left: u32 },
+    Approaching {
+        left: u32,
+    },
 }
 
 /// An arm.
@@ -179,6 +189,11 @@ impl<S: OutputPin, D: OutputPin, H: InputPin> Axis<S, D, H> {
     /// Where it is by count of its steps.
     pub fn position(&self) -> i32 {
         self.position
+    }
+
+    /// Whether it knows where it is.
+    pub fn is_homed(&self) -> bool {
+        self.homed
     }
 
     /// Its angle by count of its steps, radians.
@@ -313,7 +328,12 @@ impl<S: OutputPin, D: OutputPin, H: InputPin> Axis<S, D, H> {
             Task::Standing => Ok(None),
             Task::Travelling { from, to } => {
                 let steps = self.position.saturating_sub(home);
-                if closed && steps.unsigned_abs() > self.settings.tolerance {
+                // On the way up it opens later than it closed on the way down.
+                let still_closed = match to > self.position {
+                    true => self.settings.clearance(),
+                    false => self.settings.tolerance as i32,
+                };
+                if closed && steps > still_closed {
                     return Err(AxisError::Slipped { steps });
                 }
                 Ok(self.next_of_ramp(from, to, Task::Standing))

@@ -54,9 +54,10 @@ impl<S: OutputPin, D: OutputPin, H: InputPin, const ARMS: usize> Goniometer<S, D
         &self.arms
     }
 
-    /// Where they are by count of their steps.
-    pub fn positions(&self) -> [i32; ARMS] {
-        core::array::from_fn(|arm| self.arms.get(arm).map_or(0, Axis::position))
+    /// Where they are by count of their steps; None while one of them does not know.
+    pub fn positions(&self) -> Option<[i32; ARMS]> {
+        let homed = self.arms.iter().all(Axis::is_homed);
+        homed.then(|| self.arms.each_ref().map(|arm| arm.position()))
     }
 
     /// Takes counts from before a reset for true, so that coming home can tell whether they were.

@@ -8,7 +8,15 @@
 #![forbid(unsafe_code)]
 
 pub mod axis;
+pub mod flash_ram;
 pub mod goniometer;
+pub mod retained;
+pub mod scanner;
 pub mod sensor;
+pub mod simulated;
+pub mod station;
 pub mod store;
 
+/// The largest number of samples that a recipe may have here. (A sector of the simulated flash keeps
+/// twice as many readings.)
+pub const CAPACITY: usize = 60;

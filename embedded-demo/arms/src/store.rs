@@ -30,7 +30,9 @@ impl fmt::Display for StoreError {
         f.write_str(match self {
             Self::Flash => "the flash could not be read, written or erased",
             Self::Full => "the flash has no room for it: give it larger sectors",
-            Self::Corrupted => "the flash holds something else than was just written: it is worn out",
+            Self::Corrupted => {
+                "the flash holds something else than was just written: it is worn out"
+            }
             Self::NoScan => "no scan is under way: begin one first",
         })
     }

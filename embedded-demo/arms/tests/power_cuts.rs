@@ -176,8 +176,7 @@ fn in_force(flash: &mut Flash) -> Option<Vec<u8>> {
 /// As the link brings it.
 fn replace(flash: &mut Flash, recipe: &[u8]) -> Result<(), ReplaceError> {
     let mut buffer = [0; 2048];
-    let mut recipes =
-        Recipes::mount(flash, SLOTS, &mut buffer).map_err(ReplaceError::Store)?;
+    let mut recipes = Recipes::mount(flash, SLOTS, &mut buffer).map_err(ReplaceError::Store)?;
     for (part, bytes) in (0..).zip(recipe.chunks(BYTES_PER_FRAME)) {
         let offset = part * BYTES_PER_FRAME as u32;
         let stored = recipes.store(flash, offset, bytes);

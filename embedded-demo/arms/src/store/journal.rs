@@ -170,10 +170,7 @@ fn bytes<F: NorFlash>(flash: &mut F, place: u32) -> Result<[u8; ITEM_BYTES], Sto
 }
 
 /// The item at an address, if a whole one is there: number, generation and content.
-fn read<F: NorFlash>(
-    flash: &mut F,
-    place: u32,
-) -> Result<Option<(u16, u32, Content)>, StoreError> {
+fn read<F: NorFlash>(flash: &mut F, place: u32) -> Result<Option<(u16, u32, Content)>, StoreError> {
     Ok(parse(&bytes(flash, place)?))
 }
 
@@ -185,7 +182,11 @@ fn parse(bytes: &[u8; ITEM_BYTES]) -> Option<(u16, u32, Content)> {
     let (number, rest) = rest.split_first_chunk()?;
     let (generation, rest) = rest.split_first_chunk()?;
     let number = u16::from_le_bytes(*number);
-    Some((number, u32::from_le_bytes(*generation), *rest.first_chunk()?))
+    Some((
+        number,
+        u32::from_le_bytes(*generation),
+        *rest.first_chunk()?,
+    ))
 }
 
 fn write<F: NorFlash>(
@@ -196,7 +197,10 @@ fn write<F: NorFlash>(
     content: &Content,
 ) -> Result<(), StoreError> {
     let mut bytes = [0; ITEM_BYTES];
-    let head = number.to_le_bytes().into_iter().chain(generation.to_le_bytes());
+    let head = number
+        .to_le_bytes()
+        .into_iter()
+        .chain(generation.to_le_bytes());
     for (to, from) in bytes.iter_mut().zip(head.chain(*content)) {
         *to = from;
     }

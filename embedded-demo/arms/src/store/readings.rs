@@ -155,7 +155,13 @@ impl Readings {
     pub fn discard<F: NorFlash>(&mut self, flash: &mut F) -> Result<(), StoreError> {
         let discarding = true;
         let under = self.under;
-        self.enter(flash, Under { discarding, ..under })?;
+        self.enter(
+            flash,
+            Under {
+                discarding,
+                ..under
+            },
+        )?;
         self.carry_on_discarding(flash)
     }
 
