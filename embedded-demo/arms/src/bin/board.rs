@@ -1,0 +1,374 @@
+//! The firmware on an Adafruit Feather STM32F405 Express: four stepper drivers, four home switches,
+//! a lamp, three photodiodes, a button. The README has the wiring.
+//!
+//! What a scanner of one's own changes is in the first half of this file: what its arms are like,
+//! where they get to, and what a white tile counts.
+
+#![no_std]
+#![no_main]
+
+use core::convert::Infallible;
+use core::f32::consts::{FRAC_PI_2, PI, TAU};
+use core::panic::PanicInfo;
+
+use cortex_m::peripheral::{DWT, SCB};
+use cortex_m_rt::{ExceptionFrame, entry, exception};
+use defmt_rtt as _; // the log, where a debug probe reads it
+use embedded_storage::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
+use glimpse_arms::axis::{self, Axis};
+use glimpse_arms::goniometer::Goniometer;
+use glimpse_arms::scanner::{News, Platform, Scanner, log_values};
+use glimpse_arms::sensor::{Photometer, Sensor, White};
+use glimpse_arms::station::{self, ARMS, Station};
+use glimpse_arms::store::readings::Readings;
+use glimpse_arms::store::recipes::Recipes;
+use glimpse_arms::{CAPACITY, retained};
+use glimpse_core::geometry::Directions;
+use glimpse_core::gonio::{Footprint, Limits, Machine, Speeds};
+use glimpse_core::model::Neural;
+use glimpse_core::scan::{Memory, Residual};
+use stm32f4xx_hal::adc::Adc;
+use stm32f4xx_hal::adc::config::{AdcConfig, SampleTime};
+use stm32f4xx_hal::flash::{Error as FlashError, FlashExt, LockedFlash, UnlockedFlash};
+use stm32f4xx_hal::gpio::{Analog, ErasedPin, Input, Output, PA4, PA5, PA6};
+use stm32f4xx_hal::pac::{self, ADC1, USART3};
+use stm32f4xx_hal::prelude::*;
+use stm32f4xx_hal::rcc::Config;
+use stm32f4xx_hal::serial::{Rx, Tx};
+use stm32f4xx_hal::watchdog::IndependentWatchdog;
+
+/// The recipe that it comes with; a host may send another.
+static RECIPE: &[u8] = include_bytes!("../../../recipes/neural-n8.recipe");
+/// Room for the recipe from the flash.
+const RECIPE_BYTES: usize = 16 * 1024;
+/// Steps to a radian: 1.8 degrees, 16 microsteps, a gear of 1:4.
+const STEPS_PER_RADIAN: f32 = 200.0 * 16.0 * 4.0 / TAU;
+/// Steps/s, of all arms.
+const SPEED: f32 = 4000.0;
+
+/// What an arm is like; 0 and 2 are polar angles, 1 and 3 azimuths.
+fn arm(number: usize) -> axis::Settings {
+    let (least, largest) = match number % 2 {
+        0 => (0.0, FRAC_PI_2),
+        _ => (-PI, PI),
+    };
+    axis::Settings {
+        steps_per_radian: STEPS_PER_RADIAN,
+        speed: SPEED,
+        acceleration: 20_000.0,
+        homing_speed: 400.0,
+        home: least - 0.05,
+        least,
+        largest,
+        tolerance: 4, // switches close within a few steps
+        reversed: false,
+    }
+}
+
+/// How fast the arms are and where they get to, together.
+fn machine() -> station::Settings {
+    let speed = SPEED / STEPS_PER_RADIAN;
+    station::Settings {
+        machine: Machine {
+            speeds: Speeds {
+                theta_i: speed,
+                phi_i: speed,
+                theta_o: speed,
+                phi_o: speed,
+            },
+            limits: Limits {
+                min_separation: 0.2, // or lamp and sensor would meet
+                ..Limits::NONE
+            },
+            isotropic: true,
+            through_normal: false,
+        },
+        arms_settle: 300_000,
+        lamp_settles: 50_000,
+    }
+}
+
+/// What a white tile counts, lit and seen along the normal: to be read with your own.
+fn white() -> White {
+    let normal = [0.0, 0.0, 1.0];
+    White {
+        counts: [3000.0; 3],
+        reflectance: [0.99; 3],
+        at: Directions {
+            incoming: normal,
+            outgoing: normal,
+        },
+        footprint: Footprint::LightLarger,
+        full_scale: 4095,
+    }
+}
+
+/// Readings of the converter for one reading of the scan.
+const REPEATS: u16 = 64;
+/// The core's clock in MHz, which the cycle counter counts.
+const CORE_MHZ: u32 = 168;
+/// Longer than erasing a sector takes: four seconds at worst.
+const WATCHDOG_MS: u32 = 10_000;
+
+unsafe extern "C" {
+    /// The linker script's memory that start-up code does not touch.
+    #[link_name = "_kept"]
+    static mut KEPT: [u32; retained::WORDS];
+}
+
+#[entry]
+fn main() -> ! {
+    static mut MEMORY: Memory<Neural, CAPACITY> = Memory::new();
+    static mut BUFFER: [u8; RECIPE_BYTES] = [0; RECIPE_BYTES];
+
+    let (Some(chip), Some(mut core)) = (pac::Peripherals::take(), cortex_m::Peripherals::take())
+    else {
+        reset()
+    };
+    // Before the clocks: a PLL that does not lock ends in a reset that says so.
+    let mut watchdog = IndependentWatchdog::new(chip.IWDG);
+    watchdog.stop_on_debug(&chip.DBGMCU, true);
+    watchdog.start(WATCHDOG_MS.millis());
+    let cause = chip.RCC.csr().read();
+    defmt::info!(
+        "reset: power {=bool}, brown-out {=bool}, pin {=bool}, software {=bool}, watchdog {=bool}",
+        cause.porrstf().bit(),
+        cause.borrstf().bit(),
+        cause.padrstf().bit(),
+        cause.sftrstf().bit(),
+        cause.wdgrstf().bit()
+    );
+    chip.RCC.csr().modify(|_, w| w.rmvf().set_bit());
+
+    // The internal oscillator, 1 % off at room temperature, which a UART bears.
+    let mut rcc = chip.RCC.freeze(
+        Config::hsi()
+            .sysclk(CORE_MHZ.MHz())
+            .pclk1(42.MHz())
+            .pclk2(84.MHz()),
+    );
+    core.DCB.enable_trace();
+    core.DWT.enable_cycle_counter();
+    defmt::info!("clocks: core at {=u32} Hz", rcc.clocks.sysclk().raw());
+
+    let a = chip.GPIOA.split(&mut rcc);
+    let b = chip.GPIOB.split(&mut rcc);
+    let c = chip.GPIOC.split(&mut rcc);
+    let steps: [ErasedPin<Output>; ARMS] = [
+        b.pb13.into_push_pull_output().erase(), // SCK
+        b.pb15.into_push_pull_output().erase(), // MO
+        c.pc7.into_push_pull_output().erase(),  // D5
+        c.pc6.into_push_pull_output().erase(),  // D6
+    ];
+    let directions: [ErasedPin<Output>; ARMS] = [
+        b.pb8.into_push_pull_output().erase(), // D9
+        b.pb9.into_push_pull_output().erase(), // D10
+        c.pc3.into_push_pull_output().erase(), // D11
+        c.pc2.into_push_pull_output().erase(), // D12
+    ];
+    let switches: [ErasedPin<Input>; ARMS] = [
+        a.pa7.into_pull_up_input().erase(),  // A3
+        c.pc4.into_pull_up_input().erase(),  // A4
+        c.pc5.into_pull_up_input().erase(),  // A5
+        b.pb14.into_pull_up_input().erase(), // MI
+    ];
+    let lamp: ErasedPin<Output> = c.pc1.into_push_pull_output().erase(); // D13, with the red LED
+    let button: ErasedPin<Input> = b.pb7.into_pull_up_input().erase(); // SDA
+    let photodiodes = Photodiodes {
+        converter: Adc::new(chip.ADC1, true, AdcConfig::default(), &mut rcc),
+        red: a.pa4.into_analog(),   // A0
+        green: a.pa5.into_analog(), // A1
+        blue: a.pa6.into_analog(),  // A2
+    };
+    let pins = (b.pb10, b.pb11); // TX, RX
+    let Ok(serial) = chip.USART3.serial::<u8>(pins, 115_200.bps(), &mut rcc) else {
+        defmt::error!("the UART cannot have its speed");
+        reset()
+    };
+    let (send, receive) = serial.split();
+
+    let mut number = 0..;
+    let mut pins = steps.into_iter().zip(directions).zip(switches);
+    let arms: [Option<Axis<_, _, _>>; ARMS] = core::array::from_fn(|_| {
+        let ((step, direction), switch) = pins.next()?;
+        Some(Axis::new(step, direction, switch, arm(number.next()?)))
+    });
+    let [Some(theta_i), Some(phi_i), Some(theta_o), Some(phi_o)] = arms else {
+        reset() // cannot be: there are as many pins as arms
+    };
+    let photometer = Photometer::new(photodiodes, lamp, white(), REPEATS);
+    let arms = Goniometer::new([theta_i, phi_i, theta_o, phi_o]);
+    let mut station = Station::new(arms, photometer, machine());
+
+    // SAFETY: the linker script sets these words aside for it alone, any bits are words, and this is
+    // the only reference, since `main` runs once.
+    let positions = unsafe { &mut *(&raw mut KEPT) };
+    match retained::positions(*positions) {
+        Some(counts) => {
+            defmt::info!("arms: their counts outlasted the reset");
+            station.assume(counts);
+        }
+        None => defmt::info!("arms: nobody knows where they are"),
+    }
+
+    let mut flash = Flash(LockedFlash::new(chip.FLASH));
+    let readings = Readings::mount(&mut flash, [sectors(0x8_0000), sectors(0xA_0000)]);
+    let recipes = Recipes::mount(&mut flash, [sectors(0xC_0000), sectors(0xE_0000)], BUFFER);
+    let (Ok(readings), Ok(recipes)) = (readings, recipes) else {
+        defmt::error!("the flash cannot be read");
+        reset()
+    };
+    let mut board = Board {
+        watchdog,
+        send,
+        receive,
+        button,
+        positions,
+        cycles: DWT::cycle_count(),
+    };
+    let mut scanner = Scanner {
+        station,
+        flash,
+        readings,
+        recipes,
+    };
+    scanner.serve(RECIPE, BUFFER, MEMORY, &mut board)
+}
+
+/// What is around the scanner on a board.
+struct Board {
+    watchdog: IndependentWatchdog,
+    send: Tx<USART3>,
+    receive: Rx<USART3>,
+    button: ErasedPin<Input>,
+    positions: &'static mut [u32; retained::WORDS],
+    /// The cycle counter when it was read last, but for cycles that make no microsecond.
+    cycles: u32,
+}
+
+impl Platform for Board {
+    fn elapsed(&mut self) -> u32 {
+        self.watchdog.feed();
+        let microseconds = DWT::cycle_count().wrapping_sub(self.cycles) / CORE_MHZ;
+        self.cycles = self.cycles.wrapping_add(microseconds * CORE_MHZ);
+        microseconds
+    }
+
+    fn receive(&mut self) -> Option<u8> {
+        self.receive.read().ok()
+    }
+
+    fn send(&mut self, byte: u8) -> bool {
+        self.send.write(byte).is_ok()
+    }
+
+    fn is_started(&mut self) -> bool {
+        self.button.is_low()
+    }
+
+    fn remember(&mut self, positions: Option<[i32; ARMS]>) {
+        for (to, from) in self.positions.iter_mut().zip(retained::words(positions)) {
+            // SAFETY: a valid reference; volatile, so that a reset finds what was written.
+            unsafe { core::ptr::from_mut(to).write_volatile(from) };
+        }
+    }
+
+    fn tell(&mut self, news: News) {
+        news.log();
+    }
+
+    fn finished(&mut self, residual: Residual, values: &mut dyn Iterator<Item = f32>) {
+        log_values(values);
+        defmt::info!("{}", residual);
+    }
+}
+
+/// Three photodiodes and the converter.
+struct Photodiodes {
+    converter: Adc<ADC1>,
+    red: PA4<Analog>,
+    green: PA5<Analog>,
+    blue: PA6<Analog>,
+}
+
+impl Sensor for Photodiodes {
+    type Error = Infallible;
+
+    fn read(&mut self) -> Result<[u16; 3], Infallible> {
+        let time = SampleTime::Cycles_84;
+        Ok([
+            self.converter.convert(&self.red, time),
+            self.converter.convert(&self.green, time),
+            self.converter.convert(&self.blue, time),
+        ])
+    }
+}
+
+/// The sector of 128 KiB at this offset in the flash.
+const fn sectors(offset: u32) -> core::ops::Range<u32> {
+    offset..offset + 128 * 1024
+}
+
+/// The chip's flash, unlocked only while it changes. The core stands meanwhile, and nothing moves.
+struct Flash(LockedFlash);
+
+impl Flash {
+    /// What the data cache holds is of before: the HAL turns it on and leaves it alone.
+    fn flush_cache() {
+        // SAFETY: only these bits of a register that nothing else writes after the clocks.
+        let flash = unsafe { &*pac::FLASH::ptr() };
+        flash.acr().modify(|_, w| w.dcen().clear_bit());
+        flash.acr().modify(|_, w| w.dcrst().set_bit());
+        flash.acr().modify(|_, w| w.dcrst().clear_bit());
+        flash.acr().modify(|_, w| w.dcen().set_bit());
+    }
+}
+
+impl ErrorType for Flash {
+    type Error = FlashError;
+}
+
+impl ReadNorFlash for Flash {
+    const READ_SIZE: usize = 1;
+
+    fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), FlashError> {
+        ReadNorFlash::read(&mut self.0, offset, bytes)
+    }
+
+    fn capacity(&self) -> usize {
+        self.0.len()
+    }
+}
+
+impl NorFlash for Flash {
+    const WRITE_SIZE: usize = 1;
+    const ERASE_SIZE: usize = <UnlockedFlash<'_> as NorFlash>::ERASE_SIZE;
+
+    fn erase(&mut self, from: u32, to: u32) -> Result<(), FlashError> {
+        let erased = NorFlash::erase(&mut self.0.unlocked(), from, to);
+        Self::flush_cache();
+        erased
+    }
+
+    fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), FlashError> {
+        let written = NorFlash::write(&mut self.0.unlocked(), offset, bytes);
+        Self::flush_cache();
+        written
+    }
+}
+
+/// Whatever it was, all begins anew, and goes on where it was.
+#[panic_handler]
+fn panic(_: &PanicInfo<'_>) -> ! {
+    defmt::error!("panic");
+    reset()
+}
+
+#[exception]
+unsafe fn HardFault(_: &ExceptionFrame) -> ! {
+    reset()
+}
+
+fn reset() -> ! {
+    SCB::sys_reset()
+}
