@@ -10,7 +10,7 @@
 //! use glimpse_core::recipe::Recipe;
 //! use glimpse_core::scan::{Memory, Reading, Scan};
 //!
-//! let recipe = include_bytes!("../../embedded-demo/recipes/neural-n8.recipe");
+//! let recipe = include_bytes!("../examples/recipes/neural-n8.recipe");
 //! let mut memory = Memory::<Neural, 8>::new();
 //! let scan = Recipe::parse(recipe).unwrap(); // a firmware hands errors to the driver, see `Driver::new`
 //! let scan = Scan::new(scan, &mut memory).unwrap();
@@ -303,15 +303,18 @@ impl<'r, 'm, K: Fitter, const CAPACITY: usize> Driver<'r, 'm, K, CAPACITY> {
             return Action::Continue;
         };
         let Some(mut fit) = scan.fit_under_way() else {
-            self.phase = Phase::Measure;
+            // Values are told only now: before, the reply is one to the last progress.
+            self.phase = match scan.fitted() {
+                Some(_) => Phase::Tell { offset: 0 },
+                None => Phase::Measure,
+            };
             return Action::Continue;
         };
         let progress = fit.advance(slice);
         if progress.is_complete() {
             match fit.finish() {
-                Ok(_) => self.phase = Phase::Tell { offset: 0 },
+                Ok(_) | Err(FinishError::Unfinished(_)) => {}
                 Err(FinishError::Diverged) => return self.give_up(Failure::Diverged),
-                Err(FinishError::Unfinished(_)) => {}
             }
         }
         if talks {

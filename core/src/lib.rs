@@ -12,11 +12,13 @@
 
 // From the bottom up: a room imports from rooms above it in this list only.
 //
-// geometry, numeric, model, fit, recipe, scan, link, driver
+// geometry, numeric, model, fit, gonio, recipe, scan, link, driver
 #[deny(clippy::arithmetic_side_effects)]
 pub mod driver;
 pub mod fit;
 pub mod geometry;
+#[deny(clippy::arithmetic_side_effects)]
+pub mod gonio;
 #[deny(clippy::arithmetic_side_effects)]
 pub mod link;
 pub mod model;

@@ -1,10 +1,12 @@
 //! The link between a device and its scanner, free of I/O and of time.
 //!
-//! The device leads, stop and wait: it sends a [`Request`] and waits for the [`Reply`] with the
-//! same sequence number; only then does it send the next. If nothing comes in time it sends the
-//! same frame again. Every request may be repeated: the host answers a repetition with the reply
-//! it gave before, and a reply that comes late or twice is known by its sequence number and
-//! dropped. Lost, damaged, cut, repeated and invented bytes therefore cost time and nothing else.
+//! The device leads, stop and wait: it sends a [`Request`], again and again until the [`Reply`] with
+//! the same sequence number comes; only then does it send the next. Every request may be repeated:
+//! the host answers a repetition with the reply it gave before. Lost, damaged, cut, repeated and
+//! invented bytes therefore cost time and nothing else.
+//!
+//! The protocol is written down in `core/docs/link.md`: frames, messages, times, a scan from hello to
+//! end, and four frames in bytes.
 //!
 //! | request | reply |
 //! |---|---|
@@ -20,22 +22,29 @@
 //!
 //! Any request may be answered by [`Reply::Refused`] too.
 //!
-//! A device that was reset in the middle of a scan may have kept what was measured. It cannot know
-//! whether the material is still the same, so it asks: a host that knows of a scan by the same
-//! recipe, in which it gave that very measurement, accepts it. If it refuses one the device measures
-//! all of them again. A host that knows nothing of this refuses always, and loses nothing but time.
+//! [`Asker`] is the device's side and [`Answerer`] the host's; both take bytes one by one. A
+//! [`Driver`](crate::driver::Driver) is a whole device; `examples/host.rs` is both ends.
 //!
-//! # Frames
-//!
-//! ```text
-//! 0x00  COBS( postcard( sequence: u32, message )  CRC-32 )  0x00
 //! ```
+//! use glimpse_core::link::{Answerer, Asker, FRAME_BYTES, Heard, Reply, Request};
 //!
-//! The CRC is ISO-HDLC over the postcard bytes, little-endian. COBS leaves no zero inside, so a
-//! zero always ends a frame: a reader finds its place again at the next one, and the zero in
-//! front keeps a frame apart from noise before it. A frame has at most [`FRAME_BYTES`].
+//! let (mut device, mut host) = (Asker::new(), Answerer::new());
+//! let (mut request, mut reply) = ([0; FRAME_BYTES], [0; FRAME_BYTES]);
 //!
-//! [`Asker`] is the device's side and [`Answerer`] the host's; both take bytes one by one.
+//! let frame = device.ask(&Request::Update, &mut request)?;
+//! for byte in frame {
+//!     match host.hear(*byte) {
+//!         None => {} // there is more to come
+//!         Some(Ok(Heard::New(heard))) => assert_eq!(heard, Request::Update),
+//!         Some(Ok(Heard::Again(_) | Heard::Waiting)) => unreachable!("it was said once"),
+//!         Some(Err(error)) => println!("{error}"), // the device will say it again
+//!     }
+//! }
+//! let frame = host.answer(Reply::Accepted, &mut reply)?;
+//! let mut heard = frame.iter().filter_map(|byte| device.hear(*byte, &Request::Update));
+//! assert_eq!(heard.next(), Some(Reply::Accepted));
+//! # Ok::<(), glimpse_core::link::FrameError>(())
+//! ```
 
 mod conversation;
 mod frame;

@@ -1,4 +1,9 @@
 //! The reflectance models, each with its loss and gradient in one function.
+//!
+//! Firmware names a model and leaves the rest to [`scan`](crate::scan). Gradients
+//! ([`Model::accumulate_gradient`] with its `SAMPLE`, [`Evaluation`], [`SampleGradient`]) are public
+//! because the trainer computes by the very code that is flashed; they are **not part of this crate's
+//! promise** and may change in any version.
 
 mod cook_torrance;
 pub mod linear;
@@ -212,6 +217,7 @@ pub trait Model: Sync {
     /// The weighted loss at one sample; adds its gradient by the parameters to `gradient`.
     ///
     /// With `SAMPLE`, the gradient by the sample's coordinates and measured value comes back too.
+    /// (For the trainer; not part of this crate's promise.)
     fn accumulate_gradient<S: Scalar, const SAMPLE: bool>(
         parameters: &Self::Parameters<S::Parameter>,
         sample: &Sample<S>,

@@ -94,6 +94,22 @@ pub struct Recipe<'a> {
 impl<'a> Recipe<'a> {
     /// Reads a recipe in place.
     ///
+    /// ```
+    /// use glimpse_core::recipe::{Recipe, RecipeError};
+    ///
+    /// static BYTES: &[u8] = include_bytes!("../examples/recipes/neural-n8.recipe");
+    ///
+    /// let recipe = Recipe::parse(BYTES)?;
+    /// println!("{} of {} samples", recipe.model(), recipe.samples());
+    /// for angles in recipe.pattern() {
+    ///     println!("theta_h is {} degrees", angles.theta_h.to_degrees());
+    /// }
+    ///
+    /// let error = Recipe::parse(&BYTES[..100]).unwrap_err();
+    /// assert_eq!(error.to_string(), "the recipe should have 5577 bytes but has 100: it was cut or padded");
+    /// # Ok::<(), RecipeError>(())
+    /// ```
+    ///
     /// # Errors
     /// What is wrong with the bytes, by name. After `Ok` nothing about the recipe can fail.
     pub fn parse(bytes: &'a [u8]) -> Result<Self, RecipeError> {

@@ -20,8 +20,7 @@ pub use residual::Residual;
 pub use saved::{Saved, SavedError};
 
 use crate::fit::Fitter;
-use crate::geometry::{Directions, HalfDifference};
-use crate::model::Sample;
+use crate::geometry::Directions;
 use crate::model::linear::Basis;
 use crate::recipe::Recipe;
 use memory::{Stage, Status};
@@ -57,7 +56,7 @@ use memory::{Stage, Status};
 ///     incoming: [0.6, 0.0, 0.8],
 ///     outgoing: [-0.6, 0.0, 0.8],
 /// };
-/// # scan(include_bytes!("../../embedded-demo/recipes/neural-n8.recipe"), &mut Memory::new()).unwrap();
+/// # scan(include_bytes!("../examples/recipes/neural-n8.recipe"), &mut Memory::new()).unwrap();
 /// ```
 pub struct Scan<'r, 'm, K: Fitter, const CAPACITY: usize> {
     recipe: Recipe<'r>,
@@ -80,14 +79,7 @@ impl<'r, 'm, K: Fitter, const CAPACITY: usize> Scan<'r, 'm, K, CAPACITY> {
             });
         }
         K::accept(&recipe.learner(), samples)?;
-        let weight = 1.0 / (3.0 * samples as f32);
-        for (sample, angles) in memory.samples.iter_mut().zip(recipe.pattern()) {
-            *sample = Sample {
-                at: HalfDifference::from_angles(angles),
-                measured: [0.0; 3],
-                weight,
-            };
-        }
+        memory::lay_out(&mut memory.samples, &recipe);
         let mut scan = Self {
             recipe,
             basis: None,
@@ -127,45 +119,28 @@ impl<'r, 'm, K: Fitter, const CAPACITY: usize> Scan<'r, 'm, K, CAPACITY> {
 
     /// Where to read yet, in the recipe's order: index of the sample, and directions.
     ///
-    /// Any of them may be next: [`gonio::nearest`](crate::gonio::nearest) chooses.
+    /// Any of them may be next: [`Machine::nearest`](crate::gonio::Machine::nearest) chooses.
     pub fn pending(&self) -> impl Iterator<Item = (u16, Directions<f32>)> {
-        let samples = (0..).zip(self.memory.samples.iter().zip(&self.memory.status));
-        samples
-            .take(self.recipe.samples())
-            .filter(|(_, (_, status))| **status == Status::PENDING)
-            .map(|(index, (sample, _))| (index, sample.at.directions()))
+        memory::pending(&self.memory.samples, &self.memory.status, &self.recipe)
     }
 
     /// The first of [`Scan::pending`], in the recipe's order; None once all are read.
     #[must_use]
     pub fn next_pending(&self) -> Option<(u16, Directions<f32>)> {
-        self.pending().next()
+        memory::next_pending(&self.memory.samples, &self.memory.status, &self.recipe)
     }
 
     /// Takes the reading of a sample of the pattern, in any order. A second reading of the same
-    /// sample replaces the first ([`gonio::Average`](crate::gonio::Average) averages instead); a fit
+    /// sample replaces the first ([`gonio::Repeated`](crate::gonio::Repeated) averages instead); a fit
     /// that was under way is given up.
     ///
     /// # Errors
     /// If there is no such sample, or the reading cannot be one. Nothing has changed then.
-    #[inline(never)] // its temporaries leave the stack with it
     pub fn record(&mut self, index: u16, reading: Reading) -> Result<Recorded, ReadingError> {
-        let samples = self.recipe.samples();
-        reading.check()?;
-        let places = self.memory.samples.iter_mut().zip(&mut self.memory.status);
-        let place = places.take(samples).nth(usize::from(index));
-        let Some((sample, status)) = place else {
-            let samples = samples as u16;
-            return Err(ReadingError::Index { index, samples });
-        };
-        let learner = self.recipe.learner();
-        let least = learner.least_reading(usize::from(index), &sample.at);
-        let recorded = Recorded {
-            replaced: *status != Status::PENDING,
-            clamped: reading.brdf.iter().any(|value| *value < least),
-        };
-        sample.measured = reading.brdf;
-        *status = Status::read(reading.saturated, recorded.clamped);
+        let Memory {
+            samples, status, ..
+        } = &mut *self.memory;
+        let recorded = reading::record(samples, status, &self.recipe, index, reading)?;
         self.memory.stage = Stage::Reading;
         Ok(recorded)
     }
@@ -195,12 +170,8 @@ impl<'r, 'm, K: Fitter, const CAPACITY: usize> Scan<'r, 'm, K, CAPACITY> {
         }
         let samples = self.memory.samples.get_mut(..self.recipe.samples());
         let samples = samples.unwrap_or_default();
-        reading::check_magnitude(samples)?;
         let learner = self.recipe.learner();
-        for (index, sample) in samples.iter_mut().enumerate() {
-            let least = learner.least_reading(index, &sample.at);
-            sample.measured = sample.measured.map(|value| value.max(least));
-        }
+        reading::prepare(samples, &learner)?;
         K::start(&mut self.memory.workspace, &learner);
         self.memory.stage = Stage::Fitting { done: 0 };
         Ok(Fit::new(&self.recipe, self.basis, self.memory, 0))

@@ -4,31 +4,36 @@ use std::io::{self, Read, Write};
 use std::net::TcpStream;
 use std::time::{Duration, Instant};
 
-use glimpse_core::fit::Workspace;
-use glimpse_core::link::{Asker, FRAME_BYTES, PROTOCOL, Reply, Request};
-use glimpse_core::model::{Neural, ParameterSet};
+use glimpse_core::driver::{Action, Config, Driver, Host};
+use glimpse_core::fit::{AnyModel, linear_words};
+use glimpse_core::link::{Asker, FRAME_BYTES, Reply, Request};
 use glimpse_core::recipe::Recipe;
-use glimpse_core::scan::{Residual, Scan};
+use glimpse_core::scan::{Memory, Residual, Scan};
 use glimpse_trainer::scanner::{ScanReport, Taken};
 
-/// Fits measurements by a recipe, as the firmware does: parameters and residual.
+/// Room for the recipes of tests.
+const CAPACITY: usize = 64;
+type AnyMemory = Memory<AnyModel<{ linear_words(CAPACITY, 60) }>, CAPACITY>;
+
+/// Fits readings by a recipe, as the firmware does: values and residual.
 ///
 /// # Panics
-/// If the recipe is damaged or does not belong to the measurements.
+/// If the recipe is damaged or does not belong to the readings.
 #[must_use]
-pub fn fit(recipe: &[u8], measurements: &[Taken]) -> (Vec<f32>, Residual) {
+pub fn fit(recipe: &[u8], readings: &[Taken]) -> (Vec<f32>, Residual) {
     let recipe = Recipe::parse(recipe).expect("a whole recipe");
-    let mut workspace = Workspace::<Neural>::new();
-    let mut scan = Scan::<Neural, 64>::new(recipe, &mut workspace).expect("a Neural recipe");
-    for taken in measurements {
-        let (_, directions) = scan.next_directions().expect("as many as were measured");
+    let mut memory = AnyMemory::new();
+    let mut scan = Scan::new(recipe, &mut memory).expect("there is room");
+    for taken in readings {
+        let (index, directions) = scan.next_pending().expect("as many as were read");
         assert_eq!(directions, taken.directions);
-        scan.record(taken.measurement)
-            .expect("a possible measurement");
+        scan.record(index, taken.reading)
+            .expect("a possible reading");
     }
-    assert!(scan.next_directions().is_none(), "a measurement is missing");
-    while !scan.advance_fit(usize::MAX).is_complete() {}
-    (scan.parameters().iter().copied().collect(), scan.residual())
+    let mut fit = scan.fit().expect("all readings");
+    while !fit.advance(u32::MAX).is_complete() {}
+    let fitted = fit.finish().expect("a finite result");
+    (fitted.values().collect(), fitted.residual())
 }
 
 /// The device's result is the host's fit of the same measurements.
@@ -39,14 +44,14 @@ pub fn assert_agrees(report: &ScanReport, recipe: &[u8]) {
     let close = |device: f32, host: f32| (device - host).abs() <= 1e-4 * host.abs() + 1e-7;
     let parsed = Recipe::parse(recipe).expect("a whole recipe");
     assert_eq!(report.recipe, parsed.checksum());
-    assert_eq!(report.measurements.len(), parsed.samples());
+    assert_eq!(report.readings.len(), parsed.samples());
 
-    let (parameters, residual) = fit(recipe, &report.measurements);
-    assert_eq!(report.parameters.len(), parameters.len());
-    for (index, (device, host)) in report.parameters.iter().zip(&parameters).enumerate() {
+    let (values, residual) = fit(recipe, &report.readings);
+    assert_eq!(report.values.len(), values.len());
+    for (index, (device, host)) in report.values.iter().zip(&values).enumerate() {
         assert!(
             close(*device, *host),
-            "parameter {index}: {device}, on the host {host}"
+            "value {index}: {device}, on the host {host}"
         );
     }
     assert!(
@@ -110,45 +115,45 @@ impl Device {
         Err(io::ErrorKind::TimedOut.into())
     }
 
-    /// Scans one material, from hello to finished.
+    /// Scans one material, from hello to finished, as core's driver leads it.
     ///
     /// # Errors
-    /// As [`Device::ask`].
+    /// If the stream fails or ends, or the driver gives up.
     ///
     /// # Panics
-    /// If the recipe is damaged, or the scanner does not do as it is asked.
+    /// If the recipe is damaged.
     pub fn scan(&mut self, recipe: &[u8]) -> io::Result<()> {
         let recipe = Recipe::parse(recipe).expect("a whole recipe");
-        let mut workspace = Workspace::<Neural>::new();
-        let mut scan = Scan::<Neural, 64>::new(recipe, &mut workspace).expect("a Neural recipe");
-        let hello = Request::Hello {
-            protocol: PROTOCOL,
-            model: recipe.model(),
-            samples: recipe.samples() as u16,
-            recipe: recipe.checksum(),
-        };
-        let welcome = Reply::Welcome { protocol: PROTOCOL };
-        assert_eq!(self.ask(&hello)?, welcome);
-        while let Some((index, directions)) = scan.next_directions() {
-            let reply = self.ask(&Request::Measure { index, directions })?;
-            let Reply::Measured { measurement, .. } = reply else {
-                panic!("{reply:?}")
-            };
-            scan.record(measurement).expect("a possible measurement");
+        let mut memory = AnyMemory::new();
+        let scan = Scan::new(recipe, &mut memory).expect("there is room");
+        let repeat = self.patience.as_millis() as u32;
+        let mut config = Config::new(Host::Measures);
+        (config.repeat, config.patience, config.slice) = (repeat, 100 * repeat, u32::MAX);
+        config.measuring_patience = config.patience;
+        let mut driver = Driver::new(Ok(scan), config);
+        let mut before = Instant::now();
+        let mut bytes = [0; 64];
+        loop {
+            let now = Instant::now();
+            let elapsed = now.duration_since(before).as_millis() as u32;
+            before += Duration::from_millis(elapsed.into());
+            match driver.poll(elapsed) {
+                Action::Finished(_) => return Ok(()),
+                Action::Failed(failure) => return Err(io::Error::other(failure.to_string())),
+                _ => {}
+            }
+            let outgoing = driver.outgoing();
+            if !outgoing.is_empty() {
+                self.stream.write_all(outgoing)?;
+                let count = outgoing.len();
+                driver.sent(count);
+            }
+            match self.stream.read(&mut bytes) {
+                Ok(0) => return Err(io::ErrorKind::UnexpectedEof.into()),
+                Ok(count) => bytes[..count].iter().for_each(|byte| driver.receive(*byte)),
+                Err(error) if error.kind() == io::ErrorKind::WouldBlock => {}
+                Err(error) => return Err(error),
+            }
         }
-        while !scan.advance_fit(usize::MAX).is_complete() {}
-        let values: Vec<f32> = scan.parameters().iter().copied().collect();
-        let mut offset = 0;
-        for values in values.chunks(glimpse_core::link::VALUES_PER_FRAME) {
-            let request = Request::Parameters {
-                offset,
-                values: values.iter().copied().collect(),
-            };
-            assert_eq!(self.ask(&request)?, Reply::Accepted);
-            offset += values.len() as u16;
-        }
-        let finished = Request::Finished(scan.residual());
-        assert_eq!(self.ask(&finished)?, Reply::Accepted);
-        Ok(())
     }
 }

@@ -3,7 +3,7 @@
 use std::io::{Read, Write};
 
 use glimpse_core::link::{Answerer, FRAME_BYTES, Heard, PROTOCOL, Reply, Request};
-use glimpse_core::scan::Measurement;
+use glimpse_core::scan::Reading;
 use glimpse_trainer::material::Procedural;
 
 /// The answer to hello.
@@ -15,18 +15,15 @@ pub fn unseen(index: usize) -> Procedural {
     Procedural::new(index, 0xFEED)
 }
 
-/// A measurement, not saturated.
+/// A reading, not saturated.
 #[must_use]
 pub fn measured(index: u16, brdf: [f32; 3]) -> Reply {
-    let measurement = Measurement {
-        brdf,
-        saturated: false,
-    };
-    Reply::Measured { index, measurement }
+    let reading = Reading::new(brdf);
+    Reply::Measured { index, reading }
 }
 
 /// What a test makes of a request.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub enum Answer {
     /// It is answered.
     Reply(Reply),
@@ -53,11 +50,12 @@ pub fn converse(stream: &mut (impl Read + Write), mut answer: impl FnMut(Request
             Some(Ok(Heard::Again(reply))) => Answer::Reply(reply),
             _ => continue,
         };
+        let last = matches!(answer, Answer::Stop | Answer::Last(_));
         if let Answer::Reply(reply) | Answer::Last(reply) = answer {
             let frame = answerer.answer(reply, &mut frame).expect("there is room");
             stream.write_all(frame).expect("the device is there");
         }
-        if let Answer::Stop | Answer::Last(_) = answer {
+        if last {
             return;
         }
     }

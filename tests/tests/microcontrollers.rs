@@ -1,72 +1,56 @@
 //! Every model on every kind of microcontroller: the host's numbers, within the budgets.
 
-use glimpse_core::fit::Workspace;
-use glimpse_core::model::{CookTorrance, Model, ModelKind, Neural, ParameterSet, Phong};
+use glimpse_core::fit::Fitter;
+use glimpse_core::geometry::HalfDifference;
+use glimpse_core::model::loss::cosine_weighted_log_error;
+use glimpse_core::model::{CookTorrance, ModelKind, Neural, Phong};
 use glimpse_core::recipe::Recipe;
-use glimpse_core::scan::{LinearScan, Scan};
-use glimpse_fits::{LINEAR_MEMORY, SAMPLES, measure, recipes};
+use glimpse_fits::{Linear, measure, recipes};
 use glimpse_tests::budgets::Budgets;
 use glimpse_tests::figures::{MODELS, figures};
 use glimpse_tests::microcontroller::{Binary, Functions, TARGETS};
+use glimpse_trainer::evaluation::scan;
 
-/// What the host makes of the same measurements: parameters or coefficients.
+/// The recipe that is fitted by.
+fn recipe(model: ModelKind) -> Recipe<'static> {
+    Recipe::parse(match model {
+        ModelKind::Phong => recipes::PHONG,
+        ModelKind::CookTorrance => recipes::COOK_TORRANCE,
+        ModelKind::Neural => recipes::NEURAL,
+        ModelKind::Linear => recipes::LINEAR,
+    })
+    .unwrap()
+}
+
+/// What the host makes of the same readings: parameters or coefficients.
 fn host(model: ModelKind) -> Vec<f32> {
-    match model {
-        ModelKind::Phong => descend::<Phong>(recipes::PHONG),
-        ModelKind::CookTorrance => descend::<CookTorrance>(recipes::COOK_TORRANCE),
-        ModelKind::Neural => descend::<Neural>(recipes::NEURAL),
-        ModelKind::Linear => solve(),
-    }
-}
-
-fn descend<M: Model>(recipe: &[u8]) -> Vec<f32> {
-    let recipe = Recipe::parse(recipe).unwrap();
-    let mut workspace = Workspace::<M>::new();
-    let mut scan = Scan::<M, SAMPLES>::new(recipe, &mut workspace).unwrap();
-    for angles in recipe.pattern() {
-        scan.record(measure(angles)).unwrap();
-    }
-    while !scan.advance_fit(usize::MAX).is_complete() {}
-    scan.parameters().iter().copied().collect()
-}
-
-fn solve() -> Vec<f32> {
-    let recipe = Recipe::parse(recipes::LINEAR).unwrap();
-    let mut memory = [0.0; LINEAR_MEMORY];
-    let mut scan = LinearScan::<SAMPLES>::new(recipe, &mut memory).unwrap();
-    for angles in recipe.pattern() {
-        scan.record(measure(angles)).unwrap();
-    }
-    while !scan.advance_fit(usize::MAX).is_complete() {}
-    scan.coefficients().to_vec()
+    let found = scan(&recipe(model), |angles| measure(angles).brdf);
+    found.unwrap().values
 }
 
 /// The mean residual before the fit; of Linear, of the mean material.
 fn unexplained(model: ModelKind) -> f32 {
     match model {
-        ModelKind::Phong => at_the_start::<Phong>(recipes::PHONG),
-        ModelKind::CookTorrance => at_the_start::<CookTorrance>(recipes::COOK_TORRANCE),
-        ModelKind::Neural => at_the_start::<Neural>(recipes::NEURAL),
-        ModelKind::Linear => {
-            let recipe = Recipe::parse(recipes::LINEAR).unwrap();
-            let mut memory = [0.0; LINEAR_MEMORY];
-            let mut scan = LinearScan::<SAMPLES>::new(recipe, &mut memory).unwrap();
-            for angles in recipe.pattern() {
-                scan.record(measure(angles)).unwrap();
-            }
-            scan.residual().mean
-        }
+        ModelKind::Phong => at_the_start::<Phong>(model),
+        ModelKind::CookTorrance => at_the_start::<CookTorrance>(model),
+        ModelKind::Neural => at_the_start::<Neural>(model),
+        ModelKind::Linear => at_the_start::<Linear>(model),
     }
 }
 
-fn at_the_start<M: Model>(recipe: &[u8]) -> f32 {
-    let recipe = Recipe::parse(recipe).unwrap();
-    let mut workspace = Workspace::<M>::new();
-    let mut scan = Scan::<M, SAMPLES>::new(recipe, &mut workspace).unwrap();
-    for angles in recipe.pattern() {
-        scan.record(measure(angles)).unwrap();
-    }
-    scan.residual().mean
+fn at_the_start<K: Fitter>(model: ModelKind) -> f32 {
+    let recipe = recipe(model);
+    let learner = recipe.learner();
+    let mut workspace = K::EMPTY;
+    K::start(&mut workspace, &learner);
+    let errors = recipe.pattern().enumerate().map(|(index, angles)| {
+        let at = HalfDifference::from_angles(angles);
+        let modelled = K::at_sample(&workspace, &learner, index, &at);
+        let measured = measure(angles).brdf;
+        let loss = cosine_weighted_log_error(measured, modelled, at.cos_theta_i(), 1.0 / 3.0);
+        loss.error.value()
+    });
+    errors.sum::<f32>() / recipe.samples() as f32
 }
 
 /// Floating point in hardware and in software, Arm and RISC-V: they round alike, so a fit ends in

@@ -2,36 +2,19 @@
 
 use glimpse_core::fit::Workspace;
 use glimpse_core::geometry::HalfDifference;
-use glimpse_core::model::Neural;
 use glimpse_core::recipe::Recipe;
-use glimpse_core::scan::{LinearScan, Measurement, Residual, Scan};
+use glimpse_core::scan::Residual;
+use glimpse_trainer::evaluation::scan;
 use glimpse_trainer::material::{Material, Procedural};
 
 const NEURAL: &[u8] = include_bytes!("../../embedded-demo/recipes/neural-n8.recipe");
 const LINEAR: &[u8] = include_bytes!("../../embedded-demo/recipes/linear-n8.recipe");
 
-fn neural(recipe: &Recipe<'_>, measured: &[[f32; 3]]) -> Residual {
-    let mut workspace = Workspace::<Neural>::new();
-    let mut scan = Scan::<Neural, 8>::new(*recipe, &mut workspace).unwrap();
-    for brdf in measured {
-        let saturated = false;
-        let brdf = *brdf;
-        scan.record(Measurement { brdf, saturated }).unwrap();
-    }
-    while !scan.advance_fit(usize::MAX).is_complete() {}
-    scan.residual()
-}
-
-fn linear(recipe: &Recipe<'_>, measured: &[[f32; 3]]) -> Residual {
-    let mut memory = [0.0; LinearScan::<8>::memory_length(8, 5)];
-    let mut scan = LinearScan::<8>::new(*recipe, &mut memory).unwrap();
-    for brdf in measured {
-        let saturated = false;
-        let brdf = *brdf;
-        scan.record(Measurement { brdf, saturated }).unwrap();
-    }
-    while !scan.advance_fit(usize::MAX).is_complete() {}
-    scan.residual()
+/// What a scan of these readings says of itself.
+fn fit(recipe: &Recipe<'_>, measured: &[[f32; 3]]) -> Residual {
+    let mut measured = measured.iter();
+    let found = scan(recipe, |_| *measured.next().unwrap()).unwrap();
+    found.residual
 }
 
 /// How often an outlier raises the residual, doubles it, and is named.
@@ -44,7 +27,7 @@ struct Tally {
 }
 
 /// Every measurement of 100 unseen materials in turn is ten times what it should be.
-fn tally(recipe: &[u8], fit: fn(&Recipe<'_>, &[[f32; 3]]) -> Residual) -> Tally {
+fn tally(recipe: &[u8]) -> Tally {
     let recipe = Recipe::parse(recipe).unwrap();
     let mut tally = Tally::default();
     for index in 0..100 {
@@ -70,7 +53,7 @@ fn tally(recipe: &[u8], fit: fn(&Recipe<'_>, &[[f32; 3]]) -> Residual) -> Tally 
 /// nearly every second: a fit that bends to a wrong highlight fails at another sample.
 #[test]
 fn an_outlier_raises_the_residual_nine_times_in_ten_neural() {
-    let tally = tally(NEURAL, neural);
+    let tally = tally(NEURAL);
     assert_eq!(tally.outliers, 800);
     assert!(tally.raised > 720, "{tally:?}"); // 742
     assert!(tally.named > 368, "{tally:?}"); // 381
@@ -79,7 +62,7 @@ fn an_outlier_raises_the_residual_nine_times_in_ten_neural() {
 /// The ridge solve bends less.
 #[test]
 fn an_outlier_doubles_the_residual_three_times_in_four_linear() {
-    let tally = tally(LINEAR, linear);
+    let tally = tally(LINEAR);
     assert_eq!(tally.outliers, 800);
     assert!(tally.raised > 744, "{tally:?}");
     assert!(tally.doubled > 600, "{tally:?}");

@@ -70,13 +70,13 @@ fn a_device_gets_what_the_material_is_and_the_host_what_was_fitted() {
     device.join().unwrap().unwrap();
 
     assert_eq!(report.recipe, Recipe::parse(RECIPE).unwrap().checksum());
-    for taken in &report.measurements {
-        assert_eq!(taken.measurement.brdf, material.brdf(taken.angles));
+    for taken in &report.readings {
+        assert_eq!(taken.reading.brdf, material.brdf(taken.angles));
     }
-    let (parameters, residual) = fit(RECIPE, &report.measurements);
-    assert_eq!(report.parameters, parameters);
+    let (values, residual) = fit(RECIPE, &report.readings);
+    assert_eq!(report.values, values);
     assert_eq!(report.residual, residual);
-    assert!(report.loss(&material, 0).is_finite());
+    assert!(report.loss(None, &material, 0).unwrap().is_finite());
 }
 
 #[test]
@@ -89,8 +89,8 @@ fn a_bad_line_changes_nothing() {
         .serve(&mut host)
         .unwrap();
     assert!(host.spoiled > 0);
-    let (parameters, residual) = fit(RECIPE, &report.measurements);
-    assert_eq!(report.parameters, parameters);
+    let (values, residual) = fit(RECIPE, &report.readings);
+    assert_eq!(report.values, values);
     assert_eq!(report.residual, residual);
     // The last word of the host may have been spoiled: then nobody answers the device any more.
     drop(host);
@@ -129,11 +129,11 @@ fn assert_ends_in_nothing_wrong(fault: Fault) {
 }
 
 fn assert_right(report: &ScanReport) {
-    let (parameters, residual) = fit(RECIPE, &report.measurements);
-    assert_eq!(report.parameters, parameters);
+    let (values, residual) = fit(RECIPE, &report.readings);
+    assert_eq!(report.values, values);
     assert_eq!(report.residual, residual);
-    for taken in &report.measurements {
-        assert_eq!(taken.measurement.brdf, material().brdf(taken.angles));
+    for taken in &report.readings {
+        assert_eq!(taken.reading.brdf, material().brdf(taken.angles));
     }
 }
 
@@ -179,9 +179,9 @@ fn noise_is_the_same_for_the_same_seed() {
             .unwrap();
         device.join().unwrap().unwrap();
         report
-            .measurements
+            .readings
             .iter()
-            .map(|taken| taken.measurement.brdf)
+            .map(|taken| taken.reading.brdf)
             .collect::<Vec<_>>()
     };
     let (first, again, other) = (scan(1), scan(1), scan(2));
@@ -225,13 +225,14 @@ fn what_cannot_be_met_is_refused_by_name() {
         device.ask(&below).unwrap(),
         Reply::Refused(Refusal::Directions)
     );
-    let beyond = Request::Parameters {
+    let beyond = Request::Values {
         offset: 1,
-        values: heapless::Vec::new(),
+        total: 675,
+        values: glimpse_core::heapless::Vec::new(),
     };
     assert_eq!(
         device.ask(&beyond).unwrap(),
-        Reply::Refused(Refusal::Parameters)
+        Reply::Refused(Refusal::Values)
     );
 
     let failure = Failure::Recipe(RecipeError::Checksum);
@@ -253,31 +254,28 @@ fn kept_measurements_hold_only_where_they_were_given() {
             outgoing: [0.6, 0.0, 0.8],
         };
         let index = 0;
-        let kept = |measurement| Request::Kept { index, measurement };
+        let kept = |reading| Request::Kept { index, reading };
         let refused = Reply::Refused(Refusal::Kept);
         device.ask(&hello(PROTOCOL)).unwrap();
         let reply = device.ask(&Request::Measure { index, directions }).unwrap();
-        let Reply::Measured { measurement, .. } = reply else {
+        let Reply::Measured { reading, .. } = reply else {
             panic!("{reply:?}")
         };
         // Without a hello between there was no reset.
-        assert_eq!(device.ask(&kept(measurement)).unwrap(), refused);
+        assert_eq!(device.ask(&kept(reading)).unwrap(), refused);
         device.ask(&hello(PROTOCOL)).unwrap();
-        let mut altered = measurement;
+        let mut altered = reading;
         altered.brdf[1] += 0.1;
         assert_eq!(device.ask(&kept(altered)).unwrap(), refused);
-        altered = measurement;
+        altered = reading;
         altered.saturated = true;
         assert_eq!(device.ask(&kept(altered)).unwrap(), refused);
-        let other = Request::Kept {
-            index: 1,
-            measurement,
-        };
+        let other = Request::Kept { index: 1, reading };
         assert_eq!(device.ask(&other).unwrap(), refused);
-        assert_eq!(device.ask(&kept(measurement)).unwrap(), Reply::Accepted);
+        assert_eq!(device.ask(&kept(reading)).unwrap(), Reply::Accepted);
         // Reset twice it holds as well; by another recipe it does not.
         device.ask(&hello(PROTOCOL)).unwrap();
-        assert_eq!(device.ask(&kept(measurement)).unwrap(), Reply::Accepted);
+        assert_eq!(device.ask(&kept(reading)).unwrap(), Reply::Accepted);
         let another = Request::Hello {
             protocol: PROTOCOL,
             model: ModelKind::Neural,
@@ -285,7 +283,7 @@ fn kept_measurements_hold_only_where_they_were_given() {
             recipe: 1,
         };
         device.ask(&another).unwrap();
-        assert_eq!(device.ask(&kept(measurement)).unwrap(), refused);
+        assert_eq!(device.ask(&kept(reading)).unwrap(), refused);
     });
     // The device hangs up.
     assert!(scanner.serve(&mut host).is_err());

@@ -7,14 +7,17 @@ use std::io::{self, Read, Write};
 
 use glimpse_core::geometry::{Angles, Directions, HalfDifference};
 use glimpse_core::link::{
-    Answerer, FRAME_BYTES, Failure, FrameError, Heard, PROTOCOL, Refusal, Reply, Request,
+    Answerer, BYTES_PER_FRAME, FRAME_BYTES, Failure, FrameError, Heard, PROTOCOL, Refusal, Reply,
+    Request,
 };
 use glimpse_core::model::ModelKind;
-use glimpse_core::scan::{Measurement, Residual};
+use glimpse_core::recipe::Recipe;
+use glimpse_core::scan::{Reading, Residual};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 use crate::evaluation::{DIRECTIONS, Fitted};
+use crate::linear::Basis;
 use crate::material::{self, Material};
 use crate::meta::start::standard_normal;
 use crate::metrics::mean_log_error;
@@ -35,9 +38,6 @@ pub enum ScannerError {
     /// The device speaks another version of the protocol.
     #[error("the device speaks version {0} of the protocol, this host version {PROTOCOL}")]
     Protocol(u16),
-    /// The device fits a model whose parameters say nothing here.
-    #[error("the device fits the model {0}, which this host cannot judge yet")]
-    Model(ModelKind),
     /// A reply does not fit into a frame.
     #[error(transparent)]
     Frame(#[from] FrameError),
@@ -52,7 +52,7 @@ pub struct Options {
     pub seed: u64,
 }
 
-/// One measurement that was asked for and given.
+/// One reading that was asked for and given.
 #[derive(Clone, Copy, Debug)]
 pub struct Taken {
     /// Where.
@@ -60,7 +60,7 @@ pub struct Taken {
     /// The same as angles in radians.
     pub angles: Angles<f32>,
     /// What.
-    pub measurement: Measurement,
+    pub reading: Reading,
 }
 
 /// A completed scan, as the device told it.
@@ -70,31 +70,36 @@ pub struct ScanReport {
     pub model: ModelKind,
     /// The checksum of the recipe that it was fitted by.
     pub recipe: u32,
-    /// What was measured, in the order of the recipe's pattern.
-    pub measurements: Vec<Taken>,
-    /// The fitted parameters, in the model's order.
-    pub parameters: Vec<f32>,
-    /// How well they explain the measurements.
+    /// What was read, in the order of the recipe's pattern.
+    pub readings: Vec<Taken>,
+    /// The fitted values: a model's parameters in its order, or Linear's coefficients, m for red, m
+    /// for green, m for blue.
+    pub values: Vec<f32>,
+    /// How well they explain the readings.
     pub residual: Residual,
 }
 
 impl ScanReport {
-    /// The loss of the fitted parameters against a material, over the same directions as
-    /// `trainer evaluate` takes with the same seed.
+    /// What the device has found, as a BRDF. Of Linear the basis of its recipe makes one: None
+    /// without it.
     #[must_use]
-    pub fn loss(&self, material: &dyn Material, seed: u64) -> f64 {
+    pub fn fitted(&self, basis: Option<&Basis>) -> Option<Fitted> {
+        Fitted::of_values(self.model, &self.values, basis)
+    }
+
+    /// The loss of that BRDF against a material, over the same directions as `trainer evaluate` takes
+    /// with the same seed.
+    #[must_use]
+    pub fn loss(&self, basis: Option<&Basis>, material: &dyn Material, seed: u64) -> Option<f64> {
+        let fitted = self.fitted(basis)?;
         let at: Vec<_> = uniform_valid(DIRECTIONS, seed)
             .into_iter()
             .map(HalfDifference::from_angles)
             .collect();
         let mut reference = vec![[0.0; 3]; at.len()];
         material.brdf_batch(&at, &mut reference);
-        let fitted = Fitted::Parameters {
-            model: self.model,
-            parameters: self.parameters.clone(),
-        };
         let brdf = |at: &[HalfDifference<f32>], brdf: &mut [[f32; 3]]| fitted.brdf_batch(at, brdf);
-        mean_log_error(&brdf, &at, &reference)
+        Some(mean_log_error(&brdf, &at, &reference))
     }
 }
 
@@ -111,30 +116,53 @@ pub fn angles_of(directions: &Directions<f32>) -> Option<Angles<f32>> {
 struct Scanning {
     model: ModelKind,
     recipe: u32,
-    /// What was measured, by index.
-    measurements: BTreeMap<u16, Taken>,
-    /// What was measured by the same recipe before the device said hello once more: it may have
+    /// What was read, by index.
+    readings: BTreeMap<u16, Taken>,
+    /// What was read by the same recipe before the device said hello once more: it may have
     /// been reset, and have kept this.
     before: BTreeMap<u16, Taken>,
-    parameters: Vec<f32>,
+    values: Vec<f32>,
+    /// How many values the device said that there are.
+    total: u16,
 }
 
 impl Scanning {
-    /// All that was measured, in this scan and before it.
+    /// All that was read, in this scan and before it.
     fn all(mut self) -> BTreeMap<u16, Taken> {
-        self.before.append(&mut self.measurements);
+        self.before.append(&mut self.readings);
         self.before
     }
 
-    /// Takes over a measurement that the device has kept, if it is the one that was given to it.
-    fn keep(&mut self, index: u16, measurement: Measurement) -> Reply {
-        let bits = |measurement: Measurement| measurement.brdf.map(f32::to_bits);
+    /// Takes some of the values; what comes once more replaces what came before.
+    fn hear(&mut self, offset: u16, total: u16, values: &[f32]) -> Reply {
+        let begin = usize::from(offset);
+        let possible = self
+            .model
+            .parameters()
+            .map_or(total % 3 == 0, |all| all == usize::from(total));
+        if !possible || begin > self.values.len() || begin + values.len() > usize::from(total) {
+            return Reply::Refused(Refusal::Values);
+        }
+        self.values.truncate(begin);
+        self.values.extend_from_slice(values);
+        self.total = total;
+        Reply::Accepted
+    }
+
+    /// All values came.
+    fn is_told(&self) -> bool {
+        self.total > 0 && self.values.len() == usize::from(self.total)
+    }
+
+    /// Takes over a reading that the device has kept, if it is the one that was given to it.
+    fn keep(&mut self, index: u16, reading: Reading) -> Reply {
+        let bits = |reading: Reading| reading.brdf.map(f32::to_bits);
         match self.before.get(&index) {
             Some(taken)
-                if bits(taken.measurement) == bits(measurement)
-                    && taken.measurement.saturated == measurement.saturated =>
+                if bits(taken.reading) == bits(reading)
+                    && taken.reading.saturated == reading.saturated =>
             {
-                self.measurements.insert(index, *taken);
+                self.readings.insert(index, *taken);
                 Reply::Accepted
             }
             _ => Reply::Refused(Refusal::Kept),
@@ -156,6 +184,7 @@ pub struct VirtualScanner<'a> {
     answerer: Answerer,
     scan: Option<Scanning>,
     scans: u64,
+    recipe: Option<Vec<u8>>,
 }
 
 impl<'a> VirtualScanner<'a> {
@@ -168,7 +197,15 @@ impl<'a> VirtualScanner<'a> {
             answerer: Answerer::new(),
             scan: None,
             scans: 0,
+            recipe: None,
         }
+    }
+
+    /// Offers a recipe to devices that can store one.
+    #[must_use]
+    pub fn offering(self, recipe: Vec<u8>) -> Self {
+        let recipe = Some(recipe);
+        Self { recipe, ..self }
     }
 
     /// Serves a device until it has completed one scan. Call again for the next.
@@ -190,8 +227,8 @@ impl<'a> VirtualScanner<'a> {
                 let (reply, outcome) = match self.answerer.hear(*byte) {
                     Some(Ok(Heard::New(request))) => self.reply(request),
                     Some(Ok(Heard::Again(reply))) => (reply, Outcome::GoesOn),
-                    // Damaged: the device asks again.
-                    Some(Err(_)) | None => continue,
+                    // Nothing takes time here, so no request is under way; what is damaged is asked again.
+                    Some(Ok(Heard::Waiting) | Err(_)) | None => continue,
                 };
                 stream.write_all(self.answerer.answer(reply, &mut frame)?)?;
                 stream.flush()?;
@@ -210,19 +247,16 @@ impl<'a> VirtualScanner<'a> {
                 let welcome = Reply::Welcome { protocol: PROTOCOL };
                 return (welcome, Outcome::Fails(ScannerError::Protocol(protocol)));
             }
-            (Request::Hello { model, .. }, _) if model.parameters().is_none() => {
-                let refused = Reply::Refused(Refusal::Model);
-                return (refused, Outcome::Fails(ScannerError::Model(model)));
-            }
             (Request::Hello { model, recipe, .. }, scan) => {
                 self.scans += 1;
                 let before = scan.take().filter(|scan| scan.recipe == recipe);
                 *scan = Some(Scanning {
                     model,
                     recipe,
-                    measurements: BTreeMap::new(),
+                    readings: BTreeMap::new(),
                     before: before.map(Scanning::all).unwrap_or_default(),
-                    parameters: Vec::new(),
+                    values: Vec::new(),
+                    total: 0,
                 });
                 Reply::Welcome { protocol: PROTOCOL }
             }
@@ -231,47 +265,64 @@ impl<'a> VirtualScanner<'a> {
                 return (Reply::Accepted, Outcome::Fails(failure.into()));
             }
             (_, None) => Reply::Refused(Refusal::NoScan),
-            (Request::Kept { index, measurement }, Some(scan)) => scan.keep(index, measurement),
+            (Request::Kept { index, reading }, Some(scan)) => scan.keep(index, reading),
             (Request::Measure { index, directions }, Some(_)) => self.measure(index, directions),
             (Request::Progress(_), Some(_)) => Reply::Accepted,
-            (Request::Parameters { offset, values }, Some(scan)) => {
-                let begin = usize::from(offset);
-                let end = begin + values.len();
-                let all = scan.model.parameters().unwrap_or_default();
-                if begin > scan.parameters.len() || end > all {
-                    Reply::Refused(Refusal::Parameters)
-                } else {
-                    scan.parameters.truncate(begin);
-                    scan.parameters.extend_from_slice(&values);
-                    Reply::Accepted
-                }
-            }
+            (
+                Request::Values {
+                    offset,
+                    total,
+                    values,
+                },
+                Some(scan),
+            ) => scan.hear(offset, total, &values),
             (Request::Finished(residual), Some(scan)) => {
-                if scan.model.parameters() == Some(scan.parameters.len()) {
+                if scan.is_told() {
                     let report = ScanReport {
                         model: scan.model,
                         recipe: scan.recipe,
-                        measurements: scan.measurements.values().copied().collect(),
-                        parameters: std::mem::take(&mut scan.parameters),
+                        readings: scan.readings.values().copied().collect(),
+                        values: std::mem::take(&mut scan.values),
                         residual,
                     };
                     self.scan = None;
                     return (Reply::Accepted, Outcome::Ends(report));
                 }
-                Reply::Refused(Refusal::Parameters)
+                Reply::Refused(Refusal::Values)
             }
+            (Request::Update, Some(_)) => self.offer(),
+            (Request::RecipePart { offset }, Some(_)) => self.part(offset),
         };
         (reply, Outcome::GoesOn)
+    }
+
+    /// The recipe that is offered, if there is one.
+    fn offer(&self) -> Reply {
+        let recipe = self.recipe.as_deref().unwrap_or_default();
+        match Recipe::parse(recipe) {
+            Ok(parsed) => Reply::Recipe {
+                bytes: recipe.len() as u32,
+                checksum: parsed.checksum(),
+            },
+            Err(_) => Reply::Accepted,
+        }
+    }
+
+    /// The bytes of that recipe from `offset` on.
+    fn part(&self, offset: u32) -> Reply {
+        let rest = self.recipe.iter().flatten().skip(offset as usize);
+        let bytes = rest.take(BYTES_PER_FRAME).copied().collect();
+        Reply::RecipePart { offset, bytes }
     }
 
     fn measure(&mut self, index: u16, directions: Directions<f32>) -> Reply {
         let Some(angles) = angles_of(&directions) else {
             return Reply::Refused(Refusal::Directions);
         };
-        // The same noise however often this measurement of this scan is taken.
+        // The same noise however often this reading of this scan is taken.
         let mut random = ChaCha8Rng::seed_from_u64(self.options.seed);
         random.set_stream(self.scans << 16 | u64::from(index));
-        let measurement = Measurement {
+        let reading = Reading {
             brdf: self
                 .material
                 .brdf(angles)
@@ -281,11 +332,11 @@ impl<'a> VirtualScanner<'a> {
         let taken = Taken {
             directions,
             angles,
-            measurement,
+            reading,
         };
         if let Some(scan) = &mut self.scan {
-            scan.measurements.insert(index, taken);
+            scan.readings.insert(index, taken);
         }
-        Reply::Measured { index, measurement }
+        Reply::Measured { index, reading }
     }
 }

@@ -13,6 +13,24 @@ use crate::model::{CookTorrance, ModelKind, Neural, Phong, Sample};
 ///
 /// It has the code of all models, and a workspace for each, 5.6 kB and 4 bytes a word: a firmware
 /// that will only ever have one names that one.
+///
+/// ```
+/// use glimpse_core::fit::{AnyModel, linear_words};
+/// use glimpse_core::recipe::Recipe;
+/// use glimpse_core::scan::{Memory, Scan};
+///
+/// // Up to 8 samples; for Linear 5 components.
+/// let mut memory = Memory::<AnyModel<{ linear_words(8, 5) }>, 8>::new();
+/// let recipes: [&[u8]; 2] = [
+///     include_bytes!("../../examples/recipes/linear-n8.recipe"),
+///     include_bytes!("../../examples/recipes/neural-n8.recipe"),
+/// ];
+/// for bytes in recipes {
+///     let scan = Scan::new(Recipe::parse(bytes)?, &mut memory)?;
+///     println!("{}", scan.recipe().model());
+/// }
+/// # Ok::<(), Box<dyn core::error::Error>>(())
+/// ```
 #[derive(Clone, Copy, Debug)]
 pub struct AnyModel<const WORDS: usize>;
 
@@ -95,6 +113,10 @@ impl<const WORDS: usize> Fitter for AnyModel<WORDS> {
         let cook_torrance = cook_torrance.into_iter().flatten();
         let linear = linear.into_iter().flatten();
         phong.chain(neural).chain(cook_torrance).chain(linear)
+    }
+
+    fn is_finite(workspace: &AnyWorkspace<WORDS>, learner: &Learner<'_>) -> bool {
+        dispatch!(learner, is_finite([] workspace, learner))
     }
 
     fn at_sample(

@@ -5,7 +5,7 @@
 //! each round comes a step.
 
 use super::Learner;
-use super::fitter::{Fitter, FitterError};
+use super::fitter::{Fitter, FitterError, is_finite};
 use super::learner::Descent;
 use crate::geometry::HalfDifference;
 use crate::model::linear::Basis;
@@ -99,6 +99,10 @@ impl<M: Model> Fitter for M {
 
     fn values<'w>(workspace: &'w Workspace<M>, _: Learner<'w>) -> impl Iterator<Item = f32> + 'w {
         workspace.parameters.iter().copied()
+    }
+
+    fn is_finite(workspace: &Workspace<M>, _: &Learner<'_>) -> bool {
+        workspace.parameters.runs().all(is_finite)
     }
 
     fn at_sample(

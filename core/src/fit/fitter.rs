@@ -48,7 +48,8 @@ pub enum FitterError {
 
 /// How readings become values: one model, or whichever the recipe names.
 ///
-/// [`Scan`](crate::scan::Scan) calls it; firmware only names one. Values are a model's parameters in
+/// [`Scan`](crate::scan::Scan) calls it; firmware only names one, and its functions may change in
+/// any version. Values are a model's parameters in
 /// its order, or Linear's coefficients: m for red, m for green, m for blue.
 pub trait Fitter {
     /// What a fit works in, besides the readings.
@@ -84,6 +85,9 @@ pub trait Fitter {
         learner: Learner<'w>,
     ) -> impl Iterator<Item = f32> + 'w;
 
+    /// Whether all values are finite.
+    fn is_finite(workspace: &Self::Workspace, learner: &Learner<'_>) -> bool;
+
     /// The modelled BRDF (linear RGB, sr^-1, not times the cosine) at the pattern's sample with this
     /// index.
     fn at_sample(
@@ -117,4 +121,10 @@ impl Learner<'_> {
             }
         }
     }
+}
+
+/// Whether all of a run of values are finite. Out of line: it is called for each run.
+#[inline(never)]
+pub(super) fn is_finite(run: &[f32]) -> bool {
+    run.iter().all(|value| value.is_finite())
 }

@@ -1,6 +1,6 @@
 //! The model Linear: a ridge solve in slices, in memory of the caller's.
 
-use super::fitter::{Fitter, FitterError};
+use super::fitter::{Fitter, FitterError, is_finite};
 use super::ridge::{dot, factor_length, scratch_length};
 use super::{Learner, Ridge};
 use crate::geometry::HalfDifference;
@@ -26,7 +26,14 @@ const CHANNELS: usize = 3;
 pub struct Linear<const WORDS: usize>;
 
 /// Numbers that the solve takes in memory with so many samples and components (n and m): a constant,
-/// for [`Linear`] and [`AnyModel`](super::AnyModel).
+/// for [`Linear`] and [`AnyModel`](super::AnyModel). `trainer inspect` shows both of a recipe.
+///
+/// ```
+/// use glimpse_core::fit::linear_words;
+///
+/// const WORDS: usize = linear_words(8, 5);
+/// assert!(4 * WORDS < 600); // bytes
+/// ```
 #[must_use]
 pub const fn linear_words(samples: usize, components: usize) -> usize {
     CHANNELS * components
@@ -125,6 +132,10 @@ impl<const WORDS: usize> Fitter for Linear<WORDS> {
         learner: Learner<'w>,
     ) -> impl Iterator<Item = f32> + 'w {
         coefficients(workspace, &learner).iter().copied()
+    }
+
+    fn is_finite(workspace: &[f32; WORDS], learner: &Learner<'_>) -> bool {
+        is_finite(coefficients(workspace, learner))
     }
 
     fn at_sample(

@@ -39,6 +39,12 @@
 //!
 //! [`factor_length`] and [`scratch_length`] numbers, as constants. The basis is read in place, from
 //! flash if need be: packed little-endian f32, aligned or not (see [`Stored`]).
+//!
+//! # Outside of the promise
+//!
+//! [`Linear`](super::Linear) and a [`Scan`](crate::scan::Scan) are what firmware calls. The solve
+//! itself, and its adjoint above all, is public for the trainer, which differentiates through it, and
+//! may change in any version.
 
 mod error;
 mod factor;

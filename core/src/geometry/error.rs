@@ -45,7 +45,7 @@ impl core::fmt::Display for DirectionsError {
             ),
             Self::NotUnit(arm) => write!(
                 f,
-                "the direction towards the {arm} is not a unit vector: divide it by its length, which has to be 1 within {UNIT_TOLERANCE}"
+                "the direction towards the {arm} is not a unit vector: divide it by its length, which has to be 1 within a thousandth"
             ),
             Self::BelowHorizon(arm) => write!(
                 f,

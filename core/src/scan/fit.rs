@@ -1,14 +1,37 @@
 //! A fit under way, and the material that it finds.
 
 use super::memory::{Memory, Stage};
+use super::residual::Sum;
 use super::{FinishError, Residual};
 use crate::fit::{Fitter, Progress};
 use crate::geometry::{Directions, HalfDifference};
 use crate::model::linear::Basis;
-use crate::model::loss::cosine_weighted_log_error;
 use crate::recipe::Recipe;
 
 /// A fit of all readings, under way.
+///
+/// ```
+/// # use glimpse_core::model::Phong;
+/// # use glimpse_core::recipe::Recipe;
+/// # use glimpse_core::scan::{FinishError, FitError, Memory, Reading, Scan};
+/// # let recipe = Recipe::parse(include_bytes!("../../examples/recipes/phong-n8.recipe"))?;
+/// # let mut memory = Memory::<Phong, 8>::new();
+/// # let mut scan = Scan::new(recipe, &mut memory)?;
+/// assert!(matches!(scan.fit(), Err(FitError::Incomplete { missing: 8, first: 0 })));
+///
+/// while let Some((index, _)) = scan.next_pending() {
+///     scan.record(index, Reading::monochrome(0.2))?;
+/// }
+/// let mut fit = scan.fit()?;
+/// let progress = fit.advance(100);
+/// assert_eq!((progress.done, progress.total), (100, 160)); // 20 steps on 8 samples
+/// assert!(matches!(fit.finish(), Err(FinishError::Unfinished(_))));
+///
+/// let mut fit = scan.fit_under_way().unwrap(); // where it was left
+/// assert!(fit.advance(60).is_complete());
+/// let fitted = fit.finish()?;
+/// # Ok::<(), Box<dyn core::error::Error>>(())
+/// ```
 pub struct Fit<'s, K: Fitter, const CAPACITY: usize> {
     recipe: &'s Recipe<'s>,
     basis: Option<Basis<'s>>,
@@ -65,7 +88,7 @@ impl<'s, K: Fitter, const CAPACITY: usize> Fit<'s, K, CAPACITY> {
             return Err(FinishError::Unfinished(progress));
         }
         let learner = self.recipe.learner();
-        let finite = K::values(&self.memory.workspace, learner).all(f32::is_finite);
+        let finite = K::is_finite(&self.memory.workspace, &learner);
         let residual = residual(self.recipe, self.memory);
         if !(finite && residual.mean.is_finite()) {
             self.memory.stage = Stage::Reading;
@@ -83,29 +106,42 @@ fn residual<K: Fitter, const CAPACITY: usize>(
 ) -> Residual {
     let learner = recipe.learner();
     let samples = memory.samples.get(..recipe.samples()).unwrap_or_default();
-    let mut residual = Residual::default();
-    let mut before = None;
+    let mut sum = Sum::default();
     for (index, (sample, status)) in samples.iter().zip(&memory.status).enumerate() {
         let modelled = K::at_sample(&memory.workspace, &learner, index, &sample.at);
-        let cosine = sample.at.cos_theta_i();
-        let loss = cosine_weighted_log_error(sample.measured, modelled, cosine, 1.0 / 3.0);
-        let error = loss.error.value();
-        residual.mean += error / samples.len() as f32;
-        if error > residual.worst {
-            residual.worst = error;
-            residual.worst_index = index as u16;
-        }
-        let bits = sample.measured.map(f32::to_bits);
-        let count = |sum: u16, flag: bool| sum.saturating_add(u16::from(flag));
-        residual.repeated = count(residual.repeated, before == Some(bits));
-        residual.saturated = count(residual.saturated, status.is_saturated());
-        residual.clamped = count(residual.clamped, status.is_clamped());
-        before = Some(bits);
+        sum.add(index as u16, sample, *status, modelled);
     }
-    residual
+    sum.residual.mean /= samples.len() as f32;
+    sum.residual
 }
 
 /// A fitted material.
+///
+/// ```
+/// # use glimpse_core::geometry::Directions;
+/// # use glimpse_core::model::Phong;
+/// # use glimpse_core::recipe::Recipe;
+/// # use glimpse_core::scan::{FinishError, FitError, Memory, Reading, Scan};
+/// # let recipe = Recipe::parse(include_bytes!("../../examples/recipes/phong-n8.recipe"))?;
+/// # let mut memory = Memory::<Phong, 8>::new();
+/// # let mut scan = Scan::new(recipe, &mut memory)?;
+/// # while let Some((index, _)) = scan.next_pending() {
+/// #     scan.record(index, Reading::monochrome(0.2))?;
+/// # }
+/// # let mut fit = scan.fit()?;
+/// # while !fit.advance(8).is_complete() {}
+/// let fitted = fit.finish()?;
+///
+/// let mut directions = Directions { incoming: [0.6, 0.0, 0.8], outgoing: [-0.6, 0.0, 0.8] };
+/// let brdf = fitted.brdf(&directions).unwrap();
+/// assert!(brdf.iter().all(|value| (0.1..0.3).contains(value)));
+/// directions.outgoing = [0.0, 0.0, -1.0]; // below the horizon there is no BRDF
+/// assert_eq!(fitted.brdf(&directions), None);
+///
+/// assert!(fitted.residual().mean < 0.05); // how well the readings are explained
+/// assert_eq!(fitted.values().count(), 7); // Phong's parameters
+/// # Ok::<(), Box<dyn core::error::Error>>(())
+/// ```
 pub struct Fitted<'s, K: Fitter, const CAPACITY: usize> {
     recipe: &'s Recipe<'s>,
     basis: Option<Basis<'s>>,

@@ -2,12 +2,32 @@
 
 use super::Residual;
 use crate::fit::Fitter;
+use crate::geometry::{Directions, HalfDifference};
 use crate::model::Sample;
+use crate::recipe::Recipe;
 
 /// All memory that scan and fit take: readings, and what the fit works in.
 ///
 /// [`Memory::new`] is a constant, all zeros: in a static it costs no flash. One memory serves one
 /// scan after the other, by the same recipe or by another.
+///
+/// ```
+/// use glimpse_core::model::{Neural, Phong};
+/// use glimpse_core::recipe::Recipe;
+/// use glimpse_core::scan::{Memory, Scan};
+///
+/// // A firmware makes it a static: by `static_cell::ConstStaticCell`, `cortex_m::singleton!`, ..
+/// let mut memory = Memory::<Neural, 8>::new();
+/// let recipe = Recipe::parse(include_bytes!("../../examples/recipes/neural-n8.recipe"))?;
+///
+/// let scan = Scan::new(recipe, &mut memory)?;
+/// let memory = scan.into_memory(); // for the next material, or the next recipe
+/// let scan = Scan::new(recipe, memory)?;
+///
+/// // How much it takes is known when the firmware is built.
+/// const { assert!(size_of::<Memory<Neural, 8>>() < 5_900 && size_of::<Memory<Phong, 8>>() < 600) };
+/// # Ok::<(), Box<dyn core::error::Error>>(())
+/// ```
 pub struct Memory<K: Fitter, const CAPACITY: usize> {
     pub(super) samples: [Sample<f32>; CAPACITY],
     pub(super) status: [Status; CAPACITY],
@@ -70,4 +90,40 @@ impl Status {
     pub(super) fn is_clamped(self) -> bool {
         self.0 & Self::CLAMPED != 0
     }
+}
+
+// What does not depend on the model is not generic, so that it is there once, and small.
+
+/// Puts the samples of a recipe's pattern where they belong, unread.
+#[inline(never)]
+pub(super) fn lay_out(samples: &mut [Sample<f32>], recipe: &Recipe<'_>) {
+    let weight = 1.0 / (3.0 * recipe.samples() as f32);
+    for (sample, angles) in samples.iter_mut().zip(recipe.pattern()) {
+        sample.at = HalfDifference::from_angles(angles);
+        sample.measured = [0.0; 3];
+        sample.weight = weight;
+    }
+}
+
+/// The samples that are not read yet.
+pub(super) fn pending(
+    samples: &[Sample<f32>],
+    status: &[Status],
+    recipe: &Recipe<'_>,
+) -> impl Iterator<Item = (u16, Directions<f32>)> {
+    let samples = (0..).zip(samples.iter().zip(status));
+    samples
+        .take(recipe.samples())
+        .filter(|(_, (_, status))| **status == Status::PENDING)
+        .map(|(index, (sample, _))| (index, sample.at.directions()))
+}
+
+/// The first of them.
+#[inline(never)]
+pub(super) fn next_pending(
+    samples: &[Sample<f32>],
+    status: &[Status],
+    recipe: &Recipe<'_>,
+) -> Option<(u16, Directions<f32>)> {
+    pending(samples, status, recipe).next()
 }

@@ -3,7 +3,11 @@
 use serde::{Deserialize, Serialize};
 
 use super::FitError;
+use super::memory::Status;
+use crate::fit::Learner;
+use crate::gonio::Calibrated;
 use crate::model::Sample;
+use crate::recipe::Recipe;
 
 /// The least that a dark-subtracted reading may be, sr^-1: three times as far below 0 as a perfect
 /// white is above it. What is less is no noise, but a wrong dark reading or a wrong sign.
@@ -16,6 +20,21 @@ const IMPLAUSIBLE: f32 = 10.0;
 const FEWEST_SAMPLES: usize = 4;
 
 /// What the sensor saw.
+///
+/// ```
+/// use glimpse_core::scan::{Reading, ReadingError};
+///
+/// let white = Reading::new([0.318, 0.318, 0.318]); // a perfect white is 1 / pi
+/// assert_eq!(white, Reading::monochrome(0.318)); // by a sensor with one channel
+///
+/// let at_its_end = Reading { saturated: true, ..white };
+/// assert!(at_its_end.check().is_ok()); // it counts; the residual tells how many there were
+///
+/// let dark = Reading::new([-0.002, 0.001, 0.0]); // noise about a dark reading
+/// assert!(dark.check().is_ok());
+/// let broken = Reading::new([0.1, f32::NAN, 0.1]);
+/// assert_eq!(broken.check(), Err(ReadingError::NonFinite(1)));
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Reading {
@@ -57,6 +76,12 @@ impl Reading {
             }
         }
         Ok(())
+    }
+}
+
+impl From<Calibrated> for Reading {
+    fn from(Calibrated { brdf, saturated }: Calibrated) -> Self {
+        Self { brdf, saturated }
     }
 }
 
@@ -105,8 +130,38 @@ impl core::fmt::Display for ReadingError {
 
 impl core::error::Error for ReadingError {}
 
-/// Refuses readings whose size no material's have, as a sensor's raw counts.
-pub(super) fn check_magnitude(samples: &[Sample<f32>]) -> Result<(), FitError> {
+/// Takes a reading. Out of line: its temporaries leave the stack with it.
+#[inline(never)]
+pub(super) fn record(
+    samples: &mut [Sample<f32>],
+    status: &mut [Status],
+    recipe: &Recipe<'_>,
+    index: u16,
+    reading: Reading,
+) -> Result<Recorded, ReadingError> {
+    reading.check()?;
+    let count = recipe.samples();
+    let mut places = samples.iter_mut().zip(status).take(count);
+    let Some((sample, status)) = places.nth(usize::from(index)) else {
+        let samples = count as u16;
+        return Err(ReadingError::Index { index, samples });
+    };
+    let least = recipe
+        .learner()
+        .least_reading(usize::from(index), &sample.at);
+    let recorded = Recorded {
+        replaced: *status != Status::PENDING,
+        clamped: reading.brdf.iter().any(|value| *value < least),
+    };
+    sample.measured = reading.brdf;
+    *status = Status::read(reading.saturated, recorded.clamped);
+    Ok(recorded)
+}
+
+/// Refuses readings whose size no material's have, as a sensor's raw counts, and brings up what is
+/// too far below 0 for the fit.
+#[inline(never)]
+pub(super) fn prepare(samples: &mut [Sample<f32>], learner: &Learner<'_>) -> Result<(), FitError> {
     let values = samples.iter().flat_map(|sample| sample.measured);
     let too_large = values.filter(|value| *value > IMPLAUSIBLE).count();
     let all = samples.len().saturating_mul(3);
@@ -114,6 +169,10 @@ pub(super) fn check_magnitude(samples: &[Sample<f32>]) -> Result<(), FitError> {
         return Err(FitError::Implausible {
             limit: IMPLAUSIBLE as u16,
         });
+    }
+    for (index, sample) in samples.iter_mut().enumerate() {
+        let least = learner.least_reading(index, &sample.at);
+        sample.measured = sample.measured.map(|value| value.max(least));
     }
     Ok(())
 }

@@ -2,10 +2,14 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::memory::Status;
+use crate::model::Sample;
+use crate::model::loss::cosine_weighted_log_error;
+
 /// How well a fit explains its readings.
 ///
 /// It cannot see a wrong convention: readings that are times the cosine are fitted as well as
-/// others. [`gonio`](crate::gonio)'s test on a tile of known reflectance can.
+/// others. [`gonio::tile`](crate::gonio::tile), on a tile of known reflectance, can.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Residual {
@@ -22,4 +26,40 @@ pub struct Residual {
     pub repeated: u16,
     /// How many readings were too far below 0 for the loss, and were brought up to what it takes.
     pub clamped: u16,
+}
+
+/// A residual whose mean is a sum yet.
+#[derive(Default)]
+pub(super) struct Sum {
+    pub(super) residual: Residual,
+    /// The bits of the reading before.
+    before: Option<[u32; 3]>,
+}
+
+impl Sum {
+    /// Adds a reading and what the fit makes of it, the BRDF in sr^-1, not times the cosine.
+    #[inline(never)] // there once, and not for each model
+    pub(super) fn add(
+        &mut self,
+        index: u16,
+        sample: &Sample<f32>,
+        status: Status,
+        modelled: [f32; 3],
+    ) {
+        let residual = &mut self.residual;
+        let cosine = sample.at.cos_theta_i();
+        let loss = cosine_weighted_log_error(sample.measured, modelled, cosine, 1.0 / 3.0);
+        let error = loss.error.value();
+        residual.mean += error;
+        if error > residual.worst {
+            residual.worst = error;
+            residual.worst_index = index;
+        }
+        let bits = sample.measured.map(f32::to_bits);
+        let count = |sum: u16, flag: bool| sum.saturating_add(u16::from(flag));
+        residual.repeated = count(residual.repeated, self.before == Some(bits));
+        residual.saturated = count(residual.saturated, status.is_saturated());
+        residual.clamped = count(residual.clamped, status.is_clamped());
+        self.before = Some(bits);
+    }
 }

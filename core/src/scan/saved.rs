@@ -60,6 +60,24 @@ impl core::error::Error for SavedError {}
 
 /// The readings of a scan under way, in the order in which they were taken; `CAPACITY` is the
 /// largest n that there is room for.
+///
+/// ```
+/// use glimpse_core::recipe::Recipe;
+/// use glimpse_core::scan::{Reading, Saved, SavedError};
+///
+/// let recipe = Recipe::parse(include_bytes!("../../examples/recipes/neural-n8.recipe"))?;
+/// let mut flash = [0xff; Saved::<8>::BYTES]; // as it is before anything is written
+/// assert_eq!(Saved::<8>::read(&flash, &recipe), Err(SavedError::Damaged));
+///
+/// let mut saved = Saved::<8>::new(&recipe);
+/// saved.insert(3, Reading::new([0.2, 0.1, 0.05]))?;
+/// saved.write(&mut flash)?;
+///
+/// // After a reset the scan records them first.
+/// let saved = Saved::<8>::read(&flash, &recipe)?;
+/// assert_eq!(saved.readings(), [(3, Reading::new([0.2, 0.1, 0.05]))]);
+/// # Ok::<(), Box<dyn core::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Saved<const CAPACITY: usize> {
     recipe: u32,

@@ -98,7 +98,7 @@ fn errors_are_sentences_with_a_remedy() {
     assert_eq!(
         DirectionsError::NotUnit(Arm::Sensor).to_string(),
         "the direction towards the sensor is not a unit vector: divide it by its length, which has \
-         to be 1 within 0.001"
+         to be 1 within a thousandth"
     );
     assert_eq!(
         DirectionsError::BelowHorizon(Arm::Light).to_string(),

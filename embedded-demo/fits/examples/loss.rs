@@ -9,10 +9,9 @@
 
 use std::error::Error;
 
-use glimpse_core::fit::Workspace;
 use glimpse_core::model::{CookTorrance, Model, Neural, Phong};
 use glimpse_core::recipe::Recipe;
-use glimpse_core::scan::Scan;
+use glimpse_core::scan::{Memory, Scan};
 use glimpse_fits::judge::loss;
 use glimpse_fits::{Material, SAMPLES, recipes};
 
@@ -40,19 +39,19 @@ fn main() -> Result<(), Box<dyn Error>> {
 
 /// The mean over all materials.
 fn mean_loss<M: Model>(recipe: &[u8]) -> Result<f64, Box<dyn Error>> {
-    let recipe = Recipe::parse(recipe).map_err(|error| error.to_string())?;
+    let recipe = Recipe::parse(recipe)?;
     let mut sum = 0.0;
     for index in 0..MATERIALS {
         let material = of_family(index);
-        let mut workspace = Workspace::<M>::new();
-        let mut scan =
-            Scan::<M, SAMPLES>::new(recipe, &mut workspace).map_err(|error| error.to_string())?;
-        for angles in recipe.pattern() {
-            scan.record(material.measure(angles))
-                .map_err(|error| error.to_string())?;
+        let mut memory = Memory::<M, SAMPLES>::new();
+        let mut scan = Scan::new(recipe, &mut memory)?;
+        for (index, angles) in (0..).zip(recipe.pattern()) {
+            scan.record(index, material.measure(angles))?;
         }
-        while !scan.advance_fit(usize::MAX).is_complete() {}
-        sum += loss::<M>(scan.parameters(), &material);
+        let mut fit = scan.fit()?;
+        while !fit.advance(u32::MAX).is_complete() {}
+        let values: Vec<f32> = fit.finish()?.values().collect();
+        sum += loss::<M>(&values, &material);
     }
     Ok(sum / f64::from(MATERIALS))
 }

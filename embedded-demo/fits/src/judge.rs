@@ -13,9 +13,9 @@ const DIRECTIONS: u32 = 1024;
 
 /// The mean cosine-weighted logarithmic error of fitted parameters at evenly spread directions.
 #[must_use]
-pub fn loss<M: Model>(fitted: &M::Parameters<f32>, material: &Material) -> f64 {
+pub fn loss<M: Model>(fitted: &[f32], material: &Material) -> f64 {
     let mut parameters = M::Parameters::<f64>::filled(0.0);
-    for (parameter, value) in parameters.iter_mut().zip(fitted.iter()) {
+    for (parameter, value) in parameters.iter_mut().zip(fitted) {
         *parameter = f64::from(*value);
     }
     let (mut sum, mut count) = (0.0, 0.0);

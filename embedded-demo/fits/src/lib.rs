@@ -13,8 +13,9 @@ pub mod machine;
 #[cfg(target_os = "none")]
 pub mod report;
 
+use glimpse_core::fit::linear_words;
 use glimpse_core::geometry::Angles;
-use glimpse_core::scan::{LinearScan, Measurement, Residual};
+use glimpse_core::scan::{Reading, Residual};
 
 /// The recipes that are tried: n = 8, and 20 steps or 5 components.
 pub mod recipes {
@@ -32,8 +33,8 @@ pub mod recipes {
 pub const SAMPLES: usize = 8;
 /// m of the recipe of Linear.
 pub const COMPONENTS: usize = 5;
-/// Numbers that Linear's scan works on.
-pub const LINEAR_MEMORY: usize = LinearScan::<SAMPLES>::memory_length(SAMPLES, COMPONENTS);
+/// The model Linear with room for that recipe.
+pub type Linear = glimpse_core::fit::Linear<{ linear_words(SAMPLES, COMPONENTS) }>;
 
 /// A made-up material: a diffuse colour, and a highlight of two widths.
 #[derive(Clone, Copy, Debug)]
@@ -57,7 +58,7 @@ impl Material {
     /// What a sensor sees of it. Sums, products and quotients only, which every machine rounds
     /// alike.
     #[must_use]
-    pub fn measure(&self, angles: Angles<f32>) -> Measurement {
+    pub fn measure(&self, angles: Angles<f32>) -> Reading {
         let lobe = |sharpness: f32| {
             let falloff = 1.0 + sharpness * angles.theta_h * angles.theta_h;
             1.0 / (falloff * falloff)
@@ -66,16 +67,13 @@ impl Material {
         let lobes = (8.0 * lobe(self.sharpness) + lobe(0.1 * self.sharpness)) / 9.0;
         let highlight = self.highlight * lobes * grazing;
         let [red, green, blue] = self.diffuse;
-        Measurement {
-            brdf: [red + highlight, green + highlight, blue + 0.9 * highlight],
-            saturated: false,
-        }
+        Reading::new([red + highlight, green + highlight, blue + 0.9 * highlight])
     }
 }
 
 /// What a sensor sees of the material whose fit is counted.
 #[must_use]
-pub fn measure(angles: Angles<f32>) -> Measurement {
+pub fn measure(angles: Angles<f32>) -> Reading {
     Material::COUNTED.measure(angles)
 }
 
@@ -83,20 +81,7 @@ pub fn measure(angles: Angles<f32>) -> Measurement {
 #[derive(Debug)]
 pub struct Refused;
 
-/// Takes all measurements of a scan.
-#[macro_export]
-macro_rules! record_all {
-    ($scan:ident) => {{
-        let recipe = $scan.recipe().clone();
-        for angles in recipe.pattern() {
-            $scan
-                .record($crate::measure(angles))
-                .map_err(|_| $crate::Refused)?;
-        }
-    }};
-}
-
-/// How well a fit explains its measurements, as numbers that are compared.
+/// How well a fit explains its readings, as numbers that are compared.
 #[must_use]
 pub fn residual_bits(residual: &Residual) -> [u32; 2] {
     [residual.mean.to_bits(), residual.worst.to_bits()]

@@ -2,93 +2,49 @@
 
 use core::hint::black_box;
 
-use glimpse_core::fit::Workspace;
-use glimpse_core::model::{Model, ParameterSet};
+use glimpse_core::fit::Fitter;
 use glimpse_core::recipe::Recipe;
-use glimpse_core::scan::{LinearScan, Scan};
+use glimpse_core::scan::{Memory, Scan};
 use semihosting::{print, println};
 
 use crate::machine::{counter, stack};
-use crate::{LINEAR_MEMORY, Refused, SAMPLES, record_all, residual_bits};
+use crate::{Refused, SAMPLES, measure, residual_bits};
 
-/// Fits a model by descent. The scan lies in `place`, a static: the stack is for what is going on.
+/// Fits a model. Memory and scan lie in statics: the stack is for what is going on.
 ///
 /// # Errors
 /// If the recipe is refused.
-pub fn descend<'a, M: Model>(
+pub fn fit<'a, K: Fitter>(
     recipe: &'a [u8],
-    workspace: &'a mut Workspace<M>,
-    place: &mut Option<Scan<'a, M, SAMPLES>>,
+    memory: &'a mut Memory<K, SAMPLES>,
+    place: &'a mut Option<Scan<'a, 'a, K, SAMPLES>>,
 ) -> Result<(), Refused> {
     stack::paint();
-    let scan = begin(recipe, workspace, place)?;
-    record_all!(scan);
+    let scan = begin(recipe, memory, place)?;
+    for (index, angles) in (0..).zip(scan.recipe().pattern()) {
+        scan.record(index, measure(angles)).map_err(|_| Refused)?;
+    }
+    let mut fit = scan.fit().map_err(|_| Refused)?;
     let before = counter::now();
-    while !scan.advance_fit(usize::MAX).is_complete() {}
+    while !fit.advance(u32::MAX).is_complete() {}
     let after = counter::now();
-    let residual = scan.residual();
+    let fitted = fit.finish().map_err(|_| Refused)?;
     let stack = stack::bytes();
     print_costs(counter::between(before, after), stack);
-    print_numbers("residual", residual_bits(&residual).into_iter());
-    print_numbers(
-        "parameters",
-        scan.parameters().iter().map(|value| value.to_bits()),
-    );
+    print_numbers("residual", residual_bits(&fitted.residual()).into_iter());
+    print_numbers("parameters", fitted.values().map(f32::to_bits));
     Ok(())
 }
 
 /// Out of line: what it takes of the stack is given back before anything is measured.
 #[inline(never)]
-fn begin<'a, 's, M: Model>(
+fn begin<'a, 's, K: Fitter>(
     recipe: &'a [u8],
-    workspace: &'a mut Workspace<M>,
-    place: &'s mut Option<Scan<'a, M, SAMPLES>>,
-) -> Result<&'s mut Scan<'a, M, SAMPLES>, Refused> {
+    memory: &'a mut Memory<K, SAMPLES>,
+    place: &'s mut Option<Scan<'a, 'a, K, SAMPLES>>,
+) -> Result<&'s mut Scan<'a, 'a, K, SAMPLES>, Refused> {
     let recipe = Recipe::parse(black_box(recipe)).map_err(|_| Refused)?;
-    *place = Scan::new(recipe, workspace).ok();
-    place.as_mut().ok_or(Refused)
-}
-
-/// Solves for Linear's coefficients.
-///
-/// # Errors
-/// If the recipe is refused.
-pub fn solve<'a>(
-    recipe: &'a [u8],
-    memory: &'a mut [f32; LINEAR_MEMORY],
-    place: &mut Option<LinearScan<'a, SAMPLES>>,
-) -> Result<(), Refused> {
-    stack::paint();
-    let before = counter::now();
-    let scan = begin_linear(recipe, memory, place)?;
-    let factorized = counter::now();
-    record_all!(scan);
-    let recorded = counter::now();
-    while !scan.advance_fit(usize::MAX).is_complete() {}
-    let after = counter::now();
-    let residual = scan.residual();
-    let stack = stack::bytes();
-    print_costs(counter::between(recorded, after), stack);
-    println!(
-        "begin_instructions={}",
-        counter::between(before, factorized)
-    );
-    print_numbers("residual", residual_bits(&residual).into_iter());
-    print_numbers(
-        "parameters",
-        scan.coefficients().iter().map(|value| value.to_bits()),
-    );
-    Ok(())
-}
-
-#[inline(never)]
-fn begin_linear<'a, 's>(
-    recipe: &'a [u8],
-    memory: &'a mut [f32; LINEAR_MEMORY],
-    place: &'s mut Option<LinearScan<'a, SAMPLES>>,
-) -> Result<&'s mut LinearScan<'a, SAMPLES>, Refused> {
-    let recipe = Recipe::parse(black_box(recipe)).map_err(|_| Refused)?;
-    *place = LinearScan::new(recipe, memory).ok();
+    *place = Scan::new(recipe, memory).ok();
     place.as_mut().ok_or(Refused)
 }
 

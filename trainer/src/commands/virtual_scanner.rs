@@ -5,16 +5,18 @@ use std::path::PathBuf;
 
 use anyhow::{Context, bail, ensure};
 use clap::Args;
+use glimpse_trainer::linear::Basis;
 use glimpse_trainer::material::{Material, Source};
 use glimpse_trainer::scanner::{self, Options, ScanReport, ScannerError};
 use serde_json::{Value, json};
 
-use super::{load, print, write_file};
+use super::{load, print, read_recipe, write_file};
 
 /// Play motors and sensor from a material, for the firmware at the other end of the line.
 ///
-/// For every completed scan it prints the residual that the device found at its measurements,
-/// and the loss of the device's parameters against the whole material.
+/// For every completed scan it prints the residual that the device found at its readings, and the
+/// loss of the device's result against the whole material. (Of Linear the device has coefficients
+/// only: give its recipe, whose basis makes a BRDF of them.)
 #[derive(Args)]
 pub(crate) struct VirtualScanner {
     /// The material in front of the scanner: a source that holds one material
@@ -26,10 +28,13 @@ pub(crate) struct VirtualScanner {
     /// Standard deviation of Gaussian noise on each measured channel, relative to its value
     #[arg(long, value_name = "S", default_value_t = 0.0)]
     noise: f32,
+    /// A recipe: offered to devices that can store one, and its basis judges what the model Linear finds
+    #[arg(long, value_name = "FILE.recipe")]
+    recipe: Option<PathBuf>,
     /// Stop after one completed scan
     #[arg(long)]
     once: bool,
-    /// Write the last scan's measurements, parameters and residual here, as JSON
+    /// Write the last scan's readings, values and residual here, as JSON
     #[arg(long, value_name = "FILE.json")]
     out: Option<PathBuf>,
 }
@@ -51,6 +56,13 @@ impl VirtualScanner {
             seed,
         };
         let mut scanner = scanner::VirtualScanner::new(material, options);
+        let mut basis = None;
+        if let Some(path) = &self.recipe {
+            let (file, found) = read_recipe(path)?;
+            let checksum = file.recipe()?.checksum();
+            basis = found.map(|basis| (checksum, basis));
+            scanner = scanner.offering(file.bytes().to_vec());
+        }
         let listener = TcpListener::bind(self.listen)
             .with_context(|| format!("cannot listen on {}", self.listen))?;
         eprintln!("waiting for a device on {}", listener.local_addr()?);
@@ -58,7 +70,7 @@ impl VirtualScanner {
             let (stream, device) = listener.accept()?;
             stream.set_nodelay(true)?;
             eprintln!("a device is there: {device}");
-            if self.serve(stream, &mut scanner, material, seed)? {
+            if self.serve(stream, &mut scanner, material, basis.as_ref(), seed)? {
                 return Ok(());
             }
         }
@@ -70,21 +82,21 @@ impl VirtualScanner {
         mut stream: TcpStream,
         scanner: &mut scanner::VirtualScanner<'_>,
         material: &dyn Material,
+        basis: Option<&(u32, Basis)>,
         seed: u64,
     ) -> anyhow::Result<bool> {
         loop {
             match scanner.serve(&mut stream) {
                 Ok(report) => {
-                    self.show(&report, material, report.loss(material, seed))?;
+                    // Another recipe's basis says nothing of these coefficients.
+                    let basis = basis.filter(|(recipe, _)| *recipe == report.recipe);
+                    let loss = report.loss(basis.map(|(_, basis)| basis), material, seed);
+                    self.show(&report, material, loss)?;
                     if self.once {
                         return Ok(true);
                     }
                 }
-                Err(
-                    error @ (ScannerError::Device(_)
-                    | ScannerError::Protocol(_)
-                    | ScannerError::Model(_)),
-                ) => {
+                Err(error @ (ScannerError::Device(_) | ScannerError::Protocol(_))) => {
                     eprintln!("{error}");
                 }
                 Err(error @ (ScannerError::Closed | ScannerError::Link(_))) => {
@@ -96,16 +108,25 @@ impl VirtualScanner {
         }
     }
 
-    fn show(&self, report: &ScanReport, material: &dyn Material, loss: f64) -> anyhow::Result<()> {
+    fn show(
+        &self,
+        report: &ScanReport,
+        material: &dyn Material,
+        loss: Option<f64>,
+    ) -> anyhow::Result<()> {
         let residual = report.residual;
+        let judged = match loss {
+            Some(loss) => format!("loss {loss:.5}"),
+            None => "no loss (give --recipe, whose basis makes a BRDF of coefficients)".to_owned(),
+        };
         print(&format!(
-            "{}: loss {loss:.5}; residual {:.5}, worst {:.5} at sample {}, {} saturated{}\n",
+            "{}: {judged}; residual {:.5}, worst {:.5} at sample {}, {} saturated{}\n",
             material.name(),
             residual.mean,
             residual.worst,
             residual.worst_index,
             residual.saturated,
-            match usize::from(residual.repeated) + 1 == report.measurements.len() {
+            match usize::from(residual.repeated) + 1 == report.readings.len() {
                 true => ", all the same: the sensor may be stuck",
                 false => "",
             },
@@ -121,17 +142,17 @@ impl VirtualScanner {
 }
 
 /// Angles are in radians.
-fn json(report: &ScanReport, material: &str, loss: f64) -> Value {
-    let measurements: Vec<Value> = report
-        .measurements
+fn json(report: &ScanReport, material: &str, loss: Option<f64>) -> Value {
+    let readings: Vec<Value> = report
+        .readings
         .iter()
         .map(|taken| {
             json!({
                 "theta_h": taken.angles.theta_h,
                 "theta_d": taken.angles.theta_d,
                 "phi_d": taken.angles.phi_d,
-                "brdf": taken.measurement.brdf,
-                "saturated": taken.measurement.saturated,
+                "brdf": taken.reading.brdf,
+                "saturated": taken.reading.saturated,
             })
         })
         .collect();
@@ -139,14 +160,15 @@ fn json(report: &ScanReport, material: &str, loss: f64) -> Value {
         "material": material,
         "model": report.model.name(),
         "recipe": format!("{:08x}", report.recipe),
-        "measurements": measurements,
-        "parameters": report.parameters,
+        "readings": readings,
+        "values": report.values,
         "residual": {
             "mean": report.residual.mean,
             "worst_index": report.residual.worst_index,
             "worst": report.residual.worst,
             "saturated": report.residual.saturated,
             "repeated": report.residual.repeated,
+            "clamped": report.residual.clamped,
         },
         "loss": loss,
     })

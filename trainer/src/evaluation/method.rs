@@ -1,15 +1,14 @@
 //! The methods: where they measure, and how they fit.
 
-use glimpse_core::fit::ridge::{factor_length, scratch_length};
-use glimpse_core::fit::{Fit, Workspace};
+use glimpse_core::fit::Fitter;
 use glimpse_core::geometry::{Angles, HalfDifference};
-use glimpse_core::model::linear::map;
 use glimpse_core::model::{Model, ModelKind, ParameterSet, Sample};
-use glimpse_core::recipe::{Descent, Learner, Recipe, Ridge};
+use glimpse_core::recipe::{Descent, Learner, Recipe};
 
 use super::JudgeError;
 use super::adam;
-use crate::linear::{Basis, Coefficients, Reconstruction, Reduced};
+use super::scan::scan;
+use crate::linear::{Basis, Reconstruction, Reduced};
 use crate::material::Material;
 use crate::meta::gradient::LaneModel;
 use crate::sampling::uniform_valid;
@@ -30,6 +29,20 @@ pub enum Fitted {
 }
 
 impl Fitted {
+    /// What a device or a scan has found: a model's parameters in its order, or Linear's
+    /// coefficients, m for red, m for green, m for blue, which the basis makes a BRDF of. None if
+    /// there are not as many values as the model has, or no basis for Linear.
+    #[must_use]
+    pub fn of_values(model: ModelKind, values: &[f32], basis: Option<&Basis>) -> Option<Self> {
+        match model.parameters() {
+            Some(count) => (count == values.len()).then(|| Self::Parameters {
+                model,
+                parameters: values.to_vec(),
+            }),
+            None => Some(Self::Linear(basis?.reconstruct_values(values)?)),
+        }
+    }
+
     /// The fitted BRDF, sr^-1 (not times the cosine), at many places.
     pub fn brdf_batch(&self, at: &[HalfDifference<f32>], brdf: &mut [[f32; 3]]) {
         match self {
@@ -58,10 +71,10 @@ pub(super) enum Places {
 /// How a method fits what it has measured.
 #[derive(Clone, Debug)]
 enum Fitting<'a> {
-    /// A recipe's descent, as on the device.
-    Descent(Descent<'a>),
-    /// A recipe's ridge solve, as on the device.
-    Ridge(Ridge<'a>, &'a Basis),
+    /// A scan by a recipe, as on the device; Linear with the recipe's basis.
+    Scan(Recipe<'a>, Option<&'a Basis>),
+    /// A recipe's descent, at any directions.
+    DescentAnywhere(Descent<'a>),
     /// A ridge solve with these precisions, at any directions.
     RidgeAnywhere(Vec<f64>, &'a Basis),
     /// Adam from a random start, so many steps.
@@ -89,15 +102,13 @@ impl<'a> Method<'a> {
     /// # Errors
     /// [`JudgeError::Basis`]
     pub fn ours(recipe: &Recipe<'a>, basis: Option<&'a Basis>) -> Result<Self, JudgeError> {
-        let fitting = match (recipe.learner(), basis) {
-            (Learner::Descent(descent), _) => Fitting::Descent(descent),
-            (Learner::Ridge(ridge), Some(basis)) => Fitting::Ridge(ridge, basis),
-            (Learner::Ridge(_), None) => return Err(JudgeError::Basis),
-        };
+        if recipe.model() == ModelKind::Linear && basis.is_none() {
+            return Err(JudgeError::Basis);
+        }
         Ok(Self {
             name: "ours",
             places: Places::Pattern(recipe.pattern().collect()),
-            fitting,
+            fitting: Fitting::Scan(*recipe, basis),
             steps_after: 0,
         })
     }
@@ -130,20 +141,20 @@ impl<'a> Method<'a> {
         basis: Option<&'a Basis>,
         places: Places,
     ) -> Result<Self, JudgeError> {
-        let ours = Self::ours(recipe, basis)?;
-        let fitting = match ours.fitting {
+        let fitting = match (recipe.learner(), basis) {
+            (Learner::Descent(descent), _) => Fitting::DescentAnywhere(descent),
             // The recipe's reduced basis is of its own directions.
-            Fitting::Ridge(ridge, basis) => {
+            (Learner::Ridge(ridge), Some(basis)) => {
                 let precision = ridge.precision().iter().map(f64::from).collect();
                 Fitting::RidgeAnywhere(precision, basis)
             }
-            other => other,
+            (Learner::Ridge(_), None) => return Err(JudgeError::Basis),
         };
         Ok(Self {
             name,
             places,
             fitting,
-            ..ours
+            steps_after: 0,
         })
     }
 
@@ -217,8 +228,9 @@ impl<'a> Method<'a> {
     #[must_use]
     pub fn model(&self) -> ModelKind {
         match &self.fitting {
-            Fitting::Descent(descent) => descent.model(),
-            Fitting::Ridge(..) | Fitting::RidgeAnywhere(..) => ModelKind::Linear,
+            Fitting::Scan(recipe, _) => recipe.model(),
+            Fitting::DescentAnywhere(descent) => descent.model(),
+            Fitting::RidgeAnywhere(..) => ModelKind::Linear,
             Fitting::Adam(model, _) | Fitting::Optimum(model, _) => *model,
         }
     }
@@ -262,9 +274,13 @@ impl<'a> Method<'a> {
             }
         };
         let parameters = match &self.fitting {
-            Fitting::Ridge(ridge, basis) => {
-                let coefficients = solve(ridge, &measure(material, angles))?;
-                return Ok(Fitted::Linear(basis.reconstruct(&coefficients)));
+            Fitting::Scan(recipe, basis) => {
+                let found = scan(recipe, |angles| material.brdf(angles))?;
+                match Fitted::of_values(recipe.model(), &found.values, *basis) {
+                    Some(Fitted::Parameters { parameters, .. }) => parameters,
+                    Some(linear) => return Ok(linear),
+                    None => return Err(JudgeError::Basis),
+                }
             }
             Fitting::RidgeAnywhere(precision, basis) => {
                 let places: Vec<Angles<f64>> = angles.iter().map(crate::linear::widened).collect();
@@ -273,8 +289,8 @@ impl<'a> Method<'a> {
                 let coefficients = Reduced::new(basis, &places).fit(precision, &measured)?;
                 return Ok(Fitted::Linear(basis.reconstruct(&coefficients)));
             }
-            Fitting::Descent(descent) => with_model!(
-                self.model(), M => learn::<M>(descent, &measure(material, angles)),
+            Fitting::DescentAnywhere(descent) => with_model!(
+                self.model(), M => learn::<M>(*descent, &measure(material, angles)),
                 _ => Vec::new()
             ),
             Fitting::Adam(model, steps) => with_model!(
@@ -313,42 +329,11 @@ pub fn measure(material: &dyn Material, angles: &[Angles<f32>]) -> Vec<Sample<f3
         .collect()
 }
 
-/// A recipe's descent.
-fn learn<M: Model>(descent: &Descent<'_>, samples: &[Sample<f32>]) -> Vec<f32> {
-    let mut workspace = Workspace::<M>::new();
-    let mut fit = Fit::start(
-        &mut workspace,
-        descent.initial(),
-        descent.step_sizes(),
-        descent.inner_steps(),
-    );
-    while !fit
-        .advance(&mut workspace, samples, usize::MAX)
-        .is_complete()
-    {}
-    workspace.parameters().iter().copied().collect()
-}
-
-/// A recipe's ridge solve.
-fn solve(ridge: &Ridge<'_>, samples: &[Sample<f32>]) -> Result<Coefficients, JudgeError> {
-    let (count, components) = (samples.len(), ridge.components());
-    let mut factors = vec![0.0_f32; factor_length(count, components)];
-    let mut scratch = vec![0.0_f32; scratch_length(count, components)];
-    let factors = ridge.problem().factorize(&mut factors, &mut scratch)?;
-    let mut coefficients = [(); 3].map(|()| vec![0.0; components]);
-    for (channel, coefficients) in coefficients.iter_mut().enumerate() {
-        let known = ridge.mean().iter().zip(ridge.median().iter());
-        let known = known.zip(ridge.weight().iter());
-        let mapped: Vec<f32> = samples
-            .iter()
-            .zip(known)
-            .map(|(sample, ((mean, median), weight))| {
-                map(sample.measured[channel], median, weight) - mean
-            })
-            .collect();
-        let mut found = vec![0.0_f32; components];
-        factors.coefficients(&mapped, &mut found, &mut scratch)?;
-        *coefficients = found.into_iter().map(f64::from).collect();
-    }
-    Ok(coefficients)
+/// A recipe's descent at other directions than its own: core's, without a scan.
+fn learn<M: Model>(descent: Descent<'_>, samples: &[Sample<f32>]) -> Vec<f32> {
+    let learner = Learner::Descent(descent);
+    let mut workspace = M::EMPTY;
+    M::start(&mut workspace, &learner);
+    M::advance(&mut workspace, &learner, samples, 0, u32::MAX);
+    M::values(&workspace, learner).collect()
 }

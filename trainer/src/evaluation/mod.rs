@@ -2,9 +2,11 @@
 
 mod adam;
 mod method;
+mod scan;
 
 pub use adam::OPTIMUM_STEPS;
 pub use method::{Fitted, Method, measure};
+pub use scan::{Found, scan};
 
 use glimpse_core::geometry::HalfDifference;
 use rayon::prelude::*;
@@ -28,6 +30,18 @@ pub enum JudgeError {
     /// A ridge problem has no solution.
     #[error("the linear model cannot be fitted: {0}")]
     Ridge(#[from] glimpse_core::fit::ridge::RidgeError),
+    /// A recipe cannot be scanned by.
+    #[error(transparent)]
+    Scan(#[from] glimpse_core::scan::ScanError),
+    /// A material's value cannot be a reading.
+    #[error("the material cannot be read: {0}")]
+    Reading(#[from] glimpse_core::scan::ReadingError),
+    /// A material's values cannot be fitted.
+    #[error("the material cannot be fitted: {0}")]
+    Fit(#[from] glimpse_core::scan::FitError),
+    /// A material's fit has no result.
+    #[error("the material cannot be fitted: {0}")]
+    Finish(#[from] glimpse_core::scan::FinishError),
     /// Pictures cannot be compared: never in practice, all have the same size.
     #[error(transparent)]
     Compare(#[from] CompareError),

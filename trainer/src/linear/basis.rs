@@ -192,6 +192,18 @@ impl Basis {
         Reconstruction { table, log_medians }
     }
 
+    /// The same of a device's values: m coefficients for red, m for green, m for blue. None if they
+    /// are of another number of components.
+    #[must_use]
+    pub fn reconstruct_values(&self, values: &[f32]) -> Option<Reconstruction> {
+        let channel = |list: &[f32]| list.iter().copied().map(f64::from).collect();
+        let channels: Vec<Vec<f64>> = values.chunks(self.components).map(channel).collect();
+        if values.len() != 3 * self.components {
+            return None;
+        }
+        Some(self.reconstruct(&channels.try_into().ok()?))
+    }
+
     /// The bytes of a file: little-endian words of 32 bits (magic, version, nodes along theta_h,
     /// theta_d and phi_d, components), then the table in f32.
     #[must_use]

@@ -1,19 +1,18 @@
-//! CookTorrance, 20 steps on 8 samples.
+//! Cook-Torrance, 20 steps on 8 samples.
 
 #![no_std]
 #![no_main]
 
-use glimpse_core::fit::Workspace;
 use glimpse_core::model::CookTorrance;
-use glimpse_core::scan::Scan;
+use glimpse_core::scan::{Memory, Scan};
 use glimpse_fits::SAMPLES;
 use glimpse_fits::machine::only;
 use glimpse_fits::recipes::COOK_TORRANCE;
-use glimpse_fits::report::descend;
+use glimpse_fits::report::fit;
 
 glimpse_fits::firmware!({
-    static mut WORKSPACE: Workspace<CookTorrance> = Workspace::new();
-    static mut SCAN: Option<Scan<'static, CookTorrance, SAMPLES>> = None;
+    static mut MEMORY: Memory<CookTorrance, SAMPLES> = Memory::new();
+    static mut SCAN: Option<Scan<'static, 'static, CookTorrance, SAMPLES>> = None;
     // SAFETY: the entry point runs once, and nothing else knows of them.
-    unsafe { descend(COOK_TORRANCE, only(&raw mut WORKSPACE), only(&raw mut SCAN)) }
+    unsafe { fit(COOK_TORRANCE, only(&raw mut MEMORY), only(&raw mut SCAN)) }
 });

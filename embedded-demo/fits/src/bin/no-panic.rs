@@ -17,15 +17,17 @@ use cortex_m_rt::entry;
 #[cfg(target_arch = "riscv32")]
 use riscv_rt::entry;
 
+use glimpse_core::driver::{Config, Driver, Host};
 use glimpse_core::fit::ridge::{Problem, RidgeGradient, factor_length, scratch_length};
-use glimpse_core::fit::{Fit, Progress, Workspace, residuals};
+use glimpse_core::fit::{AnyModel, Fitter, Progress, linear_words};
 use glimpse_core::geometry::{Angles, Directions, HalfDifference};
 use glimpse_core::link::{Answerer, Asker, FRAME_BYTES, Failure, Heard, Reply, Request};
 use glimpse_core::model::linear::{map, unmap};
-use glimpse_core::model::{CookTorrance, Model, ModelKind, Neural, Phong, Sample};
+use glimpse_core::model::{CookTorrance, ModelKind, Neural, Phong, Sample};
 use glimpse_core::numeric::math;
 use glimpse_core::recipe::{Floats, Learner, Recipe};
-use glimpse_core::scan::{LinearScan, Measurement, Record, Residual, Scan};
+use glimpse_core::scan::{Memory, Reading, Residual, Saved, Scan};
+use glimpse_fits::Linear;
 use glimpse_fits::machine::only;
 
 unsafe extern "C" {
@@ -56,8 +58,8 @@ fn numbers() -> &'static [f32] {
     black_box(&NUMBERS[..]).get(..length).unwrap_or_default()
 }
 
-fn measurement() -> Measurement {
-    Measurement {
+fn reading() -> Reading {
+    Reading {
         brdf: any([0.5; 3]),
         saturated: any(false),
     }
@@ -129,48 +131,63 @@ fn recipe() {
     }
 }
 
+/// A scan from beginning to end, and the driver that leads one.
 #[inline(never)]
-fn descent<M: Model>(workspace: &mut Workspace<M>) {
-    if let Some(floats) = Floats::new(bytes()) {
-        let mut fit = Fit::start(workspace, floats, floats, any(20));
-        let samples = [sample(), sample(), sample()];
-        let samples = samples.get(..any(3)).unwrap_or_default();
-        black_box(fit.advance(workspace, samples, any(8)));
-        residuals::<M>(workspace.parameters(), samples).for_each(|error| {
-            black_box(error);
-        });
-    }
+fn scan<K: Fitter>(memory: &mut Memory<K, 8>) {
     let Ok(recipe) = Recipe::parse(bytes()) else {
         return;
     };
-    let mut begun = Scan::<M, 8>::new(recipe, workspace);
-    let Ok(scan) = &mut begun else {
+    let Ok(mut scan) = Scan::new(recipe, memory) else {
         return;
     };
     scan.restart();
-    black_box(scan.next_directions());
-    black_box(scan.record(measurement()).is_ok());
-    black_box(scan.advance_fit(any(8)).is_complete());
-    black_box((scan.brdf(&directions()), scan.residual(), scan.recipe()));
-    black_box(scan.parameters());
+    black_box((scan.recipe(), scan.next_pending(), scan.pending().count()));
+    black_box(scan.record(any(1), reading()).is_ok());
+    black_box((scan.reading(any(1)), reading().check().is_ok()));
+    black_box(Reading::monochrome(any(0.5)));
+    if let Ok(mut fit) = scan.fit() {
+        black_box((fit.advance(any(8)), fit.progress()));
+    }
+    if let Some(fit) = scan.fit_under_way()
+        && let Ok(fitted) = fit.finish()
+    {
+        black_box((fitted.brdf(&directions()), fitted.residual()));
+        black_box(fitted.expected_loss());
+        fitted.values().for_each(|value| {
+            black_box(value);
+        });
+    }
+    black_box(scan.fitted().is_some());
+
+    let Ok(scan) = Scan::new(recipe, scan.into_memory()) else {
+        return;
+    };
+    let mut config = Config::new(any(Host::Measures));
+    (config.recipe_bytes, config.slice) = (any(1), any(8));
+    drive(&mut Driver::new(any(Ok(())).map(|()| scan), config));
+}
+
+#[inline(never)]
+fn drive<K: Fitter>(driver: &mut Driver<'_, '_, K, 8>) {
+    for byte in bytes() {
+        driver.receive(*byte);
+        black_box(driver.poll(any(1)));
+        black_box(driver.outgoing());
+        driver.sent(any(1));
+        driver.record(any(1), reading());
+        if any(false) {
+            driver.fail(any(Failure::NoReply));
+        }
+        if any(false) {
+            driver.restart();
+        }
+    }
+    black_box(driver.scan().is_ok());
 }
 
 #[inline(never)]
 fn ridge() {
-    if let Ok(recipe) = Recipe::parse(bytes()) {
-        let mut memory = [0.0; LinearScan::<8>::memory_length(8, 5)];
-        let length = any(memory.len());
-        let memory = memory.get_mut(..length).unwrap_or_default();
-        let mut begun = LinearScan::<8>::new(recipe, memory);
-        if let Ok(scan) = &mut begun {
-            scan.restart();
-            black_box(scan.next_directions());
-            black_box(scan.record(measurement()).is_ok());
-            black_box(scan.advance_fit(any(3)));
-            black_box((scan.residual(), scan.recipe()));
-            black_box(scan.coefficients());
-        }
-    }
+    black_box(linear_words(any(8), any(5)));
     let Ok(problem) = Problem::new(numbers(), numbers()) else {
         return;
     };
@@ -202,22 +219,22 @@ fn ridge() {
 }
 
 #[inline(never)]
-fn record() {
+fn saved() {
     let Ok(recipe) = Recipe::parse(bytes()) else {
         return;
     };
-    let mut record = match Record::<8>::read(bytes(), &recipe) {
-        Ok(record) => record,
-        Err(_) => Record::new(&recipe),
+    let mut saved = match Saved::<8>::read(bytes(), &recipe) {
+        Ok(saved) => saved,
+        Err(_) => Saved::new(&recipe),
     };
-    black_box(record.push(measurement()).is_ok());
-    black_box(record.measurements());
-    let mut buffer = [0; Record::<8>::BYTES];
+    black_box(saved.insert(any(1), reading()).is_ok());
+    black_box(saved.readings());
+    let mut buffer = [0; Saved::<8>::BYTES];
     let length = any(buffer.len());
     let buffer = buffer.get_mut(..length).unwrap_or_default();
-    black_box(record.write(buffer).is_ok());
-    record.clear();
-    black_box(record.measurements());
+    black_box(saved.write(buffer).is_ok());
+    saved.clear();
+    black_box(saved.readings());
 }
 
 #[inline(never)]
@@ -243,8 +260,9 @@ fn link() {
             directions: directions(),
         },
         Request::Progress(progress),
-        Request::Parameters {
+        Request::Values {
             offset: any(0),
+            total: any(0),
             values: numbers().iter().copied().take(any(32)).collect_values(),
         },
         Request::Finished(Residual {
@@ -253,24 +271,25 @@ fn link() {
             worst: any(0.0),
             saturated: any(0),
             repeated: any(0),
+            clamped: any(0),
         }),
         Request::Failed(any(Failure::NoReply)),
         Request::Kept {
             index: any(1),
-            measurement: measurement(),
+            reading: reading(),
         },
     ];
     for request in &requests {
         black_box(asker.ask(request, frame).is_ok());
         for byte in bytes() {
-            black_box(asker.hear(*byte, request));
+            black_box(asker.hear(*byte, request).is_some());
         }
     }
     for byte in bytes() {
         if let Some(Ok(Heard::New(_))) = black_box(answerer.hear(*byte)) {
             let reply = Reply::Measured {
                 index: any(1),
-                measurement: measurement(),
+                reading: reading(),
             };
             black_box(answerer.answer(reply, frame).is_ok());
         }
@@ -294,9 +313,11 @@ impl<I: Iterator<Item = f32>> CollectValues for I {
     }
 }
 
-static mut NEURAL: Workspace<Neural> = Workspace::new();
-static mut PHONG: Workspace<Phong> = Workspace::new();
-static mut COOK_TORRANCE: Workspace<CookTorrance> = Workspace::new();
+static mut NEURAL: Memory<Neural, 8> = Memory::new();
+static mut PHONG: Memory<Phong, 8> = Memory::new();
+static mut COOK_TORRANCE: Memory<CookTorrance, 8> = Memory::new();
+static mut LINEAR: Memory<Linear, 8> = Memory::new();
+static mut ANY: Memory<AnyModel<{ linear_words(8, 5) }>, 8> = Memory::new();
 
 #[entry]
 fn main() -> ! {
@@ -304,12 +325,14 @@ fn main() -> ! {
     recipe();
     // SAFETY: the entry point runs once, and nothing else knows of them.
     unsafe {
-        descent(only(&raw mut NEURAL));
-        descent(only(&raw mut PHONG));
-        descent(only(&raw mut COOK_TORRANCE));
+        scan(only(&raw mut NEURAL));
+        scan(only(&raw mut PHONG));
+        scan(only(&raw mut COOK_TORRANCE));
+        scan(only(&raw mut LINEAR));
+        scan(only(&raw mut ANY));
     }
     ridge();
-    record();
+    saved();
     link();
     loop {
         core::hint::spin_loop();

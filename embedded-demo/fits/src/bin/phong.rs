@@ -3,17 +3,16 @@
 #![no_std]
 #![no_main]
 
-use glimpse_core::fit::Workspace;
 use glimpse_core::model::Phong;
-use glimpse_core::scan::Scan;
+use glimpse_core::scan::{Memory, Scan};
 use glimpse_fits::SAMPLES;
 use glimpse_fits::machine::only;
 use glimpse_fits::recipes::PHONG;
-use glimpse_fits::report::descend;
+use glimpse_fits::report::fit;
 
 glimpse_fits::firmware!({
-    static mut WORKSPACE: Workspace<Phong> = Workspace::new();
-    static mut SCAN: Option<Scan<'static, Phong, SAMPLES>> = None;
+    static mut MEMORY: Memory<Phong, SAMPLES> = Memory::new();
+    static mut SCAN: Option<Scan<'static, 'static, Phong, SAMPLES>> = None;
     // SAFETY: the entry point runs once, and nothing else knows of them.
-    unsafe { descend(PHONG, only(&raw mut WORKSPACE), only(&raw mut SCAN)) }
+    unsafe { fit(PHONG, only(&raw mut MEMORY), only(&raw mut SCAN)) }
 });

@@ -1,0 +1,120 @@
+//! The host's side of the link: a device asks, a host moves the arms and answers, over a line that
+//! loses bytes. All in memory and in virtual time: `cargo run -p glimpse-core --example host`
+
+mod common;
+
+use common::material;
+use glimpse_core::driver::{Action, Config, Driver, Host};
+use glimpse_core::link::{
+    Answerer, FRAME_BYTES, Failure, Heard, PROTOCOL, Refusal, Reply, Request,
+};
+use glimpse_core::model::Neural;
+use glimpse_core::recipe::Recipe;
+use glimpse_core::scan::{Memory, Reading, Residual, Scan};
+
+const RECIPE: &[u8] = include_bytes!("recipes/neural-n8.recipe");
+
+/// A line in one direction, which loses every `loses`th byte.
+struct Line {
+    loses: usize,
+    bytes: usize,
+}
+
+impl Line {
+    fn passes(&mut self) -> bool {
+        self.bytes += 1;
+        !self.bytes.is_multiple_of(self.loses)
+    }
+}
+
+/// A host of one scan.
+#[derive(Default)]
+pub(crate) struct Computer {
+    answerer: Answerer,
+    /// What was fitted, as the device told it.
+    pub(crate) values: Vec<f32>,
+    /// How often the arms were moved.
+    pub(crate) readings: u32,
+}
+
+impl Computer {
+    /// Takes a byte from the line; returns the bytes to be sent back, if any.
+    fn hear<'b>(&mut self, byte: u8, buffer: &'b mut [u8]) -> Option<&'b [u8]> {
+        let reply = match self.answerer.hear(byte)? {
+            Ok(Heard::New(request)) => self.answer(request),
+            Ok(Heard::Again(reply)) => reply,
+            // The arms are moving for it already; or it was damaged, and will come again.
+            Ok(Heard::Waiting) | Err(_) => return None,
+        };
+        self.answerer.answer(reply, buffer).ok()
+    }
+
+    fn answer(&mut self, request: Request) -> Reply {
+        match request {
+            Request::Hello { .. } => {
+                self.values.clear();
+                Reply::Welcome { protocol: PROTOCOL }
+            }
+            Request::Measure { index, directions } => {
+                self.readings += 1;
+                let reading = Reading::new(material(&directions));
+                Reply::Measured { index, reading }
+            }
+            // This host remembers no scan of before.
+            Request::Kept { .. } => Reply::Refused(Refusal::Kept),
+            Request::Values { values, .. } => {
+                self.values.extend_from_slice(&values);
+                Reply::Accepted
+            }
+            _ => Reply::Accepted,
+        }
+    }
+}
+
+/// Device and host, until the scan is done. Returns the residual, the values as the device has
+/// them, and the milliseconds that all of it took.
+pub(crate) fn scan(
+    computer: &mut Computer,
+    loses: usize,
+) -> Result<(Residual, Vec<f32>, u32), Failure> {
+    let recipe = Recipe::parse(RECIPE).map_err(Failure::Recipe)?;
+    let mut memory = Memory::<Neural, 8>::new();
+    let scan = Scan::new(recipe, &mut memory).map_err(Failure::Scan)?;
+    let mut driver = Driver::new(Ok(scan), Config::new(Host::Measures));
+    let mut line = Line { loses, bytes: 0 };
+    let mut buffer = [0; FRAME_BYTES];
+    for milliseconds in 0.. {
+        match driver.poll(1) {
+            Action::Finished(residual) => {
+                let fitted = driver.scan()?.fitted();
+                let values = fitted.map(|fitted| fitted.values().collect());
+                return Ok((residual, values.unwrap_or_default(), milliseconds));
+            }
+            Action::Failed(failure) => return Err(failure),
+            _ => {} // `Action::Save` and `Action::Forget` are for what outlasts a reset
+        }
+        // A byte in a millisecond and direction; the reply comes at once.
+        let Some(byte) = driver.outgoing().first().copied() else {
+            continue;
+        };
+        driver.sent(1);
+        if line.passes() {
+            for byte in computer.hear(byte, &mut buffer).unwrap_or_default() {
+                if line.passes() {
+                    driver.receive(*byte);
+                }
+            }
+        }
+    }
+    Err(Failure::NoReply)
+}
+
+pub(crate) fn main() -> Result<(), Failure> {
+    for loses in [usize::MAX, 150] {
+        let mut computer = Computer::default();
+        let (residual, _, milliseconds) = scan(&mut computer, loses)?;
+        let (values, readings) = (computer.values.len(), computer.readings);
+        println!("{milliseconds:6} ms: {readings} readings, {values} values told, {residual:.4?}");
+    }
+    Ok(())
+}

@@ -1,0 +1,282 @@
+//! Counts to BRDF, by dark and white readings.
+//!
+//! A sensor counts c = dark + g L, L the radiance or intensity that the spot it sees sends out, and g
+//! a gain that nobody knows: of lamp, lens, distance and exposure, all of which stay as they are. A
+//! white Lambertian tile of reflectance R has the BRDF R / pi everywhere, so that for the sample
+//!
+//! f = R / pi (c - dark) / (white - dark)
+//!
+//! if lamp and sensor are at the **same** directions for both: whatever cosines are in L are the same
+//! and cancel ([`Calibration`]). With a white reading at **one reference** pair of directions only,
+//! they do not ([`ReferenceCalibration`]), and which cosine remains depends on whose spot on the
+//! sample is the larger ([`Footprint`]):
+//!
+//! - if the lamp lights more than the sensor sees, L is a radiance, f E cos(theta_i), and
+//!   f = R / pi (c - dark) / (white - dark) cos(theta_i of the reference) / cos(theta_i);
+//! - if the sensor sees more than is lit, all of the lamp's flux counts at any theta_i, L is an
+//!   intensity, f Phi cos(theta_o), and the cosines are those of theta_o.
+//!
+//! Where neither spot holds the other at all angles, only white readings at the same directions help.
+
+use core::f32::consts::FRAC_1_PI;
+
+use serde::{Deserialize, Serialize};
+
+use super::quantity::{CosineError, cosine};
+use crate::geometry::{Arm, Directions};
+
+/// A reading as a scan takes it.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Calibrated {
+    /// The BRDF in sr^-1, linear RGB, not times the cosine. Noise may make it slightly negative
+    /// where dark counts were taken off: it is left as it is, since cutting it off makes means too
+    /// bright.
+    pub brdf: [f32; 3],
+    /// True if a channel was at the sensor's upper end, so that the BRDF is at least this.
+    pub saturated: bool,
+}
+
+impl Calibrated {
+    /// Of a sensor with one channel: its BRDF stands in all three.
+    #[must_use]
+    pub fn monochrome(brdf: f32, saturated: bool) -> Self {
+        Self {
+            brdf: [brdf; 3],
+            saturated,
+        }
+    }
+}
+
+/// Dark and white counts and what is known of the white; both read at the **same directions** as the
+/// sample's counts that it is for, with the same lamp and exposure.
+///
+/// ```
+/// use glimpse_core::gonio::Calibration;
+///
+/// let dark = [96.0, 101.0, 99.0];
+/// let white = [3100.0, 3600.0, 2900.0]; // a tile of 99 % reflectance at these directions
+/// let calibration = Calibration::new(dark, white, [0.99; 3])?.saturating_at(4095.0)?;
+///
+/// let reading = calibration.brdf([620.0, 830.0, 510.0])?;
+/// assert!((reading.brdf[0] - 0.99 / 3.14159 * 524.0 / 3004.0).abs() < 1e-6);
+/// assert!(!reading.saturated);
+/// assert!(calibration.brdf([620.0, 4095.0, 510.0])?.saturated);
+/// # Ok::<(), glimpse_core::gonio::CalibrationError>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Calibration {
+    dark: [f32; 3],
+    white: [f32; 3],
+    reflectance: [f32; 3],
+    saturation: f32,
+}
+
+impl Calibration {
+    /// From counts without light, counts of the white tile, and the tile's reflectance in each
+    /// channel, above 0 and at most 2 (a fraction, not per cent).
+    ///
+    /// # Errors
+    /// The channel that is not finite, in which the white is not brighter than dark, or whose
+    /// reflectance is not in its range.
+    pub fn new(
+        dark: [f32; 3],
+        white: [f32; 3],
+        reflectance: [f32; 3],
+    ) -> Result<Self, CalibrationError> {
+        let channels = dark.into_iter().zip(white).zip(reflectance);
+        for (channel, ((dark, white), reflectance)) in (0..).zip(channels) {
+            if !(dark.is_finite() && white.is_finite()) {
+                return Err(CalibrationError::NonFinite(channel));
+            }
+            if white <= dark {
+                return Err(CalibrationError::WhiteNotBrighter(channel));
+            }
+            // Written so that a NaN is refused as well.
+            if !(reflectance > 0.0 && reflectance <= 2.0) {
+                return Err(CalibrationError::Reflectance(channel));
+            }
+        }
+        Ok(Self {
+            dark,
+            white,
+            reflectance,
+            saturation: f32::INFINITY,
+        })
+    }
+
+    /// Of a sensor with one channel, whose counts stand in all three.
+    ///
+    /// # Errors
+    /// As [`Calibration::new`], of channel 0.
+    pub fn monochrome(dark: f32, white: f32, reflectance: f32) -> Result<Self, CalibrationError> {
+        Self::new([dark; 3], [white; 3], [reflectance; 3])
+    }
+
+    /// With the `level` of counts at and above which a reading is saturated.
+    ///
+    /// # Errors
+    /// The channel in which the white itself is not below it, or the level is a NaN.
+    pub fn saturating_at(self, level: f32) -> Result<Self, CalibrationError> {
+        for (channel, white) in (0..).zip(self.white) {
+            if level.is_nan() || white >= level {
+                return Err(CalibrationError::WhiteSaturated(channel));
+            }
+        }
+        Ok(Self {
+            saturation: level,
+            ..self
+        })
+    }
+
+    /// The BRDF of a sample's `counts`, read at the same directions as the white.
+    ///
+    /// # Errors
+    /// The channel that is not finite.
+    pub fn brdf(&self, counts: [f32; 3]) -> Result<Calibrated, CalibrationError> {
+        self.scaled(counts, 1.0)
+    }
+
+    /// For a white that was read once, at `reference` directions, and samples elsewhere.
+    ///
+    /// # Errors
+    /// [`CalibrationError::Cosine`] if the reference is at or below the horizon.
+    pub fn read_once_at(
+        self,
+        reference: &Directions<f32>,
+        footprint: Footprint,
+    ) -> Result<ReferenceCalibration, CalibrationError> {
+        Ok(ReferenceCalibration {
+            calibration: self,
+            cosine: cosine(reference, footprint.arm())?,
+            footprint,
+        })
+    }
+
+    fn scaled(&self, counts: [f32; 3], scale: f32) -> Result<Calibrated, CalibrationError> {
+        let mut calibrated = Calibrated {
+            brdf: counts,
+            saturated: false,
+        };
+        let known = self.dark.into_iter().zip(self.white).zip(self.reflectance);
+        let channels = calibrated.brdf.iter_mut().zip(known);
+        for (channel, (value, ((dark, white), reflectance))) in (0..).zip(channels) {
+            calibrated.saturated |= *value >= self.saturation;
+            *value = (*value - dark) / (white - dark) * (scale * reflectance * FRAC_1_PI);
+            if !value.is_finite() {
+                return Err(CalibrationError::NonFinite(channel));
+            }
+        }
+        Ok(calibrated)
+    }
+}
+
+/// Whose spot on the sample is the larger, at all angles of a scan.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Footprint {
+    /// The light's: all that the sensor sees is lit, and counts go as f cos(theta_i).
+    LightLarger,
+    /// The sensor's: it sees all that is lit, and counts go as f cos(theta_o).
+    SensorLarger,
+}
+
+impl Footprint {
+    /// The arm whose cosine counts go with.
+    fn arm(self) -> Arm {
+        match self {
+            Self::LightLarger => Arm::Light,
+            Self::SensorLarger => Arm::Sensor,
+        }
+    }
+}
+
+/// A [`Calibration`] whose white was read at one reference pair of directions; made by
+/// [`Calibration::read_once_at`].
+///
+/// ```
+/// use glimpse_core::geometry::Directions;
+/// use glimpse_core::gonio::{Calibration, Footprint};
+///
+/// // The white faces the lamp and is seen at 45 degrees; it is lit wherever the sensor looks.
+/// let reference = Directions { incoming: [0.0, 0.0, 1.0], outgoing: [0.7071, 0.0, 0.7071] };
+/// let calibration = Calibration::monochrome(100.0, 3100.0, 0.99)?
+///     .read_once_at(&reference, Footprint::LightLarger)?;
+///
+/// // A Lambertian grey of half of it, under a lamp at 60 degrees: a quarter of the counts.
+/// let at = Directions { incoming: [0.8660, 0.0, 0.5], outgoing: [0.0, 0.0, 1.0] };
+/// let reading = calibration.brdf([850.0; 3], &at)?;
+/// assert!((reading.brdf[0] - 0.5 * 0.99 / 3.14159).abs() < 1e-6);
+/// # Ok::<(), glimpse_core::gonio::CalibrationError>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct ReferenceCalibration {
+    calibration: Calibration,
+    cosine: f32,
+    footprint: Footprint,
+}
+
+impl ReferenceCalibration {
+    /// The BRDF of a sample's `counts`, read `at` other directions than the white.
+    ///
+    /// # Errors
+    /// The channel that is not finite, or the arm that is at or below the horizon.
+    pub fn brdf(
+        &self,
+        counts: [f32; 3],
+        at: &Directions<f32>,
+    ) -> Result<Calibrated, CalibrationError> {
+        let cosine = cosine(at, self.footprint.arm())?;
+        self.calibration.scaled(counts, self.cosine / cosine)
+    }
+}
+
+/// Why counts are no BRDF.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum CalibrationError {
+    /// This channel (0 to 2) holds a NaN or an infinity, or ends in one.
+    NonFinite(u8),
+    /// In this channel the white counts no more than dark.
+    WhiteNotBrighter(u8),
+    /// In this channel the white's reflectance is not above 0 and at most 2.
+    Reflectance(u8),
+    /// In this channel the white is saturated itself.
+    WhiteSaturated(u8),
+    /// An arm is at or below the horizon.
+    Cosine(CosineError),
+}
+
+impl From<CosineError> for CalibrationError {
+    fn from(error: CosineError) -> Self {
+        Self::Cosine(error)
+    }
+}
+
+impl core::fmt::Display for CalibrationError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        match self {
+            Self::NonFinite(channel) => write!(
+                f,
+                "channel {channel} of dark, white or sample is not a finite number: read it once more"
+            ),
+            Self::WhiteNotBrighter(channel) => write!(
+                f,
+                "the white is not brighter than dark in channel {channel}: is the lamp on, and were the two exchanged?"
+            ),
+            Self::Reflectance(channel) => write!(
+                f,
+                "the white's reflectance in channel {channel} is not above 0 and at most 2: it is a fraction, not per cent"
+            ),
+            Self::WhiteSaturated(channel) => write!(
+                f,
+                "the white is saturated in channel {channel}: expose it and the sample for less time"
+            ),
+            Self::Cosine(error) => error.fmt(f),
+        }
+    }
+}
+
+impl core::error::Error for CalibrationError {}

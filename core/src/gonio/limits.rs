@@ -1,0 +1,201 @@
+//! Where a machine's arms get to.
+
+use core::f32::consts::{FRAC_PI_2, PI};
+
+use serde::{Deserialize, Serialize};
+
+use super::decimal::Decimal;
+use crate::geometry::{ArmAngles, Directions, DirectionsError};
+
+/// Where a machine's arms get to; angles in radians.
+///
+/// ```
+/// use glimpse_core::geometry::{ArmAngles, Spherical};
+/// use glimpse_core::gonio::{Limits, Unreachable};
+///
+/// let limits = Limits {
+///     max_theta_o: 1.2,
+///     min_separation: 0.2, // the lamp would shade the sample, or the arms collide
+///     ..Limits::NONE
+/// };
+/// limits.validate()?;
+///
+/// let sensor_at = |theta| ArmAngles {
+///     incoming: Spherical { theta: 0.5, phi: 0.0 },
+///     outgoing: Spherical { theta, phi: 0.0 },
+/// };
+/// assert_eq!(limits.check(&sensor_at(0.9).directions()), Ok(()));
+/// let error = limits.check(&sensor_at(0.6).directions()).unwrap_err();
+/// assert!(matches!(error, Unreachable::Separation { by } if (by - 0.1).abs() < 1e-5));
+/// # Ok::<(), glimpse_core::gonio::LimitsError>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Limits {
+    /// The largest polar angle of the light's arm: above 0, at most pi/2.
+    pub max_theta_i: f32,
+    /// The largest polar angle of the sensor's arm: above 0, at most pi/2.
+    pub max_theta_o: f32,
+    /// The least angle between light and sensor: 0 to pi, and no more than both arms reach.
+    pub min_separation: f32,
+    /// True if light, normal and sensor always lie in one plane.
+    pub in_plane: bool,
+}
+
+impl Default for Limits {
+    fn default() -> Self {
+        Self::NONE
+    }
+}
+
+impl Limits {
+    /// The whole hemisphere for both arms.
+    pub const NONE: Self = Self {
+        max_theta_i: FRAC_PI_2,
+        max_theta_o: FRAC_PI_2,
+        min_separation: 0.0,
+        in_plane: false,
+    };
+
+    /// How far past an angle's limit is still taken for it, radians: what rounding on the way from a
+    /// pattern to directions makes of one that was placed on the limit (0.006 degrees).
+    pub const TOLERANCE: f32 = 1e-4;
+    /// How far from one plane is still in plane, radians (0.06 degrees).
+    pub const IN_PLANE_TOLERANCE: f32 = 1e-3;
+
+    /// Looks whether these are limits at all.
+    ///
+    /// # Errors
+    /// The field that is not in its range, or [`LimitsError::Nothing`].
+    pub fn validate(&self) -> Result<(), LimitsError> {
+        // Written so that a NaN is refused as well.
+        let polar = |theta: f32| theta > 0.0 && theta <= FRAC_PI_2;
+        if !polar(self.max_theta_i) {
+            return Err(LimitsError::MaxThetaI);
+        }
+        if !polar(self.max_theta_o) {
+            return Err(LimitsError::MaxThetaO);
+        }
+        if !(0.0..=PI).contains(&self.min_separation) {
+            return Err(LimitsError::MinSeparation);
+        }
+        if self.min_separation > self.max_theta_i + self.max_theta_o {
+            return Err(LimitsError::Nothing);
+        }
+        Ok(())
+    }
+
+    /// Looks whether the arms get to a pair of directions.
+    ///
+    /// # Errors
+    /// The first limit that is passed, and by how much; or what is wrong with the directions.
+    pub fn check(&self, directions: &Directions<f32>) -> Result<(), Unreachable> {
+        directions.check().map_err(Unreachable::Directions)?;
+        let arms = ArmAngles::from_directions(directions);
+        let by = arms.incoming.theta - self.max_theta_i;
+        if by > Self::TOLERANCE {
+            return Err(Unreachable::ThetaI { by });
+        }
+        let by = arms.outgoing.theta - self.max_theta_o;
+        if by > Self::TOLERANCE {
+            return Err(Unreachable::ThetaO { by });
+        }
+        let by = self.min_separation - directions.separation();
+        if by > Self::TOLERANCE {
+            return Err(Unreachable::Separation { by });
+        }
+        let by = directions.out_of_plane();
+        if self.in_plane && by > Self::IN_PLANE_TOLERANCE {
+            return Err(Unreachable::OutOfPlane { by });
+        }
+        Ok(())
+    }
+}
+
+/// Why [`Limits`] are none.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum LimitsError {
+    /// `max_theta_i` is not in its range.
+    MaxThetaI,
+    /// `max_theta_o` is not in its range.
+    MaxThetaO,
+    /// `min_separation` is not in its range.
+    MinSeparation,
+    /// The arms cannot be as far apart as they have to be.
+    Nothing,
+}
+
+impl core::fmt::Display for LimitsError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str(match self {
+            Self::MaxThetaI => "the limit `max_theta_i` is not above 0 and at most pi/2 (radians)",
+            Self::MaxThetaO => "the limit `max_theta_o` is not above 0 and at most pi/2 (radians)",
+            Self::MinSeparation => "the limit `min_separation` is not from 0 to pi (radians)",
+            Self::Nothing => {
+                "nothing is within the limits: `min_separation` is more than `max_theta_i` and `max_theta_o` together"
+            }
+        })
+    }
+}
+
+impl core::error::Error for LimitsError {}
+
+/// Why the arms do not get to a pair of directions.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Unreachable {
+    /// There is no BRDF there at all.
+    Directions(DirectionsError),
+    /// The light's polar angle is above `max_theta_i`.
+    ThetaI {
+        /// By so many radians.
+        by: f32,
+    },
+    /// The sensor's polar angle is above `max_theta_o`.
+    ThetaO {
+        /// By so many radians.
+        by: f32,
+    },
+    /// Light and sensor are nearer to each other than `min_separation`.
+    Separation {
+        /// By so many radians.
+        by: f32,
+    },
+    /// Light, normal and sensor are not in one plane.
+    OutOfPlane {
+        /// By so many radians.
+        by: f32,
+    },
+}
+
+impl core::fmt::Display for Unreachable {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        let degrees = |radians: &f32| Decimal(radians.to_degrees());
+        match self {
+            Self::Directions(error) => error.fmt(f),
+            Self::ThetaI { by } => write!(
+                f,
+                "the light's polar angle is {} degrees above the limit `max_theta_i`",
+                degrees(by)
+            ),
+            Self::ThetaO { by } => write!(
+                f,
+                "the sensor's polar angle is {} degrees above the limit `max_theta_o`",
+                degrees(by)
+            ),
+            Self::Separation { by } => write!(
+                f,
+                "light and sensor are {} degrees nearer to each other than the limit `min_separation`",
+                degrees(by)
+            ),
+            Self::OutOfPlane { by } => write!(
+                f,
+                "light, normal and sensor are {} degrees from lying in one plane, as the limit `in_plane` asks",
+                degrees(by)
+            ),
+        }
+    }
+}
+
+impl core::error::Error for Unreachable {}

@@ -1,0 +1,112 @@
+//! The BRDF, and what it is taken for by mistake.
+
+use core::f32::consts::PI;
+
+use serde::{Deserialize, Serialize};
+
+use crate::geometry::{Arm, Directions};
+
+/// What numbers of a reflectance measurement are.
+///
+/// They are different functions of the directions, and nothing in the numbers tells which: a fit
+/// explains the wrong one as well, or better. Scans take the BRDF.
+///
+/// ```
+/// use glimpse_core::geometry::Directions;
+/// use glimpse_core::gonio::Quantity;
+///
+/// let at = Directions { incoming: [0.6, 0.0, 0.8], outgoing: [0.0, 0.0, 1.0] };
+/// let read = [0.24, 0.16, 0.08]; // by a sensor under a lamp that lights all it sees
+/// let brdf = Quantity::BrdfTimesCosThetaI.to_brdf(read, &at)?;
+/// assert!((brdf[0] - 0.3).abs() < 1e-6);
+/// # Ok::<(), glimpse_core::gonio::CosineError>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Quantity {
+    /// The BRDF, sr^-1: radiance by irradiance.
+    Brdf,
+    /// The BRDF times cos(theta_i), sr^-1: radiance under a lamp whose intensity counts as 1.
+    BrdfTimesCosThetaI,
+    /// The BRDF times cos(theta_o), sr^-1: intensity of a spot by the flux that lights it. ASTM
+    /// calls it the cosine-corrected BSDF.
+    BrdfTimesCosThetaO,
+    /// The reflectance factor (radiance factor), without unit: radiance by that of a white
+    /// Lambertian surface of reflectance 1, which is pi times the BRDF.
+    ReflectanceFactor,
+}
+
+impl Quantity {
+    /// What the BRDF is multiplied by to give this, positive.
+    ///
+    /// # Errors
+    /// The arm whose cosine is needed and is not above 0.
+    pub fn factor(self, at: &Directions<f32>) -> Result<f32, CosineError> {
+        match self {
+            Self::Brdf => Ok(1.0),
+            Self::BrdfTimesCosThetaI => cosine(at, Arm::Light),
+            Self::BrdfTimesCosThetaO => cosine(at, Arm::Sensor),
+            Self::ReflectanceFactor => Ok(PI),
+        }
+    }
+
+    /// The BRDF, sr^-1, of `values` of this quantity at a pair of directions.
+    ///
+    /// # Errors
+    /// The arm whose cosine is needed and is not above 0.
+    pub fn to_brdf(self, values: [f32; 3], at: &Directions<f32>) -> Result<[f32; 3], CosineError> {
+        let factor = self.factor(at)?;
+        Ok(values.map(|value| value / factor))
+    }
+
+    /// This quantity where the BRDF, sr^-1, is `brdf`.
+    ///
+    /// # Errors
+    /// The arm whose cosine is needed and is not above 0.
+    pub fn of_brdf(self, brdf: [f32; 3], at: &Directions<f32>) -> Result<[f32; 3], CosineError> {
+        let factor = self.factor(at)?;
+        Ok(brdf.map(|value| value * factor))
+    }
+}
+
+impl core::fmt::Display for Quantity {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str(match self {
+            Self::Brdf => "BRDF",
+            Self::BrdfTimesCosThetaI => "BRDF times cos(theta_i)",
+            Self::BrdfTimesCosThetaO => "BRDF times cos(theta_o)",
+            Self::ReflectanceFactor => "reflectance factor",
+        })
+    }
+}
+
+/// The cosine of an arm's polar angle, which has to be above 0.
+pub(super) fn cosine(at: &Directions<f32>, arm: Arm) -> Result<f32, CosineError> {
+    let [_, _, cosine] = match arm {
+        Arm::Light => at.incoming,
+        Arm::Sensor => at.outgoing,
+    };
+    // Written so that a NaN is refused as well.
+    if cosine > 0.0 && cosine.is_finite() {
+        Ok(cosine)
+    } else {
+        Err(CosineError(arm))
+    }
+}
+
+/// The cosine of this arm's polar angle is not above 0, where it is divided by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct CosineError(pub Arm);
+
+impl core::fmt::Display for CosineError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        write!(
+            f,
+            "the {} is at or below the horizon: its cosine has to be positive",
+            self.0
+        )
+    }
+}
+
+impl core::error::Error for CosineError {}

@@ -1,0 +1,111 @@
+//! Repeated readings: their mean, and how much they vary.
+
+use serde::{Deserialize, Serialize};
+
+/// The mean and the variance of repeated readings of three channels, one by one (Welford 1962).
+///
+/// Of counts or of what [`Calibration`](super::Calibration) makes of them: it is linear, so that the
+/// BRDF of a mean is the mean of BRDFs. The variance of the mean is
+/// [`variance`](Self::variance) / [`count`](Self::count).
+///
+/// ```
+/// use glimpse_core::gonio::Repeated;
+///
+/// let mut counts = Repeated::new();
+/// for reading in [[100.0, 80.0, 60.0], [104.0, 80.0, 63.0]] {
+///     counts.add(reading, false)?;
+/// }
+/// assert_eq!(counts.mean(), Some([102.0, 80.0, 61.5]));
+/// assert_eq!(counts.variance(), Some([8.0, 0.0, 4.5]));
+/// # Ok::<(), glimpse_core::gonio::RepeatedError>(())
+/// ```
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Repeated {
+    count: u32,
+    mean: [f32; 3],
+    /// Sums of squared distances from the mean.
+    squares: [f32; 3],
+    saturated: bool,
+}
+
+impl Repeated {
+    /// No reading yet.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self {
+            count: 0,
+            mean: [0.0; 3],
+            squares: [0.0; 3],
+            saturated: false,
+        }
+    }
+
+    /// Takes one more reading.
+    ///
+    /// # Errors
+    /// [`RepeatedError`] if a channel is a NaN or an infinity, or so large that sums are; nothing
+    /// has changed then.
+    pub fn add(&mut self, reading: [f32; 3], saturated: bool) -> Result<(), RepeatedError> {
+        let mut next = *self;
+        next.count = self.count.saturating_add(1);
+        next.saturated |= saturated;
+        let channels = next.mean.iter_mut().zip(&mut next.squares).zip(reading);
+        for (channel, ((mean, squares), value)) in (0..).zip(channels) {
+            let before = value - *mean;
+            *mean += before / next.count as f32;
+            *squares += before * (value - *mean);
+            if !(mean.is_finite() && squares.is_finite()) {
+                return Err(RepeatedError::NonFinite(channel));
+            }
+        }
+        *self = next;
+        Ok(())
+    }
+
+    /// How many readings were taken.
+    #[must_use]
+    pub fn count(&self) -> u32 {
+        self.count
+    }
+
+    /// True if any reading was saturated: then the mean is too low.
+    #[must_use]
+    pub fn saturated(&self) -> bool {
+        self.saturated
+    }
+
+    /// The mean of each channel; None before any reading.
+    #[must_use]
+    pub fn mean(&self) -> Option<[f32; 3]> {
+        (self.count > 0).then_some(self.mean)
+    }
+
+    /// The unbiased variance of a reading in each channel; None before two readings.
+    #[must_use]
+    pub fn variance(&self) -> Option<[f32; 3]> {
+        let others = self.count.checked_sub(1).filter(|others| *others > 0)?;
+        Some(self.squares.map(|squares| squares / others as f32))
+    }
+}
+
+/// Why a reading was not taken.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum RepeatedError {
+    /// This channel (0 to 2) is a NaN or an infinity, or too large to be summed.
+    NonFinite(u8),
+}
+
+impl core::fmt::Display for RepeatedError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        match self {
+            Self::NonFinite(channel) => write!(
+                f,
+                "channel {channel} of the reading is not a finite number: read once more"
+            ),
+        }
+    }
+}
+
+impl core::error::Error for RepeatedError {}

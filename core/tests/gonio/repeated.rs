@@ -1,0 +1,73 @@
+//! Repeated readings against the two-pass formulas in f64.
+
+use glimpse_core::gonio::{Repeated, RepeatedError};
+use proptest::prelude::*;
+
+#[test]
+fn nothing_is_known_before_readings() {
+    let mut repeated = Repeated::new();
+    assert_eq!((repeated.mean(), repeated.variance()), (None, None));
+    assert_eq!((repeated.count(), repeated.saturated()), (0, false));
+    repeated.add([1.0, -2.0, 3.0], false).expect("finite");
+    assert_eq!(repeated.mean(), Some([1.0, -2.0, 3.0]));
+    assert_eq!(repeated.variance(), None);
+    assert_eq!(Repeated::default(), Repeated::new());
+}
+
+#[test]
+fn one_saturated_reading_marks_them_all() {
+    let mut repeated = Repeated::new();
+    for (value, saturated) in [(1.0, false), (2.0, true), (3.0, false)] {
+        repeated.add([value; 3], saturated).expect("finite");
+    }
+    assert!(repeated.saturated());
+    assert_eq!(repeated.count(), 3);
+}
+
+#[test]
+fn what_is_not_finite_is_refused_and_changes_nothing() {
+    let mut repeated = Repeated::new();
+    repeated.add([1.0, 2.0, 3.0], false).expect("finite");
+    let before = repeated;
+    for (channel, broken) in (0..3).zip([f32::NAN, f32::INFINITY, f32::NEG_INFINITY]) {
+        let mut reading = [1.0; 3];
+        reading[usize::from(channel)] = broken;
+        let error = RepeatedError::NonFinite(channel);
+        assert_eq!(repeated.add(reading, true), Err(error));
+        assert_eq!(repeated, before);
+    }
+    // Its square is too large.
+    let error = repeated.add([1.0, 1.0, f32::MAX], false);
+    assert_eq!(error, Err(RepeatedError::NonFinite(2)));
+    assert_eq!(repeated, before);
+    assert_eq!(
+        RepeatedError::NonFinite(2).to_string(),
+        "channel 2 of the reading is not a finite number: read once more"
+    );
+}
+
+proptest! {
+    #[test]
+    fn mean_and_variance_are_the_two_pass_ones(
+        offset in -1e4..1e4f32,
+        readings in prop::collection::vec(prop::array::uniform3(-100.0..100f32), 2..200),
+    ) {
+        let mut repeated = Repeated::new();
+        let readings: Vec<_> = readings.iter().map(|r| r.map(|value| value + offset)).collect();
+        for reading in &readings {
+            repeated.add(*reading, false).expect("finite");
+        }
+        let count = readings.len() as f64;
+        let (means, variances) = (repeated.mean().expect("some"), repeated.variance().expect("two"));
+        for channel in 0..3 {
+            let values = || readings.iter().map(|r| f64::from(r[channel]));
+            let mean = values().sum::<f64>() / count;
+            let variance = values().map(|value| (value - mean).powi(2)).sum::<f64>() / (count - 1.0);
+            let scale = f64::from(offset.abs()) + 100.0;
+            prop_assert!((f64::from(means[channel]) - mean).abs() < 1e-6 * scale);
+            // A naive sum of squares would lose all digits at an offset of 1e4.
+            let error = (f64::from(variances[channel]) - variance).abs();
+            prop_assert!(error < 1e-5 * variance + 1e-5 * scale * variance.sqrt(), "{error} of {variance}");
+        }
+    }
+}

@@ -1,0 +1,82 @@
+//! Readings come in any order and may come again; the model may be known at run time only.
+
+use glimpse_core::fit::{AnyModel, Fitter, Linear};
+use glimpse_core::model::{CookTorrance, ModelKind, Neural, Phong};
+use glimpse_core::recipe::Recipe;
+use glimpse_core::scan::{Memory, Reading, Scan};
+use proptest::prelude::*;
+
+use super::scanning::{SAMPLES, WORDS, every_fitter, fit, material, recipe_of, whole};
+
+fn check_order<K: Fitter>(recipe: Recipe<'_>, order: &[u16], again: &[u16]) {
+    let mut memory = Memory::<K, SAMPLES>::new();
+    let mut scan = Scan::new(recipe, &mut memory).unwrap();
+    let places: Vec<_> = scan.pending().collect();
+    assert_eq!(places.len(), SAMPLES);
+    // Some are read wrongly at first.
+    for index in again {
+        let reading = Reading {
+            brdf: [0.9, 0.8, 0.7],
+            saturated: true,
+        };
+        scan.record(*index, reading).unwrap();
+        assert_eq!(scan.reading(*index), Some(reading));
+    }
+    for index in order {
+        let recorded = scan.record(*index, material(*index)).unwrap();
+        assert_eq!(recorded.replaced, again.contains(index));
+        assert!(!recorded.clamped);
+        assert_eq!(scan.reading(*index), Some(material(*index)));
+    }
+    assert_eq!(scan.next_pending(), None);
+    assert_eq!(fit(&mut scan, &[9]), whole::<K>(recipe, material));
+}
+
+/// What is pending is what was not read, in the recipe's order, at the recipe's directions.
+fn check_pending<K: Fitter>(recipe: Recipe<'_>, order: &[u16]) {
+    let mut memory = Memory::<K, SAMPLES>::new();
+    let mut scan = Scan::new(recipe, &mut memory).unwrap();
+    let places: Vec<_> = scan.pending().collect();
+    for (read, index) in order.iter().enumerate() {
+        assert_eq!(scan.reading(*index), None);
+        scan.record(*index, material(*index)).unwrap();
+        let left = places
+            .iter()
+            .filter(|place| !order[..=read].contains(&place.0));
+        assert!(scan.pending().eq(left.copied()));
+        assert_eq!(scan.next_pending(), scan.pending().next());
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(24))]
+    #[test]
+    fn readings_in_any_order_end_in_the_same_bits(
+        order in Just((0..8).collect::<Vec<u16>>()).prop_shuffle(),
+        again in prop::collection::vec(0..8u16, 0..5),
+    ) {
+        every_fitter!(check_order, &order, &again);
+        every_fitter!(check_pending, &order);
+    }
+
+    /// Firmware that takes any recipe ends where that for one model does.
+    #[test]
+    fn any_model_is_each_of_them(brdfs in prop::collection::vec([0.0..4.0f32, 0.0..4.0, 0.0..4.0], 8)) {
+        let reading = |index: u16| Reading::new(brdfs[usize::from(index)]);
+        for model in super::scanning::MODELS {
+            let bytes = recipe_of(model);
+            let recipe = Recipe::parse(&bytes).unwrap();
+            let one = match model {
+                ModelKind::Phong => whole::<Phong>(recipe, reading),
+                ModelKind::CookTorrance => whole::<CookTorrance>(recipe, reading),
+                ModelKind::Neural => whole::<Neural>(recipe, reading),
+                ModelKind::Linear => whole::<Linear<WORDS>>(recipe, reading),
+            };
+            let any = whole::<AnyModel<WORDS>>(recipe, reading);
+            prop_assert_eq!(one.bits(), any.bits());
+            prop_assert_eq!(&one, &any);
+            let values = any.bits().len() - 2;
+            prop_assert_eq!(values, model.parameters().unwrap_or(15));
+        }
+    }
+}
