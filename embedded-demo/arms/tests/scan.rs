@@ -12,11 +12,10 @@ use glimpse_arms::station::StationError;
 use glimpse_arms::store::StoreError;
 use glimpse_arms::store::readings::Readings;
 use glimpse_arms::store::recipes::Recipes;
-use glimpse_arms::{CAPACITY, retained};
+use glimpse_arms::{Memory, retained};
 use glimpse_core::driver::Host;
-use glimpse_core::model::Phong;
 use glimpse_core::recipe::Recipe;
-use glimpse_core::scan::{Memory, Reading, Residual, Scan};
+use glimpse_core::scan::{Reading, Residual, Scan};
 use support::{Flash, LEAVES, SECTOR};
 
 static RECIPE: &[u8] = include_bytes!("../../recipes/phong-n8.recipe");
@@ -121,7 +120,7 @@ impl Bench {
             readings,
             recipes,
         };
-        let mut memory = Memory::<Phong, CAPACITY>::new();
+        let mut memory = Memory::new();
         let mut around = Around {
             retained,
             log: &mut log,
@@ -151,7 +150,7 @@ fn readings(log: &Log) -> Vec<(u16, Reading)> {
 /// What a host makes of the last reading of each sample.
 fn fit(readings: &[(u16, Reading)]) -> Vec<f32> {
     let last: BTreeMap<_, _> = readings.iter().copied().collect();
-    let mut memory = Memory::<Phong, CAPACITY>::new();
+    let mut memory = Memory::new();
     let mut scan = Scan::new(Recipe::parse(RECIPE).unwrap(), &mut memory).unwrap();
     for (index, reading) in last {
         scan.record(index, reading).unwrap();

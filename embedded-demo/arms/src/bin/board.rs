@@ -22,11 +22,10 @@ use glimpse_arms::sensor::{Photometer, Sensor, White};
 use glimpse_arms::station::{self, ARMS, Station};
 use glimpse_arms::store::readings::Readings;
 use glimpse_arms::store::recipes::Recipes;
-use glimpse_arms::{CAPACITY, retained};
+use glimpse_arms::{Memory, retained};
 use glimpse_core::geometry::Directions;
 use glimpse_core::gonio::{Footprint, Limits, Machine, Speeds};
-use glimpse_core::model::Neural;
-use glimpse_core::scan::{Memory, Residual};
+use glimpse_core::scan::Residual;
 use stm32f4xx_hal::adc::Adc;
 use stm32f4xx_hal::adc::config::{AdcConfig, SampleTime};
 use stm32f4xx_hal::flash::{Error as FlashError, FlashExt, LockedFlash, UnlockedFlash};
@@ -118,7 +117,7 @@ unsafe extern "C" {
 
 #[entry]
 fn main() -> ! {
-    static mut MEMORY: Memory<Neural, CAPACITY> = Memory::new();
+    static mut MEMORY: Memory = Memory::new();
     static mut BUFFER: [u8; RECIPE_BYTES] = [0; RECIPE_BYTES];
 
     let (Some(chip), Some(mut core)) = (pac::Peripherals::take(), cortex_m::Peripherals::take())

@@ -19,9 +19,8 @@ use glimpse_arms::simulated::World;
 use glimpse_arms::station::ARMS;
 use glimpse_arms::store::readings::Readings;
 use glimpse_arms::store::recipes::Recipes;
-use glimpse_arms::{CAPACITY, retained};
-use glimpse_core::model::Neural;
-use glimpse_core::scan::{Memory, Residual};
+use glimpse_arms::{Memory, retained};
+use glimpse_core::scan::Residual;
 
 /// The recipe that it comes with.
 static RECIPE: &[u8] = include_bytes!("../../../recipes/neural-n8.recipe");
@@ -49,7 +48,7 @@ unsafe extern "C" {
 
 #[entry]
 fn main() -> ! {
-    static mut MEMORY: Memory<Neural, CAPACITY> = Memory::new();
+    static mut MEMORY: Memory = Memory::new();
     static mut BUFFER: [u8; 2 * SECTOR] = [0; 2 * SECTOR];
 
     // SAFETY: the linker script sets these bytes aside for it alone, there is room for it, any bits

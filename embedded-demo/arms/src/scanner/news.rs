@@ -68,25 +68,21 @@ impl News {
     }
 }
 
-/// Logs fitted values, eight in a line, as their bits.
+/// Logs fitted values, eight in a line, as the little-endian bytes of each.
 #[cfg(feature = "defmt")]
 pub fn log_values(values: &mut dyn Iterator<Item = f32>) {
+    let mut line = [0; 32];
     let mut first = 0_u16;
-    let mut line = [0; 8];
     loop {
-        let mut count = 0;
-        for (place, value) in line.iter_mut().zip(&mut *values) {
-            *place = value.to_bits();
-            count += 1;
+        let mut count = 0_usize;
+        for (place, value) in line.chunks_exact_mut(4).zip(&mut *values) {
+            place.copy_from_slice(&value.to_le_bytes());
+            count = count.saturating_add(4);
         }
-        if count == 0 {
+        let Some(bytes @ [_, ..]) = line.get(..count) else {
             return;
-        }
-        defmt::info!(
-            "values {=u16}: {=[u32]:08x}",
-            first,
-            line.get(..count).unwrap_or_default()
-        );
+        };
+        defmt::info!("values {=u16}: {=[u8]:02x}", first, bytes);
         first = first.saturating_add(8);
     }
 }
