@@ -3,112 +3,16 @@
 //! An axis never waits. [`Axis::poll`] is told how much time has passed and makes at most one edge
 //! on the step pin, so a caller that is late makes an arm slower and never makes it skip.
 
-use core::fmt;
+mod error;
+mod settings;
+
+pub use error::AxisError;
+pub use settings::Settings;
 
 use embedded_hal::digital::{InputPin, OutputPin};
 
 /// How long the step pin stays high at least, in microseconds. Every common driver takes 2.
 const PULSE_MICROSECONDS: u32 = 2;
-
-/// What an arm is like.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Settings {
-    /// Steps of the motor, microsteps and gear included, to a radian of the arm.
-    pub steps_per_radian: f32,
-    /// The fastest it goes, steps/s.
-    pub speed: f32,
-    /// How fast it gets there, steps/s^2.
-    pub acceleration: f32,
-    /// Steps/s at which it can start and stop at once: for the last approach to the switch.
-    pub homing_speed: f32,
-    /// Where the switch closes, radians. Below that angle it stays closed.
-    pub home: f32,
-    /// The smallest angle that it may go to, radians; larger than `home`.
-    pub least: f32,
-    /// The largest angle that it may go to, radians.
-    pub largest: f32,
-    /// How far the switch may be from where it closed before, in steps.
-    pub tolerance: u32,
-    /// True if the direction pin is low where the angle grows.
-    pub reversed: bool,
-}
-
-impl Settings {
-    /// The step that is nearest to an angle in radians.
-    #[must_use]
-    pub fn steps(&self, angle: f32) -> i32 {
-        libm::roundf(angle * self.steps_per_radian) as i32
-    }
-
-    /// The angle of a step, radians.
-    #[must_use]
-    pub fn angle(&self, steps: i32) -> f32 {
-        steps as f32 / self.steps_per_radian
-    }
-
-    /// Steps from the switch at which the last approach begins: a hundredth of the way, and more
-    /// than the switch may be off.
-    fn clearance(&self) -> i32 {
-        let hundredth = self.steps((self.largest - self.home) / 100.0);
-        hundredth.max(2).saturating_add(self.tolerance as i32)
-    }
-
-    /// More steps than there are from end to end.
-    fn whole_way(&self) -> u32 {
-        let way = self.steps(self.largest - self.home).unsigned_abs();
-        way.saturating_add(way / 4).saturating_add(100)
-    }
-}
-
-/// What went wrong with an arm.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum AxisError {
-    /// It was not sent home since it was switched on or slipped.
-    NotHomed,
-    /// It moves.
-    Moving,
-    /// The angle is NaN or beyond its limits.
-    OutOfReach {
-        /// Radians.
-        angle: f32,
-    },
-    /// It went all the way and more, and the switch did not close.
-    HomeNotFound,
-    /// It went all the way and more, and the switch did not open.
-    HomeStuck,
-    /// The switch closed where the arm should be far from it.
-    Slipped {
-        /// Steps that it should be away from it.
-        steps: i32,
-    },
-    /// A pin could not be read or written.
-    Pin,
-}
-
-impl fmt::Display for AxisError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::NotHomed => f.write_str("it does not know where it is: send it home first"),
-            Self::Moving => f.write_str("it moves: wait until it has arrived"),
-            Self::OutOfReach { angle } => write!(f, "{angle} rad is beyond its limits"),
-            Self::HomeNotFound => f.write_str(
-                "its home switch does not close: look at motor, driver's supply and the switch's wires",
-            ),
-            Self::HomeStuck => f.write_str(
-                "its home switch does not open: look at the switch, and at `reversed`",
-            ),
-            Self::Slipped { steps } => write!(
-                f,
-                "its home switch closed {steps} steps too early: it lost steps or hit something"
-            ),
-            Self::Pin => f.write_str("a pin of it could not be read or written"),
-        }
-    }
-}
-
-impl core::error::Error for AxisError {}
 
 /// Whether an arm has arrived.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

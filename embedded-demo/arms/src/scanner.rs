@@ -7,16 +7,16 @@
 //! A reading is kept as soon as it was taken, but the scan takes it only once the arms have come
 //! home without having lost a step since. If they had, what was read on the way is read again.
 
+mod end;
 mod milliseconds;
 mod news;
 mod platform;
 
+pub use end::{End, ScannerError, Start};
 pub use news::News;
 #[cfg(feature = "defmt")]
 pub use news::log_values;
 pub use platform::Platform;
-
-use core::fmt;
 
 use embedded_hal::digital::{InputPin, OutputPin};
 use embedded_storage::nor_flash::NorFlash;
@@ -30,7 +30,6 @@ use crate::axis::AxisError;
 use crate::goniometer::{ArmError, LostSteps};
 use crate::sensor::Sensor;
 use crate::station::{Done, Station, StationError};
-use crate::store::StoreError;
 use crate::store::readings::Readings;
 use crate::store::recipes::Recipes;
 use milliseconds::Milliseconds;
@@ -42,72 +41,6 @@ const LOSSES: u8 = 3;
 /// A host has so many microseconds to say a first word before a scan goes on without.
 const GREETING: u32 = 2_000_000;
 
-/// How a scan ended.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum End {
-    /// The material was fitted.
-    Finished,
-    /// Somebody wants to scan, and no host says a word.
-    Alone,
-    /// A host has sent another recipe, of so many bytes: it is stored, and waits for
-    /// [`Recipes::install`].
-    Stored(u32),
-    /// It was given up.
-    Failed(ScannerError),
-}
-
-/// Why a scan was given up.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum ScannerError {
-    /// An arm or the sensor.
-    Station(StationError),
-    /// The flash.
-    Store(StoreError),
-    /// Steps were lost again and again: the last ones.
-    LostSteps(LostSteps),
-    /// The arms do not reach this sample.
-    OutOfReach {
-        /// Its index in the recipe's pattern.
-        index: u16,
-    },
-    /// Recipe, fit or link.
-    Scan(Failure),
-}
-
-impl fmt::Display for ScannerError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Station(error) => error.fmt(f),
-            Self::Store(error) => error.fmt(f),
-            Self::LostSteps(LostSteps { arm, steps }) => write!(
-                f,
-                "arm {arm} loses steps again and again, {steps} the last time: let it go slower, or look what it hits"
-            ),
-            Self::OutOfReach { index } => write!(
-                f,
-                "the arms do not reach sample {index}: train a recipe with their limits"
-            ),
-            Self::Scan(error) => error.fmt(f),
-        }
-    }
-}
-
-impl core::error::Error for ScannerError {}
-
-impl From<StationError> for ScannerError {
-    fn from(error: StationError) -> Self {
-        Self::Station(error)
-    }
-}
-
-impl From<StoreError> for ScannerError {
-    fn from(error: StoreError) -> Self {
-        Self::Store(error)
-    }
-}
-
 /// A scanner: what moves and reads, and what it keeps in flash.
 pub struct Scanner<S, D, H, A, L, F> {
     /// Arms, lamp and sensor.
@@ -118,18 +51,6 @@ pub struct Scanner<S, D, H, A, L, F> {
     pub readings: Readings,
     /// The recipes in it.
     pub recipes: Recipes,
-}
-
-/// When a scan begins.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Start {
-    /// When the button is pressed.
-    ByButton,
-    /// At once if it was under way before a reset; else when the button is pressed.
-    IfUnderWay,
-    /// At once.
-    Now,
 }
 
 /// What a scan knows of itself.

@@ -1,34 +1,32 @@
 //! The firmware on an Adafruit Feather STM32F405 Express: four stepper drivers, four home switches,
 //! a lamp, three photodiodes, a button. The README has the wiring.
 //!
-//! What a scanner of one's own changes is in the first half of this file: what its arms are like,
-//! where they get to, and what a white tile counts.
+//! What the arms of a scanner of one's own are like is in `machine.rs`, its pins are here.
 
 #![no_std]
 #![no_main]
 
+mod flash;
+mod machine;
+
 use core::convert::Infallible;
-use core::f32::consts::{FRAC_PI_2, PI, TAU};
 use core::panic::PanicInfo;
 
 use cortex_m::peripheral::{DWT, SCB};
 use cortex_m_rt::{ExceptionFrame, entry, exception};
 use defmt_rtt as _; // the log, where a debug probe reads it
-use embedded_storage::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
-use glimpse_arms::axis::{self, Axis};
+use glimpse_arms::axis::Axis;
 use glimpse_arms::goniometer::Goniometer;
 use glimpse_arms::scanner::{News, Platform, Scanner, log_values};
-use glimpse_arms::sensor::{Photometer, Sensor, White};
-use glimpse_arms::station::{self, ARMS, Station};
+use glimpse_arms::sensor::{Photometer, Sensor};
+use glimpse_arms::station::{ARMS, Station};
 use glimpse_arms::store::readings::Readings;
 use glimpse_arms::store::recipes::Recipes;
 use glimpse_arms::{Memory, retained};
-use glimpse_core::geometry::Directions;
-use glimpse_core::gonio::{Footprint, Limits, Machine, Speeds};
 use glimpse_core::scan::Residual;
 use stm32f4xx_hal::adc::Adc;
 use stm32f4xx_hal::adc::config::{AdcConfig, SampleTime};
-use stm32f4xx_hal::flash::{Error as FlashError, FlashExt, LockedFlash, UnlockedFlash};
+use stm32f4xx_hal::flash::LockedFlash;
 use stm32f4xx_hal::gpio::{Analog, ErasedPin, Input, Output, PA4, PA5, PA6};
 use stm32f4xx_hal::pac::{self, ADC1, USART3};
 use stm32f4xx_hal::prelude::*;
@@ -36,72 +34,13 @@ use stm32f4xx_hal::rcc::Config;
 use stm32f4xx_hal::serial::{Rx, Tx};
 use stm32f4xx_hal::watchdog::IndependentWatchdog;
 
+use flash::{Flash, sector};
+use machine::{arm, machine, white};
+
 /// The recipe that it comes with; a host may send another.
-static RECIPE: &[u8] = include_bytes!("../../../recipes/neural-n8.recipe");
+static RECIPE: &[u8] = include_bytes!("../../../../recipes/neural-n8.recipe");
 /// Room for the recipe from the flash.
 const RECIPE_BYTES: usize = 16 * 1024;
-/// Steps to a radian: 1.8 degrees, 16 microsteps, a gear of 1:4.
-const STEPS_PER_RADIAN: f32 = 200.0 * 16.0 * 4.0 / TAU;
-/// Steps/s, of all arms.
-const SPEED: f32 = 4000.0;
-
-/// What an arm is like; 0 and 2 are polar angles, 1 and 3 azimuths.
-fn arm(number: usize) -> axis::Settings {
-    let (least, largest) = match number % 2 {
-        0 => (0.0, FRAC_PI_2),
-        _ => (-PI, PI),
-    };
-    axis::Settings {
-        steps_per_radian: STEPS_PER_RADIAN,
-        speed: SPEED,
-        acceleration: 20_000.0,
-        homing_speed: 400.0,
-        home: least - 0.05,
-        least,
-        largest,
-        tolerance: 4, // switches close within a few steps
-        reversed: false,
-    }
-}
-
-/// How fast the arms are and where they get to, together.
-fn machine() -> station::Settings {
-    let speed = SPEED / STEPS_PER_RADIAN;
-    station::Settings {
-        machine: Machine {
-            speeds: Speeds {
-                theta_i: speed,
-                phi_i: speed,
-                theta_o: speed,
-                phi_o: speed,
-            },
-            limits: Limits {
-                min_separation: 0.2, // or lamp and sensor would meet
-                ..Limits::NONE
-            },
-            isotropic: true,
-            through_normal: false,
-        },
-        arms_settle: 300_000,
-        lamp_settles: 50_000,
-    }
-}
-
-/// What a white tile counts, lit and seen along the normal: to be read with your own.
-fn white() -> White {
-    let normal = [0.0, 0.0, 1.0];
-    White {
-        counts: [3000.0; 3],
-        reflectance: [0.99; 3],
-        at: Directions {
-            incoming: normal,
-            outgoing: normal,
-        },
-        footprint: Footprint::LightLarger,
-        full_scale: 4095,
-    }
-}
-
 /// Readings of the converter for one reading of the scan.
 const REPEATS: u16 = 64;
 /// The core's clock in MHz, which the cycle counter counts.
@@ -211,8 +150,8 @@ fn main() -> ! {
     }
 
     let mut flash = Flash(LockedFlash::new(chip.FLASH));
-    let readings = Readings::mount(&mut flash, [sectors(0x8_0000), sectors(0xA_0000)]);
-    let recipes = Recipes::mount(&mut flash, [sectors(0xC_0000), sectors(0xE_0000)], BUFFER);
+    let readings = Readings::mount(&mut flash, [sector(0x8_0000), sector(0xA_0000)]);
+    let recipes = Recipes::mount(&mut flash, [sector(0xC_0000), sector(0xE_0000)], BUFFER);
     let (Ok(readings), Ok(recipes)) = (readings, recipes) else {
         defmt::error!("the flash cannot be read");
         reset()
@@ -300,59 +239,6 @@ impl Sensor for Photodiodes {
             self.converter.convert(&self.green, time),
             self.converter.convert(&self.blue, time),
         ])
-    }
-}
-
-/// The sector of 128 KiB at this offset in the flash.
-const fn sectors(offset: u32) -> core::ops::Range<u32> {
-    offset..offset + 128 * 1024
-}
-
-/// The chip's flash, unlocked only while it changes. The core stands meanwhile, and nothing moves.
-struct Flash(LockedFlash);
-
-impl Flash {
-    /// What the data cache holds is of before: the HAL turns it on and leaves it alone.
-    fn flush_cache() {
-        // SAFETY: only these bits of a register that nothing else writes after the clocks.
-        let flash = unsafe { &*pac::FLASH::ptr() };
-        flash.acr().modify(|_, w| w.dcen().clear_bit());
-        flash.acr().modify(|_, w| w.dcrst().set_bit());
-        flash.acr().modify(|_, w| w.dcrst().clear_bit());
-        flash.acr().modify(|_, w| w.dcen().set_bit());
-    }
-}
-
-impl ErrorType for Flash {
-    type Error = FlashError;
-}
-
-impl ReadNorFlash for Flash {
-    const READ_SIZE: usize = 1;
-
-    fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), FlashError> {
-        ReadNorFlash::read(&mut self.0, offset, bytes)
-    }
-
-    fn capacity(&self) -> usize {
-        self.0.len()
-    }
-}
-
-impl NorFlash for Flash {
-    const WRITE_SIZE: usize = 1;
-    const ERASE_SIZE: usize = <UnlockedFlash<'_> as NorFlash>::ERASE_SIZE;
-
-    fn erase(&mut self, from: u32, to: u32) -> Result<(), FlashError> {
-        let erased = NorFlash::erase(&mut self.0.unlocked(), from, to);
-        Self::flush_cache();
-        erased
-    }
-
-    fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), FlashError> {
-        let written = NorFlash::write(&mut self.0.unlocked(), offset, bytes);
-        Self::flush_cache();
-        written
     }
 }
 
