@@ -31,7 +31,28 @@ impl Firmware {
     /// If it is not there, or holds another recipe than the repository.
     #[must_use]
     pub fn load() -> Self {
-        let path = env::var_os("GLIMPSE_FIRMWARE").map_or_else(|| DEFAULT.into(), PathBuf::from);
+        Self::at(env::var_os("GLIMPSE_FIRMWARE").map_or_else(|| DEFAULT.into(), PathBuf::from))
+    }
+
+    /// Reads the firmware that moves the arms itself, in the simulated scanner.
+    ///
+    /// # Panics
+    /// As [`Firmware::load`].
+    #[must_use]
+    pub fn load_arms() -> Self {
+        Self::at(Path::new(DEFAULT).with_file_name("arms-simulated"))
+    }
+
+    /// Reads the same for a board.
+    ///
+    /// # Panics
+    /// As [`Firmware::load`].
+    #[must_use]
+    pub fn load_arms_board() -> Self {
+        Self::at(Path::new(DEFAULT).with_file_name("arms-board"))
+    }
+
+    fn at(path: PathBuf) -> Self {
         let bytes = fs::read(&path).unwrap_or_else(|error| {
             panic!(
                 "{}: {error}. `tests/run firmware` builds it; with rustup's target it is \

@@ -147,15 +147,28 @@ impl Emulator {
     /// If there is none for a minute.
     #[must_use]
     pub fn wait_for(&self, start: &str) -> String {
+        let rest = |log: &[String]| {
+            let mut lines = log.iter();
+            lines.find_map(|line| line.strip_prefix(start).map(str::to_owned))
+        };
+        self.wait_until(|log| rest(log).is_some());
+        rest(&self.log()).unwrap_or_default()
+    }
+
+    /// Waits until the log is as it shall be.
+    ///
+    /// # Panics
+    /// If it is not for a minute.
+    pub fn wait_until(&self, is_so: impl Fn(&[String]) -> bool) {
         let begun = Instant::now();
         while begun.elapsed() < PATIENCE {
-            if let Some(rest) = self.log().iter().find_map(|line| line.strip_prefix(start)) {
-                return rest.to_owned();
+            if is_so(&self.log()) {
+                return;
             }
             thread::sleep(Duration::from_millis(10));
         }
         panic!(
-            "the firmware does not log `{start}`, only {:#?}",
+            "the firmware does not log what it should, only {:#?}",
             self.log()
         );
     }
