@@ -25,9 +25,12 @@ pub(crate) fn answer(request: &Request) -> Reply {
     }
 }
 
+/// What a host answers to a request; None: nothing.
+type Answer<'h> = Box<dyn FnMut(&Request) -> Option<Reply> + 'h>;
+
 /// Who is at the other end, and what was said and done so far.
 pub(crate) struct Bench<'h> {
-    answer: Box<dyn FnMut(&Request) -> Option<Reply> + 'h>,
+    answer: Answer<'h>,
     answerer: Answerer,
     /// Spoils what is sent, in either direction.
     pub(crate) spoil: Box<dyn FnMut(Vec<u8>) -> Vec<u8> + 'h>,

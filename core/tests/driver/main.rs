@@ -12,3 +12,4 @@ mod silence;
 mod stray;
 mod update;
 mod whole;
+mod wrong_readings;
