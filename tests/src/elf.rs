@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::{env, fs};
 
+use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::Recipe;
 use object::{Object, ObjectSection, ObjectSymbol};
 use tempfile::NamedTempFile;
@@ -30,7 +31,28 @@ impl Firmware {
     /// If it is not there, or holds another recipe than the repository.
     #[must_use]
     pub fn load() -> Self {
-        let path = env::var_os("GLIMPSE_FIRMWARE").map_or_else(|| DEFAULT.into(), PathBuf::from);
+        Self::at(env::var_os("GLIMPSE_FIRMWARE").map_or_else(|| DEFAULT.into(), PathBuf::from))
+    }
+
+    /// Reads the firmware that moves the arms itself, in the simulated scanner.
+    ///
+    /// # Panics
+    /// As [`Firmware::load`].
+    #[must_use]
+    pub fn load_arms() -> Self {
+        Self::at(Path::new(DEFAULT).with_file_name("arms-simulated"))
+    }
+
+    /// Reads the same for a board.
+    ///
+    /// # Panics
+    /// As [`Firmware::load`].
+    #[must_use]
+    pub fn load_arms_board() -> Self {
+        Self::at(Path::new(DEFAULT).with_file_name("arms-board"))
+    }
+
+    fn at(path: PathBuf) -> Self {
         let bytes = fs::read(&path).unwrap_or_else(|error| {
             panic!(
                 "{}: {error}. `tests/run firmware` builds it; with rustup's target it is \
@@ -41,6 +63,23 @@ impl Firmware {
         let firmware = Self { path, bytes };
         firmware.recipe();
         firmware
+    }
+
+    /// The same firmware with the repository's recipe of another model, from where `tests/run
+    /// firmware` copies it.
+    ///
+    /// # Panics
+    /// If it is not there.
+    #[must_use]
+    pub fn of(model: ModelKind) -> Self {
+        let path = PathBuf::from(format!("{DEFAULT}-{model}"));
+        let bytes = fs::read(&path).unwrap_or_else(|error| {
+            panic!(
+                "{}: {error}. `tests/run firmware` builds it",
+                path.display()
+            )
+        });
+        Self { path, bytes }
     }
 
     /// Its bytes.

@@ -42,6 +42,16 @@ impl Emulator {
     /// If QEMU is missing or does not start.
     #[must_use]
     pub fn boot(firmware: &Firmware, image: &Path) -> Self {
+        Self::boot_with(firmware, image, &["-icount", "shift=0"])
+    }
+
+    /// Boots `image` with these options of QEMU's, instead of an instruction's taking a nanosecond.
+    /// Without any its time is the wall clock's.
+    ///
+    /// # Panics
+    /// As [`Emulator::boot`].
+    #[must_use]
+    pub fn boot_with(firmware: &Firmware, image: &Path, options: &[&str]) -> Self {
         let (serial, serial_address) = listen();
         let (control, control_address) = listen();
         let mut process = Command::new("qemu-system-arm")
@@ -54,7 +64,7 @@ impl Emulator {
                 "none",
             ])
             .args(["-semihosting-config", "enable=on,target=native"])
-            .args(["-icount", "shift=0"])
+            .args(options)
             .args(["-serial", &serial_address])
             .args(["-qmp", &control_address])
             .arg("-kernel")
@@ -92,6 +102,22 @@ impl Emulator {
         self.command("system_reset");
     }
 
+    /// Stops the machine and its time, or lets them go on.
+    ///
+    /// # Panics
+    /// If QEMU does not do it.
+    pub fn stop(&mut self) {
+        self.command("stop");
+    }
+
+    /// As [`Emulator::stop`].
+    ///
+    /// # Panics
+    /// If QEMU does not do it.
+    pub fn go_on(&mut self) {
+        self.command("cont");
+    }
+
     /// Has QEMU do something.
     fn command(&mut self, name: &str) {
         let command = format!("{{\"execute\": \"{name}\"}}\n");
@@ -121,15 +147,28 @@ impl Emulator {
     /// If there is none for a minute.
     #[must_use]
     pub fn wait_for(&self, start: &str) -> String {
+        let rest = |log: &[String]| {
+            let mut lines = log.iter();
+            lines.find_map(|line| line.strip_prefix(start).map(str::to_owned))
+        };
+        self.wait_until(|log| rest(log).is_some());
+        rest(&self.log()).unwrap_or_default()
+    }
+
+    /// Waits until the log is as it shall be.
+    ///
+    /// # Panics
+    /// If it is not for a minute.
+    pub fn wait_until(&self, is_so: impl Fn(&[String]) -> bool) {
         let begun = Instant::now();
         while begun.elapsed() < PATIENCE {
-            if let Some(rest) = self.log().iter().find_map(|line| line.strip_prefix(start)) {
-                return rest.to_owned();
+            if is_so(&self.log()) {
+                return;
             }
             thread::sleep(Duration::from_millis(10));
         }
         panic!(
-            "the firmware does not log `{start}`, only {:#?}",
+            "the firmware does not log what it should, only {:#?}",
             self.log()
         );
     }

@@ -15,7 +15,7 @@ use super::scanning::{MODELS, Outcome, SAMPLES, every_fitter, fit, material, rec
 
 /// The recipes that the demo firmware is built with, which learn in large steps.
 fn learned() -> Vec<(String, Vec<u8>)> {
-    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../embedded-demo/recipes");
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/examples/recipes");
     let files = std::fs::read_dir(folder)
         .unwrap()
         .map(|file| file.unwrap().path());

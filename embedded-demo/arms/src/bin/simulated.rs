@@ -1,0 +1,193 @@
+//! The firmware in QEMU: netduinoplus2 has a UART, but no arms, no ADC, no clocks and no flash
+//! controller. The scanner is simulated, and it and the flash lie where a reset leaves them alone.
+//!
+//! Bytes on the UART play the world, while no host listens: `a` to `d` let an arm lose its next
+//! forty steps, `p` presses the button.
+
+#![no_std]
+#![no_main]
+
+use core::panic::PanicInfo;
+use core::ptr;
+
+use cortex_m::peripheral::SCB;
+use cortex_m_rt::{entry, exception};
+use defmt_semihosting as _;
+use glimpse_arms::flash_ram::{FlashRam, SECTOR};
+use glimpse_arms::scanner::{News, Platform, Scanner, log_values};
+use glimpse_arms::simulated::World;
+use glimpse_arms::station::ARMS;
+use glimpse_arms::store::readings::Readings;
+use glimpse_arms::store::recipes::Recipes;
+use glimpse_arms::{Memory, retained};
+use glimpse_core::scan::Residual;
+
+/// The recipe that it comes with.
+static RECIPE: &[u8] = include_bytes!("../../../recipes/neural-n8.recipe");
+/// Two sectors for readings, two and two for recipes.
+const FLASH_BYTES: usize = 6 * SECTOR;
+/// Steps that an arm loses at a time.
+const STALL: u32 = 40;
+/// By this the memory is known again.
+const MAGIC: u32 = 0x6C1A_4D05;
+
+/// What a reset leaves. Any bits are one.
+#[repr(C)]
+struct Kept {
+    magic: u32,
+    world: World,
+    positions: [u32; retained::WORDS],
+    flash: [u8; FLASH_BYTES],
+}
+
+unsafe extern "C" {
+    /// The linker script's memory that start-up code does not touch.
+    #[link_name = "_kept"]
+    static mut KEPT: Kept;
+}
+
+#[entry]
+fn main() -> ! {
+    static mut MEMORY: Memory = Memory::new();
+    static mut BUFFER: [u8; 2 * SECTOR] = [0; 2 * SECTOR];
+
+    // SAFETY: the linker script sets these bytes aside for it alone, there is room for it, any bits
+    // are one, and this is the only reference, since `main` runs once.
+    let kept = unsafe { &mut *(&raw mut KEPT) };
+    if kept.magic != MAGIC {
+        // Power was off: nobody knows where the arms are, and the flash is new.
+        kept.world.place([300, 500, 40, 700]);
+        kept.world.press();
+        kept.positions = retained::words(None);
+        kept.flash.fill(0xFF);
+        kept.magic = MAGIC;
+    }
+    let mut flash = FlashRam(&mut kept.flash);
+    let mut station = kept.world.station();
+    if let Some(positions) = retained::positions(kept.positions) {
+        station.assume(positions);
+    }
+    let mut platform = Simulation {
+        world: &kept.world,
+        positions: &mut kept.positions,
+        uart: Uart::start(),
+        is_alone: false,
+    };
+    let sector =
+        |sectors: core::ops::Range<u32>| sectors.start * SECTOR as u32..sectors.end * SECTOR as u32;
+    let readings = Readings::mount(&mut flash, [sector(0..1), sector(1..2)]);
+    let recipes = Recipes::mount(&mut flash, [sector(2..4), sector(4..6)], BUFFER);
+    let (Ok(readings), Ok(recipes)) = (readings, recipes) else {
+        defmt::error!("the flash cannot be read");
+        reset()
+    };
+    let mut scanner = Scanner {
+        station,
+        flash,
+        readings,
+        recipes,
+    };
+    scanner.serve(RECIPE, BUFFER, MEMORY, &mut platform)
+}
+
+/// What is around the scanner in QEMU.
+struct Simulation<'w> {
+    world: &'w World,
+    positions: &'w mut [u32; retained::WORDS],
+    uart: Uart,
+    /// No host listens, so that bytes play the world.
+    is_alone: bool,
+}
+
+impl Platform for Simulation<'_> {
+    /// Simulated arms need simulated time: each round takes 10 us.
+    fn elapsed(&mut self) -> u32 {
+        10
+    }
+
+    fn receive(&mut self) -> Option<u8> {
+        let byte = self.uart.read()?;
+        if !self.is_alone {
+            return Some(byte);
+        }
+        match byte {
+            b'a'..=b'd' => self.world.stall(usize::from(byte - b'a'), STALL),
+            b'p' => self.world.press(),
+            _ => {}
+        }
+        None
+    }
+
+    fn send(&mut self, byte: u8) -> bool {
+        self.uart.write(byte)
+    }
+
+    fn is_started(&mut self) -> bool {
+        self.world.is_pressed()
+    }
+
+    fn remember(&mut self, positions: Option<[i32; ARMS]>) {
+        *self.positions = retained::words(positions);
+    }
+
+    fn tell(&mut self, news: News) {
+        news.log();
+        if let News::End(end) = news {
+            self.is_alone = end == glimpse_arms::scanner::End::Alone;
+        }
+    }
+
+    fn finished(&mut self, residual: Residual, values: &mut dyn Iterator<Item = f32>) {
+        log_values(values);
+        defmt::info!("residual {=u32:08x}", residual.mean.to_bits());
+    }
+}
+
+/// USART1, which QEMU joins with its serial line.
+struct Uart;
+
+impl Uart {
+    const STATUS: *const u32 = ptr::without_provenance(0x4001_1000);
+    const DATA: *mut u32 = ptr::without_provenance_mut(0x4001_1004);
+    const CONTROL: *mut u32 = ptr::without_provenance_mut(0x4001_100C);
+
+    fn start() -> Self {
+        // SAFETY: the register of netduinoplus2's USART1: enabled, transmitter and receiver on.
+        unsafe { Self::CONTROL.write_volatile(1 << 13 | 1 << 3 | 1 << 2) };
+        Self
+    }
+
+    fn status(&self) -> u32 {
+        // SAFETY: as above.
+        unsafe { Self::STATUS.read_volatile() }
+    }
+
+    fn read(&mut self) -> Option<u8> {
+        // SAFETY: as above.
+        (self.status() & 1 << 5 != 0).then(|| unsafe { Self::DATA.read_volatile() } as u8)
+    }
+
+    fn write(&mut self, byte: u8) -> bool {
+        let ready = self.status() & 1 << 7 != 0;
+        if ready {
+            // SAFETY: as above.
+            unsafe { Self::DATA.write_volatile(byte.into()) };
+        }
+        ready
+    }
+}
+
+#[panic_handler]
+fn panic(_: &PanicInfo<'_>) -> ! {
+    defmt::error!("panic");
+    reset()
+}
+
+#[exception]
+unsafe fn HardFault(_: &cortex_m_rt::ExceptionFrame) -> ! {
+    reset()
+}
+
+fn reset() -> ! {
+    SCB::sys_reset()
+}

@@ -1,0 +1,73 @@
+//! A flash in RAM: in QEMU, which has no flash controller, it lies where a reset leaves it alone.
+
+use embedded_storage::nor_flash::{
+    ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash,
+};
+
+/// Bytes of a sector.
+pub const SECTOR: usize = 4096;
+
+/// A flash in RAM: bits go from 1 to 0 by writing, and back by erasing a sector.
+#[derive(Debug)]
+pub struct FlashRam<'b>(pub &'b mut [u8]);
+
+/// An address is out of bounds or not aligned.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct OutOfBounds;
+
+impl NorFlashError for OutOfBounds {
+    fn kind(&self) -> NorFlashErrorKind {
+        NorFlashErrorKind::OutOfBounds
+    }
+}
+
+impl ErrorType for FlashRam<'_> {
+    type Error = OutOfBounds;
+}
+
+impl FlashRam<'_> {
+    fn place(&mut self, from: u32, length: usize) -> Result<&mut [u8], OutOfBounds> {
+        let from = from as usize;
+        let to = from.saturating_add(length);
+        self.0.get_mut(from..to).ok_or(OutOfBounds)
+    }
+}
+
+impl ReadNorFlash for FlashRam<'_> {
+    const READ_SIZE: usize = 1;
+
+    fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), OutOfBounds> {
+        let place = self.place(offset, bytes.len())?;
+        for (to, from) in bytes.iter_mut().zip(place) {
+            *to = *from;
+        }
+        Ok(())
+    }
+
+    fn capacity(&self) -> usize {
+        self.0.len()
+    }
+}
+
+impl NorFlash for FlashRam<'_> {
+    const WRITE_SIZE: usize = 4;
+    const ERASE_SIZE: usize = SECTOR;
+
+    fn erase(&mut self, from: u32, to: u32) -> Result<(), OutOfBounds> {
+        let whole = |address: u32| (address as usize).is_multiple_of(SECTOR);
+        let length = to.checked_sub(from).ok_or(OutOfBounds)?;
+        if !(whole(from) && whole(to)) {
+            return Err(OutOfBounds);
+        }
+        self.place(from, length as usize)?.fill(0xFF);
+        Ok(())
+    }
+
+    fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), OutOfBounds> {
+        let place = self.place(offset, bytes.len())?;
+        for (to, from) in place.iter_mut().zip(bytes) {
+            *to &= *from;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,334 @@
+//! One scan, from the home switches to the fitted material.
+//!
+//! [`Scanner::scan`] is the loop of the firmware: the station moves and reads, the flash keeps, and
+//! core's [`Driver`] fits and talks with a host, if there is one. Whatever else a firmware does has
+//! its turn in each round, by [`Platform`].
+//!
+//! A reading is kept as soon as it was taken, but the scan takes it only once the arms have come
+//! home without having lost a step since. If they had, what was read on the way is read again.
+
+mod end;
+mod milliseconds;
+mod news;
+mod platform;
+
+pub use end::{End, ScannerError, Start};
+pub use news::News;
+#[cfg(feature = "defmt")]
+pub use news::log_values;
+pub use platform::Platform;
+
+use embedded_hal::digital::{InputPin, OutputPin};
+use embedded_storage::nor_flash::NorFlash;
+use glimpse_core::driver::{Action, Config, Driver, Host};
+use glimpse_core::fit::Fitter;
+use glimpse_core::link::Failure;
+use glimpse_core::recipe::Recipe;
+use glimpse_core::scan::{Memory, Scan};
+
+use crate::axis::AxisError;
+use crate::goniometer::{ArmError, LostSteps};
+use crate::sensor::Sensor;
+use crate::station::{Done, Station, StationError};
+use crate::store::readings::Readings;
+use crate::store::recipes::Recipes;
+use milliseconds::Milliseconds;
+
+/// After so many readings the arms go home, to see whether they have lost steps.
+const READINGS_BETWEEN_CHECKS: u16 = 4;
+/// How often steps may be lost in one scan.
+const LOSSES: u8 = 3;
+/// A host has so many microseconds to say a first word before a scan goes on without.
+const GREETING: u32 = 2_000_000;
+
+/// A scanner: what moves and reads, and what it keeps in flash.
+pub struct Scanner<S, D, H, A, L, F> {
+    /// Arms, lamp and sensor.
+    pub station: Station<S, D, H, A, L>,
+    /// The flash.
+    pub flash: F,
+    /// The readings in it.
+    pub readings: Readings,
+    /// The recipes in it.
+    pub recipes: Recipes,
+}
+
+/// What a scan knows of itself.
+#[derive(Clone, Copy, Debug, Default)]
+struct Course {
+    /// Somebody has pressed the button, or it was under way before a reset.
+    started: bool,
+    /// The arms were home once.
+    homed: bool,
+    /// Readings since they were.
+    readings: u16,
+    /// How often steps were lost.
+    losses: u8,
+}
+
+impl<S, D, H, A, L, F> Scanner<S, D, H, A, L, F>
+where
+    S: OutputPin,
+    D: OutputPin,
+    H: InputPin,
+    A: Sensor,
+    L: OutputPin,
+    F: NorFlash,
+{
+    /// Scans one material after the other, for ever.
+    ///
+    /// The recipe is the one in force in the flash, or the `factory`'s if there is none; `buffer` has
+    /// room for it. A host that listens hears of the scan and may send another recipe; without one
+    /// the firmware does as well.
+    pub fn serve<K: Fitter, const CAPACITY: usize>(
+        &mut self,
+        factory: &[u8],
+        buffer: &mut [u8],
+        memory: &mut Memory<K, CAPACITY>,
+        platform: &mut impl Platform,
+    ) -> ! {
+        let mut next = (Host::Listens, Start::IfUnderWay);
+        loop {
+            let (host, start) = next;
+            let recipe = match self.recipes.load(&mut self.flash, buffer) {
+                Ok(recipe) => recipe.unwrap_or(factory),
+                Err(_) => factory,
+            };
+            let end = self.scan(recipe, memory, host, start, platform);
+            platform.tell(News::End(end));
+            next = match end {
+                End::Alone => (Host::Absent, Start::Now),
+                End::Failed(ScannerError::Scan(Failure::NoReply)) => (Host::Absent, Start::Now),
+                End::Finished | End::Failed(_) => (Host::Listens, Start::ByButton),
+                End::Stored(bytes) => {
+                    let installed = self.recipes.install(&mut self.flash, bytes, buffer);
+                    platform.tell(News::Recipe(installed.map(|_| ())));
+                    (Host::Listens, Start::IfUnderWay)
+                }
+            };
+        }
+    }
+
+    /// Scans one material by a recipe. With [`Host::Listens`] a host may send another recipe
+    /// instead.
+    pub fn scan<K: Fitter, const CAPACITY: usize>(
+        &mut self,
+        recipe: &[u8],
+        memory: &mut Memory<K, CAPACITY>,
+        host: Host,
+        start: Start,
+        platform: &mut impl Platform,
+    ) -> End {
+        let scan = Recipe::parse(recipe).map_err(Failure::Recipe);
+        let scan = scan.and_then(|recipe| Scan::new(recipe, memory).map_err(Failure::Scan));
+        let config = Config {
+            recipe_bytes: self.recipes.room(),
+            ..Config::new(host)
+        };
+        let mut driver = Driver::new(scan, config);
+        match self.lead(&mut driver, host, start, platform) {
+            Ok(end) => end,
+            Err(error) => {
+                // The readings stay where they are: whatever it was, the scan may go on after it.
+                self.station.stop();
+                End::Failed(error)
+            }
+        }
+    }
+
+    fn lead<K: Fitter, const CAPACITY: usize>(
+        &mut self,
+        driver: &mut Driver<'_, '_, K, CAPACITY>,
+        host: Host,
+        start: Start,
+        platform: &mut impl Platform,
+    ) -> Result<End, ScannerError> {
+        let mut course = Course {
+            started: match start {
+                Start::ByButton => false,
+                Start::IfUnderWay => self.is_under_way(driver),
+                Start::Now => true,
+            },
+            ..Course::default()
+        };
+        let mut milliseconds = Milliseconds::default();
+        let (mut waited, mut heard) = (0_u32, host != Host::Listens);
+        let mut finished = false;
+        platform.tell(News::Ready {
+            under_way: course.started,
+        });
+        loop {
+            let elapsed = platform.elapsed();
+            waited = waited.saturating_add(elapsed);
+            course.started |= platform.is_started();
+            while let Some(byte) = platform.receive() {
+                heard = true;
+                driver.receive(byte);
+            }
+            while let Some(byte) = driver.outgoing().first()
+                && platform.send(*byte)
+            {
+                driver.sent(1);
+            }
+            if course.started && !heard && waited >= GREETING {
+                return Ok(End::Alone);
+            }
+            if let Some(done) = self.go_on(elapsed, &mut course, platform)? {
+                self.take_up(done, driver, &mut course, platform)?;
+            }
+            platform.remember(self.station.arms().positions());
+
+            match driver.poll(milliseconds.of(elapsed)) {
+                Action::Measure { .. } if course.started && self.station.is_idle() => {
+                    self.next(driver, &mut course)?;
+                }
+                Action::Store { offset, bytes } => {
+                    self.recipes.store(&mut self.flash, offset, &bytes)?;
+                }
+                Action::Install { bytes, .. } => return Ok(End::Stored(bytes)),
+                Action::Finished(residual) => {
+                    if let Some(fitted) = driver.scan().ok().and_then(Scan::fitted) {
+                        platform.finished(residual, &mut fitted.values());
+                    }
+                    finished = true;
+                }
+                Action::Forget if finished => {
+                    self.readings.end(&mut self.flash)?;
+                    return Ok(End::Finished);
+                }
+                Action::Forget => self.readings.end(&mut self.flash)?,
+                Action::Failed(failure) => return Err(ScannerError::Scan(failure)),
+                // Readings were kept when they were taken, and this is no time to sleep.
+                Action::Save { .. } | Action::Measure { .. } => {}
+                Action::Wait { .. } | Action::Continue => {}
+            }
+        }
+    }
+
+    fn is_under_way<K: Fitter, const CAPACITY: usize>(
+        &self,
+        driver: &Driver<'_, '_, K, CAPACITY>,
+    ) -> bool {
+        driver.scan().is_ok_and(|scan| {
+            let recipe = scan.recipe();
+            let (checksum, samples) = (recipe.checksum(), recipe.samples() as u16);
+            self.readings.is_under_way(checksum, samples)
+        })
+    }
+
+    /// What comes next while the scan waits for readings: home, or to a sample.
+    fn next<K: Fitter, const CAPACITY: usize>(
+        &mut self,
+        driver: &Driver<'_, '_, K, CAPACITY>,
+        course: &mut Course,
+    ) -> Result<(), ScannerError> {
+        let scan = driver.scan().map_err(ScannerError::Scan)?;
+        if !self.is_under_way(driver) {
+            let recipe = scan.recipe();
+            let (checksum, samples) = (recipe.checksum(), recipe.samples() as u16);
+            self.readings.begin(&mut self.flash, checksum, samples)?;
+        }
+        let mut unread = None;
+        for (index, _) in scan.pending() {
+            if self.readings.get(&mut self.flash, index)?.is_none() {
+                unread = unread.or(Some(index));
+            }
+        }
+        let due = course.readings >= READINGS_BETWEEN_CHECKS || unread.is_none();
+        if !course.homed || due {
+            return Ok(self.station.go_home()?);
+        }
+        let (readings, flash) = (&self.readings, &mut self.flash);
+        let nearest = self.station.nearest(
+            scan.pending()
+                .filter(|(index, _)| matches!(readings.get(flash, *index), Ok(None))),
+        );
+        let nearest = nearest.and_then(|nearest| {
+            let mut pending = scan.pending();
+            let (_, directions) = pending.find(|(index, _)| *index == nearest.index)?;
+            Some((nearest, directions))
+        });
+        match (nearest, unread) {
+            (Some((nearest, directions)), _) => Ok(self.station.read(nearest, directions)?),
+            (None, Some(index)) => Err(ScannerError::OutOfReach { index }),
+            (None, None) => Ok(()),
+        }
+    }
+
+    /// Lets the station go on. Steps that show on the way are as lost as those that show at home.
+    fn go_on(
+        &mut self,
+        elapsed: u32,
+        course: &mut Course,
+        platform: &mut impl Platform,
+    ) -> Result<Option<Done>, ScannerError> {
+        match self.station.poll(elapsed) {
+            Ok(done) => Ok(done),
+            Err(StationError::Arm(ArmError {
+                arm,
+                error: AxisError::Slipped { steps },
+            })) => {
+                self.lose(LostSteps { arm, steps }, course, platform)?;
+                Ok(None)
+            }
+            Err(error) => Err(error.into()),
+        }
+    }
+
+    /// Takes up what the station has done.
+    fn take_up<K: Fitter, const CAPACITY: usize>(
+        &mut self,
+        done: Done,
+        driver: &mut Driver<'_, '_, K, CAPACITY>,
+        course: &mut Course,
+        platform: &mut impl Platform,
+    ) -> Result<(), ScannerError> {
+        match done {
+            Done::Read { index, reading } => {
+                self.readings.keep(&mut self.flash, index, reading)?;
+                course.readings = course.readings.saturating_add(1);
+                platform.tell(News::Read { index, reading });
+                Ok(())
+            }
+            Done::Home(Some(lost)) => self.lose(lost, course, platform),
+            Done::Home(None) => {
+                course.homed = true;
+                course.readings = 0;
+                self.readings.confirm(&mut self.flash)?;
+                let samples = driver.scan().map_or(0, |scan| scan.recipe().samples());
+                let mut confirmed = 0_u16;
+                for index in 0..samples as u16 {
+                    let known = driver
+                        .scan()
+                        .is_ok_and(|scan| scan.reading(index).is_some());
+                    if let Some(reading) = self.readings.get(&mut self.flash, index)?
+                        && !known
+                    {
+                        driver.record(index, reading);
+                        confirmed = confirmed.saturating_add(1);
+                    }
+                }
+                platform.tell(News::Home { confirmed });
+                Ok(())
+            }
+        }
+    }
+
+    /// Steps were lost: what was read since the arms were home is read again.
+    fn lose(
+        &mut self,
+        lost: LostSteps,
+        course: &mut Course,
+        platform: &mut impl Platform,
+    ) -> Result<(), ScannerError> {
+        platform.tell(News::LostSteps(lost));
+        self.readings.discard(&mut self.flash)?;
+        course.homed = false;
+        course.readings = 0;
+        course.losses = course.losses.saturating_add(1);
+        if course.losses > LOSSES {
+            return Err(ScannerError::LostSteps(lost));
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,88 @@
+//! What a scan has to tell on the way.
+
+use glimpse_core::scan::Reading;
+
+use super::End;
+use crate::goniometer::LostSteps;
+use crate::store::recipes::ReplaceError;
+
+/// What a scan has to tell on the way.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum News {
+    /// A scan has ended.
+    End(End),
+    /// Another recipe was put in force, or why it was not.
+    Recipe(Result<(), ReplaceError>),
+    /// It waits for the button, or goes on.
+    Ready {
+        /// It goes on where a reset stopped it.
+        under_way: bool,
+    },
+    /// The arms are home and have lost no step.
+    Home {
+        /// Readings that the scan takes for good now.
+        confirmed: u16,
+    },
+    /// The arms have lost steps: what was read since they were home is read again.
+    LostSteps(LostSteps),
+    /// A sample was read, and the reading is kept.
+    Read {
+        /// Its index in the recipe's pattern.
+        index: u16,
+        /// What the sensor saw.
+        reading: Reading,
+    },
+}
+
+#[cfg(feature = "defmt")]
+impl News {
+    /// Logs it, numbers as their bits.
+    pub fn log(&self) {
+        match self {
+            Self::End(End::Finished) => defmt::info!("finished"),
+            Self::End(End::Alone) => defmt::info!("no host listens"),
+            Self::End(End::Stored(bytes)) => {
+                defmt::info!("a recipe of {=u32} bytes has come", bytes);
+            }
+            Self::End(End::Failed(error)) => defmt::error!("failed: {}", error),
+            Self::Recipe(Ok(())) => defmt::info!("a new recipe is in force"),
+            Self::Recipe(Err(error)) => defmt::error!("the old recipe stays: {}", error),
+            Self::Ready { under_way: false } => defmt::info!("ready: press the button"),
+            Self::Ready { under_way: true } => defmt::info!("goes on"),
+            Self::Home { confirmed } => defmt::info!("home: {=u16} readings confirmed", confirmed),
+            Self::LostSteps(LostSteps { arm, steps }) => {
+                defmt::warn!("lost steps: arm {=u8}, {=i32} steps", arm, steps);
+            }
+            Self::Read { index, reading } => {
+                let [red, green, blue] = reading.brdf.map(f32::to_bits);
+                defmt::info!(
+                    "reading {=u16}: {=u32:08x} {=u32:08x} {=u32:08x} {=bool}",
+                    index,
+                    red,
+                    green,
+                    blue,
+                    reading.saturated
+                );
+            }
+        }
+    }
+}
+
+/// Logs fitted values, eight in a line, as the little-endian bytes of each.
+#[cfg(feature = "defmt")]
+pub fn log_values(values: &mut dyn Iterator<Item = f32>) {
+    let mut line = [0; 32];
+    let mut first = 0_u16;
+    loop {
+        let mut count = 0_usize;
+        for (place, value) in line.chunks_exact_mut(4).zip(&mut *values) {
+            place.copy_from_slice(&value.to_le_bytes());
+            count = count.saturating_add(4);
+        }
+        let Some(bytes @ [_, ..]) = line.get(..count) else {
+            return;
+        };
+        defmt::info!("values {=u16}: {=[u8]:02x}", first, bytes);
+        first = first.saturating_add(8);
+    }
+}

@@ -1,0 +1,202 @@
+//! A simulated scanner: arms that see edges on their pins only, and a sensor that sees the sample
+//! from where the arms **are**, not from where they should be.
+//!
+//! All of its state is plain numbers in cells, so that it may lie in memory that a reset leaves
+//! alone, as a machine does.
+
+mod pins;
+
+pub use pins::{DirectionPin, Lamp, Photodiode, StepPin, Switch};
+
+use core::cell::Cell;
+use core::f32::consts::{FRAC_PI_2, PI, TAU};
+
+use glimpse_core::geometry::{Angles, ArmAngles, Directions, Spherical};
+use glimpse_core::gonio::{Footprint, Limits, Machine, Speeds};
+
+use crate::axis::{self, Axis};
+use crate::goniometer::Goniometer;
+use crate::sensor::{Photometer, White};
+use crate::station::{self, ARMS, Station};
+
+/// A simulated arm.
+#[derive(Debug, Default)]
+#[repr(C)]
+pub struct Arm {
+    /// Where it is, in steps; its switch is closed at 0 and below.
+    position: Cell<i32>,
+    /// Levels of its pins, 0 or 1.
+    step: Cell<u32>,
+    direction: Cell<u32>,
+    /// So many edges it will not follow.
+    stalled: Cell<u32>,
+}
+
+/// A simulated scanner.
+#[derive(Debug, Default)]
+#[repr(C)]
+pub struct World {
+    arms: [Arm; ARMS],
+    lamp: Cell<u32>,
+    /// State of the sensor's noise.
+    noise: Cell<u32>,
+    /// 1 if the button is pressed.
+    button: Cell<u32>,
+}
+
+/// A made-up material: a diffuse colour, and a highlight of two widths; sr^-1, linear RGB. (That of
+/// `glimpse-fits`, whose fit is counted.)
+fn brdf(angles: Angles<f32>) -> [f32; 3] {
+    let lobe = |sharpness: f32| {
+        let falloff = 1.0 + sharpness * angles.theta_h * angles.theta_h;
+        1.0 / (falloff * falloff)
+    };
+    let grazing = 1.0 + 0.2 * angles.theta_d * angles.theta_d;
+    let highlight = 0.9 * (8.0 * lobe(40.0) + lobe(4.0)) / 9.0 * grazing;
+    [0.12 + highlight, 0.05 + highlight, 0.03 + 0.9 * highlight]
+}
+
+/// Counts that the sensor gives in the dark.
+const DARK: f32 = 96.0;
+/// Counts above them of a white tile of reflectance 1, lit from the normal.
+const WHITE: f32 = 1200.0;
+/// The largest count: 12 bits.
+const FULL_SCALE: u16 = 4095;
+/// Steps to a radian: 1.8 degrees, 16 microsteps, a gear of 1:4.
+const STEPS_PER_RADIAN: f32 = 200.0 * 16.0 * 4.0 / TAU;
+/// Where the switches close: a few degrees below the smallest angle.
+const HOME_BELOW: f32 = 0.05;
+
+impl World {
+    /// All arms at these steps from their switches, wherever that is.
+    pub fn new(positions: [i32; ARMS]) -> Self {
+        let world = Self::default();
+        world.place(positions);
+        world
+    }
+
+    /// Puts the arms somewhere by hand; nobody holds or lights anything.
+    pub fn place(&self, positions: [i32; ARMS]) {
+        for (arm, position) in self.arms.iter().zip(positions) {
+            arm.position.set(position);
+            arm.stalled.set(0);
+            arm.step.set(0);
+            arm.direction.set(0);
+        }
+        self.lamp.set(0);
+        self.noise.set(1);
+        self.button.set(0);
+    }
+
+    /// Lets an arm miss its next steps.
+    pub fn stall(&self, arm: usize, steps: u32) {
+        if let Some(arm) = self.arms.get(arm) {
+            arm.stalled.set(steps);
+        }
+    }
+
+    /// Presses the button; [`World::is_pressed`] tells it once.
+    pub fn press(&self) {
+        self.button.set(1);
+    }
+
+    /// Whether the button was pressed since the last call.
+    pub fn is_pressed(&self) -> bool {
+        self.button.replace(0) == 1
+    }
+
+    /// Where the arms are, in steps from their switches.
+    pub fn positions(&self) -> [i32; ARMS] {
+        self.arms.each_ref().map(|arm| arm.position.get())
+    }
+
+    /// Where the arms are.
+    fn directions(&self) -> Directions<f32> {
+        let [theta_i, phi_i, theta_o, phi_o] = core::array::from_fn(|arm| {
+            let settings = settings(arm);
+            let steps = self.arms.get(arm).map_or(0, |arm| arm.position.get());
+            settings.angle(steps.saturating_add(settings.steps(settings.home)))
+        });
+        let at = |theta, phi| Spherical { theta, phi };
+        let arms = ArmAngles {
+            incoming: at(theta_i, phi_i),
+            outgoing: at(theta_o, phi_o),
+        };
+        arms.directions()
+    }
+
+    /// The arms as a firmware sees them.
+    pub fn goniometer(&self) -> Goniometer<StepPin<'_>, DirectionPin<'_>, Switch<'_>, ARMS> {
+        let mut numbers = 0..;
+        Goniometer::new(self.arms.each_ref().map(|arm| {
+            let settings = settings(numbers.next().unwrap_or(0));
+            Axis::new(StepPin(arm), DirectionPin(arm), Switch(arm), settings)
+        }))
+    }
+
+    /// The whole machine as a firmware sees it.
+    pub fn station(
+        &self,
+    ) -> Station<StepPin<'_>, DirectionPin<'_>, Switch<'_>, Photodiode<'_>, Lamp<'_>> {
+        let normal = [0.0, 0.0, 1.0];
+        let white = White {
+            counts: [WHITE; 3],
+            reflectance: [1.0; 3],
+            at: Directions {
+                incoming: normal,
+                outgoing: normal,
+            },
+            footprint: Footprint::LightLarger,
+            full_scale: FULL_SCALE,
+        };
+        let photometer = Photometer::new(Photodiode(self), Lamp(self), white, 16);
+        let speed = settings(0).speed / STEPS_PER_RADIAN;
+        let machine = Machine {
+            speeds: Speeds {
+                theta_i: speed,
+                phi_i: speed,
+                theta_o: speed,
+                phi_o: speed,
+            },
+            limits: Limits::NONE,
+            isotropic: true,
+            through_normal: false,
+        };
+        let settings = station::Settings {
+            machine,
+            arms_settle: 20_000,
+            lamp_settles: 5_000,
+        };
+        Station::new(self.goniometer(), photometer, settings)
+    }
+
+    /// A number from -1 to 1, nearly normal: the mean of four.
+    fn noise(&self) -> f32 {
+        let mut sum = 0.0;
+        for _ in 0..4 {
+            let next = self.noise.get().wrapping_mul(1_664_525);
+            self.noise.set(next.wrapping_add(1_013_904_223));
+            sum += (self.noise.get() >> 8) as f32 / (1 << 24) as f32;
+        }
+        sum / 2.0 - 1.0
+    }
+}
+
+/// What an arm is like; 0 and 2 are polar angles, 1 and 3 azimuths.
+pub fn settings(arm: usize) -> axis::Settings {
+    let (least, largest) = match arm % 2 {
+        0 => (0.0, FRAC_PI_2),
+        _ => (-PI, PI),
+    };
+    axis::Settings {
+        steps_per_radian: STEPS_PER_RADIAN,
+        speed: 4000.0,
+        acceleration: 20_000.0,
+        homing_speed: 1000.0,
+        home: least - HOME_BELOW,
+        least,
+        largest,
+        tolerance: 1,
+        reversed: false,
+    }
+}

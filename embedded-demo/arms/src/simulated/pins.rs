@@ -1,0 +1,133 @@
+//! What the simulated scanner is to a firmware: pins and a sensor.
+
+use core::convert::Infallible;
+use core::f32::consts::PI;
+
+use embedded_hal::digital::{ErrorType, InputPin, OutputPin};
+use glimpse_core::geometry::{Angles, HalfDifference};
+
+use super::{Arm, DARK, FULL_SCALE, WHITE, World, brdf};
+use crate::sensor::Sensor;
+
+/// An arm's step pin: it moves when the pin rises.
+#[derive(Debug)]
+pub struct StepPin<'w>(pub(super) &'w Arm);
+
+/// An arm's direction pin: high is up.
+#[derive(Debug)]
+pub struct DirectionPin<'w>(pub(super) &'w Arm);
+
+/// An arm's home switch.
+#[derive(Debug)]
+pub struct Switch<'w>(pub(super) &'w Arm);
+
+/// The sensor.
+#[derive(Debug)]
+pub struct Photodiode<'w>(pub(super) &'w World);
+
+/// The lamp.
+#[derive(Debug)]
+pub struct Lamp<'w>(pub(super) &'w World);
+
+impl ErrorType for StepPin<'_> {
+    type Error = Infallible;
+}
+
+impl ErrorType for DirectionPin<'_> {
+    type Error = Infallible;
+}
+
+impl ErrorType for Switch<'_> {
+    type Error = Infallible;
+}
+
+impl ErrorType for Lamp<'_> {
+    type Error = Infallible;
+}
+
+impl OutputPin for StepPin<'_> {
+    fn set_low(&mut self) -> Result<(), Infallible> {
+        self.0.step.set(0);
+        Ok(())
+    }
+
+    fn set_high(&mut self) -> Result<(), Infallible> {
+        let Arm {
+            position,
+            step,
+            direction,
+            stalled,
+        } = self.0;
+        if step.replace(1) == 1 {
+            return Ok(()); // no edge
+        }
+        match stalled.get().checked_sub(1) {
+            Some(left) => stalled.set(left),
+            None if direction.get() == 1 => position.set(position.get().saturating_add(1)),
+            None => position.set(position.get().saturating_sub(1)),
+        }
+        Ok(())
+    }
+}
+
+impl OutputPin for DirectionPin<'_> {
+    fn set_low(&mut self) -> Result<(), Infallible> {
+        self.0.direction.set(0);
+        Ok(())
+    }
+
+    fn set_high(&mut self) -> Result<(), Infallible> {
+        self.0.direction.set(1);
+        Ok(())
+    }
+}
+
+impl InputPin for Switch<'_> {
+    fn is_high(&mut self) -> Result<bool, Infallible> {
+        Ok(self.0.position.get() > 0)
+    }
+
+    fn is_low(&mut self) -> Result<bool, Infallible> {
+        Ok(self.0.position.get() <= 0)
+    }
+}
+
+impl OutputPin for Lamp<'_> {
+    fn set_low(&mut self) -> Result<(), Infallible> {
+        self.0.lamp.set(0);
+        Ok(())
+    }
+
+    fn set_high(&mut self) -> Result<(), Infallible> {
+        self.0.lamp.set(1);
+        Ok(())
+    }
+}
+
+impl Sensor for Photodiode<'_> {
+    type Error = Infallible;
+
+    fn read(&mut self) -> Result<[u16; 3], Infallible> {
+        let Self(world) = self;
+        let directions = world.directions();
+        let [_, _, cosine] = directions.incoming;
+        let lit = HalfDifference::from_directions(&directions)
+            .filter(|at| world.lamp.get() == 1 && at.is_valid())
+            .map(|at| {
+                let theta_h = libm::atan2f(at.hx, at.hz);
+                let theta_d = libm::acosf(at.dz);
+                let phi_d = libm::atan2f(at.dy, at.dx);
+                brdf(Angles {
+                    theta_h,
+                    theta_d,
+                    phi_d,
+                })
+            });
+        // The lamp lights more than the sensor sees: counts go with cos(theta_i).
+        let counts = lit.unwrap_or_default().map(|f| {
+            let count = DARK + WHITE * PI * f * cosine + world.noise();
+            count.clamp(0.0, f32::from(FULL_SCALE))
+        });
+        Ok(counts.map(|count| libm::roundf(count) as u16))
+    }
+}

@@ -1,0 +1,68 @@
+//! What the firmware logs.
+
+use glimpse_core::scan::Reading;
+
+/// A reading, as the log has it.
+#[derive(Clone, Copy, Debug)]
+pub struct Taken {
+    pub index: u16,
+    pub reading: Reading,
+}
+
+/// The readings, in the order in which they were taken.
+pub fn readings(log: &[String]) -> Vec<Taken> {
+    log.iter()
+        .filter_map(|line| line.strip_prefix("reading "))
+        .map(|line| {
+            let (index, values) = line.split_once(": ").expect("an index");
+            let words: Vec<&str> = values.split_whitespace().collect();
+            let [red, green, blue, saturated] = words[..] else {
+                panic!("{line}")
+            };
+            Taken {
+                index: index.parse().expect("a number"),
+                reading: Reading {
+                    brdf: [red, green, blue].map(float),
+                    saturated: saturated == "true",
+                },
+            }
+        })
+        .collect()
+}
+
+/// The indices of readings.
+pub fn indices(readings: &[Taken]) -> Vec<u16> {
+    readings.iter().map(|taken| taken.index).collect()
+}
+
+/// The bits of the fitted values.
+pub fn values(log: &[String]) -> Vec<u32> {
+    log.iter()
+        .filter_map(|line| line.strip_prefix("values "))
+        .flat_map(|line| {
+            let (_, list) = line.split_once(": ").expect("a first index");
+            let list = list.trim_matches(['[', ']']);
+            let bytes: Vec<u8> = list.split(", ").map(|byte| bits(byte) as u8).collect();
+            let words = bytes.as_chunks().0.iter();
+            words
+                .map(|word| u32::from_le_bytes(*word))
+                .collect::<Vec<_>>()
+        })
+        .collect()
+}
+
+/// What was said of lost steps.
+pub fn lost_steps(log: &[String]) -> Vec<String> {
+    let lines = log
+        .iter()
+        .filter_map(|line| line.strip_prefix("lost steps: "));
+    lines.map(str::to_owned).collect()
+}
+
+fn bits(word: &str) -> u32 {
+    u32::from_str_radix(word, 16).expect("digits")
+}
+
+fn float(word: &str) -> f32 {
+    f32::from_bits(bits(word))
+}

@@ -1,0 +1,120 @@
+//! The firmware that moves the arms itself, in QEMU, on a simulated scanner: its arms see edges on
+//! their pins only, and its sensor sees the sample from where they are.
+
+mod host;
+mod log;
+
+use glimpse_core::model::Neural;
+use glimpse_core::recipe::Recipe;
+use glimpse_core::scan::{Memory, Scan};
+use glimpse_tests::RECIPE;
+use glimpse_tests::elf::Firmware;
+use glimpse_tests::emulator::Emulator;
+use log::{Taken, indices, lost_steps, readings, values};
+
+fn boot() -> Emulator {
+    let firmware = Firmware::load_arms();
+    Emulator::boot(&firmware, firmware.path())
+}
+
+/// What the host makes of the last reading of each sample.
+fn fit(readings: &[Taken]) -> Vec<u32> {
+    let mut memory = Memory::<Neural, 8>::new();
+    let mut scan = Scan::new(Recipe::parse(RECIPE).unwrap(), &mut memory).unwrap();
+    for taken in readings {
+        scan.record(taken.index, taken.reading).unwrap();
+    }
+    let mut fit = scan.fit().unwrap();
+    while !fit.advance(u32::MAX).is_complete() {}
+    let fitted = fit.finish().unwrap();
+    fitted.values().map(f32::to_bits).collect()
+}
+
+#[test]
+fn a_scan_ends_in_the_bits_of_the_hosts_fit() {
+    let emulator = boot();
+    let _ = emulator.wait_for("finished");
+    let log = emulator.log();
+    let readings = readings(&log);
+    let mut read = indices(&readings);
+    read.sort_unstable();
+    assert_eq!(read, (0..8).collect::<Vec<_>>());
+    assert_eq!(values(&log), fit(&readings));
+    assert!(lost_steps(&log).is_empty());
+}
+
+/// Resets after the second, fourth and seventh reading; the arms and the flash are left as they are.
+#[test]
+fn resets_measure_nothing_twice() {
+    let mut emulator = boot();
+    for count in [2, 4, 7] {
+        emulator.wait_until(|log| readings(log).len() >= count);
+        emulator.reset();
+    }
+    let _ = emulator.wait_for("finished");
+    let log = emulator.log();
+    let readings = readings(&log);
+    let mut read = indices(&readings);
+    read.sort_unstable();
+    assert_eq!(read, (0..8).collect::<Vec<_>>());
+    assert_eq!(values(&log), fit(&readings));
+    assert!(lost_steps(&log).is_empty(), "a reset loses no step");
+    assert!(log.iter().filter(|line| *line == "goes on").count() >= 3);
+}
+
+/// The sensor's azimuth loses forty steps: its home switch tells, and what was read meanwhile is read
+/// again.
+#[test]
+fn lost_steps_are_found_by_name_and_what_they_spoilt_is_read_again() {
+    use std::io::Write;
+    let mut emulator = boot();
+    let _ = emulator.wait_for("no host listens");
+    emulator.wait_until(|log| !readings(log).is_empty());
+    emulator.serial.write_all(b"d").unwrap();
+    let _ = emulator.wait_for("finished");
+    let log = emulator.log();
+    let lost = lost_steps(&log);
+    assert_eq!(lost.len(), 1, "{lost:?}");
+    assert!(
+        lost[0].starts_with("arm 3, ") && lost[0].ends_with("40 steps"),
+        "{lost:?}"
+    );
+    let readings = readings(&log);
+    assert!(readings.len() > 8);
+    // What is read after the loss was found is what the fit is of.
+    assert_eq!(values(&log), fit(&readings));
+}
+
+/// A recipe comes over the link, and a reset in the middle of it leaves the old one.
+#[test]
+fn a_recipe_is_replaced_over_the_link_and_halfway_leaves_the_old_one() {
+    let mut emulator = boot();
+    let old = Recipe::parse(RECIPE).unwrap().checksum();
+    let other = glimpse_fits::recipes::PHONG;
+    let new = Recipe::parse(other).unwrap().checksum();
+
+    let hello = host::offer(&mut emulator.serial, other, other.len() / 2);
+    assert_eq!(hello, old);
+    emulator.reset();
+    let hello = host::offer(&mut emulator.serial, other, usize::MAX);
+    assert_eq!(hello, old, "half a recipe is none");
+    let _ = emulator.wait_for("a new recipe is in force");
+    assert_eq!(host::greet(&mut emulator.serial), new);
+    emulator.reset();
+    assert_eq!(
+        host::greet(&mut emulator.serial),
+        new,
+        "it outlasts a reset"
+    );
+}
+
+/// Sizes of the board's build, which is compiled and not run.
+#[test]
+fn the_boards_firmware_is_there_and_has_its_size() {
+    let firmware = Firmware::load_arms_board();
+    let text = firmware.section_bytes(".text") + firmware.section_bytes(".rodata");
+    let ram = firmware.section_bytes(".data") + firmware.section_bytes(".bss");
+    println!("arms-board.text_bytes={text}\narms-board.static_ram_bytes={ram}");
+    assert!((20_000..96 * 1024).contains(&text), "{text}");
+    assert!((10_000..64 * 1024).contains(&ram), "{ram}");
+}
