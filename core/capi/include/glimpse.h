@@ -199,6 +199,22 @@ enum glimpse_status
      */
     GLIMPSE_STATUS_RECIPE_NEGATIVE = 42,
     /**
+     * A field of the recipe holds a number outside of its range.
+     */
+    GLIMPSE_STATUS_RECIPE_RANGE = 43,
+    /**
+     * The limits that the recipe states are none.
+     */
+    GLIMPSE_STATUS_RECIPE_LIMITS = 44,
+    /**
+     * The recipe has a section that this library does not know, and that it cannot do without.
+     */
+    GLIMPSE_STATUS_RECIPE_UNKNOWN = 45,
+    /**
+     * The recipe's sections are not those that a recipe has.
+     */
+    GLIMPSE_STATUS_RECIPE_SECTIONS = 46,
+    /**
      * The recipe is for another model than this library.
      */
     GLIMPSE_STATUS_MODEL = 48,
@@ -214,6 +230,26 @@ enum glimpse_status
      * The basis is not the recipe's.
      */
     GLIMPSE_STATUS_BASIS = 51,
+    /**
+     * The bytes are no compact basis.
+     */
+    GLIMPSE_STATUS_BASIS_MAGIC = 52,
+    /**
+     * The basis has a format that this library does not read.
+     */
+    GLIMPSE_STATUS_BASIS_VERSION = 53,
+    /**
+     * The basis was cut or padded.
+     */
+    GLIMPSE_STATUS_BASIS_LENGTH = 54,
+    /**
+     * The basis's bytes were altered.
+     */
+    GLIMPSE_STATUS_BASIS_CHECKSUM = 55,
+    /**
+     * The basis has an impossible count or scale.
+     */
+    GLIMPSE_STATUS_BASIS_MALFORMED = 56,
     /**
      * A channel of the reading is NaN or infinite.
      */
@@ -478,7 +514,7 @@ typedef struct glimpse_recipe {
      */
     uint32_t checksum;
     /**
-     * The loss to expect on a material that training never saw.
+     * The loss to expect on a material that training never saw; NaN if the recipe states none.
      */
     float expected_loss;
 } glimpse_recipe;
@@ -751,6 +787,21 @@ glimpse_status glimpse_scan_begin(void *memory,
                                   struct glimpse_scan **scan);
 
 /**
+ * Gives Linear the basis by which glimpse_fitted_brdf() answers; the other models have no use for it.
+ * It is checked whole, which takes some milliseconds for each 100 kB.
+ *
+ * @param scan   The scan.
+ * @param basis  What trainer export --format basis wrote, of any alignment. It is not copied: it has
+ *               to stay as it is for as long as the scan is used.
+ * @param count  How many bytes that are.
+ * @return GLIMPSE_STATUS_BASIS_...: the bytes are no whole basis. GLIMPSE_STATUS_BASIS: it is another
+ *         one than the recipe names.
+ */
+glimpse_status glimpse_scan_set_basis(struct glimpse_scan *scan,
+                                      const uint8_t *basis,
+                                      size_t count);
+
+/**
  * Forgets all readings, for the next material.
  */
 glimpse_status glimpse_scan_restart(struct glimpse_scan *scan);
@@ -844,7 +895,7 @@ glimpse_status glimpse_fitted_residual(const struct glimpse_scan *scan,
  * @param directions  Where: two directions of unit length above the horizon.
  * @param brdf        Linear red, green and blue, in sr^-1, not times the cosine.
  * @return GLIMPSE_STATUS_NOT_FITTED, GLIMPSE_STATUS_DIRECTIONS, and for Linear
- *         GLIMPSE_STATUS_NO_BASIS: a host makes its BRDF from the values.
+ *         GLIMPSE_STATUS_NO_BASIS: see glimpse_scan_set_basis(), or have a host make it from the values.
  */
 glimpse_status glimpse_fitted_brdf(const struct glimpse_scan *scan,
                                    const struct glimpse_directions *directions,

@@ -1,6 +1,7 @@
 //! A fit of a scan's readings, and the material that it finds.
 
 use glimpse_core::fit::Progress;
+use glimpse_core::geometry::HalfDifference;
 use glimpse_core::model::ModelKind;
 use glimpse_core::scan::Scan;
 
@@ -110,7 +111,7 @@ pub unsafe extern "C" fn glimpse_fitted_residual(
 /// @param directions  Where: two directions of unit length above the horizon.
 /// @param brdf        Linear red, green and blue, in sr^-1, not times the cosine.
 /// @return GLIMPSE_STATUS_NOT_FITTED, GLIMPSE_STATUS_DIRECTIONS, and for Linear
-///         GLIMPSE_STATUS_NO_BASIS: a host makes its BRDF from the values.
+///         GLIMPSE_STATUS_NO_BASIS: see glimpse_scan_set_basis(), or have a host make it from the values.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn glimpse_fitted_brdf(
     scan: *const glimpse_scan,
@@ -135,9 +136,12 @@ unsafe fn brdf(
         )
     };
     let fitted = scan.fitted().ok_or(glimpse_status::NotFitted)?;
-    let Some(brdf) = fitted.brdf(&directions.into()) else {
+    let directions = directions.into();
+    let Some(brdf) = fitted.brdf(&directions) else {
+        let at = HalfDifference::from_directions(&directions);
+        let is_above = at.is_some_and(|at| at.is_valid());
         return Err(match scan.recipe().model() {
-            ModelKind::Linear => glimpse_status::NoBasis,
+            ModelKind::Linear if is_above => glimpse_status::NoBasis,
             _ => glimpse_status::Directions,
         });
     };

@@ -50,7 +50,7 @@ unsafe fn describe(
         samples: samples as u16,
         values: values as u16,
         checksum: recipe.checksum(),
-        expected_loss: recipe.expected_loss(),
+        expected_loss: recipe.expected_loss().unwrap_or(f32::NAN),
     });
     Ok(())
 }

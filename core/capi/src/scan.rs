@@ -3,6 +3,7 @@
 use core::ffi::c_void;
 
 use glimpse_core::geometry::Angles;
+use glimpse_core::model::linear::Basis;
 use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::Scan;
 
@@ -69,6 +70,41 @@ unsafe fn begin(
     // SAFETY: `prepare` has checked the place; there is no reference to it yet.
     unsafe { handle.write(begun) };
     out.put(handle.cast::<glimpse_scan>());
+    Ok(())
+}
+
+/// Gives Linear the basis by which glimpse_fitted_brdf() answers; the other models have no use for it.
+/// It is checked whole, which takes some milliseconds for each 100 kB.
+///
+/// @param scan   The scan.
+/// @param basis  What trainer export --format basis wrote, of any alignment. It is not copied: it has
+///               to stay as it is for as long as the scan is used.
+/// @param count  How many bytes that are.
+/// @return GLIMPSE_STATUS_BASIS_...: the bytes are no whole basis. GLIMPSE_STATUS_BASIS: it is another
+///         one than the recipe names.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn glimpse_scan_set_basis(
+    scan: *mut glimpse_scan,
+    basis: *const u8,
+    count: usize,
+) -> glimpse_status {
+    // SAFETY: C keeps the contract in the header.
+    status(unsafe { set_basis(scan.cast::<CScan>(), basis, count) })
+}
+
+unsafe fn set_basis(
+    scan: *mut CScan,
+    basis: *const u8,
+    count: usize,
+) -> Result<(), glimpse_status> {
+    // SAFETY: by the caller's word; the basis lives on for as long as the handle is used.
+    let basis = unsafe {
+        exclusive(scan)?;
+        Basis::parse(list(basis, count)?)?
+    };
+    // SAFETY: it was checked. The copy is written back, or dropped, which does nothing, before the
+    // original is used again.
+    unsafe { scan.write(scan.read().with_basis(basis)?) };
     Ok(())
 }
 

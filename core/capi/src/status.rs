@@ -3,6 +3,7 @@
 use core::ffi::{CStr, c_char};
 
 use glimpse_core::link::{Failure, Refusal};
+use glimpse_core::model::linear::BasisError;
 use glimpse_core::recipe::RecipeError;
 use glimpse_core::scan::{FinishError, FitError, ReadingError, ScanError};
 
@@ -66,6 +67,14 @@ pub enum glimpse_status {
     RecipeNotPositive = 41,
     /// A field of the recipe holds a negative number.
     RecipeNegative = 42,
+    /// A field of the recipe holds a number outside of its range.
+    RecipeRange = 43,
+    /// The limits that the recipe states are none.
+    RecipeLimits = 44,
+    /// The recipe has a section that this library does not know, and that it cannot do without.
+    RecipeUnknown = 45,
+    /// The recipe's sections are not those that a recipe has.
+    RecipeSections = 46,
 
     /// The recipe is for another model than this library.
     Model = 48,
@@ -75,6 +84,16 @@ pub enum glimpse_status {
     Components = 50,
     /// The basis is not the recipe's.
     Basis = 51,
+    /// The bytes are no compact basis.
+    BasisMagic = 52,
+    /// The basis has a format that this library does not read.
+    BasisVersion = 53,
+    /// The basis was cut or padded.
+    BasisLength = 54,
+    /// The basis's bytes were altered.
+    BasisChecksum = 55,
+    /// The basis has an impossible count or scale.
+    BasisMalformed = 56,
 
     /// A channel of the reading is NaN or infinite.
     ReadingNonFinite = 64,
@@ -205,6 +224,22 @@ pub(crate) const TEXTS: &[(Status, &CStr)] = &[
         c"a field of the recipe holds a negative number",
     ),
     (
+        Status::RecipeRange,
+        c"a field of the recipe holds a number outside of its range",
+    ),
+    (
+        Status::RecipeLimits,
+        c"the limits of a machine that the recipe states are none",
+    ),
+    (
+        Status::RecipeUnknown,
+        c"the recipe cannot be read without a section that this library does not know: take a newer library",
+    ),
+    (
+        Status::RecipeSections,
+        c"the recipe's sections are not those that a recipe has, or not in their order",
+    ),
+    (
         Status::Model,
         c"the recipe is for another model than this library: build it for that one or for all, or train for this one",
     ),
@@ -219,6 +254,26 @@ pub(crate) const TEXTS: &[(Status, &CStr)] = &[
     (
         Status::Basis,
         c"the basis is not the one that the recipe names: export the recipe's own",
+    ),
+    (
+        Status::BasisMagic,
+        c"this is not a compact basis: trainer export --format basis writes one",
+    ),
+    (
+        Status::BasisVersion,
+        c"the compact basis has a format that this library does not read: export it again",
+    ),
+    (
+        Status::BasisLength,
+        c"the compact basis has another length than it says: it was cut or padded",
+    ),
+    (
+        Status::BasisChecksum,
+        c"the compact basis's checksum is wrong: its bytes were altered",
+    ),
+    (
+        Status::BasisMalformed,
+        c"the compact basis has an impossible count or scale: export it again",
     ),
     (
         Status::ReadingNonFinite,
@@ -246,7 +301,7 @@ pub(crate) const TEXTS: &[(Status, &CStr)] = &[
     ),
     (
         Status::NoBasis,
-        c"Linear's BRDF cannot be told without a basis: a host makes it from the values",
+        c"Linear's BRDF cannot be told without a basis: glimpse_scan_set_basis, or a host makes it from the values",
     ),
     (
         Status::Machine,
@@ -318,6 +373,28 @@ impl From<RecipeError> for Status {
             RecipeError::Model(_) => Self::RecipeModel,
             RecipeError::NotPositive(_) => Self::RecipeNotPositive,
             RecipeError::Negative(_) => Self::RecipeNegative,
+            RecipeError::Range(_) => Self::RecipeRange,
+            RecipeError::Limits(_) => Self::RecipeLimits,
+            RecipeError::Unknown(_) => Self::RecipeUnknown,
+            RecipeError::Order(_)
+            | RecipeError::Section(_)
+            | RecipeError::Missing(_)
+            | RecipeError::Learners(_)
+            | RecipeError::Required(_) => Self::RecipeSections,
+        }
+    }
+}
+
+impl From<BasisError> for Status {
+    fn from(error: BasisError) -> Self {
+        match error {
+            BasisError::Magic => Self::BasisMagic,
+            BasisError::Version(_) => Self::BasisVersion,
+            BasisError::Length { .. } => Self::BasisLength,
+            BasisError::Checksum => Self::BasisChecksum,
+            BasisError::Components(_) | BasisError::Nodes | BasisError::Scale => {
+                Self::BasisMalformed
+            }
         }
     }
 }

@@ -1,5 +1,6 @@
 //! The functions, called as C would.
 
+mod basis;
 mod driver;
 mod misuse;
 mod scan;

@@ -128,7 +128,7 @@ pub struct glimpse_recipe {
     pub values: u16,
     /// The CRC-32 in its header, which names it: readings that outlast a reset belong to one recipe.
     pub checksum: u32,
-    /// The loss to expect on a material that training never saw.
+    /// The loss to expect on a material that training never saw; NaN if the recipe states none.
     pub expected_loss: f32,
 }
 
