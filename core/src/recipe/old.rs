@@ -5,84 +5,75 @@ use serde::Deserialize;
 use super::contents::{Contents, Statements};
 use super::error::RecipeError;
 use super::ingredients::{Expectation, PackedDescent, PackedLearner, Provenance};
-use crate::model::ModelKind;
 
 /// Reads the body of format 1: a descent always.
 pub(super) fn first(body: &[u8]) -> Result<Contents<'_>, RecipeError> {
-    let body: FirstBody<'_> = whole(body)?;
+    let mut body = Fields(body);
+    let (model, inner_steps) = (body.next()?, body.next()?);
+    let pattern = body.next()?;
     let learner = PackedLearner::Descent(PackedDescent {
-        model: body.model,
-        inner_steps: body.inner_steps,
-        initial: body.initial,
-        step_sizes: body.step_sizes,
+        model,
+        inner_steps,
+        initial: body.next()?,
+        step_sizes: body.next()?,
     });
-    Ok(contents(body.pattern, learner, body.end))
+    contents(pattern, learner, body)
 }
 
 /// Reads the body of format 2.
 pub(super) fn second(body: &[u8]) -> Result<Contents<'_>, RecipeError> {
-    let body: SecondBody<'_> = whole(body)?;
-    Ok(contents(body.pattern, body.learner, body.end))
+    let mut body = Fields(body);
+    let pattern = body.next()?;
+    let learner = match body.next::<u32>()? {
+        0 => PackedLearner::Descent(body.next()?),
+        1 => PackedLearner::Ridge(body.next()?),
+        _ => return Err(RecipeError::Malformed),
+    };
+    contents(pattern, learner, body)
 }
 
-#[derive(Deserialize)]
-struct FirstBody<'a> {
-    model: ModelKind,
-    inner_steps: u16,
-    pattern: &'a [u8],
-    initial: &'a [u8],
-    step_sizes: &'a [u8],
-    #[serde(borrow)]
-    end: End<'a>,
-}
+/// The fields of a body that are not read yet, one after the other: what reads one by one is there
+/// for the sections already, and takes a firmware no flash.
+struct Fields<'a>(&'a [u8]);
 
-#[derive(Deserialize)]
-struct SecondBody<'a> {
-    pattern: &'a [u8],
-    #[serde(borrow)]
-    learner: PackedLearner<'a>,
-    #[serde(borrow)]
-    end: End<'a>,
-}
-
-/// What both end in: the loss to expect, and where the recipe came from.
-#[derive(Deserialize)]
-struct End<'a> {
-    expected_loss: f32,
-    trainer: &'a str,
-    data: &'a str,
-    materials: u32,
-    schedule: &'a str,
-    seed: u64,
-}
-
-fn whole<'a, T: Deserialize<'a>>(body: &'a [u8]) -> Result<T, RecipeError> {
-    match postcard::take_from_bytes(body) {
-        Ok((body, [])) => Ok(body),
-        _ => Err(RecipeError::Malformed),
+impl<'a> Fields<'a> {
+    fn next<T: Deserialize<'a>>(&mut self) -> Result<T, RecipeError> {
+        let (field, rest) = postcard::take_from_bytes(self.0).map_err(|_| RecipeError::Malformed)?;
+        self.0 = rest;
+        Ok(field)
     }
 }
 
-fn contents<'a>(pattern: &'a [u8], learner: PackedLearner<'a>, end: End<'a>) -> Contents<'a> {
-    Contents {
+/// What both end in: the loss to expect, and where the recipe came from.
+fn contents<'a>(
+    pattern: &'a [u8],
+    learner: PackedLearner<'a>,
+    mut end: Fields<'a>,
+) -> Result<Contents<'a>, RecipeError> {
+    let loss = end.next()?;
+    let provenance = Provenance {
+        trainer: end.next()?,
+        data: end.next()?,
+        materials: end.next()?,
+        schedule: end.next()?,
+        seed: end.next()?,
+        options: "",
+    };
+    if !end.0.is_empty() {
+        return Err(RecipeError::Malformed);
+    }
+    Ok(Contents {
         pattern,
         learner,
         statements: Statements {
             expectation: Some(Expectation {
-                loss: end.expected_loss,
+                loss,
                 standard_error: None,
                 materials: 0,
                 on: "",
             }),
-            provenance: Some(Provenance {
-                trainer: end.trainer,
-                data: end.data,
-                materials: end.materials,
-                schedule: end.schedule,
-                seed: end.seed,
-                options: "",
-            }),
+            provenance: Some(provenance),
             ..Statements::default()
         },
-    }
+    })
 }
