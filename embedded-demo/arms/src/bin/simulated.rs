@@ -87,6 +87,7 @@ fn main() -> ! {
         readings,
         recipes,
     };
+    defmt::info!("ready: press the button, if no scan goes on");
     scanner.serve(RECIPE, BUFFER, MEMORY, &mut platform)
 }
 
@@ -100,9 +101,9 @@ struct Simulation<'w> {
 }
 
 impl Platform for Simulation<'_> {
-    /// Simulated arms need simulated time: each round takes 10 us.
+    /// Simulated arms need simulated time: each round takes 40 us.
     fn elapsed(&mut self) -> u32 {
-        10
+        40
     }
 
     fn receive(&mut self) -> Option<u8> {

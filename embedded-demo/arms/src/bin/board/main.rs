@@ -170,6 +170,7 @@ fn main() -> ! {
         readings,
         recipes,
     };
+    defmt::info!("ready: press the button, if no scan goes on");
     scanner.serve(RECIPE, BUFFER, MEMORY, &mut board)
 }
 
