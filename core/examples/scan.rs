@@ -54,7 +54,6 @@ pub(crate) fn scan(bytes: &[u8]) -> Result<Residual, Box<dyn std::error::Error>>
 }
 
 pub(crate) fn main() -> Result<(), Box<dyn std::error::Error>> {
-    RECIPES
-        .iter()
-        .try_for_each(|recipe| scan(recipe).map(|_| ()))
+    let mut recipes = RECIPES.iter();
+    recipes.try_for_each(|recipe| scan(recipe).map(|_| ()))
 }

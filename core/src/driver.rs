@@ -61,6 +61,8 @@ pub struct Driver<'r, 'm, K: Fitter, const CAPACITY: usize> {
     refused: u8,
     /// Kept readings are to be forgotten.
     forgets: bool,
+    /// The recipe that was fetched last, and did not serve: it is not fetched again and again.
+    declined: Option<u32>,
     /// Said before anything else is done.
     next: Option<Action>,
 }
@@ -80,6 +82,7 @@ impl<'r, 'm, K: Fitter, const CAPACITY: usize> Driver<'r, 'm, K, CAPACITY> {
             phase: Phase::Greet,
             refused: 0,
             forgets: false,
+            declined: None,
             next: None,
         }
     }
@@ -108,8 +111,17 @@ impl<'r, 'm, K: Fitter, const CAPACITY: usize> Driver<'r, 'm, K, CAPACITY> {
         self.line.sent(count);
     }
 
-    /// Takes the reading of a sample, in any order, from the device's own sensor.
+    /// Takes the reading of a sample, in any order, from the device's own sensor; one between two
+    /// calls of [`Driver::poll`], which says that it is to be kept. A scan that was given up takes
+    /// none.
     pub fn record(&mut self, index: u16, reading: Reading) {
+        // It would be one of the material before.
+        if matches!(
+            self.phase,
+            Phase::Complain(_) | Phase::Pause { .. } | Phase::Rest
+        ) {
+            return;
+        }
         let Ok(scan) = &mut self.scan else {
             return;
         };
@@ -134,6 +146,9 @@ impl<'r, 'm, K: Fitter, const CAPACITY: usize> Driver<'r, 'm, K, CAPACITY> {
         self.next = Some(Action::Failed(failure));
         // A host that fell silent may be back soon, and then what it measured holds still.
         if failure == Failure::NoReply {
+            if let Ok(scan) = &mut self.scan {
+                scan.forget_clamped(); // the host would not know them again
+            }
             self.phase = Phase::Greet;
             return;
         }
@@ -148,6 +163,7 @@ impl<'r, 'm, K: Fitter, const CAPACITY: usize> Driver<'r, 'm, K, CAPACITY> {
     pub fn restart(&mut self) {
         self.line.hang_up();
         self.forget();
+        self.refused = 0;
         self.next = None;
         self.phase = Phase::Greet;
     }
@@ -249,6 +265,10 @@ impl<'r, 'm, K: Fitter, const CAPACITY: usize> Driver<'r, 'm, K, CAPACITY> {
                 },
             },
             Phase::Fit => self.advance(talks),
+            Phase::Fitted => {
+                self.phase = Phase::Tell { offset: 0 };
+                Action::Continue
+            }
             Phase::Tell { offset } => self.tell(offset),
             Phase::End => {
                 self.forget();
@@ -277,6 +297,7 @@ impl<'r, 'm, K: Fitter, const CAPACITY: usize> Driver<'r, 'm, K, CAPACITY> {
             Phase::Update => self.ask(Request::Update),
             Phase::Store { offset, .. } => self.ask(Request::RecipePart { offset }),
             Phase::Stored { bytes, checksum } => {
+                self.declined = Some(checksum); // unless a new driver takes over
                 self.phase = self.begin();
                 Action::Install { bytes, checksum }
             }
@@ -303,18 +324,15 @@ impl<'r, 'm, K: Fitter, const CAPACITY: usize> Driver<'r, 'm, K, CAPACITY> {
             return Action::Continue;
         };
         let Some(mut fit) = scan.fit_under_way() else {
-            // Values are told only now: before, the reply is one to the last progress.
-            self.phase = match scan.fitted() {
-                Some(_) => Phase::Tell { offset: 0 },
-                None => Phase::Measure,
-            };
+            self.phase = Phase::Measure; // never: the phase and the scan's stage go together
             return Action::Continue;
         };
         let progress = fit.advance(slice);
         if progress.is_complete() {
             match fit.finish() {
-                Ok(_) | Err(FinishError::Unfinished(_)) => {}
+                Ok(_) => self.phase = Phase::Fitted,
                 Err(FinishError::Diverged) => return self.give_up(Failure::Diverged),
+                Err(FinishError::Unfinished(_)) => {} // it is complete
             }
         }
         if talks {

@@ -1,93 +1,54 @@
 //! The recipe: all that the trainer hands to the device.
 //!
 //! [`Recipe::parse`] checks everything; a `Recipe` that exists cannot fail. It borrows the bytes
-//! (in flash) and copies nothing.
+//! (in flash) and copies nothing but a few numbers.
 //!
-//! # Format
-//!
-//! | bytes | content |
-//! |---|---|
-//! | 0..4 | magic `GLMP` |
-//! | 4..6 | format version, little-endian u16 |
-//! | 6..10 | length of the body in bytes, little-endian u32 |
-//! | 10..14 | CRC-32 (ISO-HDLC) of bytes 4..10 and the body, little-endian u32 |
-//! | 14.. | body, by postcard; a list is postcard `bytes` of packed little-endian f32 |
-//!
-//! The body of version 2, [`Ingredients`]:
-//!
-//! | field | postcard type | content |
-//! |---|---|---|
-//! | pattern | bytes | n x (theta_h, theta_d, phi_d), radians; n is 1 to [`MAX_SAMPLES`] |
-//! | learner | enum | 0: a descent, 1: a ridge solve; then its fields |
-//! | expected_loss | f32 | the trainer's loss on materials held out from training |
-//! | provenance | [`Provenance`] | where it came from |
-//!
-//! A descent, [`PackedDescent`]:
-//!
-//! | field | postcard type | content |
-//! |---|---|---|
-//! | model | enum | [`ModelKind`]: 0 Phong, 1 Neural, 2 Cook-Torrance |
-//! | inner_steps | u16 | SGD steps, 1 to [`MAX_INNER_STEPS`] |
-//! | initial | bytes | initial parameters, in the model's order |
-//! | step_sizes | bytes | a step size for each parameter |
-//!
-//! A ridge solve, [`PackedRidge`], whose model is always Linear and therefore not written:
-//!
-//! | field | postcard type | content |
-//! |---|---|---|
-//! | components | u16 | m, 1 to [`MAX_COMPONENTS`] |
-//! | basis | bytes | n rows of m: the components at the sampled directions |
-//! | mean | bytes | n: the mapped mean there |
-//! | median | bytes | n: the median BRDF there, sr^-1 (not times a cosine), none negative |
-//! | weight | bytes | n: cos(theta_i) cos(theta_o) there, all positive |
-//! | precision | bytes | m: the precision of each coefficient, all positive |
-//! | basis_checksum | u32 | CRC-32 of the host's file of the whole basis; 0 for none |
-//!
-//! The body of version 1, a descent always, is model, inner_steps, pattern, initial, step_sizes,
-//! expected_loss, provenance. It is read, and written no more.
-//!
-//! A version never changes once released: a reader refuses versions it does not know by
-//! [`RecipeError::Version`].
+//! The format is written down in `core/docs/recipe.md`, with an example in bytes: magic, version,
+//! length and CRC-32, and then sections, each a [`Kind`] and postcard bytes. What comes later is a
+//! new kind; old recipes, of formats 1 and 2 too, stay readable.
 
 mod check;
+mod contents;
 mod error;
+mod field;
 mod format;
+mod header;
+mod ingredients;
+mod kind;
+mod old;
+mod sections;
+mod write;
 
 pub use crate::fit::{Descent, Learner, Ridge};
 pub use crate::numeric::Floats;
-pub use error::{Field, RecipeError};
-pub use format::{Ingredients, PackedDescent, PackedLearner, PackedRidge, Provenance};
+pub use error::RecipeError;
+pub use field::Field;
+pub use format::{
+    HEADER_BYTES, MAGIC, MAX_BASIS, MAX_COMPONENTS, MAX_INNER_STEPS, MAX_MEAN, MAX_MEDIAN,
+    MAX_PRECISION, MAX_SAMPLES, MAX_WEIGHT, MIN_PRECISION, OLDEST_VERSION, VERSION,
+};
+pub use ingredients::{
+    Expectation, Ingredients, Noise, PackedDescent, PackedLearner, PackedRidge, Provenance,
+};
+pub use kind::Kind;
+pub use sections::{Materials, Sections};
 
-use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
-
-use crate::geometry::{Angles, HalfDifference};
+use crate::geometry::{Angles, Directions, HalfDifference};
+use crate::gonio::{Limits, Unreachable};
 use crate::model::ModelKind;
-use format::FirstBody;
-
-/// The first bytes of every recipe.
-pub const MAGIC: [u8; 4] = *b"GLMP";
-/// The format version that this crate writes, and the newest that it reads.
-pub const VERSION: u16 = 2;
-/// The oldest format version that this crate reads.
-pub const OLDEST_VERSION: u16 = 1;
-/// Bytes before the body.
-pub const HEADER_BYTES: usize = 14;
-/// The largest number of samples in a pattern.
-pub const MAX_SAMPLES: usize = 4096;
-/// The largest number of inner steps.
-pub const MAX_INNER_STEPS: u16 = 10_000;
-/// The largest number of components of a ridge solve.
-pub const MAX_COMPONENTS: usize = 1024;
-
-const CHECKSUM: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
+use check::PackedAngles;
+use contents::{Contents, Statements};
+use header::Sealed;
+use write::Writer;
 
 /// A recipe in memory or in flash, checked.
 #[derive(Clone, Copy, Debug)]
 pub struct Recipe<'a> {
-    pattern: &'a [[u8; 12]],
+    pattern: &'a [PackedAngles],
     learner: Learner<'a>,
-    expected_loss: f32,
-    provenance: Provenance<'a>,
+    statements: Statements<'a>,
+    /// None in formats 1 and 2.
+    sections: Sections<'a>,
     checksum: u32,
 }
 
@@ -113,75 +74,33 @@ impl<'a> Recipe<'a> {
     /// # Errors
     /// What is wrong with the bytes, by name. After `Ok` nothing about the recipe can fail.
     pub fn parse(bytes: &'a [u8]) -> Result<Self, RecipeError> {
-        let (magic, rest) = bytes.split_first_chunk().ok_or(RecipeError::Magic)?;
-        if *magic != MAGIC {
-            return Err(RecipeError::Magic);
-        }
-        let short = |expected| RecipeError::Length {
-            expected,
-            found: u32::try_from(bytes.len()).unwrap_or(u32::MAX),
-        };
-        let header = short(HEADER_BYTES as u32);
-        let (version, after_version) = rest.split_first_chunk().ok_or(header)?;
-        let (length, after_length) = after_version.split_first_chunk().ok_or(header)?;
-        let (checksum, body) = after_length.split_first_chunk().ok_or(header)?;
-        let version = u16::from_le_bytes(*version);
-        if !(OLDEST_VERSION..=VERSION).contains(&version) {
-            return Err(RecipeError::Version(version));
-        }
-        let expected = u32::from_le_bytes(*length);
-        if u32::try_from(body.len()) != Ok(expected) {
-            return Err(short(expected.saturating_add(HEADER_BYTES as u32)));
-        }
-        let checksum = u32::from_le_bytes(*checksum);
-        if checksum != checksum_of(version, expected, body) {
-            return Err(RecipeError::Checksum);
-        }
-        let ingredients = if version == OLDEST_VERSION {
-            postcard::take_from_bytes::<FirstBody<'a>>(body).map(|(body, rest)| (body.into(), rest))
-        } else {
-            postcard::take_from_bytes(body)
-        };
-        match ingredients {
-            Ok((ingredients, [])) => Self::check(&ingredients, checksum),
-            _ => Err(RecipeError::Malformed),
-        }
-    }
-
-    fn check(ingredients: &Ingredients<'a>, checksum: u32) -> Result<Self, RecipeError> {
-        let (pattern, []) = ingredients.pattern.as_chunks() else {
-            return Err(RecipeError::Count(Field::Pattern));
-        };
-        if !(1..=MAX_SAMPLES).contains(&pattern.len()) {
-            return Err(RecipeError::Count(Field::Pattern));
-        }
-        let recipe = Self {
-            pattern,
-            learner: check::check(ingredients.learner, pattern.len())?,
-            expected_loss: ingredients.expected_loss,
-            provenance: ingredients.provenance,
+        let Sealed {
+            version,
             checksum,
+            body,
+        } = header::open(bytes)?;
+        let mut sections = Sections::default();
+        let contents = match version {
+            1 => old::first(body)?,
+            2 => old::second(body)?,
+            _ => {
+                sections = Sections::new(body);
+                Contents::of_sections(body)?
+            }
         };
-        if !recipe.expected_loss.is_finite() {
-            return Err(RecipeError::NonFinite(Field::ExpectedLoss));
-        }
-        for (index, angles) in recipe.pattern().enumerate() {
-            let Angles {
-                theta_h,
-                theta_d,
-                phi_d,
-            } = angles;
-            if !(theta_h.is_finite() && theta_d.is_finite() && phi_d.is_finite()) {
-                return Err(RecipeError::NonFinite(Field::Pattern));
-            }
-            if !HalfDifference::from_angles(angles).is_valid() {
-                return Err(RecipeError::BelowHorizon(index as u16));
-            }
-        }
-        Ok(recipe)
+        let pattern = check::pattern(contents.pattern)?;
+        let learner = check::learner(contents.learner, pattern.len())?;
+        check::statements(&contents.statements)?;
+        Ok(Self {
+            pattern,
+            learner,
+            statements: contents.statements,
+            sections,
+            checksum,
+        })
     }
 
-    /// Writes a recipe into `buffer` and returns the bytes used.
+    /// Writes a recipe of format [`VERSION`] into `buffer` and returns the bytes used.
     ///
     /// # Errors
     /// [`RecipeError::BufferTooSmall`], or what [`Recipe::parse`] would refuse.
@@ -189,25 +108,46 @@ impl<'a> Recipe<'a> {
         ingredients: &Ingredients<'_>,
         buffer: &'b mut [u8],
     ) -> Result<&'b [u8], RecipeError> {
-        let (header, rest) = buffer
-            .split_first_chunk_mut::<HEADER_BYTES>()
-            .ok_or(RecipeError::BufferTooSmall)?;
-        let written =
-            postcard::to_slice(ingredients, rest).map_err(|_| RecipeError::BufferTooSmall)?;
-        let length = u32::try_from(written.len()).map_err(|_| RecipeError::Count(Field::Body))?;
-        let checksum = checksum_of(VERSION, length, written);
-        let fields = MAGIC
-            .into_iter()
-            .chain(VERSION.to_le_bytes())
-            .chain(length.to_le_bytes())
-            .chain(checksum.to_le_bytes());
-        for (byte, value) in header.iter_mut().zip(fields) {
-            *byte = value;
-        }
-        let total = HEADER_BYTES.saturating_add(written.len());
-        let bytes = buffer.get(..total).ok_or(RecipeError::BufferTooSmall)?;
+        let mut writer = Writer::new(buffer);
+        writer.ingredients(ingredients)?;
+        let bytes = writer.finish()?;
         Recipe::parse(bytes)?;
         Ok(bytes)
+    }
+
+    /// Writes the recipe once more, without sections of these kinds, into `buffer`, and returns the
+    /// bytes used. What is left, also of kinds that are unknown here, is the same to the bit; but
+    /// the copy has a checksum, and so a name on the link, of its own.
+    ///
+    /// The copy of a recipe of format 1 or 2 has format [`VERSION`].
+    ///
+    /// # Errors
+    /// [`RecipeError::Required`] if a kind is not an optional one, or
+    /// [`RecipeError::BufferTooSmall`]: the copy of a recipe of format 3 takes no more bytes than
+    /// the recipe, others some 32 more.
+    pub fn copy_without<'b>(
+        &self,
+        kinds: &[Kind],
+        buffer: &'b mut [u8],
+    ) -> Result<&'b [u8], RecipeError> {
+        if let Some(kind) = kinds.iter().find(|kind| kind.is_required()) {
+            return Err(RecipeError::Required(*kind));
+        }
+        let mut writer = Writer::new(buffer);
+        if self.sections.is_empty() {
+            let kept = |kind| !kinds.contains(&kind);
+            let mut ingredients =
+                Ingredients::new(self.pattern.as_flattened(), self.learner.into());
+            ingredients.expectation = self.expectation().filter(|_| kept(Kind::EXPECTATION));
+            ingredients.provenance = self.provenance().filter(|_| kept(Kind::PROVENANCE));
+            writer.ingredients(&ingredients)?;
+        }
+        for (kind, bytes) in self.sections() {
+            if !kinds.contains(&kind) {
+                writer.copy(kind, bytes)?;
+            }
+        }
+        writer.finish()
     }
 
     /// The model that it fits.
@@ -251,26 +191,69 @@ impl<'a> Recipe<'a> {
 
     /// Where to measure, in radians; both directions of each are above the horizon.
     pub fn pattern(&self) -> impl ExactSizeIterator<Item = Angles<f32>> + Clone + 'a {
-        self.pattern.iter().map(|bytes| {
-            let [a, b, c, d, e, f, g, h, i, j, k, l] = *bytes;
-            Angles {
-                theta_h: f32::from_le_bytes([a, b, c, d]),
-                theta_d: f32::from_le_bytes([e, f, g, h]),
-                phi_d: f32::from_le_bytes([i, j, k, l]),
-            }
+        self.pattern.iter().map(check::angles)
+    }
+
+    /// Where to measure, as unit vectors, each with its index in the pattern.
+    pub fn directions(&self) -> impl ExactSizeIterator<Item = (u16, Directions<f32>)> + Clone + 'a {
+        // At most MAX_SAMPLES, which a u16 holds.
+        self.pattern().enumerate().map(|(index, angles)| {
+            let directions = HalfDifference::from_angles(angles).directions();
+            (index as u16, directions)
         })
     }
 
-    /// The loss to expect on a material that training never saw.
+    /// The machine that the pattern was made for, if the recipe states it.
     #[must_use]
-    pub fn expected_loss(&self) -> f32 {
-        self.expected_loss
+    pub fn limits(&self) -> Option<Limits> {
+        self.statements.limits
     }
 
-    /// Where it came from.
+    /// The first sample of the pattern that a machine does not reach, and why: to be asked before
+    /// anything moves. None if it reaches all.
     #[must_use]
-    pub fn provenance(&self) -> &Provenance<'a> {
-        &self.provenance
+    pub fn out_of_reach(&self, limits: &Limits) -> Option<(u16, Unreachable)> {
+        let mut directions = self.directions();
+        directions.find_map(|(index, directions)| Some((index, limits.check(&directions).err()?)))
+    }
+
+    /// The noise that it was trained for, if it states that.
+    #[must_use]
+    pub fn noise(&self) -> Option<Noise> {
+        self.statements.noise
+    }
+
+    /// The loss to expect on a material that training never saw, and on what that was found, if the
+    /// recipe states it.
+    #[must_use]
+    pub fn expectation(&self) -> Option<Expectation<'a>> {
+        self.statements.expectation
+    }
+
+    /// The loss to expect on a material that training never saw, if the recipe states it.
+    #[must_use]
+    pub fn expected_loss(&self) -> Option<f32> {
+        self.expectation().map(|expectation| expectation.loss)
+    }
+
+    /// Where it came from, if it states that.
+    #[must_use]
+    pub fn provenance(&self) -> Option<Provenance<'a>> {
+        self.statements.provenance
+    }
+
+    /// The materials that it was trained on: names, and digests of their BRDFs. None where the
+    /// recipe does not state them.
+    #[must_use]
+    pub fn materials(&self) -> Materials<'a> {
+        self.statements.materials
+    }
+
+    /// All sections with their postcard bytes, also those of kinds that are unknown here. None in
+    /// formats 1 and 2, which have no sections.
+    #[must_use]
+    pub fn sections(&self) -> Sections<'a> {
+        self.sections
     }
 
     /// The CRC-32 in its header: names the recipe on the link.
@@ -278,12 +261,4 @@ impl<'a> Recipe<'a> {
     pub fn checksum(&self) -> u32 {
         self.checksum
     }
-}
-
-fn checksum_of(version: u16, length: u32, body: &[u8]) -> u32 {
-    let mut digest = CHECKSUM.digest();
-    digest.update(&version.to_le_bytes());
-    digest.update(&length.to_le_bytes());
-    digest.update(body);
-    digest.finalize()
 }

@@ -158,6 +158,17 @@ impl<'r, 'm, K: Fitter, const CAPACITY: usize> Scan<'r, 'm, K, CAPACITY> {
         })
     }
 
+    /// Asks anew for what was too far below 0: a fit has brought it up, and so it may no longer be
+    /// what was read.
+    pub(crate) fn forget_clamped(&mut self) {
+        for status in &mut self.memory.status {
+            if status.is_clamped() {
+                *status = Status::PENDING;
+                self.memory.stage = Stage::Reading;
+            }
+        }
+    }
+
     /// Begins a fit of all readings. One that was under way, or has ended, is forgotten.
     ///
     /// # Errors

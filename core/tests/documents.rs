@@ -1,6 +1,8 @@
 //! What the documents say is so: examples do what they print, and the bytes in `docs/link.md` are
 //! what the link sends.
 
+#![allow(clippy::duplicate_mod)] // each example is a program of its own, with what it scans
+
 #[path = "../examples/host.rs"]
 mod host;
 #[path = "../examples/scan.rs"]

@@ -1,15 +1,14 @@
 //! Frames survive noise, and a conversation survives a link that loses, repeats and alters bytes.
 
 use glimpse_core::fit::Progress;
-use glimpse_core::fit::ridge::{Part, RidgeError};
 use glimpse_core::geometry::Directions;
 use glimpse_core::link::{
-    Answerer, Asker, FRAME_BYTES, Failure, FrameError, FrameReader, Heard, PROTOCOL, Refusal,
-    Reply, Request, VALUES_PER_FRAME, encode,
+    Answerer, Asker, BYTES_PER_FRAME, FRAME_BYTES, Failure, FrameError, FrameReader, Heard,
+    PROTOCOL, Refusal, Reply, Request, VALUES_PER_FRAME, encode,
 };
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::{Field, RecipeError};
-use glimpse_core::scan::{Measurement, MeasurementError, Residual, ScanError};
+use glimpse_core::scan::{FitError, Reading, ReadingError, Residual, ScanError};
 use proptest::prelude::*;
 use serde::de::DeserializeOwned;
 
@@ -51,17 +50,26 @@ fn failure() -> impl Strategy<Value = Failure> {
         })),
         Just(Failure::Recipe(RecipeError::Model(ModelKind::Linear))),
         Just(Failure::Recipe(RecipeError::NotPositive(Field::Precision))),
+        Just(Failure::Machine),
         any::<(u32, u32)>().prop_map(|(needed, found)| {
-            Failure::Scan(ScanError::Ridge(RidgeError::Buffer {
-                part: Part::Scratch,
+            Failure::Scan(ScanError::Words {
                 needed: needed as usize,
                 found: found as usize,
-            }))
+            })
         }),
-        any::<(u16, u8)>().prop_map(|(index, channel)| Failure::Measurement {
+        any::<(u32, u32)>()
+            .prop_map(|(recipe, found)| Failure::Scan(ScanError::Basis { recipe, found })),
+        any::<(u16, u8)>().prop_map(|(index, channel)| Failure::Reading {
             index,
-            error: MeasurementError::NonFinite(channel)
+            error: ReadingError::NonFinite(channel)
         }),
+        any::<(u16, u16)>().prop_map(|(index, samples)| Failure::Reading {
+            index,
+            error: ReadingError::Index { index, samples }
+        }),
+        any::<(u16, u16)>()
+            .prop_map(|(missing, first)| Failure::Fit(FitError::Incomplete { missing, first })),
+        any::<u16>().prop_map(|limit| Failure::Fit(FitError::Implausible { limit })),
         any::<u16>().prop_map(|host| Failure::Protocol {
             device: PROTOCOL,
             host
@@ -88,27 +96,33 @@ fn request() -> impl Strategy<Value = Request> {
             }),
         any::<(u32, u32)>().prop_map(|(done, total)| Request::Progress(Progress { done, total })),
         (
-            any::<u16>(),
+            any::<(u16, u16)>(),
             prop::collection::vec(number(), 0..=VALUES_PER_FRAME)
         )
-            .prop_map(|(offset, values)| Request::Parameters {
+            .prop_map(|((offset, total), values)| Request::Values {
                 offset,
+                total,
                 values: values.into_iter().collect()
             }),
-        (number(), any::<u16>(), number(), any::<u16>(), any::<u16>()).prop_map(
-            |(mean, worst_index, worst, saturated, repeated)| Request::Finished(Residual {
-                mean,
-                worst_index,
-                worst,
-                saturated,
-                repeated
-            })
+        ([number(), number()], any::<[u16; 4]>()).prop_map(
+            |([mean, worst], [worst_index, saturated, repeated, clamped])| Request::Finished(
+                Residual {
+                    mean,
+                    worst_index,
+                    worst,
+                    saturated,
+                    repeated,
+                    clamped
+                }
+            )
         ),
+        Just(Request::Update),
+        any::<u32>().prop_map(|offset| Request::RecipePart { offset }),
         failure().prop_map(Request::Failed),
         (any::<u16>(), [number(), number(), number()], any::<bool>()).prop_map(
             |(index, brdf, saturated)| Request::Kept {
                 index,
-                measurement: Measurement { brdf, saturated }
+                reading: Reading { brdf, saturated }
             }
         ),
     ]
@@ -120,19 +134,30 @@ fn reply() -> impl Strategy<Value = Reply> {
         (any::<u16>(), [number(), number(), number()], any::<bool>()).prop_map(
             |(index, brdf, saturated)| Reply::Measured {
                 index,
-                measurement: Measurement { brdf, saturated }
+                reading: Reading { brdf, saturated }
             }
         ),
         Just(Reply::Accepted),
         Just(Reply::Refused(Refusal::Directions)),
         Just(Reply::Refused(Refusal::Kept)),
+        Just(Reply::Refused(Refusal::Recipe)),
+        any::<(u32, u32)>().prop_map(|(bytes, checksum)| Reply::Recipe { bytes, checksum }),
+        (
+            any::<u32>(),
+            prop::collection::vec(any::<u8>(), 0..=BYTES_PER_FRAME)
+        )
+            .prop_map(|(offset, bytes)| Reply::RecipePart {
+                offset,
+                bytes: bytes.into_iter().collect()
+            }),
     ]
 }
 
 #[test]
 fn the_longest_message_fits_exactly() {
-    let request = Request::Parameters {
+    let request = Request::Values {
         offset: u16::MAX,
+        total: u16::MAX,
         values: core::iter::repeat_n(f32::from_bits(0x3f9d_70a4), VALUES_PER_FRAME).collect(),
     };
     assert_eq!(frame(u32::MAX, &request).len(), FRAME_BYTES);
@@ -141,6 +166,11 @@ fn the_longest_message_fits_exactly() {
         encode(u32::MAX, &request, &mut short),
         Err(FrameError::TooLong)
     );
+    let reply = Reply::RecipePart {
+        offset: u32::MAX,
+        bytes: core::iter::repeat_n(0xA5, BYTES_PER_FRAME).collect(),
+    };
+    assert!(frame(u32::MAX, &reply).len() < FRAME_BYTES);
 }
 
 #[test]
@@ -196,8 +226,11 @@ fn a_request_is_answered_once_and_its_repetition_alike() {
             .unwrap()
     };
     assert_eq!(hear(&mut answerer), Heard::New(request.clone()));
-    // Before there is a reply, a repetition is as good as new.
-    assert_eq!(hear(&mut answerer), Heard::New(request.clone()));
+    // Version 0.1 called a repetition new until there was a reply, and a host that was moving its
+    // arms moved them again.
+    for _ in 0..3 {
+        assert_eq!(hear(&mut answerer), Heard::Waiting);
+    }
     let answered = answerer
         .answer(Reply::Accepted, &mut buffer)
         .unwrap()
@@ -240,6 +273,26 @@ fn a_device_that_was_reset_is_heard_anew() {
     assert_eq!(hear(&hello, welcome), Heard::New(hello.clone()));
 }
 
+/// While the first request is unanswered, another one is new, and the reply is to that one.
+#[test]
+fn a_new_request_takes_the_place_of_one_that_waits() {
+    let mut buffer = [0; FRAME_BYTES];
+    let mut answerer = Answerer::new();
+    let mut asker = Asker::new();
+    let requests = [1, 2].map(|done| Request::Progress(Progress { done, total: 2 }));
+    for request in &requests {
+        let asked = asker.ask(request, &mut buffer).unwrap().to_vec();
+        for heard in [Heard::New(request.clone()), Heard::Waiting] {
+            let found = asked.iter().find_map(|byte| answerer.hear(*byte));
+            assert_eq!(found, Some(Ok(heard)));
+        }
+    }
+    let answered = answerer.answer(Reply::Accepted, &mut buffer).unwrap();
+    let [_, second] = &requests;
+    let heard = answered.iter().find_map(|byte| asker.hear(*byte, second));
+    assert_eq!(heard, Some(Reply::Accepted));
+}
+
 /// Both hellos have the sequence number 1, and only one of them was answered.
 #[test]
 fn a_device_with_another_recipe_is_not_taken_for_the_one_before() {
@@ -258,6 +311,7 @@ fn a_device_with_another_recipe_is_not_taken_for_the_one_before() {
         match heard.unwrap().unwrap() {
             Heard::New(request) => assert_eq!(request, hello),
             Heard::Again(_) => return false,
+            Heard::Waiting => panic!("it was answered"),
         }
         true
     };
@@ -368,10 +422,15 @@ fn answer_to(request: &Request) -> Reply {
         Request::Hello { .. } => Reply::Welcome { protocol: PROTOCOL },
         Request::Measure { index, .. } => Reply::Measured {
             index: *index,
-            measurement: Measurement {
-                brdf: [f32::from(*index); 3],
-                saturated: false,
-            },
+            reading: Reading::monochrome(f32::from(*index)),
+        },
+        Request::Update => Reply::Recipe {
+            bytes: 90,
+            checksum: 1,
+        },
+        Request::RecipePart { offset } => Reply::RecipePart {
+            offset: *offset,
+            bytes: [1, 2, 3].into_iter().collect(),
         },
         _ => Reply::Accepted,
     }

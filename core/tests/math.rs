@@ -104,3 +104,22 @@ fn angles_are_within_their_bound() {
         assert!(math::atan2(y, x).is_nan());
     }
 }
+
+/// With micromath e to the power of 89 was a NaN, or a panic where there are debug assertions.
+#[test]
+fn no_number_is_too_large_or_none_to_ask_for() {
+    for x in [88.75, 89.0, 89.5, 1e3, 1e30, f32::MAX, f32::INFINITY] {
+        assert_eq!(math::exp(x), f32::INFINITY, "{x}");
+        assert!(math::exp(-x) < 1e-37, "{x}");
+    }
+    assert!(math::exp(f32::NAN).is_nan());
+    assert!(math::exp(88.0).is_finite());
+    // All exponents, subnormal numbers, infinities and NaNs: no panic.
+    for high in 0..=u16::MAX {
+        let x = f32::from_bits((u32::from(high) << 16) | 0x1234);
+        let _ = (math::exp(x), math::sqrt(x), math::sin_cos(x));
+        if x > 0.0 || x.is_nan() {
+            let _ = math::ln(x);
+        }
+    }
+}

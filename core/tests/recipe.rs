@@ -1,12 +1,16 @@
 //! Nothing but a whole recipe is a recipe, and what is wrong has a name.
 
 mod common;
+mod forged;
 
 use common::{Numbers, RidgeNumbers, linear, neural, write, write_linear};
+use forged::sealed;
+use glimpse_core::geometry::HalfDifference;
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::{
-    Field, HEADER_BYTES, Ingredients, MAX_COMPONENTS, MAX_INNER_STEPS, MAX_SAMPLES, PackedDescent,
-    PackedLearner, PackedRidge, Provenance, Recipe, RecipeError, VERSION,
+    Field, HEADER_BYTES, Ingredients, MAX_BASIS, MAX_COMPONENTS, MAX_INNER_STEPS, MAX_MEAN,
+    MAX_MEDIAN, MAX_PRECISION, MAX_SAMPLES, MAX_WEIGHT, MIN_PRECISION, OLDEST_VERSION,
+    PackedDescent, PackedLearner, PackedRidge, Recipe, RecipeError, VERSION,
 };
 use proptest::prelude::*;
 
@@ -32,7 +36,11 @@ fn cook_torrance() -> Numbers {
 fn expected(index: usize, error: RecipeError) -> bool {
     match index {
         0..4 => error == RecipeError::Magic,
-        4..6 => matches!(error, RecipeError::Version(_)),
+        // From one version that is known to another it is the checksum that tells.
+        4..6 => match error {
+            RecipeError::Version(version) => !(OLDEST_VERSION..=VERSION).contains(&version),
+            error => index == 4 && error == RecipeError::Checksum,
+        },
         6..10 => matches!(error, RecipeError::Length { .. }),
         _ => error == RecipeError::Checksum,
     }
@@ -45,7 +53,7 @@ fn what_is_written_is_read() {
         let recipe = Recipe::parse(&bytes).unwrap();
         assert_eq!(recipe.model(), numbers.model);
         assert_eq!(recipe.samples(), 8);
-        assert_eq!(recipe.expected_loss(), 0.03);
+        assert_eq!(recipe.expected_loss(), Some(0.03));
         assert!(recipe.ridge().is_none());
         let descent = recipe.descent().unwrap();
         assert_eq!(descent.model(), numbers.model);
@@ -56,7 +64,12 @@ fn what_is_written_is_read() {
             .pattern()
             .flat_map(|a| [a.theta_h, a.theta_d, a.phi_d]);
         assert!(pattern.eq(numbers.pattern));
-        assert_eq!(recipe.provenance().trainer, "test");
+        assert_eq!(recipe.provenance().unwrap().trainer, "test");
+        let directions = recipe.pattern().map(|angles| {
+            let at = HalfDifference::from_angles(angles);
+            at.directions()
+        });
+        assert!(recipe.directions().eq((0..).zip(directions)));
     }
 }
 
@@ -67,7 +80,7 @@ fn a_ridge_that_is_written_is_read() {
     let recipe = Recipe::parse(&bytes).unwrap();
     assert_eq!(recipe.model(), ModelKind::Linear);
     assert_eq!(recipe.samples(), 8);
-    assert_eq!(recipe.expected_loss(), 0.03);
+    assert_eq!(recipe.expected_loss(), Some(0.03));
     assert!(recipe.descent().is_none());
     let ridge = recipe.ridge().unwrap();
     assert_eq!(ridge.components(), 5);
@@ -90,46 +103,8 @@ fn a_ridge_that_is_written_is_read() {
 
 /// A recipe of format 1, as it was released.
 const FIRST: &[u8] = include_bytes!("recipes/neural-format-1.recipe");
-
-#[test]
-fn a_recipe_of_format_1_is_read_and_says_the_same_in_format_2() {
-    assert_eq!(FIRST[4..6], 1_u16.to_le_bytes());
-    let first = Recipe::parse(FIRST).unwrap();
-    assert_eq!(first.model(), ModelKind::Neural);
-    assert_eq!(first.samples(), 8);
-    let descent = first.descent().unwrap();
-    assert_eq!(descent.inner_steps(), 20);
-    assert_eq!(descent.initial().len(), 675);
-
-    let pack = |list: &mut dyn Iterator<Item = f32>| -> Vec<u8> {
-        list.flat_map(f32::to_le_bytes).collect()
-    };
-    let pattern = first
-        .pattern()
-        .flat_map(|a| [a.theta_h, a.theta_d, a.phi_d]);
-    let ingredients = Ingredients {
-        pattern: &pack(&mut pattern.into_iter()),
-        learner: PackedLearner::Descent(PackedDescent {
-            model: first.model(),
-            inner_steps: descent.inner_steps(),
-            initial: &pack(&mut descent.initial().iter()),
-            step_sizes: &pack(&mut descent.step_sizes().iter()),
-        }),
-        expected_loss: first.expected_loss(),
-        provenance: *first.provenance(),
-    };
-    let mut buffer = vec![0; FIRST.len() + 64];
-    let second = Recipe::write(&ingredients, &mut buffer).unwrap();
-    assert_eq!(second[4..6], VERSION.to_le_bytes());
-    let second = Recipe::parse(second).unwrap();
-    let again = second.descent().unwrap();
-    assert!(first.pattern().eq(second.pattern()));
-    assert_eq!(again.inner_steps(), descent.inner_steps());
-    assert_eq!(again.initial(), descent.initial());
-    assert_eq!(again.step_sizes(), descent.step_sizes());
-    assert_eq!(second.expected_loss(), first.expected_loss());
-    assert_eq!(second.provenance(), first.provenance());
-}
+/// A recipe of format 2, as it was released.
+const SECOND: &[u8] = include_bytes!("recipes/linear-format-2.recipe");
 
 #[test]
 fn any_flipped_bit_is_refused_by_name() {
@@ -137,6 +112,7 @@ fn any_flipped_bit_is_refused_by_name() {
         write(&neural()).unwrap(),
         write_linear(&linear()).unwrap(),
         FIRST.to_vec(),
+        SECOND.to_vec(),
     ] {
         let mut bytes = original;
         for index in 0..bytes.len() {
@@ -155,6 +131,7 @@ fn any_truncation_is_refused_by_name() {
     refuses_truncations(&write(&neural()).unwrap());
     refuses_truncations(&write_linear(&linear()).unwrap());
     refuses_truncations(FIRST);
+    refuses_truncations(SECOND);
 }
 
 fn refuses_truncations(bytes: &[u8]) {
@@ -188,13 +165,6 @@ fn padding_is_refused() {
 fn a_buffer_that_is_too_small_is_an_error() {
     let numbers = phong();
     let whole = write(&numbers).unwrap().len();
-    let provenance = Provenance {
-        trainer: "",
-        data: "",
-        materials: 0,
-        schedule: "",
-        seed: 0,
-    };
     let descent = PackedLearner::Descent(PackedDescent {
         model: numbers.model,
         inner_steps: 20,
@@ -212,12 +182,7 @@ fn a_buffer_that_is_too_small_is_an_error() {
         basis_checksum: 0,
     });
     for learner in [descent, ridge] {
-        let ingredients = Ingredients {
-            pattern: &[0; 12],
-            learner,
-            expected_loss: 0.0,
-            provenance,
-        };
+        let ingredients = Ingredients::new(&[0; 12], learner);
         let mut buffer = vec![0; whole];
         let written = Recipe::write(&ingredients, &mut buffer).unwrap().len();
         for length in 0..written {
@@ -328,6 +293,38 @@ fn signs_of_a_ridge_are_checked() {
     assert_eq!(linear().median[0], 0.0);
 }
 
+/// What a ridge solve in f32 could not hold has no recipe.
+#[test]
+fn numbers_of_a_ridge_have_bounds() {
+    let written = |change: &dyn Fn(&mut RidgeNumbers)| {
+        let mut numbers = linear();
+        change(&mut numbers);
+        write_linear(&numbers).map(drop)
+    };
+    type Entry = fn(&mut RidgeNumbers) -> &mut f32;
+    let list: [(Field, Entry, &[f32]); 5] = [
+        (Field::Basis, |n| &mut n.basis[39], &[-MAX_BASIS, MAX_BASIS]),
+        (Field::Mean, |n| &mut n.mean[7], &[-MAX_MEAN, MAX_MEAN]),
+        (Field::Median, |n| &mut n.median[7], &[MAX_MEDIAN]),
+        (Field::Weight, |n| &mut n.weight[7], &[MAX_WEIGHT]),
+        (Field::Precision, |n| &mut n.precision[4], &[MAX_PRECISION]),
+    ];
+    for (field, entry, bounds) in list {
+        for bound in bounds {
+            assert_eq!(written(&|n| *entry(n) = *bound), Ok(()));
+            let beyond = written(&|n| *entry(n) = bound * (1.0 + f32::EPSILON));
+            assert_eq!(beyond, Err(RecipeError::Range(field)));
+            let far = written(&|n| *entry(n) = f32::MAX.copysign(*bound));
+            assert_eq!(far, Err(RecipeError::Range(field)));
+        }
+    }
+    assert_eq!(written(&|n| n.precision[0] = MIN_PRECISION), Ok(()));
+    let error = written(&|n| n.precision[0] = MIN_PRECISION * (1.0 - f32::EPSILON));
+    assert_eq!(error, Err(RecipeError::Range(Field::Precision)));
+    let sentence = RecipeError::Range(Field::Precision).to_string();
+    assert!(sentence.contains("`precision`") && sentence.contains("1e-6 to 1e8"));
+}
+
 #[test]
 fn below_the_horizon_is_refused() {
     let mut numbers = neural();
@@ -400,14 +397,7 @@ proptest! {
         noise in prop::collection::vec(any::<u8>(), 0..200),
         version in 1..=VERSION,
     ) {
-        let mut bytes = b"GLMP".to_vec();
-        let mut checked = version.to_le_bytes().to_vec();
-        checked.extend((noise.len() as u32).to_le_bytes());
-        bytes.extend(&checked);
-        checked.extend(&noise);
-        let crc = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
-        bytes.extend(crc.checksum(&checked).to_le_bytes());
-        bytes.extend(&noise);
+        let bytes = sealed(version, &noise);
         let error = Recipe::parse(&bytes).unwrap_err();
         let of_header = matches!(error, RecipeError::Checksum | RecipeError::Length { .. });
         prop_assert!(!of_header, "{}", error);

@@ -8,62 +8,67 @@
 use core::sync::atomic::{AtomicU8, Ordering};
 
 use glimpse_core::recipe::Recipe;
-use glimpse_core::scan::{Measurement, Record};
+use glimpse_core::scan::{Reading, Saved};
 
-use crate::CAPACITY;
+use crate::recipe::CAPACITY;
 
-/// What `memory/` sets aside.
-const MEMORY_BYTES: usize = 256;
-const RECORD_BYTES: usize = Record::<CAPACITY>::BYTES;
-const _: () = assert!(RECORD_BYTES <= MEMORY_BYTES, "set more memory aside");
+/// What `memory/` sets aside: enough for 63 samples.
+const MEMORY_BYTES: usize = 1024;
+const SAVED_BYTES: usize = Saved::<CAPACITY>::BYTES;
+const _: () = assert!(SAVED_BYTES <= MEMORY_BYTES, "set more memory aside");
 
 // SAFETY: the linker script sets these bytes aside for it alone, and any bytes are an `AtomicU8`.
 unsafe extern "C" {
-    /// Start-up code does not touch it. Atomic, so that every write is carried out, and in order.
+    /// Start-up code does not touch it. Atomic, because a static that is written has to be; what is
+    /// written relaxed may arrive in any order, and late. That does no harm: the readings end with a
+    /// CRC over all of them, so whatever a reset finds half written is none.
     #[link_name = "_kept"]
     safe static MEMORY: [AtomicU8; MEMORY_BYTES];
 }
 
-/// The measurements of the scan under way, in memory that a reset leaves alone.
+/// The readings of the scan under way, in memory that a reset leaves alone.
 pub struct Kept {
-    record: Record<CAPACITY>,
+    saved: Saved<CAPACITY>,
 }
 
 impl Kept {
-    /// Looks for measurements by this recipe that a reset left.
+    /// Looks for readings by this recipe that a reset left.
     pub fn find(recipe: &Recipe<'_>) -> Self {
         let mut bytes = [0; MEMORY_BYTES];
         for (byte, kept) in bytes.iter_mut().zip(&MEMORY) {
             *byte = kept.load(Ordering::Relaxed);
         }
-        let record = Record::read(&bytes, recipe).unwrap_or_else(|error| {
+        let saved = Saved::read(&bytes, recipe).unwrap_or_else(|error| {
             defmt::info!("nothing is kept: {}", error);
-            Record::new(recipe)
+            Saved::new(recipe)
         });
-        Self { record }
+        defmt::info!("{=usize} readings are kept", saved.readings().len());
+        Self { saved }
     }
 
-    /// The measurements, in the order of the recipe's pattern.
-    pub fn measurements(&self) -> &[Measurement] {
-        self.record.measurements()
+    /// The readings, with their indices in the recipe's pattern.
+    pub fn readings(&self) -> &[(u16, Reading)] {
+        self.saved.readings()
     }
 
-    /// Keeps one more.
-    pub fn add(&mut self, measurement: Measurement) {
-        if self.record.push(measurement).is_ok() {
-            self.write();
+    /// Keeps one more, or another one of the same sample.
+    pub fn insert(&mut self, index: u16, reading: Reading) {
+        match self.saved.insert(index, reading) {
+            Ok(()) => self.write(),
+            Err(error) => defmt::warn!("reading {=u16} is not kept: {}", index, error),
         }
     }
 
     /// Keeps none.
     pub fn forget(&mut self) {
-        self.record.clear();
+        self.saved.clear();
         self.write();
+        defmt::info!("all readings are forgotten");
     }
 
     fn write(&self) {
-        let mut buffer = [0; RECORD_BYTES];
-        let bytes = self.record.write(&mut buffer).unwrap_or_default(); // there is room
+        let mut buffer = [0; SAVED_BYTES];
+        let bytes = self.saved.write(&mut buffer).unwrap_or_default(); // there is room
         for (kept, byte) in MEMORY.iter().zip(bytes) {
             kept.store(*byte, Ordering::Relaxed);
         }

@@ -2,18 +2,22 @@
 //!
 //! A semihosting call is a breakpoint. QEMU and debuggers serve it; on a board by itself it
 //! would be a fault, so it is left out there. (Features that name a board log by RTT instead.)
+//!
+//! Interrupts are masked while a line is written, so that whoever logs, and from wherever, has the
+//! line to himself. In QEMU no time passes meanwhile; a debugger halts the core anyway.
 
 use core::cell::UnsafeCell;
 
 use cortex_m::peripheral::DCB;
 use cortex_m_semihosting::hio::{HostStream, hstdout};
+use critical_section::RestoreState;
 use heapless::Vec;
 
-use crate::board;
+use crate::chip;
 
 /// True if somebody takes semihosting calls. Without, they are faults.
 fn has_semihosting() -> bool {
-    DCB::is_debugger_attached() || board::is_emulated()
+    DCB::is_debugger_attached() || chip::is_emulated()
 }
 
 /// Collects a line, so that it costs one semihosting call.
@@ -21,6 +25,8 @@ struct Line {
     encoder: defmt::Encoder,
     bytes: Vec<u8, 128>,
     output: Option<HostStream>,
+    /// Whether interrupts were masked before the line began.
+    masked_before: RestoreState,
 }
 
 impl Line {
@@ -29,6 +35,7 @@ impl Line {
             encoder,
             bytes: line,
             output,
+            ..
         } = self;
         encoder.write(bytes, |encoded| append(line, output, encoded));
     }
@@ -41,6 +48,7 @@ impl Line {
             encoder,
             bytes: line,
             output,
+            ..
         } = self;
         encoder.start_frame(|encoded| append(line, output, encoded));
     }
@@ -50,6 +58,7 @@ impl Line {
             encoder,
             bytes: line,
             output,
+            ..
         } = self;
         encoder.end_frame(|encoded| append(line, output, encoded));
         flush(line, output);
@@ -79,8 +88,8 @@ struct Logger {
     line: UnsafeCell<Line>,
 }
 
-// SAFETY: there is one thread, and no interrupt handler (nor a `Format` of core's) logs, so the
-// line has one user at a time.
+// SAFETY: defmt's calls come in the order acquire, write, release. There is one core, and from
+// acquire to release its interrupts are masked, so the line has one user at a time.
 unsafe impl Sync for Logger {}
 
 static LOGGER: Logger = Logger {
@@ -88,6 +97,7 @@ static LOGGER: Logger = Logger {
         encoder: defmt::Encoder::new(),
         bytes: Vec::new(),
         output: None,
+        masked_before: RestoreState::invalid(),
     }),
 };
 
@@ -102,10 +112,15 @@ impl Logger {
 #[defmt::global_logger]
 struct Defmt;
 
-// SAFETY: defmt's calls come in the order acquire, write, release, and from one thread.
+// SAFETY: from acquire to release interrupts are masked, so that nobody else acquires it.
 unsafe impl defmt::Logger for Defmt {
     fn acquire() {
-        LOGGER.with_line(Line::start);
+        // SAFETY: `release` follows, and gives back this very state.
+        let masked_before = unsafe { critical_section::acquire() };
+        LOGGER.with_line(|line| {
+            line.masked_before = masked_before;
+            line.start();
+        });
     }
 
     unsafe fn flush() {}
@@ -115,6 +130,12 @@ unsafe impl defmt::Logger for Defmt {
     }
 
     unsafe fn release() {
-        LOGGER.with_line(Line::end);
+        let mut masked_before = RestoreState::invalid();
+        LOGGER.with_line(|line| {
+            line.end();
+            masked_before = line.masked_before;
+        });
+        // SAFETY: `acquire` has left it there.
+        unsafe { critical_section::release(masked_before) };
     }
 }

@@ -1,27 +1,30 @@
 //! A scanner's firmware: measures a material in a few directions and fits its BRDF.
 //!
 //! It runs unchanged on a board with an STM32F405 and on QEMU's netduinoplus2. Over the UART it
-//! asks the scanner for each measurement and tells it the fitted parameters; see
-//! `glimpse_core::link` for what is said. The README beside this folder says how to run, flash and
-//! change it. All of a scan is in this file:
+//! asks the scanner for each reading and tells it the fitted values; see `glimpse_core::link` for
+//! what is said. The README beside this folder says how to run, flash and change it.
 //!
-//! 1. `main` reads the recipe, and scans one material after the other.
-//! 2. `scan_material` greets the scanner, measures, fits, and tells the result.
-//! 3. `take_over` goes on with a scan that a reset interrupted.
-//!
-//! Whatever fails is a `Failure` by name: it is logged, the scanner is told, and all begins anew.
+//! Core's `Driver` leads the scan, from one material to the next; this file gives it bytes and
+//! time, and does what it says: sleeps, keeps readings where a reset leaves them, logs what is
+//! done and what failed.
 
 #![no_std]
 #![no_main]
 
 mod board;
+mod chip;
+mod clocks;
+mod interrupts;
 mod kept;
-mod link;
 #[cfg(not(any(feature = "feather", feature = "nucleo")))]
 mod log;
 mod meter;
+mod recipe;
 mod register;
+mod ring;
+mod time;
 mod uart;
+mod watchdog;
 
 use core::hint::black_box;
 use core::panic::PanicInfo;
@@ -30,139 +33,102 @@ use cortex_m::peripheral::SCB;
 use cortex_m_rt::{ExceptionFrame, entry, exception};
 #[cfg(any(feature = "feather", feature = "nucleo"))]
 use defmt_rtt as _; // the log, where a debug probe reads it
-use glimpse_core::fit::Workspace;
+use glimpse_core::driver::{Action, Config, Driver, Host};
 use glimpse_core::link::Failure;
-use glimpse_core::model::Neural;
 use glimpse_core::recipe::Recipe;
-use glimpse_core::scan::Scan;
+use glimpse_core::scan;
 
+use board::Board;
 use kept::Kept;
-use link::Link;
-use meter::Stopwatch;
+use recipe::{CAPACITY, Model, RECIPE};
 
-/// What to measure and how to fit it, as the trainer wrote it. To train another, from the
-/// repository's root:
-/// `cargo run --release -- train --model neural --samples 8 --out embedded-demo/recipes/neural-n8.recipe`
-static RECIPE: &[u8] = include_bytes!("../recipes/neural-n8.recipe");
-/// The largest number of samples that a recipe may have here.
-const CAPACITY: usize = 8;
-/// Gradients in one slice of the fit: between two slices motors and watchdog have their turn.
-const SLICE: usize = 8;
-/// How often a measurement is taken before it is given up.
-const MEASURE_ATTEMPTS: usize = 3;
+type Memory = scan::Memory<Model, CAPACITY>;
+type Scan = scan::Scan<'static, 'static, Model, CAPACITY>;
 
 #[entry]
 fn main() -> ! {
-    // Parameters and their gradient, 5.4 kB, and the scan. (`entry` makes them `&'static mut`.)
-    static mut WORKSPACE: Workspace<Neural> = Workspace::new();
+    // Readings and fit. (`entry` makes it `&'static mut`.)
+    static mut MEMORY: Memory = Memory::new();
 
-    static mut SCAN: Option<Scan<'static, Neural, CAPACITY>> = None;
-
-    let mut link = Link::new(board::start());
-    let scan = match begin(WORKSPACE, SCAN) {
-        Ok(scan) => scan,
-        Err(failure) => loop {
-            // Nothing helps but another recipe; say so to whoever listens.
-            defmt::error!("{}", failure);
-            link.fail(failure);
-        },
+    let Some(mut board) = board::start() else {
+        reset(); // cannot be: it is started once
     };
-
-    // The first scan may be one that a reset interrupted.
-    let mut kept = Kept::find(scan.recipe());
-    loop {
-        if let Err(failure) = scan_material(scan, &mut link, &mut kept) {
+    let (scan, kept) = match begin(MEMORY) {
+        Ok((scan, kept)) => (Ok(scan), Some(kept)),
+        Err(failure) => {
+            // Nothing helps but another recipe. The driver says so to whoever listens.
             defmt::error!("{}", failure);
-            link.fail(failure);
+            (Err(failure), None)
         }
-        kept.forget();
-        scan.restart();
-    }
+    };
+    run(
+        &mut board,
+        Driver::new(scan, Config::new(Host::Measures)),
+        kept,
+    )
 }
 
-/// Reads the recipe and begins a scan with it, in `place`. Out of line: what that takes of the stack
-/// is given back before anything is measured.
+/// Reads the recipe, and takes over the readings of a scan that a reset interrupted. Out of line:
+/// what that takes of the stack is given back before anything is measured.
 #[inline(never)]
-fn begin(
-    workspace: &'static mut Workspace<Neural>,
-    place: &'static mut Option<Scan<'static, Neural, CAPACITY>>,
-) -> Result<&'static mut Scan<'static, Neural, CAPACITY>, Failure> {
+fn begin(memory: &'static mut Memory) -> Result<(Scan, Kept), Failure> {
     // Bits in flash may flip after the compiler has seen them, so it may not know them.
     let recipe = Recipe::parse(black_box(RECIPE)).map_err(Failure::Recipe)?;
-    let scan = Scan::new(recipe, workspace).map_err(Failure::Scan)?;
-    Ok(place.insert(scan))
+    let mut scan = Scan::new(recipe, memory).map_err(Failure::Scan)?;
+    let kept = Kept::find(scan.recipe());
+    for (index, reading) in kept.readings() {
+        let _ = scan.record(*index, *reading); // a wrong one is read anew
+    }
+    Ok((scan, kept))
 }
 
-/// Scans one material, from the first word to the last.
-fn scan_material(
-    scan: &mut Scan<Neural, CAPACITY>,
-    link: &mut Link,
-    kept: &mut Kept,
-) -> Result<(), Failure> {
-    link.hello(scan.recipe())?;
-    defmt::info!("scan of {=usize} samples", scan.recipe().samples());
-    take_over(scan, link, kept)?;
-
-    // Measure where the recipe says. What cannot be a BRDF is measured once more.
-    let mut attempts = 0;
-    while let Some((index, directions)) = scan.next_directions() {
-        let measurement = link.measure(index, directions)?;
-        match scan.record(measurement) {
-            Ok(()) => {
-                attempts = 0;
-                kept.add(measurement);
-            }
-            Err(error) => {
-                defmt::warn!("measurement {=u16}: {}", index, error);
-                attempts += 1;
-                if attempts == MEASURE_ATTEMPTS {
-                    return Err(Failure::Measurement { index, error });
-                }
-            }
-        }
-    }
-
-    // Fit, slice by slice.
-    let mut ticks = 0;
+/// The main loop: one turn for each thing that the driver has to say.
+fn run(
+    board: &mut Board,
+    mut driver: Driver<'static, 'static, Model, CAPACITY>,
+    mut kept: Option<Kept>,
+) -> ! {
+    let Board { uart, clock, meter } = board;
     loop {
-        let mut watch = Stopwatch::start();
-        let progress = scan.advance_fit(SLICE);
-        ticks += watch.ticks();
-        link.progress(progress)?;
-        if progress.is_complete() {
-            break;
+        watchdog::feed();
+        while let Some(byte) = uart.read() {
+            driver.receive(byte);
+        }
+        let milliseconds = clock.pass();
+        let action = match is_fitting(&driver) {
+            true => meter.count(|| driver.poll(milliseconds)),
+            false => driver.poll(milliseconds),
+        };
+        while let Some(byte) = driver.outgoing().first()
+            && uart.write(*byte)
+        {
+            driver.sent(1);
+        }
+        match (action, &mut kept) {
+            (Action::Wait { .. }, _) if driver.outgoing().is_empty() => {
+                time::sleep(|| uart.has_byte());
+            }
+            (Action::Save { index, reading }, Some(kept)) => kept.insert(index, reading),
+            (Action::Forget, Some(kept)) => kept.forget(),
+            (Action::Finished(residual), _) => {
+                defmt::info!("finished: {}", residual);
+                meter.report();
+            }
+            (Action::Failed(failure), _) => {
+                defmt::error!("{}", failure);
+                meter.restart();
+            }
+            // The host has arms and sensor, and this firmware has one recipe.
+            _ => {}
         }
     }
-
-    // Tell the result.
-    let residual = scan.residual();
-    if !residual.mean.is_finite() {
-        return Err(Failure::Diverged);
-    }
-    link.parameters(scan.parameters())?;
-    link.finished(residual)?;
-    defmt::info!("finished: {}", residual);
-    meter::report(ticks);
-    Ok(())
 }
 
-/// Takes over what was measured before a reset, if the scanner says that it holds still: the
-/// material may have been changed meanwhile.
-fn take_over(
-    scan: &mut Scan<Neural, CAPACITY>,
-    link: &mut Link,
-    kept: &mut Kept,
-) -> Result<(), Failure> {
-    for (index, measurement) in (0..).zip(kept.measurements()) {
-        if !link.holds(index, *measurement)? || scan.record(*measurement).is_err() {
-            defmt::warn!("all is measured anew");
-            scan.restart();
-            kept.forget();
-            return Ok(());
-        }
-    }
-    defmt::info!("{=usize} were measured before", kept.measurements().len());
-    Ok(())
+/// True once all readings are there and until the fit is done.
+fn is_fitting(driver: &Driver<'_, '_, Model, CAPACITY>) -> bool {
+    driver
+        .scan()
+        .is_ok_and(|scan| scan.next_pending().is_none() && scan.fitted().is_none())
 }
 
 /// Nothing in this firmware panics; if something does after all, it begins anew.

@@ -1,52 +1,57 @@
-//! Time by SysTick, and the depth of the stack.
+//! What a fit costs: the core's cycles, and the depth of the stack.
 
-use cortex_m::peripheral::SYST;
-use cortex_m::peripheral::syst::SystClkSource;
 use cortex_m_rt::STACK_PAINT_VALUE;
 
-use crate::board::{self, CORE_HZ};
+use crate::clocks::Clocks;
+use crate::register::TIM5;
+use crate::time;
 
-/// SysTick comes round every 2^22 ticks: 25 ms at 168 MHz.
-const TICKS_MASK: u32 = (1 << 22) - 1;
-
-/// Starts SysTick: a tick for each cycle of the core, and an interrupt each time it comes round.
-pub fn start(mut systick: SYST) {
-    systick.set_clock_source(SystClkSource::Core);
-    systick.set_reload(TICKS_MASK);
-    systick.clear_current();
-    systick.enable_interrupt();
-    systick.enable_counter();
-}
-
-/// Counts ticks of the core's clock. It has to be read at least once in 25 ms.
-pub struct Stopwatch {
-    last: u32,
+/// Counts the cycles of what it is given, by TIM5, which counts each tick of the timers' clock.
+pub struct Meter {
+    clocks: Clocks,
     ticks: u32,
 }
 
-impl Stopwatch {
-    /// From now on.
-    pub fn start() -> Self {
-        Self {
-            last: SYST::get_current(),
-            ticks: 0,
-        }
+impl Meter {
+    /// Nothing was counted yet.
+    pub fn start(clocks: Clocks) -> Self {
+        time::run_freely(TIM5, 1);
+        Self { clocks, ticks: 0 }
     }
 
-    /// Ticks since the start; wraps around after 25 s.
-    pub fn ticks(&mut self) -> u32 {
-        // SysTick counts down.
-        let now = SYST::get_current();
-        self.ticks = self
-            .ticks
-            .wrapping_add(self.last.wrapping_sub(now) & TICKS_MASK);
-        self.last = now;
-        self.ticks
+    /// Forgets what was counted.
+    pub fn restart(&mut self) {
+        self.ticks = 0;
+    }
+
+    /// Does it and counts what it takes, interrupts on the way included. It may take 4 s in an
+    /// emulator, and 51 s on a chip.
+    pub fn count<T>(&mut self, act: impl FnOnce() -> T) -> T {
+        let begun = TIM5.counter.read();
+        let result = act();
+        let ticks = TIM5.counter.read().wrapping_sub(begun);
+        self.ticks = self.ticks.wrapping_add(ticks);
+        result
+    }
+
+    /// Logs what was counted, as `name=value` lines, and begins anew.
+    pub fn report(&mut self) {
+        let ticks = core::mem::take(&mut self.ticks);
+        match self.clocks {
+            // QEMU with `-icount shift=0`: an instruction takes a nanosecond, whatever it is.
+            Clocks::Emulator => defmt::info!("fit_instructions={=u32}", ticks),
+            clocks => {
+                let cycles = u64::from(ticks) * u64::from(clocks.core_hz())
+                    / u64::from(clocks.timer_hz().max(1));
+                defmt::info!("fit_cycles={=u64}", cycles);
+            }
+        }
+        defmt::info!("stack_bytes={=usize}", stack_bytes());
     }
 }
 
 /// The largest number of bytes that the stack ever had.
-pub fn stack_bytes() -> usize {
+fn stack_bytes() -> usize {
     unsafe extern "C" {
         static _stack_end: u32;
         static _stack_start: u32;
@@ -60,16 +65,4 @@ pub fn stack_bytes() -> usize {
         word = word.wrapping_add(1);
     }
     start.addr() - word.addr()
-}
-
-/// Logs what a fit of `ticks` cost, as `name=value` lines.
-pub fn report(ticks: u32) {
-    if board::is_emulated() {
-        // QEMU with `-icount shift=0`: an instruction takes a nanosecond, whatever it is.
-        let instructions = u64::from(ticks) * 1_000_000_000 / u64::from(CORE_HZ);
-        defmt::info!("fit_instructions={=u64}", instructions);
-    } else {
-        defmt::info!("fit_cycles={=u32}", ticks);
-    }
-    defmt::info!("stack_bytes={=usize}", stack_bytes());
 }

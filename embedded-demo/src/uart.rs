@@ -1,10 +1,12 @@
 //! A USART of the STM32F4. Neither reading nor writing ever waits.
+//!
+//! An interrupt puts each byte that comes into a [`Ring`], so that none is lost while a slice of
+//! the fit runs.
 
-use cortex_m::asm;
-use cortex_m::interrupt::InterruptNumber;
-use cortex_m::peripheral::{NVIC, SCB};
+use core::sync::atomic::{AtomicU32, Ordering};
 
-use crate::register::Register;
+use crate::register::Usart;
+use crate::ring::Ring;
 
 /// Status: overrun, received, ready to transmit.
 const OVERRUN: u32 = 1 << 3;
@@ -13,70 +15,69 @@ const READY: u32 = 1 << 7;
 /// Control: enable, interrupt when received, transmitter on, receiver on.
 const ENABLE: u32 = 1 << 13 | 1 << 5 | 1 << 3 | 1 << 2;
 
-/// The number of a USART's interrupt.
-#[derive(Clone, Copy)]
-pub struct Interrupt(pub u16);
+static BYTES: Ring = Ring::new();
+/// Bytes that came when there was no room, or that the interrupt was too late for.
+static LOST: AtomicU32 = AtomicU32::new(0);
 
-// SAFETY: it always gives the same number.
-unsafe impl InterruptNumber for Interrupt {
-    fn number(self) -> u16 {
-        self.0
-    }
-}
-
-/// A UART: 8 bits, no parity, one stop bit.
+/// The UART that leads to the scanner: 8 bits, no parity, one stop bit. There is one.
 pub struct Uart {
-    status: Register,
-    data: Register,
-    interrupt: Interrupt,
+    usart: Usart,
+    /// How many lost bytes were told.
+    told: u32,
 }
 
 impl Uart {
-    /// Turns on the USART at `base`; `divider` is its clock divided by the baud rate.
-    ///
-    /// # Safety
-    /// An STM32F4's USART with this interrupt must be there, its clock on, and nothing else may
-    /// use it. Interrupts must be masked for good: they only wake the core.
-    pub unsafe fn new(base: usize, interrupt: Interrupt, divider: u32) -> Self {
-        // SAFETY: the registers of a USART, by the caller; DMA stays off.
-        let at = |offset| unsafe { Register::at(base + offset) };
-        at(0x08).write(divider);
-        at(0x0C).write(ENABLE);
-        // SAFETY: no critical section relies on it, and its handler never runs.
-        unsafe { NVIC::unmask(interrupt) };
-        Self {
-            status: at(0x00),
-            data: at(0x04),
-            interrupt,
-        }
+    /// Turns it on; `clock_hz` is its clock, `baud` its speed in bits a second.
+    pub fn start(usart: Usart, clock_hz: u32, baud: u32) -> Self {
+        usart.baud.write(divider(clock_hz, baud));
+        usart.control.write(ENABLE);
+        Self { usart, told: 0 }
     }
 
     /// The next byte, if one has come.
     pub fn read(&mut self) -> Option<u8> {
-        // Reading the data after the status also ends an overrun, which would block receiving.
-        self.has_byte().then(|| self.data.read() as u8)
-    }
-
-    /// Sleeps until a byte has come, or at the latest until SysTick comes round.
-    pub fn wait(&mut self) {
-        // Interrupts are masked: pending, they wake the core and nothing more.
-        NVIC::unpend(self.interrupt);
-        SCB::clear_pendst();
-        if !self.has_byte() {
-            asm::wfi();
+        let lost = LOST.load(Ordering::Relaxed);
+        if lost != self.told {
+            defmt::warn!("the UART has lost {=u32} bytes so far", lost);
+            self.told = lost;
         }
-    }
-
-    fn has_byte(&self) -> bool {
-        self.status.read() & (RECEIVED | OVERRUN) != 0
+        BYTES.pop()
     }
 
     /// Sends a byte; false if the one before is still on its way.
     pub fn write(&mut self, byte: u8) -> bool {
-        let ready = self.status.read() & READY != 0;
+        let ready = self.usart.status.read() & READY != 0;
         if ready {
-            self.data.write(byte.into());
+            self.usart.data.write(byte.into());
         }
         ready
     }
+
+    /// True if a byte has come.
+    pub fn has_byte(&self) -> bool {
+        !BYTES.is_empty()
+    }
+}
+
+/// The nearest divider of a clock for a speed.
+pub const fn divider(clock_hz: u32, baud: u32) -> u32 {
+    (clock_hz + baud / 2) / baud
+}
+
+/// Takes the byte that has come. For the interrupt's handler.
+pub fn receive(usart: Usart) {
+    let status = usart.status.read();
+    if status & (RECEIVED | OVERRUN) == 0 {
+        return;
+    }
+    // Reading the data after the status also ends an overrun, which would block receiving.
+    let byte = usart.data.read() as u8;
+    let overrun = status & OVERRUN != 0;
+    let dropped = status & RECEIVED != 0 && !BYTES.push(byte);
+    let lost = u32::from(overrun) + u32::from(dropped);
+    // No other handler writes it: to load and to store is enough.
+    LOST.store(
+        LOST.load(Ordering::Relaxed).wrapping_add(lost),
+        Ordering::Relaxed,
+    );
 }

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::{env, fs};
 
+use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::Recipe;
 use object::{Object, ObjectSection, ObjectSymbol};
 use tempfile::NamedTempFile;
@@ -62,6 +63,23 @@ impl Firmware {
         let firmware = Self { path, bytes };
         firmware.recipe();
         firmware
+    }
+
+    /// The same firmware with the repository's recipe of another model, from where `tests/run
+    /// firmware` copies it.
+    ///
+    /// # Panics
+    /// If it is not there.
+    #[must_use]
+    pub fn of(model: ModelKind) -> Self {
+        let path = PathBuf::from(format!("{DEFAULT}-{model}"));
+        let bytes = fs::read(&path).unwrap_or_else(|error| {
+            panic!(
+                "{}: {error}. `tests/run firmware` builds it",
+                path.display()
+            )
+        });
+        Self { path, bytes }
     }
 
     /// Its bytes.

@@ -42,6 +42,16 @@ impl Emulator {
     /// If QEMU is missing or does not start.
     #[must_use]
     pub fn boot(firmware: &Firmware, image: &Path) -> Self {
+        Self::boot_with(firmware, image, &["-icount", "shift=0"])
+    }
+
+    /// Boots `image` with these options of QEMU's, instead of an instruction's taking a nanosecond.
+    /// Without any its time is the wall clock's.
+    ///
+    /// # Panics
+    /// As [`Emulator::boot`].
+    #[must_use]
+    pub fn boot_with(firmware: &Firmware, image: &Path, options: &[&str]) -> Self {
         let (serial, serial_address) = listen();
         let (control, control_address) = listen();
         let mut process = Command::new("qemu-system-arm")
@@ -54,7 +64,7 @@ impl Emulator {
                 "none",
             ])
             .args(["-semihosting-config", "enable=on,target=native"])
-            .args(["-icount", "shift=0"])
+            .args(options)
             .args(["-serial", &serial_address])
             .args(["-qmp", &control_address])
             .arg("-kernel")
@@ -90,6 +100,22 @@ impl Emulator {
     /// If QEMU does not do it.
     pub fn reset(&mut self) {
         self.command("system_reset");
+    }
+
+    /// Stops the machine and its time, or lets them go on.
+    ///
+    /// # Panics
+    /// If QEMU does not do it.
+    pub fn stop(&mut self) {
+        self.command("stop");
+    }
+
+    /// As [`Emulator::stop`].
+    ///
+    /// # Panics
+    /// If QEMU does not do it.
+    pub fn go_on(&mut self) {
+        self.command("cont");
     }
 
     /// Has QEMU do something.

@@ -1,8 +1,10 @@
 //! The firmware in QEMU, in front of a good scanner. What happens on bad days is in `faults`.
 
+use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::Recipe;
+use glimpse_fits::recipes;
 use glimpse_tests::RECIPE;
-use glimpse_tests::device::assert_agrees;
+use glimpse_tests::device::{assert_agrees, fit};
 use glimpse_tests::elf::Firmware;
 use glimpse_tests::emulator::Emulator;
 use glimpse_tests::host::unseen;
@@ -23,7 +25,10 @@ fn a_scan_loses_what_evaluate_says() {
         let verdict = Judge::new(&materials, 0)
             .judge(&Method::ours(&recipe, None).unwrap(), 0, 1)
             .unwrap();
-        let (scan, evaluate) = (report.loss(&material, 0), verdict.scores.loss);
+        let (scan, evaluate) = (
+            report.loss(None, &material, 0).unwrap(),
+            verdict.scores.loss,
+        );
         assert!(
             (scan / evaluate - 1.0).abs() < 1e-4,
             "{scan}, evaluate says {evaluate}"
@@ -67,4 +72,42 @@ fn nothing_in_the_firmware_can_panic() {
         symbols.retain(|name| !name.contains("9panic_fmt") && !name.contains("panicking5panic"));
     }
     assert!(symbols.is_empty(), "{symbols:#?}");
+}
+
+/// What a first bring-up looks for in the log. QEMU records no cause, and has no clocks.
+#[test]
+fn a_boot_says_why_and_at_which_clock() {
+    let emulator = Emulator::boot_as_built();
+    assert_eq!(emulator.wait_for("reset: "), "Unknown");
+    assert_eq!(emulator.wait_for("clock: "), "an emulator's");
+}
+
+/// The same source and driver for every model; only the recipe is another one.
+#[test]
+fn every_model_is_scanned_to_the_bits_of_the_hosts_fit() {
+    for (model, recipe) in [
+        (ModelKind::Phong, recipes::PHONG),
+        (ModelKind::CookTorrance, recipes::COOK_TORRANCE),
+        (ModelKind::Neural, recipes::NEURAL),
+        (ModelKind::Linear, recipes::LINEAR),
+    ] {
+        let firmware = Firmware::of(model);
+        let mut emulator = Emulator::boot(&firmware, firmware.path());
+        for index in 0..2 {
+            let material = unseen(index);
+            let report = VirtualScanner::new(&material, Options::default())
+                .serve(&mut emulator.serial)
+                .unwrap();
+            assert_eq!(report.model, model);
+            let (values, residual) = fit(recipe, &report.readings);
+            let bits = |values: &[f32]| {
+                values
+                    .iter()
+                    .map(|value| value.to_bits())
+                    .collect::<Vec<_>>()
+            };
+            assert_eq!(bits(&report.values), bits(&values), "{model}");
+            assert_eq!(report.residual, residual, "{model}");
+        }
+    }
 }

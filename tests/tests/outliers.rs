@@ -1,6 +1,5 @@
 //! One of eight measurements is wrong by ten times: what the result's residual says of it.
 
-use glimpse_core::fit::Workspace;
 use glimpse_core::geometry::HalfDifference;
 use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::Residual;

@@ -6,7 +6,7 @@
 
 use glimpse_core::fit::Workspace;
 use glimpse_core::model::{CookTorrance, Model, Neural, Phong};
-use glimpse_core::recipe::{HEADER_BYTES, Learner, Recipe};
+use glimpse_core::recipe::{HEADER_BYTES, Kind, Learner, Recipe, VERSION};
 use glimpse_core::scan::{LinearScan, Measurement, Scan};
 use libfuzzer_sys::fuzz_target;
 
@@ -30,7 +30,8 @@ fuzz_target!(|bytes: &[u8]| {
     let Ok(recipe) = Recipe::parse(&bytes) else {
         return;
     };
-    assert_eq!(recipe.pattern().count(), recipe.samples());
+    look(&recipe);
+    copy(&recipe, &bytes);
     match recipe.learner() {
         Learner::Descent(_) => {
             descend::<Phong>(recipe);
@@ -49,6 +50,109 @@ fuzz_target!(|bytes: &[u8]| {
         }
     }
 });
+
+/// All that a recipe says of itself.
+fn look(recipe: &Recipe<'_>) {
+    assert_eq!(recipe.pattern().count(), recipe.samples());
+    let directions = recipe.directions().map(|(index, _)| usize::from(index));
+    assert!(directions.eq(0..recipe.samples()));
+    if let Some(limits) = recipe.limits() {
+        let angles = [
+            limits.max_theta_i,
+            limits.max_theta_o,
+            limits.min_separation,
+        ];
+        assert!(angles.iter().all(|angle| *angle >= 0.0 && *angle < 3.2));
+    }
+    if let Some(noise) = recipe.noise() {
+        assert!(noise.multiplicative >= 0.0 && noise.additive >= 0.0);
+    }
+    if let Some(expectation) = recipe.expectation() {
+        assert_eq!(recipe.expected_loss(), Some(expectation.loss));
+        assert!(expectation.loss.is_finite());
+        assert!(expectation.standard_error.is_none_or(|error| error >= 0.0));
+    }
+    if let Some(provenance) = recipe.provenance() {
+        assert!(provenance.trainer.len() + provenance.options.len() < 1 << 20);
+    }
+    assert_eq!(recipe.materials().count(), recipe.materials().len());
+    let kinds: Vec<Kind> = recipe.sections().map(|(kind, _)| kind).collect();
+    assert!(kinds.is_sorted_by(|a, b| a < b));
+    match recipe.learner() {
+        Learner::Descent(descent) => {
+            assert_eq!(Some(descent.initial().len()), descent.model().parameters());
+            assert_eq!(descent.step_sizes().len(), descent.initial().len());
+        }
+        Learner::Ridge(ridge) => {
+            let entries = recipe.samples() * ridge.components();
+            assert_eq!(ridge.basis().len(), entries);
+        }
+    }
+}
+
+/// A copy says the same, and a copy without the optional sections nothing but the rest.
+fn copy(recipe: &Recipe<'_>, bytes: &[u8]) {
+    let mut buffer = vec![0; bytes.len() + 32];
+    let whole = recipe.copy_without(&[], &mut buffer).expect("it fits");
+    let copy = Recipe::parse(whole).expect("a copy is a recipe");
+    assert_eq!(whole[4..6], VERSION.to_le_bytes());
+    assert_eq!(
+        format!("{:?}", copy.limits()),
+        format!("{:?}", recipe.limits())
+    );
+    assert_eq!(
+        format!("{:?}", copy.noise()),
+        format!("{:?}", recipe.noise())
+    );
+    assert_eq!(
+        format!("{:?}", copy.expectation()),
+        format!("{:?}", recipe.expectation())
+    );
+    assert_eq!(copy.provenance(), recipe.provenance());
+    assert!(copy.materials().eq(recipe.materials()));
+    same_numbers(&copy, recipe);
+    if bytes[4..6] == VERSION.to_le_bytes() {
+        assert!(copy.sections().eq(recipe.sections()));
+    }
+
+    let optional: Vec<Kind> = copy.sections().map(|(kind, _)| kind).collect();
+    let optional: Vec<Kind> = optional
+        .into_iter()
+        .filter(|kind| !kind.is_required())
+        .collect();
+    let mut buffer = vec![0; bytes.len() + 32];
+    let bare = recipe
+        .copy_without(&optional, &mut buffer)
+        .expect("it fits");
+    let bare = Recipe::parse(bare).expect("a copy is a recipe");
+    assert_eq!(bare.sections().count(), 2);
+    same_numbers(&bare, recipe);
+}
+
+/// Pattern and learner, to the bit.
+fn same_numbers(a: &Recipe<'_>, b: &Recipe<'_>) {
+    let bits = |recipe: &Recipe<'_>| -> Vec<u32> {
+        let angles = recipe.pattern();
+        let pattern = angles.flat_map(|angles| [angles.theta_h, angles.theta_d, angles.phi_d]);
+        pattern.map(f32::to_bits).collect()
+    };
+    assert_eq!(bits(a), bits(b));
+    match (a.learner(), b.learner()) {
+        (Learner::Descent(a), Learner::Descent(b)) => {
+            assert_eq!((a.model(), a.inner_steps()), (b.model(), b.inner_steps()));
+            assert_eq!((a.initial(), a.step_sizes()), (b.initial(), b.step_sizes()));
+        }
+        (Learner::Ridge(a), Learner::Ridge(b)) => {
+            assert_eq!((a.basis(), a.precision()), (b.basis(), b.precision()));
+            assert_eq!((a.mean(), a.median()), (b.mean(), b.median()));
+            assert_eq!(
+                (a.weight(), a.basis_checksum()),
+                (b.weight(), b.basis_checksum())
+            );
+        }
+        _ => panic!("a copy has another learner"),
+    }
+}
 
 fn descend<M: Model>(recipe: Recipe<'_>) {
     let mut workspace = Workspace::<M>::new();

@@ -46,7 +46,7 @@ pub enum Action {
         bytes: Vec<u8, BYTES_PER_FRAME>,
     },
     /// All bytes of the new recipe are stored. Parse them; if they are a whole recipe, use it from
-    /// now on, with a new scan and driver; else [`Driver::fail`].
+    /// now on, with a new scan and driver; else [`Driver::fail`], and this one is not fetched again.
     Install {
         /// How many bytes there are.
         bytes: u32,

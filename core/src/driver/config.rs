@@ -18,8 +18,8 @@ pub enum Host {
 pub struct Config {
     /// Who moves the arms.
     pub host: Host,
-    /// Units of the fit in one [`Driver::poll`]: between two of them motors, watchdog and line have
-    /// their turn.
+    /// Units of the fit in one [`Driver::poll`](super::Driver::poll): between two of them motors,
+    /// watchdog and line have their turn.
     pub slice: u32,
     /// A request that has no reply is sent again after so many milliseconds.
     pub repeat: u32,

@@ -4,7 +4,7 @@ use crate::link::{Asker, FRAME_BYTES, Reply, Request};
 
 /// What has come of a request.
 pub(super) enum News {
-    /// Nothing yet; in so many milliseconds it is sent again.
+    /// Nothing yet; in so many milliseconds it is sent again, or there is silence.
     None { milliseconds: u32 },
     /// Its reply.
     Reply(Reply),
@@ -101,8 +101,10 @@ impl Line {
             self.since_sent = if late < repeat { late } else { 0 };
             self.sent = 0;
         }
+        let repeated = repeat.saturating_sub(self.since_sent);
+        let silent = patience.saturating_sub(self.waited);
         News::None {
-            milliseconds: repeat.saturating_sub(self.since_sent),
+            milliseconds: repeated.min(silent),
         }
     }
 }

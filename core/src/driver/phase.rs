@@ -23,6 +23,8 @@ pub(super) enum Phase {
     Measure,
     /// The fit is under way.
     Fit,
+    /// The fit is done. The reply to its last progress is none to values.
+    Fitted,
     /// Values are told, from this one on; after the last, the end.
     Tell { offset: u16 },
     /// The scan is over.

@@ -61,10 +61,12 @@ impl<K: Fitter, const CAPACITY: usize> Driver<'_, '_, K, CAPACITY> {
         }
     }
 
-    /// Whether there is room for a recipe, and it is another than the present one.
+    /// Whether there is room for a recipe, and it is another than the present one and than the one
+    /// that did not serve.
     fn is_news(&self, bytes: u32, checksum: u32) -> bool {
         let present = self.scan.as_ref().map(|scan| scan.recipe().checksum());
-        (1..=self.config.recipe_bytes).contains(&bytes) && present != Ok(checksum)
+        let is_other = present != Ok(checksum) && self.declined != Some(checksum);
+        (1..=self.config.recipe_bytes).contains(&bytes) && is_other
     }
 
     /// More of the new recipe.
@@ -77,6 +79,7 @@ impl<K: Fitter, const CAPACITY: usize> Driver<'_, '_, K, CAPACITY> {
         };
         let offset = at.saturating_add(part.len() as u32);
         if part.is_empty() || offset > bytes {
+            self.declined = Some(checksum);
             self.fail(Failure::Refused(Refusal::Recipe));
             return;
         }

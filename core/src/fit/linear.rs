@@ -171,7 +171,10 @@ impl<const WORDS: usize> Fitter for Linear<WORDS> {
         basis: Option<&Basis<'_>>,
         at: &HalfDifference<f32>,
     ) -> Option<[f32; 3]> {
-        basis?.brdf(coefficients(workspace, learner), at)
+        let coefficients = coefficients(workspace, learner);
+        let (red, rest) = coefficients.split_at_checked(coefficients.len() / CHANNELS)?;
+        let (green, blue) = rest.split_at_checked(red.len())?;
+        basis?.brdf([red, green, blue], at)
     }
 }
 

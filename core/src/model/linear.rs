@@ -2,7 +2,17 @@
 //!
 //! Nielsen, Jensen, Ramamoorthi: On Optimal, Minimal BRDF Sampling for Reflectance Acquisition
 //! (2015). What is mapped is a mean plus principal components times coefficients, which
-//! [`fit::ridge`](crate::fit::ridge) solves for.
+//! [`fit::ridge`](crate::fit::ridge) solves for. A [`Basis`] makes a BRDF of those coefficients on
+//! the device.
+
+mod basis;
+mod error;
+pub mod format;
+mod nodes;
+
+pub use basis::Basis;
+pub use error::BasisError;
+pub use nodes::{Corner, Nodes};
 
 use crate::numeric::Scalar;
 
@@ -35,26 +45,4 @@ pub fn unmap<S: Scalar>(mapped: S, median: S, weight: S) -> S {
     let scaled = epsilon.plus_product(median, weight) * mapped.exp() - epsilon;
     let divisor = (weight - least).if_positive(weight, least);
     (scaled / divisor).relu()
-}
-
-/// A compact basis.
-#[derive(Clone, Copy, Debug)]
-pub struct Basis<'a>(core::marker::PhantomData<&'a ()>);
-
-impl Basis<'_> {
-    /// The full basis.
-    #[must_use]
-    pub fn of(&self) -> u32 {
-        0
-    }
-
-    /// The BRDF.
-    #[must_use]
-    pub fn brdf(
-        &self,
-        _coefficients: &[f32],
-        _at: &crate::geometry::HalfDifference<f32>,
-    ) -> Option<[f32; 3]> {
-        None
-    }
 }

@@ -26,9 +26,17 @@ mod sin_cos;
 mod implementation {
     use micromath::F32Ext;
 
+    /// Just below the logarithm of the largest float. From there to 89.4, and of a NaN, micromath's
+    /// `exp` is a NaN, or a panic where there are debug assertions.
+    const LARGEST_LOGARITHM: f32 = 88.72;
+
     #[inline]
     pub(super) fn exp(x: f32) -> f32 {
-        F32Ext::exp(x)
+        if x <= LARGEST_LOGARITHM {
+            F32Ext::exp(x)
+        } else {
+            x + f32::INFINITY // a NaN stays one
+        }
     }
     #[inline]
     pub(super) fn ln(x: f32) -> f32 {

@@ -1,17 +1,74 @@
-//! Whether what a recipe holds can be fitted by.
+//! Whether the numbers of a recipe make sense.
 
-use super::format::{PackedDescent, PackedLearner, PackedRidge};
-use super::{Field, MAX_COMPONENTS, MAX_INNER_STEPS, RecipeError};
+use super::contents::Statements;
+use super::error::RecipeError;
+use super::field::Field;
+use super::format::{MAX_COMPONENTS, MAX_INNER_STEPS, MAX_SAMPLES};
+use super::ingredients::{PackedDescent, PackedLearner, PackedRidge};
 use crate::fit::ridge::Problem;
 use crate::fit::{Descent, Learner, Ridge};
+use crate::geometry::{Angles, HalfDifference};
 use crate::numeric::Floats;
 
-/// Checks what a body holds, for a pattern of so many samples.
-pub(super) fn check(packed: PackedLearner<'_>, samples: usize) -> Result<Learner<'_>, RecipeError> {
+/// Angles as recipes pack them.
+pub(super) type PackedAngles = [u8; 12];
+
+/// Unpacks (theta_h, theta_d, phi_d).
+pub(super) fn angles(packed: &PackedAngles) -> Angles<f32> {
+    let [a, b, c, d, e, f, g, h, i, j, k, l] = *packed;
+    Angles {
+        theta_h: f32::from_le_bytes([a, b, c, d]),
+        theta_d: f32::from_le_bytes([e, f, g, h]),
+        phi_d: f32::from_le_bytes([i, j, k, l]),
+    }
+}
+
+/// Checks where to measure.
+pub(super) fn pattern(packed: &[u8]) -> Result<&[PackedAngles], RecipeError> {
+    let (pattern, []) = packed.as_chunks() else {
+        return Err(RecipeError::Count(Field::Pattern));
+    };
+    if !(1..=MAX_SAMPLES).contains(&pattern.len()) {
+        return Err(RecipeError::Count(Field::Pattern));
+    }
+    for (index, packed) in pattern.iter().enumerate() {
+        let angles = angles(packed);
+        for angle in [angles.theta_h, angles.theta_d, angles.phi_d] {
+            finite(angle, Field::Pattern)?;
+        }
+        if !HalfDifference::from_angles(angles).is_valid() {
+            return Err(RecipeError::BelowHorizon(index as u16));
+        }
+    }
+    Ok(pattern)
+}
+
+/// Checks the learner, for a pattern of so many samples.
+pub(super) fn learner(
+    packed: PackedLearner<'_>,
+    samples: usize,
+) -> Result<Learner<'_>, RecipeError> {
     match packed {
         PackedLearner::Descent(packed) => descent(packed).map(Learner::Descent),
         PackedLearner::Ridge(packed) => ridge(packed, samples).map(Learner::Ridge),
     }
+}
+
+/// Checks what the recipe states about itself.
+pub(super) fn statements(statements: &Statements<'_>) -> Result<(), RecipeError> {
+    if let Some(limits) = &statements.limits {
+        limits.validate().map_err(RecipeError::Limits)?;
+    }
+    if let Some(noise) = &statements.noise {
+        not_negative(noise.multiplicative, Field::Multiplicative)?;
+        not_negative(noise.additive, Field::Additive)?;
+    }
+    if let Some(expectation) = &statements.expectation {
+        finite(expectation.loss, Field::ExpectedLoss)?;
+        let standard_error = expectation.standard_error.unwrap_or(0.0);
+        not_negative(standard_error, Field::StandardError)?;
+    }
+    Ok(())
 }
 
 fn descent(packed: PackedDescent<'_>) -> Result<Descent<'_>, RecipeError> {
@@ -24,8 +81,8 @@ fn descent(packed: PackedDescent<'_>) -> Result<Descent<'_>, RecipeError> {
     Ok(Descent {
         model: packed.model,
         inner_steps: packed.inner_steps,
-        initial: list(packed.initial, parameters, Field::Initial)?,
-        step_sizes: list(packed.step_sizes, parameters, Field::StepSizes)?,
+        initial: list(packed.initial, parameters, Field::Initial, finite)?,
+        step_sizes: list(packed.step_sizes, parameters, Field::StepSizes, finite)?,
     })
 }
 
@@ -34,48 +91,65 @@ fn ridge(packed: PackedRidge<'_>, samples: usize) -> Result<Ridge<'_>, RecipeErr
     if !(1..=MAX_COMPONENTS).contains(&components) {
         return Err(RecipeError::Count(Field::Components));
     }
-    let basis = list(
-        packed.basis,
-        samples.saturating_mul(components),
-        Field::Basis,
-    )?;
-    let mean = list(packed.mean, samples, Field::Mean)?;
-    let median = list(packed.median, samples, Field::Median)?;
-    let weight = positive(packed.weight, samples, Field::Weight)?;
-    let precision = positive(packed.precision, components, Field::Precision)?;
-    if median.iter().any(|value| value < 0.0) {
-        return Err(RecipeError::Negative(Field::Median));
-    }
+    let entries = samples.saturating_mul(components);
+    let basis = list(packed.basis, entries, Field::Basis, in_range)?;
+    let precision = list(packed.precision, components, Field::Precision, positive)?;
     let problem = Problem::new(basis.words(), precision.words());
     Ok(Ridge {
         problem: problem.map_err(|_| RecipeError::Count(Field::Basis))?,
         basis,
-        mean,
-        median,
-        weight,
+        mean: list(packed.mean, samples, Field::Mean, in_range)?,
+        median: list(packed.median, samples, Field::Median, not_negative)?,
+        weight: list(packed.weight, samples, Field::Weight, positive)?,
         precision,
         basis_checksum: packed.basis_checksum,
     })
 }
 
-/// A list of so many finite numbers.
-fn list(bytes: &[u8], length: usize, field: Field) -> Result<Floats<'_>, RecipeError> {
+/// A list of so many numbers that pass a check.
+fn list(
+    bytes: &[u8],
+    length: usize,
+    field: Field,
+    check: fn(f32, Field) -> Result<(), RecipeError>,
+) -> Result<Floats<'_>, RecipeError> {
     let list = Floats::new(bytes)
         .filter(|list| list.len() == length)
         .ok_or(RecipeError::Count(field))?;
-    if list.iter().all(f32::is_finite) {
-        Ok(list)
+    list.iter().try_for_each(|value| check(value, field))?;
+    Ok(list)
+}
+
+fn finite(value: f32, field: Field) -> Result<(), RecipeError> {
+    if value.is_finite() {
+        Ok(())
     } else {
         Err(RecipeError::NonFinite(field))
     }
 }
 
-/// A list of so many positive, finite numbers.
-fn positive(bytes: &[u8], length: usize, field: Field) -> Result<Floats<'_>, RecipeError> {
-    let list = list(bytes, length, field)?;
-    if list.iter().all(|value| value > 0.0) {
-        Ok(list)
+fn in_range(value: f32, field: Field) -> Result<(), RecipeError> {
+    finite(value, field)?;
+    let (least, most) = field.range();
+    if (least..=most).contains(&value) {
+        Ok(())
     } else {
-        Err(RecipeError::NotPositive(field))
+        Err(RecipeError::Range(field))
     }
+}
+
+fn not_negative(value: f32, field: Field) -> Result<(), RecipeError> {
+    finite(value, field)?;
+    if value < 0.0 {
+        return Err(RecipeError::Negative(field));
+    }
+    in_range(value, field)
+}
+
+fn positive(value: f32, field: Field) -> Result<(), RecipeError> {
+    finite(value, field)?;
+    if value <= 0.0 {
+        return Err(RecipeError::NotPositive(field));
+    }
+    in_range(value, field)
 }

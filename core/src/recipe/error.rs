@@ -2,57 +2,11 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{OLDEST_VERSION, VERSION};
+use super::field::Field;
+use super::format::{OLDEST_VERSION, VERSION};
+use super::kind::Kind;
+use crate::gonio::LimitsError;
 use crate::model::ModelKind;
-
-/// A field of the recipe, to name it in errors.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Field {
-    /// The body as a whole.
-    Body,
-    /// SGD steps.
-    InnerSteps,
-    /// Where to measure.
-    Pattern,
-    /// Initial parameters.
-    Initial,
-    /// A step size for each parameter.
-    StepSizes,
-    /// The loss to expect.
-    ExpectedLoss,
-    /// m, the number of components.
-    Components,
-    /// The components at the sampled directions.
-    Basis,
-    /// The mean at the sampled directions.
-    Mean,
-    /// The median at the sampled directions.
-    Median,
-    /// The weights of the sampled directions.
-    Weight,
-    /// The precision of each coefficient.
-    Precision,
-}
-
-impl core::fmt::Display for Field {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        f.write_str(match self {
-            Self::Body => "body",
-            Self::InnerSteps => "inner_steps",
-            Self::Pattern => "pattern",
-            Self::Initial => "initial",
-            Self::StepSizes => "step_sizes",
-            Self::ExpectedLoss => "expected_loss",
-            Self::Components => "components",
-            Self::Basis => "basis",
-            Self::Mean => "mean",
-            Self::Median => "median",
-            Self::Weight => "weight",
-            Self::Precision => "precision",
-        })
-    }
-}
 
 /// Why bytes are not a recipe.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -75,11 +29,14 @@ pub enum RecipeError {
     Malformed,
     /// A field has an impossible number of entries, or an impossible count.
     Count(Field),
+    /// The limits that it states are none.
+    Limits(LimitsError),
     /// A field holds a NaN or an infinity.
     NonFinite(Field),
     /// A direction of the pattern's sample with this index is below the horizon.
     BelowHorizon(u16),
-    /// The buffer given to [`Recipe::write`](super::Recipe::write) is too small.
+    /// The buffer given to [`Recipe::write`](super::Recipe::write) or
+    /// [`Recipe::copy_without`](super::Recipe::copy_without) is too small.
     BufferTooSmall,
     /// This model is not fitted by descent.
     Model(ModelKind),
@@ -87,6 +44,20 @@ pub enum RecipeError {
     NotPositive(Field),
     /// A field holds a negative number.
     Negative(Field),
+    /// A field holds a number outside of its [range](Field::range).
+    Range(Field),
+    /// A section that this crate does not know, and that the recipe cannot be read without.
+    Unknown(Kind),
+    /// A section stands behind one of the same or a higher kind.
+    Order(Kind),
+    /// What is in a section does not follow the format of its kind.
+    Section(Kind),
+    /// There is no section of this kind.
+    Missing(Kind),
+    /// So many learners, where one is needed: a descent or a ridge solve.
+    Learners(u8),
+    /// A copy cannot be without a section of this kind.
+    Required(Kind),
 }
 
 impl core::fmt::Display for RecipeError {
@@ -108,6 +79,7 @@ impl core::fmt::Display for RecipeError {
             Self::Checksum => f.write_str("the recipe's checksum is wrong: its bytes were altered"),
             Self::Malformed => f.write_str("the recipe's body does not follow the format"),
             Self::Count(field) => write!(f, "the recipe's field `{field}` has an impossible count"),
+            Self::Limits(error) => error.fmt(f),
             Self::NonFinite(field) => {
                 write!(f, "the recipe's field `{field}` holds a NaN or an infinity")
             }
@@ -132,6 +104,45 @@ impl core::fmt::Display for RecipeError {
             }
             Self::Negative(field) => {
                 write!(f, "the recipe's field `{field}` holds a negative number")
+            }
+            Self::Range(field) => {
+                let (least, most) = field.range();
+                write!(
+                    f,
+                    "the recipe's field `{field}` holds a number that is not within {least:e} to {most:e}"
+                )
+            }
+            Self::Unknown(kind) => {
+                write!(
+                    f,
+                    "the recipe cannot be read without its section {kind}, which is unknown here: \
+                     build with a newer glimpse-core"
+                )
+            }
+            Self::Order(kind) => {
+                write!(
+                    f,
+                    "the recipe's section {kind} is there twice, or behind one of a higher kind: \
+                     kinds ascend"
+                )
+            }
+            Self::Section(kind) => {
+                write!(f, "the recipe's section {kind} does not follow the format")
+            }
+            Self::Missing(kind) => write!(f, "the recipe lacks its section {kind}"),
+            Self::Learners(found) => {
+                write!(
+                    f,
+                    "the recipe has {found} learners, but needs one: a section {} or {}",
+                    Kind::DESCENT,
+                    Kind::RIDGE
+                )
+            }
+            Self::Required(kind) => {
+                write!(
+                    f,
+                    "a recipe cannot be without its section {kind}: only optional ones are left out"
+                )
             }
         }
     }

@@ -84,7 +84,7 @@ pub enum FitError {
         /// The index of the first of them.
         first: u16,
     },
-    /// More than half of the readings are larger than this, in sr^-1: they are counts, or are not
+    /// More than three quarters of the readings are larger than this, in sr^-1: they are counts, or are not
     /// divided by the white.
     Implausible {
         /// The limit, sr^-1.
@@ -103,7 +103,7 @@ impl core::fmt::Display for FitError {
             }
             Self::Implausible { limit } => write!(
                 f,
-                "more than half of the readings are above {limit} sr^-1, which no material's are: readings are BRDFs, not counts"
+                "more than three quarters of the readings are above {limit} sr^-1, which no material's are: readings are BRDFs, not counts"
             ),
         }
     }

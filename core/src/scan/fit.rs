@@ -99,7 +99,7 @@ impl<'s, K: Fitter, const CAPACITY: usize> Fit<'s, K, CAPACITY> {
     }
 }
 
-/// The residual; its mean is not finite if the error at any reading is not.
+/// The residual; its mean is not finite if the fitted material, or the error, at any reading is not.
 fn residual<K: Fitter, const CAPACITY: usize>(
     recipe: &Recipe<'_>,
     memory: &Memory<K, CAPACITY>,
@@ -190,6 +190,6 @@ impl<'s, K: Fitter, const CAPACITY: usize> Fitted<'s, K, CAPACITY> {
     /// The loss to expect on a material that training never saw; None if the recipe states none.
     #[must_use]
     pub fn expected_loss(&self) -> Option<f32> {
-        Some(self.recipe.expected_loss())
+        self.recipe.expected_loss()
     }
 }

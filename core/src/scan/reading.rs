@@ -13,10 +13,12 @@ use crate::recipe::Recipe;
 /// white is above it. What is less is no noise, but a wrong dark reading or a wrong sign.
 pub const LEAST_READING: f32 = -1.0;
 
-/// What more than half of a material's readings never are, sr^-1: thirty times a perfect white.
-/// (A mirror's are in its highlight, which is a small part of any pattern.)
+/// What more than three quarters of a material's readings never are, sr^-1: thirty times a perfect
+/// white. A metal's may be at half of them, in its highlight and towards grazing angles, where learned
+/// patterns like to look (nickel, with Neural's); but the lower quartile of no material of MERL and
+/// RGL, with any of the four models' patterns, is above 1.2.
 const IMPLAUSIBLE: f32 = 10.0;
-/// Of fewer samples half may lie in the highlight.
+/// Fewer samples may all lie in the highlight.
 const FEWEST_SAMPLES: usize = 4;
 
 /// What the sensor saw.
@@ -165,7 +167,7 @@ pub(super) fn prepare(samples: &mut [Sample<f32>], learner: &Learner<'_>) -> Res
     let values = samples.iter().flat_map(|sample| sample.measured);
     let too_large = values.filter(|value| *value > IMPLAUSIBLE).count();
     let all = samples.len().saturating_mul(3);
-    if samples.len() >= FEWEST_SAMPLES && too_large.saturating_mul(2) > all {
+    if samples.len() >= FEWEST_SAMPLES && too_large.saturating_mul(4) > all.saturating_mul(3) {
         return Err(FitError::Implausible {
             limit: IMPLAUSIBLE as u16,
         });

@@ -49,7 +49,11 @@ impl Sum {
         let residual = &mut self.residual;
         let cosine = sample.at.cos_theta_i();
         let loss = cosine_weighted_log_error(sample.measured, modelled, cosine, 1.0 / 3.0);
-        let error = loss.error.value();
+        let mut error = loss.error.value();
+        // Logarithms by micromath make numbers of what is none.
+        if !modelled.iter().all(|f| f.is_finite()) {
+            error = f32::NAN;
+        }
         residual.mean += error;
         if error > residual.worst {
             residual.worst = error;

@@ -2,7 +2,8 @@
 
 use glimpse_core::model::{Model, ModelKind, Neural};
 use glimpse_core::recipe::{
-    Ingredients, PackedDescent, PackedLearner, PackedRidge, Provenance, Recipe, RecipeError,
+    Expectation, Ingredients, PackedDescent, PackedLearner, PackedRidge, Provenance, Recipe,
+    RecipeError,
 };
 
 /// What goes into a recipe, as numbers.
@@ -70,17 +71,23 @@ fn write_with(
     learner: PackedLearner<'_>,
     expected_loss: f32,
 ) -> Result<Vec<u8>, RecipeError> {
+    let pattern = bytes(pattern);
     let ingredients = Ingredients {
-        pattern: &bytes(pattern),
-        learner,
-        expected_loss,
-        provenance: Provenance {
+        expectation: Some(Expectation {
+            loss: expected_loss,
+            standard_error: Some(0.001),
+            materials: 10,
+            on: "nothing",
+        }),
+        provenance: Some(Provenance {
             trainer: "test",
             data: "none",
             materials: 0,
             schedule: "none",
             seed: 0,
-        },
+            options: "none",
+        }),
+        ..Ingredients::new(&pattern, learner)
     };
     let mut buffer = vec![0; 64 * 1024];
     Recipe::write(&ingredients, &mut buffer).map(<[u8]>::to_vec)

@@ -9,7 +9,7 @@ use proptest::prelude::*;
 
 /// What the demo's firmware begins with.
 fn neural() -> NeuralParameters<f32> {
-    let bytes = include_bytes!("../../../embedded-demo/recipes/neural-n8.recipe");
+    let bytes = include_bytes!("../../examples/recipes/neural-n8.recipe");
     let recipe = Recipe::parse(bytes).expect("the demo's recipe");
     let descent = recipe.descent().expect("Neural descends");
     let mut parameters = Neural::ZEROS;

@@ -157,7 +157,7 @@ fn slices_do_not_change<K: Fitter>(recipe: Recipe<'_>, brdfs: &[[f32; 3]], budge
     let sliced = fit(&mut scan, budgets);
     assert_eq!(sliced, whole::<K>(recipe, reading));
     // The same where each slice is found again.
-    drop(scan.fit().unwrap());
+    assert_eq!(scan.fit().unwrap().progress().done, 0);
     let mut budgets = budgets.iter().cycle();
     loop {
         let mut fit = scan.fit_under_way().unwrap();

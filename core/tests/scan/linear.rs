@@ -3,7 +3,10 @@
 use glimpse_core::fit::Linear;
 use glimpse_core::geometry::HalfDifference;
 use glimpse_core::model::linear::{map, unmap};
-use glimpse_core::recipe::Recipe;
+use glimpse_core::recipe::{
+    Field, MAX_BASIS, MAX_MEAN, MAX_MEDIAN, MAX_PRECISION, MAX_WEIGHT, MIN_PRECISION, Recipe,
+    RecipeError,
+};
 use glimpse_core::scan::{Memory, Reading, Scan};
 use proptest::prelude::*;
 
@@ -91,7 +94,11 @@ fn scan_by(numbers: &RidgeNumbers) -> Outcome {
 /// pivot that was not positive, and the scan could not begin.
 #[test]
 fn an_ill_conditioned_recipe_scans() {
-    for (entry, precision) in [(1e4, 1e-3), (1e5, 1e-3), (1e-3, 1e-30), (1e8, 1e-20)] {
+    for (entry, precision) in [
+        (1e4, 1e-3),
+        (MAX_BASIS, MIN_PRECISION),
+        (1e-3, MIN_PRECISION),
+    ] {
         let mut numbers = linear();
         numbers.basis.fill(entry);
         numbers.precision.fill(precision);
@@ -101,36 +108,39 @@ fn an_ill_conditioned_recipe_scans() {
             "{entry}: {outcome:?}"
         );
     }
-    // What floats cannot hold is said to diverge.
+    // What floats cannot hold is no recipe.
     let mut numbers = linear();
     numbers.basis.fill(1e30);
-    assert_eq!(scan_by(&numbers), Outcome::Diverged);
+    let refused = write_linear(&numbers).unwrap_err();
+    assert_eq!(refused, RecipeError::Range(Field::Basis));
 }
 
-/// Basis entries and precisions over all decades in which their products are floats.
+/// Basis entries and precisions over all decades that a recipe may have.
 fn decades() -> impl Strategy<Value = (Vec<f32>, Vec<f32>)> {
     let entry =
-        (-6.0..6.0_f32, any::<bool>(), 0..4).prop_map(|(logarithm, negative, zero)| {
+        (-6.0..3.5_f32, any::<bool>(), 0..4).prop_map(|(logarithm, negative, zero)| {
             match (zero, negative) {
                 (0, _) => 0.0,
                 (_, false) => 10.0_f32.powf(logarithm),
                 (_, true) => -(10.0_f32.powf(logarithm)),
             }
         });
-    let precision = (-12.0..6.0_f32).prop_map(|logarithm| 10.0_f32.powf(logarithm));
+    let precision = (-5.99..7.99_f32).prop_map(|logarithm| 10.0_f32.powf(logarithm));
     (
         prop::collection::vec(entry, 40),
         prop::collection::vec(precision, 5),
     )
 }
 
-/// Any positive float, and any finite one.
-fn positive() -> impl Strategy<Value = f32> {
-    (1..0x7f80_0000_u32).prop_map(f32::from_bits)
+/// Any positive float from one to another, every exponent as likely as the next.
+fn between(least: f32, most: f32) -> impl Strategy<Value = f32> {
+    (least.to_bits()..=most.to_bits()).prop_map(f32::from_bits)
 }
 
-fn finite() -> impl Strategy<Value = f32> {
-    (positive(), any::<bool>()).prop_map(|(value, negative)| if negative { -value } else { value })
+/// Any float up to this size.
+fn within(most: f32) -> impl Strategy<Value = f32> {
+    (between(0.0, most), any::<bool>())
+        .prop_map(|(value, negative)| if negative { -value } else { value })
 }
 
 proptest! {
@@ -151,14 +161,14 @@ proptest! {
         prop_assert!(matches!(outcome, Outcome::Fitted(..) | Outcome::Diverged), "{:?}", outcome);
     }
 
-    /// All numbers of the recipe at random: finite values, or said to diverge.
+    /// All numbers that a recipe may have, at random: finite values, or said to diverge.
     #[test]
-    fn a_recipe_of_any_floats_ends(
-        basis in prop::collection::vec(finite(), 40),
-        mean in prop::collection::vec(finite(), 8),
-        median in prop::collection::vec(positive(), 8),
-        weight in prop::collection::vec(positive(), 8),
-        precision in prop::collection::vec(positive(), 5),
+    fn a_recipe_of_any_numbers_ends(
+        basis in prop::collection::vec(within(MAX_BASIS), 40),
+        mean in prop::collection::vec(within(MAX_MEAN), 8),
+        median in prop::collection::vec(between(0.0, MAX_MEDIAN), 8),
+        weight in prop::collection::vec(between(f32::from_bits(1), MAX_WEIGHT), 8),
+        precision in prop::collection::vec(between(MIN_PRECISION, MAX_PRECISION), 5),
     ) {
         let numbers = RidgeNumbers { basis, mean, median, weight, precision, ..linear() };
         let outcome = scan_by(&numbers);

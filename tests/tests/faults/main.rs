@@ -6,6 +6,7 @@ mod line;
 mod recipe;
 mod reset;
 mod sensor;
+mod time;
 
 use glimpse_tests::RECIPE;
 use glimpse_tests::device::assert_agrees;

@@ -3,7 +3,7 @@
 use glimpse_core::link::Failure;
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::{
-    Ingredients, PackedDescent, PackedLearner, PackedRidge, Recipe, RecipeError,
+    Ingredients, Noise, PackedDescent, PackedLearner, PackedRidge, Provenance, Recipe, RecipeError,
 };
 use glimpse_core::scan::ScanError;
 use glimpse_tests::RECIPE;
@@ -75,18 +75,27 @@ fn a_recipe_cut_short_is_refused_by_name() {
 
 /// A whole recipe with this pattern and learner, as long as the firmware's: its provenance is.
 fn recipe_of(pattern: &[u8], learner: PackedLearner<'_>) -> Vec<u8> {
-    let original = Recipe::parse(RECIPE).unwrap();
-    let mut provenance = *original.provenance();
     let padding = "-".repeat(RECIPE.len());
     let mut buffer = vec![0; 2 * RECIPE.len()];
-    (provenance.trainer, provenance.schedule) = ("", "");
-    for length in 0..padding.len() {
-        provenance.data = &padding[..length];
+    // Where a length takes a byte more the bytes grow by two; another section shifts that.
+    let noise = Noise {
+        multiplicative: 0.0,
+        additive: 0.0,
+        levels: 0,
+    };
+    let lengths = 0..padding.len();
+    for (length, noise) in lengths.flat_map(|length| [(length, None), (length, Some(noise))]) {
         let ingredients = Ingredients {
-            pattern,
-            learner,
-            expected_loss: original.expected_loss(),
-            provenance,
+            provenance: Some(Provenance {
+                trainer: "",
+                data: &padding[..length],
+                materials: 0,
+                schedule: "",
+                seed: 0,
+                options: "",
+            }),
+            noise,
+            ..Ingredients::new(pattern, learner)
         };
         let bytes = Recipe::write(&ingredients, &mut buffer).unwrap();
         if bytes.len() == RECIPE.len() {
@@ -107,14 +116,8 @@ fn pattern(samples: usize) -> Vec<u8> {
 
 /// The firmware's recipe for another number of samples.
 fn neural(samples: usize) -> Vec<u8> {
-    let descent = Recipe::parse(RECIPE).unwrap().descent().unwrap();
-    let learner = PackedLearner::Descent(PackedDescent {
-        model: descent.model(),
-        inner_steps: descent.inner_steps(),
-        initial: descent.initial().words().as_flattened(),
-        step_sizes: descent.step_sizes().words().as_flattened(),
-    });
-    recipe_of(&pattern(samples), learner)
+    let learner = Recipe::parse(RECIPE).unwrap().learner();
+    recipe_of(&pattern(samples), learner.into())
 }
 
 #[test]

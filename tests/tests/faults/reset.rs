@@ -106,7 +106,7 @@ fn a_scan_goes_on_where_resets_stopped_it_and_measures_nothing_twice() {
     assert_eq!(indices(&requests), ((0..7).collect(), vec![7]));
     emulator.reset();
 
-    let told = |request: &Request| matches!(request, Request::Parameters { offset: 64, .. });
+    let told = |request: &Request| matches!(request, Request::Values { offset: 64, .. });
     let (requests, report) = serve(&emulator, &mut scanner, told);
     assert!(report.is_none());
     assert_eq!(indices(&requests), ((0..8).collect(), vec![]));
@@ -121,8 +121,8 @@ fn a_scan_goes_on_where_resets_stopped_it_and_measures_nothing_twice() {
     assert_eq!(indices(&requests), ((0..8).collect(), vec![]));
     let report = report.unwrap();
     assert_agrees(&report, RECIPE);
-    for taken in &report.measurements {
-        assert_eq!(taken.measurement.brdf, material.brdf(taken.angles));
+    for taken in &report.readings {
+        assert_eq!(taken.reading.brdf, material.brdf(taken.angles));
     }
 }
 
@@ -141,11 +141,11 @@ fn measurements_of_a_material_that_was_changed_are_taken_anew() {
     // If a last word from before the reset is refused, that is not the device's any more.
     let (requests, report) = serve(&emulator, &mut scanner, |_| false);
     assert_eq!(indices(&requests), (vec![0], (0..8).collect()));
-    let _ = emulator.wait_for("all is measured anew");
+    let _ = emulator.wait_for("all readings are forgotten");
     let report = report.unwrap();
     assert_agrees(&report, RECIPE);
-    for taken in &report.measurements {
-        assert_eq!(taken.measurement.brdf, changed.brdf(taken.angles));
+    for taken in &report.readings {
+        assert_eq!(taken.reading.brdf, changed.brdf(taken.angles));
     }
 }
 

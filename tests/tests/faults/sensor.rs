@@ -1,7 +1,7 @@
 //! The sensor returns what cannot be, or always the same.
 
 use glimpse_core::link::{Failure, Reply, Request};
-use glimpse_core::scan::{Measurement, MeasurementError, Residual};
+use glimpse_core::scan::{FitError, Reading, ReadingError, Residual};
 use glimpse_tests::emulator::Emulator;
 use glimpse_tests::host::{Answer, WELCOME, converse};
 
@@ -10,14 +10,14 @@ use super::assert_scans;
 /// Scans with a sensor that returns this for each measurement in turn, repetitions included.
 fn scan(
     emulator: &mut Emulator,
-    mut sensor: impl FnMut(u16) -> Measurement,
+    mut sensor: impl FnMut(u16) -> Reading,
 ) -> Result<Residual, Failure> {
     let mut result = Err(Failure::NoReply);
     converse(&mut emulator.serial, |request| match request {
         Request::Hello { .. } => Answer::Reply(WELCOME),
         Request::Measure { index, .. } => Answer::Reply(Reply::Measured {
             index,
-            measurement: sensor(index),
+            reading: sensor(index),
         }),
         Request::Finished(residual) => {
             result = Ok(residual);
@@ -33,8 +33,8 @@ fn scan(
 }
 
 /// What a good sensor might return.
-fn good(index: u16) -> Measurement {
-    Measurement {
+fn good(index: u16) -> Reading {
+    Reading {
         brdf: [0.1 + 0.05 * f32::from(index), 0.2, 0.1],
         saturated: false,
     }
@@ -42,18 +42,18 @@ fn good(index: u16) -> Measurement {
 
 #[test]
 fn nan_infinite_and_negative_measurements_are_taken_again_and_then_given_up_by_name() {
-    use MeasurementError::{Negative, NonFinite};
+    use ReadingError::{Negative, NonFinite};
     let mut emulator = Emulator::boot_as_built();
     for (channel, value, error) in [
         (0, f32::NAN, NonFinite(0)),
         (1, f32::INFINITY, NonFinite(1)),
         (2, f32::NEG_INFINITY, NonFinite(2)),
-        (1, -0.1, Negative(1)),
+        (1, -1.1, Negative(1)),
     ] {
         let bad = |index| {
-            let mut measurement = good(index);
-            measurement.brdf[channel] = value;
-            measurement
+            let mut reading = good(index);
+            reading.brdf[channel] = value;
+            reading
         };
         // Wrong once or twice: it is taken again, and the scan is whole.
         let mut taken = 0;
@@ -73,9 +73,9 @@ fn nan_infinite_and_negative_measurements_are_taken_again_and_then_given_up_by_n
             taken += 1;
             if index == 2 { bad(index) } else { good(index) }
         });
-        assert_eq!(result, Err(Failure::Measurement { index: 2, error }));
+        assert_eq!(result, Err(Failure::Reading { index: 2, error }));
         assert_eq!(taken, 2 + 3);
-        let _ = emulator.wait_for("Measurement { index: 2");
+        let _ = emulator.wait_for("Reading { index: 2");
     }
     assert_scans(&mut emulator);
 }
@@ -84,7 +84,7 @@ fn nan_infinite_and_negative_measurements_are_taken_again_and_then_given_up_by_n
 fn a_saturated_sensor_is_told_with_the_result() {
     let mut emulator = Emulator::boot_as_built();
     for many in [0, 1, 8] {
-        let result = scan(&mut emulator, |index| Measurement {
+        let result = scan(&mut emulator, |index| Reading {
             saturated: index < many,
             ..good(index)
         });
@@ -103,23 +103,36 @@ fn a_stuck_sensor_is_told_with_the_result() {
     assert_eq!(stuck.unwrap().repeated, 7);
 }
 
-/// Neither makes a NaN of the result: what a glare of f32::MAX does to a fit is told by name, if it
-/// does something.
+/// A dark reading is noisy itself: what is slightly below 0 is taken.
 #[test]
-fn a_sensor_in_the_dark_or_in_a_glare_ends_in_a_finite_result_or_by_name() {
+fn a_reading_slightly_below_zero_is_taken() {
     let mut emulator = Emulator::boot_as_built();
-    for value in [0.0, 1e3, f32::MAX] {
-        let result = scan(&mut emulator, |_| Measurement {
+    let mut taken = 0;
+    let result = scan(&mut emulator, |index| {
+        taken += 1;
+        let mut reading = good(index);
+        reading.brdf[1] = -0.001;
+        reading
+    });
+    assert!(result.is_ok(), "{result:?}");
+    assert_eq!(taken, 8);
+}
+
+#[test]
+fn a_sensor_in_the_dark_ends_in_a_finite_result_and_one_that_tells_counts_by_name() {
+    let mut emulator = Emulator::boot_as_built();
+    for value in [0.0, 4095.0, f32::MAX] {
+        let result = scan(&mut emulator, |_| Reading {
             brdf: [value; 3],
             saturated: value > 0.0,
         });
         match result {
             Ok(residual) => assert!(
-                residual.mean.is_finite() && residual.worst.is_finite(),
-                "{residual:?}"
+                residual.mean.is_finite() && residual.worst.is_finite() && value == 0.0,
+                "{residual:?} at {value}"
             ),
             Err(failure) => assert!(
-                failure == Failure::Diverged && value == f32::MAX,
+                matches!(failure, Failure::Fit(FitError::Implausible { .. })) && value > 0.0,
                 "{failure} at {value}"
             ),
         }

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use anyhow::{Context, anyhow, bail};
 use clap::{Args, ValueEnum};
-use glimpse_core::model::ModelKind;
+use glimpse_core::model::{ModelKind, linear};
 use glimpse_core::recipe::MAX_SAMPLES;
 use glimpse_trainer::evaluation::{Judge, Method, OPTIMUM_STEPS, Verdict};
 use glimpse_trainer::export::RecipeFile;
@@ -13,6 +13,7 @@ use glimpse_trainer::material::{Material, Source};
 use glimpse_trainer::meta::plan::{Effort, Schedule};
 use glimpse_trainer::meta::run::{INNER_STEPS, Learned as LearnedRecipe, Options, Parts};
 
+use super::export_basis::read_compact;
 use super::progress::train_with_progress;
 use super::train::recipe_of;
 use super::{ModelName, PriorArgs, environment, load, print, read_recipe};
@@ -47,6 +48,10 @@ pub(crate) struct Evaluate {
     /// A recipe; with --method meta its start and step sizes are used on random samples
     #[arg(long)]
     recipe: Option<PathBuf>,
+    /// A compact basis (trainer export --format basis): the recipe's coefficients become a BRDF by
+    /// it, as on a device, and not by the whole basis
+    #[arg(long, requires = "recipe")]
+    basis: Option<PathBuf>,
     /// The method [default: ours]
     #[arg(long, value_enum)]
     method: Option<MethodName>,
@@ -104,6 +109,11 @@ impl Evaluate {
             let method = match name {
                 MethodName::Meta => Method::meta(&recipe, basis.as_ref())?,
                 _ => Method::ours(&recipe, basis.as_ref())?,
+            };
+            let compact = self.basis.as_deref().map(read_compact).transpose()?;
+            let method = match &compact {
+                Some(bytes) => method.by_compact(linear::Basis::parse(bytes)?)?,
+                None => method,
             };
             self.judge(&materials, &method, seed)?
         } else if self.model()? == ModelKind::Linear {

@@ -2,9 +2,11 @@
 
 use std::path::PathBuf;
 
+use anyhow::bail;
 use clap::Args;
 use glimpse_trainer::export::{RecipeFile, to_json, to_rust};
 
+use super::export_basis::compact_basis;
 use super::write_file;
 
 /// The formats.
@@ -16,30 +18,48 @@ enum Format {
     Rust,
     /// Everything that is needed to redo the fit elsewhere.
     Json,
+    /// Model linear: the compact basis, by which a device makes a BRDF of its coefficients.
+    Basis,
 }
 
 /// Write a recipe in another format.
 ///
-/// Example: trainer export neural-n8.recipe --format rust --out recipe.rs
+/// Examples: trainer export neural-n8.recipe --format rust --out recipe.rs
+///           trainer export neural-n8.recipe --format postcard --strip --out flash.recipe
 #[derive(Args)]
+#[command(verbatim_doc_comment)]
 pub(crate) struct Export {
     /// The recipe file
     recipe: PathBuf,
     /// The format to write
     #[arg(long, value_enum)]
     format: Format,
+    /// With --format basis: principal components that are kept [default: 24]
+    #[arg(long)]
+    components: Option<usize>,
     /// The file to write
     #[arg(long, short)]
     out: PathBuf,
+    /// Leave out the names of the materials, which nobody reads on a device (postcard only)
+    #[arg(long)]
+    strip: bool,
 }
 
 impl Export {
     pub(crate) fn run(&self) -> anyhow::Result<()> {
+        if self.strip && !matches!(self.format, Format::Postcard) {
+            bail!("--strip is for what is flashed: it takes --format postcard");
+        }
+        if self.components.is_some() && !matches!(self.format, Format::Basis) {
+            bail!("--components is for --format basis: a recipe keeps all of its components");
+        }
         let file = RecipeFile::read(&self.recipe)?;
         let recipe = file.recipe()?;
         let bytes = match self.format {
+            Format::Postcard if self.strip => file.stripped()?.bytes().to_vec(),
             Format::Postcard => file.bytes().to_vec(),
             Format::Rust => to_rust(&recipe).into_bytes(),
+            Format::Basis => compact_basis(&self.recipe, self.components)?,
             Format::Json => (serde_json::to_string_pretty(&to_json(&recipe))? + "\n").into_bytes(),
         };
         write_file(&self.out, &bytes)

@@ -4,13 +4,15 @@ use std::path::PathBuf;
 
 use clap::Args;
 use glimpse_core::geometry::HalfDifference;
+use glimpse_core::gonio::Limits;
 use glimpse_core::model::ModelKind;
-use glimpse_core::recipe::{Descent, Floats, Learner, Ridge};
+use glimpse_core::recipe::{Descent, Expectation, Floats, Learner, Noise, Recipe, Ridge};
 use glimpse_trainer::export::{RecipeFile, eta};
 
 use super::print;
 
-/// Show what is in a recipe: model, where it came from, and where it measures.
+/// Show what is in a recipe: model, what it promises and for which machine, where it came from, and
+/// where it measures.
 ///
 /// `trainer render pattern` draws where it measures.
 #[derive(Args)]
@@ -23,13 +25,8 @@ impl Inspect {
     pub(crate) fn run(&self) -> anyhow::Result<()> {
         let file = RecipeFile::read(&self.recipe)?;
         let recipe = file.recipe()?;
-        let provenance = recipe.provenance();
         let mut text = format!(
-            "recipe {:08x}, {} bytes\n{}\
-             expected loss  {:.4} on an unseen material\n\
-             trained on     {} ({} materials)\n\
-             schedule       {}, seed {}\n\
-             by             {}\n\n\
+            "recipe {:08x}, {} bytes\n{}{}\n\
              sample  theta_h  theta_d    phi_d  theta_i  theta_o  (degrees)\n",
             recipe.checksum(),
             file.bytes().len(),
@@ -37,12 +34,7 @@ impl Inspect {
                 Learner::Descent(descent) => describe_descent(&descent, recipe.samples()),
                 Learner::Ridge(ridge) => describe_ridge(&ridge, recipe.samples()),
             },
-            recipe.expected_loss(),
-            provenance.data,
-            provenance.materials,
-            provenance.schedule,
-            provenance.seed,
-            provenance.trainer,
+            describe_statements(&recipe),
         );
         for (index, angles) in recipe.pattern().enumerate() {
             let at = HalfDifference::from_angles(angles);
@@ -89,6 +81,101 @@ fn describe_ridge(ridge: &Ridge<'_>, samples: usize) -> String {
         ModelKind::Linear,
         ridge.components(),
     )
+}
+
+/// How many names of materials are shown.
+const NAMES: usize = 3;
+
+/// What the recipe states about itself, line by line.
+fn describe_statements(recipe: &Recipe<'_>) -> String {
+    let unstated = || "not stated".to_owned();
+    let mut lines = vec![
+        (
+            "expected loss",
+            recipe.expectation().map_or_else(unstated, expectation),
+        ),
+        ("limits", recipe.limits().map_or_else(unstated, limits)),
+        ("noise", recipe.noise().map_or_else(unstated, noise)),
+    ];
+    match recipe.provenance() {
+        None => lines.push(("trained on", unstated())),
+        Some(provenance) => {
+            let (data, materials) = (provenance.data, provenance.materials);
+            lines.extend([
+                ("trained on", format!("{data} ({materials} materials)")),
+                (
+                    "schedule",
+                    format!("{}, seed {}", provenance.schedule, provenance.seed),
+                ),
+                ("options", provenance.options.to_owned()),
+                ("by", provenance.trainer.to_owned()),
+            ]);
+        }
+    }
+    lines.push(("materials", materials(recipe)));
+    lines.extend(
+        recipe
+            .sections()
+            .filter_map(|(kind, bytes)| match kind.name() {
+                Some(_) => None,
+                None => Some(("unknown", format!("section {kind}, {} bytes", bytes.len()))),
+            }),
+    );
+    lines
+        .iter()
+        .filter(|(_, text)| !text.is_empty())
+        .map(|(name, text)| format!("{name:15}{text}\n"))
+        .collect()
+}
+
+fn expectation(expectation: Expectation<'_>) -> String {
+    let mut text = format!("{:.4}", expectation.loss);
+    if let Some(standard_error) = expectation.standard_error {
+        text += &format!(" (standard error {standard_error:.4})");
+    }
+    text += " on an unseen material";
+    if expectation.materials > 0 {
+        text += &format!(", by {} {}", expectation.materials, expectation.on);
+    }
+    text
+}
+
+fn limits(limits: Limits) -> String {
+    let plane = match limits.in_plane {
+        true => ", in one plane with the normal",
+        false => "",
+    };
+    format!(
+        "theta_i to {:.1}, theta_o to {:.1}, {:.1} apart (degrees){plane}",
+        limits.max_theta_i.to_degrees(),
+        limits.max_theta_o.to_degrees(),
+        limits.min_separation.to_degrees(),
+    )
+}
+
+fn noise(noise: Noise) -> String {
+    let levels = match noise.levels {
+        0 => String::new(),
+        levels => format!(", {levels} levels"),
+    };
+    format!(
+        "{} of the value and {} sr^-1 (standard deviations){levels}",
+        noise.multiplicative, noise.additive
+    )
+}
+
+fn materials(recipe: &Recipe<'_>) -> String {
+    let count = recipe.materials().len();
+    let names: Vec<&str> = recipe
+        .materials()
+        .map(|(name, _)| name)
+        .take(NAMES)
+        .collect();
+    match count {
+        0 => "not named".to_owned(),
+        _ if count > NAMES => format!("{count}: {}, ...", names.join(", ")),
+        _ => format!("{count}: {}", names.join(", ")),
+    }
 }
 
 /// Smallest, largest and median of a list.

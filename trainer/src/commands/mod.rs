@@ -4,6 +4,7 @@ mod angles_csv;
 pub(crate) mod bench;
 pub(crate) mod evaluate;
 pub(crate) mod export;
+mod export_basis;
 mod grid;
 pub(crate) mod inspect;
 pub(crate) mod progress;

@@ -6,15 +6,15 @@ use std::time::{Duration, Instant};
 use anyhow::{Context, bail};
 use clap::Args;
 use glimpse_core::model::ModelKind;
-use glimpse_core::recipe::{Provenance, Recipe};
-use glimpse_trainer::export::{RecipeFile, to_recipe, to_ridge_recipe};
+use glimpse_core::recipe::{Expectation, Provenance, Recipe};
+use glimpse_trainer::export::{RecipeFile, Statements, to_recipe, to_ridge_recipe};
 use glimpse_trainer::files::try_write;
 use glimpse_trainer::linear::Prior;
 use glimpse_trainer::material::{Material, Source};
 use glimpse_trainer::meta::checkpoint::Checkpoint;
 use glimpse_trainer::meta::outer::Checkpoints;
 use glimpse_trainer::meta::plan::{Effort, Schedule};
-use glimpse_trainer::meta::run::{Learned, Options, Parts};
+use glimpse_trainer::meta::run::{Learned, Options, Parts, Promise};
 
 use super::progress::train_with_progress;
 use super::{ModelName, PriorArgs, load, write_file};
@@ -174,7 +174,8 @@ pub(super) enum Found {
 impl Job<'_> {
     /// Makes sure that the recipe can be written.
     fn try_write(&self) -> anyhow::Result<()> {
-        // The largest recipe but for Linear's: a network's with 512 samples takes 12 KB.
+        // The largest recipe but for Linear's: a network's with 512 samples takes 12 KB, the names
+        // of a thousand materials some 30.
         try_write(&self.out, 1 << 16)
             .with_context(|| format!("cannot write {}", self.out.display()))
     }
@@ -195,9 +196,16 @@ impl Job<'_> {
         let schedule = schedule(&self.options);
         let provenance = provenance(&self.options, self.data, materials, &schedule);
         let wanted = words(self.options.model.name(), self.options.samples, &provenance);
-        let found = words(recipe.model().name(), recipe.samples(), recipe.provenance());
+        let (Some(provenance), Some(expected_loss)) = (recipe.provenance(), recipe.expected_loss())
+        else {
+            return Found::Other(format!(
+                "{} does not say how it was trained",
+                self.out.display()
+            ));
+        };
+        let found = words(recipe.model().name(), recipe.samples(), &provenance);
         match found == wanted && self.has_basis(&recipe) {
-            true => Found::Done(recipe.expected_loss()),
+            true => Found::Done(expected_loss),
             false if found == wanted => {
                 Found::Other(format!("{} lacks its basis", self.out.display()))
             }
@@ -235,7 +243,7 @@ impl Job<'_> {
         }
         write_file(&self.out, file.bytes())?;
         self.clean_up();
-        Ok(learned.expected_loss())
+        Ok(learned.promise().expected.loss)
     }
 
     /// Removes the checkpoint.
@@ -251,10 +259,26 @@ pub(crate) fn recipe_of(
     data: &Source,
 ) -> anyhow::Result<RecipeFile> {
     let schedule = schedule(options);
-    let provenance = provenance(options, data, learned.materials(), &schedule);
+    let Promise { expected, on } = learned.promise();
+    let on = format!("materials of {} {on}", label(data));
+    let materials = learned.materials();
+    let statements = Statements {
+        expectation: Some(Expectation {
+            loss: expected.loss,
+            standard_error: expected.standard_error,
+            materials: expected.materials as u32,
+            on: &on,
+        }),
+        provenance: Some(provenance(options, data, materials.len(), &schedule)),
+        materials: materials
+            .iter()
+            .map(|material| (&material.name[..], material.digest))
+            .collect(),
+        ..Statements::default()
+    };
     let file = match learned {
-        Learned::Descent(learned) => to_recipe(learned, &provenance),
-        Learned::Ridge(learned) => to_ridge_recipe(&learned.reduced, &provenance),
+        Learned::Descent(learned) => to_recipe(learned, &statements),
+        Learned::Ridge(learned) => to_ridge_recipe(&learned.reduced, &statements),
     };
     file.context("training did not converge to a recipe")
 }
@@ -271,6 +295,12 @@ fn provenance<'a>(
         materials: materials as u32,
         schedule,
         seed: options.seed,
+        options: match options.parts {
+            Parts::All => "all parts",
+            Parts::AllTwice => "all parts twice",
+            Parts::WithoutPattern => "start and step sizes only",
+            Parts::PatternOnly(_) => "pattern only",
+        },
     }
 }
 

@@ -2,13 +2,14 @@
 
 use glimpse_core::fit::Fitter;
 use glimpse_core::geometry::{Angles, HalfDifference};
+use glimpse_core::model::linear;
 use glimpse_core::model::{Model, ModelKind, ParameterSet, Sample};
 use glimpse_core::recipe::{Descent, Learner, Recipe};
 
 use super::JudgeError;
 use super::adam;
 use super::scan::scan;
-use crate::linear::{Basis, Reconstruction, Reduced};
+use crate::linear::{Basis, Coefficients, Reconstruction, Reduced};
 use crate::material::Material;
 use crate::meta::gradient::LaneModel;
 use crate::sampling::uniform_valid;
@@ -16,7 +17,7 @@ use crate::with_model;
 
 /// What a fit has found.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Fitted {
+pub enum Fitted<'a> {
     /// A model's parameters, flat in its order.
     Parameters {
         /// The model.
@@ -26,9 +27,11 @@ pub enum Fitted {
     },
     /// A BRDF of the model Linear.
     Linear(Reconstruction),
+    /// The same, as a device evaluates it: a compact basis, and the coefficients of each channel.
+    Compact(linear::Basis<'a>, [Vec<f32>; 3]),
 }
 
-impl Fitted {
+impl Fitted<'static> {
     /// What a device or a scan has found: a model's parameters in its order, or Linear's
     /// coefficients, m for red, m for green, m for blue, which the basis makes a BRDF of. None if
     /// there are not as many values as the model has, or no basis for Linear.
@@ -39,14 +42,22 @@ impl Fitted {
                 model,
                 parameters: values.to_vec(),
             }),
-            None => Some(Self::Linear(basis?.reconstruct_values(values)?)),
+            None => Some(Self::Linear(basis?.reconstruct_values(values).ok()?)),
         }
     }
+}
 
+impl Fitted<'_> {
     /// The fitted BRDF, sr^-1 (not times the cosine), at many places.
     pub fn brdf_batch(&self, at: &[HalfDifference<f32>], brdf: &mut [[f32; 3]]) {
         match self {
             Self::Linear(reconstruction) => reconstruction.brdf_batch(at, brdf),
+            Self::Compact(basis, coefficients) => {
+                let coefficients = coefficients.each_ref().map(Vec::as_slice);
+                for (at, brdf) in at.iter().zip(brdf) {
+                    *brdf = basis.brdf(coefficients, at).unwrap_or_default();
+                }
+            }
             Self::Parameters {
                 model,
                 parameters: list,
@@ -91,6 +102,8 @@ pub struct Method<'a> {
     fitting: Fitting<'a>,
     /// Steps of Adam on fresh samples after the fit.
     steps_after: usize,
+    /// What coefficients of the model Linear become a BRDF by, if it is not the whole basis.
+    compact: Option<linear::Basis<'a>>,
 }
 
 /// Directions that the method Optimum solves the Linear model at.
@@ -110,6 +123,7 @@ impl<'a> Method<'a> {
             places: Places::Pattern(recipe.pattern().collect()),
             fitting: Fitting::Scan(*recipe, basis),
             steps_after: 0,
+            compact: None,
         })
     }
 
@@ -155,6 +169,7 @@ impl<'a> Method<'a> {
             places,
             fitting,
             steps_after: 0,
+            compact: None,
         })
     }
 
@@ -168,6 +183,32 @@ impl<'a> Method<'a> {
         }
     }
 
+    /// The same, but coefficients become a BRDF as on a device: by a compact basis.
+    ///
+    /// # Errors
+    /// [`JudgeError::Compact`]
+    pub fn by_compact(self, compact: linear::Basis<'a>) -> Result<Self, JudgeError> {
+        let (Fitting::Scan(_, Some(whole)) | Fitting::RidgeAnywhere(_, whole)) = &self.fitting
+        else {
+            return Err(JudgeError::Compact);
+        };
+        if Basis::checksum(&whole.to_bytes()) != compact.of() {
+            return Err(JudgeError::Compact);
+        }
+        Ok(Self {
+            compact: Some(compact),
+            ..self
+        })
+    }
+
+    fn reconstruct(&self, basis: &Basis, coefficients: &Coefficients) -> Fitted<'a> {
+        let Some(compact) = self.compact else {
+            return Fitted::Linear(basis.reconstruct(coefficients));
+        };
+        let narrow = |channel: &Vec<f64>| channel.iter().map(|value| *value as f32).collect();
+        Fitted::Compact(compact, coefficients.each_ref().map(narrow))
+    }
+
     /// Adam from a random start on random samples.
     #[must_use]
     pub fn random(model: ModelKind, samples: usize, steps: usize) -> Self {
@@ -176,6 +217,7 @@ impl<'a> Method<'a> {
             places: Places::Random(samples),
             fitting: Fitting::Adam(model, steps),
             steps_after: 0,
+            compact: None,
         }
     }
 
@@ -188,6 +230,7 @@ impl<'a> Method<'a> {
             places: Places::Random(0),
             fitting: Fitting::Optimum(model, steps),
             steps_after: 0,
+            compact: None,
         }
     }
 
@@ -215,6 +258,7 @@ impl<'a> Method<'a> {
             places,
             fitting: Fitting::RidgeAnywhere(vec![eta; basis.components()], basis),
             steps_after: 0,
+            compact: None,
         }
     }
 
@@ -264,7 +308,7 @@ impl<'a> Method<'a> {
     ///
     /// # Errors
     /// [`JudgeError::Ridge`]
-    pub fn fit(&self, material: &dyn Material, seed: u64) -> Result<Fitted, JudgeError> {
+    pub fn fit(&self, material: &dyn Material, seed: u64) -> Result<Fitted<'a>, JudgeError> {
         let drawn;
         let angles = match &self.places {
             Places::Pattern(pattern) => pattern,
@@ -276,10 +320,12 @@ impl<'a> Method<'a> {
         let parameters = match &self.fitting {
             Fitting::Scan(recipe, basis) => {
                 let found = scan(recipe, |angles| material.brdf(angles))?;
-                match Fitted::of_values(recipe.model(), &found.values, *basis) {
-                    Some(Fitted::Parameters { parameters, .. }) => parameters,
-                    Some(linear) => return Ok(linear),
-                    None => return Err(JudgeError::Basis),
+                match (recipe.model(), basis) {
+                    (ModelKind::Linear, Some(basis)) => {
+                        let coefficients = basis.channels(&found.values)?;
+                        return Ok(self.reconstruct(basis, &coefficients));
+                    }
+                    _ => found.values,
                 }
             }
             Fitting::RidgeAnywhere(precision, basis) => {
@@ -287,7 +333,7 @@ impl<'a> Method<'a> {
                 let measured: Vec<[f32; 3]> =
                     angles.iter().map(|angles| material.brdf(*angles)).collect();
                 let coefficients = Reduced::new(basis, &places).fit(precision, &measured)?;
-                return Ok(Fitted::Linear(basis.reconstruct(&coefficients)));
+                return Ok(self.reconstruct(basis, &coefficients));
             }
             Fitting::DescentAnywhere(descent) => with_model!(
                 self.model(), M => learn::<M>(*descent, &measure(material, angles)),

@@ -27,9 +27,18 @@ pub enum JudgeError {
     /// A recipe of the model Linear came without its basis.
     #[error("a recipe of the model linear needs the basis that was written beside it")]
     Basis,
+    /// A compact basis was made of another basis, or for a model that has none.
+    #[error(
+        "the compact basis is not of this recipe: it was made of another whole basis, or the recipe \
+         is not of the model linear; export it again from this recipe"
+    )]
+    Compact,
     /// A ridge problem has no solution.
     #[error("the linear model cannot be fitted: {0}")]
     Ridge(#[from] glimpse_core::fit::ridge::RidgeError),
+    /// A basis does not belong to a recipe.
+    #[error(transparent)]
+    Count(#[from] crate::linear::CountError),
     /// A recipe cannot be scanned by.
     #[error(transparent)]
     Scan(#[from] glimpse_core::scan::ScanError),
@@ -140,7 +149,7 @@ impl<'a> Judge<'a> {
 
     /// Renders a fit.
     #[must_use]
-    pub fn render(&self, fitted: &Fitted) -> Picture {
+    pub fn render(&self, fitted: &Fitted<'_>) -> Picture {
         let brdf = |at: &[HalfDifference<f32>], brdf: &mut [[f32; 3]]| fitted.brdf_batch(at, brdf);
         render_sphere(&brdf, &self.environment, SPHERE).tone_map()
     }
@@ -152,7 +161,7 @@ impl<'a> Judge<'a> {
     pub fn score(
         &self,
         material: usize,
-        fitted: &Fitted,
+        fitted: &Fitted<'_>,
     ) -> Result<(Scores, Picture), CompareError> {
         let reference = &self.references[material];
         let brdf = |at: &[HalfDifference<f32>], brdf: &mut [[f32; 3]]| fitted.brdf_batch(at, brdf);

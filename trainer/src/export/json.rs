@@ -1,10 +1,14 @@
 //! A recipe as JSON: complete enough to redo the fit elsewhere.
 
-use glimpse_core::recipe::{Descent, Floats, Learner, Recipe, Ridge};
+use glimpse_core::gonio::Limits;
+use glimpse_core::recipe::{
+    Descent, Expectation, Floats, Learner, Noise, Provenance, Recipe, Ridge,
+};
 use serde_json::{Value, json};
 
-/// Model, n, pattern (rows of theta_h, theta_d, phi_d in radians), expected loss, checksum and
-/// provenance; besides, for a descent, inner steps, initial parameters and step sizes in the model's
+/// Model, n, pattern (rows of theta_h, theta_d, phi_d in radians), expected loss and checksum; what
+/// the recipe states about itself, null where it does not: `limits` (radians), `noise`, `expectation`,
+/// `provenance` and `materials`, names with digests in hex; besides, for a descent, inner steps, initial parameters and step sizes in the model's
 /// order; for a ridge solve, the basis (n rows of m), mean, median BRDF and weight (each n), `eta` if
 /// all precisions are equal and otherwise `precision` (m), and the checksum of the whole basis (null
 /// if there is none).
@@ -14,26 +18,70 @@ pub fn to_json(recipe: &Recipe<'_>) -> Value {
         .pattern()
         .map(|angles| [angles.theta_h, angles.theta_d, angles.phi_d])
         .collect();
-    let provenance = recipe.provenance();
     let mut value = json!({
         "model": recipe.model().name(),
         "samples": recipe.samples(),
         "pattern": pattern,
         "expected_loss": recipe.expected_loss(),
         "checksum": format!("{:08x}", recipe.checksum()),
-        "provenance": {
-            "trainer": provenance.trainer,
-            "data": provenance.data,
-            "materials": provenance.materials,
-            "schedule": provenance.schedule,
-            "seed": provenance.seed,
-        },
+        "limits": recipe.limits().map(limits),
+        "noise": recipe.noise().map(noise),
+        "expectation": recipe.expectation().map(expectation),
+        "provenance": recipe.provenance().map(provenance),
+        "materials": materials(recipe),
     });
     match recipe.learner() {
         Learner::Descent(descent) => add_descent(&mut value, &descent),
         Learner::Ridge(ridge) => add_ridge(&mut value, &ridge),
     }
     value
+}
+
+fn limits(limits: Limits) -> Value {
+    json!({
+        "max_theta_i": limits.max_theta_i,
+        "max_theta_o": limits.max_theta_o,
+        "min_separation": limits.min_separation,
+        "in_plane": limits.in_plane,
+    })
+}
+
+fn noise(noise: Noise) -> Value {
+    json!({
+        "multiplicative": noise.multiplicative,
+        "additive": noise.additive,
+        "levels": Some(noise.levels).filter(|levels| *levels > 0),
+    })
+}
+
+/// What is not known, as in older formats, is null.
+fn expectation(expectation: Expectation<'_>) -> Value {
+    let is_known = expectation.materials > 0;
+    json!({
+        "loss": expectation.loss,
+        "standard_error": expectation.standard_error,
+        "materials": is_known.then_some(expectation.materials),
+        "on": is_known.then_some(expectation.on),
+    })
+}
+
+fn provenance(provenance: Provenance<'_>) -> Value {
+    json!({
+        "trainer": provenance.trainer,
+        "data": provenance.data,
+        "materials": provenance.materials,
+        "schedule": provenance.schedule,
+        "seed": provenance.seed,
+        "options": provenance.options,
+    })
+}
+
+fn materials(recipe: &Recipe<'_>) -> Option<Vec<Value>> {
+    let list = recipe.materials();
+    let list: Vec<Value> = list
+        .map(|(name, digest)| json!({ "name": name, "digest": format!("{digest:08x}") }))
+        .collect();
+    Some(list).filter(|list| !list.is_empty())
 }
 
 fn add_descent(value: &mut Value, descent: &Descent<'_>) {

@@ -5,5 +5,7 @@ mod recipe;
 mod rust;
 
 pub use json::{eta, to_json};
-pub use recipe::{RecipeFile, RecipeFileError, ReducedBasis, to_recipe, to_ridge_recipe};
+pub use recipe::{
+    RecipeFile, RecipeFileError, ReducedBasis, Statements, to_recipe, to_ridge_recipe,
+};
 pub use rust::to_rust;

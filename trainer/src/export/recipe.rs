@@ -5,9 +5,10 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use glimpse_core::geometry::Angles;
+use glimpse_core::gonio::Limits;
 use glimpse_core::recipe::{
-    Field, HEADER_BYTES, Ingredients, PackedDescent, PackedLearner, PackedRidge, Provenance,
-    Recipe, RecipeError,
+    Expectation, Field, HEADER_BYTES, Ingredients, Kind, Noise, PackedDescent, PackedLearner,
+    PackedRidge, Provenance, Recipe, RecipeError,
 };
 
 use crate::meta::run::LearnedDescent;
@@ -78,6 +79,53 @@ impl RecipeFile {
     pub fn recipe(&self) -> Result<Recipe<'_>, RecipeError> {
         Recipe::parse(&self.bytes)
     }
+
+    /// The recipe without the names of its materials, as flash holds it.
+    ///
+    /// # Errors
+    /// None: see [`RecipeFile::recipe`].
+    pub fn stripped(&self) -> Result<Self, RecipeError> {
+        // One of an older format grows a little.
+        let mut buffer = vec![0; self.bytes.len() + ROOM];
+        let bytes = self
+            .recipe()?
+            .copy_without(&[Kind::MATERIALS], &mut buffer)?;
+        Self::new(bytes.to_vec())
+    }
+}
+
+/// Bytes that suffice for all that is not counted one by one.
+const ROOM: usize = 256;
+
+/// What a recipe states about itself.
+#[derive(Clone, Debug, Default)]
+pub struct Statements<'a> {
+    /// The machine that its pattern was made for.
+    pub limits: Option<Limits>,
+    /// The noise that it was trained for.
+    pub noise: Option<Noise>,
+    /// The loss to expect.
+    pub expectation: Option<Expectation<'a>>,
+    /// Where it came from.
+    pub provenance: Option<Provenance<'a>>,
+    /// Names and digests of the materials that it was trained on.
+    pub materials: Vec<(&'a str, u32)>,
+}
+
+impl Statements<'_> {
+    /// Bytes that their texts take.
+    fn text_bytes(&self) -> usize {
+        let texts = self
+            .provenance
+            .map(|p| [p.trainer, p.data, p.schedule, p.options]);
+        let texts = texts.iter().flatten().map(|text| text.len());
+        let on = self
+            .expectation
+            .map_or(0, |expectation| expectation.on.len());
+        // Digest and length of a name take ten bytes at most.
+        let names = self.materials.iter().map(|(name, _)| name.len() + 10);
+        texts.sum::<usize>() + on + names.sum::<usize>()
+    }
 }
 
 /// Writes down a recipe of a model that is fitted by descent.
@@ -86,7 +134,7 @@ impl RecipeFile {
 /// If a number is not finite, or another rule of the format is broken.
 pub fn to_recipe(
     learned: &LearnedDescent,
-    provenance: &Provenance<'_>,
+    statements: &Statements<'_>,
 ) -> Result<RecipeFile, RecipeError> {
     let initial = packed(&learned.initial);
     let step_sizes = packed(&learned.step_sizes);
@@ -101,8 +149,7 @@ pub fn to_recipe(
         &learned.pattern,
         PackedLearner::Descent(descent),
         initial.len() + step_sizes.len(),
-        learned.expected_loss,
-        provenance,
+        statements,
     )
 }
 
@@ -124,8 +171,6 @@ pub struct ReducedBasis {
     pub precision: Vec<f32>,
     /// The CRC-32 of the file of the whole basis; 0 if there is none.
     pub basis_checksum: u32,
-    /// The loss to expect on a material that training never saw.
-    pub expected_loss: f32,
 }
 
 /// Writes down a recipe of the model Linear.
@@ -134,7 +179,7 @@ pub struct ReducedBasis {
 /// If a list has a wrong length, a number is not finite, or another rule of the format is broken.
 pub fn to_ridge_recipe(
     reduced: &ReducedBasis,
-    provenance: &Provenance<'_>,
+    statements: &Statements<'_>,
 ) -> Result<RecipeFile, RecipeError> {
     let [basis, mean, median, weight, precision] = [
         &reduced.basis,
@@ -158,8 +203,7 @@ pub fn to_ridge_recipe(
         &reduced.pattern,
         PackedLearner::Ridge(ridge),
         basis.len() + mean.len() + median.len() + weight.len() + precision.len(),
-        reduced.expected_loss,
-        provenance,
+        statements,
     )
 }
 
@@ -168,8 +212,7 @@ fn write(
     pattern: &[Angles<f32>],
     learner: PackedLearner<'_>,
     learner_bytes: usize,
-    expected_loss: f32,
-    provenance: &Provenance<'_>,
+    statements: &Statements<'_>,
 ) -> Result<RecipeFile, RecipeError> {
     let coordinates: Vec<f32> = pattern
         .iter()
@@ -179,11 +222,13 @@ fn write(
     let ingredients = Ingredients {
         pattern: &pattern,
         learner,
-        expected_loss,
-        provenance: *provenance,
+        limits: statements.limits,
+        noise: statements.noise,
+        expectation: statements.expectation,
+        provenance: statements.provenance,
+        materials: &statements.materials,
     };
-    let text = provenance.trainer.len() + provenance.data.len() + provenance.schedule.len();
-    let room = HEADER_BYTES + pattern.len() + learner_bytes + text + 128;
+    let room = HEADER_BYTES + pattern.len() + learner_bytes + statements.text_bytes() + ROOM;
     let mut buffer = vec![0; room];
     let bytes = Recipe::write(&ingredients, &mut buffer)?.to_vec();
     Ok(RecipeFile { bytes })

@@ -7,21 +7,26 @@ use glimpse_core::recipe::{Descent, Floats, Learner, Recipe, Ridge};
 /// A module of constants; floats are written so that they read back to the same bits.
 #[must_use]
 pub fn to_rust(recipe: &Recipe<'_>) -> String {
-    let provenance = recipe.provenance();
     let mut source = format!(
-        "//! Recipe {:08x}: {} at n = {}, by {}.\n\
-         //! Trained on {} ({} materials), {}, seed {}.\n\
-         //! Expected loss on an unseen material: {:.4}.\n\n",
+        "//! Recipe {:08x}: {} at n = {}.\n",
         recipe.checksum(),
         recipe.model(),
         recipe.samples(),
-        provenance.trainer,
-        provenance.data,
-        provenance.materials,
-        provenance.schedule,
-        provenance.seed,
-        recipe.expected_loss(),
     );
+    if let Some(provenance) = recipe.provenance() {
+        source += &format!(
+            "//! By {}, trained on {} ({} materials), {}, seed {}.\n",
+            provenance.trainer,
+            provenance.data,
+            provenance.materials,
+            provenance.schedule,
+            provenance.seed,
+        );
+    }
+    if let Some(loss) = recipe.expected_loss() {
+        source += &format!("//! Expected loss on an unseen material: {loss:.4}.\n");
+    }
+    source.push('\n');
     if let Learner::Descent(descent) = recipe.learner() {
         let steps = descent.inner_steps().to_string();
         constant(&mut source, "Steps of SGD.", "INNER_STEPS: u16", &steps);

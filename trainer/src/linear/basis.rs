@@ -155,7 +155,7 @@ impl Basis {
         }
     }
 
-    /// The basis at a pattern, as recipes hold it; precisions, checksum and loss are left open.
+    /// The basis at a pattern, as recipes hold it; precisions and checksum are left open.
     #[must_use]
     pub fn reduce(&self, pattern: Vec<Angles<f32>>) -> ReducedBasis {
         let places: Vec<Angles<f64>> = pattern.iter().map(widened).collect();
@@ -169,7 +169,6 @@ impl Basis {
             weight: values(&found.weight),
             precision: Vec::new(),
             basis_checksum: 0,
-            expected_loss: 0.0,
         }
     }
 
@@ -190,18 +189,6 @@ impl Basis {
             .collect();
         let log_medians = (0..Grid::LEN).map(|node| self.row(node)[1]).collect();
         Reconstruction { table, log_medians }
-    }
-
-    /// The same of a device's values: m coefficients for red, m for green, m for blue. None if they
-    /// are of another number of components.
-    #[must_use]
-    pub fn reconstruct_values(&self, values: &[f32]) -> Option<Reconstruction> {
-        let channel = |list: &[f32]| list.iter().copied().map(f64::from).collect();
-        let channels: Vec<Vec<f64>> = values.chunks(self.components).map(channel).collect();
-        if values.len() != 3 * self.components {
-            return None;
-        }
-        Some(self.reconstruct(&channels.try_into().ok()?))
     }
 
     /// The bytes of a file: little-endian words of 32 bits (magic, version, nodes along theta_h,

@@ -8,14 +8,19 @@
 //! far too large for a device. The ridge solve and its adjoint are core's.
 
 mod basis;
+mod coefficients;
 mod columns;
+mod compact;
 mod condition;
 mod grid;
+mod least_squares;
 mod reduced;
 mod trainee;
 
 pub use basis::{Basis, BasisError, Reconstruction, Tabulated};
+pub use coefficients::CountError;
 pub use columns::Columns;
+pub use compact::{COMPACT_COMPONENTS, COMPACT_NODES};
 pub use condition::least_condition;
 pub use grid::Grid;
 pub use reduced::{ByAngles, Coefficients, Reduced, widened};

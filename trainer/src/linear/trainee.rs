@@ -24,7 +24,7 @@ use crate::material::Material;
 use crate::meta::parameters::Groups;
 use crate::meta::pattern::{Pattern, above_horizon};
 use crate::meta::plan::{InnerSamples, Plan};
-use crate::meta::trainee::{Lots, Trainee};
+use crate::meta::trainee::{Expected, Lots, Trainee};
 use crate::sampling::uniform_valid;
 
 /// Folds that materials are dealt into.
@@ -175,17 +175,21 @@ impl<'a> LinearTrainee<'a> {
         Ok((mean.loss as f32, gradient))
     }
 
-    /// The mean loss of all materials over the whole pool, each with the basis of the others, for
-    /// a valid pattern.
+    /// The loss of each material over the whole pool, with the basis of others, for a valid
+    /// pattern.
     ///
     /// # Errors
     /// As [`LinearTrainee::gradient_over`].
-    pub fn loss(&self, pattern: &[Angles<f32>], log_precision: &[f32]) -> Result<f32, RidgeError> {
+    pub fn losses(
+        &self,
+        pattern: &[Angles<f32>],
+        log_precision: &[f32],
+    ) -> Result<Vec<f64>, RidgeError> {
         let places: Vec<Angles<f64>> = pattern.iter().map(widened).collect();
         let precision = precisions(log_precision);
         let reduced = self.reduced(&places);
         let directions: Vec<u32> = (0..POOL as u32).collect();
-        let losses: Vec<f64> = (0..self.materials.len())
+        (0..self.materials.len())
             .into_par_iter()
             .map(|material| {
                 let fold = material % self.folds.len();
@@ -200,8 +204,14 @@ impl<'a> LinearTrainee<'a> {
                 };
                 Ok(outer.loss(&reduced[fold].fit(&precision, &measured)?, None))
             })
-            .collect::<Result<_, RidgeError>>()?;
-        Ok((losses.iter().sum::<f64>() / losses.len() as f64) as f32)
+            .collect()
+    }
+
+    /// The loss of each material; no number where precisions have run away.
+    fn judged(&self, values: &Groups<Vec<f32>>) -> Vec<f64> {
+        let pattern = above_horizon(&values.pattern);
+        let losses = self.losses(&pattern, &values.step_sizes);
+        losses.unwrap_or_else(|_| vec![f64::NAN; self.materials.len()])
     }
 
     fn reduced(&self, places: &[Angles<f64>]) -> Vec<Reduced> {
@@ -210,6 +220,10 @@ impl<'a> LinearTrainee<'a> {
             .map(|fold| Reduced::new(&fold.basis, places))
             .collect()
     }
+}
+
+fn mean_loss(losses: &[f64]) -> f32 {
+    (losses.iter().sum::<f64>() / losses.len() as f64) as f32
 }
 
 impl Trainee for LinearTrainee<'_> {
@@ -270,13 +284,13 @@ impl Trainee for LinearTrainee<'_> {
         self.judge(values) + Pattern::from_logits(&values.pattern).barrier()
     }
 
-    fn expected_loss(&self, values: &Groups<Vec<f32>>) -> f32 {
-        self.judge(values)
+    fn expected(&self, values: &Groups<Vec<f32>>) -> Expected {
+        let losses = self.judged(values);
+        Expected::new(mean_loss(&losses), losses.into_iter())
     }
 
     fn judge(&self, values: &Groups<Vec<f32>>) -> f32 {
-        let pattern = above_horizon(&values.pattern);
-        self.loss(&pattern, &values.step_sizes).unwrap_or(f32::NAN)
+        mean_loss(&self.judged(values))
     }
 }
 

@@ -1,11 +1,13 @@
 //! Materials: what is measured, or measured-looking, and where to read it from.
 
+mod identity;
 mod merl;
 mod nbrdf;
 mod procedural;
 mod rgl;
 mod source;
 
+pub use identity::{Identity, digest};
 pub use merl::{MerlTable, write_merl};
 pub use nbrdf::NeuralBrdf;
 pub use procedural::Procedural;

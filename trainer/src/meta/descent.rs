@@ -12,7 +12,7 @@ use super::parameters::Groups;
 use super::pattern::{Pattern, above_horizon};
 use super::plan::{InnerSamples, Phase, Plan, Weighing};
 use super::pool::{Draw, Pool};
-use super::trainee::{Lots, Trainee, mean};
+use super::trainee::{Expected, Lots, Trainee, mean};
 use super::unroll::{Learner, MetaGradient};
 use super::variation::Variation;
 use crate::lanes::WIDTH;
@@ -43,6 +43,10 @@ pub struct Descent<'a, M: LaneModel> {
     pub lots: Lots,
     /// The model.
     pub model: PhantomData<M>,
+}
+
+fn mean_loss(losses: &[f32]) -> f32 {
+    losses.iter().sum::<f32>() / losses.len() as f32
 }
 
 impl<M: LaneModel> Trainee for Descent<'_, M> {
@@ -131,11 +135,12 @@ impl<M: LaneModel> Trainee for Descent<'_, M> {
     }
 
     fn judge(&self, values: &Groups<Vec<f32>>) -> f32 {
-        self.validated(values, self.plan.weighing)
+        mean_loss(&self.validated(values, self.plan.weighing))
     }
 
-    fn expected_loss(&self, values: &Groups<Vec<f32>>) -> f32 {
-        self.validated(values, Weighing::Equal)
+    fn expected(&self, values: &Groups<Vec<f32>>) -> Expected {
+        let losses = self.validated(values, Weighing::Equal);
+        Expected::new(mean_loss(&losses), losses.iter().copied().map(f64::from))
     }
 }
 
@@ -147,12 +152,12 @@ impl<M: LaneModel> Descent<'_, M> {
         (learner, step_sizes)
     }
 
-    /// The mean loss over the materials held out.
-    fn validated(&self, values: &Groups<Vec<f32>>, weighing: Weighing) -> f32 {
+    /// The loss of each material held out.
+    fn validated(&self, values: &Groups<Vec<f32>>, weighing: Weighing) -> Vec<f32> {
         let (learner, _) = self.learner(values);
         let pattern = Pattern::new(above_horizon(&values.pattern));
         let Tasks { materials, pool } = self.validation;
-        let losses: Vec<f32> = materials
+        materials
             .par_iter()
             .enumerate()
             .map(|(index, material)| {
@@ -160,8 +165,7 @@ impl<M: LaneModel> Descent<'_, M> {
                 let loss = M::loss(&parameters, &pool.all(index).octets());
                 weighing.weight(pool.loss_of_black(index)) * loss
             })
-            .collect();
-        losses.iter().sum::<f32>() / losses.len() as f32
+            .collect()
     }
 
     fn task_gradient(

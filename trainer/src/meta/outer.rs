@@ -13,7 +13,7 @@ use super::parameters::{Groups, Optimization};
 use super::pattern::{Pattern, logits_of};
 use super::plan::{Added, Keep, Phase, Plan, Search, Start};
 use super::start::standard_normal;
-use super::trainee::{Lots, Trainee};
+use super::trainee::{Expected, Lots, Trainee};
 use crate::sampling::{sobol_valid, uniform_valid};
 
 /// How often a phase is judged on materials that it does not train on.
@@ -50,6 +50,15 @@ pub struct Best {
     /// The loss, of the kind that the phase keeps by.
     pub loss: f32,
     /// The values.
+    pub values: Groups<Vec<f32>>,
+}
+
+/// What a run ends in.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Outcome {
+    /// The loss on the materials held out.
+    pub expected: Expected,
+    /// The best values.
     pub values: Groups<Vec<f32>>,
 }
 
@@ -130,7 +139,7 @@ impl Run<'_> {
     ///
     /// # Errors
     /// See [`RunError`].
-    pub fn finish(&self, observer: &mut Observer<'_>) -> Result<Best, RunError> {
+    pub fn finish(&self, observer: &mut Observer<'_>) -> Result<Outcome, RunError> {
         let mut state = self.begin()?;
         let total = self.plan.steps();
         let mut saved = Instant::now();
@@ -163,8 +172,8 @@ impl Run<'_> {
             Some(best) => best.values,
             None => state.optimization.values(),
         };
-        Ok(Best {
-            loss: self.trainee.expected_loss(&values),
+        Ok(Outcome {
+            expected: self.trainee.expected(&values),
             values,
         })
     }
@@ -417,8 +426,8 @@ mod tests {
         fn judge(&self, _: &Groups<Vec<f32>>) -> f32 {
             0.5
         }
-        fn expected_loss(&self, values: &Groups<Vec<f32>>) -> f32 {
-            self.judge(values)
+        fn expected(&self, values: &Groups<Vec<f32>>) -> Expected {
+            Expected::new(self.judge(values), [0.0; 2].into_iter())
         }
     }
 
@@ -454,7 +463,7 @@ mod tests {
         assert_eq!(seen[6][..3], seen[4]);
         assert_eq!(seen[6].len(), 6);
         assert_eq!(best.values.pattern, seen[10]);
-        assert_eq!(best.loss, 0.5);
+        assert_eq!(best.expected.loss, 0.5);
         // The barrier is paid in none of them.
         assert_eq!(bests[..4], [None, Some(3.0), Some(3.0), Some(1.25)]);
         assert_eq!(bests[6..8], [None, Some(9.0)]);

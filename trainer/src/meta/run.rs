@@ -1,9 +1,11 @@
 //! A whole training run: from materials to what a recipe holds.
 
+use std::fmt;
 use std::marker::PhantomData;
 
 use glimpse_core::geometry::Angles;
 use glimpse_core::model::ModelKind;
+use glimpse_core::recipe::{MAX_PRECISION, MIN_PRECISION};
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
@@ -11,14 +13,14 @@ use rand_chacha::ChaCha8Rng;
 use super::checkpoint::CheckpointError;
 use super::descent::{Descent, Tasks};
 use super::gradient::LaneModel;
-use super::outer::{Best, Checkpoints, Observer, Run, RunError};
+use super::outer::{Checkpoints, Observer, Outcome, Run, RunError};
 use super::pattern::above_horizon;
 use super::plan::{Effort, Known, Plan, Schedule};
 use super::pool::Pool;
-use super::trainee::{Lots, Trainee};
+use super::trainee::{Expected, Lots, Trainee};
 use crate::export::ReducedBasis;
 use crate::linear::{Basis, Columns, LinearTrainee, Prior};
-use crate::material::Material;
+use crate::material::{Identity, Material};
 use crate::with_model;
 
 /// SGD steps of the inner loop (paper: 20).
@@ -126,11 +128,10 @@ pub struct LearnedDescent {
     pub initial: Vec<f32>,
     /// alpha.
     pub step_sizes: Vec<f32>,
-    /// Mean loss over the materials held out for validation (with fewer than ten materials none
-    /// are, and it is over those of training).
-    pub expected_loss: f32,
-    /// How many materials it was trained on.
-    pub materials: usize,
+    /// What to expect of an unseen material.
+    pub promise: Promise,
+    /// The materials that it was trained on, those held out for validation among them.
+    pub materials: Vec<Identity>,
 }
 
 /// What was learned for the model Linear.
@@ -140,26 +141,58 @@ pub struct LearnedRidge {
     pub reduced: ReducedBasis,
     /// The file of the whole basis.
     pub basis: Vec<u8>,
-    /// How many materials it was trained on.
-    pub materials: usize,
+    /// What to expect of an unseen material.
+    pub promise: Promise,
+    /// The materials that it was trained on.
+    pub materials: Vec<Identity>,
+}
+
+/// What to expect of an unseen material, and on which materials that was found.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Promise {
+    /// The loss.
+    pub expected: Expected,
+    /// On which.
+    pub on: JudgedOn,
+}
+
+/// On which materials a loss was found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum JudgedOn {
+    /// Materials that training did not see.
+    HeldOut,
+    /// Those of training: with fewer than ten none are held out.
+    Training,
+    /// Those of training, each with a basis of others, as Linear is learned.
+    LeftOut,
+}
+
+impl fmt::Display for JudgedOn {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::HeldOut => "held out of training",
+            Self::Training => "that it was trained on",
+            Self::LeftOut => "that it was trained on, each with a basis of others",
+        })
+    }
 }
 
 impl Learned {
-    /// Mean loss over the materials held out; see [`LearnedDescent::expected_loss`].
+    /// What to expect of an unseen material.
     #[must_use]
-    pub fn expected_loss(&self) -> f32 {
+    pub fn promise(&self) -> &Promise {
         match self {
-            Self::Descent(learned) => learned.expected_loss,
-            Self::Ridge(learned) => learned.reduced.expected_loss,
+            Self::Descent(learned) => &learned.promise,
+            Self::Ridge(learned) => &learned.promise,
         }
     }
 
-    /// How many materials it was trained on.
+    /// The materials that it was trained on, those held out for validation among them.
     #[must_use]
-    pub fn materials(&self) -> usize {
+    pub fn materials(&self) -> &[Identity] {
         match self {
-            Self::Descent(learned) => learned.materials,
-            Self::Ridge(learned) => learned.materials,
+            Self::Descent(learned) => &learned.materials,
+            Self::Ridge(learned) => &learned.materials,
         }
     }
 }
@@ -227,6 +260,8 @@ struct Session<'o> {
     options: &'o Options,
     name: String,
     plan: Plan,
+    /// Of all materials, in their own order.
+    identities: Vec<Identity>,
     training: Vec<Box<dyn Material>>,
     validation: Vec<Box<dyn Material>>,
 }
@@ -234,6 +269,7 @@ struct Session<'o> {
 impl<'o> Session<'o> {
     fn new(options: &'o Options, materials: Vec<Box<dyn Material>>) -> Self {
         let name = options.run(&materials);
+        let identities = materials.iter().map(|each| Identity::of(&**each)).collect();
         let (training, validation) = split(materials, options.seed);
         let mut plan = Plan::new(
             options.schedule,
@@ -255,6 +291,7 @@ impl<'o> Session<'o> {
             options,
             name,
             plan,
+            identities,
             training,
             validation,
         }
@@ -268,12 +305,19 @@ impl<'o> Session<'o> {
         }
     }
 
+    fn judged_on(&self) -> JudgedOn {
+        match self.validation.is_empty() {
+            true => JudgedOn::Training,
+            false => JudgedOn::HeldOut,
+        }
+    }
+
     /// Trains; returns the best values and their loss.
     fn finish(
         &self,
         trainee: &dyn Trainee,
         observer: &mut Observer<'_>,
-    ) -> Result<Best, TrainError> {
+    ) -> Result<Outcome, TrainError> {
         let run = Run {
             trainee,
             plan: &self.plan,
@@ -301,15 +345,18 @@ impl<'o> Session<'o> {
             lots: Lots { seed },
             model: PhantomData,
         };
-        let Best { loss, values } = self.finish(&trainee, observer)?;
+        let Outcome { expected, values } = self.finish(&trainee, observer)?;
         Ok(LearnedDescent {
             model: M::KIND,
             inner_steps: INNER_STEPS,
             pattern: above_horizon(&values.pattern),
             initial: values.initial,
             step_sizes: self.plan.step_size_form.step_sizes(&values.step_sizes),
-            expected_loss: loss,
-            materials: self.training.len() + self.validation.len(),
+            promise: Promise {
+                expected,
+                on: self.judged_on(),
+            },
+            materials: self.identities.clone(),
         })
     }
 
@@ -319,19 +366,28 @@ impl<'o> Session<'o> {
         let columns = Columns::new(&self.training);
         let (prior, seed) = (self.options.prior, self.options.seed);
         let trainee = LinearTrainee::new(&self.training, &columns, prior, &self.plan, seed);
-        let Best { loss, values } = self.finish(&trainee, observer)?;
+        let Outcome { expected, values } = self.finish(&trainee, observer)?;
 
         let all: Vec<usize> = (0..columns.count()).collect();
         let basis = Basis::new(&columns, &all, trainee.components());
         let bytes = basis.to_bytes();
         let mut reduced = basis.reduce(above_horizon(&values.pattern));
-        reduced.precision = values.step_sizes.iter().map(|log| log.exp()).collect();
+        // A coefficient that is left free, or held at 0, may run out of what recipes hold.
+        let precision = |log: &f32| log.exp().clamp(MIN_PRECISION, MAX_PRECISION);
+        reduced.precision = values.step_sizes.iter().map(precision).collect();
         reduced.basis_checksum = Basis::checksum(&bytes);
-        reduced.expected_loss = loss;
         Ok(LearnedRidge {
             reduced,
             basis: bytes,
-            materials: self.training.len(),
+            promise: Promise {
+                expected,
+                // A single material has nothing to be left out of.
+                on: match self.identities.len() {
+                    1 => JudgedOn::Training,
+                    _ => JudgedOn::LeftOut,
+                },
+            },
+            materials: self.identities,
         })
     }
 }

@@ -31,7 +31,34 @@ pub trait Trainee: Sync {
     fn judge(&self, values: &Groups<Vec<f32>>) -> f32;
 
     /// The mean loss on the materials held out as it is: what to expect of an unseen one.
-    fn expected_loss(&self, values: &Groups<Vec<f32>>) -> f32;
+    fn expected(&self, values: &Groups<Vec<f32>>) -> Expected;
+}
+
+/// The loss to expect on an unseen material, as it was found on some that stand for it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Expected {
+    /// The mean loss.
+    pub loss: f32,
+    /// The standard error of that mean; None of a single material.
+    pub standard_error: Option<f32>,
+    /// On how many materials.
+    pub materials: usize,
+}
+
+impl Expected {
+    /// A mean loss, of these of single materials.
+    #[must_use]
+    pub fn new(loss: f32, losses: impl ExactSizeIterator<Item = f64> + Clone) -> Self {
+        let count = losses.len() as f64;
+        let mean = losses.clone().sum::<f64>() / count;
+        let squares: f64 = losses.map(|loss| (loss - mean).powi(2)).sum();
+        let variance_of_mean = squares / (count - 1.0) / count;
+        Self {
+            loss,
+            standard_error: (count > 1.0).then(|| variance_of_mean.sqrt() as f32),
+            materials: count as usize,
+        }
+    }
 }
 
 /// The random numbers of a run: a generator of its own for each slot of each step, so that

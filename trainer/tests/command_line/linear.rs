@@ -3,8 +3,9 @@
 use std::fs;
 
 use glimpse_core::geometry::Angles;
-use glimpse_core::recipe::{Field, Provenance, Recipe, RecipeError};
-use glimpse_trainer::export::{ReducedBasis, to_ridge_recipe};
+use glimpse_core::gonio::Limits;
+use glimpse_core::recipe::{Expectation, Field, Noise, Provenance, Recipe, RecipeError};
+use glimpse_trainer::export::{RecipeFile, ReducedBasis, Statements, to_ridge_recipe};
 use serde_json::{Value, json};
 
 use super::{fail, succeed};
@@ -24,17 +25,44 @@ fn reduced() -> ReducedBasis {
         weight: vec![0.9, 0.8, 0.7],
         precision: vec![40.0; 2],
         basis_checksum: 0x0123_abcd,
-        expected_loss: 0.0125,
     }
 }
 
-const PROVENANCE: Provenance<'_> = Provenance {
-    trainer: "test",
-    data: "procedural:7",
-    materials: 7,
-    schedule: "joint quick",
-    seed: 5,
-};
+fn statements() -> Statements<'static> {
+    Statements {
+        limits: Some(Limits {
+            max_theta_i: 1.25,
+            max_theta_o: 1.5,
+            min_separation: 0.125,
+            in_plane: true,
+        }),
+        noise: Some(Noise {
+            multiplicative: 0.02,
+            additive: 0.001,
+            levels: 4096,
+        }),
+        expectation: Some(Expectation {
+            loss: 0.0125,
+            standard_error: Some(0.0015),
+            materials: 7,
+            on: "materials of nowhere",
+        }),
+        provenance: Some(Provenance {
+            trainer: "test",
+            data: "procedural:7",
+            materials: 7,
+            schedule: "joint quick",
+            seed: 5,
+            options: "no options",
+        }),
+        materials: vec![("brass", 1), ("felt", 2), ("silk", 3), ("teflon", u32::MAX)],
+    }
+}
+
+/// A recipe of all that can be stated.
+pub(crate) fn stated() -> RecipeFile {
+    to_ridge_recipe(&reduced(), &statements()).expect("it is a recipe")
+}
 
 /// A list that JSON holds, as the f32 that it was written from.
 fn numbers(list: &Value) -> Vec<f32> {
@@ -52,7 +80,7 @@ fn a_linear_recipe_is_shown_and_exported() {
     unequal.precision[1] = 4.0;
     unequal.basis_checksum = 0;
     for (name, reduced) in [("equal.recipe", reduced()), ("unequal.recipe", unequal)] {
-        let file = to_ridge_recipe(&reduced, &PROVENANCE).expect("it is a recipe");
+        let file = to_ridge_recipe(&reduced, &statements()).expect("it is a recipe");
         fs::write(directory.join(name), file.bytes()).expect("it is written");
         let recipe = file.recipe().expect("it is a recipe");
         assert!(recipe.pattern().eq(reduced.pattern));
@@ -93,6 +121,23 @@ fn a_linear_recipe_is_shown_and_exported() {
         Some(0.0125)
     );
     assert_eq!(json["provenance"]["data"], "procedural:7");
+    assert_eq!(json["provenance"]["options"], "no options");
+    assert_eq!(
+        json["limits"],
+        json!({"max_theta_i": 1.25, "max_theta_o": 1.5, "min_separation": 0.125, "in_plane": true})
+    );
+    assert_eq!(json["noise"]["levels"], 4096);
+    assert_eq!(json["expectation"]["on"], "materials of nowhere");
+    assert_eq!(
+        json["expectation"]["standard_error"]
+            .as_f64()
+            .map(|x| x as f32),
+        Some(0.0015)
+    );
+    assert_eq!(
+        json["materials"][3],
+        json!({"name": "teflon", "digest": "ffffffff"})
+    );
     let bytes = fs::read(directory.join("equal.recipe")).expect("it is there");
     let recipe = Recipe::parse(&bytes).expect("it is a recipe");
     assert_eq!(json["checksum"], format!("{:08x}", recipe.checksum()));
@@ -119,7 +164,11 @@ fn a_linear_recipe_is_shown_and_exported() {
         "linear (2 components)",
         "40 for every",
         "0123abcd",
-        "0.0125",
+        "0.0125 (standard error 0.0015) on an unseen material, by 7 materials of nowhere",
+        "theta_i to 71.6, theta_o to 85.9, 7.2 apart (degrees), in one plane",
+        "0.02 of the value and 0.001 sr^-1 (standard deviations), 4096 levels",
+        "no options",
+        "4: brass, felt, silk, ...",
     ] {
         assert!(shown.contains(part), "no {part} in {shown}");
     }
@@ -130,9 +179,43 @@ fn a_linear_recipe_is_shown_and_exported() {
 }
 
 #[test]
+fn a_recipe_that_states_nothing_is_shown_and_exported() {
+    let scratch = tempfile::tempdir().expect("a temporary directory");
+    let directory = scratch.path();
+    let file = to_ridge_recipe(&reduced(), &Statements::default()).expect("it is a recipe");
+    fs::write(directory.join("bare.recipe"), file.bytes()).expect("it is written");
+    let shown = succeed(directory, &["inspect", "bare.recipe"]);
+    for part in [
+        "expected loss  not stated",
+        "limits         not stated",
+        "noise          not stated",
+        "trained on     not stated",
+        "materials      not named",
+    ] {
+        assert!(shown.contains(part), "no {part} in {shown}");
+    }
+    for format in ["json", "rust"] {
+        let arguments = ["export", "bare.recipe", "--format", format, "--out", format];
+        succeed(directory, &arguments);
+    }
+    let text = fs::read(directory.join("json")).expect("it is there");
+    let json: Value = serde_json::from_slice(&text).expect("it is JSON");
+    for field in [
+        "expected_loss",
+        "limits",
+        "noise",
+        "expectation",
+        "provenance",
+        "materials",
+    ] {
+        assert_eq!(json[field], Value::Null, "{field}");
+    }
+}
+
+#[test]
 fn a_linear_recipe_is_not_judged_without_its_basis() {
     let scratch = tempfile::tempdir().expect("a temporary directory");
-    let file = to_ridge_recipe(&reduced(), &PROVENANCE).expect("it is a recipe");
+    let file = to_ridge_recipe(&reduced(), &statements()).expect("it is a recipe");
     fs::write(scratch.path().join("linear.recipe"), file.bytes()).expect("it is written");
     for method in ["ours", "meta"] {
         let arguments = [
@@ -153,10 +236,10 @@ fn a_linear_recipe_is_not_judged_without_its_basis() {
 fn a_basis_that_does_not_fit_its_pattern_is_refused() {
     let mut wrong = reduced();
     wrong.basis.pop();
-    let error = to_ridge_recipe(&wrong, &PROVENANCE).expect_err("it is short");
+    let error = to_ridge_recipe(&wrong, &statements()).expect_err("it is short");
     assert_eq!(error, RecipeError::Count(Field::Basis));
     let mut wrong = reduced();
     wrong.weight[2] = 0.0;
-    let error = to_ridge_recipe(&wrong, &PROVENANCE).expect_err("its weight is 0");
+    let error = to_ridge_recipe(&wrong, &statements()).expect_err("its weight is 0");
     assert_eq!(error, RecipeError::NotPositive(Field::Weight));
 }

@@ -1,5 +1,6 @@
 //! The command line as a user meets it: what it writes, what it says, how it ends.
 
+mod basis;
 mod grid;
 mod linear;
 mod query;
@@ -11,7 +12,8 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
 
-use glimpse_core::recipe::Recipe;
+use glimpse_core::recipe::{Kind, Recipe};
+use glimpse_trainer::material::{Material, Procedural, digest};
 use serde_json::Value;
 
 fn trainer(directory: &Path, arguments: &[&str]) -> Output {
@@ -63,7 +65,25 @@ fn a_recipe_is_trained_shown_exported_and_judged() {
     let bytes = fs::read(directory.join("phong.recipe")).expect("the recipe is there");
     let recipe = Recipe::parse(&bytes).expect("it is a recipe");
     assert_eq!((recipe.model().name(), recipe.samples()), ("phong", 4));
-    assert_eq!(recipe.provenance().data, "procedural:12");
+    let provenance = recipe.provenance().expect("it says where it came from");
+    assert_eq!(provenance.data, "procedural:12");
+    assert_eq!(
+        (provenance.materials, provenance.options),
+        (12, "all parts")
+    );
+    // Of twelve materials one is held out, and one has no standard error.
+    let expectation = recipe.expectation().expect("it promises a loss");
+    assert_eq!(
+        (expectation.materials, expectation.standard_error),
+        (1, None)
+    );
+    assert_eq!(
+        expectation.on,
+        "materials of procedural:12 held out of training"
+    );
+    let materials = Procedural::set(12, 0);
+    let identities = materials.iter().map(|each| (each.name(), digest(each)));
+    assert!(recipe.materials().eq(identities));
     let names = fs::read_dir(directory).expect("it can be listed");
     assert_eq!(
         names.count(),
@@ -82,7 +102,15 @@ fn a_recipe_is_trained_shown_exported_and_judged() {
     );
 
     let shown = succeed(directory, &["inspect", "phong.recipe"]);
-    assert!(shown.contains("phong (7 parameters)"), "{shown}");
+    for part in [
+        "phong (7 parameters)",
+        "on an unseen material, by 1 materials of procedural:12 held out",
+        "procedural:12 (12 materials)",
+        "all parts",
+        "12: procedural-000, procedural-001, procedural-002, ...",
+    ] {
+        assert!(shown.contains(part), "no {part} in {shown}");
+    }
 
     for (format, file) in [
         ("postcard", "copy.recipe"),
@@ -116,6 +144,17 @@ fn a_recipe_is_trained_shown_exported_and_judged() {
         numbers("step_sizes"),
         descent.step_sizes().iter().collect::<Vec<_>>()
     );
+    assert_eq!(json["inner_steps"], 20);
+    assert_eq!(json["expectation"]["materials"], 1);
+    assert_eq!(json["expectation"]["loss"], json["expected_loss"]);
+    assert_eq!(json["provenance"]["options"], "all parts");
+    assert_eq!(json["materials"].as_array().map(Vec::len), Some(12));
+    let digest = format!("{:08x}", digest(&materials[3]));
+    assert_eq!(json["materials"][3]["digest"], digest);
+    assert_eq!(
+        (&json["limits"], &json["noise"]),
+        (&Value::Null, &Value::Null)
+    );
     let first = recipe.pattern().next().expect("a sample");
     assert_eq!(
         json["pattern"][0][2].as_f64().expect("a number") as f32,
@@ -146,6 +185,56 @@ fn a_recipe_is_trained_shown_exported_and_judged() {
         let each = [0, 1].map(|i| judged["materials"][i][metric].as_f64().expect("a number"));
         assert!((mean - (each[0] + each[1]) / 2.0).abs() < 1e-9, "{metric}");
     }
+}
+
+#[test]
+fn names_of_materials_are_left_out_for_flash() {
+    let scratch = tempfile::tempdir().expect("a temporary directory");
+    let directory = scratch.path();
+    let whole = linear::stated();
+    fs::write(directory.join("whole.recipe"), whole.bytes()).expect("it is written");
+    let strip = |from, format, out| {
+        let mut arguments = vec!["export", from, "--format", format, "--out", out];
+        arguments.push("--strip");
+        arguments
+    };
+    succeed(
+        directory,
+        &strip("whole.recipe", "postcard", "flash.recipe"),
+    );
+    let bytes = fs::read(directory.join("flash.recipe")).expect("it is there");
+    let (flash, whole) = (
+        Recipe::parse(&bytes).expect("it is a recipe"),
+        whole.recipe().expect("it is a recipe"),
+    );
+    assert_eq!(whole.materials().count(), 4);
+    assert_eq!(flash.materials().count(), 0);
+    let others = whole
+        .sections()
+        .filter(|(kind, _)| *kind != Kind::MATERIALS);
+    assert!(flash.sections().eq(others));
+    let shown = succeed(directory, &["inspect", "flash.recipe"]);
+    assert!(shown.contains("materials      not named"), "{shown}");
+
+    for format in ["json", "rust"] {
+        let message = fail(directory, &strip("whole.recipe", format, "out"));
+        assert!(message.contains("--strip") && message.contains("postcard"));
+        assert!(!directory.join("out").exists());
+    }
+
+    // One of format 2 becomes one of format 3.
+    let old = include_bytes!("../../../core/tests/recipes/phong-format-2.recipe");
+    fs::write(directory.join("old.recipe"), old).expect("it is written");
+    succeed(directory, &strip("old.recipe", "postcard", "new.recipe"));
+    let bytes = fs::read(directory.join("new.recipe")).expect("it is there");
+    let (new, old) = (
+        Recipe::parse(&bytes).expect("it is a recipe"),
+        Recipe::parse(old).expect("it is a recipe"),
+    );
+    assert!(new.pattern().eq(old.pattern()));
+    assert_eq!(new.provenance(), old.provenance());
+    let shown = succeed(directory, &["inspect", "old.recipe"]);
+    assert!(!shown.contains("options"), "{shown}");
 }
 
 #[test]

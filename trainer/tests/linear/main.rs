@@ -2,6 +2,7 @@
 //! that the method NJR15 picks by them. (`meta_gradient` and `burn_witness` hold the training.)
 
 mod basis;
+mod compact;
 mod condition;
 mod file;
 mod grid;

@@ -7,7 +7,7 @@ use glimpse_core::model::{CookTorrance, Neural, Phong};
 use glimpse_trainer::material::{Material, Procedural};
 use glimpse_trainer::meta::descent::{Descent, Tasks};
 use glimpse_trainer::meta::gradient::LaneModel;
-use glimpse_trainer::meta::outer::{Best, Run};
+use glimpse_trainer::meta::outer::{Outcome, Run};
 use glimpse_trainer::meta::parameters::Groups;
 use glimpse_trainer::meta::plan::{
     Added, InnerSamples, Keep, Phase, Plan, Search, Start, StepSizeForm, Weighing,
@@ -79,8 +79,8 @@ fn train<M: LaneModel>(inner: InnerSamples) -> Vec<u32> {
         bits.push(progress.loss.to_bits());
         ControlFlow::Continue(())
     });
-    let Best { loss, values } = outcome.expect("nothing stops it");
-    bits.push(loss.to_bits());
+    let Outcome { expected, values } = outcome.expect("nothing stops it");
+    bits.push(expected.loss.to_bits());
     let values = values.each().into_iter().flatten();
     bits.extend(values.map(|value| value.to_bits()));
     bits

@@ -25,7 +25,7 @@ use glimpse_core::link::{Answerer, Asker, FRAME_BYTES, Failure, Heard, Reply, Re
 use glimpse_core::model::linear::{map, unmap};
 use glimpse_core::model::{CookTorrance, ModelKind, Neural, Phong, Sample};
 use glimpse_core::numeric::math;
-use glimpse_core::recipe::{Floats, Learner, Recipe};
+use glimpse_core::recipe::{Field, Floats, Ingredients, Kind, Learner, Recipe};
 use glimpse_core::scan::{Memory, Reading, Residual, Saved, Scan};
 use glimpse_fits::Linear;
 use glimpse_fits::machine::only;
@@ -109,9 +109,29 @@ fn recipe() {
     };
     black_box((recipe.model(), recipe.samples(), recipe.expected_loss()));
     black_box((recipe.provenance(), recipe.checksum()));
+    black_box((recipe.limits(), recipe.noise(), recipe.expectation()));
     recipe.pattern().for_each(|angles| {
         black_box(angles);
     });
+    recipe.directions().for_each(|each| {
+        black_box(each);
+    });
+    recipe.materials().for_each(|material| {
+        black_box(material);
+    });
+    recipe.sections().for_each(|(kind, bytes)| {
+        black_box((kind.number(), kind.name(), kind.is_required(), bytes));
+    });
+    let mut buffer = [0; 64];
+    let kinds = [Kind::new(any(200)), Kind::MATERIALS];
+    let _ = black_box(recipe.copy_without(&kinds, black_box(&mut buffer[..])));
+    let mut ingredients = Ingredients::new(bytes(), recipe.learner().into());
+    ingredients.limits = recipe.limits();
+    ingredients.noise = recipe.noise();
+    ingredients.expectation = recipe.expectation();
+    ingredients.provenance = recipe.provenance();
+    let _ = black_box(Recipe::write(&ingredients, black_box(&mut buffer[..])));
+    black_box(any(Field::Basis).range());
     match recipe.learner() {
         Learner::Descent(descent) => {
             black_box((descent.model(), descent.inner_steps()));

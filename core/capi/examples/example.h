@@ -1,0 +1,87 @@
+/* What both examples need: a made-up material in place of a scanner, recipes, and a way to print. */
+
+#ifndef EXAMPLE_H
+#define EXAMPLE_H
+
+#include <string.h>
+
+#include "glimpse.h"
+
+/* Of host.c or board.c. */
+void print(const char *text);
+
+/* Of recipes.S; firmware would have one. */
+extern const uint8_t phong_begin[], phong_end[];
+extern const uint8_t cook_torrance_begin[], cook_torrance_end[];
+extern const uint8_t neural_begin[], neural_end[];
+extern const uint8_t linear_begin[], linear_end[];
+
+static const struct {
+    const char *name;
+    const uint8_t *begin, *end;
+} RECIPES[] = {
+    {"phong", phong_begin, phong_end},
+    {"cook-torrance", cook_torrance_begin, cook_torrance_end},
+    {"neural", neural_begin, neural_end},
+    {"linear", linear_begin, linear_end},
+};
+#define RECIPE_COUNT (sizeof RECIPES / sizeof RECIPES[0])
+
+static inline float lobe(float sharpness, float theta_h)
+{
+    float falloff = 1.0f + sharpness * theta_h * theta_h;
+    return 1.0f / (falloff * falloff);
+}
+
+/* What a sensor sees of the material: a diffuse colour, and a highlight of two widths. Sums, products
+   and quotients only, which every machine rounds alike. A scanner would move its arms to
+   sample->directions instead, read its sensor, and divide what it read by what a white tile reads. */
+static inline glimpse_reading read_sensor(const glimpse_sample *sample)
+{
+    float lobes = (8.0f * lobe(40.0f, sample->theta_h) + lobe(0.1f * 40.0f, sample->theta_h)) / 9.0f;
+    float grazing = 1.0f + 0.2f * sample->theta_d * sample->theta_d;
+    float highlight = 0.9f * lobes * grazing;
+    glimpse_reading reading = {
+        .brdf = {0.12f + highlight, 0.05f + highlight, 0.03f + 0.9f * highlight},
+        .saturated = 0,
+    };
+    return reading;
+}
+
+/* A number as the hexadecimal digits of its bits, and a space. */
+static inline void print_bits(float value)
+{
+    uint32_t bits;
+    memcpy(&bits, &value, sizeof bits);
+    char text[10] = "00000000 ";
+    for (int digit = 0; digit < 8; digit++)
+        text[digit] = "0123456789abcdef"[bits >> (28 - 4 * digit) & 15];
+    print(text);
+}
+
+/* All values of a fitted material, on a line. */
+static inline glimpse_status print_values(const char *name, const glimpse_scan *scan)
+{
+    static float values[675]; /* of the largest model here */
+    size_t count = 0;
+    glimpse_status status =
+        glimpse_fitted_values(scan, values, sizeof values / sizeof values[0], &count);
+    if (status != GLIMPSE_STATUS_OK) return status;
+    print(name);
+    print(".values=");
+    for (size_t i = 0; i < count; i++) print_bits(values[i]);
+    print("\n");
+    return status;
+}
+
+/* Why it went wrong. */
+static inline int fail(const char *name, glimpse_status status)
+{
+    print(name);
+    print(": ");
+    print(glimpse_status_text(status));
+    print("\n");
+    return 1;
+}
+
+#endif

@@ -1,0 +1,19 @@
+/* Recipes, as bytes in the flash: the assembler reads them from where -Wa,-I says. */
+
+.macro recipe name, file
+    .global \name\()_begin
+    .global \name\()_end
+\name\()_begin:
+    .incbin "\file"
+\name\()_end:
+.endm
+
+    .section .rodata
+    recipe phong, "phong-n8.recipe"
+    recipe cook_torrance, "cook-torrance-n8.recipe"
+    recipe neural, "neural-n8.recipe"
+    recipe linear, "linear-n8.recipe"
+
+#ifdef __ELF__
+    .section .note.GNU-stack, "", %progbits
+#endif

@@ -1,0 +1,113 @@
+//! The functions, called as C would.
+
+mod driver;
+mod misuse;
+mod scan;
+mod sizes;
+mod texts;
+
+use core::ffi::c_void;
+use core::ptr::null_mut;
+use std::boxed::Box;
+use std::vec;
+use std::vec::Vec;
+
+use crate::configuration::{COMPONENTS, SAMPLES, driver_bytes, scan_bytes};
+use crate::scan::{glimpse_scan, glimpse_scan_begin, glimpse_scan_next, glimpse_scan_record};
+use crate::status::glimpse_status;
+use crate::types::{glimpse_directions, glimpse_reading, glimpse_sample};
+
+pub(crate) const RECIPES: [&[u8]; 4] = [
+    include_bytes!("../../examples/recipes/phong-n8.recipe"),
+    include_bytes!("../../examples/recipes/cook-torrance-n8.recipe"),
+    include_bytes!("../../examples/recipes/neural-n8.recipe"),
+    include_bytes!("../../examples/recipes/linear-n8.recipe"),
+];
+pub(crate) const NEURAL: &[u8] = RECIPES[2];
+
+/// Memory of C's: aligned, and full of what was there before.
+pub(crate) struct Bytes {
+    words: Box<[u64]>,
+    pub(crate) bytes: usize,
+}
+
+impl Bytes {
+    pub(crate) fn of(bytes: usize) -> Self {
+        let words = vec![0xA5A5_5A5A_C3C3_3C3C; bytes.div_ceil(8)];
+        let words = words.into_boxed_slice();
+        Self { words, bytes }
+    }
+
+    pub(crate) fn for_scan() -> Self {
+        Self::of(scan_bytes(SAMPLES, COMPONENTS))
+    }
+
+    pub(crate) fn for_driver() -> Self {
+        Self::of(driver_bytes(SAMPLES, COMPONENTS))
+    }
+
+    pub(crate) fn pointer(&mut self) -> *mut c_void {
+        self.words.as_mut_ptr().cast()
+    }
+}
+
+/// Begins a scan, which is refused or not.
+pub(crate) fn begin(memory: &mut Bytes, recipe: &[u8]) -> (glimpse_status, *mut glimpse_scan) {
+    let mut scan = null_mut();
+    let bytes = memory.bytes;
+    let status = unsafe {
+        glimpse_scan_begin(
+            memory.pointer(),
+            bytes,
+            recipe.as_ptr(),
+            recipe.len(),
+            &raw mut scan,
+        )
+    };
+    assert_eq!(status == glimpse_status::Ok, !scan.is_null());
+    (status, scan)
+}
+
+/// A material that differs from sample to sample.
+pub(crate) fn reading(index: u16) -> glimpse_reading {
+    let value = 0.05 + 0.02 * f32::from(index % 7);
+    glimpse_reading {
+        brdf: [value, 0.8 * value, 0.5 * value],
+        saturated: 0,
+    }
+}
+
+/// Reads all samples; returns how many there were.
+pub(crate) fn record_all(scan: *mut glimpse_scan) -> usize {
+    let mut sample = glimpse_sample::default();
+    let mut count = 0;
+    while unsafe { glimpse_scan_next(scan, 0, &raw mut sample) } == glimpse_status::Ok {
+        let reading = reading(sample.index);
+        let status =
+            unsafe { glimpse_scan_record(scan, sample.index, &raw const reading, null_mut()) };
+        assert_eq!(status, glimpse_status::Ok);
+        count += 1;
+    }
+    count
+}
+
+/// What core itself makes of the same readings.
+pub(crate) fn values_by_core(recipe: &[u8]) -> Vec<u32> {
+    use glimpse_core::recipe::Recipe;
+    use glimpse_core::scan::Scan;
+
+    let mut memory = Box::new(crate::configuration::CMemory::new());
+    let mut scan = Scan::new(Recipe::parse(recipe).unwrap(), &mut memory).unwrap();
+    while let Some((index, _)) = scan.next_pending() {
+        scan.record(index, reading(index).into()).unwrap();
+    }
+    let mut fit = scan.fit().unwrap();
+    while !fit.advance(u32::MAX).is_complete() {}
+    let fitted = fit.finish().unwrap();
+    fitted.values().map(f32::to_bits).collect()
+}
+
+pub(crate) static MIRROR: glimpse_directions = glimpse_directions {
+    incoming: [0.6, 0.0, 0.8],
+    outgoing: [-0.6, 0.0, 0.8],
+};

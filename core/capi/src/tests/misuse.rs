@@ -1,0 +1,210 @@
+//! What C may hand over by mistake: an error by value, and nothing is followed.
+
+use core::ptr::{null, null_mut};
+use std::vec::Vec;
+
+use super::{Bytes, MIRROR, NEURAL, RECIPES, begin};
+use crate::driver::{
+    glimpse_config_default, glimpse_driver_begin, glimpse_driver_fail, glimpse_driver_outgoing,
+    glimpse_driver_poll, glimpse_driver_receive, glimpse_driver_record, glimpse_driver_reject,
+    glimpse_driver_restart, glimpse_driver_scan, glimpse_driver_sent,
+};
+use crate::fit::{
+    glimpse_fit_advance, glimpse_fit_begin, glimpse_fit_finish, glimpse_fitted_brdf,
+    glimpse_fitted_residual, glimpse_fitted_values,
+};
+use crate::recipe::glimpse_recipe_describe;
+use crate::scan::{
+    glimpse_scan, glimpse_scan_begin, glimpse_scan_bytes, glimpse_scan_next, glimpse_scan_reading,
+    glimpse_scan_record, glimpse_scan_restart,
+};
+use crate::status::glimpse_status as Status;
+use crate::types::{glimpse_host, glimpse_reading, glimpse_sample};
+
+#[test]
+fn memory_that_will_not_do_is_refused() {
+    let mut memory = Bytes::for_scan();
+    let (recipe, bytes) = (NEURAL.as_ptr(), NEURAL.len());
+    let mut scan: *mut glimpse_scan = null_mut();
+    let least = glimpse_scan_bytes();
+    unsafe {
+        let out = &raw mut scan;
+        let pointer = memory.pointer();
+        for (memory, memory_bytes, status) in [
+            (null_mut(), least, Status::Null),
+            (pointer.byte_add(1), least, Status::Misaligned),
+            (pointer.byte_add(2), least, Status::Misaligned),
+            (pointer, least - 1, Status::MemoryTooSmall),
+            (pointer, 0, Status::MemoryTooSmall),
+            (pointer, least, Status::Ok),
+        ] {
+            out.write(core::ptr::dangling_mut());
+            let found = glimpse_scan_begin(memory, memory_bytes, recipe, bytes, out);
+            assert_eq!(found, status);
+            assert_eq!(scan.is_null(), status != Status::Ok);
+        }
+        let found = glimpse_scan_begin(pointer, least, recipe, bytes, null_mut());
+        assert_eq!(found, Status::Null);
+        let found = glimpse_scan_begin(pointer, least, null(), bytes, out);
+        assert_eq!(found, Status::Null);
+        let found = glimpse_scan_begin(pointer, least, recipe, usize::MAX, out);
+        assert_eq!(found, Status::Length);
+    }
+}
+
+#[test]
+fn what_is_no_recipe_is_refused_by_name() {
+    let mut memory = Bytes::for_scan();
+    assert_eq!(begin(&mut memory, b"").0, Status::RecipeMagic);
+    assert_eq!(
+        begin(&mut memory, b"garbage, and more").0,
+        Status::RecipeMagic
+    );
+    let cut = NEURAL.get(..NEURAL.len() - 1).unwrap();
+    assert_eq!(begin(&mut memory, cut).0, Status::RecipeLength);
+    for place in 0..NEURAL.len() {
+        let mut altered = Vec::from(NEURAL);
+        altered[place] ^= 0x10;
+        let (status, _) = begin(&mut memory, &altered);
+        let named = [
+            Status::RecipeMagic,
+            Status::RecipeVersion,
+            Status::RecipeLength,
+            Status::RecipeChecksum,
+        ];
+        assert!(named.contains(&status), "{place}: {status:?}");
+    }
+    // Of any alignment.
+    let mut moved = Vec::from(b"-");
+    moved.extend_from_slice(NEURAL);
+    assert_eq!(begin(&mut memory, moved.get(1..).unwrap()).0, Status::Ok);
+}
+
+/// Null where each pointer is, and a pointer off by one where alignment is asked for.
+#[test]
+fn null_and_misaligned_pointers_are_errors() {
+    let mut memory = Bytes::for_scan();
+    let (_, scan) = begin(&mut memory, RECIPES[0]);
+    let (no_scan, off) = (null_mut(), scan.wrapping_byte_add(1));
+    let reading = glimpse_reading::default();
+    let mut sample = glimpse_sample::default();
+    let odd = (&raw mut sample).wrapping_byte_add(1);
+    unsafe {
+        for (scan, expected) in [(no_scan, Status::Null), (off, Status::Misaligned)] {
+            assert_eq!(glimpse_scan_restart(scan), expected);
+            assert_eq!(glimpse_scan_next(scan, 0, &raw mut sample), expected);
+            let recorded = glimpse_scan_record(scan, 0, &raw const reading, null_mut());
+            assert_eq!(recorded, expected);
+            assert_eq!(
+                glimpse_scan_reading(scan, 0, &raw const reading as *mut _),
+                expected
+            );
+            assert_eq!(glimpse_fit_begin(scan), expected);
+            assert_eq!(glimpse_fit_advance(scan, 1, null_mut()), expected);
+            assert_eq!(glimpse_fit_finish(scan, null_mut()), expected);
+            let mut brdf = [0.0; 3];
+            let told = glimpse_fitted_brdf(scan, &raw const MIRROR, &raw mut brdf);
+            assert_eq!(told, expected);
+            let mut count = 0;
+            let told = glimpse_fitted_values(scan, brdf.as_mut_ptr(), 3, &raw mut count);
+            assert_eq!(told, expected);
+            let mut residual = core::mem::MaybeUninit::uninit();
+            let told = glimpse_fitted_residual(scan, residual.as_mut_ptr());
+            assert_eq!(told, expected);
+        }
+        for (out, expected) in [(null_mut(), Status::Null), (odd, Status::Misaligned)] {
+            assert_eq!(glimpse_scan_next(scan, 0, out), expected);
+            let reading = out.cast::<glimpse_reading>();
+            assert_eq!(glimpse_scan_record(scan, 0, reading, null_mut()), expected);
+            assert_eq!(glimpse_scan_reading(scan, 0, reading), expected);
+            assert_eq!(glimpse_fitted_residual(scan, out.cast()), expected);
+            assert_eq!(
+                glimpse_fitted_brdf(scan, &raw const MIRROR, out.cast()),
+                expected
+            );
+            assert_eq!(
+                glimpse_fitted_values(scan, null_mut(), 0, out.cast()),
+                expected
+            );
+        }
+        assert_eq!(
+            glimpse_recipe_describe(NEURAL.as_ptr(), NEURAL.len(), null_mut()),
+            Status::Null
+        );
+        assert_eq!(
+            glimpse_recipe_describe(null(), 1, odd.cast()),
+            Status::Misaligned
+        );
+    }
+}
+
+#[test]
+fn a_driver_refuses_the_same() {
+    let mut memory = Bytes::for_driver();
+    let config = glimpse_config_default(glimpse_host::Absent as i32);
+    let wrong = glimpse_config_default(3);
+    let mut driver = null_mut();
+    let mut bytes = null();
+    let mut count = 0;
+    let mut scan = null();
+    let reading = glimpse_reading::default();
+    let mut action = core::mem::MaybeUninit::uninit();
+    unsafe {
+        let memory_bytes = memory.bytes;
+        let mut begin = |config, kept, kept_count, out| {
+            let (recipe, length) = (NEURAL.as_ptr(), NEURAL.len());
+            let memory = memory.pointer();
+            glimpse_driver_begin(
+                memory,
+                memory_bytes,
+                recipe,
+                length,
+                config,
+                kept,
+                kept_count,
+                out,
+            )
+        };
+        let out = &raw mut driver;
+        assert_eq!(begin(null(), null(), 0, out), Status::Null);
+        assert_eq!(begin(&raw const wrong, null(), 0, out), Status::Argument);
+        assert_eq!(begin(&raw const config, null(), 1, out), Status::Null);
+        assert_eq!(
+            begin(&raw const config, null(), 0, null_mut()),
+            Status::Null
+        );
+        let dangling = core::ptr::dangling();
+        let status = begin(&raw const config, dangling, usize::MAX, out);
+        assert_eq!(status, Status::Length);
+        assert!(driver.is_null());
+        assert_eq!(begin(&raw const config, null(), 0, out), Status::Ok);
+
+        let off = driver.wrapping_byte_add(1);
+        for (driver, expected) in [(null_mut(), Status::Null), (off, Status::Misaligned)] {
+            assert_eq!(
+                glimpse_driver_poll(driver, 1, action.as_mut_ptr()),
+                expected
+            );
+            assert_eq!(glimpse_driver_receive(driver, null(), 0), expected);
+            let outgoing = glimpse_driver_outgoing(driver, &raw mut bytes, &raw mut count);
+            assert_eq!(outgoing, expected);
+            assert_eq!(glimpse_driver_sent(driver, 1), expected);
+            assert_eq!(
+                glimpse_driver_record(driver, 0, &raw const reading),
+                expected
+            );
+            assert_eq!(glimpse_driver_fail(driver), expected);
+            assert_eq!(glimpse_driver_reject(driver, null(), 0), expected);
+            assert_eq!(glimpse_driver_restart(driver), expected);
+            assert_eq!(glimpse_driver_scan(driver, &raw mut scan), expected);
+        }
+        assert_eq!(glimpse_driver_poll(driver, 1, null_mut()), Status::Null);
+        assert_eq!(glimpse_driver_receive(driver, null(), 1), Status::Null);
+        assert_eq!(glimpse_driver_record(driver, 0, null()), Status::Null);
+        assert_eq!(glimpse_driver_scan(driver, null_mut()), Status::Null);
+        let outgoing = glimpse_driver_outgoing(driver, null_mut(), &raw mut count);
+        assert_eq!(outgoing, Status::Null);
+        let status = glimpse_driver_reject(driver, NEURAL.as_ptr(), NEURAL.len());
+        assert_eq!(status, Status::Argument);
+    }
+}

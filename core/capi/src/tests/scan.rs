@@ -1,0 +1,233 @@
+//! A scan from beginning to end.
+
+use core::ptr::{null, null_mut};
+use std::vec;
+
+use super::{Bytes, MIRROR, RECIPES, begin, reading, record_all, values_by_core};
+use crate::fit::{
+    glimpse_fit_advance, glimpse_fit_begin, glimpse_fit_finish, glimpse_fitted_brdf,
+    glimpse_fitted_residual, glimpse_fitted_values,
+};
+use crate::recipe::glimpse_recipe_describe;
+use crate::scan::{
+    glimpse_scan, glimpse_scan_next, glimpse_scan_reading, glimpse_scan_record,
+    glimpse_scan_restart,
+};
+use crate::status::glimpse_status as Status;
+use crate::types::{
+    glimpse_directions_of, glimpse_model, glimpse_progress, glimpse_reading, glimpse_recipe,
+    glimpse_recorded, glimpse_residual, glimpse_sample,
+};
+
+/// Fits in slices; returns the residual.
+fn fit(scan: *mut glimpse_scan) -> glimpse_residual {
+    let mut progress = glimpse_progress { done: 0, total: 1 };
+    let mut residual = glimpse_residual::default();
+    unsafe {
+        assert_eq!(glimpse_fit_begin(scan), Status::Ok);
+        while progress.done < progress.total {
+            let before = progress.done;
+            assert_eq!(glimpse_fit_advance(scan, 3, &raw mut progress), Status::Ok);
+            assert!(progress.done > before);
+        }
+        assert_eq!(glimpse_fit_finish(scan, &raw mut residual), Status::Ok);
+    }
+    residual
+}
+
+fn describe(recipe: &[u8]) -> glimpse_recipe {
+    let mut found = core::mem::MaybeUninit::uninit();
+    unsafe {
+        let status = glimpse_recipe_describe(recipe.as_ptr(), recipe.len(), found.as_mut_ptr());
+        assert_eq!(status, Status::Ok);
+        found.assume_init()
+    }
+}
+
+/// All four models by one road, in one memory, with core's own bits.
+#[test]
+fn every_recipe_ends_in_the_same_bits_as_in_rust() {
+    let mut memory = Bytes::for_scan();
+    for recipe in RECIPES {
+        let (status, scan) = begin(&mut memory, recipe);
+        assert_eq!(status, Status::Ok);
+        let described = describe(recipe);
+        assert_eq!(record_all(scan), usize::from(described.samples));
+        let residual = fit(scan);
+        assert!(residual.mean > 0.0 && residual.worst >= residual.mean);
+        let mut again = glimpse_residual::default();
+        unsafe {
+            assert_eq!(glimpse_fitted_residual(scan, &raw mut again), Status::Ok);
+        }
+        assert_eq!(again, residual);
+
+        let expected = values_by_core(recipe);
+        assert_eq!(expected.len(), usize::from(described.values));
+        let mut values = vec![f32::NAN; expected.len() + 1];
+        let mut count = 0;
+        unsafe {
+            let status = glimpse_fitted_values(
+                scan,
+                values.as_mut_ptr(),
+                expected.len() - 1,
+                &raw mut count,
+            );
+            assert_eq!(status, Status::BufferTooSmall);
+            assert_eq!(count, expected.len());
+            assert!(values.iter().all(|value| value.is_nan()));
+            let status =
+                glimpse_fitted_values(scan, values.as_mut_ptr(), expected.len(), &raw mut count);
+            assert_eq!(status, Status::Ok);
+        }
+        assert!(values.pop().unwrap().is_nan());
+        let bits: vec::Vec<u32> = values.iter().map(|value| value.to_bits()).collect();
+        assert_eq!(bits, expected);
+
+        let mut brdf = [0.0; 3];
+        let status = unsafe { glimpse_fitted_brdf(scan, &raw const MIRROR, &raw mut brdf) };
+        if described.model == glimpse_model::Linear {
+            assert_eq!(status, Status::NoBasis);
+        } else {
+            assert_eq!(status, Status::Ok);
+            assert!(brdf.iter().all(|value| value.is_finite() && *value >= 0.0));
+        }
+    }
+}
+
+#[test]
+fn readings_come_in_any_order_and_replace_each_other() {
+    let mut memory = Bytes::for_scan();
+    let (_, scan) = begin(&mut memory, RECIPES[0]);
+    let mut recorded = glimpse_recorded::default();
+    let mut found = glimpse_reading::default();
+    let mut sample = glimpse_sample::default();
+    let first = reading(5);
+    let second = glimpse_reading {
+        brdf: [-0.9; 3],
+        saturated: 77,
+    };
+    unsafe {
+        assert_eq!(
+            glimpse_scan_reading(scan, 5, &raw mut found),
+            Status::NotRead
+        );
+        for (reading, replaced, clamped) in [(&first, 0, 0), (&second, 1, 1)] {
+            let status = glimpse_scan_record(scan, 5, reading, &raw mut recorded);
+            assert_eq!(status, Status::Ok);
+            assert_eq!(recorded, glimpse_recorded { replaced, clamped });
+        }
+        assert_eq!(glimpse_scan_reading(scan, 5, &raw mut found), Status::Ok);
+        assert_eq!((found.brdf, found.saturated), (second.brdf, 1));
+
+        // The next one after 5, of which 5 is none any more.
+        for (from, index) in [(0, 0), (5, 6), (7, 7)] {
+            assert_eq!(glimpse_scan_next(scan, from, &raw mut sample), Status::Ok);
+            assert_eq!(sample.index, index);
+        }
+        assert_eq!(
+            glimpse_scan_next(scan, 8, &raw mut sample),
+            Status::NonePending
+        );
+        assert_eq!(glimpse_scan_restart(scan), Status::Ok);
+        assert_eq!(
+            glimpse_scan_reading(scan, 5, &raw mut found),
+            Status::NotRead
+        );
+    }
+}
+
+#[test]
+fn angles_of_arms_lead_to_the_same_directions() {
+    let mut memory = Bytes::for_scan();
+    let (_, scan) = begin(&mut memory, RECIPES[2]);
+    let mut sample = glimpse_sample::default();
+    for index in 0..8 {
+        let status = unsafe { glimpse_scan_next(scan, index, &raw mut sample) };
+        assert_eq!((status, sample.index), (Status::Ok, index));
+        let again = glimpse_directions_of(sample.arms);
+        let pairs = [
+            (again.incoming, sample.directions.incoming),
+            (again.outgoing, sample.directions.outgoing),
+        ];
+        for (found, expected) in pairs {
+            for (found, expected) in found.iter().zip(expected) {
+                assert!((found - expected).abs() < 1e-6);
+            }
+        }
+    }
+}
+
+/// A state that makes no sense is told by its name, and changes nothing.
+#[test]
+fn the_wrong_order_of_calls_is_an_error() {
+    let mut memory = Bytes::for_scan();
+    let (_, scan) = begin(&mut memory, RECIPES[1]);
+    let mut residual = glimpse_residual::default();
+    let mut brdf = [0.0; 3];
+    let mut count = 0;
+    unsafe {
+        let mut none_is_fitted = || {
+            assert_eq!(
+                glimpse_fitted_residual(scan, &raw mut residual),
+                Status::NotFitted
+            );
+            assert_eq!(
+                glimpse_fitted_brdf(scan, &raw const MIRROR, &raw mut brdf),
+                Status::NotFitted
+            );
+            assert_eq!(
+                glimpse_fitted_values(scan, null_mut(), 0, &raw mut count),
+                Status::NotFitted
+            );
+        };
+        none_is_fitted();
+        assert_eq!(glimpse_fit_begin(scan), Status::Incomplete);
+        assert_eq!(glimpse_fit_advance(scan, 8, null_mut()), Status::NoFit);
+        assert_eq!(glimpse_fit_finish(scan, null_mut()), Status::NoFit);
+        assert_eq!(record_all(scan), 8);
+        assert_eq!(glimpse_fit_advance(scan, 8, null_mut()), Status::NoFit);
+        assert_eq!(glimpse_fit_begin(scan), Status::Ok);
+        assert_eq!(glimpse_fit_finish(scan, null_mut()), Status::Unfinished);
+        none_is_fitted();
+        // A reading ends it.
+        let reading = reading(3);
+        let status = glimpse_scan_record(scan, 3, &raw const reading, null_mut());
+        assert_eq!(status, Status::Ok);
+        assert_eq!(glimpse_fit_advance(scan, 8, null_mut()), Status::NoFit);
+        assert_eq!(glimpse_fit_begin(scan), Status::Ok);
+        let status = glimpse_fit_advance(scan, u32::MAX, null_mut());
+        assert_eq!(status, Status::Ok);
+        none_is_fitted();
+        assert_eq!(glimpse_fit_finish(scan, null_mut()), Status::Ok);
+        assert_eq!(glimpse_fit_finish(scan, null_mut()), Status::NoFit);
+        let below = crate::types::glimpse_directions {
+            outgoing: [0.6, 0.0, -0.8],
+            incoming: MIRROR.incoming,
+        };
+        let status = glimpse_fitted_brdf(scan, &raw const below, &raw mut brdf);
+        assert_eq!(status, Status::Directions);
+        let status = glimpse_fitted_values(scan, null_mut(), 0, &raw mut count);
+        assert_eq!((status, count), (Status::BufferTooSmall, 8));
+        assert_eq!(glimpse_scan_restart(scan), Status::Ok);
+        let status = glimpse_fitted_brdf(scan, null(), &raw mut brdf);
+        assert_eq!(status, Status::Null);
+    }
+}
+
+#[test]
+fn what_cannot_be_a_reading_is_refused() {
+    let mut memory = Bytes::for_scan();
+    let (_, scan) = begin(&mut memory, RECIPES[0]);
+    let record = |index, brdf| {
+        let reading = glimpse_reading { brdf, saturated: 0 };
+        unsafe { glimpse_scan_record(scan, index, &raw const reading, null_mut()) }
+    };
+    assert_eq!(record(0, [f32::NAN; 3]), Status::ReadingNonFinite);
+    assert_eq!(record(0, [0.1, -2.0, 0.1]), Status::ReadingNegative);
+    assert_eq!(record(8, [0.1; 3]), Status::ReadingIndex);
+    // A sensor's raw counts.
+    for index in 0..8 {
+        assert_eq!(record(index, [1000.0 + f32::from(index); 3]), Status::Ok);
+    }
+    assert_eq!(unsafe { glimpse_fit_begin(scan) }, Status::Implausible);
+}

@@ -1,0 +1,59 @@
+//! Texts of statuses.
+
+use core::ffi::CStr;
+use std::collections::HashSet;
+use std::format;
+use std::vec::Vec;
+
+use crate::status::{TEXTS, glimpse_status_text, glimpse_version};
+
+fn text(status: i32) -> &'static str {
+    let text = glimpse_status_text(status);
+    unsafe { CStr::from_ptr(text) }.to_str().unwrap()
+}
+
+#[test]
+fn every_status_has_a_text_of_its_own() {
+    let header = include_str!("../../include/glimpse.h");
+    let (_, statuses) = header
+        .split_once("enum glimpse_status")
+        .expect("the statuses");
+    let (statuses, _) = statuses.split_once('}').expect("their end");
+    let numbers: Vec<i32> = statuses
+        .lines()
+        .filter_map(|line| line.trim().strip_prefix("GLIMPSE_STATUS_"))
+        .map(|line| line.split_once(" = ").expect("a number").1)
+        .map(|number| number.trim_end_matches(',').parse().expect("a number"))
+        .collect();
+    assert_eq!(numbers.len(), TEXTS.len());
+    let unknown = text(-1);
+    let texts: HashSet<&str> = numbers.iter().map(|number| text(*number)).collect();
+    assert_eq!(texts.len(), numbers.len());
+    assert!(!texts.contains(unknown));
+    assert_eq!(text(i32::MAX), unknown);
+}
+
+/// A C engineer looks there.
+#[test]
+fn the_readme_has_all_texts() {
+    let readme = include_str!("../../README.md");
+    for (status, text) in TEXTS {
+        let row = format!("| {} | ", *status as i32);
+        let text = text.to_str().unwrap();
+        let line = readme.lines().find(|line| line.starts_with(&row));
+        let line = line.unwrap_or_else(|| panic!("{row}: {text}"));
+        assert!(line.ends_with(&format!("| {text} |")), "{line}: {text}");
+    }
+}
+
+#[test]
+fn the_version_is_the_crates() {
+    let version = unsafe { CStr::from_ptr(glimpse_version()) };
+    assert_eq!(version.to_str().unwrap(), env!("CARGO_PKG_VERSION"));
+    let line = concat!(
+        "#define GLIMPSE_VERSION \"",
+        env!("CARGO_PKG_VERSION"),
+        "\"\n"
+    );
+    assert!(include_str!("../../include/glimpse.h").contains(line));
+}

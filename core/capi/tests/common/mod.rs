@@ -1,0 +1,106 @@
+//! What the examples have to print, and how C is compiled.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use glimpse_core::fit::{AnyModel, linear_words};
+use glimpse_core::geometry::Angles;
+use glimpse_core::recipe::Recipe;
+use glimpse_core::scan::{Memory, Reading, Scan};
+
+/// The models, in the order of the examples.
+pub const MODELS: [&str; 4] = ["phong", "cook-torrance", "neural", "linear"];
+
+/// This crate's folder.
+pub fn folder() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+/// The made-up material of examples/example.h, as Rust rounds it.
+fn read_sensor(angles: Angles<f32>) -> Reading {
+    let lobe = |sharpness: f32| {
+        let falloff = 1.0 + sharpness * angles.theta_h * angles.theta_h;
+        1.0 / (falloff * falloff)
+    };
+    let lobes = (8.0 * lobe(40.0) + lobe(0.1 * 40.0)) / 9.0;
+    let grazing = 1.0 + 0.2 * angles.theta_d * angles.theta_d;
+    let highlight = 0.9 * lobes * grazing;
+    Reading::new([0.12 + highlight, 0.05 + highlight, 0.03 + 0.9 * highlight])
+}
+
+fn line(model: &str, what: &str, values: impl Iterator<Item = f32>) -> String {
+    let bits: Vec<String> = values
+        .map(|value| format!("{:08x} ", value.to_bits()))
+        .collect();
+    format!("{model}.{what}={}\n", bits.concat())
+}
+
+/// What `scan.c` and `driver.c` print: the bits of the same scans by core itself.
+pub fn expected() -> [String; 2] {
+    let mut printed = [String::new(), String::new()];
+    for model in MODELS {
+        let recipe = folder().join(format!("../examples/recipes/{model}-n8.recipe"));
+        let recipe = std::fs::read(recipe).unwrap();
+        let recipe = Recipe::parse(&recipe).unwrap();
+        let mut memory = Memory::<AnyModel<{ linear_words(8, 5) }>, 8>::new();
+        let mut scan = Scan::new(recipe, &mut memory).unwrap();
+        for (index, angles) in (0..).zip(recipe.pattern()) {
+            scan.record(index, read_sensor(angles)).unwrap();
+        }
+        let mut fit = scan.fit().unwrap();
+        while !fit.advance(u32::MAX).is_complete() {}
+        let fitted = fit.finish().unwrap();
+        let mirror = glimpse_core::geometry::Directions {
+            incoming: [0.6, 0.0, 0.8],
+            outgoing: [-0.6, 0.0, 0.8],
+        };
+        let [by_steps, by_driver] = &mut printed;
+        let residual = fitted.residual();
+        let residual = [residual.mean, residual.worst].into_iter();
+        *by_steps += &line(model, "residual", residual);
+        if let Some(brdf) = fitted.brdf(&mirror) {
+            *by_steps += &line(model, "brdf", brdf.into_iter());
+        }
+        let values = line(model, "values", fitted.values());
+        *by_steps += &values;
+        *by_driver += &values;
+    }
+    printed
+}
+
+/// Compiles an example; `options` name the machine and the library.
+pub fn compile(compiler: &str, platform: &str, example: &str, options: &[&str], out: &Path) {
+    let examples = folder().join("examples");
+    let recipes = folder().join("../examples/recipes");
+    let sources: Vec<PathBuf> = [example, platform, "recipes.S"]
+        .map(|file| examples.join(file))
+        .into();
+    let output = Command::new(compiler)
+        .args(["-std=c11", "-Wall", "-Wextra", "-Wpedantic", "-Werror"])
+        // ISO C's own; said nevertheless, since fused products round otherwise.
+        .arg("-ffp-contract=off")
+        .arg("-I")
+        .arg(folder().join("include"))
+        .arg(format!("-Wa,-I{}", recipes.display()))
+        .args(sources)
+        .args(options)
+        .arg("-o")
+        .arg(out)
+        .output()
+        .unwrap_or_else(|error| panic!("{compiler}: {error}"));
+    let text = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{compiler} {options:?}:\n{text}");
+}
+
+/// Runs a program to its end; returns what it prints.
+pub fn run(command: &mut Command) -> String {
+    let output = command.output().expect("a program that starts");
+    let text = String::from_utf8_lossy(&output.stdout).into_owned();
+    let errors = String::from_utf8_lossy(&output.stderr);
+    assert!(
+        output.status.success(),
+        "{command:?}: {}\n{text}{errors}",
+        output.status
+    );
+    text
+}

@@ -1,0 +1,81 @@
+//! The examples in C on microcontrollers: built by Arm's compiler, run in QEMU, Rust's bits.
+//!
+//! `tests/run firmware` builds the libraries that they are linked with.
+
+mod common;
+
+use std::process::Command;
+
+use common::{compile, expected, folder, run};
+
+/// A microcontroller that QEMU plays: target, machine, and what the C compiler is told.
+struct Board {
+    triple: &'static str,
+    machine: &'static str,
+    options: &'static [&'static str],
+}
+
+const BOARDS: [Board; 2] = [
+    Board {
+        triple: "thumbv7em-none-eabihf",
+        machine: "netduinoplus2",
+        options: &["-mcpu=cortex-m4", "-mfpu=fpv4-sp-d16", "-mfloat-abi=hard"],
+    },
+    // 16 KiB of RAM: the library is built for less, see tests/capi.sh.
+    Board {
+        triple: "thumbv6m-none-eabi",
+        machine: "microbit",
+        options: &[
+            "-mcpu=cortex-m0",
+            "-mfloat-abi=soft",
+            "-DGLIMPSE_SAMPLES=8",
+            "-DGLIMPSE_COMPONENTS=5",
+            "-Wl,--defsym=SMALL=1",
+        ],
+    },
+];
+
+#[test]
+fn the_examples_print_the_bits_of_rust_in_qemu() {
+    let directory = tempfile::tempdir().unwrap();
+    let script = folder().join("examples/board.ld");
+    let script = format!("-T{}", script.display());
+    for board in BOARDS {
+        let library = folder()
+            .join("target")
+            .join(board.triple)
+            .join("release/libglimpse.a");
+        assert!(
+            library.exists(),
+            "{} is not there: `tests/run firmware` builds it",
+            library.display()
+        );
+        let library = library.display().to_string();
+        let common = [
+            "-mthumb",
+            "-Os",
+            "-nostartfiles",
+            &script,
+            "-Wl,--gc-sections",
+            "-Wl,--no-warn-rwx-segments,-z,noexecstack",
+            &library,
+        ];
+        let options = [board.options, &common].concat();
+        for (example, expected) in ["scan.c", "driver.c"].into_iter().zip(expected()) {
+            let out = directory.path().join("example.elf");
+            compile("arm-none-eabi-gcc", "board.c", example, &options, &out);
+            let mut emulator = Command::new("timeout");
+            emulator
+                .args(["120", "qemu-system-arm", "-machine", board.machine])
+                .args(["-display", "none", "-monitor", "none", "-serial", "none"])
+                .args(["-semihosting-config", "enable=on,target=native", "-kernel"])
+                .arg(&out);
+            assert_eq!(
+                run(&mut emulator),
+                expected,
+                "{example} on {}",
+                board.triple
+            );
+        }
+    }
+}

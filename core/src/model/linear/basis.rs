@@ -1,0 +1,226 @@
+//! The compact basis: what turns coefficients into a BRDF on the device.
+
+use super::format::{
+    HEADER_BYTES, MAGIC, MAX_COMPONENTS, NODE_HEAD_BYTES, SHAPE_BYTES, VERSION, checksum_of,
+};
+use super::{BasisError, Nodes, unmap};
+use crate::geometry::HalfDifference;
+use crate::numeric::Floats;
+
+/// How far a vector's squared length may be from 1.
+const UNIT: f32 = 1e-3;
+
+/// A compact basis in memory or in flash, checked: principal components of the training materials
+/// on a coarse grid, in bytes.
+///
+/// One file serves the recipes of every n that were trained with the same whole basis:
+/// [`Basis::of`] is what [`Ridge::basis_checksum`](crate::fit::Ridge::basis_checksum) of a recipe
+/// names. The format is in [`docs/basis.md`](https://docs.rs/crate/glimpse-core/latest/source/docs/basis.md).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Basis<'a> {
+    of: u32,
+    checksum: u32,
+    nodes: Nodes,
+    mean_scale: f32,
+    /// A scale for each component.
+    scales: Floats<'a>,
+    /// Node by node: mean, scale of the row, row.
+    table: &'a [u8],
+}
+
+/// A node's entries, and its share in what is interpolated.
+struct Row<'a> {
+    /// The share, times the row's scale.
+    share: f32,
+    entries: core::slice::Iter<'a, u8>,
+}
+
+impl<'a> Basis<'a> {
+    /// Reads a compact basis in place.
+    ///
+    /// # Errors
+    /// What is wrong with the bytes, by name. After `Ok` nothing about the basis can fail.
+    pub fn parse(bytes: &'a [u8]) -> Result<Self, BasisError> {
+        let (magic, rest) = bytes.split_first_chunk().ok_or(BasisError::Magic)?;
+        if *magic != MAGIC {
+            return Err(BasisError::Magic);
+        }
+        let length = |expected: usize| BasisError::Length {
+            expected: u32::try_from(expected).unwrap_or(u32::MAX),
+            found: u32::try_from(bytes.len()).unwrap_or(u32::MAX),
+        };
+        let header = length(HEADER_BYTES);
+        let (version, rest) = rest.split_first_chunk().ok_or(header)?;
+        let version = u16::from_le_bytes(*version);
+        if version != VERSION {
+            return Err(BasisError::Version(version));
+        }
+        let (body_length, rest) = rest.split_first_chunk().ok_or(header)?;
+        let (checksum, body) = rest.split_first_chunk().ok_or(header)?;
+        let body_length = u32::from_le_bytes(*body_length);
+        if u32::try_from(body.len()) != Ok(body_length) {
+            let body_length = usize::try_from(body_length).unwrap_or(usize::MAX);
+            return Err(length(body_length.saturating_add(HEADER_BYTES)));
+        }
+        let checksum = u32::from_le_bytes(*checksum);
+        if checksum != checksum_of(version, body_length, body) {
+            return Err(BasisError::Checksum);
+        }
+        Self::body(body, checksum).map_err(|error| match error {
+            BodyError::Short(body_length) => length(body_length.saturating_add(HEADER_BYTES)),
+            BodyError::Other(error) => error,
+        })
+    }
+
+    fn body(bytes: &'a [u8], checksum: u32) -> Result<Self, BodyError> {
+        let short = BodyError::Short(SHAPE_BYTES);
+        let (shape, rest) = bytes.split_first_chunk::<SHAPE_BYTES>().ok_or(short)?;
+        let [
+            o0,
+            o1,
+            o2,
+            o3,
+            m0,
+            m1,
+            h0,
+            h1,
+            d0,
+            d1,
+            p0,
+            p1,
+            s0,
+            s1,
+            s2,
+            s3,
+        ] = *shape;
+        let components = u16::from_le_bytes([m0, m1]);
+        if !(1..=MAX_COMPONENTS).contains(&components) {
+            return Err(BodyError::Other(BasisError::Components(components)));
+        }
+        let nodes = Nodes {
+            theta_h: u16::from_le_bytes([h0, h1]),
+            theta_d: u16::from_le_bytes([d0, d1]),
+            phi_d: u16::from_le_bytes([p0, p1]),
+        };
+        let components = usize::from(components);
+        let table_length = nodes
+            .count()
+            .filter(|_| nodes.theta_h.min(nodes.theta_d).min(nodes.phi_d) >= 2)
+            .and_then(|count| count.checked_mul(components.saturating_add(NODE_HEAD_BYTES)))
+            .ok_or(BodyError::Other(BasisError::Nodes))?;
+        let scales_length = components.saturating_mul(size_of::<f32>());
+        let expected = SHAPE_BYTES
+            .saturating_add(scales_length)
+            .saturating_add(table_length);
+        let (scales, table) = rest
+            .split_at_checked(scales_length)
+            .filter(|_| bytes.len() == expected)
+            .ok_or(BodyError::Short(expected))?;
+        let scales = Floats::new(scales).ok_or(BodyError::Short(expected))?;
+        let mean_scale = f32::from_le_bytes([s0, s1, s2, s3]);
+        let mut all = scales.iter().chain([mean_scale]);
+        if !all.all(|scale| scale.is_finite() && scale >= 0.0) {
+            return Err(BodyError::Other(BasisError::Scale));
+        }
+        Ok(Self {
+            of: u32::from_le_bytes([o0, o1, o2, o3]),
+            checksum,
+            nodes,
+            mean_scale,
+            scales,
+            table,
+        })
+    }
+
+    /// How many components it holds of each material's coefficients.
+    #[must_use]
+    pub fn components(&self) -> usize {
+        self.scales.len()
+    }
+
+    /// Its nodes.
+    #[must_use]
+    pub fn nodes(&self) -> Nodes {
+        self.nodes
+    }
+
+    /// The CRC-32 in its header: names the file.
+    #[must_use]
+    pub fn checksum(&self) -> u32 {
+        self.checksum
+    }
+
+    /// The checksum of the whole basis that it was made of. A recipe's coefficients have a meaning
+    /// by this basis only if the recipe names the same one
+    /// ([`Ridge::basis_checksum`](crate::fit::Ridge::basis_checksum)).
+    #[must_use]
+    pub fn of(&self) -> u32 {
+        self.of
+    }
+
+    /// The BRDF in linear RGB, sr^-1, not times the cosine: finite, none negative.
+    ///
+    /// `coefficients` are those of red, green and blue, as a fit of the model Linear ends in. Those
+    /// of components that the file does not hold are left out, which is where most of the loss
+    /// comes from that it costs; where there are fewer, the others count as 0.
+    ///
+    /// None if `at` is below the horizon or its vectors are not of unit length, or if the
+    /// coefficients are so large, or no numbers, that the BRDF would not be finite.
+    #[must_use]
+    pub fn brdf(&self, coefficients: [&[f32]; 3], at: &HalfDifference<f32>) -> Option<[f32; 3]> {
+        if !(at.is_valid() && is_unit(at)) {
+            return None;
+        }
+        let mut mean = 0.0;
+        let [a, b, c, d, e, f, g, h] = self.nodes.corners(at).map(|corner| {
+            let (value, scale, row) = self.node(corner.node)?;
+            mean += corner.share * value;
+            Some(Row {
+                share: corner.share * scale,
+                entries: row.iter(),
+            })
+        });
+        let mut rows = [a?, b?, c?, d?, e?, f?, g?, h?];
+        let mut mapped = [mean; 3];
+        let mut channels = coefficients.map(<[f32]>::iter);
+        for scale in self.scales.iter() {
+            let mut component = 0.0;
+            for row in &mut rows {
+                let entry = row.entries.next().copied().unwrap_or_default();
+                component += row.share * f32::from(entry.cast_signed());
+            }
+            component *= scale;
+            for (mapped, channel) in mapped.iter_mut().zip(&mut channels) {
+                *mapped += component * channel.next().copied().unwrap_or_default();
+            }
+        }
+        let weight = at.cos_theta_i() * at.cos_theta_o();
+        // The mean is that of ln(1 + f w / e), which is the mapping with a median of 0.
+        let brdf = mapped.map(|mapped| unmap(mapped, 0.0, weight));
+        brdf.iter().all(|value| value.is_finite()).then_some(brdf)
+    }
+
+    /// A node's mean, its row's scale, and its row.
+    fn node(&self, index: usize) -> Option<(f32, f32, &'a [u8])> {
+        let length = self.components().saturating_add(NODE_HEAD_BYTES);
+        let start = index.saturating_mul(length);
+        let node = self.table.get(start..start.saturating_add(length))?;
+        let ([m0, m1, s0, s1], row) = node.split_first_chunk()?;
+        let mean = f32::from(i16::from_le_bytes([*m0, *m1])) * self.mean_scale;
+        Some((mean, f32::from(u16::from_le_bytes([*s0, *s1])), row))
+    }
+}
+
+/// What is wrong with a body.
+enum BodyError {
+    /// It should have so many bytes.
+    Short(usize),
+    /// Something else.
+    Other(BasisError),
+}
+
+fn is_unit(at: &HalfDifference<f32>) -> bool {
+    let half = at.hx * at.hx + at.hz * at.hz;
+    let difference = at.dx * at.dx + at.dy * at.dy + at.dz * at.dz;
+    (half - 1.0).abs() < UNIT && (difference - 1.0).abs() < UNIT
+}

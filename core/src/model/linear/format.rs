@@ -1,0 +1,29 @@
+//! The numbers of the compact basis's format, which `docs/basis.md` writes down.
+
+use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
+
+/// The first bytes of every compact basis.
+pub const MAGIC: [u8; 4] = *b"GLMC";
+/// The format version of a compact basis that this crate reads.
+pub const VERSION: u16 = 1;
+/// Bytes of a compact basis before its body: magic, version, length and CRC-32.
+pub const HEADER_BYTES: usize = 14;
+/// Bytes of a body before its lists: the whole basis's checksum, components, nodes, and the mean's
+/// scale.
+pub const SHAPE_BYTES: usize = 16;
+/// Bytes of a node before its row: the mean, and the row's scale.
+pub const NODE_HEAD_BYTES: usize = 4;
+/// The largest number of components of a compact basis.
+pub const MAX_COMPONENTS: u16 = 1024;
+
+const CHECKSUM: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
+
+/// The CRC-32 that belongs into a compact basis's header: over version, length and body.
+#[must_use]
+pub fn checksum_of(version: u16, length: u32, body: &[u8]) -> u32 {
+    let mut digest = CHECKSUM.digest();
+    digest.update(&version.to_le_bytes());
+    digest.update(&length.to_le_bytes());
+    digest.update(body);
+    digest.finalize()
+}

@@ -1,0 +1,154 @@
+//! What is in a recipe's sections.
+//!
+//! The order of fields and variants here is the format; see `core/docs/recipe.md`.
+
+use serde::{Deserialize, Serialize};
+
+use crate::fit::Learner;
+use crate::gonio::Limits;
+use crate::model::ModelKind;
+
+/// The ingredients of a recipe, for [`Recipe::write`](super::Recipe::write).
+#[derive(Clone, Copy, Debug)]
+pub struct Ingredients<'a> {
+    /// n x (theta_h, theta_d, phi_d), packed little-endian f32, radians.
+    pub pattern: &'a [u8],
+    /// How measurements become parameters.
+    pub learner: PackedLearner<'a>,
+    /// The machine that the pattern was made for.
+    pub limits: Option<Limits>,
+    /// The noise that it was trained for.
+    pub noise: Option<Noise>,
+    /// The loss to expect.
+    pub expectation: Option<Expectation<'a>>,
+    /// Where it came from.
+    pub provenance: Option<Provenance<'a>>,
+    /// Names and digests of the materials that it was trained on; none are no section.
+    pub materials: &'a [(&'a str, u32)],
+}
+
+impl<'a> Ingredients<'a> {
+    /// What every recipe needs, and nothing that is optional.
+    #[must_use]
+    pub const fn new(pattern: &'a [u8], learner: PackedLearner<'a>) -> Self {
+        Self {
+            pattern,
+            learner,
+            limits: None,
+            noise: None,
+            expectation: None,
+            provenance: None,
+            materials: &[],
+        }
+    }
+}
+
+/// How measurements become parameters, as bytes.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+pub enum PackedLearner<'a> {
+    /// A few steps of SGD.
+    #[serde(borrow)]
+    Descent(PackedDescent<'a>),
+    /// A ridge solve, the model Linear.
+    #[serde(borrow)]
+    Ridge(PackedRidge<'a>),
+}
+
+/// A descent as bytes.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+pub struct PackedDescent<'a> {
+    /// The model.
+    pub model: ModelKind,
+    /// SGD steps.
+    pub inner_steps: u16,
+    /// Initial parameters, packed little-endian f32.
+    pub initial: &'a [u8],
+    /// A step size for each parameter, packed little-endian f32.
+    pub step_sizes: &'a [u8],
+}
+
+/// A ridge solve as bytes; all lists are packed little-endian f32.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+pub struct PackedRidge<'a> {
+    /// m, the number of components.
+    pub components: u16,
+    /// The components at the sampled directions: n rows of m.
+    pub basis: &'a [u8],
+    /// The mean of the mapped training columns at the sampled directions, n.
+    pub mean: &'a [u8],
+    /// The median BRDF of the training columns there (not times a cosine), n.
+    pub median: &'a [u8],
+    /// cos(theta_i) cos(theta_o) there, n.
+    pub weight: &'a [u8],
+    /// The precision of each coefficient, m.
+    pub precision: &'a [u8],
+    /// The CRC-32 of the host's file of the whole basis, which turns coefficients into a BRDF; 0 if
+    /// there is none.
+    pub basis_checksum: u32,
+}
+
+impl<'a> From<Learner<'a>> for PackedLearner<'a> {
+    fn from(learner: Learner<'a>) -> Self {
+        match learner {
+            Learner::Descent(descent) => Self::Descent(PackedDescent {
+                model: descent.model(),
+                inner_steps: descent.inner_steps(),
+                initial: descent.initial().words().as_flattened(),
+                step_sizes: descent.step_sizes().words().as_flattened(),
+            }),
+            Learner::Ridge(ridge) => Self::Ridge(PackedRidge {
+                // At most MAX_COMPONENTS, which a u16 holds.
+                components: ridge.components() as u16,
+                basis: ridge.basis().words().as_flattened(),
+                mean: ridge.mean().words().as_flattened(),
+                median: ridge.median().words().as_flattened(),
+                weight: ridge.weight().words().as_flattened(),
+                precision: ridge.precision().words().as_flattened(),
+                basis_checksum: ridge.basis_checksum().unwrap_or_default(),
+            }),
+        }
+    }
+}
+
+/// The noise of readings that a recipe was trained for, on each channel by itself.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Noise {
+    /// Standard deviation relative to the value, none negative.
+    pub multiplicative: f32,
+    /// Standard deviation besides, in sr^-1 (of the BRDF, not times the cosine), none negative.
+    pub additive: f32,
+    /// Levels that the sensor tells apart; 0 if quantisation was left out of account.
+    pub levels: u32,
+}
+
+/// The loss to expect on a material that training never saw.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Expectation<'a> {
+    /// The mean loss.
+    pub loss: f32,
+    /// The standard error of that mean, none negative. None where it is not known: of a single
+    /// material, and in formats 1 and 2.
+    pub standard_error: Option<f32>,
+    /// How many materials that was found on; 0 where it is not known, as in formats 1 and 2.
+    pub materials: u32,
+    /// Which those were, in words; empty where it is not known, as in formats 1 and 2.
+    pub on: &'a str,
+}
+
+/// Where a recipe came from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Provenance<'a> {
+    /// The program that trained it, with its version.
+    pub trainer: &'a str,
+    /// The materials it was trained on.
+    pub data: &'a str,
+    /// How many materials those were.
+    pub materials: u32,
+    /// Schedule and effort.
+    pub schedule: &'a str,
+    /// The seed of all random numbers.
+    pub seed: u64,
+    /// What else decided the outcome, in words; empty in formats 1 and 2.
+    pub options: &'a str,
+}

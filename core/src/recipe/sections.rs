@@ -1,0 +1,66 @@
+//! Lists in a recipe, read in place.
+
+use super::kind::Kind;
+
+/// The sections of a body, in order: their kinds, and the postcard bytes that they hold.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Sections<'a> {
+    rest: &'a [u8],
+}
+
+impl<'a> Sections<'a> {
+    pub(super) fn new(body: &'a [u8]) -> Self {
+        Self { rest: body }
+    }
+
+    /// True if nothing is left, not even what is no section.
+    pub(super) fn is_empty(&self) -> bool {
+        self.rest.is_empty()
+    }
+}
+
+impl<'a> Iterator for Sections<'a> {
+    type Item = (Kind, &'a [u8]);
+
+    fn next(&mut self) -> Option<Self::Item> {
+        let (section, rest) = postcard::take_from_bytes(self.rest).ok()?;
+        self.rest = rest;
+        Some(section)
+    }
+}
+
+/// The materials that a recipe was trained on: their names, and the digests of their BRDFs.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Materials<'a> {
+    left: u32,
+    rest: &'a [u8],
+}
+
+impl<'a> Materials<'a> {
+    /// A list of them; None if it is not whole.
+    pub(super) fn new(bytes: &'a [u8]) -> Option<Self> {
+        let (left, rest) = postcard::take_from_bytes(bytes).ok()?;
+        let list = Self { left, rest };
+        let mut end = list;
+        (&mut end).for_each(drop);
+        (end.left == 0 && end.rest.is_empty()).then_some(list)
+    }
+}
+
+impl<'a> Iterator for Materials<'a> {
+    type Item = (&'a str, u32);
+
+    fn next(&mut self) -> Option<Self::Item> {
+        let left = self.left.checked_sub(1)?;
+        let (material, rest) = postcard::take_from_bytes(self.rest).ok()?;
+        *self = Self { left, rest };
+        Some(material)
+    }
+
+    fn size_hint(&self) -> (usize, Option<usize>) {
+        let left = self.left as usize;
+        (left, Some(left))
+    }
+}
+
+impl ExactSizeIterator for Materials<'_> {}

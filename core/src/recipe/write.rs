@@ -1,0 +1,83 @@
+//! Recipes written, and copied with less in them.
+
+use postcard::ser_flavors::Size;
+use serde::Serialize;
+
+use super::error::RecipeError;
+use super::format::HEADER_BYTES;
+use super::header;
+use super::ingredients::{Ingredients, PackedLearner};
+use super::kind::Kind;
+
+/// A recipe being written; its sections come in ascending order of their kinds.
+pub(super) struct Writer<'b> {
+    buffer: &'b mut [u8],
+    /// Bytes in use, header included.
+    used: usize,
+}
+
+impl<'b> Writer<'b> {
+    /// Leaves room for the header.
+    pub(super) fn new(buffer: &'b mut [u8]) -> Self {
+        Self {
+            buffer,
+            used: HEADER_BYTES,
+        }
+    }
+
+    /// Writes all that there is.
+    pub(super) fn ingredients(&mut self, ingredients: &Ingredients<'_>) -> Result<(), RecipeError> {
+        self.section(Kind::PATTERN, &ingredients.pattern)?;
+        match &ingredients.learner {
+            PackedLearner::Descent(descent) => self.section(Kind::DESCENT, descent)?,
+            PackedLearner::Ridge(ridge) => self.section(Kind::RIDGE, ridge)?,
+        }
+        if let Some(limits) = &ingredients.limits {
+            self.section(Kind::LIMITS, limits)?;
+        }
+        if let Some(noise) = &ingredients.noise {
+            self.section(Kind::NOISE, noise)?;
+        }
+        if let Some(expectation) = &ingredients.expectation {
+            self.section(Kind::EXPECTATION, expectation)?;
+        }
+        if let Some(provenance) = &ingredients.provenance {
+            self.section(Kind::PROVENANCE, provenance)?;
+        }
+        if !ingredients.materials.is_empty() {
+            self.section(Kind::MATERIALS, &ingredients.materials)?;
+        }
+        Ok(())
+    }
+
+    /// Writes a section whose bytes are there.
+    pub(super) fn copy(&mut self, kind: Kind, bytes: &[u8]) -> Result<(), RecipeError> {
+        self.push(&(kind, bytes))
+    }
+
+    /// Writes the header; returns the recipe.
+    pub(super) fn finish(self) -> Result<&'b [u8], RecipeError> {
+        let bytes = self
+            .buffer
+            .get_mut(..self.used)
+            .ok_or(RecipeError::BufferTooSmall)?;
+        header::seal(bytes)?;
+        Ok(bytes)
+    }
+
+    fn section<T: Serialize>(&mut self, kind: Kind, value: &T) -> Result<(), RecipeError> {
+        // Its length comes first.
+        let length: usize = postcard::serialize_with_flavor(value, Size::default())
+            .map_err(|_| RecipeError::Section(kind))?;
+        self.push(&(kind, length))?;
+        self.push(value)
+    }
+
+    fn push<T: Serialize>(&mut self, value: &T) -> Result<(), RecipeError> {
+        let small = RecipeError::BufferTooSmall;
+        let room = self.buffer.get_mut(self.used..).ok_or(small)?;
+        let written = postcard::to_slice(value, room).map_err(|_| small)?.len();
+        self.used = self.used.saturating_add(written);
+        Ok(())
+    }
+}

@@ -1,0 +1,15 @@
+//! The driver leads a scan to its end, whatever the host and the line do, and hangs nowhere.
+
+#[path = "../common/mod.rs"]
+mod common;
+#[path = "../scanning/mod.rs"]
+mod scanning;
+
+mod bad_line;
+mod bench;
+mod failures;
+mod silence;
+mod stray;
+mod update;
+mod whole;
+mod wrong_readings;

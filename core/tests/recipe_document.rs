@@ -1,0 +1,138 @@
+//! The format as `core/docs/recipe.md` writes it down is the format that is written and read.
+
+use glimpse_core::gonio::Limits;
+use glimpse_core::recipe::{
+    Expectation, HEADER_BYTES, Ingredients, Kind, MAX_BASIS, MAX_COMPONENTS, MAX_INNER_STEPS,
+    MAX_MEAN, MAX_MEDIAN, MAX_PRECISION, MAX_SAMPLES, MAX_WEIGHT, MIN_PRECISION, Noise,
+    PackedLearner, PackedRidge, Provenance, Recipe, VERSION,
+};
+
+const DOCUMENT: &str = include_str!("../docs/recipe.md");
+
+fn packed(numbers: &[f32]) -> Vec<u8> {
+    numbers.iter().flat_map(|x| x.to_le_bytes()).collect()
+}
+
+/// The recipe that the document shows, written.
+fn example() -> Vec<u8> {
+    let pattern = packed(&[0.25, 0.5, 1.0]);
+    let (basis, precision) = (packed(&[1.5, -2.0]), packed(&[40.0, 4.0]));
+    let [mean, median, weight] = [-0.5, 0.25, 0.75].map(f32::to_le_bytes);
+    let learner = PackedLearner::Ridge(PackedRidge {
+        components: 2,
+        basis: &basis,
+        mean: &mean,
+        median: &median,
+        weight: &weight,
+        precision: &precision,
+        basis_checksum: 0x0123_abcd,
+    });
+    let ingredients = Ingredients {
+        limits: Some(Limits {
+            max_theta_i: 1.25,
+            max_theta_o: 1.5,
+            min_separation: 0.125,
+            in_plane: false,
+        }),
+        noise: Some(Noise {
+            multiplicative: 0.03125,
+            additive: 0.0,
+            levels: 4096,
+        }),
+        expectation: Some(Expectation {
+            loss: 0.0625,
+            standard_error: Some(0.0078125),
+            materials: 10,
+            on: "held out",
+        }),
+        provenance: Some(Provenance {
+            trainer: "trainer 1",
+            data: "MERL",
+            materials: 100,
+            schedule: "joint",
+            seed: 300,
+            options: "",
+        }),
+        materials: &[("brass", 0xcbf4_3926), ("felt", 5)],
+        ..Ingredients::new(&pattern, learner)
+    };
+    let mut buffer = [0; 512];
+    Recipe::write(&ingredients, &mut buffer).unwrap().to_vec()
+}
+
+/// The bytes of the document's only block of them: two digits each, up to a semicolon.
+fn bytes_of_the_document() -> Vec<u8> {
+    let (_, block) = DOCUMENT.split_once("```hex\n").unwrap();
+    let (block, _) = block.split_once("```").unwrap();
+    let bytes = block.lines().flat_map(|line| {
+        let bytes = line.split(';').next().unwrap();
+        bytes.split_whitespace()
+    });
+    bytes
+        .map(|byte| u8::from_str_radix(byte, 16).unwrap())
+        .collect()
+}
+
+fn hex(bytes: &[u8]) -> String {
+    let bytes: Vec<String> = bytes.iter().map(|byte| format!("{byte:02x}")).collect();
+    bytes.join(" ")
+}
+
+#[test]
+fn the_documents_bytes_are_those_that_are_written() {
+    assert_eq!(hex(&bytes_of_the_document()), hex(&example()));
+}
+
+#[test]
+fn the_documents_bytes_are_read() {
+    let bytes = bytes_of_the_document();
+    let recipe = Recipe::parse(&bytes).unwrap();
+    let ridge = recipe.ridge().unwrap();
+    assert!(ridge.basis().iter().eq([1.5, -2.0]));
+    assert_eq!(ridge.basis_checksum(), Some(0x0123_abcd));
+    assert_eq!(recipe.provenance().unwrap().seed, 300);
+    let materials = [("brass", 0xcbf4_3926), ("felt", 5)];
+    assert!(recipe.materials().eq(materials));
+}
+
+/// The row of a table that begins with these cells.
+fn row(cells: &[&str]) -> &'static str {
+    let beginning = format!("| {} |", cells.join(" | "));
+    let mut rows = DOCUMENT.lines().filter(|line| line.starts_with(&beginning));
+    rows.next()
+        .unwrap_or_else(|| panic!("the document lacks a row {beginning}"))
+}
+
+#[test]
+fn the_document_names_every_kind_and_every_bound() {
+    for number in 0..=u16::MAX {
+        let kind = Kind::new(number);
+        if let Some(name) = kind.name() {
+            let needed = row(&[&number.to_string(), name]).contains("required");
+            assert_eq!(needed, kind.is_required(), "{kind}");
+        }
+    }
+    for (field, bound) in [
+        ("basis", format!("-{MAX_BASIS:e} to {MAX_BASIS:e}")),
+        ("mean", format!("-{MAX_MEAN} to {MAX_MEAN}")),
+        ("median", format!("0 to {MAX_MEDIAN:e}")),
+        ("weight", format!("above 0, to {MAX_WEIGHT}")),
+        (
+            "precision",
+            format!("{MIN_PRECISION:e} to {MAX_PRECISION:e}"),
+        ),
+        ("components", format!("1 to {MAX_COMPONENTS}")),
+        ("inner_steps", format!("1 to {MAX_INNER_STEPS}")),
+        ("pattern", format!("1 to {MAX_SAMPLES}")),
+    ] {
+        let rows = DOCUMENT
+            .lines()
+            .filter(|line| line.starts_with(&format!("| {field} |")));
+        assert!(
+            rows.into_iter().any(|row| row.contains(&bound)),
+            "{field}: {bound}"
+        );
+    }
+    assert!(DOCUMENT.contains(&format!("format {VERSION}")));
+    row(&[&format!("{HEADER_BYTES}..")]);
+}

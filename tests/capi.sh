@@ -1,0 +1,65 @@
+# The library for firmware in C. `tests/run` reads this file and calls its functions; `run`, `say`,
+# `install` and what `find_compiler` sets are its.
+
+# On the host: lints, the header, every function called as C would, the examples by cc.
+capi_host() {
+    pushd core/capi > /dev/null
+    run cargo fmt --check
+    run cargo clippy --all-targets -- -D warnings
+    run cargo test
+    local model
+    for model in phong cook-torrance neural linear; do
+        run cargo check --features "only-$model"
+    done
+    popd > /dev/null
+}
+
+# On microcontrollers, after `find_compiler`: the proof that nothing panics, for each target, and the
+# examples in QEMU.
+capi_firmware() {
+    local program missing=()
+    for program in arm-none-eabi-gcc:gcc-arm-none-eabi ld.lld:lld; do
+        if ! command -v "${program%%:*}" > /dev/null; then
+            missing+=("${program##*:}")
+        fi
+    done
+    if [ ! -e /usr/lib/arm-none-eabi/newlib ] && [ ! -e /usr/arm-none-eabi/lib ]; then
+        missing+=(libnewlib-arm-none-eabi)
+    fi
+    if [ "${#missing[@]}" -gt 0 ]; then
+        install "${missing[@]}"
+    fi
+    # In its folder, where its .cargo/config.toml counts; the test looks for the libraries there.
+    pushd core/capi > /dev/null
+    local triple build=(build --release --target-dir target "${build_std[@]}")
+    run "${firmware_cargo[@]}" "${build[@]}" --target "$target" --features prove-no-panic,can-panic
+    if ! { capi_links "$target" glimpse_any_of_three 2>&1 || true; } | grep glimpse_can_panic; then
+        say "the proof proves nothing: a function that can panic links" >&2
+        exit 1
+    fi
+    for triple in "${targets[@]}"; do
+        run "${firmware_cargo[@]}" "${build[@]}" --target "$triple" --features prove-no-panic
+        say "no function of the header can panic on $triple"
+        capi_links "$triple" $(grep -oE '\bglimpse_[a-z_]+\(' include/glimpse.h | tr -d '(' | sort -u)
+    done
+    run "${firmware_cargo[@]}" "${build[@]}" --target thumbv7em-none-eabihf
+    # The smallest has 16 KiB of RAM.
+    run env GLIMPSE_SAMPLES=8 GLIMPSE_COMPONENTS=5 "${firmware_cargo[@]}" "${build[@]}" \
+        --target thumbv6m-none-eabi
+    run cargo test --features qemu --test qemu
+    popd > /dev/null
+}
+
+# Links these functions of the library for a target. Its panic handler calls a function that is
+# nowhere, so this fails if one of them can reach it: sections that nothing reaches are left out
+# before symbols are looked for.
+capi_links() {
+    local library=target/$1/release/libglimpse.a emulation=armelf function functions=()
+    case $1 in riscv32*) emulation=elf32lriscv ;; esac
+    shift
+    for function in "$@"; do
+        functions+=(--undefined="$function")
+    done
+    ld.lld -m "$emulation" --gc-sections --entry=glimpse_version "${functions[@]}" \
+        --unresolved-symbols=report-all "$library" -o target/proof
+}
