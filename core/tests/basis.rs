@@ -423,7 +423,11 @@ fn directions_turned_about_the_normal_have_the_same_brdf() {
     let bytes = contents.bytes();
     let basis = Basis::parse(&bytes).expect("it is a basis");
     let coefficients: [&[f32]; 3] = [&[0.1, -0.2, 0.3], &[0.2], &[]];
-    for (theta_i, theta_o, apart) in [(0.5, 0.5, 3.141_592_7), (0.7, 0.3, 2.0), (0.4, 0.4, 0.0)] {
+    for (theta_i, theta_o, apart) in [
+        (0.5, 0.5, std::f32::consts::PI),
+        (0.7, 0.3, 2.0),
+        (0.4, 0.4, 0.0),
+    ] {
         let values: Vec<[f32; 3]> = (0..64)
             .map(|turn| {
                 let phi = 0.1 * turn as f32;
