@@ -32,7 +32,6 @@ use glimpse_core::numeric::math;
 use glimpse_core::recipe::{Field, Floats, Ingredients, Kind, Learner, Recipe};
 use glimpse_core::scan::{Memory, Reading, Residual, Saved, Scan};
 use glimpse_fits::Linear;
-use glimpse_fits::machine::only;
 
 unsafe extern "C" {
     /// Is nowhere.
@@ -184,8 +183,7 @@ fn basis() {
     ));
     black_box(basis.brdf([numbers(), numbers(), numbers()], &sample().at));
     if let Ok(recipe) = Recipe::parse(bytes()) {
-        // SAFETY: it is called once, and nothing else knows of it.
-        let memory = unsafe { only(&raw mut WITH_BASIS) };
+        let memory = &mut Memory::<Linear, 8>::new();
         if let Ok(scan) = Scan::new(recipe, memory).and_then(|scan| scan.with_basis(basis))
             && let Some(fitted) = scan.fitted()
         {
@@ -425,27 +423,18 @@ impl<I: Iterator<Item = f32>> CollectValues for I {
     }
 }
 
-static mut WITH_BASIS: Memory<Linear, 8> = Memory::new();
-static mut NEURAL: Memory<Neural, 8> = Memory::new();
-static mut PHONG: Memory<Phong, 8> = Memory::new();
-static mut COOK_TORRANCE: Memory<CookTorrance, 8> = Memory::new();
-static mut LINEAR: Memory<Linear, 8> = Memory::new();
-static mut ANY: Memory<AnyModel<{ linear_words(8, 5) }>, 8> = Memory::new();
-
 #[entry]
 fn main() -> ! {
     geometry_and_elementary_functions();
     arms_and_machine();
     basis();
     recipe();
-    // SAFETY: the entry point runs once, and nothing else knows of them.
-    unsafe {
-        scan(only(&raw mut NEURAL));
-        scan(only(&raw mut PHONG));
-        scan(only(&raw mut COOK_TORRANCE));
-        scan(only(&raw mut LINEAR));
-        scan(only(&raw mut ANY));
-    }
+    // It is linked and never run: what lies on the stack need not fit.
+    scan(&mut Memory::<Neural, 8>::new());
+    scan(&mut Memory::<Phong, 8>::new());
+    scan(&mut Memory::<CookTorrance, 8>::new());
+    scan(&mut Memory::<Linear, 8>::new());
+    scan(&mut Memory::<AnyModel<{ linear_words(8, 5) }>, 8>::new());
     ridge();
     saved();
     link();
