@@ -113,12 +113,15 @@ fn with_header(body: &[u8]) -> Vec<u8> {
     bytes
 }
 
+/// By the exact sines and cosines, whatever core has them by.
 fn half_difference(theta_h: f32, theta_d: f32, phi_d: f32) -> HalfDifference<f32> {
-    HalfDifference::from_angles(Angles {
-        theta_h,
-        theta_d,
-        phi_d,
-    })
+    HalfDifference {
+        hx: theta_h.sin(),
+        hz: theta_h.cos(),
+        dx: theta_d.sin() * phi_d.cos(),
+        dy: theta_d.sin() * phi_d.sin(),
+        dz: theta_d.cos(),
+    }
 }
 
 /// Two nodes along each axis and one component: the document's example.
@@ -308,6 +311,23 @@ fn what_has_no_brdf_has_none() {
     }
 }
 
+/// Sines and cosines that are as wrong as micromath's make vectors that are still unit vectors.
+#[test]
+fn directions_by_core_s_own_sines_have_a_brdf() {
+    let bytes = Contents::some([4, 3, 3], 2).bytes();
+    let basis = Basis::parse(&bytes).expect("it is a basis");
+    for index in 0..1000 {
+        let share = |step: f32| (index as f32 * step).fract();
+        let at = HalfDifference::from_angles(Angles {
+            theta_h: 1.57 * share(0.618_034),
+            theta_d: 1.57 * share(0.414_214),
+            phi_d: std::f32::consts::TAU * share(0.732_051),
+        });
+        let found = basis.brdf([&[0.1]; 3], &at);
+        assert_eq!(found.is_some(), at.is_valid(), "{at:?}");
+    }
+}
+
 #[test]
 fn components_beyond_the_file_s_are_left_out_and_missing_ones_are_0() {
     let bytes = Contents::some([4, 3, 3], 2).bytes();
@@ -423,7 +443,11 @@ fn directions_turned_about_the_normal_have_the_same_brdf() {
     let bytes = contents.bytes();
     let basis = Basis::parse(&bytes).expect("it is a basis");
     let coefficients: [&[f32]; 3] = [&[0.1, -0.2, 0.3], &[0.2], &[]];
-    for (theta_i, theta_o, apart) in [(0.5, 0.5, 3.141_592_7), (0.7, 0.3, 2.0), (0.4, 0.4, 0.0)] {
+    for (theta_i, theta_o, apart) in [
+        (0.5, 0.5, std::f32::consts::PI),
+        (0.7, 0.3, 2.0),
+        (0.4, 0.4, 0.0),
+    ] {
         let values: Vec<[f32; 3]> = (0..64)
             .map(|turn| {
                 let phi = 0.1 * turn as f32;

@@ -139,7 +139,7 @@ impl Scanning {
         let possible = self
             .model
             .parameters()
-            .map_or(total % 3 == 0, |all| all == usize::from(total));
+            .map_or(total.is_multiple_of(3), |all| all == usize::from(total));
         if !possible || begin > self.values.len() || begin + values.len() > usize::from(total) {
             return Reply::Refused(Refusal::Values);
         }

@@ -4,16 +4,15 @@
 
 #![no_main]
 
-use glimpse_core::fit::Workspace;
-use glimpse_core::model::{CookTorrance, Model, Neural, Phong};
+use glimpse_core::fit::{Fitter, Linear, linear_words};
+use glimpse_core::model::{CookTorrance, Neural, Phong};
 use glimpse_core::recipe::{HEADER_BYTES, Kind, Learner, Recipe, VERSION};
-use glimpse_core::scan::{LinearScan, Measurement, Scan};
+use glimpse_core::scan::{FinishError, Memory, Reading, Scan};
 use libfuzzer_sys::fuzz_target;
 
-const MEASUREMENT: Measurement = Measurement {
-    brdf: [0.4, 0.3, 0.2],
-    saturated: false,
-};
+/// Room for so many samples, and for as many components.
+const CAPACITY: usize = 64;
+const WORDS: usize = linear_words(CAPACITY, CAPACITY);
 
 fuzz_target!(|bytes: &[u8]| {
     let Some((mend, bytes)) = bytes.split_first() else {
@@ -34,20 +33,11 @@ fuzz_target!(|bytes: &[u8]| {
     copy(&recipe, &bytes);
     match recipe.learner() {
         Learner::Descent(_) => {
-            descend::<Phong>(recipe);
-            descend::<CookTorrance>(recipe);
-            descend::<Neural>(recipe);
+            scan::<Phong>(recipe, 64);
+            scan::<CookTorrance>(recipe, 64);
+            scan::<Neural>(recipe, 64);
         }
-        Learner::Ridge(ridge) => {
-            let length = LinearScan::<64>::memory_length(recipe.samples(), ridge.components());
-            let mut memory = vec![0.0; length];
-            let mut begun = LinearScan::<64>::new(recipe, &mut memory);
-            if let Ok(scan) = &mut begun {
-                while scan.next_directions().is_some() && scan.record(MEASUREMENT).is_ok() {}
-                assert!(scan.advance_fit(3).is_complete());
-                let _ = scan.residual();
-            }
-        }
+        Learner::Ridge(_) => scan::<Linear<WORDS>>(recipe, u32::MAX),
     }
 });
 
@@ -154,12 +144,27 @@ fn same_numbers(a: &Recipe<'_>, b: &Recipe<'_>) {
     }
 }
 
-fn descend<M: Model>(recipe: Recipe<'_>) {
-    let mut workspace = Workspace::<M>::new();
-    if let Ok(mut scan) = Scan::<M, 64>::new(recipe, &mut workspace) {
-        while scan.next_directions().is_some() && scan.record(MEASUREMENT).is_ok() {}
-        let _ = scan.advance_fit(64);
-        let _ = scan.residual();
+/// Reads everything and fits for a while. What comes of a fit, if it ends, is finite.
+fn scan<K: Fitter>(recipe: Recipe<'_>, budget: u32) {
+    let mut memory = Box::new(Memory::<K, CAPACITY>::new());
+    let Ok(mut scan) = Scan::new(recipe, &mut memory) else {
+        return;
+    };
+    for index in 0..recipe.samples() as u16 {
+        let reading = Reading::new([0.4, 0.3, 0.2]);
+        scan.record(index, reading).expect("a BRDF is a reading");
+    }
+    let Ok(mut fit) = scan.fit() else {
+        return;
+    };
+    let is_complete = fit.advance(budget).is_complete();
+    match fit.finish() {
+        Ok(fitted) => {
+            assert!(fitted.values().all(f32::is_finite));
+            assert!(fitted.residual().mean.is_finite());
+        }
+        Err(FinishError::Unfinished(_)) => assert!(!is_complete),
+        Err(FinishError::Diverged) => assert!(is_complete),
     }
 }
 

@@ -38,7 +38,8 @@ struct Fields<'a>(&'a [u8]);
 
 impl<'a> Fields<'a> {
     fn next<T: Deserialize<'a>>(&mut self) -> Result<T, RecipeError> {
-        let (field, rest) = postcard::take_from_bytes(self.0).map_err(|_| RecipeError::Malformed)?;
+        let (field, rest) =
+            postcard::take_from_bytes(self.0).map_err(|_| RecipeError::Malformed)?;
         self.0 = rest;
         Ok(field)
     }

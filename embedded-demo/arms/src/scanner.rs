@@ -8,6 +8,7 @@
 //! home without having lost a step since. If they had, what was read on the way is read again.
 
 mod end;
+mod line;
 mod milliseconds;
 mod news;
 mod platform;
@@ -95,11 +96,13 @@ where
                 Err(_) => factory,
             };
             let end = self.scan(recipe, memory, host, start, platform);
-            platform.tell(News::End(end));
+            if end != End::Waiting {
+                platform.tell(News::End(end));
+            }
             next = match end {
                 End::Alone => (Host::Absent, Start::Now),
                 End::Failed(ScannerError::Scan(Failure::NoReply)) => (Host::Absent, Start::Now),
-                End::Finished | End::Failed(_) => (Host::Listens, Start::ByButton),
+                End::Waiting | End::Finished | End::Failed(_) => (Host::Listens, Start::ByButton),
                 End::Stored(bytes) => {
                     let installed = self.recipes.install(&mut self.flash, bytes, buffer);
                     platform.tell(News::Recipe(installed.map(|_| ())));
@@ -131,6 +134,9 @@ where
             Err(error) => {
                 // The readings stay where they are: whatever it was, the scan may go on after it.
                 self.station.stop();
+                if host == Host::Listens {
+                    line::complain(&mut driver, &error, platform);
+                }
                 End::Failed(error)
             }
         }
@@ -154,22 +160,14 @@ where
         let mut milliseconds = Milliseconds::default();
         let (mut waited, mut heard) = (0_u32, host != Host::Listens);
         let mut finished = false;
-        platform.tell(News::Ready {
-            under_way: course.started,
-        });
+        if course.started && start == Start::IfUnderWay {
+            platform.tell(News::GoesOn);
+        }
         loop {
             let elapsed = platform.elapsed();
             waited = waited.saturating_add(elapsed);
             course.started |= platform.is_started();
-            while let Some(byte) = platform.receive() {
-                heard = true;
-                driver.receive(byte);
-            }
-            while let Some(byte) = driver.outgoing().first()
-                && platform.send(*byte)
-            {
-                driver.sent(1);
-            }
+            heard |= line::exchange(driver, platform);
             if course.started && !heard && waited >= GREETING {
                 return Ok(End::Alone);
             }
@@ -181,6 +179,10 @@ where
             match driver.poll(milliseconds.of(elapsed)) {
                 Action::Measure { .. } if course.started && self.station.is_idle() => {
                     self.next(driver, &mut course)?;
+                }
+                // A host is greeted anew from time to time: it may have another recipe.
+                Action::Measure { .. } if !course.started && waited >= GREETING => {
+                    return Ok(End::Waiting);
                 }
                 Action::Store { offset, bytes } => {
                     self.recipes.store(&mut self.flash, offset, &bytes)?;

@@ -135,7 +135,7 @@ fn expectation(expectation: Expectation<'_>) -> String {
     }
     text += " on an unseen material";
     if expectation.materials > 0 {
-        text += &format!(", by {} {}", expectation.materials, expectation.on);
+        text += &format!(", found on {}: {}", expectation.materials, expectation.on);
     }
     text
 }

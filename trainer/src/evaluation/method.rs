@@ -83,7 +83,7 @@ pub(super) enum Places {
 #[derive(Clone, Debug)]
 enum Fitting<'a> {
     /// A scan by a recipe, as on the device; Linear with the recipe's basis.
-    Scan(Recipe<'a>, Option<&'a Basis>),
+    Scan(Box<Recipe<'a>>, Option<&'a Basis>),
     /// A recipe's descent, at any directions.
     DescentAnywhere(Descent<'a>),
     /// A ridge solve with these precisions, at any directions.
@@ -121,7 +121,7 @@ impl<'a> Method<'a> {
         Ok(Self {
             name: "ours",
             places: Places::Pattern(recipe.pattern().collect()),
-            fitting: Fitting::Scan(*recipe, basis),
+            fitting: Fitting::Scan(Box::new(*recipe), basis),
             steps_after: 0,
             compact: None,
         })

@@ -142,6 +142,12 @@ mod tests {
                     outgoing: [sin, 0.0, cos],
                 };
                 let expected = HalfDifference::from_directions(&directions).unwrap();
+                assert!(at.is_valid());
+                // There phi_d is a matter of rounding, and `from_directions` takes it for 0.
+                if at.hx < 3e-4 {
+                    assert!(expected.hx == 0.0 && (at.dz - expected.dz).abs() < 1e-6);
+                    continue;
+                }
                 for (here, there) in [
                     (at.hx, expected.hx),
                     (at.hz, expected.hz),
@@ -154,7 +160,6 @@ mod tests {
                     let tolerance = 1e-6 / at.dz.min(0.1) + 1e-7 / at.hx;
                     assert!((here - there).abs() < tolerance, "{at:?} {expected:?}");
                 }
-                assert!(at.is_valid());
             }
         }
     }

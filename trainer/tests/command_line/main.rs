@@ -104,10 +104,10 @@ fn a_recipe_is_trained_shown_exported_and_judged() {
     let shown = succeed(directory, &["inspect", "phong.recipe"]);
     for part in [
         "phong (7 parameters)",
-        "on an unseen material, by 1 materials of procedural:12 held out",
+        "on an unseen material, found on 1: materials of procedural:12 held out",
         "procedural:12 (12 materials)",
         "all parts",
-        "12: procedural-000, procedural-001, procedural-002, ...",
+        "12: procedural-000-metal, procedural-001-plastic, procedural-002-metallic-paint, ...",
     ] {
         assert!(shown.contains(part), "no {part} in {shown}");
     }

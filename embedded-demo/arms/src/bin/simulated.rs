@@ -53,7 +53,7 @@ fn main() -> ! {
 
     // SAFETY: the linker script sets these bytes aside for it alone, there is room for it, any bits
     // are one, and this is the only reference, since `main` runs once.
-    let kept = unsafe { &mut *(&raw mut KEPT) };
+    let kept = unsafe { only(&raw mut KEPT) };
     if kept.magic != MAGIC {
         // Power was off: nobody knows where the arms are, and the flash is new.
         kept.world.place([300, 500, 40, 700]);
@@ -87,6 +87,7 @@ fn main() -> ! {
         readings,
         recipes,
     };
+    defmt::info!("ready: press the button, if no scan goes on");
     scanner.serve(RECIPE, BUFFER, MEMORY, &mut platform)
 }
 
@@ -100,9 +101,9 @@ struct Simulation<'w> {
 }
 
 impl Platform for Simulation<'_> {
-    /// Simulated arms need simulated time: each round takes 10 us.
+    /// Simulated arms need simulated time: each round takes 40 us.
     fn elapsed(&mut self) -> u32 {
-        10
+        40
     }
 
     fn receive(&mut self) -> Option<u8> {
@@ -175,6 +176,15 @@ impl Uart {
         }
         ready
     }
+}
+
+/// A static's only reference.
+///
+/// # Safety
+/// `place` is a static, any bits are one of it, and there is no other reference to it, now or later.
+unsafe fn only<T>(place: *mut T) -> &'static mut T {
+    // SAFETY: by the caller's word.
+    unsafe { &mut *place }
 }
 
 #[panic_handler]

@@ -26,6 +26,8 @@ pub enum Start {
 pub enum End {
     /// The material was fitted.
     Finished,
+    /// Nobody has pressed the button yet.
+    Waiting,
     /// Somebody wants to scan, and no host says a word.
     Alone,
     /// A host has sent another recipe, of so many bytes: it is stored, and waits for

@@ -13,11 +13,8 @@ pub enum News {
     End(End),
     /// Another recipe was put in force, or why it was not.
     Recipe(Result<(), ReplaceError>),
-    /// It waits for the button, or goes on.
-    Ready {
-        /// It goes on where a reset stopped it.
-        under_way: bool,
-    },
+    /// A scan goes on where a reset stopped it.
+    GoesOn,
     /// The arms are home and have lost no step.
     Home {
         /// Readings that the scan takes for good now.
@@ -40,6 +37,7 @@ impl News {
     pub fn log(&self) {
         match self {
             Self::End(End::Finished) => defmt::info!("finished"),
+            Self::End(End::Waiting) => {}
             Self::End(End::Alone) => defmt::info!("no host listens"),
             Self::End(End::Stored(bytes)) => {
                 defmt::info!("a recipe of {=u32} bytes has come", bytes);
@@ -47,8 +45,7 @@ impl News {
             Self::End(End::Failed(error)) => defmt::error!("failed: {}", error),
             Self::Recipe(Ok(())) => defmt::info!("a new recipe is in force"),
             Self::Recipe(Err(error)) => defmt::error!("the old recipe stays: {}", error),
-            Self::Ready { under_way: false } => defmt::info!("ready: press the button"),
-            Self::Ready { under_way: true } => defmt::info!("goes on"),
+            Self::GoesOn => defmt::info!("goes on"),
             Self::Home { confirmed } => defmt::info!("home: {=u16} readings confirmed", confirmed),
             Self::LostSteps(LostSteps { arm, steps }) => {
                 defmt::warn!("lost steps: arm {=u8}, {=i32} steps", arm, steps);

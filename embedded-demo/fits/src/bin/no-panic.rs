@@ -20,15 +20,18 @@ use riscv_rt::entry;
 use glimpse_core::driver::{Config, Driver, Host};
 use glimpse_core::fit::ridge::{Problem, RidgeGradient, factor_length, scratch_length};
 use glimpse_core::fit::{AnyModel, Fitter, Progress, linear_words};
-use glimpse_core::geometry::{Angles, Directions, HalfDifference};
+use glimpse_core::geometry::{Angles, ArmAngles, Directions, HalfDifference};
+use glimpse_core::gonio::{
+    Calibration, Footprint, Limits, Machine, Quantity, Repeated, Speeds, tile,
+};
 use glimpse_core::link::{Answerer, Asker, FRAME_BYTES, Failure, Heard, Reply, Request};
+use glimpse_core::model::linear::Basis;
 use glimpse_core::model::linear::{map, unmap};
 use glimpse_core::model::{CookTorrance, ModelKind, Neural, Phong, Sample};
 use glimpse_core::numeric::math;
 use glimpse_core::recipe::{Field, Floats, Ingredients, Kind, Learner, Recipe};
 use glimpse_core::scan::{Memory, Reading, Residual, Saved, Scan};
 use glimpse_fits::Linear;
-use glimpse_fits::machine::only;
 
 unsafe extern "C" {
     /// Is nowhere.
@@ -100,6 +103,93 @@ fn geometry_and_elementary_functions() {
     black_box((map(x, x, x), unmap(x, x, x)));
     let kind = any(ModelKind::Linear);
     black_box((kind.name(), kind.parameters()));
+}
+
+#[inline(never)]
+fn arms_and_machine() {
+    let directions = directions();
+    black_box((
+        directions.check().is_ok(),
+        directions.separation(),
+        directions.out_of_plane(),
+    ));
+    black_box((directions.turned(any(1.0)), math::atan2(any(1.0), any(2.0))));
+    let arms = ArmAngles::from_directions(&directions);
+    black_box((arms.directions(), arms.turned(any(1.0))));
+    let limits = Limits {
+        max_theta_i: any(1.0),
+        max_theta_o: any(1.0),
+        min_separation: any(0.1),
+        in_plane: any(true),
+    };
+    black_box((limits.validate().is_ok(), limits.check(&directions).is_ok()));
+    let calibration = Calibration::new(any([1.0; 3]), any([2.0; 3]), any([0.9; 3]));
+    if let Ok(calibration) =
+        calibration.and_then(|calibration| calibration.saturating_at(any(4095.0)))
+    {
+        black_box(calibration.brdf(any([1.5; 3])).map(Reading::from)).ok();
+        let once = calibration.read_once_at(&directions, any(Footprint::LightLarger));
+        if let Ok(once) = once {
+            black_box(once.brdf(any([1.5; 3]), &directions)).ok();
+        }
+    }
+    let mut repeated = Repeated::new();
+    black_box(repeated.add(any([0.5; 3]), any(false))).ok();
+    black_box((
+        repeated.mean(),
+        repeated.variance(),
+        repeated.count(),
+        repeated.saturated(),
+    ));
+    let quantity = any(Quantity::Brdf);
+    black_box((
+        quantity.factor(&directions).is_ok(),
+        quantity.to_brdf(any([0.5; 3]), &directions).is_ok(),
+        quantity.of_brdf(any([0.5; 3]), &directions).is_ok(),
+    ));
+    let readings = [(directions, any([0.3; 3])); 8];
+    let readings = readings.get(..any(8)).unwrap_or_default();
+    black_box(tile::examine(readings, any([0.9; 3])));
+    let speed = any(0.5);
+    let machine = Machine {
+        speeds: Speeds {
+            theta_i: speed,
+            phi_i: speed,
+            theta_o: speed,
+            phi_o: speed,
+        },
+        limits,
+        isotropic: any(true),
+        through_normal: any(false),
+    };
+    let pending = readings.iter().map(|(directions, _)| (any(1), *directions));
+    black_box(machine.nearest(pending, &arms));
+    if let Ok(recipe) = Recipe::parse(bytes()) {
+        black_box(recipe.out_of_reach(&limits));
+    }
+}
+
+/// Linear's basis, read in place.
+#[inline(never)]
+fn basis() {
+    let Ok(basis) = Basis::parse(bytes()) else {
+        return;
+    };
+    black_box((
+        basis.components(),
+        basis.checksum(),
+        basis.of(),
+        basis.nodes(),
+    ));
+    black_box(basis.brdf([numbers(), numbers(), numbers()], &sample().at));
+    if let Ok(recipe) = Recipe::parse(bytes()) {
+        let memory = &mut Memory::<Linear, 8>::new();
+        if let Ok(scan) = Scan::new(recipe, memory).and_then(|scan| scan.with_basis(basis))
+            && let Some(fitted) = scan.fitted()
+        {
+            black_box(fitted.brdf(&directions()));
+        }
+    }
 }
 
 #[inline(never)]
@@ -333,24 +423,18 @@ impl<I: Iterator<Item = f32>> CollectValues for I {
     }
 }
 
-static mut NEURAL: Memory<Neural, 8> = Memory::new();
-static mut PHONG: Memory<Phong, 8> = Memory::new();
-static mut COOK_TORRANCE: Memory<CookTorrance, 8> = Memory::new();
-static mut LINEAR: Memory<Linear, 8> = Memory::new();
-static mut ANY: Memory<AnyModel<{ linear_words(8, 5) }>, 8> = Memory::new();
-
 #[entry]
 fn main() -> ! {
     geometry_and_elementary_functions();
+    arms_and_machine();
+    basis();
     recipe();
-    // SAFETY: the entry point runs once, and nothing else knows of them.
-    unsafe {
-        scan(only(&raw mut NEURAL));
-        scan(only(&raw mut PHONG));
-        scan(only(&raw mut COOK_TORRANCE));
-        scan(only(&raw mut LINEAR));
-        scan(only(&raw mut ANY));
-    }
+    // It is linked and never run: what lies on the stack need not fit.
+    scan(&mut Memory::<Neural, 8>::new());
+    scan(&mut Memory::<Phong, 8>::new());
+    scan(&mut Memory::<CookTorrance, 8>::new());
+    scan(&mut Memory::<Linear, 8>::new());
+    scan(&mut Memory::<AnyModel<{ linear_words(8, 5) }>, 8>::new());
     ridge();
     saved();
     link();

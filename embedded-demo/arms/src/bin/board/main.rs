@@ -140,7 +140,7 @@ fn main() -> ! {
 
     // SAFETY: the linker script sets these words aside for it alone, any bits are words, and this is
     // the only reference, since `main` runs once.
-    let positions = unsafe { &mut *(&raw mut KEPT) };
+    let positions = unsafe { only(&raw mut KEPT) };
     match retained::positions(*positions) {
         Some(counts) => {
             defmt::info!("arms: their counts outlasted the reset");
@@ -170,6 +170,7 @@ fn main() -> ! {
         readings,
         recipes,
     };
+    defmt::info!("ready: press the button, if no scan goes on");
     scanner.serve(RECIPE, BUFFER, MEMORY, &mut board)
 }
 
@@ -240,6 +241,15 @@ impl Sensor for Photodiodes {
             self.converter.convert(&self.blue, time),
         ])
     }
+}
+
+/// A static's only reference.
+///
+/// # Safety
+/// `place` is a static, any bits are one of it, and there is no other reference to it, now or later.
+unsafe fn only<T>(place: *mut T) -> &'static mut T {
+    // SAFETY: by the caller's word.
+    unsafe { &mut *place }
 }
 
 /// Whatever it was, all begins anew, and goes on where it was.

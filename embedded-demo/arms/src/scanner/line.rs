@@ -1,0 +1,51 @@
+//! The line between driver and host.
+
+use glimpse_core::driver::Driver;
+use glimpse_core::fit::Fitter;
+use glimpse_core::link::Failure;
+
+use super::milliseconds::Milliseconds;
+use super::{Platform, ScannerError};
+
+/// A host that listens has so many microseconds to hear what failed.
+const COMPLAINT: u32 = 500_000;
+
+/// Carries bytes both ways; whether one has come.
+pub(super) fn exchange<K: Fitter, const CAPACITY: usize>(
+    driver: &mut Driver<'_, '_, K, CAPACITY>,
+    platform: &mut impl Platform,
+) -> bool {
+    let mut heard = false;
+    while let Some(byte) = platform.receive() {
+        heard = true;
+        driver.receive(byte);
+    }
+    while let Some(byte) = driver.outgoing().first()
+        && platform.send(*byte)
+    {
+        driver.sent(1);
+    }
+    heard
+}
+
+/// Tells a host what failed.
+pub(super) fn complain<K: Fitter, const CAPACITY: usize>(
+    driver: &mut Driver<'_, '_, K, CAPACITY>,
+    error: &ScannerError,
+    platform: &mut impl Platform,
+) {
+    match error {
+        ScannerError::Scan(Failure::NoReply) => return,
+        ScannerError::Scan(_) => {} // the driver knows
+        _ => driver.fail(Failure::Machine),
+    }
+    let mut milliseconds = Milliseconds::default();
+    let mut left = COMPLAINT;
+    while left > 0 {
+        let elapsed = platform.elapsed();
+        left = left.saturating_sub(elapsed);
+        exchange(driver, platform);
+        // What it wants to be done is for a scan that goes on.
+        let _ = driver.poll(milliseconds.of(elapsed));
+    }
+}
