@@ -13,7 +13,7 @@ use std::path::Path;
 use std::process::Command;
 
 use glimpse_core::geometry::HalfDifference;
-use glimpse_core::model::{ParameterSet, Phong, PhongParameters};
+use glimpse_core::model::Phong;
 use glimpse_core::recipe::{Learner, Recipe};
 use glimpse_fits::judge::loss;
 use glimpse_fits::{Material, SAMPLES, measure, recipes};
@@ -31,11 +31,7 @@ fn phong() {
     let [ours, rival] = ["phong", "rival-phong"].map(|name| {
         let binary = Binary::new(TARGETS[0], Functions::Libm, name);
         let output = binary.run();
-        let mut parameters = PhongParameters::filled(0.0);
-        for (parameter, value) in parameters.iter_mut().zip(output.numbers("parameters")) {
-            *parameter = value;
-        }
-        let loss = loss::<Phong>(&parameters, &Material::COUNTED);
+        let loss = loss::<Phong>(&output.numbers("parameters"), &Material::COUNTED);
         (of_fit(&binary), output.count("stack_bytes"), loss)
     });
     for (name, (count, stack, loss)) in [("glimpse", ours), ("multicalc", rival)] {

@@ -7,7 +7,7 @@ use glimpse_core::link::{Answerer, BYTES_PER_FRAME, FRAME_BYTES, Heard, PROTOCOL
 use glimpse_core::recipe::Recipe;
 
 /// What a device says of its recipe when it greets.
-pub fn greet(serial: &mut TcpStream) -> u32 {
+pub(crate) fn greet(serial: &mut TcpStream) -> u32 {
     let mut answerer = Answerer::new();
     loop {
         if let Request::Hello { recipe, .. } = hear(serial, &mut answerer) {
@@ -18,7 +18,7 @@ pub fn greet(serial: &mut TcpStream) -> u32 {
 
 /// Offers a recipe, and falls silent once so many bytes of it were told, or all: what the device said
 /// of its present one.
-pub fn offer(serial: &mut TcpStream, recipe: &[u8], bytes: usize) -> u32 {
+pub(crate) fn offer(serial: &mut TcpStream, recipe: &[u8], bytes: usize) -> u32 {
     let checksum = Recipe::parse(recipe).unwrap().checksum();
     let mut answerer = Answerer::new();
     let mut present = None;

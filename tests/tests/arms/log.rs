@@ -4,13 +4,13 @@ use glimpse_core::scan::Reading;
 
 /// A reading, as the log has it.
 #[derive(Clone, Copy, Debug)]
-pub struct Taken {
-    pub index: u16,
-    pub reading: Reading,
+pub(crate) struct Taken {
+    pub(crate) index: u16,
+    pub(crate) reading: Reading,
 }
 
 /// The readings, in the order in which they were taken.
-pub fn readings(log: &[String]) -> Vec<Taken> {
+pub(crate) fn readings(log: &[String]) -> Vec<Taken> {
     log.iter()
         .filter_map(|line| line.strip_prefix("reading "))
         .map(|line| {
@@ -31,12 +31,12 @@ pub fn readings(log: &[String]) -> Vec<Taken> {
 }
 
 /// The indices of readings.
-pub fn indices(readings: &[Taken]) -> Vec<u16> {
+pub(crate) fn indices(readings: &[Taken]) -> Vec<u16> {
     readings.iter().map(|taken| taken.index).collect()
 }
 
 /// The bits of the fitted values.
-pub fn values(log: &[String]) -> Vec<u32> {
+pub(crate) fn values(log: &[String]) -> Vec<u32> {
     log.iter()
         .filter_map(|line| line.strip_prefix("values "))
         .flat_map(|line| {
@@ -52,7 +52,7 @@ pub fn values(log: &[String]) -> Vec<u32> {
 }
 
 /// What was said of lost steps.
-pub fn lost_steps(log: &[String]) -> Vec<String> {
+pub(crate) fn lost_steps(log: &[String]) -> Vec<String> {
     let lines = log
         .iter()
         .filter_map(|line| line.strip_prefix("lost steps: "));
