@@ -9,8 +9,6 @@
 use glimpse_core::fit::linear_words;
 use glimpse_core::scan::{Memory, Scan};
 
-use crate::place::Place;
-
 /// The largest n.
 pub(crate) const SAMPLES: usize = number(option_env!("GLIMPSE_SAMPLES"), 32);
 /// The largest m of Linear, at so many samples.
@@ -86,15 +84,6 @@ pub(crate) const fn driver_bytes(samples: usize, components: usize) -> usize {
     scan_bytes(samples, components) + 1024
 }
 
-const _: () = assert!(
-    size_of::<Place<CScan>>() <= scan_bytes(SAMPLES, COMPONENTS),
-    "GLIMPSE_SCAN_BYTES is too small: raise it in cbindgen.toml and here"
-);
-const _: () = assert!(
-    size_of::<Place<CDriver>>() <= driver_bytes(SAMPLES, COMPONENTS),
-    "GLIMPSE_DRIVER_BYTES is too small: raise it in cbindgen.toml and here"
-);
-const _: () = assert!(align_of::<Place<CDriver>>() <= ALIGNMENT);
 const _: () = assert!(
     SAMPLES >= 1 && SAMPLES <= glimpse_core::recipe::MAX_SAMPLES,
     "GLIMPSE_SAMPLES is 1 to 4096"

@@ -5,7 +5,9 @@
 
 use core::mem::MaybeUninit;
 
-use crate::configuration::CMemory;
+use crate::configuration::{
+    ALIGNMENT, CDriver, CMemory, COMPONENTS, CScan, SAMPLES, driver_bytes, scan_bytes,
+};
 use crate::status::glimpse_status;
 
 /// The caller's memory: a `Scan` or a `Driver`, and behind it what it borrows.
@@ -14,6 +16,16 @@ pub(crate) struct Place<T> {
     handle: MaybeUninit<T>,
     memory: MaybeUninit<CMemory>,
 }
+
+const _: () = assert!(
+    size_of::<Place<CScan>>() <= scan_bytes(SAMPLES, COMPONENTS),
+    "GLIMPSE_SCAN_BYTES is too small: raise it in cbindgen.toml and configuration.rs"
+);
+const _: () = assert!(
+    size_of::<Place<CDriver>>() <= driver_bytes(SAMPLES, COMPONENTS),
+    "GLIMPSE_DRIVER_BYTES is too small: raise it in cbindgen.toml and configuration.rs"
+);
+const _: () = assert!(align_of::<Place<CDriver>>() <= ALIGNMENT);
 
 impl<T> Place<T> {
     /// Checks the memory and empties it; returns where the handle goes, and what it may borrow.
