@@ -1,4 +1,4 @@
-//! The board: which pins lead to the scanner. For another board change this file.
+//! The board, from reset to the main loop.
 //!
 //! Any board with an STM32F405 will do: it runs on the internal oscillator, so crystals do not
 //! matter. [`WIRING`] says which pins lead to the scanner, at 115,200 baud, 8N1.
@@ -8,11 +8,10 @@ use cortex_m::Peripherals;
 use crate::chip::ResetCause;
 use crate::clocks::{self, Clocks};
 use crate::meter::Meter;
-use crate::register::{
-    GPIOA, GPIOB, Port, RCC_AHB1ENR, RCC_APB1ENR, RCC_APB2ENR, USART1, USART2, USART3, Usart,
-};
+use crate::register::{Port, RCC_AHB1ENR};
 use crate::time::Clock;
 use crate::uart::{self, Uart};
+use crate::wiring::{WIRING, Wiring};
 use crate::{interrupts, watchdog};
 
 /// The UART's speed in bits a second.
@@ -29,72 +28,6 @@ const _: () = assert!(
 const fn is_right(clock_hz: u32) -> bool {
     let real = uart::divider(clock_hz, BAUD) * BAUD;
     real.abs_diff(clock_hz) <= clock_hz / 500
-}
-
-/// The UART that leads to the scanner.
-pub const WIRING: Wiring = if cfg!(feature = "feather") {
-    // Adafruit Feather STM32F405 Express: its pins TX and RX.
-    Wiring {
-        usart: USART3,
-        interrupt: 39,
-        bus: Bus::Apb1 { clock: 1 << 18 },
-        port: GPIOB,
-        transmit: 10,
-        receive: 11,
-    }
-} else if cfg!(feature = "nucleo") {
-    // Nucleo-64 with an STM32F446: its ST-LINK makes a serial port of it on the USB cable.
-    Wiring {
-        usart: USART2,
-        interrupt: 38,
-        bus: Bus::Apb1 { clock: 1 << 17 },
-        port: GPIOA,
-        transmit: 2,
-        receive: 3,
-    }
-} else {
-    // QEMU's netduinoplus2, and whatever board leads these pins out.
-    Wiring {
-        usart: USART1,
-        interrupt: 37,
-        bus: Bus::Apb2 { clock: 1 << 4 },
-        port: GPIOA,
-        transmit: 9,
-        receive: 10,
-    }
-};
-
-/// A USART, and the pins that it is led out to; their alternate function is 7.
-pub struct Wiring {
-    pub usart: Usart,
-    pub interrupt: u16,
-    bus: Bus,
-    port: Port,
-    transmit: u32,
-    receive: u32,
-}
-
-/// The bus that a USART is on, and the bit that turns on its clock there.
-#[allow(dead_code)] // a board has its UART on one of them
-enum Bus {
-    Apb1 { clock: u32 },
-    Apb2 { clock: u32 },
-}
-
-impl Bus {
-    /// Turns the USART's clock on, and returns it in Hz.
-    fn start(&self, clocks: Clocks) -> u32 {
-        match self {
-            Self::Apb1 { clock } => {
-                clocks::turn_on(RCC_APB1ENR, *clock);
-                clocks.apb1_hz()
-            }
-            Self::Apb2 { clock } => {
-                clocks::turn_on(RCC_APB2ENR, *clock);
-                clocks.apb2_hz()
-            }
-        }
-    }
 }
 
 /// What a firmware works with.

@@ -13,7 +13,8 @@ use cortex_m::peripheral::scb::SystemHandler;
 use cortex_m::peripheral::{NVIC, SCB};
 use cortex_m_rt::exception;
 
-use crate::{board, uart};
+use crate::uart;
+use crate::wiring::WIRING;
 
 const UART_PRIORITY: u8 = 0;
 const SYSTICK_PRIORITY: u8 = 0xF0;
@@ -25,7 +26,7 @@ struct Uart;
 // SAFETY: it always gives the same number, of an interrupt that the chip has.
 unsafe impl InterruptNumber for Uart {
     fn number(self) -> u16 {
-        board::WIRING.interrupt
+        WIRING.interrupt
     }
 }
 
@@ -43,8 +44,8 @@ pub fn start(nvic: &mut NVIC, scb: &mut SCB) {
 /// Takes every interrupt: which one is the UART's differs from board to board.
 #[exception]
 unsafe fn DefaultHandler(number: i16) {
-    if number == board::WIRING.interrupt as i16 {
-        uart::receive(board::WIRING.usart);
+    if number == WIRING.interrupt as i16 {
+        uart::receive(WIRING.usart);
     } else {
         SCB::sys_reset() // no other one is on
     }

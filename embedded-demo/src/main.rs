@@ -25,6 +25,7 @@ mod ring;
 mod time;
 mod uart;
 mod watchdog;
+mod wiring;
 
 use core::hint::black_box;
 use core::panic::PanicInfo;
