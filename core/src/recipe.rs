@@ -1,7 +1,8 @@
 //! The recipe: all that the trainer hands to the device.
 //!
-//! [`Recipe::parse`] checks everything; a `Recipe` that exists cannot fail. It borrows the bytes
-//! (in flash) and copies nothing but a few numbers.
+//! [`Recipe::parse`] checks all that a scan needs; a scan by a `Recipe` that exists cannot fail by
+//! it. It borrows the bytes (in flash) and copies nothing but a few numbers. What it states about
+//! itself is decoded when it is asked for, by [`Recipe::statements`].
 //!
 //! The format is written down in `core/docs/recipe.md`, with an example in bytes: magic, version,
 //! length and CRC-32, and then sections, each a [`Kind`] and postcard bytes. What comes later is a
@@ -17,6 +18,7 @@ mod ingredients;
 mod kind;
 mod old;
 mod sections;
+mod statements;
 mod write;
 
 pub use crate::fit::{Descent, Learner, Ridge};
@@ -32,13 +34,15 @@ pub use ingredients::{
 };
 pub use kind::Kind;
 pub use sections::{Materials, Sections};
+pub use statements::Statements;
 
 use crate::geometry::{Angles, Directions, HalfDifference};
 use crate::gonio::{Limits, Unreachable};
 use crate::model::ModelKind;
 use check::PackedAngles;
-use contents::{Contents, Statements};
+use contents::Contents;
 use header::Sealed;
+use statements::Stated;
 use write::Writer;
 
 /// A recipe in memory or in flash, checked.
@@ -46,9 +50,7 @@ use write::Writer;
 pub struct Recipe<'a> {
     pattern: &'a [PackedAngles],
     learner: Learner<'a>,
-    statements: Statements<'a>,
-    /// None in formats 1 and 2.
-    sections: Sections<'a>,
+    stated: Stated<'a>,
     checksum: u32,
 }
 
@@ -72,30 +74,25 @@ impl<'a> Recipe<'a> {
     /// ```
     ///
     /// # Errors
-    /// What is wrong with the bytes, by name. After `Ok` nothing about the recipe can fail.
+    /// What is wrong with the bytes, by name. After `Ok` no scan can fail by the recipe; what it
+    /// states about itself is checked by [`Recipe::statements`].
     pub fn parse(bytes: &'a [u8]) -> Result<Self, RecipeError> {
         let Sealed {
             version,
             checksum,
             body,
         } = header::open(bytes)?;
-        let mut sections = Sections::default();
         let contents = match version {
             1 => old::first(body)?,
             2 => old::second(body)?,
-            _ => {
-                sections = Sections::new(body);
-                Contents::of_sections(body)?
-            }
+            _ => Contents::of_sections(body)?,
         };
         let pattern = check::pattern(contents.pattern)?;
         let learner = check::learner(contents.learner, pattern.len())?;
-        check::statements(&contents.statements)?;
         Ok(Self {
             pattern,
             learner,
-            statements: contents.statements,
-            sections,
+            stated: contents.stated,
             checksum,
         })
     }
@@ -103,7 +100,8 @@ impl<'a> Recipe<'a> {
     /// Writes a recipe of format [`VERSION`] into `buffer` and returns the bytes used.
     ///
     /// # Errors
-    /// [`RecipeError::BufferTooSmall`], or what [`Recipe::parse`] would refuse.
+    /// [`RecipeError::BufferTooSmall`], or what [`Recipe::parse`] or [`Recipe::statements`] would
+    /// refuse.
     pub fn write<'b>(
         ingredients: &Ingredients<'_>,
         buffer: &'b mut [u8],
@@ -111,7 +109,7 @@ impl<'a> Recipe<'a> {
         let mut writer = Writer::new(buffer);
         writer.ingredients(ingredients)?;
         let bytes = writer.finish()?;
-        Recipe::parse(bytes)?;
+        Recipe::parse(bytes)?.statements()?;
         Ok(bytes)
     }
 
@@ -124,7 +122,7 @@ impl<'a> Recipe<'a> {
     /// # Errors
     /// [`RecipeError::Required`] if a kind is not an optional one, or
     /// [`RecipeError::BufferTooSmall`]: the copy of a recipe of format 3 takes no more bytes than
-    /// the recipe, others some 32 more.
+    /// the recipe, others some 32 more. Or what [`Recipe::statements`] refuses of an older format.
     pub fn copy_without<'b>(
         &self,
         kinds: &[Kind],
@@ -134,12 +132,13 @@ impl<'a> Recipe<'a> {
             return Err(RecipeError::Required(*kind));
         }
         let mut writer = Writer::new(buffer);
-        if self.sections.is_empty() {
+        if matches!(self.stated, Stated::End(_)) {
             let kept = |kind| !kinds.contains(&kind);
+            let statements = self.statements()?;
             let mut ingredients =
                 Ingredients::new(self.pattern.as_flattened(), self.learner.into());
-            ingredients.expectation = self.expectation().filter(|_| kept(Kind::EXPECTATION));
-            ingredients.provenance = self.provenance().filter(|_| kept(Kind::PROVENANCE));
+            ingredients.expectation = statements.expectation.filter(|_| kept(Kind::EXPECTATION));
+            ingredients.provenance = statements.provenance.filter(|_| kept(Kind::PROVENANCE));
             writer.ingredients(&ingredients)?;
         }
         for (kind, bytes) in self.sections() {
@@ -203,10 +202,12 @@ impl<'a> Recipe<'a> {
         })
     }
 
-    /// The machine that the pattern was made for, if the recipe states it.
-    #[must_use]
-    pub fn limits(&self) -> Option<Limits> {
-        self.statements.limits
+    /// What it states about itself, decoded and checked now: a scan needs none of it.
+    ///
+    /// # Errors
+    /// Which section or field makes no sense.
+    pub fn statements(&self) -> Result<Statements<'a>, RecipeError> {
+        self.stated.read()
     }
 
     /// The first sample of the pattern that a machine does not reach, and why: to be asked before
@@ -217,43 +218,22 @@ impl<'a> Recipe<'a> {
         directions.find_map(|(index, directions)| Some((index, limits.check(&directions).err()?)))
     }
 
-    /// The noise that it was trained for, if it states that.
-    #[must_use]
-    pub fn noise(&self) -> Option<Noise> {
-        self.statements.noise
-    }
-
-    /// The loss to expect on a material that training never saw, and on what that was found, if the
-    /// recipe states it.
-    #[must_use]
-    pub fn expectation(&self) -> Option<Expectation<'a>> {
-        self.statements.expectation
-    }
-
-    /// The loss to expect on a material that training never saw, if the recipe states it.
+    /// The loss to expect on a material that training never saw. None if the recipe states none, or
+    /// if what it states makes no sense: [`Recipe::statements`] says why.
     #[must_use]
     pub fn expected_loss(&self) -> Option<f32> {
-        self.expectation().map(|expectation| expectation.loss)
-    }
-
-    /// Where it came from, if it states that.
-    #[must_use]
-    pub fn provenance(&self) -> Option<Provenance<'a>> {
-        self.statements.provenance
-    }
-
-    /// The materials that it was trained on: names, and digests of their BRDFs. None where the
-    /// recipe does not state them.
-    #[must_use]
-    pub fn materials(&self) -> Materials<'a> {
-        self.statements.materials
+        let expectation = self.statements().ok()?.expectation?;
+        Some(expectation.loss)
     }
 
     /// All sections with their postcard bytes, also those of kinds that are unknown here. None in
     /// formats 1 and 2, which have no sections.
     #[must_use]
     pub fn sections(&self) -> Sections<'a> {
-        self.sections
+        match self.stated {
+            Stated::Sections(sections) => sections,
+            Stated::End(_) => Sections::default(),
+        }
     }
 
     /// The CRC-32 in its header: names the recipe on the link.

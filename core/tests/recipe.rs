@@ -64,7 +64,10 @@ fn what_is_written_is_read() {
             .pattern()
             .flat_map(|a| [a.theta_h, a.theta_d, a.phi_d]);
         assert!(pattern.eq(numbers.pattern));
-        assert_eq!(recipe.provenance().unwrap().trainer, "test");
+        assert_eq!(
+            recipe.statements().unwrap().provenance.unwrap().trainer,
+            "test"
+        );
         let directions = recipe.pattern().map(|angles| {
             let at = HalfDifference::from_angles(angles);
             at.directions()

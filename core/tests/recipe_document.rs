@@ -90,9 +90,9 @@ fn the_documents_bytes_are_read() {
     let ridge = recipe.ridge().unwrap();
     assert!(ridge.basis().iter().eq([1.5, -2.0]));
     assert_eq!(ridge.basis_checksum(), Some(0x0123_abcd));
-    assert_eq!(recipe.provenance().unwrap().seed, 300);
+    assert_eq!(recipe.statements().unwrap().provenance.unwrap().seed, 300);
     let materials = [("brass", 0xcbf4_3926), ("felt", 5)];
-    assert!(recipe.materials().eq(materials));
+    assert!(recipe.statements().unwrap().materials.eq(materials));
 }
 
 /// The row of a table that begins with these cells.

@@ -49,10 +49,11 @@ impl<'a> Reader<'a> {
         let (loss, rest) = self.0.split_first_chunk().unwrap();
         self.0 = rest;
         assert_eq!(recipe.expected_loss(), Some(f32::from_le_bytes(*loss)));
-        let expectation = recipe.expectation().unwrap();
+        let statements = recipe.statements().unwrap();
+        let expectation = statements.expectation.unwrap();
         assert_eq!((expectation.materials, expectation.on), (0, ""));
         assert_eq!(expectation.standard_error, None);
-        let provenance = recipe.provenance().unwrap();
+        let provenance = statements.provenance.unwrap();
         assert_eq!(provenance.trainer, self.text());
         assert_eq!(provenance.data, self.text());
         assert_eq!(u64::from(provenance.materials), self.varint());
@@ -128,8 +129,9 @@ fn format_2_of_the_model_linear_is_read() {
 fn old_formats_say_nothing_that_they_cannot_hold() {
     for bytes in [FIRST, SECOND, SECOND_LINEAR] {
         let recipe = Recipe::parse(bytes).unwrap();
-        assert_eq!((recipe.limits(), recipe.noise()), (None, None));
-        assert_eq!(recipe.materials().count(), 0);
+        let statements = recipe.statements().unwrap();
+        assert_eq!((statements.limits, statements.noise), (None, None));
+        assert_eq!(statements.materials.count(), 0);
         assert_eq!(recipe.sections().count(), 0);
     }
 }
@@ -143,8 +145,9 @@ fn a_copy_has_the_newest_format_and_says_the_same() {
         assert_eq!(copy[4..6], VERSION.to_le_bytes());
         let new = Recipe::parse(copy).unwrap();
         assert_eq!((new.model(), pattern(&new)), (old.model(), pattern(&old)));
-        assert_eq!(new.expectation(), old.expectation());
-        assert_eq!(new.provenance(), old.provenance());
+        let (new_said, old_said) = (new.statements().unwrap(), old.statements().unwrap());
+        assert_eq!(new_said.expectation, old_said.expectation);
+        assert_eq!(new_said.provenance, old_said.provenance);
         if let Some((new, old)) = new.descent().zip(old.descent()) {
             assert_eq!(new.inner_steps(), old.inner_steps());
             assert_eq!(new.initial(), old.initial());
@@ -163,7 +166,8 @@ fn a_copy_has_the_newest_format_and_says_the_same() {
         let mut buffer = vec![0; bytes.len() + 32];
         let bare = old.copy_without(&kinds, &mut buffer).unwrap();
         let bare = Recipe::parse(bare).unwrap();
-        assert_eq!((bare.expectation(), bare.provenance()), (None, None));
+        let said = bare.statements().unwrap();
+        assert_eq!((said.expectation, said.provenance), (None, None));
     }
 }
 
@@ -183,7 +187,8 @@ fn bounds_hold_for_old_formats_too() {
 fn an_old_body_with_something_behind_it_is_malformed() {
     for (version, bytes) in [(1, FIRST), (2, SECOND)] {
         let body = [&bytes[14..], &[0]].concat();
-        let error = Recipe::parse(&sealed(version, &body)).unwrap_err();
+        let bytes = sealed(version, &body);
+        let error = Recipe::parse(&bytes).unwrap().statements().unwrap_err();
         assert_eq!(error, RecipeError::Malformed);
     }
 }

@@ -8,7 +8,7 @@ use forged::sealed;
 use glimpse_core::gonio::{Limits, LimitsError};
 use glimpse_core::recipe::{
     Expectation, Field, Ingredients, Kind, Noise, PackedDescent, PackedLearner, Provenance, Recipe,
-    RecipeError, VERSION,
+    RecipeError, Statements, VERSION,
 };
 use proptest::prelude::*;
 
@@ -89,20 +89,23 @@ fn sections_of(bytes: &[u8]) -> Vec<(u16, Vec<u8>)> {
 }
 
 fn refusal(sections: &[(u16, Vec<u8>)]) -> RecipeError {
-    Recipe::parse(&recipe_of(sections)).unwrap_err()
+    let bytes = recipe_of(sections);
+    let statements = Recipe::parse(&bytes).and_then(|recipe| recipe.statements());
+    statements.map(drop).unwrap_err()
 }
 
 #[test]
 fn every_section_that_is_written_is_read() {
     let bytes = written(&full()).unwrap();
     let recipe = Recipe::parse(&bytes).unwrap();
-    assert_eq!(recipe.limits(), Some(LIMITS));
-    assert_eq!(recipe.noise(), Some(NOISE));
-    assert_eq!(recipe.expectation(), Some(EXPECTATION));
+    let statements = recipe.statements().unwrap();
+    assert_eq!(statements.limits, Some(LIMITS));
+    assert_eq!(statements.noise, Some(NOISE));
+    assert_eq!(statements.expectation, Some(EXPECTATION));
     assert_eq!(recipe.expected_loss(), Some(0.0125));
-    assert_eq!(recipe.provenance(), Some(PROVENANCE));
-    assert_eq!(recipe.materials().len(), 3);
-    assert!(recipe.materials().eq(MATERIALS));
+    assert_eq!(statements.provenance, Some(PROVENANCE));
+    assert_eq!(statements.materials.len(), 3);
+    assert!(statements.materials.eq(MATERIALS));
     let kinds: Vec<u16> = recipe.sections().map(|(kind, _)| kind.number()).collect();
     assert_eq!(kinds, [0, 1, 128, 129, 130, 131, 132]);
     // The test's own writer agrees.
@@ -113,16 +116,21 @@ fn every_section_that_is_written_is_read() {
 fn what_is_optional_may_be_missing() {
     let bytes = written(&Ingredients::new(full().pattern, full().learner)).unwrap();
     let recipe = Recipe::parse(&bytes).unwrap();
-    assert_eq!((recipe.limits(), recipe.noise()), (None, None));
-    assert_eq!((recipe.expectation(), recipe.expected_loss()), (None, None));
-    assert_eq!(recipe.provenance(), None);
-    assert_eq!(recipe.materials().count(), 0);
+    let statements = recipe.statements().unwrap();
+    assert_eq!((statements.limits, statements.noise), (None, None));
+    assert_eq!(
+        (statements.expectation, statements.provenance),
+        (None, None)
+    );
+    assert_eq!(statements.materials.count(), 0);
+    assert_eq!(recipe.expected_loss(), None);
     assert_eq!(sections_of(&bytes).len(), 2);
     // A list of no materials is no mistake.
     let mut sections = sections_of(&bytes);
     sections.push((132, vec![0]));
     let bytes = recipe_of(&sections);
-    assert_eq!(Recipe::parse(&bytes).unwrap().materials().count(), 0);
+    let statements = Recipe::parse(&bytes).unwrap().statements().unwrap();
+    assert_eq!(statements.materials.count(), 0);
 }
 
 #[test]
@@ -155,7 +163,7 @@ fn an_unknown_kind_is_passed_over_or_refused_by_its_number() {
     sections.push((u16::MAX, Vec::new()));
     let bytes = recipe_of(&sections);
     let recipe = Recipe::parse(&bytes).unwrap();
-    assert!(recipe.materials().eq(MATERIALS));
+    assert!(recipe.statements().unwrap().materials.eq(MATERIALS));
     let unknown = (Kind::new(133), &b"from the future"[..]);
     assert!(recipe.sections().any(|section| section == unknown));
     assert_eq!(Kind::new(133).name(), None);
@@ -313,6 +321,19 @@ fn statements_are_checked_by_field() {
     assert_eq!(expectation(each), Ok(()));
 }
 
+/// A scan needs no statement: one that makes no sense stops nobody who does not ask for it.
+#[test]
+fn a_bad_statement_is_an_error_only_of_those_who_ask() {
+    let mut sections = sections_of(&written(&full()).unwrap());
+    sections[4].1.clear();
+    let bytes = recipe_of(&sections);
+    let recipe = Recipe::parse(&bytes).unwrap();
+    assert_eq!(recipe.samples(), full().pattern.len() / 12);
+    let error = recipe.statements().unwrap_err();
+    assert_eq!(error, RecipeError::Section(Kind::EXPECTATION));
+    assert_eq!(recipe.expected_loss(), None);
+}
+
 #[test]
 fn a_copy_lacks_what_it_was_to_lack_and_nothing_else() {
     let mut sections = sections_of(&written(&full()).unwrap());
@@ -376,7 +397,11 @@ proptest! {
         let bytes = recipe_of(&sections);
         match Recipe::parse(&bytes) {
             Ok(recipe) => {
-                prop_assert_eq!(recipe.materials().count(), recipe.materials().len());
+                if let Ok(Statements { materials, .. }) = recipe.statements() {
+                    prop_assert_eq!(materials.count(), materials.len());
+                } else {
+                    prop_assert!(which >= 2, "no statement");
+                }
                 let mut buffer = vec![0; bytes.len()];
                 prop_assert_eq!(recipe.copy_without(&[], &mut buffer).unwrap(), &bytes[..]);
             }
@@ -392,7 +417,7 @@ proptest! {
         let list: Vec<(&str, u32)> = names.iter().map(|(name, digest)| (&name[..], *digest)).collect();
         let bytes = written(&Ingredients { materials: &list, ..full() }).unwrap();
         let recipe = Recipe::parse(&bytes).unwrap();
-        prop_assert!(recipe.materials().eq(list.iter().copied()));
+        prop_assert!(recipe.statements().unwrap().materials.eq(list.iter().copied()));
     }
 }
 

@@ -1,6 +1,5 @@
 //! Whether the numbers of a recipe make sense.
 
-use super::contents::Statements;
 use super::error::RecipeError;
 use super::field::Field;
 use super::format::{MAX_COMPONENTS, MAX_INNER_STEPS, MAX_SAMPLES};
@@ -54,23 +53,6 @@ pub(super) fn learner(
     }
 }
 
-/// Checks what the recipe states about itself.
-pub(super) fn statements(statements: &Statements<'_>) -> Result<(), RecipeError> {
-    if let Some(limits) = &statements.limits {
-        limits.validate().map_err(RecipeError::Limits)?;
-    }
-    if let Some(noise) = &statements.noise {
-        not_negative(noise.multiplicative, Field::Multiplicative)?;
-        not_negative(noise.additive, Field::Additive)?;
-    }
-    if let Some(expectation) = &statements.expectation {
-        finite(expectation.loss, Field::ExpectedLoss)?;
-        let standard_error = expectation.standard_error.unwrap_or(0.0);
-        not_negative(standard_error, Field::StandardError)?;
-    }
-    Ok(())
-}
-
 fn descent(packed: PackedDescent<'_>) -> Result<Descent<'_>, RecipeError> {
     if !(1..=MAX_INNER_STEPS).contains(&packed.inner_steps) {
         return Err(RecipeError::Count(Field::InnerSteps));
@@ -120,7 +102,7 @@ fn list(
     Ok(list)
 }
 
-fn finite(value: f32, field: Field) -> Result<(), RecipeError> {
+pub(super) fn finite(value: f32, field: Field) -> Result<(), RecipeError> {
     if value.is_finite() {
         Ok(())
     } else {
@@ -138,7 +120,7 @@ fn in_range(value: f32, field: Field) -> Result<(), RecipeError> {
     }
 }
 
-fn not_negative(value: f32, field: Field) -> Result<(), RecipeError> {
+pub(super) fn not_negative(value: f32, field: Field) -> Result<(), RecipeError> {
     finite(value, field)?;
     if value < 0.0 {
         return Err(RecipeError::Negative(field));

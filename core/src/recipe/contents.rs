@@ -1,39 +1,26 @@
-//! What a body holds, each section decoded but none of its numbers looked at yet.
+//! What a fit needs of a body, decoded; none of its numbers is looked at yet.
 
 use serde::Deserialize;
 
 use super::error::RecipeError;
-use super::ingredients::{
-    Expectation, Noise, PackedDescent, PackedLearner, PackedRidge, Provenance,
-};
+use super::ingredients::PackedLearner;
 use super::kind::Kind;
-use super::sections::{Materials, Sections};
-use crate::gonio::Limits;
+use super::sections::Sections;
+use super::statements::Stated;
 
 /// What every recipe holds.
 pub(super) struct Contents<'a> {
     pub(super) pattern: &'a [u8],
     pub(super) learner: PackedLearner<'a>,
-    pub(super) statements: Statements<'a>,
-}
-
-/// What a recipe may state about itself.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Statements<'a> {
-    pub(super) limits: Option<Limits>,
-    pub(super) noise: Option<Noise>,
-    pub(super) expectation: Option<Expectation<'a>>,
-    pub(super) provenance: Option<Provenance<'a>>,
-    pub(super) materials: Materials<'a>,
+    pub(super) stated: Stated<'a>,
 }
 
 impl<'a> Contents<'a> {
     /// Of a body of format 3.
     pub(super) fn of_sections(body: &'a [u8]) -> Result<Self, RecipeError> {
         let mut pattern = None;
-        let mut descent: Option<PackedDescent<'a>> = None;
-        let mut ridge: Option<PackedRidge<'a>> = None;
-        let mut statements = Statements::default();
+        let mut descent = None;
+        let mut ridge = None;
         let mut last = None;
         let mut sections = Sections::new(body);
         for (kind, bytes) in &mut sections {
@@ -43,17 +30,9 @@ impl<'a> Contents<'a> {
             }
             last = Some(kind);
             match kind {
-                Kind::PATTERN => pattern = decode(kind, bytes)?,
-                Kind::DESCENT => descent = decode(kind, bytes)?,
-                Kind::RIDGE => ridge = decode(kind, bytes)?,
-                Kind::LIMITS => statements.limits = decode(kind, bytes)?,
-                Kind::NOISE => statements.noise = decode(kind, bytes)?,
-                Kind::EXPECTATION => statements.expectation = decode(kind, bytes)?,
-                Kind::PROVENANCE => statements.provenance = decode(kind, bytes)?,
-                Kind::MATERIALS => {
-                    statements.materials =
-                        Materials::new(bytes).ok_or(RecipeError::Section(kind))?;
-                }
+                Kind::PATTERN => pattern = Some(decode(kind, bytes)?),
+                Kind::DESCENT => descent = Some(decode(kind, bytes)?),
+                Kind::RIDGE => ridge = Some(decode(kind, bytes)?),
                 _ if kind.is_required() => return Err(RecipeError::Unknown(kind)),
                 _ => {}
             }
@@ -69,15 +48,18 @@ impl<'a> Contents<'a> {
                 (None, None) => return Err(RecipeError::Learners(0)),
                 (Some(_), Some(_)) => return Err(RecipeError::Learners(2)),
             },
-            statements,
+            stated: Stated::Sections(Sections::new(body)),
         })
     }
 }
 
 /// All of a section's bytes as one value.
-fn decode<'a, T: Deserialize<'a>>(kind: Kind, bytes: &'a [u8]) -> Result<Option<T>, RecipeError> {
+pub(super) fn decode<'a, T: Deserialize<'a>>(
+    kind: Kind,
+    bytes: &'a [u8],
+) -> Result<T, RecipeError> {
     match postcard::take_from_bytes(bytes) {
-        Ok((value, [])) => Ok(Some(value)),
+        Ok((value, [])) => Ok(value),
         _ => Err(RecipeError::Section(kind)),
     }
 }

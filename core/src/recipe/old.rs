@@ -2,9 +2,10 @@
 
 use serde::Deserialize;
 
-use super::contents::{Contents, Statements};
+use super::contents::Contents;
 use super::error::RecipeError;
-use super::ingredients::{Expectation, PackedDescent, PackedLearner, Provenance};
+use super::ingredients::{PackedDescent, PackedLearner};
+use super::statements::Stated;
 
 /// Reads the body of format 1: a descent always.
 pub(super) fn first(body: &[u8]) -> Result<Contents<'_>, RecipeError> {
@@ -17,7 +18,11 @@ pub(super) fn first(body: &[u8]) -> Result<Contents<'_>, RecipeError> {
         initial: body.next()?,
         step_sizes: body.next()?,
     });
-    contents(pattern, learner, body)
+    Ok(Contents {
+        pattern,
+        learner,
+        stated: Stated::End(body.0),
+    })
 }
 
 /// Reads the body of format 2.
@@ -29,52 +34,22 @@ pub(super) fn second(body: &[u8]) -> Result<Contents<'_>, RecipeError> {
         1 => PackedLearner::Ridge(body.next()?),
         _ => return Err(RecipeError::Malformed),
     };
-    contents(pattern, learner, body)
+    Ok(Contents {
+        pattern,
+        learner,
+        stated: Stated::End(body.0),
+    })
 }
 
 /// The fields of a body that are not read yet, one after the other: what reads one by one is there
 /// for the sections already, and takes a firmware no flash.
-struct Fields<'a>(&'a [u8]);
+pub(super) struct Fields<'a>(pub(super) &'a [u8]);
 
 impl<'a> Fields<'a> {
-    fn next<T: Deserialize<'a>>(&mut self) -> Result<T, RecipeError> {
+    pub(super) fn next<T: Deserialize<'a>>(&mut self) -> Result<T, RecipeError> {
         let (field, rest) =
             postcard::take_from_bytes(self.0).map_err(|_| RecipeError::Malformed)?;
         self.0 = rest;
         Ok(field)
     }
-}
-
-/// What both end in: the loss to expect, and where the recipe came from.
-fn contents<'a>(
-    pattern: &'a [u8],
-    learner: PackedLearner<'a>,
-    mut end: Fields<'a>,
-) -> Result<Contents<'a>, RecipeError> {
-    let loss = end.next()?;
-    let provenance = Provenance {
-        trainer: end.next()?,
-        data: end.next()?,
-        materials: end.next()?,
-        schedule: end.next()?,
-        seed: end.next()?,
-        options: "",
-    };
-    if !end.0.is_empty() {
-        return Err(RecipeError::Malformed);
-    }
-    Ok(Contents {
-        pattern,
-        learner,
-        statements: Statements {
-            expectation: Some(Expectation {
-                loss,
-                standard_error: None,
-                materials: 0,
-                on: "",
-            }),
-            provenance: Some(provenance),
-            ..Statements::default()
-        },
-    })
 }

@@ -58,9 +58,9 @@ impl Export {
         let bytes = match self.format {
             Format::Postcard if self.strip => file.stripped()?.bytes().to_vec(),
             Format::Postcard => file.bytes().to_vec(),
-            Format::Rust => to_rust(&recipe).into_bytes(),
+            Format::Rust => to_rust(&recipe)?.into_bytes(),
             Format::Basis => compact_basis(&self.recipe, self.components)?,
-            Format::Json => (serde_json::to_string_pretty(&to_json(&recipe))? + "\n").into_bytes(),
+            Format::Json => (serde_json::to_string_pretty(&to_json(&recipe)?)? + "\n").into_bytes(),
         };
         write_file(&self.out, &bytes)
     }

@@ -6,7 +6,9 @@ use clap::Args;
 use glimpse_core::geometry::HalfDifference;
 use glimpse_core::gonio::Limits;
 use glimpse_core::model::ModelKind;
-use glimpse_core::recipe::{Descent, Expectation, Floats, Learner, Noise, Recipe, Ridge};
+use glimpse_core::recipe::{
+    Descent, Expectation, Floats, Learner, Materials, Noise, Recipe, RecipeError, Ridge,
+};
 use glimpse_trainer::export::{RecipeFile, eta};
 
 use super::print;
@@ -34,7 +36,7 @@ impl Inspect {
                 Learner::Descent(descent) => describe_descent(&descent, recipe.samples()),
                 Learner::Ridge(ridge) => describe_ridge(&ridge, recipe.samples()),
             },
-            describe_statements(&recipe),
+            describe_statements(&recipe)?,
         );
         for (index, angles) in recipe.pattern().enumerate() {
             let at = HalfDifference::from_angles(angles);
@@ -87,17 +89,18 @@ fn describe_ridge(ridge: &Ridge<'_>, samples: usize) -> String {
 const NAMES: usize = 3;
 
 /// What the recipe states about itself, line by line.
-fn describe_statements(recipe: &Recipe<'_>) -> String {
+fn describe_statements(recipe: &Recipe<'_>) -> Result<String, RecipeError> {
+    let statements = recipe.statements()?;
     let unstated = || "not stated".to_owned();
     let mut lines = vec![
         (
             "expected loss",
-            recipe.expectation().map_or_else(unstated, expectation),
+            statements.expectation.map_or_else(unstated, expectation),
         ),
-        ("limits", recipe.limits().map_or_else(unstated, limits)),
-        ("noise", recipe.noise().map_or_else(unstated, noise)),
+        ("limits", statements.limits.map_or_else(unstated, limits)),
+        ("noise", statements.noise.map_or_else(unstated, noise)),
     ];
-    match recipe.provenance() {
+    match statements.provenance {
         None => lines.push(("trained on", unstated())),
         Some(provenance) => {
             let (data, materials) = (provenance.data, provenance.materials);
@@ -112,7 +115,7 @@ fn describe_statements(recipe: &Recipe<'_>) -> String {
             ]);
         }
     }
-    lines.push(("materials", materials(recipe)));
+    lines.push(("materials", materials(statements.materials)));
     lines.extend(
         recipe
             .sections()
@@ -121,11 +124,10 @@ fn describe_statements(recipe: &Recipe<'_>) -> String {
                 None => Some(("unknown", format!("section {kind}, {} bytes", bytes.len()))),
             }),
     );
-    lines
-        .iter()
-        .filter(|(_, text)| !text.is_empty())
+    let stated = lines.iter().filter(|(_, text)| !text.is_empty());
+    Ok(stated
         .map(|(name, text)| format!("{name:15}{text}\n"))
-        .collect()
+        .collect())
 }
 
 fn expectation(expectation: Expectation<'_>) -> String {
@@ -164,13 +166,9 @@ fn noise(noise: Noise) -> String {
     )
 }
 
-fn materials(recipe: &Recipe<'_>) -> String {
-    let count = recipe.materials().len();
-    let names: Vec<&str> = recipe
-        .materials()
-        .map(|(name, _)| name)
-        .take(NAMES)
-        .collect();
+fn materials(materials: Materials<'_>) -> String {
+    let count = materials.len();
+    let names: Vec<&str> = materials.map(|(name, _)| name).take(NAMES).collect();
     match count {
         0 => "not named".to_owned(),
         _ if count > NAMES => format!("{count}: {}, ...", names.join(", ")),

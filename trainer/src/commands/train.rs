@@ -189,14 +189,16 @@ impl Job<'_> {
             Ok(file) => file,
             Err(error) => return Found::Other(error.to_string()),
         };
-        let recipe = match file.recipe() {
-            Ok(recipe) => recipe,
+        let parsed = file.recipe();
+        let parsed = parsed.and_then(|recipe| Ok((recipe, recipe.statements()?)));
+        let (recipe, statements) = match parsed {
+            Ok(parsed) => parsed,
             Err(error) => return Found::Other(error.to_string()),
         };
         let schedule = schedule(&self.options);
         let provenance = provenance(&self.options, self.data, materials, &schedule);
         let wanted = words(self.options.model.name(), self.options.samples, &provenance);
-        let (Some(provenance), Some(expected_loss)) = (recipe.provenance(), recipe.expected_loss())
+        let (Some(provenance), Some(expectation)) = (statements.provenance, statements.expectation)
         else {
             return Found::Other(format!(
                 "{} does not say how it was trained",
@@ -205,7 +207,7 @@ impl Job<'_> {
         };
         let found = words(recipe.model().name(), recipe.samples(), &provenance);
         match found == wanted && self.has_basis(&recipe) {
-            true => Found::Done(expected_loss),
+            true => Found::Done(expectation.loss),
             false if found == wanted => {
                 Found::Other(format!("{} lacks its basis", self.out.display()))
             }

@@ -2,7 +2,7 @@
 
 use glimpse_core::gonio::Limits;
 use glimpse_core::recipe::{
-    Descent, Expectation, Floats, Learner, Noise, Provenance, Recipe, Ridge,
+    Descent, Expectation, Floats, Learner, Materials, Noise, Provenance, Recipe, RecipeError, Ridge,
 };
 use serde_json::{Value, json};
 
@@ -12,8 +12,11 @@ use serde_json::{Value, json};
 /// order; for a ridge solve, the basis (n rows of m), mean, median BRDF and weight (each n), `eta` if
 /// all precisions are equal and otherwise `precision` (m), and the checksum of the whole basis (null
 /// if there is none).
-#[must_use]
-pub fn to_json(recipe: &Recipe<'_>) -> Value {
+///
+/// # Errors
+/// If what it states about itself makes no sense.
+pub fn to_json(recipe: &Recipe<'_>) -> Result<Value, RecipeError> {
+    let statements = recipe.statements()?;
     let pattern: Vec<[f32; 3]> = recipe
         .pattern()
         .map(|angles| [angles.theta_h, angles.theta_d, angles.phi_d])
@@ -24,17 +27,17 @@ pub fn to_json(recipe: &Recipe<'_>) -> Value {
         "pattern": pattern,
         "expected_loss": recipe.expected_loss(),
         "checksum": format!("{:08x}", recipe.checksum()),
-        "limits": recipe.limits().map(limits),
-        "noise": recipe.noise().map(noise),
-        "expectation": recipe.expectation().map(expectation),
-        "provenance": recipe.provenance().map(provenance),
-        "materials": materials(recipe),
+        "limits": statements.limits.map(limits),
+        "noise": statements.noise.map(noise),
+        "expectation": statements.expectation.map(expectation),
+        "provenance": statements.provenance.map(provenance),
+        "materials": materials(statements.materials),
     });
     match recipe.learner() {
         Learner::Descent(descent) => add_descent(&mut value, &descent),
         Learner::Ridge(ridge) => add_ridge(&mut value, &ridge),
     }
-    value
+    Ok(value)
 }
 
 fn limits(limits: Limits) -> Value {
@@ -76,8 +79,7 @@ fn provenance(provenance: Provenance<'_>) -> Value {
     })
 }
 
-fn materials(recipe: &Recipe<'_>) -> Option<Vec<Value>> {
-    let list = recipe.materials();
+fn materials(list: Materials<'_>) -> Option<Vec<Value>> {
     let list: Vec<Value> = list
         .map(|(name, digest)| json!({ "name": name, "digest": format!("{digest:08x}") }))
         .collect();

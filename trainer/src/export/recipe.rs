@@ -61,7 +61,7 @@ impl RecipeFile {
     /// # Errors
     /// If they are no recipe.
     pub fn new(bytes: Vec<u8>) -> Result<Self, RecipeError> {
-        Recipe::parse(&bytes)?;
+        Recipe::parse(&bytes)?.statements()?;
         Ok(Self { bytes })
     }
 

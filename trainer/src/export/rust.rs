@@ -2,18 +2,21 @@
 
 use std::fmt::Write;
 
-use glimpse_core::recipe::{Descent, Floats, Learner, Recipe, Ridge};
+use glimpse_core::recipe::{Descent, Floats, Learner, Recipe, RecipeError, Ridge};
 
 /// A module of constants; floats are written so that they read back to the same bits.
-#[must_use]
-pub fn to_rust(recipe: &Recipe<'_>) -> String {
+///
+/// # Errors
+/// If what it states about itself makes no sense.
+pub fn to_rust(recipe: &Recipe<'_>) -> Result<String, RecipeError> {
+    let statements = recipe.statements()?;
     let mut source = format!(
         "//! Recipe {:08x}: {} at n = {}.\n",
         recipe.checksum(),
         recipe.model(),
         recipe.samples(),
     );
-    if let Some(provenance) = recipe.provenance() {
+    if let Some(provenance) = statements.provenance {
         source += &format!(
             "//! By {}, trained on {} ({} materials), {}, seed {}.\n",
             provenance.trainer,
@@ -23,7 +26,8 @@ pub fn to_rust(recipe: &Recipe<'_>) -> String {
             provenance.seed,
         );
     }
-    if let Some(loss) = recipe.expected_loss() {
+    if let Some(expectation) = statements.expectation {
+        let loss = expectation.loss;
         source += &format!("//! Expected loss on an unseen material: {loss:.4}.\n");
     }
     source.push('\n');
@@ -48,7 +52,7 @@ pub fn to_rust(recipe: &Recipe<'_>) -> String {
     }
     source.truncate(source.trim_end().len());
     source.push('\n');
-    source
+    Ok(source)
 }
 
 fn add_descent(source: &mut String, descent: &Descent<'_>) {

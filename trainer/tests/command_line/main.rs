@@ -65,14 +65,22 @@ fn a_recipe_is_trained_shown_exported_and_judged() {
     let bytes = fs::read(directory.join("phong.recipe")).expect("the recipe is there");
     let recipe = Recipe::parse(&bytes).expect("it is a recipe");
     assert_eq!((recipe.model().name(), recipe.samples()), ("phong", 4));
-    let provenance = recipe.provenance().expect("it says where it came from");
+    let provenance = recipe
+        .statements()
+        .expect("they make sense")
+        .provenance
+        .expect("it says where it came from");
     assert_eq!(provenance.data, "procedural:12");
     assert_eq!(
         (provenance.materials, provenance.options),
         (12, "all parts")
     );
     // Of twelve materials one is held out, and one has no standard error.
-    let expectation = recipe.expectation().expect("it promises a loss");
+    let expectation = recipe
+        .statements()
+        .expect("they make sense")
+        .expectation
+        .expect("it promises a loss");
     assert_eq!(
         (expectation.materials, expectation.standard_error),
         (1, None)
@@ -83,7 +91,13 @@ fn a_recipe_is_trained_shown_exported_and_judged() {
     );
     let materials = Procedural::set(12, 0);
     let identities = materials.iter().map(|each| (each.name(), digest(each)));
-    assert!(recipe.materials().eq(identities));
+    assert!(
+        recipe
+            .statements()
+            .expect("they make sense")
+            .materials
+            .eq(identities)
+    );
     let names = fs::read_dir(directory).expect("it can be listed");
     assert_eq!(
         names.count(),
@@ -207,8 +221,22 @@ fn names_of_materials_are_left_out_for_flash() {
         Recipe::parse(&bytes).expect("it is a recipe"),
         whole.recipe().expect("it is a recipe"),
     );
-    assert_eq!(whole.materials().count(), 4);
-    assert_eq!(flash.materials().count(), 0);
+    assert_eq!(
+        whole
+            .statements()
+            .expect("they make sense")
+            .materials
+            .count(),
+        4
+    );
+    assert_eq!(
+        flash
+            .statements()
+            .expect("they make sense")
+            .materials
+            .count(),
+        0
+    );
     let others = whole
         .sections()
         .filter(|(kind, _)| *kind != Kind::MATERIALS);
@@ -232,7 +260,10 @@ fn names_of_materials_are_left_out_for_flash() {
         Recipe::parse(old).expect("it is a recipe"),
     );
     assert!(new.pattern().eq(old.pattern()));
-    assert_eq!(new.provenance(), old.provenance());
+    assert_eq!(
+        new.statements().expect("they make sense").provenance,
+        old.statements().expect("they make sense").provenance
+    );
     let shown = succeed(directory, &["inspect", "old.recipe"]);
     assert!(!shown.contains("options"), "{shown}");
 }

@@ -198,16 +198,12 @@ fn recipe() {
         return;
     };
     black_box((recipe.model(), recipe.samples(), recipe.expected_loss()));
-    black_box((recipe.provenance(), recipe.checksum()));
-    black_box((recipe.limits(), recipe.noise(), recipe.expectation()));
+    black_box(recipe.checksum());
     recipe.pattern().for_each(|angles| {
         black_box(angles);
     });
     recipe.directions().for_each(|each| {
         black_box(each);
-    });
-    recipe.materials().for_each(|material| {
-        black_box(material);
     });
     recipe.sections().for_each(|(kind, bytes)| {
         black_box((kind.number(), kind.name(), kind.is_required(), bytes));
@@ -216,10 +212,15 @@ fn recipe() {
     let kinds = [Kind::new(any(200)), Kind::MATERIALS];
     let _ = black_box(recipe.copy_without(&kinds, black_box(&mut buffer[..])));
     let mut ingredients = Ingredients::new(bytes(), recipe.learner().into());
-    ingredients.limits = recipe.limits();
-    ingredients.noise = recipe.noise();
-    ingredients.expectation = recipe.expectation();
-    ingredients.provenance = recipe.provenance();
+    if let Ok(statements) = recipe.statements() {
+        ingredients.limits = statements.limits;
+        ingredients.noise = statements.noise;
+        ingredients.expectation = statements.expectation;
+        ingredients.provenance = statements.provenance;
+        statements.materials.for_each(|material| {
+            black_box(material);
+        });
+    }
     let _ = black_box(Recipe::write(&ingredients, black_box(&mut buffer[..])));
     black_box(any(Field::Basis).range());
     match recipe.learner() {
