@@ -1,11 +1,31 @@
 //! The host side of Glimpse: materials, meta-learning, evaluation, export.
+//!
+//! Rooms from the bottom up. Imports point down only: a room imports those that stand before it, and no
+//! two files import each other. `tests/arrows.py` checks it by this list.
+//!
+//! - [`files`]: files that are written whole or not at all
+//! - [`material`]: sources of BRDFs
+//! - [`sampling`]: places to look
+//! - [`linear`]: principal components of materials
+//! - [`meta`]: what is meta-learned, by which plan, saved how
+//! - [`export`]: what was learned, as a recipe, and recipes in other formats
+//! - [`render`]: spheres under light
+//! - [`metrics`]: how far a fit is from its material
+//! - [`evaluation`]: methods, and how well they do
+//! - [`scanner`]: the virtual scanner
+//! - [`report`]: tables, plots, pages
+//! - [`benchmark`]: the work that training spends its time on
+//! - `experiment`, of the program: the paper's tables and figures
+//! - `commands`, of the program: one file a subcommand
+//!
+//! Below all of them are crates of their own, which are compiled beside the other dependencies:
+//! [`glimpse_kernels`], sums over samples on lanes and the adjoint of the fit, and
+//! [`glimpse_optimizer`], the meta-parameters as burn holds and steps them.
 
 pub mod benchmark;
-pub mod dual;
 pub mod evaluation;
 pub mod export;
 pub mod files;
-pub mod lanes;
 pub mod linear;
 pub mod material;
 pub mod meta;
@@ -14,26 +34,3 @@ pub mod render;
 pub mod report;
 pub mod sampling;
 pub mod scanner;
-
-/// Runs `$body` with `$M` standing for the model of a [`ModelKind`](glimpse_core::model::ModelKind),
-/// or `$other` for Linear, which is not a [`Model`](glimpse_core::model::Model) that descends.
-#[macro_export]
-macro_rules! with_model {
-    ($kind:expr, $M:ident => $body:expr, _ => $other:expr $(,)?) => {
-        match $kind {
-            glimpse_core::model::ModelKind::Phong => {
-                type $M = glimpse_core::model::Phong;
-                $body
-            }
-            glimpse_core::model::ModelKind::Neural => {
-                type $M = glimpse_core::model::Neural;
-                $body
-            }
-            glimpse_core::model::ModelKind::CookTorrance => {
-                type $M = glimpse_core::model::CookTorrance;
-                $body
-            }
-            glimpse_core::model::ModelKind::Linear => $other,
-        }
-    };
-}

@@ -66,6 +66,7 @@ fn main() -> ExitCode {
     }
     let outcome = match command {
         Command::Quickstart(command) => command.run(common.seed),
+        Command::Train(command) if command.grid => commands::grid::run(&command, common.seed),
         Command::Train(command) => command.run(common.seed),
         Command::Evaluate(command) => command.run(common.seed),
         Command::Inspect(command) => command.run(),
@@ -79,34 +80,8 @@ fn main() -> ExitCode {
     match outcome {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("error: {}", message(&error));
+            eprintln!("error: {}", commands::message::message(&error));
             ExitCode::FAILURE
         }
-    }
-}
-
-/// An error and its causes, those left out that the one before has said already.
-pub(crate) fn message(error: &anyhow::Error) -> String {
-    let mut message = String::new();
-    for cause in error.chain() {
-        let cause = cause.to_string();
-        if !message.contains(&cause) {
-            let joint = if message.is_empty() { "" } else { ": " };
-            message = message + joint + &cause;
-        }
-    }
-    message
-}
-
-#[cfg(test)]
-mod tests {
-    use super::message;
-
-    #[test]
-    fn a_cause_is_told_once() {
-        let told = anyhow::anyhow!("no such file").context("cannot read a: no such file");
-        assert_eq!(message(&told), "cannot read a: no such file");
-        let untold = anyhow::anyhow!("no such file").context("cannot read a");
-        assert_eq!(message(&untold), "cannot read a: no such file");
     }
 }

@@ -16,19 +16,20 @@ use glimpse_core::model::{CookTorrance, ModelKind, Neural, ParameterSet, Phong};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
-use crate::dual::Dual;
 use crate::material::{Material, Procedural};
 use crate::meta::descent::{Descent, Tasks};
-use crate::meta::gradient::LaneModel;
-use crate::meta::parameters::{Groups, Optimization};
 use crate::meta::pattern::{Pattern, logits_of};
-use crate::meta::plan::{Effort, InnerSamples, Phase, Plan, Schedule, Search};
+use crate::meta::phase::{InnerSamples, Phase, Search};
+use crate::meta::plan::{Effort, Plan, Schedule};
 use crate::meta::pool::Pool;
 use crate::meta::run::INNER_STEPS;
 use crate::meta::start::first_guess;
 use crate::meta::trainee::{Lots, Trainee};
-use crate::meta::unroll::{Learner, MetaGradient};
 use crate::sampling::sobol_valid;
+use glimpse_kernels::Dual;
+use glimpse_kernels::LaneModel;
+use glimpse_kernels::inner_loop::{InnerLoop, MetaGradient};
+use glimpse_optimizer::{Groups, Optimization};
 
 pub use peak::{Peak, peak};
 pub use timing::{Timing, measure};
@@ -186,10 +187,10 @@ impl<'m> Ground<'m> {
         }
     }
 
-    fn first_learner<M: LaneModel>(&self) -> Learner<M, f32> {
+    fn first_inner_loop<M: LaneModel>(&self) -> InnerLoop<M, f32> {
         let initial = first_guess(M::KIND, &mut random());
         let step_sizes = vec![1e-3; initial.len()];
-        Learner::new(&initial, &step_sizes, INNER_STEPS)
+        InnerLoop::new(&initial, &step_sizes, INNER_STEPS)
     }
 
     /// The paper's first stage: fresh samples at every step.
@@ -198,32 +199,39 @@ impl<'m> Ground<'m> {
         inner: usize,
         outer: usize,
     ) -> Box<dyn FnMut() + 'a> {
-        let learner = self.first_learner::<M>();
+        let inner_loop = self.first_inner_loop::<M>();
         let mut random = random();
         let mut draw = |count| self.tasks.pool.draw(0, count, &mut random);
-        let draws: Vec<_> = (0..learner.steps).map(|_| draw(inner)).collect();
+        let draws: Vec<_> = (0..inner_loop.steps).map(|_| draw(inner)).collect();
         let outer = draw(outer);
         let mut found = MetaGradient::<M, f32>::default();
         Box::new(move || {
             let lists: Vec<_> = draws.iter().map(|draw| draw.octets().in_a_row()).collect();
             let lists: Vec<_> = lists.iter().collect();
-            found.compute(&learner, &lists, &outer.octets(), None);
+            M::meta_gradient(&mut found, &inner_loop, &lists, &outer.octets(), None);
         })
     }
 
     /// The paper's second stage, and the joint schedule: the pattern's samples at every step, and
     /// the gradient by them too.
     fn on_pattern<'a, M: LaneModel + 'a>(&'a self, outer: usize) -> Box<dyn FnMut() + 'a> {
-        let learner = self.first_learner::<M>();
+        let inner_loop = self.first_inner_loop::<M>();
         let outer = self.tasks.pool.draw(0, outer, &mut random());
         let material = &*self.tasks.materials[0];
         let measured = self.pattern.measure(material);
         let mut found = MetaGradient::<M, f32>::default();
         Box::new(move || {
             let inner = measured.octets();
-            let mut slopes = inner.no_slopes();
-            found.compute(&learner, &[&inner], &outer.octets(), Some(&mut slopes));
-            std::hint::black_box(measured.gradient_by_logits(&slopes));
+            let mut derivatives = inner.zero_derivatives();
+            let outer = outer.octets();
+            M::meta_gradient(
+                &mut found,
+                &inner_loop,
+                &[&inner],
+                &outer,
+                Some(&mut derivatives),
+            );
+            std::hint::black_box(measured.gradient_by_logits(&derivatives));
         })
     }
 
@@ -261,7 +269,7 @@ impl<'m> Ground<'m> {
 
     /// The two sums over samples that all the time is spent in, on one thread.
     fn neural_kernels<'a>(&'a self, items: &mut Vec<Item<'a>>) {
-        let theta = self.first_learner::<Neural>().initial;
+        let theta = self.first_inner_loop::<Neural>().initial;
         let draw = self.tasks.pool.draw(0, 512, &mut random());
         let mut gradient = theta;
         items.push(Item {
@@ -272,7 +280,7 @@ impl<'m> Ground<'m> {
             multiply_accumulates: Some(512 * neural::gradient()),
             run: Box::new(move || {
                 let samples = draw.octets();
-                Neural::gradient(&theta, &samples, 0..samples.octets(), &mut gradient);
+                Neural::gradient_of(&theta, &samples, 0..samples.octets(), &mut gradient);
             }),
         });
         let draw = self.tasks.pool.draw(0, 512, &mut random());
@@ -289,7 +297,7 @@ impl<'m> Ground<'m> {
             multiply_accumulates: Some(512 * neural::product(false)),
             run: Box::new(move || {
                 let samples = draw.octets();
-                Neural::product(&dual, &samples, 0..samples.octets(), &mut product, None);
+                Neural::product_of(&dual, &samples, 0..samples.octets(), &mut product, None);
             }),
         });
     }

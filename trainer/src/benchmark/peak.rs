@@ -4,7 +4,7 @@ use std::hint::black_box;
 use std::time::Instant;
 
 use super::Threads;
-use crate::lanes::{InstructionSet, Kernel, Lanes, WIDTH};
+use glimpse_kernels::lanes::{InstructionSet, Kernel, Lanes, WIDTH};
 
 /// Sums that do not wait for each other: two units of a latency of four need eight.
 const CHAINS: usize = 12;

@@ -3,8 +3,8 @@
 use anyhow::ensure;
 use clap::Args;
 use glimpse_core::model::ModelKind;
+use glimpse_kernels::lanes::InstructionSet;
 use glimpse_trainer::benchmark::{Ground, Item, Peak, Threads, Timing, materials, measure, peak};
-use glimpse_trainer::lanes::InstructionSet;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::{Value, json};
 

@@ -7,7 +7,7 @@ use clap::{Args, ValueEnum};
 use glimpse_core::model::{ModelKind, linear};
 use glimpse_core::recipe::MAX_SAMPLES;
 use glimpse_trainer::evaluation::{Judge, Method, OPTIMUM_STEPS, Verdict};
-use glimpse_trainer::export::RecipeFile;
+use glimpse_trainer::export::{RecipeFile, recipe_of};
 use glimpse_trainer::linear::{Basis, Columns, Prior, least_condition};
 use glimpse_trainer::material::{Material, Source};
 use glimpse_trainer::meta::plan::{Effort, Schedule};
@@ -15,7 +15,6 @@ use glimpse_trainer::meta::run::{INNER_STEPS, Learned as LearnedRecipe, Options,
 
 use super::export_basis::read_compact;
 use super::progress::train_with_progress;
-use super::train::recipe_of;
 use super::{ModelName, PriorArgs, environment, load, print, read_recipe};
 
 /// How a method fits.

@@ -10,6 +10,7 @@ use glimpse_core::model::ModelKind;
 use glimpse_trainer::files::write_whole;
 use glimpse_trainer::report::{Best, Cell, Column, Compare, Table};
 
+use super::message::message;
 use super::progress::{catch_interrupts, interrupted};
 use super::train::{Found, Job, Train};
 use super::{ModelName, load, print};
@@ -25,7 +26,8 @@ struct Row {
     seconds: Option<f64>,
 }
 
-pub(super) fn run(train: &Train, seed: u64) -> anyhow::Result<()> {
+/// Trains every model at every n.
+pub(crate) fn run(train: &Train, seed: u64) -> anyhow::Result<()> {
     catch_interrupts()?;
     let models = match &train.model[..] {
         [] => ModelName::value_variants(),
@@ -77,7 +79,7 @@ pub(super) fn run(train: &Train, seed: u64) -> anyhow::Result<()> {
                 }
             }
             Err(error) => {
-                eprintln!("error: {}", crate::message(&error));
+                eprintln!("error: {}", message(&error));
                 row.seconds = None;
             }
         }

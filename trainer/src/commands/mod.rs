@@ -5,8 +5,9 @@ pub(crate) mod bench;
 pub(crate) mod evaluate;
 pub(crate) mod export;
 mod export_basis;
-mod grid;
+pub(crate) mod grid;
 pub(crate) mod inspect;
+pub(crate) mod message;
 pub(crate) mod progress;
 pub(crate) mod query;
 pub(crate) mod quickstart;
@@ -27,7 +28,6 @@ use glimpse_trainer::linear::{Basis, Prior};
 
 use glimpse_trainer::material::{Material, Source};
 use glimpse_trainer::render::Environment;
-use train::basis_beside;
 
 /// The models, as named on the command line.
 #[derive(Clone, Copy, Debug, clap::ValueEnum)]
@@ -78,7 +78,7 @@ pub(crate) fn read_recipe(path: &Path) -> anyhow::Result<(RecipeFile, Option<Bas
         .recipe()?
         .ridge()
         .and_then(|ridge| ridge.basis_checksum());
-    let basis = checksum.map(|checksum| Basis::read(&basis_beside(path), checksum));
+    let basis = checksum.map(|checksum| Basis::read(&Basis::beside(path), checksum));
     Ok((file, basis.transpose()?))
 }
 

@@ -5,9 +5,9 @@ use std::time::Instant;
 
 use clap::Args;
 use glimpse_core::model::ModelKind;
+use glimpse_kernels::lanes::InstructionSet;
 use glimpse_trainer::evaluation::{Judge, Method, Verdict};
-use glimpse_trainer::export::RecipeFile;
-use glimpse_trainer::lanes::InstructionSet;
+use glimpse_trainer::export::{RecipeFile, recipe_of};
 use glimpse_trainer::linear::Prior;
 use glimpse_trainer::material::{Material, Procedural, Source};
 use glimpse_trainer::meta::plan::{Effort, Schedule};
@@ -17,7 +17,6 @@ use glimpse_trainer::report::{
 };
 
 use super::progress::train_with_progress;
-use super::train::recipe_of;
 use super::{load, print, write_file};
 
 /// Materials that are scanned: of another seed than those of training.
@@ -118,7 +117,7 @@ fn learn(source: &Source, seed: u64, parts: Parts) -> anyhow::Result<RecipeFile>
         checkpoints: None,
     };
     let learned = train_with_progress(&options, load(source)?)?;
-    recipe_of(&learned, &options, source)
+    Ok(recipe_of(&learned, &options, source)?)
 }
 
 /// The method's name as the paper writes it.

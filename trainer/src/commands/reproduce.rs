@@ -1,21 +1,15 @@
 //! `trainer reproduce`
 
-use std::path::{Path, PathBuf};
-use std::time::Duration;
+use std::path::PathBuf;
 
 use anyhow::bail;
 use clap::Args;
 use glimpse_core::recipe::MAX_SAMPLES;
-use glimpse_trainer::export::RecipeFile;
 use glimpse_trainer::files::try_write;
-use glimpse_trainer::material::{Material, Source};
-use glimpse_trainer::meta::checkpoint::Checkpoint;
-use glimpse_trainer::meta::outer::Checkpoints;
+use glimpse_trainer::material::Source;
 use glimpse_trainer::meta::plan::Effort;
-use glimpse_trainer::meta::run::{Learned, Options};
 
 use super::progress::{catch_interrupts, interrupted, train_with_progress};
-use super::train::{label, recipe_of};
 use super::{environment, load, print};
 use crate::experiment::{Experiment, Laboratory, Settings, TestSet, write_index};
 
@@ -90,9 +84,9 @@ impl Reproduce {
         let additional = additional.collect::<anyhow::Result<Vec<_>>>()?;
         let sources = format!(
             "trained on {} ({} materials), judged on {} ({})",
-            label(&self.data),
+            self.data.label(),
             training.len(),
-            label(&self.test),
+            self.test.label(),
             test.len()
         );
         let test = TestSet::new("test".into(), &test, &environment, seed);
@@ -102,7 +96,7 @@ impl Reproduce {
             .zip(&additional)
             .zip(1..)
             .map(|((source, materials), number)| {
-                let name = format!("{number}-{}", label(source).replace([':', '/'], "-"));
+                let name = format!("{number}-{}", source.label().replace([':', '/'], "-"));
                 TestSet::new(name, materials, &environment, seed)
             })
             .collect();
@@ -117,7 +111,13 @@ impl Reproduce {
                 None => "the built-in studio".into(),
             },
         };
-        let laboratory = Laboratory::open(settings, &training, &test, &additional, &learn)?;
+        let laboratory = Laboratory::open(
+            settings,
+            &training,
+            &test,
+            &additional,
+            &train_with_progress,
+        )?;
         drop(training);
         let experiments = self.experiment.each(!additional.is_empty());
         for (index, experiment) in experiments.iter().enumerate() {
@@ -138,29 +138,4 @@ impl Reproduce {
         eprintln!("look at {}", index.display());
         Ok(())
     }
-}
-
-/// Trains a recipe, going on from its checkpoint if there is one.
-fn learn(
-    options: &Options,
-    data: &Source,
-    checkpoint: &Path,
-    materials: Vec<Box<dyn Material>>,
-) -> anyhow::Result<(RecipeFile, Option<Vec<u8>>)> {
-    let options = Options {
-        checkpoints: Some(Checkpoints {
-            directory: checkpoint.to_owned(),
-            every: Duration::from_secs(10),
-            resume: true,
-        }),
-        ..options.clone()
-    };
-    let learned = train_with_progress(&options, materials)?;
-    let file = recipe_of(&learned, &options, data)?;
-    Checkpoint::remove(checkpoint);
-    let basis = match learned {
-        Learned::Ridge(learned) => Some(learned.basis),
-        Learned::Descent(_) => None,
-    };
-    Ok((file, basis))
 }

@@ -5,16 +5,15 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, bail};
 use clap::Args;
-use glimpse_core::model::ModelKind;
-use glimpse_core::recipe::{Expectation, Provenance, Recipe};
-use glimpse_trainer::export::{RecipeFile, Statements, to_recipe, to_ridge_recipe};
+use glimpse_core::recipe::Recipe;
+use glimpse_trainer::export::{RecipeFile, options_of, provenance, recipe_of, schedule_of};
 use glimpse_trainer::files::try_write;
-use glimpse_trainer::linear::Prior;
+use glimpse_trainer::linear::{Basis, Prior};
 use glimpse_trainer::material::{Material, Source};
 use glimpse_trainer::meta::checkpoint::Checkpoint;
 use glimpse_trainer::meta::outer::Checkpoints;
 use glimpse_trainer::meta::plan::{Effort, Schedule};
-use glimpse_trainer::meta::run::{Learned, Options, Parts, Promise};
+use glimpse_trainer::meta::run::{Learned, Options, Parts};
 
 use super::progress::train_with_progress;
 use super::{ModelName, PriorArgs, load, write_file};
@@ -78,7 +77,7 @@ pub(crate) struct Train {
     resume: bool,
     /// Train many recipes, one for each of the models at each n
     #[arg(long)]
-    grid: bool,
+    pub(crate) grid: bool,
 }
 
 fn seconds(text: &str) -> Result<Duration, String> {
@@ -88,9 +87,6 @@ fn seconds(text: &str) -> Result<Duration, String> {
 
 impl Train {
     pub(crate) fn run(&self, seed: u64) -> anyhow::Result<()> {
-        if self.grid {
-            return super::grid::run(self, seed);
-        }
         let (&[model], &[samples]) = (&self.model[..], &self.samples[..]) else {
             bail!("several models, or several numbers of samples, take --grid");
         };
@@ -195,9 +191,9 @@ impl Job<'_> {
             Ok(parsed) => parsed,
             Err(error) => return Found::Other(error.to_string()),
         };
-        let schedule = schedule(&self.options);
+        let schedule = schedule_of(&self.options);
         let provenance = provenance(&self.options, self.data, materials, &schedule);
-        let wanted = words(self.options.model.name(), self.options.samples, &provenance);
+        let wanted = options_of(self.options.model.name(), self.options.samples, &provenance);
         let (Some(provenance), Some(expectation)) = (statements.provenance, statements.expectation)
         else {
             return Found::Other(format!(
@@ -205,7 +201,7 @@ impl Job<'_> {
                 self.out.display()
             ));
         };
-        let found = words(recipe.model().name(), recipe.samples(), &provenance);
+        let found = options_of(recipe.model().name(), recipe.samples(), &provenance);
         match found == wanted && self.has_basis(&recipe) {
             true => Found::Done(expectation.loss),
             false if found == wanted => {
@@ -219,7 +215,7 @@ impl Job<'_> {
     }
 
     fn has_basis(&self, recipe: &Recipe<'_>) -> bool {
-        recipe.ridge().is_none() || basis_beside(&self.out).exists()
+        recipe.ridge().is_none() || Basis::beside(&self.out).exists()
     }
 
     /// Trains and writes it; returns the loss that it promises.
@@ -241,7 +237,7 @@ impl Job<'_> {
         let file = recipe_of(&learned, &options, self.data)?;
         if let Learned::Ridge(learned) = &learned {
             // First: a recipe without its basis would be of no use.
-            write_file(&basis_beside(&self.out), &learned.basis)?;
+            write_file(&Basis::beside(&self.out), &learned.basis)?;
         }
         write_file(&self.out, file.bytes())?;
         self.clean_up();
@@ -252,94 +248,6 @@ impl Job<'_> {
     pub(super) fn clean_up(&self) {
         Checkpoint::remove(&self.checkpoint);
     }
-}
-
-/// Writes down what was learned, with where it came from.
-pub(crate) fn recipe_of(
-    learned: &Learned,
-    options: &Options,
-    data: &Source,
-) -> anyhow::Result<RecipeFile> {
-    let schedule = schedule(options);
-    let Promise { expected, on } = learned.promise();
-    let on = format!("materials of {} {on}", label(data));
-    let materials = learned.materials();
-    let statements = Statements {
-        expectation: Some(Expectation {
-            loss: expected.loss,
-            standard_error: expected.standard_error,
-            materials: expected.materials as u32,
-            on: &on,
-        }),
-        provenance: Some(provenance(options, data, materials.len(), &schedule)),
-        materials: materials
-            .iter()
-            .map(|material| (&material.name[..], material.digest))
-            .collect(),
-        ..Statements::default()
-    };
-    let file = match learned {
-        Learned::Descent(learned) => to_recipe(learned, &statements),
-        Learned::Ridge(learned) => to_ridge_recipe(&learned.reduced, &statements),
-    };
-    file.context("training did not converge to a recipe")
-}
-
-fn provenance<'a>(
-    options: &Options,
-    data: &'a Source,
-    materials: usize,
-    schedule: &'a str,
-) -> Provenance<'a> {
-    Provenance {
-        trainer: concat!("glimpse-trainer ", env!("CARGO_PKG_VERSION")),
-        data: label(data),
-        materials: materials as u32,
-        schedule,
-        seed: options.seed,
-        options: match options.parts {
-            Parts::All => "all parts",
-            Parts::AllTwice => "all parts twice",
-            Parts::WithoutPattern => "start and step sizes only",
-            Parts::PatternOnly(_) => "pattern only",
-        },
-    }
-}
-
-fn schedule(options: &Options) -> String {
-    let schedule = format!("{:?} {:?}", options.schedule, options.effort).to_lowercase();
-    match (options.model, options.prior) {
-        (ModelKind::Linear, Prior { components, eta }) => {
-            let eta = eta.map_or("learned".to_owned(), |eta| eta.to_string());
-            format!("{schedule}, {components} bases, eta {eta}")
-        }
-        _ => schedule,
-    }
-}
-
-/// All of a recipe's provenance that decides what it holds.
-fn words(model: &str, samples: usize, provenance: &Provenance<'_>) -> String {
-    let Provenance {
-        data,
-        materials,
-        schedule,
-        seed,
-        ..
-    } = provenance;
-    format!("{model} n = {samples}, {materials} materials of {data}, {schedule}, seed {seed}")
-}
-
-/// A source's name without the directories that lead to it: those are nobody's business.
-pub(super) fn label(source: &Source) -> &str {
-    let name = Path::new(&source.0)
-        .file_name()
-        .and_then(|name| name.to_str());
-    name.unwrap_or(&source.0)
-}
-
-/// Where the basis of a recipe of the model Linear is.
-pub(super) fn basis_beside(out: &Path) -> PathBuf {
-    out.with_extension("basis")
 }
 
 /// OUT.checkpoint

@@ -6,10 +6,10 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 use crate::material::Material;
-use crate::meta::gradient::LaneModel;
 use crate::meta::pool::Pool;
 use crate::meta::start::{first_guess, random_start};
-use crate::meta::unroll::SampleList;
+use glimpse_kernels::LaneModel;
+use glimpse_kernels::inner_loop::unflatten;
 
 /// Adam's usual constants.
 const DECAYS: [f32; 2] = [0.9, 0.999];
@@ -37,7 +37,7 @@ struct Adam<M: Model> {
 impl<M: Model> Adam<M> {
     fn new(start: &[f32]) -> Self {
         let mut parameters = M::Parameters::filled(0.0);
-        crate::meta::unflatten(start, &mut parameters);
+        unflatten(start, &mut parameters);
         Self {
             parameters,
             moments: vec![[0.0; 2]; M::PARAMETERS],
@@ -66,7 +66,7 @@ impl<M: LaneModel> Adam<M> {
     fn step_on_fresh_samples(&mut self, pool: &Pool, random: &mut ChaCha8Rng, rate: f32) {
         let draw = pool.draw(0, FRESH_SAMPLES, random);
         let mut gradient = M::Parameters::filled(0.0);
-        SampleList::<M, f32>::gradient(&draw.octets(), &self.parameters, &mut gradient);
+        M::gradient(&self.parameters, &draw.octets(), &mut gradient);
         self.step(&gradient, rate);
     }
 }

@@ -8,12 +8,13 @@ use glimpse_core::recipe::{Descent, Learner, Recipe};
 
 use super::JudgeError;
 use super::adam;
-use super::scan::scan;
 use crate::linear::{Basis, Coefficients, Reconstruction, Reduced};
 use crate::material::Material;
-use crate::meta::gradient::LaneModel;
 use crate::sampling::uniform_valid;
-use crate::with_model;
+use glimpse_kernels::LaneModel;
+use glimpse_kernels::inner_loop::unflatten;
+use glimpse_kernels::scan::scan;
+use glimpse_kernels::with_model;
 
 /// What a fit has found.
 #[derive(Clone, Debug, PartialEq)]
@@ -63,7 +64,7 @@ impl Fitted<'_> {
                 parameters: list,
             } => with_model!(*model, M => {
                 let mut parameters = <M as Model>::Parameters::filled(0.0);
-                crate::meta::unflatten(list, &mut parameters);
+                unflatten(list, &mut parameters);
                 <M as LaneModel>::evaluate(&parameters, at, brdf);
             }, _ => brdf.fill([f32::NAN; 3])),
         }
@@ -319,7 +320,7 @@ impl<'a> Method<'a> {
         };
         let parameters = match &self.fitting {
             Fitting::Scan(recipe, basis) => {
-                let found = scan(recipe, |angles| material.brdf(angles))?;
+                let found = scan(recipe, &mut |angles| material.brdf(angles))?;
                 match (recipe.model(), basis) {
                     (ModelKind::Linear, Some(basis)) => {
                         let coefficients = basis.channels(&found.values)?;

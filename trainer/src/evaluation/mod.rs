@@ -2,11 +2,9 @@
 
 mod adam;
 mod method;
-mod scan;
 
 pub use adam::OPTIMUM_STEPS;
 pub use method::{Fitted, Method, measure};
-pub use scan::{Found, scan};
 
 use glimpse_core::geometry::HalfDifference;
 use rayon::prelude::*;
@@ -39,18 +37,9 @@ pub enum JudgeError {
     /// A basis does not belong to a recipe.
     #[error(transparent)]
     Count(#[from] crate::linear::CountError),
-    /// A recipe cannot be scanned by.
+    /// A material cannot be scanned by a recipe.
     #[error(transparent)]
-    Scan(#[from] glimpse_core::scan::ScanError),
-    /// A material's value cannot be a reading.
-    #[error("the material cannot be read: {0}")]
-    Reading(#[from] glimpse_core::scan::ReadingError),
-    /// A material's values cannot be fitted.
-    #[error("the material cannot be fitted: {0}")]
-    Fit(#[from] glimpse_core::scan::FitError),
-    /// A material's fit has no result.
-    #[error("the material cannot be fitted: {0}")]
-    Finish(#[from] glimpse_core::scan::FinishError),
+    Scan(#[from] glimpse_kernels::scan::HostScanError),
     /// Pictures cannot be compared: never in practice, all have the same size.
     #[error(transparent)]
     Compare(#[from] CompareError),

@@ -6,14 +6,18 @@
 use std::cell::OnceCell;
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use anyhow::{Context, anyhow, bail};
 use glimpse_core::model::ModelKind;
 use glimpse_trainer::evaluation::{Judge, MaterialScores, Method, OPTIMUM_STEPS, Verdict};
-use glimpse_trainer::export::RecipeFile;
+use glimpse_trainer::export::{RecipeFile, recipe_of};
 use glimpse_trainer::files::write_whole;
 use glimpse_trainer::linear::{Basis, Columns, least_condition};
 use glimpse_trainer::material::{Material, Source};
+use glimpse_trainer::meta;
+use glimpse_trainer::meta::checkpoint::Checkpoint;
+use glimpse_trainer::meta::outer::Checkpoints;
 use glimpse_trainer::meta::plan::Effort;
 use glimpse_trainer::meta::run::{INNER_STEPS, Options};
 use glimpse_trainer::metrics::Scores;
@@ -21,6 +25,9 @@ use glimpse_trainer::render::Environment;
 use serde::{Deserialize, Serialize};
 
 use super::case::{Approach, Case, Lesson};
+
+/// How often a training is saved.
+const SAVED_EVERY: Duration = Duration::from_secs(10);
 
 /// What an experiment is run with.
 #[derive(Clone, Debug)]
@@ -79,13 +86,9 @@ pub(crate) struct Learned {
     pub(crate) basis: Option<Basis>,
 }
 
-/// Trains: returns the recipe, and the bytes of Linear's basis.
-pub(crate) type Learn = dyn Fn(
-    &Options,
-    &Source,
-    &Path,
-    Vec<Box<dyn Material>>,
-) -> anyhow::Result<(RecipeFile, Option<Vec<u8>>)>;
+/// Trains, and shows how far it is.
+pub(crate) type Train =
+    dyn Fn(&Options, Vec<Box<dyn Material>>) -> anyhow::Result<meta::run::Learned>;
 
 /// How well a method did, as it is kept.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -126,7 +129,7 @@ pub(crate) struct Laboratory<'a> {
     pub(crate) test: &'a TestSet<'a>,
     /// Other sources that are judged too.
     pub(crate) additional: &'a [TestSet<'a>],
-    learn: &'a Learn,
+    train: &'a Train,
     columns: OnceCell<Columns>,
 }
 
@@ -140,7 +143,7 @@ impl<'a> Laboratory<'a> {
         training: &[Box<dyn Material>],
         test: &'a TestSet<'a>,
         additional: &'a [TestSet<'a>],
-        learn: &'a Learn,
+        train: &'a Train,
     ) -> anyhow::Result<Self> {
         let path = settings.out.join("settings.txt");
         let names = |materials: &[Box<dyn Material>]| {
@@ -175,7 +178,7 @@ impl<'a> Laboratory<'a> {
             settings,
             test,
             additional,
-            learn,
+            train,
             columns: OnceCell::new(),
         })
     }
@@ -207,10 +210,20 @@ impl<'a> Laboratory<'a> {
             parts: lesson.parts.clone(),
             prior: lesson.prior,
             seed: self.settings.seed.wrapping_add(lesson.repetition),
-            checkpoints: None,
+            checkpoints: Some(Checkpoints {
+                directory: checkpoint.clone(),
+                every: SAVED_EVERY,
+                resume: true,
+            }),
         };
         eprintln!("training {name}");
-        let (file, bytes) = (self.learn)(&options, &self.settings.data, &checkpoint, materials)?;
+        let found = (self.train)(&options, materials)?;
+        let file = recipe_of(&found, &options, &self.settings.data)?;
+        Checkpoint::remove(&checkpoint);
+        let bytes = match found {
+            meta::run::Learned::Ridge(found) => Some(found.basis),
+            meta::run::Learned::Descent(_) => None,
+        };
         if let Some(bytes) = &bytes {
             // First: a recipe without its basis would be of no use.
             keep(&basis, bytes)?;

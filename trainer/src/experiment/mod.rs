@@ -20,17 +20,20 @@ mod same_samples;
 mod seeds;
 mod spheres;
 mod subsets;
+mod tables;
 
 use std::time::Instant;
 
 use anyhow::Context;
 use clap::ValueEnum;
-use glimpse_core::model::ModelKind;
-use glimpse_trainer::metrics::Scores;
-use glimpse_trainer::report::{Best, Cell, Column, Page};
+use glimpse_trainer::report::Page;
 
 pub(crate) use findings::Findings;
 pub(crate) use laboratory::{Laboratory, Settings, TestSet};
+use tables::{
+    METRICS, MODELS, SAMPLES, cells_beside_the_paper_s, columns_beside_the_paper_s, doublings,
+    metrics, title,
+};
 
 /// A table or figure of the paper.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -132,64 +135,4 @@ pub(crate) fn write_index(settings: &Settings) -> anyhow::Result<()> {
             .with_context(|| format!("cannot read what {} left", experiment.name()))?;
     }
     Ok(page.write(&settings.out)?)
-}
-
-/// All models, in the paper's order.
-const MODELS: [ModelKind; 4] = [
-    ModelKind::Phong,
-    ModelKind::CookTorrance,
-    ModelKind::Linear,
-    ModelKind::Neural,
-];
-/// The paper's n.
-const SAMPLES: usize = 8;
-
-/// A model's name as the paper writes it.
-fn title(model: ModelKind) -> &'static str {
-    match model {
-        ModelKind::Phong => "Phong",
-        ModelKind::CookTorrance => "Cook-Torrance",
-        ModelKind::Linear => "Linear",
-        ModelKind::Neural => "Neural",
-    }
-}
-
-/// 1, 2, 4, ... up to the most.
-fn doublings(most: usize) -> impl Iterator<Item = usize> + Clone {
-    std::iter::successors(Some(1), |n| Some(2 * n)).take_while(move |n| *n <= most)
-}
-
-/// The four metrics' names and how they are compared.
-const METRICS: [(&str, usize, Best); 4] = [
-    ("Loss", 4, Best::Least),
-    ("DSSIM", 4, Best::Least),
-    ("L2", 5, Best::Least),
-    ("PSNR (dB)", 2, Best::Greatest),
-];
-
-/// The four metrics, in that order.
-fn metrics(scores: &Scores) -> [f64; 4] {
-    [scores.loss, scores.dssim, scores.l2, scores.psnr]
-}
-
-/// Columns for our four metrics and then for the paper's.
-fn columns_beside_the_paper_s() -> Vec<Column> {
-    let ours = METRICS.map(|(title, decimals, best)| Column::number(title, decimals, best));
-    let paper = METRICS.map(|(title, decimals, _)| {
-        Column::number(format!("paper: {title}"), decimals.min(3), Best::None)
-    });
-    ours.into_iter().chain(paper).collect()
-}
-
-/// Cells for those.
-fn cells_beside_the_paper_s(scores: &Scores, paper: Option<&Scores>) -> Vec<Cell> {
-    let paper = match paper {
-        Some(paper) => metrics(paper).map(Cell::Number),
-        None => [const { Cell::Missing }; 4],
-    };
-    metrics(scores)
-        .map(Cell::Number)
-        .into_iter()
-        .chain(paper)
-        .collect()
 }

@@ -3,9 +3,9 @@
 mod json;
 mod recipe;
 mod rust;
+mod training;
 
 pub use json::{eta, to_json};
-pub use recipe::{
-    RecipeFile, RecipeFileError, ReducedBasis, Statements, to_recipe, to_ridge_recipe,
-};
+pub use recipe::{RecipeFile, RecipeFileError, Statements, to_recipe, to_ridge_recipe};
 pub use rust::to_rust;
+pub use training::{NoRecipe, options_of, provenance, recipe_of, schedule_of};

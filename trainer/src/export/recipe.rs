@@ -11,6 +11,7 @@ use glimpse_core::recipe::{
     PackedRidge, Provenance, Recipe, RecipeError,
 };
 
+use crate::linear::ReducedBasis;
 use crate::meta::run::LearnedDescent;
 
 /// Why a recipe file cannot be used.
@@ -151,26 +152,6 @@ pub fn to_recipe(
         initial.len() + step_sizes.len(),
         statements,
     )
-}
-
-/// The model Linear, reduced to the directions that are measured.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ReducedBasis {
-    /// Where to measure; both directions of each sample are above the horizon.
-    pub pattern: Vec<Angles<f32>>,
-    /// The components there, n rows of m: principal components of the mapped training columns,
-    /// scaled as the precisions ask for.
-    pub basis: Vec<f32>,
-    /// The mean of the mapped training columns there, n.
-    pub mean: Vec<f32>,
-    /// The median BRDF of the training columns there, sr^-1 (not times a cosine), n.
-    pub median: Vec<f32>,
-    /// cos(theta_i) cos(theta_o) there, n.
-    pub weight: Vec<f32>,
-    /// The precision of each coefficient, m (the paper's eta, m times).
-    pub precision: Vec<f32>,
-    /// The CRC-32 of the file of the whole basis; 0 if there is none.
-    pub basis_checksum: u32,
 }
 
 /// Writes down a recipe of the model Linear.

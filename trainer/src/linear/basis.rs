@@ -4,13 +4,11 @@ use std::path::{Path, PathBuf};
 
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::linear::{EPSILON, unmap};
-use glimpse_core::numeric::Scalar;
 use nalgebra::{DMatrix, SymmetricEigen};
 use rayon::prelude::*;
 
-use super::reduced::widened;
-use super::{ByAngles, Coefficients, Columns, Grid, Reduced};
-use crate::export::ReducedBasis;
+use super::values::{Coefficients, median_of, widened};
+use super::{Columns, Grid};
 use crate::material::angles_of;
 
 /// Numbers before the components of a node: mean of the mapped columns, and ln(median w + e).
@@ -155,23 +153,6 @@ impl Basis {
         }
     }
 
-    /// The basis at a pattern, as recipes hold it; precisions and checksum are left open.
-    #[must_use]
-    pub fn reduce(&self, pattern: Vec<Angles<f32>>) -> ReducedBasis {
-        let places: Vec<Angles<f64>> = pattern.iter().map(widened).collect();
-        let found = Reduced::new(self, &places);
-        let values = |list: &[ByAngles]| list.iter().map(|dual| dual.value as f32).collect();
-        ReducedBasis {
-            pattern,
-            basis: found.basis.iter().map(|value| *value as f32).collect(),
-            mean: values(&found.mean),
-            median: values(&found.median),
-            weight: values(&found.weight),
-            precision: Vec::new(),
-            basis_checksum: 0,
-        }
-    }
-
     /// The whole BRDF of a material's coefficients, ready to be looked up.
     #[must_use]
     pub fn reconstruct(&self, coefficients: &Coefficients) -> Reconstruction {
@@ -210,6 +191,12 @@ impl Basis {
         crc::Crc::<u32, crc::Table<16>>::new(&crc::CRC_32_ISO_HDLC)
             .checksum(bytes)
             .max(1)
+    }
+
+    /// Where the basis of a recipe is.
+    #[must_use]
+    pub fn beside(recipe: &Path) -> PathBuf {
+        recipe.with_extension("basis")
     }
 
     /// Reads the basis that lies beside a recipe.
@@ -289,14 +276,4 @@ impl Reconstruction {
             *brdf = mapped.map(|mapped| unmap(mapped, median, weight) as f32);
         }
     }
-}
-
-/// The median BRDF from ln(median w + e); at least 0.
-pub(super) fn median_of<S: Scalar>(log_median: S, weight: S) -> S {
-    // unmap(x, 0, w) = max((e exp(x) - e) / w, 0)
-    unmap(
-        log_median - S::constant(EPSILON.ln()),
-        S::constant(0.0),
-        weight,
-    )
 }

@@ -13,7 +13,7 @@ use rayon::prelude::*;
 
 use super::basis::Basis;
 use super::least_squares::LeastSquares;
-use super::reduced::widened;
+use super::values::widened;
 use crate::sampling::uniform_valid;
 
 /// Components of a compact basis, where nothing else is asked for.

@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, DVector};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use super::reduced::widened;
+use super::values::widened;
 use super::{Basis, Reduced};
 use crate::sampling::uniform_valid;
 

@@ -5,14 +5,7 @@ use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::linear::map;
 
 use super::Basis;
-use super::basis::median_of;
-use crate::dual::Dual;
-
-/// A number and its derivatives by theta_h, theta_d and phi_d of its sample.
-pub type ByAngles = Dual<f64, 3>;
-
-/// Coefficients of the components, channel by channel.
-pub type Coefficients = [Vec<f64>; 3];
+use super::values::{ByAngles, Coefficients, median_of};
 
 /// The rows of a basis at n directions.
 #[derive(Clone, Debug)]
@@ -113,15 +106,5 @@ impl Reduced {
             factors.coefficients(&mapped, coefficients, &mut scratch)?;
         }
         Ok(coefficients)
-    }
-}
-
-/// Angles in double precision.
-#[must_use]
-pub fn widened(angles: &Angles<f32>) -> Angles<f64> {
-    Angles {
-        theta_h: f64::from(angles.theta_h),
-        theta_d: f64::from(angles.theta_d),
-        phi_d: f64::from(angles.phi_d),
     }
 }

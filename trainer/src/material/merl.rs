@@ -18,8 +18,8 @@ use memmap2::Mmap;
 use rayon::prelude::*;
 
 use super::{Material, SourceError};
-use crate::dual::Dual;
 use crate::files::write_whole;
+use glimpse_kernels::Dual;
 
 /// Nodes of theta_h, theta_d and phi_d.
 const NODES: [usize; 3] = [90, 90, 180];

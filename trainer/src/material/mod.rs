@@ -1,5 +1,6 @@
 //! Materials: what is measured, or measured-looking, and where to read it from.
 
+mod error;
 mod identity;
 mod merl;
 mod nbrdf;
@@ -7,12 +8,13 @@ mod procedural;
 mod rgl;
 mod source;
 
+pub use error::SourceError;
 pub use identity::{Identity, digest};
 pub use merl::{MerlTable, write_merl};
 pub use nbrdf::NeuralBrdf;
 pub use procedural::Procedural;
 pub use rgl::RglMeasurement;
-pub use source::{Source, SourceError};
+pub use source::Source;
 
 use std::f32::consts::TAU;
 

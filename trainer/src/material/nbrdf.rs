@@ -10,8 +10,8 @@ use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::{Model, Neural, NeuralParameters, ParameterSet};
 
 use super::{Material, SourceError};
-use crate::dual::Dual;
-use crate::meta::gradient::LaneModel;
+use glimpse_kernels::LaneModel;
+use glimpse_kernels::brdf::neural_with_derivative;
 
 /// The six arrays: name and shape.
 const ARRAYS: [(&str, &[u64]); 6] = [
@@ -77,9 +77,7 @@ impl Material for NeuralBrdf {
     }
 
     fn brdf_with_derivative(&self, angles: Angles<f32>) -> ([f32; 3], [[f32; 3]; 3]) {
-        let parameters = Dual::constants::<Neural>(&self.parameters);
-        let at = HalfDifference::from_angles(Dual::variables(angles));
-        Dual::split(Neural::brdf::<Dual<f32, 3>>(&parameters, &at))
+        neural_with_derivative(&self.parameters, angles)
     }
 
     fn brdf_batch(&self, at: &[HalfDifference<f32>], brdf: &mut [[f32; 3]]) {

@@ -13,7 +13,7 @@ use rand_chacha::ChaCha8Rng;
 use std::f64::consts::PI;
 
 use super::Material;
-use crate::dual::Dual;
+use glimpse_kernels::Dual;
 
 /// The kinds, each with its share of a set.
 const KINDS: [(&str, f64); 6] = [
@@ -241,6 +241,7 @@ fn fifth<S: Scalar>(x: S) -> S {
     squared * squared * x
 }
 
+#[inline(never)] // it draws from the generator, whose code is long
 fn uniform(random: &mut ChaCha8Rng, low: f64, high: f64) -> f64 {
     low + (high - low) * random.random::<f64>()
 }

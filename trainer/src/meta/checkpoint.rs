@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use super::outer::Standing;
+use super::state::RunState;
 use crate::files;
 
 /// The file's name within the checkpoint directory.
@@ -62,7 +62,7 @@ pub struct Checkpoint {
     /// All options that decide the outcome, in words.
     pub run: String,
     /// How far it is.
-    pub standing: Standing,
+    pub state: RunState,
     /// burn's record of meta-parameters and optimizer.
     pub record: Vec<u8>,
 }

@@ -7,16 +7,17 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
-use super::gradient::LaneModel;
-use super::parameters::Groups;
 use super::pattern::{Pattern, above_horizon};
-use super::plan::{InnerSamples, Phase, Plan, Weighing};
+use super::phase::{InnerSamples, Phase};
+use super::plan::{Plan, Weighing};
 use super::pool::{Draw, Pool};
 use super::trainee::{Expected, Lots, Trainee, mean};
-use super::unroll::{Learner, MetaGradient};
 use super::variation::Variation;
-use crate::lanes::WIDTH;
 use crate::material::Material;
+use glimpse_kernels::LaneModel;
+use glimpse_kernels::inner_loop::{InnerLoop, MetaGradient};
+use glimpse_kernels::lanes::WIDTH;
+use glimpse_optimizer::Groups;
 
 /// Materials, and their values at a pool of directions.
 pub struct Tasks<'a> {
@@ -79,7 +80,7 @@ impl<M: LaneModel> Trainee for Descent<'_, M> {
         phase: usize,
         step: usize,
     ) -> (f32, Groups<Vec<f32>>) {
-        let (learner, step_sizes) = self.learner(values);
+        let (inner_loop, step_sizes) = self.inner_loop(values);
         let pattern = Pattern::from_logits(&values.pattern);
         let index = phase;
         let phase = &self.plan.phases[index];
@@ -91,7 +92,7 @@ impl<M: LaneModel> Trainee for Descent<'_, M> {
             .enumerate()
             .map(|(slot, task)| {
                 let mut random = self.lots.slot(index, step, slot + 1);
-                self.task_gradient(phase, &learner, &pattern, *task, &mut random)
+                self.task_gradient(phase, &inner_loop, &pattern, *task, &mut random)
             })
             .collect();
         let (loss, mut gradient) = mean(&found);
@@ -102,16 +103,16 @@ impl<M: LaneModel> Trainee for Descent<'_, M> {
 
     fn fitness(&self, values: &Groups<Vec<f32>>, phase: usize) -> f32 {
         let phase = &self.plan.phases[phase];
-        let (learner, _) = self.learner(values);
+        let (inner_loop, _) = self.inner_loop(values);
         let pattern = Pattern::from_logits(&values.pattern);
         let Tasks { materials, pool } = self.training;
         let loss_of = |index: usize| {
             let outer = pool.octets_from(index, 0, phase.outer);
-            let after = |inner: &Draw<'_>| learner.learn(&inner.octets());
+            let after = |inner: &Draw<'_>| M::fit(&inner_loop, &inner.octets());
             let loss = match phase.inner {
                 InnerSamples::Pattern => {
                     let measured = pattern.measure(&*materials[index]);
-                    M::loss(&learner.learn(&measured.octets()), &outer.octets())
+                    M::loss(&M::fit(&inner_loop, &measured.octets()), &outer.octets())
                 }
                 InnerSamples::Fresh(count) | InnerSamples::Random(count) => {
                     // Behind the outer samples, others for each material.
@@ -145,23 +146,23 @@ impl<M: LaneModel> Trainee for Descent<'_, M> {
 }
 
 impl<M: LaneModel> Descent<'_, M> {
-    /// The learner that meta-parameters describe, and its step sizes.
-    fn learner(&self, values: &Groups<Vec<f32>>) -> (Learner<M, f32>, Vec<f32>) {
+    /// The inner_loop that meta-parameters describe, and its step sizes.
+    fn inner_loop(&self, values: &Groups<Vec<f32>>) -> (InnerLoop<M, f32>, Vec<f32>) {
         let step_sizes = self.plan.step_size_form.step_sizes(&values.step_sizes);
-        let learner = Learner::new(&values.initial, &step_sizes, self.inner_steps);
-        (learner, step_sizes)
+        let inner_loop = InnerLoop::new(&values.initial, &step_sizes, self.inner_steps);
+        (inner_loop, step_sizes)
     }
 
     /// The loss of each material held out.
     fn validated(&self, values: &Groups<Vec<f32>>, weighing: Weighing) -> Vec<f32> {
-        let (learner, _) = self.learner(values);
+        let (inner_loop, _) = self.inner_loop(values);
         let pattern = Pattern::new(above_horizon(&values.pattern));
         let Tasks { materials, pool } = self.validation;
         materials
             .par_iter()
             .enumerate()
             .map(|(index, material)| {
-                let parameters = learner.learn(&pattern.measure(&**material).octets());
+                let parameters = M::fit(&inner_loop, &pattern.measure(&**material).octets());
                 let loss = M::loss(&parameters, &pool.all(index).octets());
                 weighing.weight(pool.loss_of_black(index)) * loss
             })
@@ -171,7 +172,7 @@ impl<M: LaneModel> Descent<'_, M> {
     fn task_gradient(
         &self,
         phase: &Phase,
-        learner: &Learner<M, f32>,
+        inner_loop: &InnerLoop<M, f32>,
         pattern: &Pattern,
         task: usize,
         random: &mut ChaCha8Rng,
@@ -200,20 +201,27 @@ impl<M: LaneModel> Descent<'_, M> {
                     None => pattern.measure(material),
                 };
                 let inner = measured.octets();
-                let mut slopes = inner.no_slopes();
-                let loss = found.compute(learner, &[&inner], &outer, Some(&mut slopes));
-                by_pattern = measured.gradient_by_logits(&slopes);
+                let mut derivatives = inner.zero_derivatives();
+                let list = [&inner];
+                let loss = M::meta_gradient(
+                    &mut found,
+                    inner_loop,
+                    &list,
+                    &outer,
+                    Some(&mut derivatives),
+                );
+                by_pattern = measured.gradient_by_logits(&derivatives);
                 loss
             }
             InnerSamples::Fresh(count) | InnerSamples::Random(count) => {
                 let lists = match phase.inner {
-                    InnerSamples::Fresh(_) => learner.steps,
+                    InnerSamples::Fresh(_) => inner_loop.steps,
                     _ => 1,
                 };
                 let draws: Vec<Draw<'_>> = (0..lists).map(|_| draw(count)).collect();
                 let inner: Vec<_> = draws.iter().map(|draw| draw.octets().in_a_row()).collect();
                 let inner: Vec<_> = inner.iter().collect();
-                found.compute(learner, &inner, &outer, None)
+                M::meta_gradient(&mut found, inner_loop, &inner, &outer, None)
             }
         };
         let weight = self.plan.weighing.weight_of(&outer);

@@ -12,8 +12,8 @@ use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
-use super::parameters::Groups;
 use super::start::standard_normal;
+use glimpse_optimizer::Groups;
 
 /// An evolution as it stands. The groups' entries are in units of their first spread.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

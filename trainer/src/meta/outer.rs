@@ -5,16 +5,17 @@ use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
 
 use super::checkpoint::{Checkpoint, CheckpointError};
 use super::evolution::Evolution;
-use super::parameters::{Groups, Optimization};
 use super::pattern::{Pattern, logits_of};
-use super::plan::{Added, Keep, Phase, Plan, Search, Start};
+use super::phase::{Added, Keep, Phase, Search, Start};
+use super::plan::Plan;
 use super::start::standard_normal;
+use super::state::{Best, RunState};
 use super::trainee::{Expected, Lots, Trainee};
 use crate::sampling::{sobol_valid, uniform_valid};
+use glimpse_optimizer::{Groups, Optimization};
 
 /// How often a phase is judged on materials that it does not train on.
 const VALIDATIONS: usize = 20;
@@ -44,15 +45,6 @@ pub struct Progress {
 /// Is told of every outer step, and may stop the run.
 pub type Observer<'a> = dyn FnMut(&Progress) -> ControlFlow<()> + Send + 'a;
 
-/// Values of all groups, with the loss that they reached.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Best {
-    /// The loss, of the kind that the phase keeps by.
-    pub loss: f32,
-    /// The values.
-    pub values: Groups<Vec<f32>>,
-}
-
 /// What a run ends in.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Outcome {
@@ -60,21 +52,6 @@ pub struct Outcome {
     pub expected: Expected,
     /// The best values.
     pub values: Groups<Vec<f32>>,
-}
-
-/// How a run stands, but for meta-parameters and optimizer.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Standing {
-    /// Outer steps done, over all phases.
-    pub done: usize,
-    /// The smoothed outer loss.
-    pub loss: f32,
-    /// The losses of this epoch's steps, added up, barriers included.
-    pub epoch: f32,
-    /// The best values so far.
-    pub best: Option<Best>,
-    /// The evolution under way, in a phase of it.
-    pub evolution: Option<Evolution>,
 }
 
 /// Where and how often a run is saved.
@@ -116,7 +93,7 @@ pub struct Run<'a> {
 /// A run under way.
 struct State {
     optimization: Optimization,
-    standing: Standing,
+    run: RunState,
 }
 
 impl State {
@@ -126,7 +103,7 @@ impl State {
 
     /// Keeps values if their loss is less than the best so far.
     fn keep(&mut self, loss: f32, values: Groups<Vec<f32>>) {
-        let best = &mut self.standing.best;
+        let best = &mut self.run.best;
         if best.as_ref().is_none_or(|best| loss < best.loss) {
             *best = Some(Best { loss, values });
         }
@@ -143,12 +120,12 @@ impl Run<'_> {
         let mut state = self.begin()?;
         let total = self.plan.steps();
         let mut saved = Instant::now();
-        while let Some((index, step)) = self.plan.at(state.standing.done) {
+        while let Some((index, step)) = self.plan.at(state.run.done) {
             let phase = &self.plan.phases[index];
             self.advance(&mut state, index, step);
-            let Standing {
+            let RunState {
                 done, loss, best, ..
-            } = &state.standing;
+            } = &state.run;
             let stop = observer(&Progress {
                 phase: phase.name,
                 samples: phase.samples,
@@ -165,10 +142,10 @@ impl Run<'_> {
                 saved = Instant::now();
             }
             if stop {
-                return Err(RunError::Stopped(state.standing.done));
+                return Err(RunError::Stopped(state.run.done));
             }
         }
-        let values = match state.standing.best {
+        let values = match state.run.best {
             Some(best) => best.values,
             None => state.optimization.values(),
         };
@@ -182,7 +159,7 @@ impl Run<'_> {
     fn begin(&self) -> Result<State, CheckpointError> {
         let begun = |values| State {
             optimization: Optimization::new(values),
-            standing: Standing::default(),
+            run: RunState::default(),
         };
         let first = self.trainee.first_values(0);
         let mut state = begun(first.clone());
@@ -196,7 +173,7 @@ impl Run<'_> {
             largest.pattern.resize(3 * samples.unwrap_or(0), 0.0);
             self.checkpoint(&begun(largest))?.try_write(directory)?;
             if *resume && let Some(found) = Checkpoint::read(directory, &self.name)? {
-                state.standing = found.standing;
+                state.run = found.state;
                 state.optimization = state
                     .optimization
                     .restore(found.record)
@@ -210,7 +187,7 @@ impl Run<'_> {
         let record = state.optimization.record();
         Ok(Checkpoint {
             run: self.name.clone(),
-            standing: state.standing.clone(),
+            state: state.run.clone(),
             record: record.map_err(|error| CheckpointError::Record(error.to_string()))?,
         })
     }
@@ -231,10 +208,10 @@ impl Run<'_> {
             Search::Evolution(population) => self.evolve(state, index, step, population),
         };
 
-        let standing = &mut state.standing;
-        standing.done += 1;
-        let share = if standing.done == 1 { 1.0 } else { 0.02 };
-        standing.loss += share * (loss - standing.loss);
+        let run = &mut state.run;
+        run.done += 1;
+        let share = if run.done == 1 { 1.0 } else { 0.02 };
+        run.loss += share * (loss - run.loss);
         let last = step + 1 == phase.steps;
         match phase.keep {
             Keep::Nothing => {}
@@ -249,15 +226,15 @@ impl Run<'_> {
                 }
             }
             Keep::BestEpoch => {
-                standing.epoch += loss + Pattern::from_logits(&values.pattern).barrier();
+                run.epoch += loss + Pattern::from_logits(&values.pattern).barrier();
                 if (step + 1).is_multiple_of(epoch) {
-                    let loss = std::mem::take(&mut standing.epoch) / epoch as f32;
+                    let loss = std::mem::take(&mut run.epoch) / epoch as f32;
                     state.keep(loss, state.optimization.values());
                 }
             }
             Keep::Last if last => {
                 let values = state.optimization.values();
-                standing.best = Some(Best { loss, values });
+                run.best = Some(Best { loss, values });
             }
             Keep::Fittest if last => {
                 let values = state.optimization.values();
@@ -291,7 +268,7 @@ impl Run<'_> {
         population: usize,
     ) -> (f32, Groups<Vec<f32>>) {
         let phase = &self.plan.phases[index];
-        let evolution = state.standing.evolution.get_or_insert_with(|| {
+        let evolution = state.run.evolution.get_or_insert_with(|| {
             Evolution::new(state.optimization.values(), phase.rates.clone())
         });
         let mut random = Lots { seed: self.seed }.slot(index, step, 0);
@@ -304,7 +281,7 @@ impl Run<'_> {
         let values = evolution.values();
         // Where the phase ends it hands on its mean, as one of gradients does.
         if step + 1 == phase.steps {
-            state.standing.evolution = None;
+            state.run.evolution = None;
             state.optimization = Optimization::new(values.clone());
         }
         (loss, values)
@@ -313,7 +290,7 @@ impl Run<'_> {
     /// Puts meta-parameters where a phase begins.
     fn enter(&self, state: &mut State, index: usize) {
         let phase = &self.plan.phases[index];
-        match (phase.start, &state.standing.best) {
+        match (phase.start, &state.run.best) {
             (Start::Guess(guess), _) => state.restart(self.trainee.first_values(guess)),
             (Start::Best, Some(best)) => state.restart(best.values.clone()),
             _ => {}
@@ -344,14 +321,14 @@ impl Run<'_> {
             };
             if let Some(loss) = loss {
                 let values = values.clone();
-                state.standing.best = Some(Best { loss, values });
+                state.run.best = Some(Best { loss, values });
             }
             state.restart(values);
         }
         if phase.keep == Keep::BestEpoch {
             // Losses of other phases are of other patterns.
-            state.standing.best = None;
-            state.standing.epoch = 0.0;
+            state.run.best = None;
+            state.run.epoch = 0.0;
         }
     }
 

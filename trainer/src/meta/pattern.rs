@@ -4,20 +4,17 @@
 //! with a direction below the horizon is left out of the fit and pays the barrier
 //! 0.005 (theta_h^2 + theta_d^2), which pulls it back (paper, Eq. "barrier").
 
-use std::f32::consts::{FRAC_PI_2, PI};
-
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::SampleGradient;
 
-use super::gradient::{SampleOctets, Weights};
-use super::pool::{OctetRgb, transpose_rgb};
 use super::variation::Variation;
-use crate::dual::Dual;
-use crate::lanes::{InstructionSet, Octet, OctetAt, WIDTH};
 use crate::material::Material;
+use crate::sampling::RANGE;
+use glimpse_kernels::Dual;
+use glimpse_kernels::lanes::{InstructionSet, Octet, OctetAt, WIDTH};
+use glimpse_kernels::samples::{OctetRgb, transpose_rgb};
+use glimpse_kernels::samples::{SampleOctets, Weights};
 
-/// Upper ends of theta_h, theta_d and phi_d; the lower ends are 0.
-pub const RANGE: [f32; 3] = [FRAC_PI_2, FRAC_PI_2, PI];
 /// The barrier's weight.
 const BARRIER: f32 = 0.005;
 

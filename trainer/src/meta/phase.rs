@@ -1,6 +1,6 @@
 //! What a phase of training is; which phases there are, [`plan`](super::plan) says.
 
-use super::parameters::Groups;
+use glimpse_optimizer::Groups;
 
 /// What the inner loop learns on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,17 +1,12 @@
-//! Schedules: what is trained when, for how long, at which rates.
-
-mod changes;
-mod joint;
-mod linear;
-mod paper;
-mod small;
+//! A plan: what is trained when, for how long, at which rates. [`schedules`](super::schedules) make
+//! them.
 
 use glimpse_core::model::ModelKind;
 use rand_chacha::ChaCha8Rng;
 
-pub use self::changes::Known;
-use super::gradient::SampleOctets;
-pub use super::phase::{Added, InnerSamples, Keep, Phase, Search, Start, StepSizeForm};
+use super::phase::{Phase, StepSizeForm};
+use glimpse_kernels::samples::SampleOctets;
+use glimpse_kernels::sums::loss_of_black;
 
 /// How the parts of a recipe are trained.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
@@ -63,9 +58,18 @@ impl Weighing {
     pub fn weight_of(self, samples: &SampleOctets<'_>) -> f32 {
         match self {
             Self::Equal => 1.0,
-            Self::Relative => self.weight(samples.loss_of_black()),
+            Self::Relative => self.weight(loss_of_black(samples)),
         }
     }
+}
+
+/// A start and step sizes that are trained already.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Known {
+    /// theta_0.
+    pub initial: Vec<f32>,
+    /// alpha.
+    pub step_sizes: Vec<f32>,
 }
 
 /// A whole training run, but for the materials.
@@ -88,23 +92,6 @@ pub struct Plan {
 }
 
 impl Plan {
-    /// The plan for a model and a number of samples; `tasks` is the number of materials.
-    #[must_use]
-    pub fn new(
-        schedule: Schedule,
-        effort: Effort,
-        model: ModelKind,
-        samples: usize,
-        tasks: usize,
-    ) -> Self {
-        match schedule {
-            Schedule::Joint if model == ModelKind::Linear => linear::plan(effort, samples, tasks),
-            Schedule::Joint if model == ModelKind::Neural => joint::plan(effort, samples, tasks),
-            Schedule::Joint => small::plan(effort, samples, tasks),
-            Schedule::Paper => paper::plan(effort, model, samples, tasks),
-        }
-    }
-
     /// Outer steps of all phases.
     #[must_use]
     pub fn steps(&self) -> usize {
@@ -125,83 +112,9 @@ impl Plan {
     }
 }
 
-/// Patterns of more samples are doubled from those.
-const UNDOUBLED: usize = 16;
-
-/// How many samples there are after each doubling, from `first` until there are those `wanted`.
-fn doubled(first: usize, wanted: usize) -> impl Iterator<Item = usize> {
-    std::iter::successors(Some(first), move |n| {
-        (*n < wanted).then_some((2 * n).min(wanted))
-    })
-    .skip(1)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn the_paper_s_stages() {
-        let tasks = 80;
-        let plan = Plan::new(Schedule::Paper, Effort::Long, ModelKind::Neural, 5, tasks);
-        let [first, guesses, patterns @ ..] = &plan.phases[..] else {
-            panic!("{plan:?}");
-        };
-        assert_eq!(
-            (first.steps, first.inner),
-            (800_000, InnerSamples::Fresh(512))
-        );
-        assert_eq!((guesses.steps, guesses.samples), (50 * tasks, 1));
-        let samples: Vec<_> = patterns.iter().map(|phase| phase.samples).collect();
-        assert_eq!(samples, [1, 2, 4, 5]);
-        for phase in patterns {
-            assert_eq!((phase.start, phase.keep), (Start::Best, Keep::BestEpoch));
-            assert_eq!(phase.steps, 500 * tasks);
-            assert!(phase.rates_at(0).pattern == 5e-4 && phase.rates.initial == 0.0);
-            let last = phase.rates_at(phase.steps).pattern;
-            assert!((last - 1e-4).abs() < 1e-9, "{last}");
-        }
-        assert_eq!(plan.at(0), Some((0, 0)));
-        assert_eq!(plan.at(800_000), Some((1, 0)));
-        assert_eq!(plan.at(plan.steps() - 1), Some((5, 500 * tasks - 1)));
-        assert_eq!(plan.at(plan.steps()), None);
-        assert_eq!(plan.clone().without_pattern(5).phases.len(), 1);
-
-        // Both stages once more: the first one on the pattern, and no guesses.
-        let [.., again, pattern] = &plan.clone().twice().phases[..] else {
-            panic!("{plan:?}");
-        };
-        assert_eq!(
-            (again.start, again.inner),
-            (Start::Best, InnerSamples::Pattern)
-        );
-        assert_eq!((again.steps, again.samples), (800_000, 5));
-        assert!(again.rates.initial > 0.0 && again.rates.pattern == 0.0);
-        assert_eq!(
-            (pattern.start, pattern.keep),
-            (Start::Best, Keep::BestEpoch)
-        );
-        assert!(pattern.rates.initial == 0.0 && pattern.rates.pattern > 0.0);
-
-        let known = Known {
-            initial: vec![1.0],
-            step_sizes: vec![0.5],
-        };
-        let alone = plan.pattern_only(known);
-        assert_eq!(alone.phases.len(), 5);
-        assert!(alone.phases.iter().all(|phase| phase.rates.initial == 0.0));
-
-        // Nothing of Linear is learned but the pattern; a tenth of the steps.
-        let plan = Plan::new(
-            Schedule::Paper,
-            Effort::Standard,
-            ModelKind::Linear,
-            1,
-            tasks,
-        );
-        let steps: Vec<_> = plan.phases.iter().map(|phase| phase.steps).collect();
-        assert_eq!(steps, [50 * tasks, 50 * tasks]);
-    }
 
     #[test]
     fn the_loss_of_a_dark_material_counts_for_more_but_not_without_limit() {
@@ -209,22 +122,5 @@ mod tests {
         assert!(weights.is_sorted_by(|a, b| a > b));
         assert!((weights[2] - 1.0).abs() < 1e-6 && weights[0] < 20.0);
         assert_eq!(Weighing::Equal.weight(0.001), 1.0);
-    }
-
-    #[test]
-    fn many_samples_of_neural_come_from_doubling() {
-        let plan = Plan::new(Schedule::Joint, Effort::Quick, ModelKind::Neural, 100, 64);
-        let few = Plan::new(
-            Schedule::Joint,
-            Effort::Quick,
-            ModelKind::Neural,
-            UNDOUBLED,
-            64,
-        );
-        let samples: Vec<_> = plan.phases.iter().map(|phase| phase.samples).collect();
-        let (same, doubled) = samples.split_at(few.phases.len());
-        assert!(same.iter().all(|samples| *samples == UNDOUBLED));
-        assert_eq!(doubled, [32, 64, 100]);
-        assert!(few.phases.iter().all(|phase| phase.samples == UNDOUBLED));
     }
 }

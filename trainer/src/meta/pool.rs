@@ -12,14 +12,12 @@ use rand::Rng;
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
-use super::gradient::{SampleOctets, Weights};
 use super::variation::Variation;
-use crate::lanes::{InstructionSet, Octet, OctetAt, WIDTH};
 use crate::material::Material;
 use crate::sampling::uniform_valid;
-
-/// Measured values of eight samples.
-pub type OctetRgb = [Octet; 3];
+use glimpse_kernels::lanes::{InstructionSet, Octet, OctetAt, WIDTH};
+use glimpse_kernels::samples::{OctetRgb, SampleOctets, Weights, transpose_rgb};
+use glimpse_kernels::sums::loss_of_black;
 
 /// The pool of directions, and each material's BRDF there.
 pub struct Pool {
@@ -64,7 +62,7 @@ impl Pool {
         };
         let all = (0..materials.len()).into_par_iter();
         pool.black = all
-            .map(|material| pool.all(material).octets().loss_of_black())
+            .map(|material| loss_of_black(&pool.all(material).octets()))
             .collect();
         pool
     }
@@ -143,17 +141,6 @@ impl Pool {
             weights: weights(count),
         }
     }
-}
-
-/// Eight RGB values, channel by channel; missing ones are 0.
-pub(super) fn transpose_rgb(values: &[[f32; 3]]) -> OctetRgb {
-    let mut octets = OctetRgb::default();
-    for (lane, rgb) in values.iter().take(WIDTH).enumerate() {
-        for (octet, value) in octets.iter_mut().zip(rgb) {
-            octet.0[lane] = *value;
-        }
-    }
-    octets
 }
 
 /// Some samples of one material, or of a variation of it, drawn from a pool.

@@ -12,16 +12,16 @@ use rand_chacha::ChaCha8Rng;
 
 use super::checkpoint::CheckpointError;
 use super::descent::{Descent, Tasks};
-use super::gradient::LaneModel;
+use super::linear::LinearTrainee;
 use super::outer::{Checkpoints, Observer, Outcome, Run, RunError};
 use super::pattern::above_horizon;
 use super::plan::{Effort, Known, Plan, Schedule};
 use super::pool::Pool;
 use super::trainee::{Expected, Lots, Trainee};
-use crate::export::ReducedBasis;
-use crate::linear::{Basis, Columns, LinearTrainee, Prior};
+use crate::linear::{Basis, Columns, Prior, ReducedBasis};
 use crate::material::{Identity, Material};
-use crate::with_model;
+use glimpse_kernels::LaneModel;
+use glimpse_kernels::with_model;
 
 /// SGD steps of the inner loop (paper: 20).
 pub const INNER_STEPS: usize = 20;
@@ -371,7 +371,7 @@ impl<'o> Session<'o> {
         let all: Vec<usize> = (0..columns.count()).collect();
         let basis = Basis::new(&columns, &all, trainee.components());
         let bytes = basis.to_bytes();
-        let mut reduced = basis.reduce(above_horizon(&values.pattern));
+        let mut reduced = ReducedBasis::new(&basis, above_horizon(&values.pattern));
         // A coefficient that is left free, or held at 0, may run out of what recipes hold.
         let precision = |log: &f32| log.exp().clamp(MIN_PRECISION, MAX_PRECISION);
         reduced.precision = values.step_sizes.iter().map(precision).collect();

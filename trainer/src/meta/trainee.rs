@@ -4,9 +4,9 @@ use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
 
-use super::parameters::Groups;
 use super::pattern::logits_of;
 use crate::sampling::sobol_valid;
+use glimpse_optimizer::Groups;
 
 /// What is meta-trained: how a batch of tasks changes with the meta-parameters.
 pub trait Trainee: Sync {

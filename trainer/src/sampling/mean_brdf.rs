@@ -3,8 +3,8 @@
 use glimpse_core::geometry::{Angles, HalfDifference};
 use rayon::prelude::*;
 
+use super::range::RANGE;
 use crate::material::Material;
-use crate::meta::pattern::RANGE;
 
 /// Cells along theta_h, theta_d and phi_d.
 const CELLS: [usize; 3] = [48, 48, 24];

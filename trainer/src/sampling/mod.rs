@@ -2,14 +2,14 @@
 //! the importance of the mean BRDF.
 
 mod mean_brdf;
+mod range;
 
 pub use mean_brdf::MeanBrdf;
+pub use range::RANGE;
 
 use glimpse_core::geometry::{Angles, HalfDifference};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-
-use crate::meta::pattern::RANGE;
 
 /// `count` angles, uniform in (theta_h, theta_d, phi_d) over the valid region, by rejection;
 /// phi_d in \[0, 2 pi).

@@ -9,11 +9,10 @@ use burn::tensor::Tensor;
 use burn::tensor::activation::relu;
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::{Model, Neural, NeuralParameters, ParameterSet};
-use glimpse_trainer::dual::Dual;
-use glimpse_trainer::linear::{
-    Basis, ByAngles, Columns as Tables, Judge, Outer, Reduced, Slopes, widened,
-};
+use glimpse_kernels::Dual;
+use glimpse_trainer::linear::{Basis, ByAngles, Columns as Tables, Reduced, widened};
 use glimpse_trainer::material::{Material, NeuralBrdf};
+use glimpse_trainer::meta::linear::{Judge, Outer, Slopes};
 use glimpse_trainer::meta::pattern::Pattern;
 use glimpse_trainer::sampling::uniform_valid;
 use rand::{Rng, SeedableRng};

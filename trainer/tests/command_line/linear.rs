@@ -5,7 +5,8 @@ use std::fs;
 use glimpse_core::geometry::Angles;
 use glimpse_core::gonio::Limits;
 use glimpse_core::recipe::{Expectation, Field, Noise, Provenance, Recipe, RecipeError};
-use glimpse_trainer::export::{RecipeFile, ReducedBasis, Statements, to_ridge_recipe};
+use glimpse_trainer::export::{RecipeFile, Statements, to_ridge_recipe};
+use glimpse_trainer::linear::ReducedBasis;
 use serde_json::{Value, json};
 
 use super::{fail, succeed};

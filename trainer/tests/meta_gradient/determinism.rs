@@ -4,14 +4,13 @@ use std::marker::PhantomData;
 use std::ops::ControlFlow;
 
 use glimpse_core::model::{CookTorrance, Neural, Phong};
+use glimpse_kernels::LaneModel;
+use glimpse_optimizer::Groups;
 use glimpse_trainer::material::{Material, Procedural};
 use glimpse_trainer::meta::descent::{Descent, Tasks};
-use glimpse_trainer::meta::gradient::LaneModel;
 use glimpse_trainer::meta::outer::{Outcome, Run};
-use glimpse_trainer::meta::parameters::Groups;
-use glimpse_trainer::meta::plan::{
-    Added, InnerSamples, Keep, Phase, Plan, Search, Start, StepSizeForm, Weighing,
-};
+use glimpse_trainer::meta::phase::{Added, InnerSamples, Keep, Phase, Search, Start, StepSizeForm};
+use glimpse_trainer::meta::plan::{Plan, Weighing};
 use glimpse_trainer::meta::pool::Pool;
 use glimpse_trainer::meta::start::first_guess;
 use glimpse_trainer::meta::trainee::Lots;

@@ -2,9 +2,10 @@
 
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::{CookTorrance, CookTorranceParameters, ParameterSet};
-use glimpse_trainer::dual::Dual;
-use glimpse_trainer::lanes::{InstructionSet, Octet, WIDTH};
-use glimpse_trainer::meta::gradient::{LaneModel, SampleOctets, Weights};
+use glimpse_kernels::Dual;
+use glimpse_kernels::LaneModel;
+use glimpse_kernels::lanes::{InstructionSet, Octet, WIDTH};
+use glimpse_kernels::samples::{SampleOctets, Weights};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -14,18 +15,18 @@ use crate::support::parameters;
 fn everything(theta: &CookTorranceParameters<Dual<f32>>, samples: &SampleOctets<'_>) -> Vec<f32> {
     let mut gradient = CookTorranceParameters::filled(0.0);
     let values = parameters(theta.iter().map(|dual| dual.value), 0.0);
-    let loss = CookTorrance::gradient(&values, samples, 0..1, &mut gradient);
+    let loss = CookTorrance::gradient_of(&values, samples, 0..1, &mut gradient);
     let mut product = CookTorranceParameters::filled(0.0);
-    let mut slopes = samples.no_slopes();
-    CookTorrance::product(theta, samples, 0..1, &mut product, Some(&mut slopes));
-    let slopes = slopes.iter().flat_map(|by| {
+    let mut derivatives = samples.zero_derivatives();
+    CookTorrance::product_of(theta, samples, 0..1, &mut product, Some(&mut derivatives));
+    let derivatives = derivatives.iter().flat_map(|by| {
         let [red, green, blue] = by.measured;
         let at = by.at;
         [at.hx, at.hz, at.dx, at.dy, at.dz, red, green, blue]
     });
-    let slopes = slopes.flat_map(|octet| octet.0);
+    let derivatives = derivatives.flat_map(|octet| octet.0);
     let lists = gradient.iter().chain(product.iter()).copied();
-    lists.chain(slopes).chain([loss]).collect()
+    lists.chain(derivatives).chain([loss]).collect()
 }
 
 /// An angle whose distance from 0 or pi/2 is down to 1e-8 of pi/2.

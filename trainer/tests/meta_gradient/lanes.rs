@@ -2,13 +2,14 @@
 
 use glimpse_core::geometry::HalfDifference;
 use glimpse_core::model::{CookTorrance, Model, Neural, Phong, Sample, SampleGradient};
-use glimpse_trainer::lanes::{InstructionSet, Lanes, MOST_OCTETS, Octet, PortableLanes, WIDTH};
+use glimpse_kernels::LaneModel;
+use glimpse_kernels::inner_loop::InnerLoop;
+use glimpse_kernels::lanes::{InstructionSet, Lanes, MOST_OCTETS, Octet, PortableLanes, WIDTH};
+use glimpse_kernels::samples::SampleOctets;
 use glimpse_trainer::material::{Material, Procedural};
-use glimpse_trainer::meta::gradient::{LaneModel, SampleOctets};
 use glimpse_trainer::meta::pattern::Pattern;
 use glimpse_trainer::meta::pool::{Draw, Pool};
 use glimpse_trainer::meta::start::first_guess;
-use glimpse_trainer::meta::unroll::Learner;
 use glimpse_trainer::meta::variation::Variation;
 use glimpse_trainer::sampling::sobol_valid;
 use rand::{Rng, SeedableRng};
@@ -69,12 +70,12 @@ fn exact<M: Model>(
 ) -> Found<f64, SampleGradient<f64>> {
     let lists: Vec<&[Sample<f64>]> = inner.iter().map(Vec::as_slice).collect();
     let (initial, step_sizes) = (double(&setting.initial), double(&setting.step_sizes));
-    let learner = Learner::<M, f64>::new(&initial, &step_sizes, STEPS);
+    let inner_loop = InnerLoop::<M, f64>::new(&initial, &step_sizes, STEPS);
     let none = match inner {
         [single] => vec![SampleGradient::zero(); single.len()],
         _ => Vec::new(),
     };
-    Found::compute(&learner, &lists, outer, none)
+    Found::compute(&inner_loop, &lists, outer, none)
 }
 
 /// The distance of `found` from `exact`, relative to the length of `exact`.
@@ -95,7 +96,7 @@ fn flat<T: Copy>(by: &SampleGradient<T>) -> [T; 8] {
     ]
 }
 
-/// Materials, their pool, and a learner: what one task is made of.
+/// Materials, their pool, and a inner_loop: what one task is made of.
 struct Setting {
     materials: Vec<Box<dyn Material>>,
     pool: Pool,
@@ -123,8 +124,8 @@ impl Setting {
         }
     }
 
-    fn learner<M: Model>(&self) -> Learner<M, f32> {
-        Learner::new(&self.initial, &self.step_sizes, STEPS)
+    fn inner_loop<M: Model>(&self) -> InnerLoop<M, f32> {
+        InnerLoop::new(&self.initial, &self.step_sizes, STEPS)
     }
 }
 
@@ -212,8 +213,8 @@ fn compare_patterns<M: LaneModel>() {
             let outer = pool.draw_varied(1, &variation, 250, &mut setting.random);
             let [inner, outer] = [inner.octets(), outer.octets()].map(|samples| on(set, samples));
             let exact = exact::<M>(&setting, &[unpack(&inner)], &unpack(&outer));
-            let learner = setting.learner::<M>();
-            let found = Found::compute(&learner, &[&inner], &outer, inner.no_slopes());
+            let inner_loop = setting.inner_loop::<M>();
+            let found = Found::compute(&inner_loop, &[&inner], &outer, inner.zero_derivatives());
             distances.add(&found, &exact);
         }
         distances.report(&format!("{}, pattern, {}", M::KIND.name(), set.name()));
@@ -235,9 +236,9 @@ fn compare_draws<M: LaneModel>() {
             let outer = on(set, outer.octets());
             let lists: Vec<_> = draws.iter().map(|draw| on(set, draw.octets())).collect();
             let samples: Vec<_> = lists.iter().map(unpack).collect();
-            let learner = setting.learner::<M>();
+            let inner_loop = setting.inner_loop::<M>();
             let inner: Vec<_> = lists.iter().collect();
-            let found = Found::compute(&learner, &inner, &outer, Vec::new());
+            let found = Found::compute(&inner_loop, &inner, &outer, Vec::new());
             let exact = exact::<M>(&setting, &samples, &unpack(&outer));
             distances.add(&found, &exact);
         }

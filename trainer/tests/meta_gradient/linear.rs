@@ -8,11 +8,10 @@ use glimpse_core::model::linear::{EPSILON, map, unmap};
 use glimpse_core::model::loss::cosine_weighted_log_error;
 use glimpse_core::model::{Model, ModelKind, Neural, NeuralParameters, ParameterSet};
 use glimpse_core::numeric::Scalar;
-use glimpse_trainer::dual::Dual;
-use glimpse_trainer::linear::{
-    Basis, ByAngles, Columns, Grid, Judge, LinearTrainee, Outer, Prior, Reduced, Slopes, widened,
-};
+use glimpse_kernels::Dual;
+use glimpse_trainer::linear::{Basis, ByAngles, Columns, Grid, Prior, Reduced, widened};
 use glimpse_trainer::material::{Material, NeuralBrdf};
+use glimpse_trainer::meta::linear::{Judge, LinearTrainee, Outer, Slopes};
 use glimpse_trainer::meta::pattern::{Pattern, logits_of};
 use glimpse_trainer::meta::plan::{Effort, Plan, Schedule};
 use glimpse_trainer::sampling::{sobol_valid, uniform_valid};

@@ -4,13 +4,13 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::{CookTorrance, Model, Neural, Phong, Sample, SampleGradient};
-use glimpse_trainer::lanes::{Octet, OctetAt, WIDTH};
+use glimpse_kernels::LaneModel;
+use glimpse_kernels::inner_loop::InnerLoop;
+use glimpse_kernels::lanes::{Octet, OctetAt, WIDTH};
 use glimpse_trainer::material::{Material, NeuralBrdf, Procedural};
-use glimpse_trainer::meta::gradient::LaneModel;
 use glimpse_trainer::meta::pattern::{Pattern, angles_of, logits_of};
 use glimpse_trainer::meta::pool::Pool;
 use glimpse_trainer::meta::start::first_guess;
-use glimpse_trainer::meta::unroll::Learner;
 use glimpse_trainer::meta::variation::Variation;
 use glimpse_trainer::sampling::sobol_valid;
 use rand::{Rng, SeedableRng};
@@ -117,8 +117,8 @@ impl Task<'_> {
             })
             .collect();
         let (initial, step_sizes) = (trace(self.initial), trace(self.step_sizes));
-        let learner = Learner::<M, Traced>::new(&initial, &step_sizes, STEPS);
-        let learned = learner.learn(&inner[..]);
+        let inner_loop = InnerLoop::<M, Traced>::new(&initial, &step_sizes, STEPS);
+        let learned = inner_loop.fit(&inner[..]);
         let mut ignored = parameters([], Traced(0.0));
         let outer = self.outer.iter().map(traced).map(|sample| {
             M::accumulate_gradient::<Traced, false>(&learned, &sample, &mut ignored).loss()
@@ -155,9 +155,9 @@ fn compare<M: LaneModel>() {
             let partner = &*materials[variation.partner];
             let measured = pattern.measure_varied(&**material, partner, &variation);
             let outer = pool.draw_varied(index, &variation, 64, &mut random);
-            let learner = Learner::<M, f32>::new(&initial, &step_sizes, STEPS);
+            let inner_loop = InnerLoop::<M, f32>::new(&initial, &step_sizes, STEPS);
             let [inner, outer] = [measured.octets(), outer.octets()];
-            let found = Found::compute(&learner, &[&inner], &outer, inner.no_slopes());
+            let found = Found::compute(&inner_loop, &[&inner], &outer, inner.zero_derivatives());
             let by_logits = measured.gradient_by_logits(&found.samples);
             let slopes: Vec<f64> = by_logits.iter().copied().map(f64::from).collect();
             let scale = 100.0 * scale_of(&slopes);

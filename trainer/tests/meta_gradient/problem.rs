@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use glimpse_core::model::{Model, ParameterSet, Sample, SampleGradient};
 use glimpse_core::numeric::Scalar;
-use glimpse_trainer::meta::unroll::{Learner, MetaGradient, Real, SampleList};
+use glimpse_kernels::inner_loop::{InnerLoop, MetaGradient, Real, SampleList};
 use proptest::prelude::*;
 
 use crate::support::cases::{Variables, sample, variables};
@@ -58,8 +58,9 @@ impl Problem {
     pub(crate) fn loss<M: Model>(&self) -> Traced {
         let traced = |list: &[f64]| -> Vec<Traced> { list.iter().copied().map(Traced).collect() };
         let initial = traced(&self.initial);
-        let learner = Learner::<M, Traced>::new(&initial, &traced(&self.step_sizes), self.steps);
-        let learned = learner.learn(&samples(&self.inner)[..]);
+        let inner_loop =
+            InnerLoop::<M, Traced>::new(&initial, &traced(&self.step_sizes), self.steps);
+        let learned = inner_loop.fit(&samples(&self.inner)[..]);
         let zero = Traced(0.0);
         let mut gradient = parameters([], zero);
         samples(&self.outer).iter().fold(zero, |sum, sample| {
@@ -69,11 +70,11 @@ impl Problem {
 
     /// The meta-gradient under test.
     pub(crate) fn meta_gradient<M: Model>(&self) -> Found<f64, SampleGradient<f64>> {
-        let learner = Learner::<M, f64>::new(&self.initial, &self.step_sizes, self.steps);
+        let inner_loop = InnerLoop::<M, f64>::new(&self.initial, &self.step_sizes, self.steps);
         let inner = samples(&self.inner);
         let outer = samples(&self.outer);
         let none = vec![SampleGradient::zero(); inner.len()];
-        Found::compute(&learner, &[&inner[..]], &outer[..], none)
+        Found::compute(&inner_loop, &[&inner[..]], &outer[..], none)
     }
 }
 
@@ -88,18 +89,18 @@ pub(crate) struct Found<R, G> {
 impl<R: Real, G> Found<R, G> {
     /// The meta-gradient; `samples` begins as zeros, and is empty if it is not wanted.
     pub(crate) fn compute<M: Model, I, O>(
-        learner: &Learner<M, R>,
+        inner_loop: &InnerLoop<M, R>,
         inner: &[&I],
         outer: &O,
         mut samples: Vec<G>,
     ) -> Self
     where
-        I: SampleList<M, R, Slopes = G> + ?Sized,
+        I: SampleList<M, R, Derivatives = G> + ?Sized,
         O: SampleList<M, R> + ?Sized,
     {
         let mut found = MetaGradient::<M, R>::default();
-        let slopes = Some(&mut samples[..]).filter(|slopes| !slopes.is_empty());
-        let loss = found.compute(learner, inner, outer, slopes);
+        let derivatives = Some(&mut samples[..]).filter(|derivatives| !derivatives.is_empty());
+        let loss = found.compute(inner_loop, inner, outer, derivatives);
         Self {
             loss,
             initial: found.initial.iter().copied().collect(),

@@ -10,7 +10,7 @@ use glimpse_trainer::material::Source;
 use glimpse_trainer::report::{self, MOST_LOBES, lobe, lobe_svg};
 
 use super::super::{load, write_file};
-use super::{brdf_of, check_out, file_type, with_method};
+use super::shared::{brdf_of, check_out, file_type, with_method};
 
 /// Plot BRDFs in the plane of incidence: angle against the logarithm of their luminance.
 ///

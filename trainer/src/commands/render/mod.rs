@@ -2,18 +2,10 @@
 
 mod lobe;
 mod pattern;
+mod shared;
 mod sphere;
 
-use std::path::Path;
-
-use anyhow::{Context, bail};
 use clap::{Args, Subcommand};
-use glimpse_core::geometry::HalfDifference;
-use glimpse_trainer::evaluation::Method;
-use glimpse_trainer::files::try_write;
-use glimpse_trainer::material::Material;
-
-use super::read_recipe;
 
 /// Draw materials, as spheres or as lobes, and where a recipe measures.
 #[derive(Args)]
@@ -38,43 +30,4 @@ impl Render {
             What::Pattern(pattern) => pattern.run(),
         }
     }
-}
-
-/// The one of some file types that a path ends in.
-fn file_type(path: &Path, types: &[&'static str]) -> anyhow::Result<&'static str> {
-    let extension = path.extension().and_then(|extension| extension.to_str());
-    let extension = extension.unwrap_or_default().to_ascii_lowercase();
-    match types.iter().find(|known| **known == extension) {
-        Some(known) => Ok(known),
-        None => bail!(
-            "--out {}: its name must end in .{}",
-            path.display(),
-            types.join(" or .")
-        ),
-    }
-}
-
-/// Opens a recipe, if there is one, and goes on with its method.
-fn with_method<T>(
-    recipe: Option<&Path>,
-    go_on: impl FnOnce(Option<&Method<'_>>) -> anyhow::Result<T>,
-) -> anyhow::Result<T> {
-    let Some(path) = recipe else {
-        return go_on(None);
-    };
-    let (file, basis) = read_recipe(path)?;
-    let recipe = file.recipe()?;
-    go_on(Some(&Method::ours(&recipe, basis.as_ref())?))
-}
-
-/// Makes sure that a file can be written, before anything is drawn.
-fn check_out(path: &Path) -> anyhow::Result<()> {
-    try_write(path, 1 << 16).with_context(|| format!("cannot write {}", path.display()))
-}
-
-/// A material as the closure that pictures are drawn from.
-fn brdf_of(
-    material: &dyn Material,
-) -> impl Fn(&[HalfDifference<f32>], &mut [[f32; 3]]) + Sync + '_ {
-    move |at, values| material.brdf_batch(at, values)
 }

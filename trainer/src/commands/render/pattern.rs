@@ -7,7 +7,7 @@ use glimpse_trainer::export::RecipeFile;
 use glimpse_trainer::report::pattern_svg;
 
 use super::super::write_file;
-use super::{check_out, file_type};
+use super::shared::{check_out, file_type};
 
 /// Draw where a recipe measures: over theta_h and theta_d, and towards light and sensor.
 ///

@@ -14,7 +14,7 @@ use glimpse_trainer::report::{
 };
 
 use super::super::{environment, load, print, write_file};
-use super::{brdf_of, check_out, file_type, with_method};
+use super::shared::{brdf_of, check_out, file_type, with_method};
 
 /// The largest side of a sphere's picture, and of all of them together, in pixels.
 const MOST_PIXELS: usize = 4_096;

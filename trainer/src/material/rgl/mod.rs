@@ -32,7 +32,7 @@ use self::distribution::{Between, Cell, Densities, Grid};
 use self::real::Real;
 use self::tensor_file::{Complaint, TensorFile};
 use super::{Material, SourceError};
-use crate::dual::Dual;
+use glimpse_kernels::Dual;
 
 /// A material that is a measurement of the RGL database.
 ///

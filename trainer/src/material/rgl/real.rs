@@ -2,7 +2,7 @@
 
 use glimpse_core::numeric::{Scalar, Trigonometry};
 
-use crate::dual::Dual;
+use glimpse_kernels::Dual;
 
 /// A real number, perhaps with derivatives.
 pub(super) trait Real: Trigonometry {

@@ -8,7 +8,7 @@ use rand_chacha::ChaCha8Rng;
 
 use super::Tensors;
 use super::distribution::{Between, Densities, Grid};
-use crate::dual::Dual;
+use glimpse_kernels::Dual;
 
 /// Rough tables: no two neighbouring values have anything to do with each other.
 fn random_tensors(random: &mut ChaCha8Rng) -> Tensors {

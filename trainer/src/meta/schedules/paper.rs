@@ -2,11 +2,11 @@
 
 use glimpse_core::model::ModelKind;
 
-use super::{
-    Added, Effort, InnerSamples, Keep, Phase, Plan, Search, Start, StepSizeForm, Weighing, doubled,
-};
-use crate::meta::parameters::Groups;
+use super::doubling::doubled;
+use crate::meta::phase::{Added, InnerSamples, Keep, Phase, Search, Start, StepSizeForm};
+use crate::meta::plan::{Effort, Plan, Weighing};
 use crate::meta::start::random_start;
+use glimpse_optimizer::Groups;
 
 /// Of so many random patterns of one sample the best begins stage 2.
 const GUESSES: usize = 50;

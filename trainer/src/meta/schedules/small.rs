@@ -1,11 +1,10 @@
 //! Schedule joint for models of a few parameters.
 
-use super::{
-    Added, Effort, InnerSamples, Keep, Phase, Plan, Search, Start, StepSizeForm, UNDOUBLED,
-    Weighing, doubled,
-};
-use crate::meta::parameters::Groups;
+use super::doubling::{UNDOUBLED, doubled};
+use crate::meta::phase::{Added, InnerSamples, Keep, Phase, Search, Start, StepSizeForm};
+use crate::meta::plan::{Effort, Plan, Weighing};
 use crate::meta::start::first_guess;
+use glimpse_optimizer::Groups;
 
 /// Each of several starts follows its gradient for a while and then
 /// evolves; the fittest one evolves on. Many samples make every start look like every other: they

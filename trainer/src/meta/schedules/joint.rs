@@ -1,11 +1,10 @@
 //! Schedule joint for models of many parameters.
 
-use super::{
-    Added, Effort, InnerSamples, Keep, Phase, Plan, Search, Start, StepSizeForm, UNDOUBLED,
-    Weighing, doubled,
-};
-use crate::meta::parameters::Groups;
+use super::doubling::{UNDOUBLED, doubled};
+use crate::meta::phase::{Added, InnerSamples, Keep, Phase, Search, Start, StepSizeForm};
+use crate::meta::plan::{Effort, Plan, Weighing};
 use crate::meta::start::first_guess;
+use glimpse_optimizer::Groups;
 
 /// Which of several starts is good shows only after a while, and not by its training loss: each
 /// is trained for a short time, and the one that does best on unseen materials goes on.

@@ -12,12 +12,19 @@
 //! What is summed over samples, the gradient and the product with the Hessian, is computed by the
 //! [`SampleList`]: on lanes and threads in training, in plain f64 in tests.
 
-use glimpse_core::geometry::HalfDifference;
 use glimpse_core::model::{Model, ParameterSet, Sample, SampleGradient};
-use glimpse_core::numeric::Scalar;
+use glimpse_core::numeric::{Entry, Scalar};
 
 use crate::dual::Dual;
 use crate::lanes::{Kernel, Lanes, dispatch};
+use crate::sums::{constant, subtract_tangent};
+
+/// Copies a flat list, in the model's order, into a parameter set.
+pub fn unflatten<T: Entry, P: ParameterSet<T>>(list: &[T], set: &mut P) {
+    for (entry, value) in set.iter_mut().zip(list) {
+        *entry = *value;
+    }
+}
 
 /// A single real number: f32 in training, f64 in tests.
 pub trait Real: Scalar<Parameter = Self, Sum = Self> {}
@@ -26,23 +33,23 @@ impl<T: Scalar<Parameter = T, Sum = T>> Real for T {}
 /// Samples of a material, and sums over them.
 pub trait SampleList<M: Model, R: Real> {
     /// The derivatives by some of the samples.
-    type Slopes;
+    type Derivatives;
 
     /// The mean loss at `theta`, and its gradient by `theta` into `gradient`.
     fn gradient(&self, theta: &M::Parameters<R>, gradient: &mut M::Parameters<R>) -> R;
 
-    /// The Hessian of the mean loss times the tangent of `theta`, into `product`. With `slopes`,
+    /// The Hessian of the mean loss times the tangent of `theta`, into `product`. With `derivatives`,
     /// the derivatives of (gradient times tangent) by the samples are *subtracted* from them.
     fn product(
         &self,
         theta: &M::Parameters<Dual<R>>,
         product: &mut M::Parameters<R>,
-        slopes: Option<&mut [Self::Slopes]>,
+        derivatives: Option<&mut [Self::Derivatives]>,
     );
 }
 
-/// Initial parameters, step sizes, and how many steps.
-pub struct Learner<M: Model, R: Real> {
+/// What the inner loop begins with: initial parameters, step sizes, and how many steps.
+pub struct InnerLoop<M: Model, R: Real> {
     /// theta_0.
     pub initial: M::Parameters<R>,
     /// alpha.
@@ -51,28 +58,28 @@ pub struct Learner<M: Model, R: Real> {
     pub steps: usize,
 }
 
-impl<M: Model, R: Real> Learner<M, R> {
+impl<M: Model, R: Real> InnerLoop<M, R> {
     /// From flat lists, in the model's order.
     #[must_use]
     pub fn new(initial: &[R], step_sizes: &[R], steps: usize) -> Self {
-        let mut learner = Self {
+        let mut inner_loop = Self {
             initial: M::Parameters::filled(R::constant(0.0)),
             step_sizes: M::Parameters::filled(R::constant(0.0)),
             steps,
         };
-        super::unflatten(initial, &mut learner.initial);
-        super::unflatten(step_sizes, &mut learner.step_sizes);
-        learner
+        unflatten(initial, &mut inner_loop.initial);
+        unflatten(step_sizes, &mut inner_loop.step_sizes);
+        inner_loop
     }
 
-    /// The parameters after learning on one list; no gradient.
-    pub fn learn(&self, inner: &(impl SampleList<M, R> + ?Sized)) -> M::Parameters<R> {
+    /// The parameters after fitting to one list; no gradient.
+    pub fn fit(&self, inner: &(impl SampleList<M, R> + ?Sized)) -> M::Parameters<R> {
         let mut theta = self.initial.clone();
         let mut next = theta.clone();
         let mut gradient = M::Parameters::filled(R::constant(0.0));
         for _ in 0..self.steps {
             inner.gradient(&theta, &mut gradient);
-            dispatch(Descend::<M, R> {
+            dispatch(DescentStep::<M, R> {
                 theta: &theta,
                 gradient: &gradient,
                 step_sizes: &self.step_sizes,
@@ -85,14 +92,14 @@ impl<M: Model, R: Real> Learner<M, R> {
 }
 
 /// One step: theta_{k+1} = theta_k - alpha * gradient.
-struct Descend<'a, M: Model, R: Real> {
+struct DescentStep<'a, M: Model, R: Real> {
     theta: &'a M::Parameters<R>,
     gradient: &'a M::Parameters<R>,
     step_sizes: &'a M::Parameters<R>,
     next: &'a mut M::Parameters<R>,
 }
 
-impl<M: Model, R: Real> Kernel for Descend<'_, M, R> {
+impl<M: Model, R: Real> Kernel for DescentStep<'_, M, R> {
     type Output = ();
 
     #[inline(always)]
@@ -110,7 +117,7 @@ impl<M: Model, R: Real> Kernel for Descend<'_, M, R> {
 
 /// One step of the reverse sweep, up to the product with the Hessian: the gradient by the step
 /// sizes, and the parameters with the tangent alpha * lambda.
-struct Ascend<'a, M: Model, R: Real> {
+struct AdjointStep<'a, M: Model, R: Real> {
     step: &'a Step<M, R>,
     step_sizes: &'a M::Parameters<R>,
     lambda: &'a M::Parameters<R>,
@@ -118,7 +125,7 @@ struct Ascend<'a, M: Model, R: Real> {
     dual: &'a mut M::Parameters<Dual<R>>,
 }
 
-impl<M: Model, R: Real> Kernel for Ascend<'_, M, R> {
+impl<M: Model, R: Real> Kernel for AdjointStep<'_, M, R> {
     type Output = ();
 
     #[inline(always)]
@@ -142,12 +149,12 @@ impl<M: Model, R: Real> Kernel for Ascend<'_, M, R> {
 }
 
 /// lambda <- lambda - H v.
-struct Subtract<'a, M: Model, R: Real> {
+struct SubtractProduct<'a, M: Model, R: Real> {
     lambda: &'a mut M::Parameters<R>,
     product: &'a M::Parameters<R>,
 }
 
-impl<M: Model, R: Real> Kernel for Subtract<'_, M, R> {
+impl<M: Model, R: Real> Kernel for SubtractProduct<'_, M, R> {
     type Output = ();
 
     #[inline(always)]
@@ -190,28 +197,28 @@ impl<M: Model, R: Real> MetaGradient<M, R> {
     /// Learns on `inner`, a list for each step or a single one for all of them; returns the loss
     /// over `outer` and computes its gradient by all that can be learned.
     ///
-    /// With `slopes`, which begin at 0, the gradient by the samples of a single list comes too.
+    /// With `derivatives`, which begin at 0, the gradient by the samples of a single list comes too.
     pub fn compute<I: SampleList<M, R> + ?Sized, O: SampleList<M, R> + ?Sized>(
         &mut self,
-        learner: &Learner<M, R>,
+        inner_loop: &InnerLoop<M, R>,
         inner: &[&I],
         outer: &O,
-        mut slopes: Option<&mut [I::Slopes]>,
+        mut derivatives: Option<&mut [I::Derivatives]>,
     ) -> R {
         let list_of = |step: usize| inner[step % inner.len()];
         let zero = || M::Parameters::filled(R::constant(0.0));
-        self.trajectory.resize_with(learner.steps, || Step {
+        self.trajectory.resize_with(inner_loop.steps, || Step {
             theta: zero(),
             gradient: zero(),
         });
-        let mut last = learner.initial.clone();
+        let mut last = inner_loop.initial.clone();
         for (index, step) in self.trajectory.iter_mut().enumerate() {
             std::mem::swap(&mut step.theta, &mut last);
             list_of(index).gradient(&step.theta, &mut step.gradient);
-            dispatch(Descend::<M, R> {
+            dispatch(DescentStep::<M, R> {
                 theta: &step.theta,
                 gradient: &step.gradient,
-                step_sizes: &learner.step_sizes,
+                step_sizes: &inner_loop.step_sizes,
                 next: &mut last,
             });
         }
@@ -222,15 +229,15 @@ impl<M: Model, R: Real> MetaGradient<M, R> {
         let mut dual = M::Parameters::filled(Dual::constant(0.0));
         let mut product = zero();
         for (index, step) in self.trajectory.iter().enumerate().rev() {
-            dispatch(Ascend::<M, R> {
+            dispatch(AdjointStep::<M, R> {
                 step,
-                step_sizes: &learner.step_sizes,
+                step_sizes: &inner_loop.step_sizes,
                 lambda,
                 by_step_sizes: &mut self.step_sizes,
                 dual: &mut dual,
             });
-            list_of(index).product(&dual, &mut product, slopes.as_deref_mut());
-            dispatch(Subtract::<M, R> {
+            list_of(index).product(&dual, &mut product, derivatives.as_deref_mut());
+            dispatch(SubtractProduct::<M, R> {
                 lambda,
                 product: &product,
             });
@@ -239,54 +246,9 @@ impl<M: Model, R: Real> MetaGradient<M, R> {
     }
 }
 
-/// A sample whose tangents are 0.
-#[inline(always)]
-pub(super) fn constant<S: Scalar>(sample: Sample<S>) -> Sample<Dual<S>> {
-    let [red, green, blue] = sample.measured;
-    Sample {
-        at: HalfDifference {
-            hx: Dual::from_value(sample.at.hx),
-            hz: Dual::from_value(sample.at.hz),
-            dx: Dual::from_value(sample.at.dx),
-            dy: Dual::from_value(sample.at.dy),
-            dz: Dual::from_value(sample.at.dz),
-        },
-        measured: [
-            Dual::from_value(red),
-            Dual::from_value(green),
-            Dual::from_value(blue),
-        ],
-        weight: Dual::from_value(sample.weight),
-    }
-}
-
-/// Subtracts the tangents of a gradient by a sample.
-#[inline(always)]
-pub(super) fn subtract_tangent<S: Scalar>(
-    sum: &mut SampleGradient<S>,
-    dual: &SampleGradient<Dual<S>>,
-) {
-    let HalfDifference { hx, hz, dx, dy, dz } = &mut sum.at;
-    let [red, green, blue] = &mut sum.measured;
-    let at = &dual.at;
-    let [by_red, by_green, by_blue] = dual.measured;
-    for (entry, dual) in [
-        (hx, at.hx),
-        (hz, at.hz),
-        (dx, at.dx),
-        (dy, at.dy),
-        (dz, at.dz),
-        (red, by_red),
-        (green, by_green),
-        (blue, by_blue),
-    ] {
-        *entry = *entry - dual.tangent[0];
-    }
-}
-
 /// Sample by sample, on one thread: for tests, in double precision.
 impl<M: Model, R: Real> SampleList<M, R> for [Sample<R>] {
-    type Slopes = SampleGradient<R>;
+    type Derivatives = SampleGradient<R>;
 
     fn gradient(&self, theta: &M::Parameters<R>, gradient: &mut M::Parameters<R>) -> R {
         let zero = R::constant(0.0);
@@ -300,15 +262,15 @@ impl<M: Model, R: Real> SampleList<M, R> for [Sample<R>] {
         &self,
         theta: &M::Parameters<Dual<R>>,
         product: &mut M::Parameters<R>,
-        slopes: Option<&mut [SampleGradient<R>]>,
+        derivatives: Option<&mut [SampleGradient<R>]>,
     ) {
         let mut sums = M::Parameters::filled([R::constant(0.0)]);
-        let mut slopes = slopes.into_iter().flatten();
+        let mut derivatives = derivatives.into_iter().flatten();
         for sample in self {
             let sample = constant(*sample);
             let found = M::accumulate_gradient::<Dual<R>, true>(theta, &sample, &mut sums);
-            if let Some(slopes) = slopes.next() {
-                subtract_tangent(slopes, &found.gradient);
+            if let Some(derivatives) = derivatives.next() {
+                subtract_tangent(derivatives, &found.gradient);
             }
         }
         for (entry, [sum]) in product.iter_mut().zip(sums.iter()) {

@@ -1,16 +1,9 @@
 //! Plans for a part of what a recipe holds, or for more.
 
-use super::{InnerSamples, Phase, Plan, Start};
-use crate::meta::parameters::Groups;
+use glimpse_optimizer::Groups;
 
-/// A start and step sizes that are trained already.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Known {
-    /// theta_0.
-    pub initial: Vec<f32>,
-    /// alpha.
-    pub step_sizes: Vec<f32>,
-}
+use crate::meta::phase::{InnerSamples, Phase, Start};
+use crate::meta::plan::{Known, Plan};
 
 impl Plan {
     /// What the method Meta trains: all but the pattern. Where start and step sizes would learn

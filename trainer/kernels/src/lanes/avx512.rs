@@ -24,7 +24,9 @@ pub(super) fn is_available() -> bool {
 }
 
 /// Runs a kernel; [`is_available`] must have said yes.
+#[inline]
 pub(super) fn run<K: Kernel>(kernel: K) -> K::Output {
+    #[inline]
     #[target_feature(enable = "avx2,fma,avx512f,avx512dq,avx512vl")]
     fn with_features<K: Kernel>(kernel: K) -> K::Output {
         kernel.run::<Pair<Avx512Lanes>>()

@@ -1,10 +1,9 @@
 //! Schedule joint for Linear.
 
-use super::{
-    Added, Effort, InnerSamples, Keep, Phase, Plan, Search, Start, StepSizeForm, Weighing,
-};
-use crate::meta::parameters::Groups;
+use crate::meta::phase::{Added, InnerSamples, Keep, Phase, Search, Start, StepSizeForm};
+use crate::meta::plan::{Effort, Plan, Weighing};
 use crate::meta::start::first_guess;
+use glimpse_optimizer::Groups;
 
 /// Precisions and pattern together, from the best of several patterns: which of them is good shows
 /// early.

@@ -20,7 +20,9 @@ pub(super) fn is_available() -> bool {
 }
 
 /// Runs a kernel; [`is_available`] must have said yes.
+#[inline]
 pub(super) fn run<K: Kernel>(kernel: K) -> K::Output {
+    #[inline]
     #[target_feature(enable = "avx2,fma")]
     fn with_features<K: Kernel>(kernel: K) -> K::Output {
         kernel.run::<Pair<Avx2Lanes>>()

@@ -1,4 +1,8 @@
-//! The meta-parameters, held and stepped by burn.
+//! The meta-parameters, held, stepped and recorded by burn.
+//!
+//! A crate of its own because burn's tensors are generic over their backend: whatever is done with
+//! one is compiled where it is done, for every type of number. Here that happens once, and not again
+//! whenever the trainer changes.
 
 use burn::module::{Module, Param, ParamId};
 use burn::optim::adaptor::OptimizerAdaptor;

@@ -17,45 +17,23 @@ use glimpse_core::model::loss::cosine_weighted_log_error;
 use rand::Rng;
 use rayon::prelude::*;
 
-use super::reduced::widened;
-use super::{Basis, ByAngles, Coefficients, Columns, Reduced};
-use crate::dual::Dual;
+use super::pattern::{Pattern, above_horizon};
+use super::phase::InnerSamples;
+use super::plan::Plan;
+use super::trainee::{Expected, Lots, Trainee};
+use crate::linear::{Basis, ByAngles, Coefficients, Columns, Prior, Reduced, widened};
 use crate::material::Material;
-use crate::meta::parameters::Groups;
-use crate::meta::pattern::{Pattern, above_horizon};
-use crate::meta::plan::{InnerSamples, Plan};
-use crate::meta::trainee::{Expected, Lots, Trainee};
 use crate::sampling::uniform_valid;
+use glimpse_kernels::Dual;
+use glimpse_optimizer::Groups;
 
 /// Folds that materials are dealt into.
 const FOLDS: usize = 5;
 /// Directions that the loss is drawn from.
 const POOL: usize = 8_192;
 
-/// The prior of the coefficients.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Prior {
-    /// m, the number of components; fewer where there are too few materials.
-    pub components: usize,
-    /// The paper's eta: the precision of every coefficient. None: it is learned for each.
-    pub eta: Option<f64>,
-}
-
 /// Where learned precisions begin.
 const FIRST_ETA: f64 = 4.0;
-
-impl Prior {
-    /// Five components and eta = 40 (paper, after Nielsen et al.).
-    pub const PAPER: Self = Self {
-        components: 5,
-        eta: Some(40.0),
-    };
-    /// What does best on materials that were not trained on.
-    pub const LEARNED: Self = Self {
-        components: 60,
-        eta: None,
-    };
-}
 
 /// What the Linear model learns on.
 pub struct LinearTrainee<'a> {

@@ -1,0 +1,275 @@
+//! Sums over samples on lanes: a model's loss, its gradient, and the product of its Hessian with a
+//! vector.
+//!
+//! A list is worked through on lanes that suit its length. Which of them are worth compiling is
+//! decided by constants, so that no copy is made that would never run.
+
+use std::ops::Range;
+
+use glimpse_core::geometry::HalfDifference;
+use glimpse_core::model::loss::cosine_weighted_log_error;
+use glimpse_core::model::{Model, ParameterSet, Sample, SampleGradient};
+use glimpse_core::numeric::Scalar;
+
+use crate::dual::Dual;
+use crate::lanes::{
+    Kernel, Lanes, MOST_OCTETS, Narrowest, Octet, OctetAt, Total, WIDTH, narrows, narrows_twice,
+};
+use crate::samples::SampleOctets;
+
+/// Whether the lanes are added up at once where one register holds all samples: if there are so many
+/// parameters that sums on lanes would fill the cache.
+const fn sums_are_totals<M: Model>() -> bool {
+    M::PARAMETERS > 64
+}
+
+/// Whether sums of few samples stay on lanes, and there are narrower ones for that.
+const fn narrows_for<M: Model, Wide: Lanes>() -> bool {
+    !sums_are_totals::<M>() && narrows::<Wide>()
+}
+
+/// The loss over some octets, and its gradient.
+pub(crate) fn gradient<M: Model>(
+    theta: &M::Parameters<f32>,
+    samples: &SampleOctets<'_>,
+    octets: Range<usize>,
+    gradient: &mut M::Parameters<f32>,
+) -> f32 {
+    samples.instruction_set.run(Gradient::<M> {
+        theta,
+        samples,
+        octets,
+        gradient,
+    })
+}
+
+/// The product of Hessian and tangent over some octets; with `derivatives`, those of (gradient times
+/// tangent) by the samples are *subtracted* from them.
+pub(crate) fn product<M: Model>(
+    theta: &M::Parameters<Dual<f32>>,
+    samples: &SampleOctets<'_>,
+    octets: Range<usize>,
+    product: &mut M::Parameters<f32>,
+    derivatives: Option<&mut [SampleGradient<Octet>]>,
+) {
+    samples.instruction_set.run(Product::<M> {
+        theta,
+        samples,
+        octets,
+        product,
+        derivatives,
+    });
+}
+
+/// The loss over all samples.
+pub(crate) fn loss<M: Model>(theta: &M::Parameters<f32>, samples: &SampleOctets<'_>) -> f32 {
+    samples.instruction_set.run(Loss::<M> { theta, samples })
+}
+
+/// The loss of black, f = 0: how much light there is in the samples.
+#[must_use]
+pub fn loss_of_black(samples: &SampleOctets<'_>) -> f32 {
+    samples.instruction_set.run(LossOfBlack { samples })
+}
+
+/// A sample whose tangents are 0.
+#[inline(always)]
+pub(crate) fn constant<S: Scalar>(sample: Sample<S>) -> Sample<Dual<S>> {
+    let [red, green, blue] = sample.measured;
+    Sample {
+        at: HalfDifference {
+            hx: Dual::from_value(sample.at.hx),
+            hz: Dual::from_value(sample.at.hz),
+            dx: Dual::from_value(sample.at.dx),
+            dy: Dual::from_value(sample.at.dy),
+            dz: Dual::from_value(sample.at.dz),
+        },
+        measured: [
+            Dual::from_value(red),
+            Dual::from_value(green),
+            Dual::from_value(blue),
+        ],
+        weight: Dual::from_value(sample.weight),
+    }
+}
+
+/// Subtracts the tangents of a gradient by a sample.
+#[inline(always)]
+pub(crate) fn subtract_tangent<S: Scalar>(
+    sum: &mut SampleGradient<S>,
+    dual: &SampleGradient<Dual<S>>,
+) {
+    let HalfDifference { hx, hz, dx, dy, dz } = &mut sum.at;
+    let [red, green, blue] = &mut sum.measured;
+    let at = &dual.at;
+    let [by_red, by_green, by_blue] = dual.measured;
+    for (entry, dual) in [
+        (hx, at.hx),
+        (hz, at.hz),
+        (dx, at.dx),
+        (dy, at.dy),
+        (dz, at.dz),
+        (red, by_red),
+        (green, by_green),
+        (blue, by_blue),
+    ] {
+        *entry = *entry - dual.tangent[0];
+    }
+}
+
+/// The loss over some octets of the samples, and its gradient.
+struct Gradient<'a, M: Model> {
+    theta: &'a M::Parameters<f32>,
+    samples: &'a SampleOctets<'a>,
+    octets: Range<usize>,
+    gradient: &'a mut M::Parameters<f32>,
+}
+
+impl<M: Model> Kernel for Gradient<'_, M> {
+    type Output = f32;
+
+    #[inline(always)]
+    fn run<Wide: Lanes>(self) -> f32 {
+        let octets = self.octets.len();
+        if const { sums_are_totals::<M>() } && octets <= Narrowest::<Wide>::OCTETS {
+            self.compute::<Total<Narrowest<Wide>>>()
+        } else if const { narrows_for::<M, Wide>() } && octets <= Narrowest::<Wide>::OCTETS {
+            self.compute::<Narrowest<Wide>>()
+        } else if const { narrows_twice::<Wide>() } && octets <= Wide::Narrow::OCTETS {
+            self.compute::<Wide::Narrow>()
+        } else {
+            self.compute::<Wide>()
+        }
+    }
+}
+
+impl<M: Model> Gradient<'_, M> {
+    #[inline(always)]
+    fn compute<L: Lanes>(self) -> f32 {
+        let mut loss = L::constant(0.0);
+        let mut sums = M::Parameters::filled(L::zero_sum());
+        for octet in self.octets.step_by(L::OCTETS) {
+            let sample = self.samples.read::<L>(octet);
+            let found = M::accumulate_gradient::<L, false>(self.theta, &sample, &mut sums);
+            loss = loss + found.loss();
+        }
+        for (sums, totals) in sums.runs().zip(self.gradient.runs_mut()) {
+            L::totals(sums, totals);
+        }
+        loss.total()
+    }
+}
+
+/// The product of Hessian and tangent over some octets of the samples.
+struct Product<'a, M: Model> {
+    theta: &'a M::Parameters<Dual<f32>>,
+    samples: &'a SampleOctets<'a>,
+    octets: Range<usize>,
+    product: &'a mut M::Parameters<f32>,
+    derivatives: Option<&'a mut [SampleGradient<Octet>]>,
+}
+
+impl<M: Model> Kernel for Product<'_, M> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<Wide: Lanes>(self) {
+        let octets = self.octets.len();
+        // On few samples their derivatives cost next to nothing.
+        if const { sums_are_totals::<M>() } && octets <= Narrowest::<Wide>::OCTETS {
+            self.compute::<Total<Narrowest<Wide>>, true>();
+        } else if const { narrows_for::<M, Wide>() } && octets <= Narrowest::<Wide>::OCTETS {
+            self.compute::<Narrowest<Wide>, true>();
+        } else if self.derivatives.is_some() {
+            self.compute::<Wide, true>();
+        } else {
+            self.compute::<Wide, false>();
+        }
+    }
+}
+
+impl<M: Model> Product<'_, M> {
+    #[inline(always)]
+    fn compute<L: Lanes, const SAMPLES: bool>(self) {
+        let mut sums = M::Parameters::filled([L::zero_sum()]);
+        let derivatives = self.derivatives.unwrap_or_default();
+        let mut derivatives = derivatives.chunks_mut(L::OCTETS);
+        for octet in self.octets.step_by(L::OCTETS) {
+            let sample = constant(self.samples.read::<L>(octet));
+            let found = M::accumulate_gradient::<Dual<L>, SAMPLES>(self.theta, &sample, &mut sums);
+            if let (true, Some(derivatives)) = (SAMPLES, derivatives.next()) {
+                let mut by_samples = SampleGradient::zero();
+                subtract_tangent(&mut by_samples, &found.gradient);
+                add(&by_samples, derivatives);
+            }
+        }
+        for (sums, totals) in sums.runs().zip(self.product.runs_mut()) {
+            L::totals(sums.as_flattened(), totals);
+        }
+    }
+}
+
+/// Adds the derivatives by a batch of samples to those by its octets.
+#[inline(always)]
+fn add<L: Lanes>(found: &SampleGradient<L>, octets: &mut [SampleGradient<Octet>]) {
+    let at = &found.at;
+    let [red, green, blue] = found.measured;
+    let registers = [at.hx, at.hz, at.dx, at.dy, at.dz, red, green, blue];
+    for (index, register) in registers.into_iter().enumerate() {
+        let mut values = [Octet::default(); MOST_OCTETS];
+        register.store(&mut values);
+        for (octet, values) in octets.iter_mut().zip(&values) {
+            let OctetAt { hx, hz, dx, dy, dz } = &mut octet.at;
+            let [red, green, blue] = &mut octet.measured;
+            let entries = [hx, hz, dx, dy, dz, red, green, blue];
+            for lane in 0..WIDTH {
+                entries[index].0[lane] += values.0[lane];
+            }
+        }
+    }
+}
+
+/// The loss over all samples.
+struct Loss<'a, M: Model> {
+    theta: &'a M::Parameters<f32>,
+    samples: &'a SampleOctets<'a>,
+}
+
+impl<M: Model> Kernel for Loss<'_, M> {
+    type Output = f32;
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> f32 {
+        let mut loss = L::constant(0.0);
+        for octet in (0..self.samples.octets()).step_by(L::OCTETS) {
+            let sample = self.samples.read::<L>(octet);
+            let modelled = M::brdf::<L>(self.theta, &sample.at);
+            let cosine = sample.at.cos_theta_i();
+            let found = cosine_weighted_log_error(sample.measured, modelled, cosine, sample.weight);
+            loss = loss + found.error.value();
+        }
+        loss.total()
+    }
+}
+
+/// The loss of f = 0 over all samples.
+struct LossOfBlack<'a> {
+    samples: &'a SampleOctets<'a>,
+}
+
+impl Kernel for LossOfBlack<'_> {
+    type Output = f32;
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> f32 {
+        let black = [L::constant(0.0); 3];
+        let mut loss = L::constant(0.0);
+        for octet in (0..self.samples.octets()).step_by(L::OCTETS) {
+            let sample = self.samples.read::<L>(octet);
+            let cosine = sample.at.cos_theta_i();
+            let found = cosine_weighted_log_error(sample.measured, black, cosine, sample.weight);
+            loss = loss + found.error.value();
+        }
+        loss.total()
+    }
+}

@@ -1,0 +1,97 @@
+//! The recipe of a training run: what was learned, and where it came from.
+
+use glimpse_core::model::ModelKind;
+use glimpse_core::recipe::{Expectation, Provenance, RecipeError};
+
+use super::recipe::{RecipeFile, Statements, to_recipe, to_ridge_recipe};
+use crate::linear::Prior;
+use crate::material::Source;
+use crate::meta::run::{Learned, Options, Parts, Promise};
+
+/// What was learned cannot be written down.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("training did not converge to a recipe")]
+pub struct NoRecipe(#[from] RecipeError);
+
+/// Writes down what was learned, with where it came from.
+///
+/// # Errors
+/// If it is no recipe, as when a number is not finite.
+pub fn recipe_of(
+    learned: &Learned,
+    options: &Options,
+    data: &Source,
+) -> Result<RecipeFile, NoRecipe> {
+    let schedule = schedule_of(options);
+    let Promise { expected, on } = learned.promise();
+    let on = format!("materials of {} {on}", data.label());
+    let materials = learned.materials();
+    let statements = Statements {
+        expectation: Some(Expectation {
+            loss: expected.loss,
+            standard_error: expected.standard_error,
+            materials: expected.materials as u32,
+            on: &on,
+        }),
+        provenance: Some(provenance(options, data, materials.len(), &schedule)),
+        materials: materials
+            .iter()
+            .map(|material| (&material.name[..], material.digest))
+            .collect(),
+        ..Statements::default()
+    };
+    let file = match learned {
+        Learned::Descent(learned) => to_recipe(learned, &statements),
+        Learned::Ridge(learned) => to_ridge_recipe(&learned.reduced, &statements),
+    };
+    Ok(file?)
+}
+
+/// Where a recipe comes from that was trained so, by a [schedule](schedule_of).
+#[must_use]
+pub fn provenance<'a>(
+    options: &Options,
+    data: &'a Source,
+    materials: usize,
+    schedule: &'a str,
+) -> Provenance<'a> {
+    Provenance {
+        trainer: concat!("glimpse-trainer ", env!("CARGO_PKG_VERSION")),
+        data: data.label(),
+        materials: materials as u32,
+        schedule,
+        seed: options.seed,
+        options: match options.parts {
+            Parts::All => "all parts",
+            Parts::AllTwice => "all parts twice",
+            Parts::WithoutPattern => "start and step sizes only",
+            Parts::PatternOnly(_) => "pattern only",
+        },
+    }
+}
+
+/// A schedule in words, with the prior of Linear.
+#[must_use]
+pub fn schedule_of(options: &Options) -> String {
+    let schedule = format!("{:?} {:?}", options.schedule, options.effort).to_lowercase();
+    match (options.model, options.prior) {
+        (ModelKind::Linear, Prior { components, eta }) => {
+            let eta = eta.map_or("learned".to_owned(), |eta| eta.to_string());
+            format!("{schedule}, {components} bases, eta {eta}")
+        }
+        _ => schedule,
+    }
+}
+
+/// All of a recipe's provenance that decides what it holds, in words.
+#[must_use]
+pub fn options_of(model: &str, samples: usize, provenance: &Provenance<'_>) -> String {
+    let Provenance {
+        data,
+        materials,
+        schedule,
+        seed,
+        ..
+    } = provenance;
+    format!("{model} n = {samples}, {materials} materials of {data}, {schedule}, seed {seed}")
+}

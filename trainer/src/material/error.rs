@@ -1,0 +1,73 @@
+//! Why a material cannot be had.
+
+use std::io;
+use std::path::PathBuf;
+
+/// The largest COUNT of `procedural:COUNT`.
+pub(super) const MOST_PROCEDURAL: usize = 100_000;
+
+/// Why materials cannot be read or written.
+#[derive(Debug, thiserror::Error)]
+pub enum SourceError {
+    /// The operating system refuses to read.
+    #[error("cannot read {}: {source}", path.display())]
+    Read {
+        /// The file or directory.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+    /// It could not be written.
+    #[error("cannot write {}: {source}", path.display())]
+    Write {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+    /// A file is not what its name says, or of a kind that is not read.
+    #[error("{}: {what}", path.display())]
+    Damaged {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it, and the remedy.
+        what: String,
+    },
+    /// Neither a file nor a directory.
+    #[error(
+        "{} does not exist: give a directory of materials, a single one (MERL *.binary, RGL \
+         *_rgb.bsdf or NBRDF NAME_fc1.npy), or procedural[:COUNT[:SEED]]", .0.display()
+    )]
+    Missing(PathBuf),
+    /// A file of no known kind.
+    #[error(
+        "{} is no material: expected MERL (*.binary), RGL (*_rgb.bsdf), NBRDF (NAME_fc1.npy and \
+         its five siblings), a directory of those, or procedural[:COUNT[:SEED]]", .0.display()
+    )]
+    Unknown(PathBuf),
+    /// Two materials of a directory have the same name.
+    #[error(
+        "{} and {} are both named {name}: rename one of them, or take it away", first.display(),
+        second.display()
+    )]
+    Twice {
+        /// The name.
+        name: String,
+        /// One file.
+        first: PathBuf,
+        /// The other one.
+        second: PathBuf,
+    },
+    /// A directory without materials.
+    #[error(
+        "{} holds no materials: expected MERL (*.binary), RGL (*_rgb.bsdf) or NBRDF (NAME_fc1.npy \
+         and its five siblings) in it", .0.display()
+    )]
+    Empty(PathBuf),
+    /// `procedural:...` with something that is not a number.
+    #[error(
+        "`{0}` is not understood: write procedural, procedural:COUNT or procedural:COUNT:SEED \
+         with a COUNT of 1 to {MOST_PROCEDURAL}"
+    )]
+    Procedural(String),
+}
