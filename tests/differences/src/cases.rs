@@ -12,12 +12,12 @@ use proptest::prelude::*;
 use super::parameters;
 
 /// What a gradient is taken by, beside the parameters: hx, hz, dx, dy, dz; y in red, green, blue.
-pub(crate) type Variables = [f64; 8];
+pub type Variables = [f64; 8];
 
-pub(crate) const NAMES: [&str; 8] = ["hx", "hz", "dx", "dy", "dz", "y_r", "y_g", "y_b"];
+pub const NAMES: [&str; 8] = ["hx", "hz", "dx", "dy", "dz", "y_r", "y_g", "y_b"];
 
 /// A random sample: uniform angles above the horizon, measured values over five decades.
-pub(crate) fn variables() -> impl Strategy<Value = Variables> {
+pub fn variables() -> impl Strategy<Value = Variables> {
     let angles = (0.0..FRAC_PI_2, 0.0..FRAC_PI_2, 0.0..TAU);
     let logarithms = prop::array::uniform3(-8.0..3.0f64);
     (angles, logarithms)
@@ -36,7 +36,7 @@ pub(crate) fn variables() -> impl Strategy<Value = Variables> {
         })
 }
 
-pub(crate) fn sample<S: Scalar>(variables: Variables, weight: f64) -> Sample<S> {
+pub fn sample<S: Scalar>(variables: Variables, weight: f64) -> Sample<S> {
     let [hx, hz, dx, dy, dz, red, green, blue] = variables.map(S::constant);
     Sample {
         at: HalfDifference { hx, hz, dx, dy, dz },
@@ -45,7 +45,7 @@ pub(crate) fn sample<S: Scalar>(variables: Variables, weight: f64) -> Sample<S> 
     }
 }
 
-pub(crate) fn phong() -> impl Strategy<Value = Vec<f64>> {
+pub fn phong() -> impl Strategy<Value = Vec<f64>> {
     let logits = prop::collection::vec(-3.0..3.0f64, 6);
     (logits, -2.0..5.0f64).prop_map(|(mut logits, exponent)| {
         logits.push(exponent);
@@ -54,12 +54,12 @@ pub(crate) fn phong() -> impl Strategy<Value = Vec<f64>> {
 }
 
 /// Logits, roughness from 0.05 to 0.95.
-pub(crate) fn cook_torrance() -> impl Strategy<Value = Vec<f64>> {
+pub fn cook_torrance() -> impl Strategy<Value = Vec<f64>> {
     prop::collection::vec(-3.0..3.0f64, CookTorrance::PARAMETERS)
 }
 
 /// Weights within the reach of each layer's inputs; output biases that leave most outputs on.
-pub(crate) fn neural() -> impl Strategy<Value = Vec<f64>> {
+pub fn neural() -> impl Strategy<Value = Vec<f64>> {
     prop::collection::vec(-1.0..1.0f64, Neural::PARAMETERS).prop_map(|list| {
         let mut network: NeuralParameters<f64> = parameters(list, 0.0);
         let scales = [0.8, 0.3, 0.4, 0.3, 0.4, 0.4];
@@ -85,7 +85,7 @@ fn near_grazing(variables: Variables) -> bool {
 }
 
 /// If differences by a sample's coordinates are too coarse there for the model.
-pub(crate) fn is_too_steep(model: ModelKind, variables: Variables) -> bool {
+pub fn is_too_steep(model: ModelKind, variables: Variables) -> bool {
     match model {
         ModelKind::Phong => near_edge_of_lobe(variables),
         ModelKind::CookTorrance => near_grazing(variables),
@@ -94,7 +94,7 @@ pub(crate) fn is_too_steep(model: ModelKind, variables: Variables) -> bool {
 }
 
 /// <w_o, r>, r the mirror direction of w_i.
-pub(crate) fn mirror_cosine(variables: Variables) -> f64 {
+pub fn mirror_cosine(variables: Variables) -> f64 {
     let [hx, hz, dx, dy, dz, ..] = variables;
     // Rotating (dx, dy, dz) about y by theta_h gives w_i; w_o = 2 <h, w_i> h - w_i.
     let incoming = [hz * dx + hx * dz, dy, hz * dz - hx * dx];
