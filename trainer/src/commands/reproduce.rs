@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use anyhow::bail;
+use anyhow::{anyhow, bail};
 use clap::Args;
 use glimpse_core::recipe::MAX_SAMPLES;
 use glimpse_trainer::export::RecipeFile;
@@ -13,11 +13,12 @@ use glimpse_trainer::meta::checkpoint::Checkpoint;
 use glimpse_trainer::meta::outer::Checkpoints;
 use glimpse_trainer::meta::plan::Effort;
 use glimpse_trainer::meta::run::{Learned, Options};
+use glimpse_trainer::report::Table;
 
 use super::progress::{catch_interrupts, interrupted, train_with_progress};
 use super::train::{label, recipe_of};
 use super::{environment, load, print};
-use crate::experiment::{Experiment, Laboratory, Settings, TestSet, write_index};
+use crate::experiment::{Experiment, Findings, Laboratory, Settings, TestSet, write_index};
 
 /// Make the paper's tables and figures again, on your materials.
 ///
@@ -59,6 +60,9 @@ pub(crate) struct Reproduce {
     /// The most samples, where n grows [default: 64 for --effort quick, else 512]
     #[arg(long)]
     most_samples: Option<usize>,
+    /// Print only this table, as Markdown; tables are called as their files in OUT/EXPERIMENT are
+    #[arg(long, value_name = "NAME")]
+    table: Option<String>,
 }
 
 impl Reproduce {
@@ -133,10 +137,23 @@ impl Reproduce {
             }
             let findings = outcome?;
             write_index(&laboratory.settings)?;
-            print(&(findings.to_text() + "\n"))?;
+            print(&self.shown(&findings)?)?;
         }
         eprintln!("look at {}", index.display());
         Ok(())
+    }
+
+    /// What is printed of an experiment.
+    fn shown(&self, findings: &Findings) -> anyhow::Result<String> {
+        match &self.table {
+            None => Ok(findings.to_text() + "\n"),
+            Some(name) => findings
+                .named(name)
+                .map(Table::to_markdown)
+                .map_err(|names| {
+                    anyhow!("there is no table {name}; there are {}", names.join(", "))
+                }),
+        }
     }
 }
 
