@@ -2,18 +2,19 @@
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
-use glimpse_core::geometry::{Angles, HalfDifference};
+use glimpse_core::geometry::HalfDifference;
 use glimpse_core::model::{
     CookTorrance, Model, ModelKind, Neural, NeuralParameters, ParameterSet, Sample,
 };
 use glimpse_core::numeric::Scalar;
 use proptest::prelude::*;
 
-use super::parameters;
+use super::{Traced, parameters};
 
 /// What a gradient is taken by, beside the parameters: hx, hz, dx, dy, dz; y in red, green, blue.
 pub type Variables = [f64; 8];
 
+/// What differences are taken along, in the order of [`Variables`].
 pub const NAMES: [&str; 8] = ["hx", "hz", "dx", "dy", "dz", "y_r", "y_g", "y_b"];
 
 /// A random sample: uniform angles above the horizon, measured values over five decades.
@@ -22,20 +23,34 @@ pub fn variables() -> impl Strategy<Value = Variables> {
     let logarithms = prop::array::uniform3(-8.0..3.0f64);
     (angles, logarithms)
         .prop_map(|((theta_h, theta_d, phi_d), logarithms)| {
-            let at = HalfDifference::from_angles(Angles {
-                theta_h,
-                theta_d,
-                phi_d,
-            });
+            // Written out: f64 is a scalar of core's with libm only.
+            let ((hx, hz), (sin_d, dz)) = (theta_h.sin_cos(), theta_d.sin_cos());
+            let (sin_phi, cos_phi) = phi_d.sin_cos();
             let [red, green, blue] = logarithms.map(f64::exp);
-            [at.hx, at.hz, at.dx, at.dy, at.dz, red, green, blue]
+            [
+                hx,
+                hz,
+                sin_d * cos_phi,
+                sin_d * sin_phi,
+                dz,
+                red,
+                green,
+                blue,
+            ]
         })
         .prop_filter("above the horizon", |variables| {
-            let at = sample::<f64>(*variables, 0.0).at;
-            at.cos_theta_i() > 0.0 && at.cos_theta_o() > 0.0
+            let [cos_theta_i, cos_theta_o] = cosines(*variables);
+            cos_theta_i > 0.0 && cos_theta_o > 0.0
         })
 }
 
+/// Of the incoming and of the outgoing direction.
+fn cosines(variables: Variables) -> [f64; 2] {
+    let at = sample::<Traced>(variables, 0.0).at;
+    [at.cos_theta_i().0, at.cos_theta_o().0]
+}
+
+/// The sample that they stand for.
 pub fn sample<S: Scalar>(variables: Variables, weight: f64) -> Sample<S> {
     let [hx, hz, dx, dy, dz, red, green, blue] = variables.map(S::constant);
     Sample {
@@ -45,6 +60,7 @@ pub fn sample<S: Scalar>(variables: Variables, weight: f64) -> Sample<S> {
     }
 }
 
+/// Parameters of the model Phong.
 pub fn phong() -> impl Strategy<Value = Vec<f64>> {
     let logits = prop::collection::vec(-3.0..3.0f64, 6);
     (logits, -2.0..5.0f64).prop_map(|(mut logits, exponent)| {
@@ -80,8 +96,8 @@ fn near_edge_of_lobe(variables: Variables) -> bool {
 /// Cook-Torrance divides by cos_i cos_o and by cos theta_d: within a hundred steps of a difference from
 /// 0 these are too curved for it.
 fn near_grazing(variables: Variables) -> bool {
-    let at = sample::<f64>(variables, 0.0).at;
-    at.cos_theta_i().min(at.cos_theta_o()).min(at.dz) < 0.01
+    let [cos_theta_i, cos_theta_o] = cosines(variables);
+    cos_theta_i.min(cos_theta_o).min(variables[4]) < 0.01
 }
 
 /// If differences by a sample's coordinates are too coarse there for the model.

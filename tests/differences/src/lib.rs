@@ -20,7 +20,7 @@ thread_local! {
 
 /// An f64 that records the branches taken.
 #[derive(Clone, Copy, Debug)]
-pub struct Traced(pub(crate) f64);
+pub struct Traced(pub f64);
 
 /// Runs `computation`; its value, and a fingerprint of the branches that it took.
 fn traced(computation: impl FnOnce() -> Traced) -> (f64, u64) {
