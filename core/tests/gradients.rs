@@ -3,8 +3,6 @@
 // f64 is a scalar with libm only.
 #![cfg(feature = "libm")]
 
-mod support;
-
 use std::cell::RefCell;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -16,10 +14,10 @@ use glimpse_core::model::{
 use proptest::prelude::*;
 use proptest::test_runner::{TestCaseError, TestRunner};
 
-use support::cases::{
+use glimpse_differences::cases::{
     NAMES, Variables, cook_torrance, is_too_steep, mirror_cosine, neural, phong, sample, variables,
 };
-use support::{Differences, Traced, parameters, scale_of};
+use glimpse_differences::{Differences, Traced, parameters, scale_of};
 
 /// The weighted loss, every branch recorded.
 fn loss<M: Model>(list: &[f64], variables: Variables, weight: f64) -> Traced {

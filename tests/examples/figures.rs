@@ -1,6 +1,6 @@
 //! Prints what a fit costs on each kind of microcontroller, and the whole firmware of
 //! `embedded-demo`: instructions and cycles of one fit, flash, static RAM and stack. With `--table` it
-//! prints the fits as the README shows them.
+//! prints the fits as `core/docs/costs.md` shows them.
 
 use glimpse_tests::elf::Firmware;
 use glimpse_tests::emulator::Emulator;
@@ -35,7 +35,7 @@ fn main() -> Result<(), ScannerError> {
     Ok(())
 }
 
-/// The README's table: a row for each target and model, a column for each figure.
+/// The document's table: a row for each target and model, a column for each figure.
 fn print_table(figures: &[(String, u64)]) {
     println!("| target | model | instructions of a fit | cycles | flash | static RAM | stack |");
     println!("|---|---|---|---|---|---|---|");

@@ -120,7 +120,7 @@ fn numbers() -> Result<String, Box<dyn Error>> {
 
 /// Compiles the rival; returns the ELF file.
 fn compile(directory: &Path, options: &[&str]) -> Result<std::path::PathBuf, Box<dyn Error>> {
-    let rivals = Path::new(env!("CARGO_MANIFEST_DIR")).join("rivals");
+    let rivals = Path::new(env!("CARGO_MANIFEST_DIR")).join("../embedded-demo/fits/rivals");
     let out = directory.join(format!("rival{}", options.join("")));
     let status = Command::new("arm-none-eabi-gcc")
         .args([

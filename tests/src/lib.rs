@@ -18,3 +18,8 @@ pub mod microcontroller;
 
 /// The recipe that the firmware holds.
 pub const RECIPE: &[u8] = include_bytes!("../../embedded-demo/recipes/neural-n8.recipe");
+
+/// The front page's programs, compiled as documentation is.
+#[cfg(doctest)]
+#[doc = include_str!("../../README.md")]
+pub struct FrontPage;

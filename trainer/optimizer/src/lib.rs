@@ -5,13 +5,13 @@
 //! whenever the trainer changes.
 
 use burn::module::{Module, Param, ParamId};
-use burn::optim::adaptor::OptimizerAdaptor;
-use burn::optim::{Adam, AdamConfig, GradientsParams, Optimizer};
 use burn::record::{BinBytesRecorder, FullPrecisionSettings, Recorder};
 use burn::tensor::backend::Backend;
 use burn::tensor::{Tensor, TensorData};
 use burn_autodiff::Autodiff;
 use burn_ndarray::{NdArray, NdArrayDevice};
+use burn_optim::adaptor::OptimizerAdaptor;
+use burn_optim::{Adam, AdamConfig, GradientsParams, Optimizer};
 use serde::{Deserialize, Serialize};
 
 /// The backend: meta-gradients are computed outside of it, exactly, and registered with it.

@@ -135,16 +135,15 @@ fn table(rows: &[Row]) -> Table {
 }
 
 /// How long each recipe took, as far as an earlier run wrote it down.
-fn seconds_of(csv: &Path) -> HashMap<(String, usize), f64> {
-    let text = std::fs::read_to_string(csv).unwrap_or_default();
-    let row = |line: &str| {
-        let [model, samples, _, seconds] = line.split(',').collect::<Vec<_>>()[..] else {
-            return None;
-        };
-        Some((
-            (model.to_owned(), samples.parse().ok()?),
-            seconds.parse().ok()?,
-        ))
+fn seconds_of(path: &Path) -> HashMap<(String, usize), f64> {
+    // A table that is not there, or was changed, knows of none.
+    let Ok(mut table) = csv::Reader::from_path(path) else {
+        return HashMap::new();
     };
-    text.lines().filter_map(row).collect()
+    let rows = table.deserialize::<(String, usize, Option<f64>, Option<f64>)>();
+    rows.filter_map(|row| {
+        let (model, samples, _, seconds) = row.ok()?;
+        Some(((model, samples), seconds?))
+    })
+    .collect()
 }

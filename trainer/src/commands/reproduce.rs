@@ -2,16 +2,17 @@
 
 use std::path::PathBuf;
 
-use anyhow::bail;
+use anyhow::{anyhow, bail};
 use clap::Args;
 use glimpse_core::recipe::MAX_SAMPLES;
 use glimpse_trainer::files::try_write;
 use glimpse_trainer::material::Source;
 use glimpse_trainer::meta::plan::Effort;
+use glimpse_trainer::report::Table;
 
 use super::progress::{catch_interrupts, interrupted, train_with_progress};
 use super::{environment, load, print};
-use crate::experiment::{Experiment, Laboratory, Settings, TestSet, write_index};
+use crate::experiment::{Experiment, Findings, Laboratory, Settings, TestSet, write_index};
 
 /// Make the paper's tables and figures again, on your materials.
 ///
@@ -53,6 +54,9 @@ pub(crate) struct Reproduce {
     /// The most samples, where n grows [default: 64 for --effort quick, else 512]
     #[arg(long)]
     most_samples: Option<usize>,
+    /// Print only this table, as Markdown; tables are called as their files in OUT/EXPERIMENT are
+    #[arg(long, value_name = "NAME")]
+    table: Option<String>,
 }
 
 impl Reproduce {
@@ -133,9 +137,22 @@ impl Reproduce {
             }
             let findings = outcome?;
             write_index(&laboratory.settings)?;
-            print(&(findings.to_text() + "\n"))?;
+            print(&self.shown(&findings)?)?;
         }
         eprintln!("look at {}", index.display());
         Ok(())
+    }
+
+    /// What is printed of an experiment.
+    fn shown(&self, findings: &Findings) -> anyhow::Result<String> {
+        match &self.table {
+            None => Ok(findings.to_text() + "\n"),
+            Some(name) => findings
+                .named(name)
+                .map(Table::to_markdown)
+                .map_err(|names| {
+                    anyhow!("there is no table {name}; there are {}", names.join(", "))
+                }),
+        }
     }
 }

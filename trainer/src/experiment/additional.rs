@@ -7,6 +7,7 @@ use glimpse_trainer::report::{Cell, Column, Compare, Table};
 use super::case::{Approach, Case};
 use super::findings::Findings;
 use super::laboratory::{Laboratory, TestSet};
+use super::losses::on_others;
 use super::{MODELS, SAMPLES, cells_beside_the_paper_s, columns_beside_the_paper_s, paper, title};
 
 /// n of the paper's comparison with Nielsen et al.
@@ -25,7 +26,7 @@ pub(super) fn run(laboratory: &Laboratory<'_>) -> anyhow::Result<Findings> {
          eight materials of Nielsen et al. at n = 2, and of the RGL database's isotropic part at \
          n = 8.",
     );
-    for set in laboratory.additional {
+    for (number, set) in (1..).zip(laboratory.additional) {
         let linear = [Approach::Njr15, Approach::Ours].map(|approach| {
             (
                 Case::new(approach, ModelKind::Linear, FEW),
@@ -46,6 +47,7 @@ pub(super) fn run(laboratory: &Laboratory<'_>) -> anyhow::Result<Findings> {
                 table(laboratory, set, SAMPLES, &cases)?,
             );
         }
+        findings.table(format!("losses-{number}"), on_others(laboratory, set)?);
     }
     Ok(findings)
 }

@@ -81,6 +81,19 @@ impl Findings {
         text
     }
 
+    /// The table whose files have this name, or the names that there are.
+    pub(crate) fn named(&self, name: &str) -> Result<&Table, Vec<&str>> {
+        let tables = self.parts.iter().filter_map(|part| match part {
+            Part::Table(name, table) => Some((&name[..], table)),
+            _ => None,
+        });
+        let found = tables.clone().find(|(each, _)| *each == name);
+        match found {
+            Some((_, table)) => Ok(table),
+            None => Err(tables.map(|(name, _)| name).collect()),
+        }
+    }
+
     /// Writes everything into the experiment's folder.
     pub(crate) fn write(
         &self,

@@ -12,6 +12,7 @@ mod curves;
 mod findings;
 mod importance;
 mod laboratory;
+mod losses;
 mod paper;
 mod patterns;
 mod per_material;
@@ -40,6 +41,8 @@ use tables::{
 pub(crate) enum Experiment {
     /// The main table: all methods for all models at n = 8, by all four metrics.
     SameSamples,
+    /// The loss of all methods and models at n = 8 in one table, and what black would lose.
+    Losses,
     /// How many more samples other methods need for what Ours does with 8.
     SameQuality,
     /// Loss and DSSIM by n, with the optimum as a dot.
@@ -101,6 +104,7 @@ impl Experiment {
         let begin = Instant::now();
         let findings = match self {
             Self::SameSamples => same_samples::run(laboratory),
+            Self::Losses => losses::run(laboratory),
             Self::SameQuality => curves::same_quality(laboratory, most_samples),
             Self::Curves => curves::run(laboratory, most_samples),
             Self::PerMaterial => per_material::run(laboratory),

@@ -6,6 +6,7 @@ use glimpse_trainer::report::{Gallery, GalleryRow, Tile};
 use super::case::{Approach, Case};
 use super::findings::Findings;
 use super::laboratory::Laboratory;
+use super::losses::by_samples;
 use super::{MODELS, doublings, title};
 
 /// n of the paper's teaser.
@@ -60,6 +61,7 @@ pub(super) fn increasing(
         ),
         rows,
     });
+    findings.table("losses", by_samples(laboratory, most_samples)?);
     Ok(findings)
 }
 

@@ -1,8 +1,8 @@
-//! A [`Table`] as plain text, HTML or CSV.
+//! A [`Table`] as plain text, Markdown, HTML or CSV.
 
-use std::fmt::Write as _;
+use csv::{Terminator, WriterBuilder};
+use maud::html;
 
-use super::html::escape;
 use super::table::{Best, Cell, Table};
 
 impl Table {
@@ -56,79 +56,100 @@ impl Table {
         text
     }
 
+    /// As Markdown, the best numbers in bold.
+    #[must_use]
+    pub fn to_markdown(&self) -> String {
+        let line = |cells: Vec<String>| format!("| {} |\n", cells.join(" | "));
+        let plain = |text: &str| text.replace('|', "\\|");
+        let heads = self.columns.iter().map(|column| plain(&column.title));
+        let rule = (0..self.columns.len()).map(|index| match self.is_numeric(index) {
+            true => "---:".to_owned(),
+            false => "---".to_owned(),
+        });
+        let mut markdown = line(heads.collect()) + &line(rule.collect());
+        for row in 0..self.rows.len() {
+            let cells = self.row(row).enumerate().map(|(index, (column, cell))| {
+                let shown = plain(&column.show(cell));
+                match self.is_best(row, index) {
+                    true => format!("**{shown}**"),
+                    false => shown,
+                }
+            });
+            markdown += &line(cells.collect());
+        }
+        markdown
+    }
+
     /// As HTML: a caption, and a table in a box that scrolls where the page is too narrow.
     #[must_use]
     pub fn to_html(&self) -> String {
-        let mut html = String::from("<figure class=\"table\">\n");
-        let class = |index| {
-            if self.is_numeric(index) {
-                " class=\"number\""
-            } else {
-                ""
+        let number = |index: usize| self.is_numeric(index);
+        let table = html! {
+            thead {
+                tr {
+                    @for (index, column) in self.columns.iter().enumerate() {
+                        th.number[number(index)] scope="col" {
+                            (column.title)
+                            @match column.best {
+                                Best::Least => { " " span title="less is better" { "\u{2193}" } }
+                                Best::Greatest => { " " span title="more is better" { "\u{2191}" } }
+                                Best::None => {}
+                            }
+                        }
+                    }
+                }
+            }
+            "\n"
+            tbody {
+                @for row in 0..self.rows.len() {
+                    tr {
+                        @for (index, (column, cell)) in self.row(row).enumerate() {
+                            @let shown = column.show(cell);
+                            @match cell {
+                                Cell::Text(_) if index == 0 => { th scope="row" { (shown) } }
+                                Cell::Number(_) if self.is_best(row, index) => {
+                                    td.number.best { (shown) }
+                                }
+                                _ => { td.number[number(index)] { (shown) } }
+                            }
+                        }
+                    }
+                    "\n"
+                }
             }
         };
-        let _ = writeln!(
-            html,
-            "<figcaption>{}</figcaption>\n<div tabindex=\"0\"><table>\n<thead><tr>",
-            escape(&self.caption)
-        );
-        for (index, column) in self.columns.iter().enumerate() {
-            let arrow = match column.best {
-                Best::Least => " <span title=\"less is better\">&darr;</span>",
-                Best::Greatest => " <span title=\"more is better\">&uarr;</span>",
-                Best::None => "",
-            };
-            let title = escape(&column.title);
-            let _ = writeln!(
-                html,
-                "<th scope=\"col\"{}>{title}{arrow}</th>",
-                class(index)
-            );
-        }
-        html.push_str("</tr></thead>\n<tbody>\n");
-        for row in 0..self.rows.len() {
-            html.push_str("<tr>");
-            for (index, (column, cell)) in self.row(row).enumerate() {
-                let shown = escape(&column.show(cell));
-                let _ = match cell {
-                    Cell::Text(_) if index == 0 => write!(html, "<th scope=\"row\">{shown}</th>"),
-                    Cell::Number(_) if self.is_best(row, index) => {
-                        write!(html, "<td class=\"number best\">{shown}</td>")
-                    }
-                    _ => write!(html, "<td{}>{shown}</td>", class(index)),
-                };
+        let figure = html! {
+            figure.table {
+                figcaption { (self.caption) }
+                div tabindex="0" { table { (table) } }
             }
-            html.push_str("</tr>\n");
-        }
-        html.push_str("</tbody></table></div></figure>\n");
-        html
+            "\n"
+        };
+        figure.into_string()
     }
 
     /// As comma-separated values (RFC 4180), with all digits of every number.
     #[must_use]
     pub fn to_csv(&self) -> String {
-        let line = |entries: &mut dyn Iterator<Item = String>| {
-            let entries: Vec<String> = entries.collect();
-            entries.join(",") + "\r\n"
-        };
-        let mut csv = line(&mut self.columns.iter().map(|column| quote(&column.title)));
+        // Memory takes whatever is written, and each row has as many cells as there are columns.
+        self.write_csv().unwrap_or_default()
+    }
+
+    fn write_csv(&self) -> Option<String> {
+        let mut csv = WriterBuilder::new()
+            .terminator(Terminator::CRLF)
+            .from_writer(Vec::new());
+        csv.write_record(self.columns.iter().map(|column| &column.title))
+            .ok()?;
         for row in 0..self.rows.len() {
-            csv += &line(&mut self.row(row).map(|(_, cell)| match cell {
-                Cell::Text(text) => quote(text),
+            let cells = self.row(row).map(|(_, cell)| match cell {
+                Cell::Text(text) => text.clone(),
                 Cell::Number(number) => number.to_string(),
                 Cell::Missing => String::new(),
-            }));
+            });
+            csv.write_record(cells).ok()?;
         }
-        csv
-    }
-}
-
-/// An entry of a CSV file, in quotes if it needs them.
-fn quote(text: &str) -> String {
-    if text.contains([',', '"', '\n', '\r']) {
-        format!("\"{}\"", text.replace('"', "\"\""))
-    } else {
-        text.to_owned()
+        String::from_utf8(csv.into_inner().ok()?).ok()
     }
 }
 
@@ -175,6 +196,18 @@ Ours       0.035*     24.4*
         assert!(html.contains("<th scope=\"row\">Meta &amp; co</th>"));
         assert!(html.contains("<td class=\"number best\">24.4</td>"));
         assert_eq!(html.matches("best\"").count(), 3);
+    }
+
+    #[test]
+    fn markdown_marks_the_best() {
+        let expected = "\
+| Method | Loss | PSNR, dB |
+| --- | ---: | ---: |
+| Random | 0.065 | NaN |
+| Meta & co | **0.035** |  |
+| Ours | **0.035** | **24.4** |
+";
+        assert_eq!(methods().to_markdown(), expected);
     }
 
     #[test]

@@ -1,9 +1,9 @@
 //! Rows of pictures to compare side by side.
 
 use std::collections::BTreeSet;
-use std::fmt::Write as _;
 
-use super::html::{escape, slug};
+use maud::{Markup, html};
+
 use crate::render::Picture;
 
 /// Rows of pictures under common headings.
@@ -61,40 +61,60 @@ impl Gallery {
         directory: &str,
         names: &mut Names,
         files: &mut Vec<(String, Picture)>,
-    ) -> String {
-        let mut html = String::from("<section class=\"gallery\">\n");
-        let _ = writeln!(html, "<p class=\"caption\">{}</p>", escape(&self.caption));
-        for row in &self.rows {
-            let title = escape(&row.title);
-            let columns = row.tiles.len();
-            if !title.is_empty() {
-                let _ = writeln!(html, "<h3>{title}</h3>");
+    ) -> Markup {
+        html! {
+            section.gallery {
+                p.caption { (self.caption) } "\n"
+                @for row in &self.rows {
+                    @if !row.title.is_empty() { h3 { (row.title) } "\n" }
+                    div.row style={ "--columns: " (row.tiles.len()) } {
+                        @for tile in &row.tiles {
+                            @let file = names.next(&row.title, &tile.label);
+                            (tile.to_html(&row.title, &format!("{directory}/{file}"))) "\n"
+                            @let () = files.push((file, tile.picture.clone()));
+                        }
+                    }
+                }
             }
-            let _ = writeln!(html, "<div class=\"row\" style=\"--columns: {columns}\">");
-            for tile in &row.tiles {
-                let file = names.next(&row.title, &tile.label);
-                html += &tile.to_html(&title, &format!("{directory}/{file}"));
-                files.push((file, tile.picture.clone()));
-            }
-            html += "</div>\n";
         }
-        html + "</section>\n"
     }
 }
 
 impl Tile {
-    fn to_html(&self, title: &str, path: &str) -> String {
-        let label = escape(&self.label);
+    fn to_html(&self, title: &str, path: &str) -> Markup {
         let Picture { width, height, .. } = self.picture;
-        let class = if self.best { " class=\"best\"" } else { "" };
-        let mut details = String::new();
-        for detail in &self.details {
-            let _ = write!(details, "<br>{}", escape(detail));
+        html! {
+            figure.best[self.best] {
+                a href=(path) {
+                    img src=(path) width=(width) height=(height) loading="lazy"
+                        alt={ (title) ": " (self.label) };
+                }
+                figcaption {
+                    b { (self.label) }
+                    @for detail in &self.details { br; (detail) }
+                }
+            }
         }
-        format!(
-            "<figure{class}><a href=\"{path}\"><img src=\"{path}\" width=\"{width}\" \
-             height=\"{height}\" loading=\"lazy\" alt=\"{title}: {label}\"></a>\
-             <figcaption><b>{label}</b>{details}</figcaption></figure>\n"
-        )
+    }
+}
+
+/// Text as part of a file name: small letters, digits and single hyphens.
+fn slug(text: &str) -> String {
+    let words: Vec<String> = text
+        .split(|character: char| !character.is_ascii_alphanumeric())
+        .filter(|word| !word.is_empty())
+        .map(str::to_ascii_lowercase)
+        .collect();
+    words.join("-")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::slug;
+
+    #[test]
+    fn slugs_are_safe_file_names() {
+        assert_eq!(slug("../Blue Rubber (2)/é"), "blue-rubber-2");
+        assert_eq!(slug("***"), "");
     }
 }

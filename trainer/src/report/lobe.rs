@@ -1,14 +1,12 @@
 //! A BRDF in the plane of incidence, as a polar plot with a logarithmic radius.
 
-use std::fmt::Write as _;
-
 use glimpse_core::geometry::{Directions, HalfDifference};
+use maud::{Markup, html};
 
-use super::html::escape;
-use super::svg::{COLOURS, begin, power_of_ten};
+use super::svg::{COLOURS, INK, Rule, drawing, power_of_ten, tenths};
 
 /// How many curves can be told apart: one for each colour.
-pub const MOST_LOBES: usize = COLOURS;
+pub const MOST_LOBES: usize = COLOURS.len();
 /// Outgoing angles: every quarter of a degree, half a step off the horizon.
 const STEPS: u16 = 720;
 /// The most decades that are shown.
@@ -20,10 +18,18 @@ const RADIUS: f32 = 285.0;
 const LEGEND: f32 = 418.0;
 const LINE: f32 = 21.0;
 
-/// On top of the style of all drawings.
-const STYLE: &str = "\
-.plot .curve{fill:none;stroke-width:2;stroke-linejoin:round}.plot .dash{stroke-dasharray:7 4}\
-.plot .light{fill:var(--ink)}";
+/// On top of the style of all drawings: the colours of curves, by their order.
+const RULES: [Rule; 7] = [
+    (".light", "fill", INK),
+    (".c0", "stroke", COLOURS[0]),
+    (".c1", "stroke", COLOURS[1]),
+    (".c2", "stroke", COLOURS[2]),
+    (".c3", "stroke", COLOURS[3]),
+    (".c4", "stroke", COLOURS[4]),
+    (".c5", "stroke", COLOURS[5]),
+];
+const SHAPES: &str = ".plot .curve{fill:none;stroke-width:2;stroke-linejoin:round}\
+                      .plot .dash{stroke-dasharray:7 4}";
 
 /// Curves of one colour: a BRDF under light from one direction.
 #[derive(Clone, Debug, PartialEq)]
@@ -81,45 +87,52 @@ pub fn lobe_svg(lobes: &[Lobe]) -> String {
         .sum::<usize>()
         + 1;
     let height = LEGEND + LINE * lines as f32;
-    let mut svg = begin(700.0, height, "BRDF in the plane of incidence", STYLE);
-    draw_grid(&mut svg, decades);
-    let mut y = LEGEND;
-    for (index, lobe) in lobes.iter().enumerate() {
-        let colour = index % COLOURS;
-        let dashed = lobe
-            .dashed
-            .iter()
-            .map(|(name, curve)| (name, curve, " dash"));
-        for (name, curve, class) in [(&lobe.name, &lobe.curve, "")].into_iter().chain(dashed) {
-            let stroke = format!("class=\"curve{class}\" style=\"stroke:var(--c{colour})\"");
-            let _ = write!(svg, "<path {stroke} d=\"");
-            let places = curve.iter().filter(|[_, value]| !value.is_nan());
-            for (index, [theta_o, value]) in places.enumerate() {
-                let [x, y] = place(*theta_o, RADIUS * share(*value, decades));
-                let _ = write!(svg, "{}{x:.1} {y:.1}", if index == 0 { 'M' } else { 'L' });
+    let mut line = (0..).map(|index: u16| LEGEND + LINE * f32::from(index));
+    let mut next_line = || line.next().unwrap_or(height);
+    let marks = html! {
+        (grid(decades))
+        @for (index, lobe) in lobes.iter().enumerate() {
+            @let dashed = lobe.dashed.iter().map(|(name, curve)| (name, curve, true));
+            @for (name, curve, dash) in [(&lobe.name, &lobe.curve, false)].into_iter().chain(dashed) {
+                @let y = next_line();
+                g class={ "c" (index % COLOURS.len()) } {
+                    path.curve.dash[dash] d=(path(curve, decades)) {}
+                    path.curve.dash[dash] d=(format!("M70 {middle}H106", middle = y - 4.0)) {}
+                }
+                text x="116" y=(y) { (name) }
             }
-            let (middle, name) = (y - 4.0, escape(name));
-            let _ = writeln!(
-                svg,
-                "\"/>\n<path {stroke} d=\"M70 {middle}H106\"/><text x=\"116\" y=\"{y}\">{name}</text>"
-            );
-            y += LINE;
+            path.light d=(light(lobe.theta_i)) {}
         }
-        let [tip, left, right] = [(RADIUS - 14.0, 0.0), (RADIUS, 0.017), (RADIUS, -0.017)]
-            .map(|(radius, aside)| place(aside - lobe.theta_i, radius));
-        let _ = writeln!(
-            svg,
-            "<path class=\"light\" d=\"{}\"/>",
-            triangle([tip, left, right])
-        );
+        @let y = next_line();
+        path.light d=(pointer(y - 4.0)) {}
+        text x="116" y=(y) { "direction to the light" }
+    };
+    let label = "BRDF in the plane of incidence";
+    drawing([700.0, height], label, &RULES, SHAPES, &marks)
+}
+
+/// The line of a curve.
+fn path(curve: &[[f32; 2]], decades: [i32; 2]) -> String {
+    let places = curve.iter().filter(|[_, value]| !value.is_nan());
+    let places = places.map(|[theta_o, value]| {
+        let [x, y] = place(*theta_o, RADIUS * share(*value, decades));
+        format!("{x:.1} {y:.1}")
+    });
+    match places.collect::<Vec<_>>().join("L") {
+        none if none.is_empty() => none,
+        places => format!("M{places}"),
     }
-    let middle = y - 4.0;
-    let mark = triangle([[95.0, middle], [81.0, middle - 5.0], [81.0, middle + 5.0]]);
-    let _ = writeln!(
-        svg,
-        "<path class=\"light\" d=\"{mark}\"/><text x=\"116\" y=\"{y}\">direction to the light</text>"
-    );
-    svg + "</svg>\n"
+}
+
+/// A triangle on the rim that points to the light.
+fn light(theta_i: f32) -> String {
+    let corners = [(RADIUS - 14.0, 0.0), (RADIUS, 0.017), (RADIUS, -0.017)];
+    triangle(corners.map(|(radius, aside)| place(aside - theta_i, radius)))
+}
+
+/// The same in the legend.
+fn pointer(y: f32) -> String {
+    triangle([[95.0, y], [81.0, y - 5.0], [81.0, y + 5.0]])
 }
 
 /// The exponents of the powers of ten at the centre and at the rim.
@@ -163,39 +176,34 @@ fn triangle([[ax, ay], [bx, by], [cx, cy]]: [[f32; 2]; 3]) -> String {
 }
 
 /// Half circles for powers of ten, rays for angles, and what they mean.
-fn draw_grid(svg: &mut String, [low, high]: [i32; 2]) {
+fn grid([low, high]: [i32; 2]) -> Markup {
     let [x, y] = CENTRE;
-    let under = y + 17.0;
-    for exponent in low..=high {
-        let radius = RADIUS * (exponent - low) as f32 / (high - low) as f32;
+    let reach = |exponent: i32| RADIUS * (exponent - low) as f32 / (high - low) as f32;
+    let arc = |radius: f32| {
         let (left, right) = (x - radius, x + radius);
-        let label = power_of_ten(exponent);
-        let _ = writeln!(
-            svg,
-            "<path class=\"grid\" d=\"M{left:.1} {y}A{radius:.1} {radius:.1} 0 0 1 {right:.1} {y}\"/>\
-             <text class=\"dim mid\" x=\"{right:.1}\" y=\"{under}\">{label}</text>"
-        );
+        format!("M{left:.1} {y}A{radius:.1} {radius:.1} 0 0 1 {right:.1} {y}")
+    };
+    let ray = |[rim_x, rim_y]: [f32; 2]| format!("M{x} {y}L{rim_x:.1} {rim_y:.1}");
+    html! {
+        @for exponent in low..=high {
+            path.grid d=(arc(reach(exponent))) {}
+            text.dim.mid x=(tenths(x + reach(exponent))) y=(y + 17.0) { (power_of_ten(exponent)) }
+        }
+        @for degrees in (-90..=90_i16).step_by(30) {
+            @let angle = f32::from(degrees).to_radians();
+            @let [label_x, label_y] = place(angle, RADIUS + 19.0);
+            path.grid d=(ray(place(angle, RADIUS))) {}
+            text.dim.mid x=(tenths(label_x)) y=(tenths(label_y + 4.0)) {
+                @if degrees < 0 { "\u{2212}" }
+                (degrees.abs()) "\u{b0}"
+            }
+        }
+        path.axis d=(format!("M{left} {y}H{right}", left = x - RADIUS, right = x + RADIUS)) {}
+        text.mid x=(x) y="22" { "outgoing angle \u{3b8}o in the plane of incidence" }
+        text.mid x=(x) y=(y + 41.0) {
+            "luminance of the BRDF, sr\u{207b}\u{b9} (not times the cosine), logarithmic"
+        }
     }
-    for degrees in (-90..=90_i16).step_by(30) {
-        let angle = f32::from(degrees).to_radians();
-        let ([rim_x, rim_y], [label_x, label_y]) =
-            (place(angle, RADIUS), place(angle, RADIUS + 19.0));
-        let (label_y, sign) = (label_y + 4.0, if degrees < 0 { "\u{2212}" } else { "" });
-        let _ = writeln!(
-            svg,
-            "<path class=\"grid\" d=\"M{x} {y}L{rim_x:.1} {rim_y:.1}\"/>\
-             <text class=\"dim mid\" x=\"{label_x:.1}\" y=\"{label_y:.1}\">{sign}{}&#176;</text>",
-            degrees.abs()
-        );
-    }
-    let (left, right, below) = (x - RADIUS, x + RADIUS, y + 41.0);
-    let _ = writeln!(
-        svg,
-        "<path class=\"axis\" d=\"M{left} {y}H{right}\"/>\
-         <text class=\"mid\" x=\"{x}\" y=\"22\">outgoing angle &#952;o in the plane of incidence</text>\
-         <text class=\"mid\" x=\"{x}\" y=\"{below}\">luminance of the BRDF, sr&#8315;&#185; (not times \
-         the cosine), logarithmic</text>"
-    );
 }
 
 #[cfg(test)]

@@ -3,7 +3,6 @@
 
 mod format;
 mod gallery;
-mod html;
 mod lobe;
 mod page;
 mod pattern;

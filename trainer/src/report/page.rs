@@ -3,8 +3,9 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
+use maud::{DOCTYPE, Markup, PreEscaped, html};
+
 use super::gallery::Names;
-use super::html::escape;
 use super::{Gallery, Table};
 use crate::files::write_whole;
 use crate::render::{Picture, PictureError};
@@ -81,7 +82,7 @@ impl Page {
     pub fn part(self, folder: &Path) -> Result<Self, PageError> {
         let path = folder.join(PART);
         match std::fs::read_to_string(&path) {
-            Ok(html) => Ok(self.push(&html)),
+            Ok(html) => Ok(self.push(&PreEscaped(html))),
             Err(source) if source.kind() == io::ErrorKind::NotFound => Ok(self),
             Err(source) => Err(PageError::Read { path, source }),
         }
@@ -90,19 +91,19 @@ impl Page {
     /// A heading within the page.
     #[must_use]
     pub fn heading(self, text: &str) -> Self {
-        self.push(&format!("<h2>{}</h2>\n", escape(text)))
+        self.push(&html! { h2 { (text) } "\n" })
     }
 
     /// A paragraph of plain text.
     #[must_use]
     pub fn paragraph(self, text: &str) -> Self {
-        self.push(&format!("<p>{}</p>\n", escape(text)))
+        self.push(&html! { p { (text) } "\n" })
     }
 
     /// A table, its best numbers marked.
     #[must_use]
     pub fn table(self, table: &Table) -> Self {
-        self.push(&table.to_html())
+        self.push(&PreEscaped(table.to_html()))
     }
 
     /// Rows of pictures.
@@ -116,10 +117,9 @@ impl Page {
     /// into the page as it is.
     #[must_use]
     pub fn drawing(self, svg: &str, caption: &str) -> Self {
-        let caption = escape(caption);
-        self.push(&format!(
-            "<figure class=\"drawing\">{svg}<figcaption>{caption}</figcaption></figure>\n"
-        ))
+        self.push(&html! {
+            figure.drawing { (PreEscaped(svg)) figcaption { (caption) } } "\n"
+        })
     }
 
     /// Writes `index.html` and, in `pictures/`, PNG files into a directory, which is made if need
@@ -151,11 +151,10 @@ impl Page {
     pub fn write_part(&self, directory: &Path, folder: &str) -> Result<(), PageError> {
         self.write_pictures(directory)?;
         let path = directory.join(folder).join(PART);
-        let html = format!(
-            "<section class=\"part\">\n<h2>{}</h2>\n{}</section>\n",
-            escape(&self.title),
-            self.body
-        );
+        let part = html! {
+            section.part { "\n" h2 { (self.title) } "\n" (PreEscaped(&self.body)) } "\n"
+        };
+        let html = part.into_string();
         write_whole(&path, html.as_bytes()).map_err(|source| PageError::Write { path, source })
     }
 
@@ -168,20 +167,28 @@ impl Page {
 
     /// The page as HTML.
     fn to_html(&self) -> String {
-        let title = escape(&self.title);
-        let body = &self.body;
-        format!(
-            "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
-             <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
-             <meta name=\"color-scheme\" content=\"light dark\">\n\
-             <link rel=\"icon\" href=\"data:,\">\n\
-             <title>{title}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n<main>\n\
-             <h1>{title}</h1>\n{body}</main>\n<script>\n{SCRIPT}</script>\n</body>\n</html>\n"
-        )
+        let page = html! {
+            (DOCTYPE)
+            html lang="en" {
+                head {
+                    meta charset="utf-8";
+                    meta name="viewport" content="width=device-width, initial-scale=1";
+                    meta name="color-scheme" content="light dark";
+                    link rel="icon" href="data:,";
+                    title { (self.title) }
+                    style { (PreEscaped(STYLE)) }
+                }
+                body {
+                    main { h1 { (self.title) } "\n" (PreEscaped(&self.body)) }
+                    script { (PreEscaped(SCRIPT)) }
+                }
+            }
+        };
+        page.into_string()
     }
 
-    fn push(mut self, html: &str) -> Self {
-        self.body.push_str(html);
+    fn push(mut self, html: &Markup) -> Self {
+        self.body.push_str(&html.0);
         self
     }
 }

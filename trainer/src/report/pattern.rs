@@ -1,10 +1,9 @@
 //! A sample pattern: over theta_h and theta_d, and as directions to light and sensor from above.
 
-use std::fmt::Write as _;
-
 use glimpse_core::geometry::{Angles, HalfDifference};
+use maud::{Markup, html};
 
-use super::svg::{Labels, begin};
+use super::svg::{COLOURS, Colour, INK, Labels, Rule, drawing, tenths};
 
 /// Up to so many samples are numbered.
 const NUMBERED: usize = 16;
@@ -21,11 +20,15 @@ const LEGEND: [f32; 2] = [400.0, 50.0];
 const LINE: f32 = 30.0;
 
 /// On top of the style of all drawings; lights are orange discs, sensors blue squares.
-const STYLE: &str = "\
-.plot .always{fill:var(--area)}.plot .some{fill:var(--some)}\
-.plot .light{fill:var(--c1)}.plot .sensor{fill:var(--c0)}\
-.plot .hand{stroke:var(--ink);stroke-width:1.5}.plot .dot{fill:var(--ink)}\
-.plot .out{opacity:0.35}";
+const RULES: [Rule; 6] = [
+    (".always", "fill", Colour::new("#d3e6f1", "#1d3a4c")),
+    (".some", "fill", Colour::new("#edf3f7", "#1b2830")),
+    (".light", "fill", COLOURS[1]),
+    (".sensor", "fill", COLOURS[0]),
+    (".hand", "stroke", INK),
+    (".dot", "fill", INK),
+];
+const SHAPES: &str = ".plot .hand{stroke-width:1.5}.plot .out{opacity:0.35}";
 
 /// Draws a sample pattern as an SVG picture, to stand alone or within a page.
 ///
@@ -38,14 +41,6 @@ const STYLE: &str = "\
 /// faint, samples with an angle that is not finite left out.
 #[must_use]
 pub fn pattern_svg(angles: &[Angles<f32>]) -> String {
-    let label = format!("Sample pattern of {} pairs of directions", angles.len());
-    let mut svg = begin(700.0, 718.0, &label, STYLE);
-    draw_axes(&mut svg);
-    for (centre, title) in CENTRES.into_iter().zip(["light", "sensor"]) {
-        draw_hemisphere(&mut svg, centre, title);
-    }
-    let numbered = angles.len() <= NUMBERED;
-    draw_legend(&mut svg, angles.len(), numbered);
     let finite = angles.iter().enumerate().filter(|(_, angles)| {
         let Angles {
             theta_h,
@@ -59,13 +54,18 @@ pub fn pattern_svg(angles: &[Angles<f32>]) -> String {
     let samples: Vec<Drawn> = finite
         .map(|(index, angles)| Drawn::new(index, angles))
         .collect();
-    for sample in &samples {
-        sample.draw(&mut svg);
-    }
-    if numbered {
-        draw_numbers(&mut svg, &samples);
-    }
-    svg + "</svg>\n"
+    let numbered = angles.len() <= NUMBERED;
+    let marks = html! {
+        (axes())
+        @for (centre, title) in CENTRES.into_iter().zip(["light", "sensor"]) {
+            (hemisphere(centre, title))
+        }
+        (legend(angles.len(), numbered))
+        @for sample in &samples { (sample.marks()) }
+        @if numbered { (numbers(&samples)) }
+    };
+    let label = format!("Sample pattern of {} pairs of directions", angles.len());
+    drawing([700.0, 718.0], &label, &RULES, SHAPES, &marks)
 }
 
 /// Where a pair of angles in degrees lies in the first drawing.
@@ -75,108 +75,86 @@ fn place(theta_h: f32, theta_d: f32) -> [f32; 2] {
 }
 
 /// Plane, valid region, ticks and labels of the first drawing.
-fn draw_axes(svg: &mut String) {
+fn axes() -> Markup {
     let [left, bottom] = ORIGIN;
     let [right, top] = place(90.0, 90.0);
-    let side = right - left;
-    let _ = writeln!(
-        svg,
-        "<rect class=\"some\" x=\"{left}\" y=\"{top}\" width=\"{side}\" height=\"{side}\"/>\n\
-         <path class=\"always\" d=\"M{left} {bottom}H{right}L{left} {top}z\"/>\n\
-         <path class=\"axis\" d=\"M{left} {top}V{bottom}H{right}\"/>"
-    );
-    for degrees in (0..=90_u8).step_by(30) {
-        let [x, y] = place(degrees.into(), degrees.into());
-        let (under, beside) = (bottom + 17.0, left - 6.0);
-        let middle = y + 4.0;
-        let _ = writeln!(
-            svg,
-            "<text class=\"mid\" x=\"{x}\" y=\"{under}\">{degrees}&#176;</text>\
-             <text class=\"end\" x=\"{beside}\" y=\"{middle}\">{degrees}&#176;</text>"
-        );
-    }
     let [x, y] = place(45.0, 45.0);
-    let (under, beside) = (bottom + 40.0, 20.0);
-    let _ = writeln!(
-        svg,
-        "<text class=\"mid\" x=\"{x}\" y=\"{under}\">&#952;h, polar angle of the half vector</text>\
-         <text class=\"mid\" x=\"{beside}\" y=\"{y}\" transform=\"rotate(-90 {beside} {y})\">\
-         &#952;d, of the difference vector</text>"
-    );
+    let (side, beside) = (right - left, 20.0);
+    html! {
+        rect.some x=(left) y=(top) width=(side) height=(side) {}
+        path.always d=(format!("M{left} {bottom}H{right}L{left} {top}z")) {}
+        path.axis d=(format!("M{left} {top}V{bottom}H{right}")) {}
+        @for degrees in (0..=90_u8).step_by(30) {
+            @let [x, y] = place(degrees.into(), degrees.into());
+            text.mid x=(x) y=(bottom + 17.0) { (degrees) "\u{b0}" }
+            text.end x=(left - 6.0) y=(y + 4.0) { (degrees) "\u{b0}" }
+        }
+        text.mid x=(x) y=(bottom + 40.0) { "\u{3b8}h, polar angle of the half vector" }
+        text.mid x=(beside) y=(y) transform=(format!("rotate(-90 {beside} {y})")) {
+            "\u{3b8}d, of the difference vector"
+        }
+    }
 }
 
 /// Circles of 30, 60 and 90 degrees around a centre, and what is seen there.
-fn draw_hemisphere(svg: &mut String, [x, y]: [f32; 2], title: &str) {
-    for degrees in [30.0_f32, 60.0, 90.0] {
-        let radius = HORIZON * degrees.to_radians().sin();
-        let (label, class) = (
-            y + radius - 4.0,
-            if degrees < 90.0 { "grid" } else { "axis" },
-        );
-        let _ = writeln!(
-            svg,
-            "<circle class=\"{class}\" cx=\"{x}\" cy=\"{y}\" r=\"{radius:.1}\"/>\
-             <text class=\"dim mid\" x=\"{x}\" y=\"{label:.1}\">{degrees}&#176;</text>"
-        );
+fn hemisphere([x, y]: [f32; 2], title: &str) -> Markup {
+    let [left, right] = [x - HORIZON, x + HORIZON];
+    let [top, bottom] = [y - HORIZON, y + HORIZON];
+    html! {
+        @for degrees in [30.0_f32, 60.0, 90.0] {
+            @let radius = HORIZON * degrees.to_radians().sin();
+            @let class = if degrees < 90.0 { "grid" } else { "axis" };
+            circle class=(class) cx=(x) cy=(y) r=(tenths(radius)) {}
+            text.dim.mid x=(x) y=(tenths(y + radius - 4.0)) { (degrees) "\u{b0}" }
+        }
+        path.grid d=(format!("M{left} {y}H{right}M{x} {top}V{bottom}")) {}
+        text.dim x=(right + 5.0) y=(y + 4.0) { "\u{3c6} 0\u{b0}" }
+        text.mid x=(x) y=(top - 14.0) { "towards the " (title) ", seen from above" }
     }
-    let [left, right, above] = [x - HORIZON, x + HORIZON, y - HORIZON - 14.0];
-    let [top, bottom, beside, line] = [y - HORIZON, y + HORIZON, right + 5.0, y + 4.0];
-    let _ = writeln!(
-        svg,
-        "<path class=\"grid\" d=\"M{left} {y}H{right}M{x} {top}V{bottom}\"/>\
-         <text class=\"dim\" x=\"{beside}\" y=\"{line}\">&#966; 0&#176;</text>\
-         <text class=\"mid\" x=\"{x}\" y=\"{above}\">towards the {title}, seen from above</text>"
-    );
 }
 
 /// What the marks mean.
-fn draw_legend(svg: &mut String, samples: usize, numbered: bool) {
+fn legend(samples: usize, numbered: bool) -> Markup {
     let [left, top] = LEGEND;
-    let text = left + 26.0;
+    let middle = left + 6.0;
+    let line = |index: u8| top + LINE * f32::from(index);
     let square = |class: &str, y: f32, side: f32| {
-        let (x, y) = (left + 6.0 - side / 2.0, y - 4.0 - side / 2.0);
-        format!("<rect class=\"{class}\" x=\"{x}\" y=\"{y}\" width=\"{side}\" height=\"{side}\"/>")
+        let (x, y) = (middle - side / 2.0, y - 4.0 - side / 2.0);
+        html! { rect class=(class) x=(x) y=(y) width=(side) height=(side) {} }
     };
     let disc = |class: &str, y: f32, radius: f32| {
-        let (x, y) = (left + 6.0, y - 4.0);
-        format!("<circle class=\"{class}\" cx=\"{x}\" cy=\"{y}\" r=\"{radius}\"/>")
+        html! { circle class=(class) cx=(middle) cy=(y - 4.0) r=(radius) {} }
     };
     let hand = |y: f32| {
-        let (x, y, end) = (left + 6.0, y - 4.0, left + 6.0 + HAND);
-        format!("<path class=\"hand\" d=\"M{x} {y}H{end}\"/>")
+        let (y, end) = (y - 4.0, middle + HAND);
+        html! { path.hand d=(format!("M{middle} {y}H{end}")) {} }
     };
-    let count = match numbered {
-        true => format!("{samples} samples, numbered as in the recipe"),
-        false => format!("{samples} samples"),
-    };
-    let line = |index: u8| top + LINE * f32::from(index);
     let lines = [
-        (String::new(), count),
-        (
-            disc("dot", line(1), 3.5),
-            "half and difference vector".into(),
-        ),
+        (disc("dot", line(1), 3.5), "half and difference vector"),
         (
             hand(line(2)),
-            "points to &#966;d: right 0&#176;, up 90&#176;".into(),
+            "points to \u{3c6}d: right 0\u{b0}, up 90\u{b0}",
         ),
-        (disc("light", line(3), 4.5), "direction to the light".into()),
-        (
-            square("sensor", line(4), 8.0),
-            "direction to the sensor".into(),
-        ),
+        (disc("light", line(3), 4.5), "direction to the light"),
+        (square("sensor", line(4), 8.0), "direction to the sensor"),
         (
             square("always", line(5), 14.0),
-            "above the horizon for every &#966;d".into(),
+            "above the horizon for every \u{3c6}d",
         ),
         (
             square("some", line(6), 14.0),
-            "only for &#966;d near 90&#176;".into(),
+            "only for \u{3c6}d near 90\u{b0}",
         ),
     ];
-    for (index, (mark, what)) in (0_u8..).zip(lines) {
-        let (y, x) = (line(index), if mark.is_empty() { left } else { text });
-        let _ = writeln!(svg, "{mark}<text x=\"{x}\" y=\"{y}\">{what}</text>");
+    html! {
+        text x=(left) y=(line(0)) {
+            (samples) " samples"
+            @if numbered { ", numbered as in the recipe" }
+        }
+        @for (index, (mark, what)) in (1_u8..).zip(lines) {
+            (mark)
+            text x=(left + 26.0) y=(line(index)) { (what) }
+        }
     }
 }
 
@@ -207,25 +185,25 @@ impl Drawn {
         }
     }
 
-    fn draw(&self, svg: &mut String) {
-        let class = if self.valid { "" } else { " class=\"out\"" };
+    fn marks(&self) -> Markup {
         let [[x, y], [light_x, light_y], [sensor_x, sensor_y]] = self.places;
         let (sin, cos) = self.phi_d.sin_cos();
         let (tip_x, tip_y) = (x + HAND * cos, y - HAND * sin);
-        let (corner_x, corner_y) = (sensor_x - 4.0, sensor_y - 4.0);
-        let _ = writeln!(
-            svg,
-            "<g{class}><path class=\"hand\" d=\"M{x:.1} {y:.1}L{tip_x:.1} {tip_y:.1}\"/>\
-             <circle class=\"dot\" cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"3.5\"/>\
-             <circle class=\"light\" cx=\"{light_x:.1}\" cy=\"{light_y:.1}\" r=\"4.5\"/>\
-             <rect class=\"sensor\" x=\"{corner_x:.1}\" y=\"{corner_y:.1}\" width=\"8\" \
-             height=\"8\"/></g>"
-        );
+        let hand = format!("M{x:.1} {y:.1}L{tip_x:.1} {tip_y:.1}");
+        html! {
+            g.out[!self.valid] {
+                path.hand d=(hand) {}
+                circle.dot cx=(tenths(x)) cy=(tenths(y)) r="3.5" {}
+                circle.light cx=(tenths(light_x)) cy=(tenths(light_y)) r="4.5" {}
+                rect.sensor x=(tenths(sensor_x - 4.0)) y=(tenths(sensor_y - 4.0))
+                    width="8" height="8" {}
+            }
+        }
     }
 }
 
 /// Numbers beside all marks, where they cover least.
-fn draw_numbers(svg: &mut String, samples: &[Drawn]) {
+fn numbers(samples: &[Drawn]) -> Markup {
     let mut labels = Labels::default();
     for [x, y] in CENTRES {
         labels.keep_off([x + HORIZON + 19.0, y], [28.0, 12.0]);
@@ -240,19 +218,13 @@ fn draw_numbers(svg: &mut String, samples: &[Drawn]) {
         let ([x, y], (sin, cos)) = (sample.places[0], sample.phi_d.sin_cos());
         labels.mark([x + 0.8 * HAND * cos, y - 0.8 * HAND * sin]);
     }
-    for sample in samples {
-        let class = if sample.valid {
-            "dim mid"
-        } else {
-            "dim mid out"
-        };
-        for mark in sample.places {
-            let number = sample.index.to_string();
-            let [x, y] = labels.place(mark, number.len());
-            let _ = writeln!(
-                svg,
-                "<text class=\"{class}\" x=\"{x:.1}\" y=\"{y:.1}\">{number}</text>"
-            );
+    html! {
+        @for sample in samples {
+            @for mark in sample.places {
+                @let number = sample.index.to_string();
+                @let [x, y] = labels.place(mark, number.len());
+                text.dim.mid.out[!sample.valid] x=(tenths(x)) y=(tenths(y)) { (number) }
+            }
         }
     }
 }

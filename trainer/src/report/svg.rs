@@ -1,31 +1,92 @@
 //! What drawings share: colours in the light and in the dark, and numbers beside their marks.
 
-/// Scalable vector graphics of class `plot`, to stand alone or within a page: a paper of their own
-/// keeps them legible on any ground. Colours are those of Okabe and Ito, which the colour-blind
-/// tell apart; every colour comes with a shape, a dash or a name beside it.
-pub(super) const STYLE: &str = "\
-.plot{--paper:#fcfcfa;--ink:#1c1c1e;--dim:#5b5b62;--faint:#b4b4b8;--area:#d3e6f1;--some:#edf3f7;\
---c0:#0072b2;--c1:#d55e00;--c2:#009e73;--c3:#cc79a7;--c4:#56b4e9;--c5:#e69f00}\
-@media(prefers-color-scheme:dark){.plot{--paper:#161618;--ink:#e8e8e6;--dim:#a5a5a8;--faint:#55555a;\
---area:#1d3a4c;--some:#1b2830;--c0:#3d9bd6;--c1:#ee7a2c}}\
-.plot .paper{fill:var(--paper)}\
-.plot text{font:13px system-ui,'DejaVu Sans',sans-serif;fill:var(--ink)}\
-.plot .dim{font-size:12px;fill:var(--dim)}\
+use maud::{Markup, PreEscaped, html};
+
+/// A colour on white paper, and in dark surroundings.
+#[derive(Clone, Copy)]
+pub(super) struct Colour {
+    light: &'static str,
+    dark: &'static str,
+}
+
+impl Colour {
+    pub(super) const fn new(light: &'static str, dark: &'static str) -> Self {
+        Self { light, dark }
+    }
+}
+
+/// What letters and important marks are drawn in.
+pub(super) const INK: Colour = Colour::new("#1c1c1e", "#e8e8e6");
+const PAPER: Colour = Colour::new("#fcfcfa", "#161618");
+const DIM: Colour = Colour::new("#5b5b62", "#a5a5a8");
+const FAINT: Colour = Colour::new("#b4b4b8", "#55555a");
+
+/// Colours of Okabe and Ito, which the colour-blind tell apart; every colour comes with a shape, a
+/// dash or a name beside it.
+pub(super) const COLOURS: [Colour; 6] = [
+    Colour::new("#0072b2", "#3d9bd6"),
+    Colour::new("#d55e00", "#ee7a2c"),
+    Colour::new("#009e73", "#009e73"),
+    Colour::new("#cc79a7", "#cc79a7"),
+    Colour::new("#56b4e9", "#56b4e9"),
+    Colour::new("#e69f00", "#e69f00"),
+];
+
+/// One rule of a drawing's style sheet: what is marked by this class has this property, `fill` or
+/// `stroke`, in this colour.
+pub(super) type Rule = (&'static str, &'static str, Colour);
+
+/// The rules of all drawings: what is marked by classes `paper`, `dim`, `axis` and `grid`, and text.
+const RULES: [Rule; 5] = [
+    (".paper", "fill", PAPER),
+    ("text", "fill", INK),
+    (".dim", "fill", DIM),
+    (".axis", "stroke", DIM),
+    (".grid", "stroke", FAINT),
+];
+/// What is the same in any light.
+const SHAPES: &str = "\
+.plot text{font:13px system-ui,'DejaVu Sans',sans-serif}.plot .dim{font-size:12px}\
 .plot .mid{text-anchor:middle}.plot .end{text-anchor:end}\
-.plot .axis{fill:none;stroke:var(--dim)}.plot .grid{fill:none;stroke:var(--faint);stroke-width:0.7}";
+.plot .axis{fill:none}.plot .grid{fill:none;stroke-width:0.7}";
 
-/// How many colours there are, `--c0` and so on.
-pub(super) const COLOURS: usize = 6;
+/// The look of a drawing: the rules of all drawings and its own, and its own shapes.
+///
+/// Colours are written out, twice where the dark has others: who draws without knowing of dark
+/// surroundings passes those over.
+fn style(rules: &[Rule], shapes: &str) -> String {
+    let rules = || RULES.iter().chain(rules);
+    let rule =
+        |(class, property, _): &Rule, colour: &str| format!(".plot {class}{{{property}:{colour}}}");
+    let light: String = rules().map(|each| rule(each, each.2.light)).collect();
+    let dark: String = rules().map(|each| rule(each, each.2.dark)).collect();
+    format!("{SHAPES}{shapes}{light}@media(prefers-color-scheme:dark){{{dark}}}")
+}
 
-/// The beginning of a drawing; `</svg>` ends it. `label` says what it shows, to those who cannot
-/// see it; `style` is added to [`STYLE`].
-pub(super) fn begin(width: f32, height: f32, label: &str, style: &str) -> String {
-    let label = super::html::escape(label);
-    format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" class=\"plot\" \
-         role=\"img\" aria-label=\"{label}\">\n<style>{STYLE}{style}</style>\n\
-         <rect class=\"paper\" width=\"{width}\" height=\"{height}\"/>\n"
-    )
+/// Scalable vector graphics of class `plot`, to stand alone or within a page: a paper of their own
+/// keeps them legible on any ground. `label` says what the drawing shows, to those who cannot see it.
+pub(super) fn drawing(
+    [width, height]: [f32; 2],
+    label: &str,
+    rules: &[Rule],
+    shapes: &str,
+    marks: &Markup,
+) -> String {
+    let style = PreEscaped(style(rules, shapes));
+    let drawing = html! {
+        svg xmlns="http://www.w3.org/2000/svg" viewBox=(format!("0 0 {width} {height}"))
+            class="plot" role="img" aria-label=(label) {
+            style { (style) }
+            rect class="paper" width=(width) height=(height) {}
+            (marks)
+        }
+    };
+    drawing.into_string()
+}
+
+/// A length with the digits that are seen.
+pub(super) fn tenths(length: f32) -> String {
+    format!("{length:.1}")
 }
 
 /// A power of ten, with its exponent raised.

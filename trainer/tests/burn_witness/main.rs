@@ -8,10 +8,6 @@
 //! through a division by a number, in f32, so neither is used. These tests have a process of their
 //! own, because burn settles once in each whether tensors are in f32 or f64.
 
-#[allow(dead_code, reason = "differences are taken elsewhere")]
-#[path = "../../../core/tests/support/mod.rs"]
-mod support;
-
 #[allow(dead_code, reason = "losses are traced elsewhere")]
 #[path = "../meta_gradient/problem.rs"]
 mod problem;
@@ -32,7 +28,7 @@ use proptest::test_runner::{TestCaseError, TestRunner};
 use crate::problem::{
     COOK_TORRANCE_STEPS, NEURAL_STEPS, PHONG_STEPS, Problem, by_variables, problems,
 };
-use crate::support::cases::{Variables, cook_torrance, neural, phong};
+use glimpse_differences::cases::{Variables, cook_torrance, neural, phong};
 
 type B = Autodiff<NdArray<f64>>;
 type Matrix = Tensor<B, 2>;

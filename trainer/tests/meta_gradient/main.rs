@@ -2,9 +2,6 @@
 //! other precision, on other lanes and on other numbers of threads. (`burn_witness` holds it
 //! against an independent program.)
 
-#[path = "../../../core/tests/support/mod.rs"]
-mod support;
-
 mod determinism;
 mod differences;
 mod extremes;

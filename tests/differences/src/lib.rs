@@ -5,7 +5,7 @@
 //! of them went. Where a difference's ends took the same branches as its middle, the function
 //! is smooth between them and the difference must agree; elsewhere it is discarded, and counted.
 
-pub(crate) mod cases;
+pub mod cases;
 
 use std::cell::Cell;
 use std::ops::{Add, Div, Mul, Neg, Sub};
@@ -20,7 +20,7 @@ thread_local! {
 
 /// An f64 that records the branches taken.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Traced(pub(crate) f64);
+pub struct Traced(pub f64);
 
 /// Runs `computation`; its value, and a fingerprint of the branches that it took.
 fn traced(computation: impl FnOnce() -> Traced) -> (f64, u64) {
@@ -87,7 +87,7 @@ impl Scalar for Traced {
 
 /// Slopes compared with central differences.
 #[derive(Debug)]
-pub(crate) struct Differences {
+pub struct Differences {
     /// Half the distance of a difference's inner points.
     step: f64,
     /// Largest relative error that passes.
@@ -127,7 +127,7 @@ const ROUNDINGS: f64 = 8.0;
 impl Differences {
     /// None yet; `step` is half the distance of a difference's inner points, `tolerance` the
     /// largest relative error that passes.
-    pub(crate) fn new(step: f64, tolerance: f64) -> Self {
+    pub fn new(step: f64, tolerance: f64) -> Self {
         Self {
             step,
             tolerance,
@@ -144,7 +144,7 @@ impl Differences {
     /// difference of values that carry [`ROUNDINGS`] each says no more than their sum over `step`.
     /// A difference that changes with the step by as much as it is off says nothing either, and is
     /// discarded: a steep function rounds worse than that.
-    pub(crate) fn compare(
+    pub fn compare(
         &mut self,
         what: &str,
         slope: f64,
@@ -180,13 +180,13 @@ impl Differences {
     }
 
     /// Counts `count` differences that are not taken, because a kink is near.
-    pub(crate) fn discard(&mut self, count: usize) {
+    pub fn discard(&mut self, count: usize) {
         self.discarded += count;
     }
 
     /// Reports; fails if fewer than `least` slopes other than 0 were compared, or more than one
     /// in twenty discarded.
-    pub(crate) fn conclude(&self, what: &str, least: usize) {
+    pub fn conclude(&self, what: &str, least: usize) {
         let Self {
             compared,
             sloping,
@@ -208,17 +208,14 @@ impl Differences {
 }
 
 /// A thousandth of the largest of some slopes: the scale to judge each of them by.
-pub(crate) fn scale_of(slopes: &[f64]) -> f64 {
+pub fn scale_of(slopes: &[f64]) -> f64 {
     1e-3 * slopes
         .iter()
         .fold(1e-3, |largest: f64, slope| largest.max(slope.abs()))
 }
 
 /// A list, in the model's order, as a parameter set.
-pub(crate) fn parameters<T: Entry, P: ParameterSet<T>>(
-    list: impl IntoIterator<Item = T>,
-    zero: T,
-) -> P {
+pub fn parameters<T: Entry, P: ParameterSet<T>>(list: impl IntoIterator<Item = T>, zero: T) -> P {
     let mut set = P::filled(zero);
     for (entry, value) in set.iter_mut().zip(list) {
         *entry = value;

@@ -2,41 +2,56 @@
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
-use glimpse_core::geometry::{Angles, HalfDifference};
+use glimpse_core::geometry::HalfDifference;
 use glimpse_core::model::{
     CookTorrance, Model, ModelKind, Neural, NeuralParameters, ParameterSet, Sample,
 };
 use glimpse_core::numeric::Scalar;
 use proptest::prelude::*;
 
-use super::parameters;
+use super::{Traced, parameters};
 
 /// What a gradient is taken by, beside the parameters: hx, hz, dx, dy, dz; y in red, green, blue.
-pub(crate) type Variables = [f64; 8];
+pub type Variables = [f64; 8];
 
-pub(crate) const NAMES: [&str; 8] = ["hx", "hz", "dx", "dy", "dz", "y_r", "y_g", "y_b"];
+/// What differences are taken along, in the order of [`Variables`].
+pub const NAMES: [&str; 8] = ["hx", "hz", "dx", "dy", "dz", "y_r", "y_g", "y_b"];
 
 /// A random sample: uniform angles above the horizon, measured values over five decades.
-pub(crate) fn variables() -> impl Strategy<Value = Variables> {
+pub fn variables() -> impl Strategy<Value = Variables> {
     let angles = (0.0..FRAC_PI_2, 0.0..FRAC_PI_2, 0.0..TAU);
     let logarithms = prop::array::uniform3(-8.0..3.0f64);
     (angles, logarithms)
         .prop_map(|((theta_h, theta_d, phi_d), logarithms)| {
-            let at = HalfDifference::from_angles(Angles {
-                theta_h,
-                theta_d,
-                phi_d,
-            });
+            // Written out: f64 is a scalar of core's with libm only.
+            let ((hx, hz), (sin_d, dz)) = (theta_h.sin_cos(), theta_d.sin_cos());
+            let (sin_phi, cos_phi) = phi_d.sin_cos();
             let [red, green, blue] = logarithms.map(f64::exp);
-            [at.hx, at.hz, at.dx, at.dy, at.dz, red, green, blue]
+            [
+                hx,
+                hz,
+                sin_d * cos_phi,
+                sin_d * sin_phi,
+                dz,
+                red,
+                green,
+                blue,
+            ]
         })
         .prop_filter("above the horizon", |variables| {
-            let at = sample::<f64>(*variables, 0.0).at;
-            at.cos_theta_i() > 0.0 && at.cos_theta_o() > 0.0
+            let [cos_theta_i, cos_theta_o] = cosines(*variables);
+            cos_theta_i > 0.0 && cos_theta_o > 0.0
         })
 }
 
-pub(crate) fn sample<S: Scalar>(variables: Variables, weight: f64) -> Sample<S> {
+/// Of the incoming and of the outgoing direction.
+fn cosines(variables: Variables) -> [f64; 2] {
+    let at = sample::<Traced>(variables, 0.0).at;
+    [at.cos_theta_i().0, at.cos_theta_o().0]
+}
+
+/// The sample that they stand for.
+pub fn sample<S: Scalar>(variables: Variables, weight: f64) -> Sample<S> {
     let [hx, hz, dx, dy, dz, red, green, blue] = variables.map(S::constant);
     Sample {
         at: HalfDifference { hx, hz, dx, dy, dz },
@@ -45,7 +60,8 @@ pub(crate) fn sample<S: Scalar>(variables: Variables, weight: f64) -> Sample<S> 
     }
 }
 
-pub(crate) fn phong() -> impl Strategy<Value = Vec<f64>> {
+/// Parameters of the model Phong.
+pub fn phong() -> impl Strategy<Value = Vec<f64>> {
     let logits = prop::collection::vec(-3.0..3.0f64, 6);
     (logits, -2.0..5.0f64).prop_map(|(mut logits, exponent)| {
         logits.push(exponent);
@@ -54,12 +70,12 @@ pub(crate) fn phong() -> impl Strategy<Value = Vec<f64>> {
 }
 
 /// Logits, roughness from 0.05 to 0.95.
-pub(crate) fn cook_torrance() -> impl Strategy<Value = Vec<f64>> {
+pub fn cook_torrance() -> impl Strategy<Value = Vec<f64>> {
     prop::collection::vec(-3.0..3.0f64, CookTorrance::PARAMETERS)
 }
 
 /// Weights within the reach of each layer's inputs; output biases that leave most outputs on.
-pub(crate) fn neural() -> impl Strategy<Value = Vec<f64>> {
+pub fn neural() -> impl Strategy<Value = Vec<f64>> {
     prop::collection::vec(-1.0..1.0f64, Neural::PARAMETERS).prop_map(|list| {
         let mut network: NeuralParameters<f64> = parameters(list, 0.0);
         let scales = [0.8, 0.3, 0.4, 0.3, 0.4, 0.4];
@@ -80,12 +96,12 @@ fn near_edge_of_lobe(variables: Variables) -> bool {
 /// Cook-Torrance divides by cos_i cos_o and by cos theta_d: within a hundred steps of a difference from
 /// 0 these are too curved for it.
 fn near_grazing(variables: Variables) -> bool {
-    let at = sample::<f64>(variables, 0.0).at;
-    at.cos_theta_i().min(at.cos_theta_o()).min(at.dz) < 0.01
+    let [cos_theta_i, cos_theta_o] = cosines(variables);
+    cos_theta_i.min(cos_theta_o).min(variables[4]) < 0.01
 }
 
 /// If differences by a sample's coordinates are too coarse there for the model.
-pub(crate) fn is_too_steep(model: ModelKind, variables: Variables) -> bool {
+pub fn is_too_steep(model: ModelKind, variables: Variables) -> bool {
     match model {
         ModelKind::Phong => near_edge_of_lobe(variables),
         ModelKind::CookTorrance => near_grazing(variables),
@@ -94,7 +110,7 @@ pub(crate) fn is_too_steep(model: ModelKind, variables: Variables) -> bool {
 }
 
 /// <w_o, r>, r the mirror direction of w_i.
-pub(crate) fn mirror_cosine(variables: Variables) -> f64 {
+pub fn mirror_cosine(variables: Variables) -> f64 {
     let [hx, hz, dx, dy, dz, ..] = variables;
     // Rotating (dx, dy, dz) about y by theta_h gives w_i; w_o = 2 <h, w_i> h - w_i.
     let incoming = [hz * dx + hx * dz, dy, hz * dz - hx * dx];

@@ -1,0 +1,138 @@
+//! Commands in documents are understood: the trainer's with every option, and cargo's examples.
+
+use std::path::Path;
+use std::process::Command;
+
+use serde_json::Value;
+
+use super::figures::printed;
+use super::{documents, root, with_figures};
+
+/// A command's words, for the first of several that are joined by `&&`; quotes are left out.
+fn words(command: &str) -> Vec<String> {
+    let command = command.split(" #").next().unwrap_or_default();
+    let words = command.split_whitespace();
+    let words = words.take_while(|word| !["&&", "|", ";"].contains(word));
+    words
+        .filter(|word| !word.starts_with('>'))
+        .map(|word| word.replace('"', ""))
+        .collect()
+}
+
+/// Why a command is not understood, if it is not.
+fn misunderstood(command: &str) -> Option<String> {
+    let words = words(command);
+    let words: Vec<&str> = words.iter().map(String::as_str).collect();
+    match words[..] {
+        ["trainer", ref arguments @ ..] => trainer(arguments),
+        ["cargo", "run", ref arguments @ ..] => cargo(arguments),
+        _ => Some("neither the trainer's nor cargo's".into()),
+    }
+}
+
+/// `--help` comes last, after all options were read.
+fn trainer(arguments: &[&str]) -> Option<String> {
+    let output = Command::new(env!("CARGO_BIN_EXE_trainer"))
+        .args(arguments)
+        .arg("--help")
+        .output()
+        .expect("the trainer runs");
+    let talk = String::from_utf8_lossy(&output.stderr).into_owned();
+    (!output.status.success()).then_some(talk)
+}
+
+/// The package has the example, and the features.
+fn cargo(arguments: &[&str]) -> Option<String> {
+    let own = arguments.split(|word| *word == "--");
+    let own = own.into_iter().next().unwrap_or_default();
+    let after = |option: &str| {
+        let place = own.iter().position(|word| *word == option)?;
+        own.get(place + 1).copied()
+    };
+    let manifest = after("--manifest-path").unwrap_or("Cargo.toml");
+    let package = after("-p");
+    let Some(example) = after("--example") else {
+        return Some("no example".into());
+    };
+    let known = packages(&root().join(manifest)).into_iter().any(|known| {
+        let named = package.is_none_or(|name| known["name"] == name);
+        let has_example = known["targets"]
+            .as_array()
+            .into_iter()
+            .flatten()
+            .any(|target| target["name"] == example && target["kind"][0] == "example");
+        let has_feature = after("--features").is_none_or(|name| known["features"][name].is_array());
+        named && has_example && has_feature
+    });
+    (!known).then(|| format!("cargo knows no such example: {example}"))
+}
+
+fn packages(manifest: &Path) -> Vec<Value> {
+    let output = Command::new(env!("CARGO"))
+        .args([
+            "metadata",
+            "--no-deps",
+            "--offline",
+            "--format-version",
+            "1",
+            "--manifest-path",
+        ])
+        .arg(manifest)
+        .output()
+        .expect("cargo runs");
+    let metadata: Value = serde_json::from_slice(&output.stdout).expect("cargo answers in JSON");
+    metadata["packages"].as_array().expect("a list").clone()
+}
+
+#[test]
+fn commands_that_print_figures_are_known() {
+    for document in with_figures() {
+        for printed in printed(&document) {
+            let why = misunderstood(printed.command);
+            let path = document.path.display();
+            assert_eq!(why, None, "{path}: {}", printed.command);
+        }
+    }
+}
+
+#[test]
+fn commands_that_readers_may_copy_are_known() {
+    let mut count = 0;
+    for document in documents() {
+        let shown = document.text.split("```").skip(1).step_by(2);
+        for block in shown.filter(|block| block.starts_with("sh\n")) {
+            let joined = block.replace("\\\n", " ");
+            for line in joined.lines() {
+                let own = line.split("--bin trainer -- ").last().unwrap_or(line);
+                if !own.starts_with("trainer ") && own.len() == line.len() {
+                    continue;
+                }
+                count += 1;
+                let arguments = words(own.strip_prefix("trainer ").unwrap_or(own));
+                let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
+                let why = trainer(&arguments);
+                assert_eq!(why, None, "{}: {line}", document.path.display());
+            }
+        }
+    }
+    assert!(count > 10, "only {count} commands were found");
+}
+
+#[test]
+fn commands_that_are_unknown_are_found() {
+    for wrong in [
+        "trainer trane",
+        "trainer bench --modle neural",
+        "cargo run --release -p glimpse-core --example nothing",
+        "cargo run --release -p glimpse-tests --features firm --example figures",
+        "ls",
+    ] {
+        assert!(misunderstood(wrong).is_some(), "{wrong}");
+    }
+    let right = "cargo run -p glimpse-tests --features firmware --example figures -- --table";
+    assert_eq!(misunderstood(right), None);
+    assert_eq!(
+        misunderstood("trainer bench --model \"neural\" >&2 && ls"),
+        None
+    );
+}

@@ -1,0 +1,96 @@
+//! Links between documents, and from them to files.
+
+use std::fs;
+use std::path::Path;
+
+use super::{document, documents, root};
+
+/// What links and pictures of a text point at, fenced code left aside.
+fn targets(text: &str) -> Vec<&str> {
+    let prose = text.split("```").step_by(2);
+    prose
+        .flat_map(|prose| prose.split("](").skip(1))
+        .filter_map(|rest| rest.split_once(')').map(|(target, _)| target))
+        .collect()
+}
+
+/// A heading as GitHub names it in links.
+fn anchor(heading: &str) -> String {
+    let kept = |character: &char| character.is_alphanumeric() || " -_".contains(*character);
+    let heading = heading.trim_start_matches('#').trim().to_lowercase();
+    heading
+        .chars()
+        .filter(kept)
+        .collect::<String>()
+        .replace(' ', "-")
+}
+
+/// Why a link leads nowhere, if it does.
+fn broken(from: &Path, target: &str) -> Option<String> {
+    if target.starts_with("http://") || target.starts_with("https://") {
+        return None;
+    }
+    let (path, heading) = target.split_once('#').unwrap_or((target, ""));
+    let file = match path {
+        "" => root().join(from),
+        path => root().join(from).parent()?.join(path),
+    };
+    if !file.exists() {
+        return Some(format!("{}: there is no {path}", from.display()));
+    }
+    if heading.is_empty() {
+        return None;
+    }
+    let text = fs::read_to_string(&file).unwrap_or_default();
+    let mut headings = text.lines().filter(|line| line.starts_with('#'));
+    match headings.any(|line| anchor(line) == heading) {
+        true => None,
+        false => Some(format!(
+            "{}: {path} has no heading {heading}",
+            from.display()
+        )),
+    }
+}
+
+#[test]
+fn every_link_leads_somewhere() {
+    let mut checked = 0;
+    let mut lost = Vec::new();
+    for document in documents() {
+        for target in targets(&document.text) {
+            checked += 1;
+            lost.extend(broken(&document.path, target));
+        }
+    }
+    assert!(lost.is_empty(), "{}", lost.join("\n"));
+    assert!(checked > 100, "only {checked} links were found");
+}
+
+#[test]
+fn links_that_lead_nowhere_are_found() {
+    let text = "[a](b.md) and ![c](d/e.png#f)\n```\n[g](h)\n```\n[i](j)";
+    assert_eq!(targets(text), ["b.md", "d/e.png#f", "j"]);
+    assert_eq!(
+        anchor("## When it does not work: `x`"),
+        "when-it-does-not-work-x"
+    );
+    let from = Path::new("core/README.md");
+    assert!(broken(from, "docs/nothing.md").is_some());
+    assert!(broken(from, "docs/link.md#no-such-heading").is_some());
+    assert!(broken(from, "docs/link.md").is_none());
+    assert!(broken(from, "https://example.org/").is_none());
+}
+
+#[test]
+fn each_row_of_the_paper_s_table_names_a_file() {
+    let text = document("trainer/docs/paper.md".into()).text;
+    let rows: Vec<&str> = text
+        .lines()
+        .filter(|line| line.starts_with("| "))
+        .skip(1)
+        .collect();
+    assert!(rows.len() > 20, "the table has {} rows", rows.len());
+    for row in rows {
+        assert!(!targets(row).is_empty(), "no file: {row}");
+    }
+}

@@ -1,0 +1,71 @@
+//! The documents keep their word: links lead somewhere, figures name the command that prints them,
+//! and commands are understood.
+
+mod commands;
+mod figures;
+mod links;
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// A file of Markdown.
+struct Document {
+    /// Its path, seen from the workspace.
+    path: PathBuf,
+    text: String,
+}
+
+/// The workspace's root.
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+        .parent()
+        .expect("the trainer lies in the workspace")
+}
+
+/// Every document of the workspace.
+fn documents() -> Vec<Document> {
+    let mut documents = Vec::new();
+    let folders = ["core", "trainer", "embedded-demo", "tests"];
+    let mut left: Vec<PathBuf> = folders.map(PathBuf::from).into();
+    documents.push(document("README.md".into()));
+    while let Some(folder) = left.pop() {
+        for entry in fs::read_dir(root().join(&folder)).expect("a folder") {
+            let entry = entry.expect("an entry");
+            let path = folder.join(entry.file_name());
+            let is_built = ["target", "corpus"]
+                .map(Into::into)
+                .contains(&entry.file_name());
+            if entry.path().is_dir() && !is_built {
+                left.push(path);
+            } else if path.extension().is_some_and(|extension| extension == "md") {
+                documents.push(document(path));
+            }
+        }
+    }
+    assert!(documents.len() > 10, "documents are where they were");
+    documents
+}
+
+fn document(path: PathBuf) -> Document {
+    let text = fs::read_to_string(root().join(&path)).expect("a document is text");
+    Document { path, text }
+}
+
+/// The documents whose figures are printed by commands: the front page and those of the packages.
+fn with_figures() -> impl Iterator<Item = Document> {
+    let folders = ["README.md", "core/docs", "trainer/docs"];
+    documents().into_iter().filter(move |document| {
+        folders
+            .iter()
+            .any(|folder| document.path.starts_with(folder))
+    })
+}
+
+#[test]
+fn the_front_page_is_one_page() {
+    let lines = document("README.md".into()).text.lines().count();
+    assert!(
+        lines <= 120,
+        "README.md has {lines} lines: move some of it to a document"
+    );
+}
