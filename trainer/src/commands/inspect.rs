@@ -6,10 +6,11 @@ use clap::Args;
 use glimpse_core::geometry::HalfDifference;
 use glimpse_core::gonio::Limits;
 use glimpse_core::model::ModelKind;
-use glimpse_core::recipe::{Descent, Expectation, Floats, Learner, Noise, Recipe, Ridge};
+use glimpse_core::recipe::{Descent, Floats, Learner, Noise, Recipe, Ridge};
 use glimpse_trainer::export::{RecipeFile, eta};
 
 use super::print;
+use super::promise::promise;
 
 /// Show what is in a recipe: model, what it promises and for which machine, where it came from, and
 /// where it measures.
@@ -92,7 +93,7 @@ fn describe_statements(recipe: &Recipe<'_>) -> String {
     let mut lines = vec![
         (
             "expected loss",
-            recipe.expectation().map_or_else(unstated, expectation),
+            recipe.expectation().map_or_else(unstated, promise),
         ),
         ("limits", recipe.limits().map_or_else(unstated, limits)),
         ("noise", recipe.noise().map_or_else(unstated, noise)),
@@ -126,18 +127,6 @@ fn describe_statements(recipe: &Recipe<'_>) -> String {
         .filter(|(_, text)| !text.is_empty())
         .map(|(name, text)| format!("{name:15}{text}\n"))
         .collect()
-}
-
-fn expectation(expectation: Expectation<'_>) -> String {
-    let mut text = format!("{:.4}", expectation.loss);
-    if let Some(standard_error) = expectation.standard_error {
-        text += &format!(" (standard error {standard_error:.4})");
-    }
-    text += " on an unseen material";
-    if expectation.materials > 0 {
-        text += &format!(", found on {}: {}", expectation.materials, expectation.on);
-    }
-    text
 }
 
 fn limits(limits: Limits) -> String {

@@ -82,6 +82,19 @@ impl Experiment {
         }
     }
 
+    /// True if it judges on further materials than those of the test set.
+    pub(crate) fn judges_additional(self) -> bool {
+        matches!(self, Self::Additional | Self::All)
+    }
+
+    /// True if n grows in it.
+    pub(crate) fn grows(self) -> bool {
+        matches!(
+            self,
+            Self::SameQuality | Self::Curves | Self::Importance | Self::Increasing | Self::All
+        )
+    }
+
     /// As on the command line; also the folder's name.
     pub(crate) fn name(self) -> String {
         self.to_possible_value()

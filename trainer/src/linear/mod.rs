@@ -17,7 +17,7 @@ mod least_squares;
 mod reduced;
 mod trainee;
 
-pub use basis::{Basis, BasisError, Reconstruction, Tabulated};
+pub use basis::{Basis, BasisError, MAGIC as BASIS_MAGIC, Reconstruction, Tabulated};
 pub use coefficients::CountError;
 pub use columns::Columns;
 pub use compact::{COMPACT_COMPONENTS, COMPACT_NODES};

@@ -1,6 +1,7 @@
 //! Materials: what is measured, or measured-looking, and where to read it from.
 
 mod identity;
+mod left_out;
 mod merl;
 mod nbrdf;
 mod procedural;
@@ -8,6 +9,7 @@ mod rgl;
 mod source;
 
 pub use identity::{Identity, digest};
+pub use left_out::LeftOut;
 pub use merl::{MerlTable, write_merl};
 pub use nbrdf::NeuralBrdf;
 pub use procedural::Procedural;

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use super::gallery::Names;
 use super::html::escape;
 use super::{Gallery, Table};
-use crate::files::write_whole;
+use crate::files::{make_folder, write_whole, write_whole_below};
 use crate::render::{Picture, PictureError};
 
 /// The file of a part of a page, in its folder.
@@ -128,6 +128,10 @@ impl Page {
     /// # Errors
     /// If a file cannot be written.
     pub fn write(&self, directory: &Path) -> Result<(), PageError> {
+        make_folder(directory).map_err(|source| PageError::Write {
+            path: directory.into(),
+            source,
+        })?;
         self.write_as(&directory.join("index.html"))
     }
 
@@ -150,18 +154,27 @@ impl Page {
     /// If a file cannot be written.
     pub fn write_part(&self, directory: &Path, folder: &str) -> Result<(), PageError> {
         self.write_pictures(directory)?;
-        let path = directory.join(folder).join(PART);
+        let part = Path::new(folder).join(PART);
         let html = format!(
             "<section class=\"part\">\n<h2>{}</h2>\n{}</section>\n",
             escape(&self.title),
             self.body
         );
-        write_whole(&path, html.as_bytes()).map_err(|source| PageError::Write { path, source })
+        write_whole_below(directory, &part, html.as_bytes()).map_err(|source| PageError::Write {
+            path: directory.join(part),
+            source,
+        })
     }
 
     fn write_pictures(&self, directory: &Path) -> Result<(), PageError> {
         for (name, picture) in &self.pictures {
-            picture.write_png(&directory.join(&self.folder).join(name))?;
+            let relative = Path::new(&self.folder).join(name);
+            write_whole_below(directory, &relative, &picture.to_png()?).map_err(|source| {
+                PageError::Write {
+                    path: directory.join(relative),
+                    source,
+                }
+            })?;
         }
         Ok(())
     }
