@@ -38,7 +38,7 @@ pub(crate) enum MethodName {
 ///
 /// Each material is measured at the method's n directions and fitted as the scanner would; the
 /// fit is compared with the whole material: Loss (mean cosine-weighted logarithmic error over
-/// 65,536 uniform valid directions, always the same), and DSSIM, L2 and PSNR of a rendered sphere.
+/// 40,503 uniform valid directions, always the same), and DSSIM, L2 and PSNR of a rendered sphere.
 /// Random methods are averaged over seeds. The standard error is over the materials: how far as
 /// many others would move the mean.
 ///

@@ -5,33 +5,34 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 use glimpse_core::geometry::{Angles, HalfDifference};
 
 /// How many directions a fit is compared with its material at.
-pub const DIRECTIONS: usize = 65_536;
-
-/// The root of x^4 = x + 1, whose powers 1/x, 1/x^2 and 1/x^3 are the steps of the
-/// three-dimensional additive recurrence that fills the unit cube most evenly.
-const RATIO: f64 = 1.220_744_084_605_759_5;
+pub const DIRECTIONS: usize = 40_503;
+/// Places among which those are valid.
+const PLACES: u32 = 65_536;
+/// The root of x^3 = x + 1, whose powers 1/x and 1/x^2 are the steps of the two-dimensional additive
+/// recurrence that fills the unit square most evenly.
+const RATIO: f64 = 1.324_717_957_244_746;
 
 /// [`DIRECTIONS`] angles, uniform in (theta_h, theta_d, phi_d) over the valid region; phi_d in
 /// \[0, 2 pi).
 ///
-/// They do not depend on a seed. A mean over directions drawn at random moves by several per cent
-/// from draw to draw, since most of the loss of a glossy material lies in a few highlights; the
-/// points of an additive recurrence leave no gaps and form no clusters, so that their mean is within
-/// one per cent of the integral.
+/// They do not depend on a seed. A mean over as many directions drawn at random moves by several
+/// per cent from draw to draw, since most of the loss of a glossy material lies at a theta_h of
+/// very few degrees: how many of the directions come to lie there, and where, decides. Here theta_h
+/// rises in equal steps, and theta_d and phi_d follow a recurrence that fills any range of theta_h
+/// evenly. Shifted sets of this kind agree within half a per cent, mean by mean.
 #[must_use]
 pub fn directions() -> Vec<Angles<f32>> {
-    (1_u32..)
+    (0..PLACES)
         .map(f64::from)
         .map(|index| {
-            let share = |power: i32| (0.5 + index * RATIO.powi(-power)).fract();
+            let share = |power: i32| (0.5 + index / RATIO.powi(power)).fract();
             Angles {
-                theta_h: (FRAC_PI_2 * share(1)) as f32,
-                theta_d: (FRAC_PI_2 * share(2)) as f32,
-                phi_d: (TAU * share(3)) as f32,
+                theta_h: (FRAC_PI_2 * (index + 0.5) / f64::from(PLACES)) as f32,
+                theta_d: (FRAC_PI_2 * share(1)) as f32,
+                phi_d: (TAU * share(2)) as f32,
             }
         })
         .filter(|angles| HalfDifference::from_angles(*angles).is_valid())
-        .take(DIRECTIONS)
         .collect()
 }
 

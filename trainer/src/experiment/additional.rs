@@ -15,7 +15,7 @@ const FEW: usize = 2;
 pub(super) fn run(laboratory: &Laboratory<'_>) -> anyhow::Result<Findings> {
     if laboratory.additional.is_empty() {
         anyhow::bail!(
-            "`additional` judges on other sources than --test: give them by --additional, such as \
+            "additional judges on other sources than --test: give them by --additional, such as \
              the eight materials of Nielsen et al. or RGL's"
         );
     }

@@ -125,7 +125,7 @@ impl Experiment {
             Self::Patterns => patterns::run(laboratory),
             Self::Teaser => spheres::teaser(laboratory),
             Self::Increasing => spheres::increasing(laboratory, most_samples),
-            Self::All => anyhow::bail!("`all` is not one experiment"),
+            Self::All => anyhow::bail!("all is not one experiment"),
         }?;
         findings.write(&self.name(), &laboratory.settings, sources, begin.elapsed())?;
         Ok(findings)
