@@ -39,9 +39,7 @@ pub fn write_whole(path: &Path, bytes: &[u8]) -> io::Result<()> {
 /// As [`write_whole`].
 pub fn write_whole_below(folder: &Path, relative: &Path, bytes: &[u8]) -> io::Result<()> {
     let path = folder.join(relative);
-    if !directory_of(&folder.join("x")).is_dir() {
-        return Err(missing(folder));
-    }
+    require_folder_of(&folder.join("file"))?;
     fs::create_dir_all(directory_of(&path))?;
     write_whole(&path, bytes)
 }
@@ -69,10 +67,19 @@ pub fn make_folder(path: &Path) -> io::Result<()> {
     if path.is_dir() {
         return Ok(());
     }
-    if !directory_of(path).exists() {
-        return Err(missing(directory_of(path)));
-    }
+    require_folder_of(path)?;
     fs::create_dir(path)
+}
+
+/// Makes sure that the folder of a file is there.
+///
+/// # Errors
+/// If it is not.
+pub fn require_folder_of(path: &Path) -> io::Result<()> {
+    match directory_of(path).exists() {
+        true => Ok(()),
+        false => Err(missing(directory_of(path))),
+    }
 }
 
 /// True of a pipe, a device or a socket: what is written to and never replaced.
@@ -95,10 +102,8 @@ impl Target {
             Ok(metadata) => metadata,
             Err(error) if error.kind() == io::ErrorKind::NotFound => {
                 let path = end_of_links(path);
-                return match directory_of(&path).exists() {
-                    true => Ok(Self::File(path)),
-                    false => Err(missing(directory_of(&path))),
-                };
+                require_folder_of(&path)?;
+                return Ok(Self::File(path));
             }
             Err(error) => return Err(error),
         };

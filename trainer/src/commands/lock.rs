@@ -5,6 +5,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
+use glimpse_trainer::files::require_folder_of;
 
 /// Held while a run lasts. Its file goes with it; of a run that was killed the file stays behind,
 /// and is free.
@@ -36,6 +37,7 @@ impl Lock {
 
     fn take(path: PathBuf, what: &Path) -> anyhow::Result<Self> {
         let cannot = || format!("cannot write {}", path.display());
+        require_folder_of(&path).with_context(cannot)?;
         loop {
             let file = File::options().create(true).append(true).open(&path);
             let file = file.with_context(cannot)?;

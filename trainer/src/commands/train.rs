@@ -219,9 +219,7 @@ impl Job<'_> {
         if !is_stream(&self.out) {
             locks.push(Lock::beside(&self.out)?);
         }
-        if self.checkpoint != beside(&self.out) {
-            locks.push(Lock::beside(&self.checkpoint)?);
-        }
+        locks.push(Lock::beside(&self.checkpoint)?);
         Ok(locks)
     }
 
