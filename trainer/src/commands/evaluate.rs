@@ -121,7 +121,9 @@ impl Evaluate {
         if recipes.is_empty() && name.learns() {
             recipes.push((None, self.learn(name, seed)?));
         }
+        let steps = Steps::new("rendering what fits are compared with", materials.len());
         let judge = Judge::under(environment, &materials);
+        drop(steps);
         let judge = |method: &Method<'_>| -> anyhow::Result<Verdict> {
             let steps = Steps::new("judging", materials.len());
             let seeds = self.seeds.unwrap_or(SEEDS);

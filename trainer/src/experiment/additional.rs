@@ -63,7 +63,7 @@ fn table(
             Cell::Text(title(case.model).into()),
             Cell::Text(case.approach.title().into()),
         ];
-        row.extend(cells_beside_the_paper_s(&sheet.scores, paper.as_ref()));
+        row.extend(cells_beside_the_paper_s(&sheet, paper.as_ref()));
         rows.push(row);
     }
     let mut columns = vec![Column::text("Model"), Column::text("Method")];

@@ -18,7 +18,8 @@ pub(super) fn run(laboratory: &Laboratory<'_>) -> anyhow::Result<Findings> {
     let mut findings = Findings::new("Same number of samples: n = 8");
     findings.text(
         "Means over the materials judged; Random and Meta over several seeds too (a material's PSNR \
-         is that of its mean L2 then). The paper's figures are on its own 20 materials of MERL.",
+         is that of its mean L2 then). The standard \
+         error is over the materials. The paper's figures are on its own 20 materials of MERL.",
     );
     findings.text(
         "Random of Phong and of Cook-Torrance begins at standard normal parameters, and 20 steps of \
@@ -37,7 +38,7 @@ pub(super) fn run(laboratory: &Laboratory<'_>) -> anyhow::Result<Findings> {
             let sheet = laboratory.sheet(&Case::new(approach, model, SAMPLES))?;
             let paper = paper::same_samples(model, approach);
             let mut row = vec![Cell::Text(approach.title().into())];
-            row.extend(cells_beside_the_paper_s(&sheet.scores, paper.as_ref()));
+            row.extend(cells_beside_the_paper_s(&sheet, paper.as_ref()));
             rows.push(row);
             scores.push((approach, sheet.scores));
         }
@@ -48,7 +49,7 @@ pub(super) fn run(laboratory: &Laboratory<'_>) -> anyhow::Result<Findings> {
             };
             let sheet = laboratory.sheet(&learned)?;
             let mut row = vec![Cell::Text("Ours, 60 components, learned precisions".into())];
-            row.extend(cells_beside_the_paper_s(&sheet.scores, None));
+            row.extend(cells_beside_the_paper_s(&sheet, None));
             rows.push(row);
         }
         let mut columns = vec![Column::text("Method")];

@@ -105,6 +105,8 @@ impl Sphere {
         );
         check_out(&self.out)?;
 
+        // From the beginning: the materials that scans are compared with are rendered first.
+        let steps = Steps::new("rendering", materials.len());
         let judge = method.map(|method| {
             let judge = Judge::under(environment.clone(), &materials);
             (judge, method)
@@ -112,7 +114,6 @@ impl Sphere {
         if let Some(path) = &self.recipe {
             tell(&read_recipe(path)?.0.recipe()?, &materials);
         }
-        let steps = Steps::new("rendering", materials.len());
         let mut all = Vec::new();
         for (index, material) in materials.iter().enumerate() {
             let brdf = brdf_of(&**material);
