@@ -238,6 +238,8 @@ mod tests {
             assert!(directory.join(file).is_file(), "{file}");
         }
         assert!(html.contains("pictures/blue-rubber-ours-2.png"));
+        // Drawings on white are turned in the dark.
+        assert!(html.contains(".drawing svg.on-white { filter: invert("));
         assert!(!html.contains("http"), "nothing is loaded from elsewhere");
     }
 
