@@ -22,13 +22,10 @@ fn a_scan_loses_what_evaluate_says() {
             .serve(&mut emulator.serial)
             .unwrap();
         let materials: [Box<dyn Material>; 1] = [Box::new(material.clone())];
-        let verdict = Judge::new(&materials, 0)
+        let verdict = Judge::new(&materials)
             .judge(&Method::ours(&recipe, None).unwrap(), 0, 1)
             .unwrap();
-        let (scan, evaluate) = (
-            report.loss(None, &material, 0).unwrap(),
-            verdict.scores.loss,
-        );
+        let (scan, evaluate) = (report.loss(None, &material).unwrap(), verdict.scores.loss);
         // A sample of this recipe is at the pole, where phi_d is lost on the way through directions:
         // what the scanner reads there differs a little from what `evaluate` reads.
         assert!(

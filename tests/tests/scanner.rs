@@ -76,7 +76,7 @@ fn a_device_gets_what_the_material_is_and_the_host_what_was_fitted() {
     let (values, residual) = fit(RECIPE, &report.readings);
     assert_eq!(report.values, values);
     assert_eq!(report.residual, residual);
-    assert!(report.loss(None, &material, 0).unwrap().is_finite());
+    assert!(report.loss(None, &material).unwrap().is_finite());
 }
 
 #[test]

@@ -1,43 +1,144 @@
-//! Files written whole or not at all.
+//! Files written whole or not at all, and through to what is no regular file.
 
-use std::fs;
+use std::fs::{self, OpenOptions};
 use std::io::{self, Write as _};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use tempfile::NamedTempFile;
 
 /// Writes a file so that, whatever happens, a reader finds the old content or all of the new.
 ///
-/// The bytes go to a temporary file in the same directory, which then takes the name. Directories
-/// on the way are made; permissions are those of any new file. What writes of the same file that
-/// were killed have left there is removed.
+/// The bytes go to a temporary file in the same directory, which then takes the name and the
+/// permissions of the old one. A link stays a link: what it leads to is written. What writes of the
+/// same file that were killed have left there is removed. A pipe or a device is not replaced by a
+/// file but written to.
 ///
 /// # Errors
-/// If the operating system refuses; nothing is left behind then.
+/// If the operating system refuses, the file is read-only, or its directory is not there; nothing
+/// is left behind then.
 pub fn write_whole(path: &Path, bytes: &[u8]) -> io::Result<()> {
-    let directory = directory_of(path);
-    fs::create_dir_all(directory)?;
-    remove_unfinished(path)?;
-    let mut file = unfinished(path)?;
+    let path = match Target::of(path)? {
+        Target::Stream => return OpenOptions::new().append(true).open(path)?.write_all(bytes),
+        Target::File(path) => path,
+    };
+    remove_unfinished(&path)?;
+    let mut file = unfinished(&path)?;
+    if let Ok(old) = fs::metadata(&path) {
+        file.as_file().set_permissions(old.permissions())?;
+    }
     file.write_all(bytes)?;
     file.as_file().sync_all()?;
-    file.persist(path)?;
+    file.persist(&path)?;
     Ok(())
 }
 
+/// The same for a file at a relative path below a folder, whose own folders are made; `folder` must
+/// be there.
+///
+/// # Errors
+/// As [`write_whole`].
+pub fn write_whole_below(folder: &Path, relative: &Path, bytes: &[u8]) -> io::Result<()> {
+    let path = folder.join(relative);
+    require_folder_of(&folder.join("file"))?;
+    fs::create_dir_all(directory_of(&path))?;
+    write_whole(&path, bytes)
+}
+
 /// Makes sure, before hours are spent, that a file of so many bytes could be written: tries it
-/// under another name, and leaves nothing but directories on the way.
+/// under another name, and leaves nothing. Whether a pipe or a device will take them is not known
+/// before.
 ///
 /// # Errors
 /// If it could not.
 pub fn try_write(path: &Path, bytes: usize) -> io::Result<()> {
-    if path.is_dir() {
-        return Err(io::ErrorKind::IsADirectory.into());
-    }
-    fs::create_dir_all(directory_of(path))?;
-    let mut file = unfinished(path)?;
+    let Target::File(path) = Target::of(path)? else {
+        return Ok(());
+    };
+    let mut file = unfinished(&path)?;
     file.write_all(&vec![0xa5; bytes])?;
     file.as_file().sync_all()
+}
+
+/// Makes a folder, unless it is there. The one that it is to lie in must be there.
+///
+/// # Errors
+/// If it cannot be made, or a file is in its place.
+pub fn make_folder(path: &Path) -> io::Result<()> {
+    if path.is_dir() {
+        return Ok(());
+    }
+    require_folder_of(path)?;
+    fs::create_dir(path)
+}
+
+/// Makes sure that the folder of a file is there.
+///
+/// # Errors
+/// If it is not.
+pub fn require_folder_of(path: &Path) -> io::Result<()> {
+    match directory_of(path).exists() {
+        true => Ok(()),
+        false => Err(missing(directory_of(path))),
+    }
+}
+
+/// True of a pipe, a device or a socket: what is written to and never replaced.
+#[must_use]
+pub fn is_stream(path: &Path) -> bool {
+    matches!(Target::of(path), Ok(Target::Stream))
+}
+
+/// What a path leads to.
+enum Target {
+    /// A regular file, there or not yet, by its own name and not by that of a link to it.
+    File(PathBuf),
+    /// What is written through to.
+    Stream,
+}
+
+impl Target {
+    fn of(path: &Path) -> io::Result<Self> {
+        let metadata = match fs::metadata(path) {
+            Ok(metadata) => metadata,
+            Err(error) if error.kind() == io::ErrorKind::NotFound => {
+                let path = end_of_links(path);
+                require_folder_of(&path)?;
+                return Ok(Self::File(path));
+            }
+            Err(error) => return Err(error),
+        };
+        if metadata.is_dir() {
+            return Err(io::ErrorKind::IsADirectory.into());
+        }
+        // `/dev/stdout` may lead to a regular file, which the shell has opened already.
+        let opened = ["/dev/stdout", "/dev/stderr", "/dev/fd", "/proc"];
+        if !metadata.is_file() || opened.iter().any(|opened| path.starts_with(opened)) {
+            return Ok(Self::Stream);
+        }
+        if metadata.permissions().readonly() {
+            let what = "the file is read-only";
+            return Err(io::Error::new(io::ErrorKind::PermissionDenied, what));
+        }
+        fs::canonicalize(path).map(Self::File)
+    }
+}
+
+/// What is at the end of links of which the last leads nowhere.
+fn end_of_links(path: &Path) -> PathBuf {
+    const MOST: usize = 40;
+    let mut end = path.to_owned();
+    for _ in 0..MOST {
+        match fs::read_link(&end) {
+            Ok(next) => end = directory_of(&end).join(next),
+            Err(_) => break,
+        }
+    }
+    end
+}
+
+fn missing(folder: &Path) -> io::Error {
+    let what = format!("there is no folder {}; make it first", folder.display());
+    io::Error::new(io::ErrorKind::NotFound, what)
 }
 
 fn directory_of(path: &Path) -> &Path {
@@ -83,12 +184,65 @@ mod tests {
     #[test]
     fn a_file_is_replaced_and_nothing_else_is_left() {
         let scratch = tempfile::tempdir().unwrap();
-        let path = scratch.path().join("deep/er/file");
+        let path = scratch.path().join("file");
         write_whole(&path, b"one").unwrap();
         write_whole(&path, b"two").unwrap();
         assert_eq!(std::fs::read(&path).unwrap(), b"two");
         let beside = std::fs::read_dir(path.parent().unwrap()).unwrap();
         assert_eq!(beside.count(), 1);
+    }
+
+    #[test]
+    fn no_folder_is_made_above_the_one_that_is_named() {
+        let scratch = tempfile::tempdir().unwrap();
+        let none = scratch.path().join("none");
+        for refused in [
+            write_whole(&none.join("file"), b"one"),
+            try_write(&none.join("file"), 1),
+            write_whole_below(&none, Path::new("file"), b"one"),
+            make_folder(&none.join("deeper")),
+        ] {
+            let message = refused.unwrap_err().to_string();
+            assert!(message.contains("there is no folder"), "{message}");
+        }
+        assert!(!none.exists());
+        make_folder(&none).unwrap();
+        make_folder(&none).unwrap();
+        write_whole_below(&none, Path::new("a/b/file"), b"one").unwrap();
+        assert_eq!(std::fs::read(none.join("a/b/file")).unwrap(), b"one");
+        assert!(make_folder(&none.join("a/b/file")).is_err());
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn links_are_followed_and_permissions_kept() {
+        use std::os::unix::fs::{PermissionsExt, symlink};
+
+        let scratch = tempfile::tempdir().unwrap();
+        let at = |name: &str| scratch.path().join(name);
+        std::fs::create_dir(at("folder")).unwrap();
+        symlink("folder/new", at("link")).unwrap();
+        symlink("link", at("link-to-link")).unwrap();
+        for bytes in [b"one", b"two"] {
+            write_whole(&at("link-to-link"), bytes).unwrap();
+            assert_eq!(std::fs::read(at("folder/new")).unwrap(), bytes);
+        }
+        assert!(at("link").is_symlink() && at("link-to-link").is_symlink());
+        assert!(!at("folder/new").is_symlink());
+
+        let mode = |mode| std::fs::set_permissions(at("link"), PermissionsExt::from_mode(mode));
+        mode(0o640).unwrap();
+        write_whole(&at("folder/new"), b"three").unwrap();
+        let kept = std::fs::metadata(at("folder/new")).unwrap().permissions();
+        assert_eq!(kept.mode() & 0o777, 0o640);
+
+        mode(0o444).unwrap();
+        for refused in [write_whole(&at("link"), b"four"), try_write(&at("link"), 1)] {
+            let message = refused.unwrap_err().to_string();
+            assert!(message.contains("read-only"), "{message}");
+        }
+        assert_eq!(std::fs::read(at("folder/new")).unwrap(), b"three");
+        assert_eq!(std::fs::read_dir(at("folder")).unwrap().count(), 1);
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! The command line `trainer`.
 
 mod commands;
+mod commit;
 mod experiment;
 
 use std::process::ExitCode;
@@ -19,10 +20,11 @@ use clap::{Args, Parser, Subcommand};
 /// a directory holding any mix of MERL *.binary, isotropic RGL *_rgb.bsdf and NBRDF sets
 /// (NAME_fc1.npy and its five siblings), a single such file, or procedural, procedural:COUNT or
 /// procedural:COUNT:SEED, the built-in set. A material is named by its file (NBRDF: by NAME), and
-/// no two of a directory may have the same name. Other files are passed over, but for *.bsdf that
-/// are spectral or anisotropic: they are an error, so that no material is left out unnoticed.
+/// no two of a directory may have the same name. What of a directory may have been meant and is not
+/// read (folders, endings in capitals, names that are no UTF-8) is told; *.bsdf that are spectral or
+/// anisotropic are an error, so that no material is left out unnoticed.
 #[derive(Parser)]
-#[command(name = "trainer", version, max_term_width = 100)]
+#[command(name = "trainer", version = commit::VERSION, max_term_width = 100)]
 struct Cli {
     #[command(subcommand)]
     command: Command,
@@ -33,11 +35,17 @@ struct Cli {
 /// What all commands take.
 #[derive(Args, Clone, Copy, Debug)]
 struct Common {
-    /// Seed of all random numbers: the same seed gives the same results
-    #[arg(long, global = true, default_value_t = 0)]
+    /// Seed of all random numbers: the same seed gives the same results. Every command takes it,
+    /// also those that draw none
+    #[arg(
+        long,
+        global = true,
+        default_value_t = 0,
+        allow_negative_numbers = true
+    )]
     seed: u64,
     /// Threads to compute on [default: all cores]; the results do not depend on it
-    #[arg(long, global = true)]
+    #[arg(long, global = true, allow_negative_numbers = true, value_parser = commands::numbers::threads)]
     threads: Option<usize>,
 }
 
@@ -54,6 +62,7 @@ enum Command {
     Reproduce(commands::reproduce::Reproduce),
     VirtualScanner(commands::virtual_scanner::VirtualScanner),
     Bench(commands::bench::Bench),
+    Completion(commands::completion::Completion),
 }
 
 fn main() -> ExitCode {
@@ -76,6 +85,7 @@ fn main() -> ExitCode {
         Command::Reproduce(command) => command.run(common.seed),
         Command::VirtualScanner(command) => command.run(common.seed),
         Command::Bench(command) => command.run(),
+        Command::Completion(command) => command.run(&mut <Cli as clap::CommandFactory>::command()),
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,

@@ -16,12 +16,11 @@ use glimpse_core::scan::{Reading, Residual};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
-use crate::evaluation::{DIRECTIONS, Fitted};
+use crate::evaluation::{Fitted, directions};
 use crate::linear::Basis;
 use crate::material::{self, Material};
 use crate::meta::start::standard_normal;
 use crate::metrics::mean_log_error;
-use crate::sampling::uniform_valid;
 
 /// Why a scan did not come to its end. The next one may.
 #[derive(Debug, thiserror::Error)]
@@ -87,12 +86,11 @@ impl ScanReport {
         Fitted::of_values(self.model, &self.values, basis)
     }
 
-    /// The loss of that BRDF against a material, over the same directions as `trainer evaluate` takes
-    /// with the same seed.
+    /// The loss of that BRDF against a material, over the same directions as `trainer evaluate` takes.
     #[must_use]
-    pub fn loss(&self, basis: Option<&Basis>, material: &dyn Material, seed: u64) -> Option<f64> {
+    pub fn loss(&self, basis: Option<&Basis>, material: &dyn Material) -> Option<f64> {
         let fitted = self.fitted(basis)?;
-        let at: Vec<_> = uniform_valid(DIRECTIONS, seed)
+        let at: Vec<_> = directions()
             .into_iter()
             .map(HalfDifference::from_angles)
             .collect();

@@ -15,33 +15,56 @@ const DIRECTIONS: [&str; 4] = ["theta_i", "phi_i", "theta_o", "phi_o"];
 /// direction is.
 const AT_HORIZON: f64 = 1e-9;
 
-/// Reads one pair of directions a row, in radians; None where one of them is not above the
-/// horizon.
+/// A file of angles.
+pub(super) struct AngleTable {
+    /// The names of the columns that hold them.
+    pub(super) columns: &'static [&'static str],
+    pub(super) rows: Vec<AngleRow>,
+}
+
+/// A pair of directions.
+pub(super) struct AngleRow {
+    /// As they were given.
+    pub(super) cells: Vec<String>,
+    /// In radians; None where one of the directions is not above the horizon.
+    pub(super) angles: Option<Angles<f32>>,
+}
+
+/// Reads one pair of directions a row.
 ///
 /// The first line names the columns: theta_h, theta_d, phi_d, or theta_i, phi_i, theta_o, phi_o,
 /// in any order; others are passed over.
 ///
 /// # Errors
 /// If the file cannot be read, lacks columns or has them twice, or a cell is no angle.
-pub(super) fn read_angles(path: &Path) -> anyhow::Result<Vec<Option<Angles<f32>>>> {
+pub(super) fn read_angles(path: &Path) -> anyhow::Result<AngleTable> {
     let bytes = fs::read(path).with_context(|| format!("cannot read {}", path.display()))?;
     parse(&bytes).with_context(|| path.display().to_string())
 }
 
-fn parse(bytes: &[u8]) -> anyhow::Result<Vec<Option<Angles<f32>>>> {
+fn parse(bytes: &[u8]) -> anyhow::Result<AngleTable> {
     let mut reader = ReaderBuilder::new().trim(Trim::All).from_reader(bytes);
     let unreadable = |error: csv::Error| unreadable(&error, line(bytes, error.position()));
     let columns = Columns::of(reader.headers().map_err(unreadable)?)?;
-    reader
+    let rows = reader
         .records()
         .map(|row| {
             let row = row.map_err(unreadable)?;
             let angles = columns
                 .angles(&row)
                 .map_err(|what| anyhow!("line {}, {what}", line(bytes, row.position())))?;
-            Ok(above_horizon(angles))
+            let cells = columns.places().iter();
+            let cells = cells.map(|place| row.get(*place).unwrap_or_default().to_owned());
+            Ok(AngleRow {
+                cells: cells.collect(),
+                angles: above_horizon(angles),
+            })
         })
-        .collect()
+        .collect::<anyhow::Result<_>>()?;
+    Ok(AngleTable {
+        columns: columns.names(),
+        rows,
+    })
 }
 
 /// The line of a row whose reading began at `position`, on empty lines before it perhaps.
@@ -77,6 +100,22 @@ impl Columns {
                 DIRECTIONS.join(", "),
                 header.iter().collect::<Vec<_>>().join(", ")
             ),
+        }
+    }
+
+    /// Their names.
+    fn names(&self) -> &'static [&'static str] {
+        match self {
+            Self::HalfDifference(_) => &HALF_DIFFERENCE,
+            Self::Directions(_) => &DIRECTIONS,
+        }
+    }
+
+    /// Where they are, in the order of the names.
+    fn places(&self) -> &[usize] {
+        match self {
+            Self::HalfDifference(places) => places,
+            Self::Directions(places) => places,
         }
     }
 

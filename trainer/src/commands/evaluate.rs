@@ -5,17 +5,18 @@ use std::path::PathBuf;
 use anyhow::{Context, anyhow, bail};
 use clap::{Args, ValueEnum};
 use glimpse_core::model::{ModelKind, linear};
-use glimpse_core::recipe::MAX_SAMPLES;
-use glimpse_trainer::evaluation::{Judge, Method, OPTIMUM_STEPS, Verdict};
+use glimpse_trainer::evaluation::{Judge, Method, OPTIMUM_STEPS, TrainedOn, Verdict};
 use glimpse_trainer::export::{RecipeFile, recipe_of};
 use glimpse_trainer::linear::{Basis, Columns, Prior, least_condition};
-use glimpse_trainer::material::{Material, Source};
+use glimpse_trainer::material::Source;
 use glimpse_trainer::meta::plan::{Effort, Schedule};
 use glimpse_trainer::meta::run::{INNER_STEPS, Learned as LearnedRecipe, Options, Parts};
 
 use super::export_basis::read_compact;
-use super::progress::train_with_progress;
-use super::{ModelName, PriorArgs, environment, load, print, read_recipe};
+use super::known::known;
+use super::progress::{Steps, train_with_progress};
+use super::verdicts::{Judged, comparison, comparison_as_json, promised};
+use super::{ModelName, PriorArgs, environment, load, numbers, print, read_recipe};
 
 /// How a method fits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
@@ -32,21 +33,31 @@ pub(crate) enum MethodName {
     Optimum,
 }
 
-/// Judge a recipe or a method on materials.
+/// Judge recipes or a method on materials.
 ///
 /// Each material is measured at the method's n directions and fitted as the scanner would; the
 /// fit is compared with the whole material: Loss (mean cosine-weighted logarithmic error over
-/// 16,384 uniform valid directions), and DSSIM, L2 and PSNR of a rendered sphere. Random methods
-/// are averaged over seeds.
+/// 40,503 uniform valid directions, always the same), and DSSIM, L2 and PSNR of a rendered sphere.
+/// Random methods are averaged over seeds. The standard error is over the materials: how far as
+/// many others would move the mean.
+///
+/// Several recipes are compared in one table, by differences to the first one, material by material.
+/// What was trained on is marked: a loss on it says nothing of unseen materials.
 ///
 /// Example: trainer evaluate --recipe neural-n8.recipe --test MERL-test/
+///          trainer evaluate --recipe old.recipe new.recipe --test MERL-test/
 ///          trainer evaluate --method random --model neural --samples 8 --test MERL-test/
 #[derive(Args)]
 #[command(verbatim_doc_comment)]
 pub(crate) struct Evaluate {
-    /// A recipe; with --method meta its start and step sizes are used on random samples
-    #[arg(long)]
-    recipe: Option<PathBuf>,
+    /// Recipes; with --method meta their start and step sizes are used on random samples
+    #[arg(
+        long,
+        num_args = 1..,
+        value_name = "FILE",
+        conflicts_with_all = ["model", "samples", "train", "effort", "bases", "eta"]
+    )]
+    recipe: Vec<PathBuf>,
     /// A compact basis (trainer export --format basis): the recipe's coefficients become a BRDF by
     /// it, as on a device, and not by the whole basis
     #[arg(long, requires = "recipe")]
@@ -57,16 +68,16 @@ pub(crate) struct Evaluate {
     /// The model, without a recipe
     #[arg(long, value_enum, required_unless_present = "recipe")]
     model: Option<ModelName>,
-    /// How many directions are measured, without a recipe [--method optimum needs none]
-    #[arg(long, short = 'n')]
+    /// How many directions are measured, without a recipe: 1 to 4096 [--method optimum takes none]
+    #[arg(long, short = 'n', allow_negative_numbers = true, value_parser = numbers::samples)]
     samples: Option<usize>,
     /// Materials to learn on, where the method learns and there is no recipe; the model linear
-    /// takes its components from them
-    #[arg(long, default_value = "procedural:100")]
-    train: Source,
-    /// How long to train then
-    #[arg(long, value_enum, default_value_t = Effort::Standard)]
-    effort: Effort,
+    /// takes its components from them [default: procedural:100]
+    #[arg(long)]
+    train: Option<Source>,
+    /// How long to train then [default: standard]
+    #[arg(long, value_enum)]
+    effort: Option<Effort>,
     #[command(flatten)]
     prior: PriorArgs,
     /// Materials to judge on
@@ -75,52 +86,139 @@ pub(crate) struct Evaluate {
     /// Light of the spheres: a panorama (*.hdr or *.exr) [default: the built-in studio]
     #[arg(long, value_name = "FILE")]
     environment: Option<PathBuf>,
-    /// Repetitions of random methods
-    #[arg(long, default_value_t = 5)]
-    seeds: u64,
+    /// Repetitions of random methods [default: 5]
+    #[arg(long, allow_negative_numbers = true, value_parser = numbers::seeds)]
+    seeds: Option<u64>,
     /// Print JSON
     #[arg(long)]
     json: bool,
 }
+
+/// Repetitions of random methods, unless told.
+const SEEDS: u64 = 5;
 
 /// A recipe and the basis that belongs to it.
 type Learned = (RecipeFile, Option<Basis>);
 
 impl Evaluate {
     pub(crate) fn run(&self, seed: u64) -> anyhow::Result<()> {
-        let name = match (self.method, &self.recipe) {
-            (Some(name), Some(_)) if !name.learns() => bail!(
-                "--method {} learns nothing and takes no --recipe: give --model and --samples",
-                name.to_possible_value()
-                    .map_or_else(String::new, |name| name.get_name().into())
-            ),
-            (Some(name), _) => name,
-            (None, Some(_)) => MethodName::Ours,
-            (None, None) => bail!("give --recipe FILE, or --method with --model and --samples"),
+        let name = match self.method {
+            Some(name) => name,
+            None if self.recipe.is_empty() => {
+                bail!("give --recipe FILE, or --method with --model and --samples")
+            }
+            None => MethodName::Ours,
         };
+        self.refuse_what_has_no_effect(name)?;
+        let compact = self.basis.as_deref().map(read_compact).transpose()?;
+        let mut recipes = Vec::new();
+        for path in &self.recipe {
+            recipes.push((Some(path.display().to_string()), read_recipe(path)?));
+        }
         let materials = load(&self.test)?;
-        let verdict = if name.learns() {
-            let (file, basis) = match &self.recipe {
-                Some(path) => read_recipe(path)?,
-                None => self.learn(name, seed)?,
-            };
+        let environment = environment(self.environment.as_deref())?;
+        if recipes.is_empty() && name.learns() {
+            recipes.push((None, self.learn(name, seed)?));
+        }
+        let steps = Steps::new("rendering what fits are compared with", materials.len());
+        let judge = Judge::under(environment, &materials);
+        drop(steps);
+        let judge = |method: &Method<'_>| -> anyhow::Result<Verdict> {
+            let steps = Steps::new("judging", materials.len());
+            let seeds = self.seeds.unwrap_or(SEEDS);
+            Ok(judge.judge_telling(method, seed, seeds, &|| steps.done())?)
+        };
+        let mut all = Vec::new();
+        for (path, (file, basis)) in &recipes {
             let recipe = file.recipe()?;
             let method = match name {
                 MethodName::Meta => Method::meta(&recipe, basis.as_ref())?,
                 _ => Method::ours(&recipe, basis.as_ref())?,
             };
-            let compact = self.basis.as_deref().map(read_compact).transpose()?;
             let method = match &compact {
                 Some(bytes) => method.by_compact(linear::Basis::parse(bytes)?)?,
                 None => method,
             };
-            self.judge(&materials, &method, seed)?
-        } else if self.model()? == ModelKind::Linear {
+            all.push(Judged {
+                recipe: path.clone(),
+                verdict: judge(&method)?,
+                known: known(TrainedOn::of_recipe(&recipe)?.as_ref(), &materials),
+                promise: recipe.statements()?.expectation.map(promised),
+            });
+        }
+        if recipes.is_empty() {
+            let (verdict, trained_on) = self.judge_unlearned(name, seed, &judge)?;
+            all.push(Judged {
+                recipe: None,
+                verdict,
+                known: known(Some(&trained_on), &materials),
+                promise: None,
+            });
+        }
+        let text = match (&all[..], self.json) {
+            ([one], false) => one.to_text(),
+            ([one], true) => serde_json::to_string_pretty(&one.to_json()?)? + "\n",
+            (all, false) => comparison(all),
+            (all, true) => serde_json::to_string_pretty(&comparison_as_json(all)?)? + "\n",
+        };
+        print(&text)
+    }
+
+    /// Refuses, by name, what would be asked for in vain. (What a recipe excludes, clap does.)
+    fn refuse_what_has_no_effect(&self, name: MethodName) -> anyhow::Result<()> {
+        let method = name.name();
+        if !self.recipe.is_empty() && !name.learns() {
+            bail!(
+                "--recipe has no effect: --method {method} learns nothing; give --model and \
+                 --samples"
+            );
+        }
+        if self.recipe.len() > 1 && self.basis.is_some() {
+            bail!("--basis takes a single --recipe");
+        }
+        if self.seeds.is_some() && !name.is_random() {
+            bail!("--seeds has no effect: nothing of --method {method} is random");
+        }
+        let Some(model) = self.model else {
+            return Ok(());
+        };
+        self.prior.refuse_for_others(&[model])?;
+        let is_linear = ModelKind::from(model) == ModelKind::Linear;
+        let refuse = |option: &str, given: bool, why: &str| match given {
+            true => Err(anyhow!("{option} has no effect: --method {method} {why}")),
+            false => Ok(()),
+        };
+        refuse(
+            "--effort",
+            self.effort.is_some() && !name.learns(),
+            "trains nothing",
+        )?;
+        refuse(
+            "--train",
+            self.train.is_some() && !name.learns() && !is_linear,
+            "of this model learns nothing",
+        )?;
+        refuse(
+            "--samples",
+            self.samples.is_some() && name == MethodName::Optimum,
+            "takes samples without limit",
+        )
+    }
+
+    /// Judges a method that comes without a recipe; returns what it took its components from, too.
+    fn judge_unlearned(
+        &self,
+        name: MethodName,
+        seed: u64,
+        judge: &dyn Fn(&Method<'_>) -> anyhow::Result<Verdict>,
+    ) -> anyhow::Result<(Verdict, TrainedOn)> {
+        if self.model()? == ModelKind::Linear {
             let prior = self.prior.or(Prior::PAPER)?;
             let Some(eta) = prior.eta else {
-                bail!("--method {name:?} learns no precisions: give --eta");
+                bail!("--method {} learns no precisions: give --eta", name.name());
             };
-            let columns = Columns::new(&load(&self.train)?);
+            let training = load(&self.train())?;
+            let columns = Columns::new(&training);
             let all: Vec<usize> = (0..columns.count()).collect();
             let basis = Basis::new(&columns, &all, prior.components);
             let method = match name {
@@ -131,33 +229,17 @@ impl Evaluate {
                 MethodName::Optimum => Method::linear_optimum(&basis, eta),
                 _ => Method::linear_random(&basis, eta, self.samples()?),
             };
-            self.judge(&materials, &method, seed)?
-        } else {
-            let method = match name {
-                MethodName::Njr15 => bail!(
-                    "--method njr15 is for --model linear: it looks for samples that make its \
-                     ridge problem well conditioned"
-                ),
-                MethodName::Optimum => Method::optimum(self.model()?, OPTIMUM_STEPS),
-                _ => Method::random(self.model()?, self.samples()?, INNER_STEPS),
-            };
-            self.judge(&materials, &method, seed)?
-        };
-        if self.json {
-            print(&(serde_json::to_string_pretty(&verdict)? + "\n"))
-        } else {
-            print(&table(&verdict))
+            return Ok((judge(&method)?, TrainedOn::of_materials(&training)));
         }
-    }
-
-    fn judge(
-        &self,
-        materials: &[Box<dyn Material>],
-        method: &Method<'_>,
-        seed: u64,
-    ) -> anyhow::Result<Verdict> {
-        let environment = environment(self.environment.as_deref())?;
-        Ok(Judge::under(environment, materials, seed).judge(method, seed, self.seeds)?)
+        let method = match name {
+            MethodName::Njr15 => bail!(
+                "--method njr15 is for --model linear: it looks for samples that make its ridge \
+                 problem well conditioned"
+            ),
+            MethodName::Optimum => Method::optimum(self.model()?, OPTIMUM_STEPS),
+            _ => Method::random(self.model()?, self.samples()?, INNER_STEPS),
+        };
+        Ok((judge(&method)?, TrainedOn::default()))
     }
 
     fn model(&self) -> anyhow::Result<ModelKind> {
@@ -166,11 +248,12 @@ impl Evaluate {
     }
 
     fn samples(&self) -> anyhow::Result<usize> {
-        match self.samples {
-            Some(samples @ 1..=MAX_SAMPLES) => Ok(samples),
-            Some(_) => bail!("--samples must be 1 to {MAX_SAMPLES}"),
-            None => bail!("give --samples, or --recipe FILE"),
-        }
+        self.samples.context("give --samples, or --recipe FILE")
+    }
+
+    fn train(&self) -> Source {
+        let default = || Source("procedural:100".into());
+        self.train.clone().unwrap_or_else(default)
     }
 
     /// Trains what the method needs.
@@ -179,7 +262,7 @@ impl Evaluate {
             model: self.model()?,
             samples: self.samples()?,
             schedule: Schedule::Joint,
-            effort: self.effort,
+            effort: self.effort.unwrap_or(Effort::Standard),
             parts: match name {
                 MethodName::Meta => Parts::WithoutPattern,
                 _ => Parts::All,
@@ -188,14 +271,15 @@ impl Evaluate {
             seed,
             checkpoints: None,
         };
-        let learned = train_with_progress(&options, load(&self.train)?)?;
+        let train = self.train();
+        let learned = train_with_progress(&options, load(&train)?)?;
         let basis = match &learned {
             LearnedRecipe::Ridge(ridge) => {
                 Some(Basis::from_bytes(&ridge.basis).map_err(|what| anyhow!("the basis: {what}"))?)
             }
             LearnedRecipe::Descent(_) => None,
         };
-        Ok((recipe_of(&learned, &options, &self.train)?, basis))
+        Ok((recipe_of(&learned, &options, &train)?, basis))
     }
 }
 
@@ -204,35 +288,15 @@ impl MethodName {
     fn learns(self) -> bool {
         matches!(self, Self::Ours | Self::Meta)
     }
-}
 
-/// The verdict as text: a line for each material, and the mean.
-fn table(verdict: &Verdict) -> String {
-    let width = verdict
-        .materials
-        .iter()
-        .map(|material| material.name.len())
-        .max();
-    let width = width.unwrap_or(0).max(8);
-    let mut text = format!(
-        "{} {} n = {}\n{:width$} {:>8} {:>8} {:>9} {:>7}\n",
-        verdict.method, verdict.model, verdict.samples, "material", "loss", "DSSIM", "L2", "PSNR"
-    );
-    let rows = verdict
-        .materials
-        .iter()
-        .map(|material| (&material.name[..], material.scores));
-    for (name, scores) in rows.chain([("mean", verdict.scores)]) {
-        text += &format!(
-            "{name:width$} {:8.4} {:8.4} {:9.6} {:7.2}\n",
-            scores.loss, scores.dssim, scores.l2, scores.psnr
-        );
+    /// True if it measures at random directions.
+    fn is_random(self) -> bool {
+        matches!(self, Self::Meta | Self::Random)
     }
-    if verdict.seeds > 1 {
-        text += &format!(
-            "mean of {} seeds; the loss has a standard deviation of {:.4} from seed to seed\n",
-            verdict.seeds, verdict.loss_spread
-        );
+
+    /// As on the command line.
+    fn name(self) -> String {
+        let value = self.to_possible_value();
+        value.map_or_else(String::new, |value| value.get_name().to_owned())
     }
-    text
 }

@@ -7,7 +7,8 @@ use clap::Args;
 use glimpse_trainer::export::{RecipeFile, to_json, to_rust};
 
 use super::export_basis::compact_basis;
-use super::write_file;
+use super::output::{refuse_input, write_file_forced};
+use super::train::basis_beside;
 
 /// The formats.
 #[derive(Clone, Copy, Debug, clap::ValueEnum)]
@@ -40,6 +41,9 @@ pub(crate) struct Export {
     /// The file to write
     #[arg(long, short)]
     out: PathBuf,
+    /// Replace another recipe, or the basis of one
+    #[arg(long)]
+    force: bool,
     /// Leave out the names of the materials, which nobody reads on a device (postcard only)
     #[arg(long)]
     strip: bool,
@@ -53,6 +57,8 @@ impl Export {
         if self.components.is_some() && !matches!(self.format, Format::Basis) {
             bail!("--components is for --format basis: a recipe keeps all of its components");
         }
+        refuse_input(&self.out, &self.recipe)?;
+        refuse_input(&self.out, &basis_beside(&self.recipe))?;
         let file = RecipeFile::read(&self.recipe)?;
         let recipe = file.recipe()?;
         let bytes = match self.format {
@@ -62,6 +68,6 @@ impl Export {
             Format::Basis => compact_basis(&self.recipe, self.components)?,
             Format::Json => (serde_json::to_string_pretty(&to_json(&recipe)?)? + "\n").into_bytes(),
         };
-        write_file(&self.out, &bytes)
+        write_file_forced(&self.out, &bytes, self.force)
     }
 }

@@ -10,7 +10,9 @@ use glimpse_core::model::ModelKind;
 use glimpse_trainer::files::write_whole;
 use glimpse_trainer::report::{Best, Cell, Column, Compare, Table};
 
+use super::lock::Lock;
 use super::message::message;
+use super::output::make_out;
 use super::progress::{catch_interrupts, interrupted};
 use super::train::{Found, Job, Train};
 use super::{ModelName, load, print};
@@ -28,6 +30,7 @@ struct Row {
 
 /// Trains every model at every n.
 pub(crate) fn run(train: &Train, seed: u64) -> anyhow::Result<()> {
+    train.prior.refuse_for_others(&train.model)?;
     catch_interrupts()?;
     let models = match &train.model[..] {
         [] => ModelName::value_variants(),
@@ -37,6 +40,8 @@ pub(crate) fn run(train: &Train, seed: u64) -> anyhow::Result<()> {
         [] => (0..10).map(|k| 1 << k).collect(),
         some => some.to_vec(),
     };
+    make_out(&train.out)?;
+    let _lock = Lock::within(&train.out)?;
     let materials = load(&train.data)?.len();
     let csv = train.out.join("grid.csv");
     let mut rows = Vec::new();
@@ -98,14 +103,22 @@ pub(crate) fn run(train: &Train, seed: u64) -> anyhow::Result<()> {
 /// Trains a recipe if it is not there; returns the loss that it promises, and true if it was
 /// trained.
 fn finish(job: &Job<'_>, train: &Train, materials: usize) -> anyhow::Result<(f32, bool)> {
+    let _locks = job.lock()?;
     match job.find(materials) {
         Found::Done(expected_loss) => {
             job.clean_up();
             eprintln!("{} is trained already", job.out.display());
             Ok((expected_loss, false))
         }
-        Found::Other(what) => bail!("{what}: remove it, or give another --out"),
-        Found::Nothing => Ok((job.train(train.data.load()?, true)?, true)),
+        Found::Other(what) if !train.force => {
+            bail!("{what}: remove it, give --force to replace it, or give another --out")
+        }
+        found => {
+            job.refuse_to_lose(&found, true, train.force)?;
+            let file = job.train(train.data.load()?, true)?;
+            let expected_loss = file.recipe()?.expected_loss();
+            Ok((expected_loss.context("the recipe promises nothing")?, true))
+        }
     }
 }
 

@@ -7,11 +7,12 @@ use glimpse_core::geometry::HalfDifference;
 use glimpse_core::gonio::Limits;
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::{
-    Descent, Expectation, Floats, Learner, Materials, Noise, Recipe, RecipeError, Ridge,
+    Descent, Floats, Learner, Materials, Noise, Recipe, RecipeError, Ridge,
 };
 use glimpse_trainer::export::{RecipeFile, eta};
 
 use super::print;
+use super::promise::promise;
 
 /// Show what is in a recipe: model, what it promises and for which machine, where it came from, and
 /// where it measures.
@@ -95,7 +96,7 @@ fn describe_statements(recipe: &Recipe<'_>) -> Result<String, RecipeError> {
     let mut lines = vec![
         (
             "expected loss",
-            statements.expectation.map_or_else(unstated, expectation),
+            statements.expectation.map_or_else(unstated, promise),
         ),
         ("limits", statements.limits.map_or_else(unstated, limits)),
         ("noise", statements.noise.map_or_else(unstated, noise)),
@@ -128,18 +129,6 @@ fn describe_statements(recipe: &Recipe<'_>) -> Result<String, RecipeError> {
     Ok(stated
         .map(|(name, text)| format!("{name:15}{text}\n"))
         .collect())
-}
-
-fn expectation(expectation: Expectation<'_>) -> String {
-    let mut text = format!("{:.4}", expectation.loss);
-    if let Some(standard_error) = expectation.standard_error {
-        text += &format!(" (standard error {standard_error:.4})");
-    }
-    text += " on an unseen material";
-    if expectation.materials > 0 {
-        text += &format!(", found on {}: {}", expectation.materials, expectation.on);
-    }
-    text
 }
 
 fn limits(limits: Limits) -> String {

@@ -2,18 +2,25 @@
 
 mod angles_csv;
 pub(crate) mod bench;
+pub(crate) mod completion;
 pub(crate) mod evaluate;
 pub(crate) mod export;
 mod export_basis;
 pub(crate) mod grid;
 pub(crate) mod inspect;
+mod known;
+mod lock;
 pub(crate) mod message;
+pub(crate) mod numbers;
+mod output;
 pub(crate) mod progress;
+mod promise;
 pub(crate) mod query;
 pub(crate) mod quickstart;
 pub(crate) mod render;
 pub(crate) mod reproduce;
 pub(crate) mod train;
+mod verdicts;
 pub(crate) mod virtual_scanner;
 
 use std::io::{self, Write};
@@ -23,11 +30,11 @@ use anyhow::{Context, bail};
 use clap::Args;
 use glimpse_core::model::ModelKind;
 use glimpse_trainer::export::RecipeFile;
-use glimpse_trainer::files::write_whole;
 use glimpse_trainer::linear::{Basis, Prior};
 
 use glimpse_trainer::material::{Material, Source};
 use glimpse_trainer::render::Environment;
+pub(crate) use output::write_file;
 
 /// The models, as named on the command line.
 #[derive(Clone, Copy, Debug, clap::ValueEnum)]
@@ -47,15 +54,34 @@ pub(crate) enum ModelName {
 pub(crate) struct PriorArgs {
     /// Model linear: principal components that a material is made of [default: 60; 5 for
     /// --schedule paper and for methods that learn no precisions]
-    #[arg(long)]
+    #[arg(long, allow_negative_numbers = true)]
     bases: Option<usize>,
     /// Model linear: the precision of every coefficient [default: learned for each; 40 where
     /// --bases has the default 5]
-    #[arg(long)]
+    #[arg(long, allow_negative_numbers = true)]
     eta: Option<f64>,
 }
 
 impl PriorArgs {
+    /// Refuses what is for the model linear only, by name.
+    pub(crate) fn refuse_for_others(self, models: &[ModelName]) -> anyhow::Result<()> {
+        if models.is_empty()
+            || models
+                .iter()
+                .any(|model| matches!(model, ModelName::Linear))
+        {
+            return Ok(());
+        }
+        let given = [
+            ("--bases", self.bases.is_some()),
+            ("--eta", self.eta.is_some()),
+        ];
+        match given.iter().find(|(_, given)| *given) {
+            Some((name, _)) => bail!("{name} has no effect: it is for --model linear"),
+            None => Ok(()),
+        }
+    }
+
     /// What was asked for, and `default` where nothing was.
     pub(crate) fn or(self, default: Prior) -> anyhow::Result<Prior> {
         if self.bases.is_some_and(|bases| !(1..=1024).contains(&bases)) {
@@ -93,8 +119,16 @@ impl From<ModelName> for ModelKind {
     }
 }
 
-/// Loads materials and says so.
+/// Loads materials and says so, and what of a directory is left out.
 pub(crate) fn load(source: &Source) -> anyhow::Result<Vec<Box<dyn Material>>> {
+    // First: there may be nothing else in it.
+    if let Some(left_out) = source
+        .left_out()
+        .ok()
+        .filter(|left_out| !left_out.is_empty())
+    {
+        eprintln!("left out of {source}: {left_out}");
+    }
     let materials = source.load()?;
     match &materials[..] {
         [one] => eprintln!("1 material from {source}: {}", one.name()),
@@ -109,13 +143,6 @@ pub(crate) fn environment(panorama: Option<&Path>) -> anyhow::Result<Environment
         Some(path) => Environment::read(path)?,
         None => Environment::studio(),
     })
-}
-
-/// Writes a file whole or not at all.
-pub(crate) fn write_file(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
-    write_whole(path, bytes).with_context(|| format!("cannot write {}", path.display()))?;
-    eprintln!("wrote {}", path.display());
-    Ok(())
 }
 
 /// Prints to stdout; a reader that has gone away, as `head` does, is no error.

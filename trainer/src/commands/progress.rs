@@ -1,7 +1,9 @@
 //! Training with a progress bar, and with Ctrl-C that loses nothing.
 
 use std::ops::ControlFlow;
+use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
 
 use glimpse_trainer::material::Material;
 use glimpse_trainer::meta::run::{Learned, Options, TrainError, train};
@@ -69,5 +71,56 @@ pub(crate) fn train_with_progress(
             checkpoints.directory.display()
         )),
         (outcome, _) => Ok(outcome?),
+    }
+}
+
+/// Many steps of one kind, from any thread: a bar on a terminal, and elsewhere a line every ten
+/// seconds, so that nothing is silent for long.
+pub(crate) struct Steps {
+    bar: ProgressBar,
+    what: String,
+    /// How many are done, and when that was last told.
+    told: Mutex<(usize, Instant)>,
+}
+
+/// How long nothing is said without a terminal.
+const SILENCE: Duration = Duration::from_secs(10);
+
+impl Steps {
+    pub(crate) fn new(what: &str, total: usize) -> Self {
+        let bar = ProgressBar::new(total as u64);
+        if let Ok(style) = ProgressStyle::with_template(
+            "{msg} {wide_bar:.cyan/dim} {pos}/{len} after {elapsed}, {eta} left",
+        ) {
+            bar.set_style(style);
+        }
+        bar.set_message(what.to_owned());
+        // Also while the first step lasts.
+        bar.enable_steady_tick(Duration::from_millis(200));
+        Self {
+            bar,
+            what: what.to_owned(),
+            told: Mutex::new((0, Instant::now())),
+        }
+    }
+
+    /// One more is done.
+    pub(crate) fn done(&self) {
+        self.bar.inc(1);
+        let Ok(mut told) = self.told.lock() else {
+            return;
+        };
+        told.0 += 1;
+        if self.bar.is_hidden() && told.1.elapsed() > SILENCE {
+            told.1 = Instant::now();
+            let total = self.bar.length().unwrap_or_default();
+            eprintln!("{}: {} of {total}", self.what, told.0);
+        }
+    }
+}
+
+impl Drop for Steps {
+    fn drop(&mut self) {
+        self.bar.finish_and_clear();
     }
 }

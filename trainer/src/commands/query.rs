@@ -4,11 +4,11 @@ use std::path::PathBuf;
 
 use anyhow::Context;
 use clap::Args;
-use glimpse_core::geometry::Angles;
 use glimpse_trainer::material::{Material, Source};
 use rayon::prelude::*;
 
-use super::angles_csv::read_angles;
+use super::angles_csv::{AngleTable, read_angles};
+use super::output::{refuse_input, refuse_source};
 use super::{load, print, write_file};
 
 /// Look up the BRDF of materials at given angles.
@@ -19,10 +19,10 @@ use super::{load, print, write_file};
 /// degrees: thetas of directions 0 to 180, theta_h and theta_d 0 to 90. Other columns are passed
 /// over.
 ///
-/// The answer is CSV too, a row for each row: r, g, b, the BRDF in linear RGB and sr^-1, not times
-/// the cosine, with digits enough to get the same 32-bit floats back. Where a direction is not
-/// above the horizon they are 0. Of several materials, all rows of one come after all rows of the
-/// other, and a first column names the material.
+/// The answer is CSV too, a row for each row: the angles as they were given, and r, g, b, the BRDF in
+/// linear RGB and sr^-1, not times the cosine, with digits enough to get the same 32-bit floats
+/// back. Where a direction is not above the horizon they are 0. Of several materials, all rows of
+/// one come after all rows of the other, and a first column names the material.
 ///
 /// Example: printf 'theta_i,phi_i,theta_o,phi_o\n30,0,30,180\n' > mirror.csv
 ///          trainer query acrylic_felt_green_rgb.bsdf --angles mirror.csv
@@ -43,9 +43,13 @@ pub(crate) struct Query {
 
 impl Query {
     pub(crate) fn run(&self) -> anyhow::Result<()> {
-        let angles = read_angles(&self.angles)?;
+        if let Some(out) = &self.out {
+            refuse_input(out, &self.angles)?;
+            refuse_source(out, &self.source)?;
+        }
+        let table = read_angles(&self.angles)?;
         let materials = load(&self.source)?;
-        let csv = to_csv(&materials, &angles).context("cannot write the table")?;
+        let csv = to_csv(&materials, &table).context("cannot write the table")?;
         match &self.out {
             Some(path) => write_file(path, csv.as_bytes()),
             None => print(&csv),
@@ -54,22 +58,24 @@ impl Query {
 }
 
 /// The BRDF of each material at all angles; 0 where there are none.
-fn to_csv(
-    materials: &[Box<dyn Material>],
-    angles: &[Option<Angles<f32>>],
-) -> anyhow::Result<String> {
+fn to_csv(materials: &[Box<dyn Material>], table: &AngleTable) -> anyhow::Result<String> {
     let named = materials.len() > 1;
     let mut csv = csv::Writer::from_writer(Vec::new());
-    let header = ["material", "r", "g", "b"];
-    csv.write_record(&header[usize::from(!named)..])?;
+    let name = |name: &str| named.then(|| name.to_owned()).into_iter();
+    let owned = |text: &str| text.to_owned();
+    let colours = ["r", "g", "b"].map(owned).into_iter();
+    let header = name("material").chain(table.columns.iter().copied().map(owned));
+    csv.write_record(header.chain(colours))?;
     for material in materials {
-        let brdf: Vec<[f32; 3]> = angles
+        let brdf: Vec<[f32; 3]> = table
+            .rows
             .par_iter()
-            .map(|angles| angles.map_or([0.0; 3], |angles| material.brdf(angles)))
+            .map(|row| row.angles.map_or([0.0; 3], |angles| material.brdf(angles)))
             .collect();
-        for rgb in brdf {
-            let name = named.then(|| material.name().to_owned());
-            csv.write_record(name.into_iter().chain(rgb.map(|value| value.to_string())))?;
+        for (row, rgb) in table.rows.iter().zip(brdf) {
+            let values = rgb.map(|value| value.to_string());
+            let cells = row.cells.iter().cloned().chain(values);
+            csv.write_record(name(material.name()).chain(cells))?;
         }
     }
     let bytes = csv.into_inner().map_err(|error| error.into_error())?;

@@ -3,11 +3,13 @@
 use std::path::PathBuf;
 use std::time::Instant;
 
+use anyhow::bail;
 use clap::Args;
 use glimpse_core::model::ModelKind;
 use glimpse_kernels::lanes::InstructionSet;
 use glimpse_trainer::evaluation::{Judge, Method, Verdict};
 use glimpse_trainer::export::{RecipeFile, recipe_of};
+use glimpse_trainer::files::try_write;
 use glimpse_trainer::linear::Prior;
 use glimpse_trainer::material::{Material, Procedural, Source};
 use glimpse_trainer::meta::plan::{Effort, Schedule};
@@ -16,9 +18,14 @@ use glimpse_trainer::report::{
     Best, Cell, Column, Compare, Gallery, GalleryRow, Page, Table, Tile, pattern_svg,
 };
 
+use super::lock::Lock;
+use super::output::{make_out, write_file_forced};
 use super::progress::train_with_progress;
-use super::{load, print, write_file};
+use super::train::{Found, found_at};
+use super::{load, print};
 
+/// Materials to train on.
+const TRAINING: usize = 100;
 /// Materials that are scanned: of another seed than those of training.
 const UNSEEN: usize = 8;
 /// n.
@@ -37,16 +44,27 @@ pub(crate) struct Quickstart {
     /// Where to leave the recipe, the pictures and index.html
     #[arg(long, default_value = "quickstart")]
     out: PathBuf,
+    /// Replace a recipe DIR/neural-n8.recipe that is not of this seed's quickstart
+    #[arg(long)]
+    force: bool,
 }
 
 impl Quickstart {
     pub(crate) fn run(&self, seed: u64) -> anyhow::Result<()> {
         let begin = Instant::now();
         // Better now than after a minute.
-        std::fs::create_dir_all(&self.out)
-            .and_then(|()| tempfile::NamedTempFile::new_in(&self.out).map(drop))
-            .map_err(|error| anyhow::anyhow!("cannot write to {}: {error}", self.out.display()))?;
-        let source = Source(format!("procedural:100:{seed}"));
+        make_out(&self.out)?;
+        let recipe = self.out.join("neural-n8.recipe");
+        for path in [&recipe, &self.out.join("index.html")] {
+            try_write(path, 1 << 16)
+                .map_err(|error| anyhow::anyhow!("cannot write {}: {error}", path.display()))?;
+        }
+        let _lock = Lock::within(&self.out)?;
+        let source = Source(format!("procedural:{TRAINING}:{seed}"));
+        let found = found_at(&recipe, &options(seed, Parts::All), &source, TRAINING);
+        if let (Found::Other(what), false) = (found, self.force) {
+            bail!("{what}: give --force to replace it, or another --out");
+        }
         eprintln!(
             "computing with {}",
             InstructionSet::of_this_machine().name()
@@ -55,7 +73,7 @@ impl Quickstart {
         let meta = learn(&source, seed, Parts::WithoutPattern)?;
         eprintln!("training Ours");
         let ours = learn(&source, seed, Parts::All)?;
-        write_file(&self.out.join("neural-n8.recipe"), ours.bytes())?;
+        write_file_forced(&recipe, ours.bytes(), true)?;
 
         let unseen: Vec<Box<dyn Material>> = Procedural::set(UNSEEN, seed.wrapping_add(1))
             .into_iter()
@@ -68,7 +86,7 @@ impl Quickstart {
             Method::meta(&meta, None)?,
             Method::ours(&ours, None)?,
         ];
-        let judge = Judge::new(&unseen, seed);
+        let judge = Judge::new(&unseen);
         let verdicts = methods
             .iter()
             .map(|method| judge.judge(method, seed, SEEDS))
@@ -105,8 +123,8 @@ impl Quickstart {
     }
 }
 
-fn learn(source: &Source, seed: u64, parts: Parts) -> anyhow::Result<RecipeFile> {
-    let options = Options {
+fn options(seed: u64, parts: Parts) -> Options {
+    Options {
         model: ModelKind::Neural,
         samples: SAMPLES,
         schedule: Schedule::Joint,
@@ -115,7 +133,11 @@ fn learn(source: &Source, seed: u64, parts: Parts) -> anyhow::Result<RecipeFile>
         prior: Prior::LEARNED,
         seed,
         checkpoints: None,
-    };
+    }
+}
+
+fn learn(source: &Source, seed: u64, parts: Parts) -> anyhow::Result<RecipeFile> {
+    let options = options(seed, parts);
     let learned = train_with_progress(&options, load(source)?)?;
     Ok(recipe_of(&learned, &options, source)?)
 }

@@ -4,14 +4,18 @@ use std::path::PathBuf;
 
 use anyhow::{anyhow, bail};
 use clap::Args;
-use glimpse_core::recipe::MAX_SAMPLES;
+use glimpse_trainer::evaluation::TrainedOn;
+use glimpse_trainer::export::RecipeFile;
 use glimpse_trainer::files::try_write;
 use glimpse_trainer::material::Source;
 use glimpse_trainer::meta::plan::Effort;
 use glimpse_trainer::report::Table;
 
+use super::known::{known, lines};
+use super::lock::Lock;
+use super::output::make_out;
 use super::progress::{catch_interrupts, interrupted, train_with_progress};
-use super::{environment, load, print};
+use super::{environment, load, numbers, print};
 use crate::experiment::{Experiment, Findings, Laboratory, Settings, TestSet, write_index};
 
 /// Make the paper's tables and figures again, on your materials.
@@ -46,38 +50,54 @@ pub(crate) struct Reproduce {
     #[arg(long, value_enum, default_value_t = Effort::Quick)]
     effort: Effort,
     /// Repetitions of random methods
-    #[arg(long, default_value_t = 5)]
+    #[arg(long, default_value_t = 5, allow_negative_numbers = true, value_parser = numbers::seeds)]
     seeds: u64,
     /// Light of the spheres: a panorama (*.hdr or *.exr) [default: the built-in studio]
     #[arg(long, value_name = "FILE")]
     environment: Option<PathBuf>,
-    /// The most samples, where n grows [default: 64 for --effort quick, else 512]
-    #[arg(long)]
+    /// The most samples, where n grows, 1 to 4096 [default: 64 for --effort quick, else 512]
+    #[arg(long, allow_negative_numbers = true, value_parser = numbers::samples)]
     most_samples: Option<usize>,
     /// Print only this table, as Markdown; tables are called as their files in OUT/EXPERIMENT are
     #[arg(long, value_name = "NAME")]
     table: Option<String>,
 }
 
+/// The largest n of the paper's curves.
+const MOST_SAMPLES: usize = 512;
+
 impl Reproduce {
+    /// Refuses, by name, what the experiment makes no use of.
+    fn refuse_what_has_no_effect(&self) -> anyhow::Result<()> {
+        let name = self.experiment.name();
+        if !self.additional.is_empty() && !self.experiment.judges_additional() {
+            bail!("--additional has no effect: {name} judges on --test only");
+        }
+        if self.most_samples.is_some() && !self.experiment.grows() {
+            bail!("--most-samples has no effect: in {name} n does not grow");
+        }
+        Ok(())
+    }
+
     pub(crate) fn run(&self, seed: u64) -> anyhow::Result<()> {
         catch_interrupts()?;
         let most_samples = match (self.most_samples, self.effort) {
-            (Some(most), _) if !(1..=MAX_SAMPLES).contains(&most) => {
-                bail!("--most-samples must be 1 to {MAX_SAMPLES}")
-            }
             (Some(most), _) => most,
             (None, Effort::Quick) => 64,
-            (None, _) => MAX_SAMPLES,
+            (None, _) => MOST_SAMPLES,
         };
+        self.refuse_what_has_no_effect()?;
+        make_out(&self.out)?;
+        let _lock = Lock::within(&self.out)?;
         let index = self.out.join("index.html");
         try_write(&index, 1 << 16)
             .map_err(|error| anyhow::anyhow!("cannot write {}: {error}", index.display()))?;
         let environment = environment(self.environment.as_deref())?;
         let training = load(&self.data)?;
         let test = load(&self.test)?;
+        let trained_on = TrainedOn::of_materials(&training);
         for material in &test {
-            if training.iter().any(|each| each.name() == material.name()) {
+            if trained_on.knows(&**material).is_some() {
                 bail!(
                     "{} is in --data and in --test: what is judged must not be trained on",
                     material.name()
@@ -86,6 +106,13 @@ impl Reproduce {
         }
         let additional = self.additional.iter().map(load);
         let additional = additional.collect::<anyhow::Result<Vec<_>>>()?;
+        for materials in &additional {
+            let names: Vec<&str> = materials.iter().map(|material| material.name()).collect();
+            let known = known(Some(&trained_on), materials);
+            for line in lines(known.as_deref(), &names) {
+                eprintln!("{line}");
+            }
+        }
         let sources = format!(
             "trained on {} ({} materials), judged on {} ({})",
             self.data.label(),
@@ -93,7 +120,7 @@ impl Reproduce {
             self.test.label(),
             test.len()
         );
-        let test = TestSet::new("test".into(), &test, &environment, seed);
+        let test = TestSet::new("test".into(), &test, &environment);
         let additional: Vec<TestSet<'_>> = self
             .additional
             .iter()
@@ -101,7 +128,7 @@ impl Reproduce {
             .zip(1..)
             .map(|((source, materials), number)| {
                 let name = format!("{number}-{}", source.label().replace([':', '/'], "-"));
-                TestSet::new(name, materials, &environment, seed)
+                TestSet::new(name, materials, &environment)
             })
             .collect();
         let settings = Settings {
@@ -109,7 +136,7 @@ impl Reproduce {
             data: self.data.clone(),
             effort: self.effort,
             seed,
-            seeds: self.seeds.max(1),
+            seeds: self.seeds,
             light: match &self.environment {
                 Some(path) => path.display().to_string(),
                 None => "the built-in studio".into(),

@@ -5,9 +5,8 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, bail};
 use clap::Args;
-use glimpse_core::recipe::Recipe;
 use glimpse_trainer::export::{RecipeFile, options_of, provenance, recipe_of, schedule_of};
-use glimpse_trainer::files::try_write;
+use glimpse_trainer::files::{is_stream, try_write};
 use glimpse_trainer::linear::{Basis, Prior};
 use glimpse_trainer::material::{Material, Source};
 use glimpse_trainer::meta::checkpoint::Checkpoint;
@@ -15,8 +14,11 @@ use glimpse_trainer::meta::outer::Checkpoints;
 use glimpse_trainer::meta::plan::{Effort, Schedule};
 use glimpse_trainer::meta::run::{Learned, Options, Parts};
 
+use super::lock::Lock;
+use super::output::write_file_forced;
 use super::progress::train_with_progress;
-use super::{ModelName, PriorArgs, load, write_file};
+use super::promise::promise;
+use super::{ModelName, PriorArgs, load, numbers};
 
 /// Train a recipe on materials, or many with --grid.
 ///
@@ -25,6 +27,9 @@ use super::{ModelName, PriorArgs, load, write_file};
 ///
 /// The run is saved every ten seconds and upon Ctrl-C; repeat the command with --resume to go on. A
 /// resumed run, however it ended, comes to the same bytes as an undisturbed one.
+///
+/// A recipe that is there, of other options, stays unless --force is given; and while a run lasts no
+/// other one writes the same recipe.
 ///
 /// With --grid every one of several models is trained at every one of several n, into
 /// OUT/MODEL-nN.recipe. Recipes that are there already are not trained again, so that the same
@@ -44,11 +49,14 @@ pub(crate) struct Train {
         required_unless_present = "grid"
     )]
     pub(super) model: Vec<ModelName>,
-    /// How many directions the scanner will measure; in a grid several [default there: 1,2,4,...,512]
+    /// How many directions the scanner will measure, 1 to 4096; in a grid several [default there:
+    /// 1,2,4,...,512]
     #[arg(
         long,
         short = 'n',
         value_delimiter = ',',
+        allow_negative_numbers = true,
+        value_parser = numbers::samples,
         required_unless_present = "grid"
     )]
     pub(super) samples: Vec<usize>,
@@ -73,8 +81,11 @@ pub(crate) struct Train {
     #[arg(long, value_name = "SECONDS", default_value = "10", value_parser = seconds)]
     checkpoint_every: Duration,
     /// Go on from the checkpoint, if there is one (a grid always does)
-    #[arg(long)]
+    #[arg(long, conflicts_with = "grid")]
     resume: bool,
+    /// Replace a recipe of other options, or throw away a run that was not finished
+    #[arg(long)]
+    pub(super) force: bool,
     /// Train many recipes, one for each of the models at each n
     #[arg(long)]
     pub(crate) grid: bool,
@@ -87,15 +98,20 @@ fn seconds(text: &str) -> Result<Duration, String> {
 
 impl Train {
     pub(crate) fn run(&self, seed: u64) -> anyhow::Result<()> {
+        self.prior.refuse_for_others(&self.model)?;
         let (&[model], &[samples]) = (&self.model[..], &self.samples[..]) else {
             bail!("several models, or several numbers of samples, take --grid");
         };
         let job = self.job(model, samples, self.out.clone(), seed)?;
+        job.refuse_streams(self.checkpoint.is_some())?;
         // Better now than after an hour.
         job.try_write()?;
+        let _locks = job.lock()?;
         let materials = load(&self.data)?;
+        let found = job.find(materials.len());
+        job.refuse_to_lose(&found, self.resume, self.force)?;
         if self.resume && !Checkpoint::is_in(&job.checkpoint) {
-            if matches!(job.find(materials.len()), Found::Done(_)) {
+            if matches!(found, Found::Done(_)) {
                 job.clean_up();
                 eprintln!("nothing is left to do: {} is trained", self.out.display());
                 return Ok(());
@@ -106,10 +122,12 @@ impl Train {
             );
         }
         let begin = Instant::now();
-        let expected_loss = job.train(materials, self.resume)?;
+        let file = job.train(materials, self.resume)?;
+        let expectation = file.recipe()?.statements()?.expectation;
         eprintln!(
-            "trained in {:.0} s; expect a loss of {expected_loss:.4} on an unseen material",
+            "trained in {:.0} s; expected loss {}",
             begin.elapsed().as_secs_f64(),
+            expectation.map_or_else(|| "not stated".into(), promise),
         );
         Ok(())
     }
@@ -168,6 +186,69 @@ pub(super) enum Found {
 }
 
 impl Job<'_> {
+    /// Refuses a recipe that goes to a pipe or a device where a file has to lie beside it.
+    fn refuse_streams(&self, has_checkpoint: bool) -> anyhow::Result<()> {
+        if !is_stream(&self.out) {
+            return Ok(());
+        }
+        if self.options.model == ModelKind::Linear {
+            bail!(
+                "{} is no regular file, and the model linear writes a basis beside its recipe: \
+                 give a file as --out",
+                self.out.display()
+            );
+        }
+        if !has_checkpoint {
+            bail!(
+                "{} is no regular file, beside which a checkpoint could lie: say by --checkpoint \
+                 where the run is kept",
+                self.out.display()
+            );
+        }
+        Ok(())
+    }
+
+    /// Keeps other runs from writing the same files.
+    pub(super) fn lock(&self) -> anyhow::Result<Vec<Lock>> {
+        let mut locks = Vec::new();
+        if !is_stream(&self.out) {
+            locks.push(Lock::beside(&self.out)?);
+        }
+        locks.push(Lock::beside(&self.checkpoint)?);
+        Ok(locks)
+    }
+
+    /// Refuses to lose, without being told to, what somebody may have waited for.
+    pub(super) fn refuse_to_lose(
+        &self,
+        found: &Found,
+        resume: bool,
+        force: bool,
+    ) -> anyhow::Result<()> {
+        let unfinished = Checkpoint::is_in(&self.checkpoint);
+        let basis = basis_beside(&self.out);
+        let is_linear = self.options.model == ModelKind::Linear;
+        match found {
+            _ if force => Ok(()),
+            Found::Other(what) => {
+                bail!("{what}: give --force to replace it, or another --out")
+            }
+            _ if unfinished && !resume => bail!(
+                "{} holds a run that was not finished: give --resume to go on with it, or --force \
+                 to throw it away",
+                self.checkpoint.display()
+            ),
+            // A run that was killed has left the basis and not the recipe, and is being resumed.
+            Found::Nothing if is_linear && basis.exists() && !unfinished => bail!(
+                "{} is there without its recipe {}, and may belong to another one: give --force to \
+                 replace it, or another --out",
+                basis.display(),
+                self.out.display()
+            ),
+            _ => Ok(()),
+        }
+    }
+
     /// Makes sure that the recipe can be written.
     fn try_write(&self) -> anyhow::Result<()> {
         // The largest recipe but for Linear's: a network's with 512 samples takes 12 KB, the names
@@ -176,54 +257,17 @@ impl Job<'_> {
             .with_context(|| format!("cannot write {}", self.out.display()))
     }
 
-    /// Looks at what is there, judged by its provenance.
+    /// Looks at what is there.
     pub(super) fn find(&self, materials: usize) -> Found {
-        if !self.out.exists() {
-            return Found::Nothing;
-        }
-        let file = match RecipeFile::read(&self.out) {
-            Ok(file) => file,
-            Err(error) => return Found::Other(error.to_string()),
-        };
-        let parsed = file.recipe();
-        let parsed = parsed.and_then(|recipe| Ok((recipe, recipe.statements()?)));
-        let (recipe, statements) = match parsed {
-            Ok(parsed) => parsed,
-            Err(error) => return Found::Other(error.to_string()),
-        };
-        let schedule = schedule_of(&self.options);
-        let provenance = provenance(&self.options, self.data, materials, &schedule);
-        let wanted = options_of(self.options.model.name(), self.options.samples, &provenance);
-        let (Some(provenance), Some(expectation)) = (statements.provenance, statements.expectation)
-        else {
-            return Found::Other(format!(
-                "{} does not say how it was trained",
-                self.out.display()
-            ));
-        };
-        let found = options_of(recipe.model().name(), recipe.samples(), &provenance);
-        match found == wanted && self.has_basis(&recipe) {
-            true => Found::Done(expectation.loss),
-            false if found == wanted => {
-                Found::Other(format!("{} lacks its basis", self.out.display()))
-            }
-            false => Found::Other(format!(
-                "{} was trained otherwise ({found}, not {wanted})",
-                self.out.display()
-            )),
-        }
+        found_at(&self.out, &self.options, self.data, materials)
     }
 
-    fn has_basis(&self, recipe: &Recipe<'_>) -> bool {
-        recipe.ridge().is_none() || Basis::beside(&self.out).exists()
-    }
-
-    /// Trains and writes it; returns the loss that it promises.
+    /// Trains and writes it; what is there is replaced.
     pub(super) fn train(
         &self,
         materials: Vec<Box<dyn Material>>,
         resume: bool,
-    ) -> anyhow::Result<f32> {
+    ) -> anyhow::Result<RecipeFile> {
         self.try_write()?;
         let options = Options {
             checkpoints: Some(Checkpoints {
@@ -237,16 +281,51 @@ impl Job<'_> {
         let file = recipe_of(&learned, &options, self.data)?;
         if let Learned::Ridge(learned) = &learned {
             // First: a recipe without its basis would be of no use.
-            write_file(&Basis::beside(&self.out), &learned.basis)?;
+            write_file_forced(&Basis::beside(&self.out), &learned.basis, true)?;
         }
-        write_file(&self.out, file.bytes())?;
+        write_file_forced(&self.out, file.bytes(), true)?;
         self.clean_up();
-        Ok(learned.promise().expected.loss)
+        Ok(file)
     }
 
     /// Removes the checkpoint.
     pub(super) fn clean_up(&self) {
         Checkpoint::remove(&self.checkpoint);
+    }
+}
+
+/// Looks at what is at a path before a recipe is trained, judged by its provenance.
+pub(super) fn found_at(out: &Path, options: &Options, data: &Source, materials: usize) -> Found {
+    // A pipe or a device holds no recipe, and may have no end.
+    if !out.exists() || is_stream(out) {
+        return Found::Nothing;
+    }
+    let file = match RecipeFile::read(out) {
+        Ok(file) => file,
+        Err(error) => return Found::Other(error.to_string()),
+    };
+    let parsed = file.recipe();
+    let parsed = parsed.and_then(|recipe| Ok((recipe, recipe.statements()?)));
+    let (recipe, statements) = match parsed {
+        Ok(parsed) => parsed,
+        Err(error) => return Found::Other(error.to_string()),
+    };
+    let schedule = schedule_of(options);
+    let provenance = provenance(options, data, materials, &schedule);
+    let wanted = options_of(options.model.name(), options.samples, &provenance);
+    let (Some(provenance), Some(expectation)) = (statements.provenance, statements.expectation)
+    else {
+        return Found::Other(format!("{} does not say how it was trained", out.display()));
+    };
+    let found = options_of(recipe.model().name(), recipe.samples(), &provenance);
+    let has_basis = recipe.ridge().is_none() || Basis::beside(out).exists();
+    match found == wanted {
+        true if has_basis => Found::Done(expectation.loss),
+        true => Found::Other(format!("{} lacks its basis", out.display())),
+        false => Found::Other(format!(
+            "{} was trained otherwise ({found}, not {wanted})",
+            out.display()
+        )),
     }
 }
 

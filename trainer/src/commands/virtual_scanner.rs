@@ -10,6 +10,9 @@ use glimpse_trainer::material::{Material, Source};
 use glimpse_trainer::scanner::{self, Options, ScanReport, ScannerError};
 use serde_json::{Value, json};
 
+use super::known::tell;
+use super::output::{refuse_input, refuse_source};
+use super::train::basis_beside;
 use super::{load, print, read_recipe, write_file};
 
 /// Play motors and sensor from a material, for the firmware at the other end of the line.
@@ -46,6 +49,13 @@ impl VirtualScanner {
             self.noise.is_finite() && self.noise >= 0.0,
             "--noise takes a number that is not negative"
         );
+        if let Some(out) = &self.out {
+            refuse_source(out, &self.material)?;
+            if let Some(recipe) = &self.recipe {
+                refuse_input(out, recipe)?;
+                refuse_input(out, &basis_beside(recipe))?;
+            }
+        }
         let materials = load(&self.material)?;
         let [material] = &materials[..] else {
             bail!("--material takes one material, not {}", materials.len());
@@ -59,6 +69,7 @@ impl VirtualScanner {
         let mut basis = None;
         if let Some(path) = &self.recipe {
             let (file, found) = read_recipe(path)?;
+            tell(&file.recipe()?, &materials);
             let checksum = file.recipe()?.checksum();
             basis = found.map(|basis| (checksum, basis));
             scanner = scanner.offering(file.bytes().to_vec());
@@ -70,7 +81,7 @@ impl VirtualScanner {
             let (stream, device) = listener.accept()?;
             stream.set_nodelay(true)?;
             eprintln!("a device is there: {device}");
-            if self.serve(stream, &mut scanner, material, basis.as_ref(), seed)? {
+            if self.serve(stream, &mut scanner, material, basis.as_ref())? {
                 return Ok(());
             }
         }
@@ -83,14 +94,13 @@ impl VirtualScanner {
         scanner: &mut scanner::VirtualScanner<'_>,
         material: &dyn Material,
         basis: Option<&(u32, Basis)>,
-        seed: u64,
     ) -> anyhow::Result<bool> {
         loop {
             match scanner.serve(&mut stream) {
                 Ok(report) => {
                     // Another recipe's basis says nothing of these coefficients.
                     let basis = basis.filter(|(recipe, _)| *recipe == report.recipe);
-                    let loss = report.loss(basis.map(|(_, basis)| basis), material, seed);
+                    let loss = report.loss(basis.map(|(_, basis)| basis), material);
                     self.show(&report, material, loss)?;
                     if self.once {
                         return Ok(true);

@@ -1,10 +1,16 @@
 //! Judging methods on materials: fit each from a few of its samples, compare with all of it.
 
 mod adam;
+mod directions;
+mod leakage;
 mod method;
+mod uncertainty;
 
 pub use adam::OPTIMUM_STEPS;
+pub use directions::{DIRECTIONS, directions};
+pub use leakage::{Known, TrainedOn};
 pub use method::{Fitted, Method, measure};
+pub use uncertainty::Estimate;
 
 use glimpse_core::geometry::HalfDifference;
 use rayon::prelude::*;
@@ -12,10 +18,7 @@ use rayon::prelude::*;
 use crate::material::Material;
 use crate::metrics::{CompareError, PictureErrors, Scores, mean_log_error};
 use crate::render::{Environment, Picture, render_sphere};
-use crate::sampling::uniform_valid;
 
-/// Directions at which a fit is compared with its material.
-pub const DIRECTIONS: usize = 16_384;
 /// Width and height of the rendered spheres, in pixels.
 pub const SPHERE: usize = 128;
 
@@ -80,6 +83,8 @@ pub struct Verdict {
     /// Means over the materials.
     #[serde(flatten)]
     pub scores: Scores,
+    /// Standard error of the mean loss, over the materials; None of one.
+    pub loss_standard_error: Option<f64>,
     /// How many seeds were averaged over.
     pub seeds: u64,
     /// Standard deviation of the mean loss from seed to seed.
@@ -88,19 +93,26 @@ pub struct Verdict {
     pub materials: Vec<MaterialScores>,
 }
 
-impl<'a> Judge<'a> {
-    /// Evaluates and renders the materials in the built-in studio; `seed` chooses the directions
-    /// of the loss.
+impl Verdict {
+    /// The loss of each material.
     #[must_use]
-    pub fn new(materials: &'a [Box<dyn Material>], seed: u64) -> Self {
-        Self::under(Environment::studio(), materials, seed)
+    pub fn losses(&self) -> Vec<f64> {
+        let losses = self.materials.iter().map(|each| each.scores.loss);
+        losses.collect()
+    }
+}
+
+impl<'a> Judge<'a> {
+    /// Evaluates and renders the materials in the built-in studio.
+    #[must_use]
+    pub fn new(materials: &'a [Box<dyn Material>]) -> Self {
+        Self::under(Environment::studio(), materials)
     }
 
     /// The same under another environment.
     #[must_use]
-    pub fn under(environment: Environment, materials: &'a [Box<dyn Material>], seed: u64) -> Self {
-        let angles = uniform_valid(DIRECTIONS, seed);
-        let at: Vec<_> = angles
+    pub fn under(environment: Environment, materials: &'a [Box<dyn Material>]) -> Self {
+        let at: Vec<_> = directions()
             .into_iter()
             .map(HalfDifference::from_angles)
             .collect();
@@ -165,18 +177,34 @@ impl<'a> Judge<'a> {
     /// # Errors
     /// [`JudgeError::Ridge`]
     pub fn judge(&self, method: &Method<'_>, seed: u64, seeds: u64) -> Result<Verdict, JudgeError> {
+        self.judge_telling(method, seed, seeds, &|| {})
+    }
+
+    /// The same, and calls `done` after every material, from whichever thread has judged it.
+    ///
+    /// # Errors
+    /// [`JudgeError::Ridge`]
+    pub fn judge_telling(
+        &self,
+        method: &Method<'_>,
+        seed: u64,
+        seeds: u64,
+        done: &(dyn Fn() + Sync),
+    ) -> Result<Verdict, JudgeError> {
         let seeds = if method.is_random() { seeds.max(1) } else { 1 };
         let all: Vec<Vec<Scores>> = (0..self.materials.len())
             .into_par_iter()
             .map(|material| {
-                (0..seeds)
+                let scores = (0..seeds)
                     .map(|offset| {
                         // Each material and each repetition draws samples of its own.
                         let seed = seed.wrapping_add((offset << 32) | material as u64);
                         let fitted = method.fit(&*self.materials[material], seed)?;
                         Ok(self.score(material, &fitted)?.0)
                     })
-                    .collect()
+                    .collect();
+                done();
+                scores
             })
             .collect::<Result<_, JudgeError>>()?;
         let materials: Vec<MaterialScores> = self
@@ -191,7 +219,9 @@ impl<'a> Judge<'a> {
         let by_seed: Vec<f64> = (0..seeds as usize)
             .map(|seed| all.iter().map(|scores| scores[seed].loss).sum::<f64>() / all.len() as f64)
             .collect();
+        let losses: Vec<f64> = materials.iter().map(|each| each.scores.loss).collect();
         Ok(Verdict {
+            loss_standard_error: Estimate::of(&losses).standard_error,
             method: method.name(),
             model: method.model().name(),
             samples: method.samples(),

@@ -16,7 +16,7 @@ const FEW: usize = 2;
 pub(super) fn run(laboratory: &Laboratory<'_>) -> anyhow::Result<Findings> {
     if laboratory.additional.is_empty() {
         anyhow::bail!(
-            "`additional` judges on other sources than --test: give them by --additional, such as \
+            "additional judges on other sources than --test: give them by --additional, such as \
              the eight materials of Nielsen et al. or RGL's"
         );
     }
@@ -65,7 +65,7 @@ fn table(
             Cell::Text(title(case.model).into()),
             Cell::Text(case.approach.title().into()),
         ];
-        row.extend(cells_beside_the_paper_s(&sheet.scores, paper.as_ref()));
+        row.extend(cells_beside_the_paper_s(&sheet, paper.as_ref()));
         rows.push(row);
     }
     let mut columns = vec![Column::text("Model"), Column::text("Method")];

@@ -10,7 +10,9 @@ use std::time::Duration;
 
 use anyhow::{Context, anyhow, bail};
 use glimpse_core::model::ModelKind;
-use glimpse_trainer::evaluation::{Judge, MaterialScores, Method, OPTIMUM_STEPS, Verdict};
+use glimpse_trainer::evaluation::{
+    DIRECTIONS, Judge, MaterialScores, Method, OPTIMUM_STEPS, Verdict,
+};
 use glimpse_trainer::export::{RecipeFile, recipe_of};
 use glimpse_trainer::files::write_whole;
 use glimpse_trainer::linear::{Basis, Columns, least_condition};
@@ -54,7 +56,6 @@ pub(crate) struct TestSet<'a> {
     pub(crate) materials: &'a [Box<dyn Material>],
     judge: OnceCell<Judge<'a>>,
     environment: &'a Environment,
-    seed: u64,
 }
 
 impl<'a> TestSet<'a> {
@@ -62,21 +63,19 @@ impl<'a> TestSet<'a> {
         label: String,
         materials: &'a [Box<dyn Material>],
         environment: &'a Environment,
-        seed: u64,
     ) -> Self {
         Self {
             label,
             materials,
             judge: OnceCell::new(),
             environment,
-            seed,
         }
     }
 
     /// Their judge, who renders all of them when first asked.
     pub(crate) fn judge(&self) -> &Judge<'a> {
         self.judge
-            .get_or_init(|| Judge::under(self.environment.clone(), self.materials, self.seed))
+            .get_or_init(|| Judge::under(self.environment.clone(), self.materials))
     }
 }
 
@@ -151,7 +150,8 @@ impl<'a> Laboratory<'a> {
             names.join(" ")
         };
         let words = format!(
-            "{}\neffort {:?}\nseed {}\nseeds of random methods {}\nlight {}\ntrained on {}\njudged on {}\n",
+            "{}\neffort {:?}\nseed {}\nseeds of random methods {}\nlight {}\ntrained on {}\njudged on {}\n\
+             at {DIRECTIONS} fixed directions\n",
             concat!("glimpse-trainer ", env!("CARGO_PKG_VERSION")),
             settings.effort,
             settings.seed,
@@ -333,8 +333,8 @@ impl<'a> Laboratory<'a> {
     /// How glossy a material is: the ratio of its greatest to its median BRDF times cosine, at
     /// uniform valid directions.
     pub(crate) fn glossiness(&self, material: &dyn Material) -> f32 {
-        const DIRECTIONS: usize = 4_096;
-        let angles = glimpse_trainer::sampling::uniform_valid(DIRECTIONS, self.settings.seed);
+        const PLACES: usize = 4_096;
+        let angles = glimpse_trainer::sampling::uniform_valid(PLACES, self.settings.seed);
         let mut values: Vec<f32> = angles
             .into_iter()
             .map(|angles| {
@@ -343,7 +343,7 @@ impl<'a> Laboratory<'a> {
             })
             .collect();
         values.sort_by(f32::total_cmp);
-        let [median, greatest] = [DIRECTIONS / 2, DIRECTIONS - 1].map(|index| values[index]);
+        let [median, greatest] = [PLACES / 2, PLACES - 1].map(|index| values[index]);
         greatest / median.max(1e-6)
     }
 
@@ -375,7 +375,10 @@ fn with_extension(path: &Path, extension: &str) -> PathBuf {
     name.into()
 }
 
-/// Writes a file whole or not at all.
+/// Writes a file of the experiments' folder, which is there, whole or not at all.
 pub(super) fn keep(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
-    write_whole(path, bytes).with_context(|| format!("cannot write {}", path.display()))
+    let folder = path.parent().unwrap_or(Path::new(""));
+    fs::create_dir_all(folder)
+        .and_then(|()| write_whole(path, bytes))
+        .with_context(|| format!("cannot write {}", path.display()))
 }

@@ -30,6 +30,7 @@ use clap::ValueEnum;
 use glimpse_trainer::report::Page;
 
 pub(crate) use findings::Findings;
+use laboratory::Sheet;
 pub(crate) use laboratory::{Laboratory, Settings, TestSet};
 use tables::{
     METRICS, MODELS, SAMPLES, cells_beside_the_paper_s, columns_beside_the_paper_s, doublings,
@@ -88,6 +89,19 @@ impl Experiment {
         }
     }
 
+    /// True if it judges on further materials than those of the test set.
+    pub(crate) fn judges_additional(self) -> bool {
+        matches!(self, Self::Additional | Self::All)
+    }
+
+    /// True if n grows in it.
+    pub(crate) fn grows(self) -> bool {
+        matches!(
+            self,
+            Self::SameQuality | Self::Curves | Self::Importance | Self::Increasing | Self::All
+        )
+    }
+
     /// As on the command line; also the folder's name.
     pub(crate) fn name(self) -> String {
         self.to_possible_value()
@@ -119,7 +133,7 @@ impl Experiment {
             Self::Patterns => patterns::run(laboratory),
             Self::Teaser => spheres::teaser(laboratory),
             Self::Increasing => spheres::increasing(laboratory, most_samples),
-            Self::All => anyhow::bail!("`all` is not one experiment"),
+            Self::All => anyhow::bail!("all is not one experiment"),
         }?;
         findings.write(&self.name(), &laboratory.settings, sources, begin.elapsed())?;
         Ok(findings)

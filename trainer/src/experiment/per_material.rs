@@ -62,7 +62,7 @@ pub(super) fn run(laboratory: &Laboratory<'_>) -> anyhow::Result<Findings> {
                 title: format!("{}: loss of each material", title(model)),
                 x: Axis {
                     title: "material, by the loss of Ours".into(),
-                    scale: Scale::Linear,
+                    scale: Scale::Names(order.iter().map(|index| names[*index].clone()).collect()),
                 },
                 y: Axis {
                     title: "Loss (less is better)".into(),

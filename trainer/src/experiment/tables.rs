@@ -1,8 +1,11 @@
 //! What tables of several experiments have in common.
 
 use glimpse_core::model::ModelKind;
+use glimpse_trainer::evaluation::Estimate;
 use glimpse_trainer::metrics::Scores;
 use glimpse_trainer::report::{Best, Cell, Column};
+
+use super::laboratory::Sheet;
 
 /// All models, in the paper's order.
 pub(super) const MODELS: [ModelKind; 4] = [
@@ -42,24 +45,33 @@ pub(super) fn metrics(scores: &Scores) -> [f64; 4] {
     [scores.loss, scores.dssim, scores.l2, scores.psnr]
 }
 
-/// Columns for our four metrics and then for the paper's.
+/// Columns for our four metrics, the standard error of our mean loss, and then for the paper's
+/// metrics.
 pub(super) fn columns_beside_the_paper_s() -> Vec<Column> {
     let ours = METRICS.map(|(title, decimals, best)| Column::number(title, decimals, best));
+    let error = Column::number("Loss: std. error", 4, Best::None);
     let paper = METRICS.map(|(title, decimals, _)| {
         Column::number(format!("paper: {title}"), decimals.min(3), Best::None)
     });
-    ours.into_iter().chain(paper).collect()
+    ours.into_iter().chain([error]).chain(paper).collect()
 }
 
 /// Cells for those.
-pub(super) fn cells_beside_the_paper_s(scores: &Scores, paper: Option<&Scores>) -> Vec<Cell> {
+pub(super) fn cells_beside_the_paper_s(sheet: &Sheet, paper: Option<&Scores>) -> Vec<Cell> {
+    let losses: Vec<f64> = sheet
+        .materials
+        .iter()
+        .map(|each| each.scores.loss)
+        .collect();
+    let error = Estimate::of(&losses).standard_error;
     let paper = match paper {
         Some(paper) => metrics(paper).map(Cell::Number),
         None => [const { Cell::Missing }; 4],
     };
-    metrics(scores)
+    metrics(&sheet.scores)
         .map(Cell::Number)
         .into_iter()
+        .chain([error.map_or(Cell::Missing, Cell::Number)])
         .chain(paper)
         .collect()
 }

@@ -14,7 +14,7 @@ use crate::material::angles_of;
 /// Numbers before the components of a node: mean of the mapped columns, and ln(median w + e).
 const HEAD: usize = 2;
 /// The first bytes of a basis file.
-const MAGIC: [u8; 4] = *b"GLMB";
+pub const MAGIC: [u8; 4] = *b"GLMB";
 /// The format of basis files.
 const VERSION: u32 = 1;
 /// Words before a file's table: magic, version, shape of the grid, number of components.

@@ -19,7 +19,7 @@ mod recipe_basis;
 mod reduced;
 mod values;
 
-pub use basis::{Basis, BasisError, Reconstruction, Tabulated};
+pub use basis::{Basis, BasisError, MAGIC as BASIS_MAGIC, Reconstruction, Tabulated};
 pub use coefficients::CountError;
 pub use columns::Columns;
 pub use compact::{COMPACT_COMPONENTS, COMPACT_NODES};

@@ -31,8 +31,6 @@ const FILE_BYTES: usize = HEADER_BYTES + 3 * PLANE * size_of::<f64>();
 const SCALE: [f64; 3] = [1.0 / 1500.0, 1.15 / 1500.0, 1.66 / 1500.0];
 /// What the writer puts where a direction is below the horizon.
 const NOT_MEASURED: f64 = -1.0;
-/// How far apart the values are that are looked at on opening: 2 MiB.
-const CHECKED_EVERY: usize = 262_144;
 
 /// A material that is a table, read in place.
 ///
@@ -46,13 +44,12 @@ pub struct MerlTable {
 }
 
 impl MerlTable {
-    /// Opens a table and checks its header, its length and every 262,144th value: a hundred tables
-    /// are 3.5 GB, far too much to read before it is needed. A value that is not finite (in f32,
-    /// as look-ups are) and that this does not find counts as not measured.
+    /// Opens a table and checks its header, its length and every value. (Look-ups at thousands of
+    /// random places, as all commands do them, would read nearly all of the file too.)
     ///
     /// # Errors
-    /// If the file cannot be read, has other dimensions or another length, or one of the values
-    /// looked at is not finite. 2 MiB of such values in a row are always found.
+    /// If the file cannot be read, has other dimensions or another length, a value is not finite
+    /// (in f32, as look-ups are), or no value of a colour was measured.
     pub fn read(path: &Path) -> Result<Self, SourceError> {
         let refused = |source| SourceError::Read {
             path: path.into(),
@@ -94,30 +91,34 @@ impl MerlTable {
             )));
         }
         let table = Self { name, bytes };
-        // Of what passes, f32 look-ups are finite. (NaN does not pass.)
-        let passes = |value: f64| value.abs() <= f64::from(f32::MAX);
-        let mut checked = (0..3 * PLANE).step_by(CHECKED_EVERY);
-        table.expect_jumps(true).map_err(refused)?;
-        let damage = checked.find(|index| !passes(table.value(*index)));
-        table.expect_jumps(false).map_err(refused)?;
-        match damage {
-            Some(index) => Err(damaged(format!(
-                "value {index} is {:e}, which is no BRDF; get the file again",
-                table.value(index)
-            ))),
-            None => Ok(table),
-        }
+        table.check_values().map_err(damaged)?;
+        Ok(table)
     }
 
-    /// Whether the system reads only the pages that are looked at, not what is around them too.
-    fn expect_jumps(&self, jumps: bool) -> io::Result<()> {
-        #[cfg(unix)]
-        self.bytes.advise(match jumps {
-            true => memmap2::Advice::Random,
-            false => memmap2::Advice::Normal,
-        })?;
-        #[cfg(not(unix))]
-        let _ = jumps;
+    /// Looks at every value.
+    fn check_values(&self) -> Result<(), String> {
+        // Of what passes, f32 look-ups are finite. (NaN does not pass.)
+        let passes = |value: f64| value.abs() <= f64::from(f32::MAX);
+        let (values, _) = self.bytes[HEADER_BYTES..].as_chunks();
+        for ((number, colour), plane) in (0..)
+            .zip(["red", "green", "blue"])
+            .zip(values.chunks(PLANE))
+        {
+            let plane = plane.iter().copied().map(f64::from_le_bytes);
+            if let Some((index, value)) =
+                plane.clone().enumerate().find(|(_, value)| !passes(*value))
+            {
+                let index = number * PLANE + index;
+                return Err(format!(
+                    "value {index} is {value:e}, which is no BRDF; get the file again"
+                ));
+            }
+            if !plane.clone().any(|value| value >= 0.0) {
+                return Err(format!(
+                    "none of its {colour} values was measured: all are negative; get the file again"
+                ));
+            }
+        }
         Ok(())
     }
 

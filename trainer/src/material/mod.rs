@@ -2,6 +2,7 @@
 
 mod error;
 mod identity;
+mod left_out;
 mod merl;
 mod nbrdf;
 mod procedural;
@@ -10,6 +11,7 @@ mod source;
 
 pub use error::SourceError;
 pub use identity::{Identity, digest};
+pub use left_out::LeftOut;
 pub use merl::{MerlTable, write_merl};
 pub use nbrdf::NeuralBrdf;
 pub use procedural::Procedural;

@@ -3,7 +3,7 @@
 //! `NAME_fc1.npy` (6 x 21), `_b1` (21), `_fc2` (21 x 21), `_b2` (21), `_fc3` (21 x 3), `_b3` (3);
 //! little-endian f32, C order, matrices inputs-by-outputs.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::{fs, io};
 
 use glimpse_core::geometry::{Angles, HalfDifference};
@@ -58,6 +58,13 @@ impl NeuralBrdf {
         let (name, suffix) = stem.rsplit_once('_')?;
         let known = ARRAYS.iter().any(|(array, _)| *array == suffix);
         known.then(|| name.to_owned())
+    }
+
+    /// The six files of the material of which `path` is one; None if it is none of any.
+    #[must_use]
+    pub fn files_of(path: &Path) -> Option<[PathBuf; 6]> {
+        let name = Self::name_of(path)?;
+        Some(ARRAYS.map(|(array, _)| path.with_file_name(format!("{name}_{array}.npy"))))
     }
 
     /// The weights.

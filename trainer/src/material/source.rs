@@ -10,6 +10,7 @@ use std::str::FromStr;
 use rayon::prelude::*;
 
 use super::error::{MOST_PROCEDURAL, SourceError};
+use super::left_out::LeftOut;
 use super::{Material, MerlTable, NeuralBrdf, Procedural, RglMeasurement};
 
 /// Where to take materials from, as written on the command line: a directory with any mix of
@@ -72,6 +73,41 @@ impl Source {
     }
 }
 
+impl Source {
+    /// All files that are read; none for the built-in set.
+    ///
+    /// # Errors
+    /// If the directory cannot be listed, holds no materials, or two of the same name.
+    pub fn files(&self) -> Result<Vec<PathBuf>, SourceError> {
+        let path = Path::new(&self.0);
+        let found = match (procedural(&self.0)?, path.is_dir()) {
+            (Some(_), _) => Vec::new(),
+            (None, true) => list(path)?,
+            (None, false) => vec![path.to_owned()],
+        };
+        let all = found
+            .into_iter()
+            .flat_map(|file| match NeuralBrdf::files_of(&file) {
+                Some(six) => six.to_vec(),
+                None => vec![file],
+            });
+        Ok(all.collect())
+    }
+
+    /// What [`Source::load`] passes over in silence though somebody may have meant it to be read;
+    /// nothing for a single file and for the built-in set.
+    ///
+    /// # Errors
+    /// If the directory cannot be listed.
+    pub fn left_out(&self) -> Result<LeftOut, SourceError> {
+        let path = Path::new(&self.0);
+        match (procedural(&self.0)?, path.is_dir()) {
+            (None, true) => LeftOut::of(path),
+            _ => Ok(LeftOut::default()),
+        }
+    }
+}
+
 /// COUNT and SEED of `procedural[:COUNT[:SEED]]`; None for a path.
 fn procedural(text: &str) -> Result<Option<(usize, u64)>, SourceError> {
     let misunderstood = || SourceError::Procedural(text.to_owned());
@@ -92,7 +128,7 @@ fn procedural(text: &str) -> Result<Option<(usize, u64)>, SourceError> {
     Ok(Some((count, seed)))
 }
 
-fn refused(path: &Path) -> impl Fn(io::Error) -> SourceError {
+pub(super) fn refused(path: &Path) -> impl Fn(io::Error) -> SourceError {
     move |source| SourceError::Read {
         path: path.into(),
         source,

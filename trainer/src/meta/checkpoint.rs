@@ -76,7 +76,9 @@ impl Checkpoint {
         // The optimizer and the best values will come to it, and the file that it replaces.
         let bytes = 8 * self.bytes()?.len();
         let path = directory.join(FILE);
-        files::try_write(&path, bytes).map_err(|source| CheckpointError::Write { path, source })
+        files::make_folder(directory)
+            .and_then(|()| files::try_write(&path, bytes))
+            .map_err(|source| CheckpointError::Write { path, source })
     }
 
     /// True if there is one in `directory`.
@@ -95,7 +97,9 @@ impl Checkpoint {
     /// If it cannot be written; the older one is then still whole.
     pub fn write(&self, directory: &Path) -> Result<(), CheckpointError> {
         let path = directory.join(FILE);
-        files::write_whole(&path, &self.bytes()?)
+        let bytes = self.bytes()?;
+        files::make_folder(directory)
+            .and_then(|()| files::write_whole(&path, &bytes))
             .map_err(|source| CheckpointError::Write { path, source })
     }
 

@@ -7,7 +7,7 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use super::gallery::Names;
 use super::{Gallery, Table};
-use crate::files::write_whole;
+use crate::files::{make_folder, write_whole, write_whole_below};
 use crate::render::{Picture, PictureError};
 
 /// The file of a part of a page, in its folder.
@@ -128,6 +128,10 @@ impl Page {
     /// # Errors
     /// If a file cannot be written.
     pub fn write(&self, directory: &Path) -> Result<(), PageError> {
+        make_folder(directory).map_err(|source| PageError::Write {
+            path: directory.into(),
+            source,
+        })?;
         self.write_as(&directory.join("index.html"))
     }
 
@@ -150,17 +154,26 @@ impl Page {
     /// If a file cannot be written.
     pub fn write_part(&self, directory: &Path, folder: &str) -> Result<(), PageError> {
         self.write_pictures(directory)?;
-        let path = directory.join(folder).join(PART);
+        let path = Path::new(folder).join(PART);
         let part = html! {
             section.part { "\n" h2 { (self.title) } "\n" (PreEscaped(&self.body)) } "\n"
         };
         let html = part.into_string();
-        write_whole(&path, html.as_bytes()).map_err(|source| PageError::Write { path, source })
+        write_whole_below(directory, &path, html.as_bytes()).map_err(|source| PageError::Write {
+            path: directory.join(path),
+            source,
+        })
     }
 
     fn write_pictures(&self, directory: &Path) -> Result<(), PageError> {
         for (name, picture) in &self.pictures {
-            picture.write_png(&directory.join(&self.folder).join(name))?;
+            let relative = Path::new(&self.folder).join(name);
+            write_whole_below(directory, &relative, &picture.to_png()?).map_err(|source| {
+                PageError::Write {
+                    path: directory.join(relative),
+                    source,
+                }
+            })?;
         }
         Ok(())
     }
@@ -232,6 +245,8 @@ mod tests {
             assert!(directory.join(file).is_file(), "{file}");
         }
         assert!(html.contains("pictures/blue-rubber-ours-2.png"));
+        // Drawings on white are turned in the dark.
+        assert!(html.contains(".drawing svg.on-white { filter: invert("));
         assert!(!html.contains("http"), "nothing is loaded from elsewhere");
     }
 

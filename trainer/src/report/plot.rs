@@ -17,8 +17,10 @@ pub struct Axis {
 }
 
 /// What equal steps along an axis mean.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Scale {
+    /// Things of these names, in this order, the first one at 1; no lines join them. (Across only.)
+    Names(Vec<String>),
     /// Equal differences, from 0 on.
     Linear,
     /// Equal factors, with ticks at powers of 2: numbers of samples.
@@ -97,9 +99,19 @@ pub struct PlotError {
     reason: String,
 }
 
-/// Pixels, and those of the legend at the right.
-const SIZE: (u32, u32) = (700, 420);
-const LEGEND: u32 = 120;
+/// Pixels without legend and names.
+const SIZE: (u32, u32) = (700, 400);
+/// A line of the legend, and how many entries it has: so many that the first ones are seen on a
+/// phone, where the right of a drawing is out of sight.
+const LEGEND_LINE: u32 = 24;
+const LEGEND_ENTRIES: usize = 3;
+/// Pixels of an entry, whose names are "NJR15" or "Ours, diffuse".
+const LEGEND_ENTRY: i32 = 150;
+/// Pixels of a letter of names at the axis, and the most that are shown of a name.
+const LETTER: u32 = 6;
+const MOST_LETTERS: usize = 28;
+/// The most names: more would lie on one another.
+const MOST_NAMES: usize = 45;
 const FONT: &str = "sans-serif";
 
 impl Hue {
@@ -118,9 +130,9 @@ impl Hue {
 
 impl Scale {
     /// Where a value lies along the axis; None if nowhere.
-    fn place(self, value: f64) -> Option<f64> {
+    fn place(&self, value: f64) -> Option<f64> {
         let place = match self {
-            Self::Linear => value,
+            Self::Linear | Self::Names(_) => value,
             Self::Doublings => value.log2(),
             Self::Decades => value.log10(),
         };
@@ -128,11 +140,14 @@ impl Scale {
     }
 
     /// The ends of an axis that shows all these places.
-    fn ends(self, places: impl Iterator<Item = f64> + Clone) -> [f64; 2] {
+    fn ends(&self, places: impl Iterator<Item = f64> + Clone) -> [f64; 2] {
+        if let Self::Names(names) = self {
+            return [0.5, names.len().max(1) as f64 + 0.5];
+        }
         let low = places.clone().reduce(f64::min).unwrap_or(0.0);
         let high = places.reduce(f64::max).unwrap_or(1.0);
         match self {
-            Self::Linear => [low.min(0.0), high.max(1e-9) * 1.05],
+            Self::Linear | Self::Names(_) => [low.min(0.0), high.max(1e-9) * 1.05],
             // Room for the marks, and never nothing.
             Self::Doublings => [low - 0.25, high + 0.25],
             Self::Decades => [low - 0.05, high.max(low + 0.1) + 0.05],
@@ -140,9 +155,16 @@ impl Scale {
     }
 
     /// The places of ticks between the ends.
-    fn ticks(self, [low, high]: [f64; 2]) -> Vec<f64> {
+    fn ticks(&self, [low, high]: [f64; 2]) -> Vec<f64> {
         let within = |place: &f64| (low..=high).contains(place);
         match self {
+            Self::Names(names) => {
+                let step = names.len().div_ceil(MOST_NAMES).max(1);
+                (1..=names.len())
+                    .step_by(step)
+                    .map(|number| number as f64)
+                    .collect()
+            }
             Self::Linear => {
                 let rough = (high - low) / 6.0;
                 let power = 10f64.powf(rough.log10().floor());
@@ -164,8 +186,13 @@ impl Scale {
     }
 
     /// What a tick says.
-    fn label(self, place: f64) -> String {
+    fn label(&self, place: f64) -> String {
         let value = match self {
+            Self::Names(names) => {
+                let index = (place.round() as usize).saturating_sub(1);
+                let name = names.get(index).map_or("", String::as_str);
+                return name.chars().take(MOST_LETTERS).collect();
+            }
             Self::Linear => place,
             Self::Doublings => place.exp2(),
             Self::Decades => 10f64.powf(place),
@@ -205,7 +232,7 @@ impl Ranged for Ticked {
 }
 
 impl Plot {
-    /// The plot as SVG, on white.
+    /// The plot as SVG, on white; of the class `on-white`, so that a page can turn it dark.
     ///
     /// # Errors
     /// In practice none: the drawing goes to memory.
@@ -215,7 +242,7 @@ impl Plot {
             title: self.title.clone(),
             reason: error.to_string(),
         })?;
-        Ok(svg)
+        Ok(svg.replacen("<svg ", "<svg class=\"on-white\" ", 1))
     }
 
     /// Where the points of a series lie.
@@ -225,25 +252,37 @@ impl Plot {
     }
 
     fn draw(&self, svg: &mut String) -> Result<(), Box<dyn Error + '_>> {
-        let root = SVGBackend::with_string(svg, SIZE).into_drawing_area();
+        let names = match &self.x.scale {
+            Scale::Names(names) => names.iter().map(|name| name.chars().count()).max(),
+            _ => None,
+        };
+        let names = names.map_or(0, |letters| letters.min(MOST_LETTERS) as u32 * LETTER);
+        let legend = LEGEND_LINE * (self.series.len().div_ceil(LEGEND_ENTRIES) as u32) + 8;
+        let size = (SIZE.0, SIZE.1 + names + legend);
+        let root = SVGBackend::with_string(svg, size).into_drawing_area();
         root.fill(&WHITE)?;
-        let (left, right) = root.split_horizontally(SIZE.0 - LEGEND);
+        let (above, below) = root.split_vertically(SIZE.1 + names);
         let places: Vec<_> = self
             .series
             .iter()
             .map(|series| self.places(series))
             .collect();
         let all = || places.iter().flatten().copied();
-        let axis = |scale: Scale, ends: [f64; 2]| Ticked {
+        let axis = |scale: &Scale, ends: [f64; 2]| Ticked {
             ends,
             ticks: scale.ticks(ends),
         };
-        let across = axis(self.x.scale, self.x.scale.ends(all().map(|(x, _)| x)));
-        let up = axis(self.y.scale, self.y.scale.ends(all().map(|(_, y)| y)));
-        let mut chart = ChartBuilder::on(&left)
+        let across = axis(&self.x.scale, self.x.scale.ends(all().map(|(x, _)| x)));
+        let up = axis(&self.y.scale, self.y.scale.ends(all().map(|(_, y)| y)));
+        let mut labels = TextStyle::from((FONT, 13).into_font());
+        if names > 0 {
+            // They are long, and there are many of them.
+            labels = labels.transform(FontTransform::Rotate90);
+        }
+        let mut chart = ChartBuilder::on(&above)
             .caption(&self.title, (FONT, 18))
             .margin(10)
-            .x_label_area_size(44)
+            .x_label_area_size(44 + names)
             .y_label_area_size(66)
             .build_cartesian_2d(across, up)?;
         chart
@@ -253,17 +292,20 @@ impl Plot {
             .x_desc(&self.x.title)
             .y_desc(&self.y.title)
             .axis_desc_style((FONT, 15))
-            .label_style((FONT, 13))
+            .x_labels(MOST_NAMES)
+            .x_label_style(labels)
+            .y_label_style((FONT, 13))
             .x_label_formatter(&|place| self.x.scale.label(*place))
             .y_label_formatter(&|place| self.y.scale.label(*place))
             .draw()?;
-        // The legend is beside the axes, where no curve can lie behind it.
-        let legend = (70..).step_by(24);
-        for ((series, points), row) in self.series.iter().zip(places).zip(legend) {
+        // The legend is below the axes, where no curve can lie behind it.
+        for ((series, points), entry) in self.series.iter().zip(places).zip(0..) {
             let colour = series.hue.colour();
             let line = colour.stroke_width(2);
             match series.mark {
                 Mark::Dots => {}
+                // What is between two things of different names is nothing.
+                _ if names > 0 => {}
                 Mark::Rings => {
                     chart.draw_series(DashedLineSeries::new(points.clone(), 6, 4, line))?;
                 }
@@ -274,8 +316,11 @@ impl Plot {
             for at in points {
                 draw_mark(chart.plotting_area(), series.mark, at, colour)?;
             }
-            draw_mark(&right, series.mark, (10, row), colour)?;
-            right.draw(&Text::new(series.name.clone(), (24, row - 7), (FONT, 15)))?;
+            let [row, column] = [entry / LEGEND_ENTRIES, entry % LEGEND_ENTRIES];
+            let x = 20 + LEGEND_ENTRY * column as i32;
+            let y = LEGEND_LINE as i32 * row as i32 + 10;
+            draw_mark(&below, series.mark, (x, y), colour)?;
+            below.draw(&Text::new(series.name.clone(), (x + 14, y - 7), (FONT, 15)))?;
         }
         root.present()?;
         Ok(())
@@ -342,6 +387,28 @@ mod tests {
             3 + 1,
             "three points and the legend's"
         );
+    }
+
+    #[test]
+    fn things_with_names_are_named_and_not_joined() {
+        let mut plot = plot(vec![[1.0, 0.1], [2.0, 0.02], [3.0, 0.01]]);
+        assert!(plot.to_svg().unwrap().contains("<polyline"));
+        let names = ["gold-paint", "felt", "steel"].map(str::to_owned);
+        plot.x.scale = Scale::Names(names.to_vec());
+        let svg = plot.to_svg().unwrap();
+        for name in names {
+            assert!(svg.contains(&format!("\n{name}\n")), "no {name} in {svg}");
+        }
+        assert_eq!(svg.matches("<circle").count(), 3 + 1);
+        let blue = "stroke=\"#0072B2\"";
+        let lines = svg.split("<polyline").skip(1);
+        assert!(
+            !lines
+                .into_iter()
+                .any(|line| line.split('>').next().unwrap().contains(blue))
+        );
+        // On white everywhere; a page turns what is of this class.
+        assert!(svg.starts_with("<svg class=\"on-white\""));
     }
 
     #[test]

@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 
 use super::{fail, succeed};
 
-fn reduced() -> ReducedBasis {
+pub(crate) fn reduced() -> ReducedBasis {
     ReducedBasis {
         pattern: (0..3)
             .map(|k| Angles {
@@ -165,7 +165,7 @@ fn a_linear_recipe_is_shown_and_exported() {
         "linear (2 components)",
         "40 for every",
         "0123abcd",
-        "0.0125 (standard error 0.0015) on an unseen material, found on 7: materials of nowhere",
+        "0.0125 (standard error 0.0015), found on 7 materials of nowhere; materials of another kind",
         "theta_i to 71.6, theta_o to 85.9, 7.2 apart (degrees), in one plane",
         "0.02 of the value and 0.001 sr^-1 (standard deviations), 4096 levels",
         "no options",

@@ -1,8 +1,12 @@
 //! The command line as a user meets it: what it writes, what it says, how it ends.
 
 mod basis;
+mod evaluate;
 mod grid;
+mod left_out;
 mod linear;
+mod options;
+mod output;
 mod query;
 mod render;
 mod reproduce;
@@ -118,7 +122,7 @@ fn a_recipe_is_trained_shown_exported_and_judged() {
     let shown = succeed(directory, &["inspect", "phong.recipe"]);
     for part in [
         "phong (7 parameters)",
-        "on an unseen material, found on 1: materials of procedural:12 held out",
+        "found on 1 material of procedural:12 held out of training; materials of another kind",
         "procedural:12 (12 materials)",
         "all parts",
         "12: procedural-000-metal, procedural-001-plastic, procedural-002-metallic-paint, ...",

@@ -58,13 +58,21 @@ fn both_kinds_of_angles_give_the_material_s_own_values() {
     let material = &Source("procedural:1:4".into()).load().expect("it loads")[0];
     let query = |file| succeed(directory, &["query", "procedural:1:4", "--angles", file]);
 
-    let found = rows(&query("half.csv"), "r,g,b");
+    let found = rows(&query("half.csv"), "theta_h,theta_d,phi_d,r,g,b");
     assert_eq!(found.len(), angles.len());
     for (row, angles) in found.iter().zip(&angles) {
-        assert_eq!(numbers(row), material.brdf(*angles));
+        assert_eq!(numbers(&row[3..]), material.brdf(*angles));
+        // The angles as they were given, in degrees.
+        let given = [angles.theta_h, angles.theta_d, angles.phi_d];
+        let given = given.map(|angle| f64::from(angle).to_degrees().to_string());
+        assert_eq!(row[..3], given);
     }
-    for (row, angles) in rows(&query("directions.csv"), "r,g,b").iter().zip(&angles) {
-        for (found, expected) in numbers(row).into_iter().zip(material.brdf(*angles)) {
+    let found = rows(
+        &query("directions.csv"),
+        "theta_i,phi_i,theta_o,phi_o,r,g,b",
+    );
+    for (row, angles) in found.iter().zip(&angles) {
+        for (found, expected) in numbers(&row[4..]).into_iter().zip(material.brdf(*angles)) {
             assert!((found - expected).abs() <= 2e-4 * expected, "{angles:?}");
         }
     }
@@ -92,15 +100,15 @@ fn several_materials_are_named_and_written_to_a_file() {
     );
     assert_eq!(printed, "");
     let csv = fs::read_to_string(directory.join("f.csv")).expect("it is there");
-    let found = rows(&csv, "material,r,g,b");
+    let found = rows(&csv, "material,theta_i,phi_i,theta_o,phi_o,r,g,b");
     let materials = Source("procedural:2".into()).load().expect("they load");
     for (rows, material) in found.chunks(4).zip(&materials) {
         for (row, cells) in rows.iter().enumerate() {
             assert_eq!(cells[0], material.name());
             // At the horizon and below it there is nothing.
-            let above = numbers(&cells[1..]).iter().all(|value| *value > 0.0);
+            let above = numbers(&cells[5..]).iter().all(|value| *value > 0.0);
             assert_eq!(above, row == 0, "{csv}");
-            assert!(row == 0 || cells[1..] == ["0", "0", "0"], "{csv}");
+            assert!(row == 0 || cells[5..] == ["0", "0", "0"], "{csv}");
         }
     }
     assert_eq!(found.len(), 8);

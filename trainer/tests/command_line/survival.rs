@@ -145,8 +145,17 @@ fn resuming_says_where_it_stands() {
     assert_eq!(names(directory), ["phong.recipe"]);
     assert_eq!(recipe(directory), first);
 
-    // The recipe of another run is not this one's.
-    let talk = run(&["--resume", "--seed", "1"]);
+    // The recipe of another run is not this one's, and stays until it is told to go.
+    let message = fail(
+        directory,
+        &[&JOINT[..], &["--resume", "--seed", "1"]].concat(),
+    );
+    assert!(
+        message.contains("seed 0, not") && message.contains("--force"),
+        "{message}"
+    );
+    assert_eq!(recipe(directory), first);
+    let talk = run(&["--resume", "--seed", "1", "--force"]);
     assert!(talk.contains("starting from the beginning"), "{talk}");
     assert_ne!(recipe(directory), first);
 }

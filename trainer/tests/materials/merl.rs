@@ -294,12 +294,13 @@ fn nodes_that_were_not_measured_are_left_out() {
 }
 
 #[test]
-fn values_that_are_no_finite_floats_count_as_not_measured() {
+fn values_that_are_no_finite_floats_count_as_not_measured_if_they_come_after_opening() {
     let tabulated = tabulate(&network(6));
+    let table = tabulated.read();
     let cell = [20, 30, 40];
     let (low, high) = (node(cell), node(cell.map(|k| k + 1)));
     let place = std::array::from_fn(|i| low[i] + 0.4 * (high[i] - low[i]));
-    let whole = tabulated.read().brdf(angles(place));
+    let whole = table.brdf(angles(place));
     // One corner in red, all of them in blue.
     let corners = (0..8).map(|bits| std::array::from_fn(|i| cell[i] + (bits >> i & 1)));
     let damage = |value: f64| {
@@ -307,7 +308,7 @@ fn values_that_are_no_finite_floats_count_as_not_measured() {
         for corner in corners.clone() {
             tabulated.patch(offset(corner, 2), &value.to_le_bytes());
         }
-        tabulated.read().brdf_with_derivative(angles(place))
+        table.brdf_with_derivative(angles(place))
     };
     let not_measured = damage(-1.0);
     assert_ne!(not_measured.0[0], whole[0]);
@@ -361,15 +362,33 @@ fn damaged_tables_are_refused_by_name() {
         assert_eq!(tabulated.complaint(), expected);
         tabulated.patch(place, &1.0_f64.to_le_bytes());
     }
-    // Wherever 2 MiB in a row are no numbers, that is found.
-    for at in [1, 1_000_000, 3 * 1_458_000 - 262_144] {
-        tabulated.patch(12 + 8 * at, &[0xff; 8 * 262_144]);
-        let found = tabulated.complaint();
-        assert!(
-            found.ends_with("is NaN, which is no BRDF; get the file again"),
-            "{found}"
+    // A single one is found wherever it is, and so is what no f32 holds.
+    for at in [0, 1, 1_000_000, 3 * 1_458_000 - 1] {
+        for (number, described) in [
+            (f64::NAN, "NaN"),
+            (f64::NEG_INFINITY, "-inf"),
+            (3.5e38, "3.5e38"),
+            (-1e300, "-1e300"),
+        ] {
+            tabulated.patch(12 + 8 * at, &number.to_le_bytes());
+            let expected =
+                format!("{path}: value {at} is {described}, which is no BRDF; get the file again");
+            assert_eq!(tabulated.complaint(), expected);
+        }
+        tabulated.patch(12 + 8 * at, &0_f64.to_le_bytes());
+    }
+    tabulated.read();
+    // A colour of which nothing was measured.
+    for (plane, colour) in [(2, "blue"), (0, "red")] {
+        let place = 12 + 8 * plane * 1_458_000;
+        tabulated.patch(place, &(-1.0_f64).to_le_bytes().repeat(1_458_000));
+        let expected = format!(
+            "{path}: none of its {colour} values was measured: all are negative; get the file again"
         );
-        tabulated.patch(12 + 8 * at, &[0; 8 * 262_144]);
+        assert_eq!(tabulated.complaint(), expected);
+    }
+    for plane in [0, 2] {
+        tabulated.patch(12 + 8 * plane * 1_458_000, &[0; 8 * 1_458_000]);
     }
     tabulated.read();
 

@@ -9,6 +9,7 @@ use glimpse_trainer::evaluation::Method;
 use glimpse_trainer::material::Source;
 use glimpse_trainer::report::{self, MOST_LOBES, lobe, lobe_svg};
 
+use super::super::output::{refuse_input, refuse_source};
 use super::super::{load, write_file};
 use super::shared::{brdf_of, check_out, file_type, with_method};
 
@@ -47,10 +48,14 @@ impl Lobe {
             self.theta_i.iter().all(|angle| (0.0..90.0).contains(angle)),
             "--theta-i takes angles of 0 to below 90 degrees"
         );
+        if let Some(recipe) = &self.recipe {
+            refuse_input(&self.out, recipe)?;
+        }
         with_method(self.recipe.as_deref(), |method| self.draw(method, seed))
     }
 
     fn draw(&self, method: Option<&Method<'_>>, seed: u64) -> anyhow::Result<()> {
+        refuse_source(&self.out, &self.source)?;
         let materials = load(&self.source)?;
         let curves = materials.len() * self.theta_i.len();
         if curves > MOST_LOBES {

@@ -6,6 +6,7 @@ use clap::Args;
 use glimpse_trainer::export::RecipeFile;
 use glimpse_trainer::report::pattern_svg;
 
+use super::super::output::refuse_input;
 use super::super::write_file;
 use super::shared::{check_out, file_type};
 
@@ -25,6 +26,7 @@ impl Pattern {
     pub(super) fn run(&self) -> anyhow::Result<()> {
         file_type(&self.out, &["svg"])?;
         let file = RecipeFile::read(&self.recipe)?;
+        refuse_input(&self.out, &self.recipe)?;
         check_out(&self.out)?;
         let pattern: Vec<_> = file.recipe()?.pattern().collect();
         write_file(&self.out, pattern_svg(&pattern).as_bytes())

@@ -13,7 +13,10 @@ use glimpse_trainer::report::{
     Best, Cell, Column, Compare, Gallery, GalleryRow, Page, Table, Tile,
 };
 
-use super::super::{environment, load, print, write_file};
+use super::super::known::tell;
+use super::super::output::{refuse_input, refuse_source};
+use super::super::progress::Steps;
+use super::super::{environment, load, print, read_recipe, write_file};
 use super::shared::{brdf_of, check_out, file_type, with_method};
 
 /// The largest side of a sphere's picture, and of all of them together, in pixels.
@@ -71,6 +74,14 @@ impl Sphere {
             "--size must be 1 to {MOST_PIXELS}"
         );
         ensure!(self.columns != Some(0), "--columns must be 1 or more");
+        ensure!(
+            self.columns.is_none() || self.recipe.is_none() || file_type != "html",
+            "--columns has no effect: a page has a row for each material and its scan"
+        );
+        for input in self.recipe.iter().chain(&self.environment) {
+            refuse_input(&self.out, input)?;
+        }
+        refuse_source(&self.out, &self.source)?;
         let environment = environment(self.environment.as_deref())?;
         with_method(self.recipe.as_deref(), |method| {
             self.draw(file_type, &environment, method, seed)
@@ -94,10 +105,15 @@ impl Sphere {
         );
         check_out(&self.out)?;
 
+        // From the beginning: the materials that scans are compared with are rendered first.
+        let steps = Steps::new("rendering", materials.len());
         let judge = method.map(|method| {
-            let judge = Judge::under(environment.clone(), &materials, seed);
+            let judge = Judge::under(environment.clone(), &materials);
             (judge, method)
         });
+        if let Some(path) = &self.recipe {
+            tell(&read_recipe(path)?.0.recipe()?, &materials);
+        }
         let mut all = Vec::new();
         for (index, material) in materials.iter().enumerate() {
             let brdf = brdf_of(&**material);
@@ -109,8 +125,14 @@ impl Sphere {
                 sphere: render_sphere(&brdf, environment, self.size),
                 scan: scan.transpose()?,
             });
+            steps.done();
         }
-        let columns = self.columns.unwrap_or(if method.is_some() { 4 } else { 8 });
+        drop(steps);
+        let columns = self.columns.unwrap_or(match (file_type, method) {
+            ("html", Some(_)) => 1,
+            (_, Some(_)) => 4,
+            _ => 8,
+        });
         match file_type {
             "png" => write_file(&self.out, &sheet(&all, columns).tone_map().to_png()?)?,
             "exr" => write_file(&self.out, &sheet(&all, columns).to_exr()?)?,
@@ -190,8 +212,8 @@ impl Sphere {
         };
         let caption = match &self.recipe {
             Some(recipe) => format!(
-                "Each material, and its scan by {}, in the light of {light}; errors as `trainer \
-                 evaluate` finds them",
+                "Each material, and its scan by {}, in the light of {light}; errors as trainer evaluate \
+                 finds them",
                 recipe.file_name().unwrap_or_default().to_string_lossy()
             ),
             None => format!("In the light of {light}; click to enlarge"),

@@ -1,0 +1,69 @@
+//! Numbers on the command line: refused by a sentence that says which ones are taken.
+
+use std::thread::available_parallelism;
+
+use glimpse_core::recipe::MAX_SAMPLES;
+
+/// The most threads, on machines that have no more cores: every one of them takes part in every
+/// parallel loop, and thousands do nothing but wait for each other.
+const MOST_THREADS: usize = 256;
+
+/// n, the number of directions that are measured.
+pub(crate) fn samples(text: &str) -> Result<usize, String> {
+    match text.parse::<i128>() {
+        Ok(samples) => usize::try_from(samples)
+            .ok()
+            .filter(|samples| (1..=MAX_SAMPLES).contains(samples))
+            .ok_or_else(|| {
+                format!("{text} samples are out of range: a pattern has 1 to {MAX_SAMPLES}")
+            }),
+        Err(_) => Err(format!("it is no whole number; give 1 to {MAX_SAMPLES}")),
+    }
+}
+
+/// Threads to compute on.
+pub(crate) fn threads(text: &str) -> Result<usize, String> {
+    let most = available_parallelism()
+        .map_or(1, usize::from)
+        .max(MOST_THREADS);
+    whole(text, most)
+}
+
+/// Repetitions of random methods.
+pub(crate) fn seeds(text: &str) -> Result<u64, String> {
+    whole(text, 10_000).map(|seeds| seeds as u64)
+}
+
+fn whole(text: &str, most: usize) -> Result<usize, String> {
+    let number = text.parse().ok();
+    number
+        .filter(|number| (1..=most).contains(number))
+        .ok_or_else(|| format!("give a whole number of 1 to {most}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_out_of_range_is_told_the_range() {
+        for text in ["1", "8", "4096"] {
+            assert_eq!(samples(text).map(|n| n.to_string()), Ok(text.to_owned()));
+        }
+        for text in ["0", "4097", "-3", "99999999999999999999999"] {
+            let message = samples(text).unwrap_err();
+            let expected = format!("{text} samples are out of range: a pattern has 1 to 4096");
+            assert_eq!(message, expected);
+        }
+        for text in ["1e20", "8.5", "many", ""] {
+            let message = samples(text).unwrap_err();
+            assert_eq!(message, "it is no whole number; give 1 to 4096");
+        }
+        assert_eq!(threads("1"), Ok(1));
+        for text in ["0", "9999999", "-1", "two"] {
+            assert!(threads(text).unwrap_err().contains("1 to "), "{text}");
+        }
+        assert_eq!(seeds("5"), Ok(5));
+        assert!(seeds("0").is_err());
+    }
+}

@@ -1,0 +1,137 @@
+//! What commands write: never over what they read, and not over hours of work without a word.
+
+use std::fs::{self, File};
+use std::io::Read;
+use std::path::Path;
+
+use anyhow::{Context, bail, ensure};
+use glimpse_core::recipe::MAGIC;
+use glimpse_trainer::files::{make_folder, write_whole};
+use glimpse_trainer::linear::BASIS_MAGIC;
+use glimpse_trainer::material::Source;
+
+/// Writes a file whole or not at all, and says so. A recipe or a basis that is there, and is not
+/// the same, stays.
+pub(crate) fn write_file(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
+    if let Some(what) = work_at(path, bytes) {
+        bail!(
+            "{} is {what} that would be lost: give another --out, or remove it",
+            path.display()
+        );
+    }
+    write_over(path, bytes)
+}
+
+/// The same for commands with an option --force: with it, whatever is there goes.
+pub(super) fn write_file_forced(path: &Path, bytes: &[u8], force: bool) -> anyhow::Result<()> {
+    if !force && let Some(what) = work_at(path, bytes) {
+        bail!(
+            "{} is {what} that would be lost: give --force to replace it, or another --out",
+            path.display()
+        );
+    }
+    write_over(path, bytes)
+}
+
+fn write_over(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
+    write_whole(path, bytes).with_context(|| format!("cannot write {}", path.display()))?;
+    eprintln!("wrote {}", path.display());
+    Ok(())
+}
+
+/// What training has left at a path and these bytes would replace, in words; None if nothing.
+fn work_at(path: &Path, bytes: &[u8]) -> Option<&'static str> {
+    if !path.is_file() {
+        return None;
+    }
+    let mut head = [0; 4];
+    File::open(path).ok()?.read_exact(&mut head).ok()?;
+    let what = match head {
+        MAGIC => "a recipe",
+        BASIS_MAGIC => "the basis of a recipe",
+        _ => return None,
+    };
+    fs::read(path).is_ok_and(|old| old != bytes).then_some(what)
+}
+
+/// Makes a command's folder, but none above it.
+pub(super) fn make_out(folder: &Path) -> anyhow::Result<()> {
+    make_folder(folder).with_context(|| format!("cannot write to {}", folder.display()))
+}
+
+/// Refuses to write to a file that the command reads.
+pub(super) fn refuse_input(out: &Path, input: &Path) -> anyhow::Result<()> {
+    ensure!(
+        !is_same_file(out, input),
+        "--out {} is what is read ({}), and would be lost: give another --out",
+        out.display(),
+        input.display()
+    );
+    Ok(())
+}
+
+/// Refuses to write to a file that one of the materials is read from.
+pub(super) fn refuse_source(out: &Path, source: &Source) -> anyhow::Result<()> {
+    let Ok(files) = source.files() else {
+        // What is wrong with it is said when it is read.
+        return Ok(());
+    };
+    files.iter().try_for_each(|file| refuse_input(out, file))
+}
+
+/// True if both are the same regular file, by whatever names.
+fn is_same_file(one: &Path, other: &Path) -> bool {
+    if !(one.is_file() && other.is_file()) {
+        return false;
+    }
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::MetadataExt;
+
+        if let (Ok(one), Ok(other)) = (fs::metadata(one), fs::metadata(other)) {
+            return (one.dev(), one.ino()) == (other.dev(), other.ino());
+        }
+    }
+    match (fs::canonicalize(one), fs::canonicalize(other)) {
+        (Ok(one), Ok(other)) => one == other,
+        _ => false,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_is_itself_by_every_name() {
+        let scratch = tempfile::tempdir().unwrap();
+        let at = |name: &str| scratch.path().join(name);
+        fs::write(at("a"), "1").unwrap();
+        fs::write(at("b"), "1").unwrap();
+        assert!(refuse_input(&at("a"), &at("../x/../a")).is_ok());
+        fs::create_dir(at("x")).unwrap();
+        assert!(refuse_input(&at("a"), &at("x/../a")).is_err());
+        assert!(refuse_input(&at("a"), &at("b")).is_ok());
+        assert!(refuse_input(&at("new"), &at("new")).is_ok());
+        #[cfg(unix)]
+        {
+            std::os::unix::fs::symlink("a", at("link")).unwrap();
+            fs::hard_link(at("a"), at("hard")).unwrap();
+            assert!(refuse_input(&at("link"), &at("a")).is_err());
+            assert!(refuse_input(&at("a"), &at("hard")).is_err());
+        }
+    }
+
+    #[test]
+    fn what_was_trained_stays() {
+        let scratch = tempfile::tempdir().unwrap();
+        let path = scratch.path().join("a");
+        fs::write(&path, "GLMP and more").unwrap();
+        assert!(write_file(&path, b"other").is_err());
+        assert!(write_file_forced(&path, b"other", false).is_err());
+        assert!(write_file(&path, b"GLMP and more").is_ok());
+        assert!(write_file_forced(&path, b"other", true).is_ok());
+        assert!(write_file(&path, b"once more").is_ok());
+        assert_eq!(fs::read(&path).unwrap(), b"once more");
+    }
+}

@@ -1,0 +1,262 @@
+//! Verdicts as text and as JSON: each with how far it can be relied on.
+
+use glimpse_core::recipe::Expectation;
+use glimpse_trainer::evaluation::{Estimate, Known, Verdict};
+use glimpse_trainer::report::{Best, Cell, Column, Compare, Table};
+use serde_json::{Value, json};
+
+use super::known::lines;
+use super::promise::promise;
+
+/// What a method has been found to do, and what is known besides.
+pub(super) struct Judged {
+    /// The recipe's file, if it came from one.
+    pub(super) recipe: Option<String>,
+    pub(super) verdict: Verdict,
+    /// Which of the materials were trained on; None if that cannot be told.
+    pub(super) known: Option<Vec<Option<Known>>>,
+    /// What the recipe promised, in words and as JSON.
+    pub(super) promise: Option<(String, Value)>,
+}
+
+/// What a recipe promises, in words and as JSON.
+pub(super) fn promised(expectation: Expectation<'_>) -> (String, Value) {
+    let json = json!({
+        "loss": expectation.loss,
+        "standard_error": expectation.standard_error,
+        "materials": expectation.materials,
+        "on": expectation.on,
+    });
+    (promise(expectation), json)
+}
+
+impl Judged {
+    fn names(&self) -> Vec<&str> {
+        let materials = self.verdict.materials.iter();
+        materials.map(|material| &material.name[..]).collect()
+    }
+
+    /// How a material is known.
+    fn known(&self, index: usize) -> Option<Known> {
+        *self.known.as_ref()?.get(index)?
+    }
+
+    /// The loss over the materials that are new, if there are some beside others that are not.
+    fn loss_of_the_new(&self) -> Option<(usize, Estimate)> {
+        let losses = self.verdict.losses();
+        let new: Vec<f64> = losses
+            .iter()
+            .enumerate()
+            .filter(|(index, _)| self.known(*index).is_none())
+            .map(|(_, loss)| *loss)
+            .collect();
+        let some = self.known.is_some() && !new.is_empty() && new.len() < losses.len();
+        some.then(|| (new.len(), Estimate::of(&new)))
+    }
+
+    /// What there is to be said of the materials, and of what was promised.
+    fn remarks(&self) -> Vec<String> {
+        let mut remarks = lines(self.known.as_deref(), &self.names());
+        if let Some((count, estimate)) = self.loss_of_the_new() {
+            remarks.push(format!(
+                "over the {count} that are new: a mean loss of {}",
+                in_words(estimate)
+            ));
+        }
+        if let Some((promise, _)) = &self.promise {
+            remarks.push(format!("the recipe promises {promise}"));
+        }
+        remarks
+    }
+
+    /// A line for each material, the mean, and how far that can be relied on.
+    pub(super) fn to_text(&self) -> String {
+        let verdict = &self.verdict;
+        let width = self.names().iter().map(|name| name.len()).max();
+        let width = width.unwrap_or(0).max(8);
+        let mut text = format!(
+            "{} {} n = {}\n{:width$} {:>8} {:>8} {:>9} {:>7}\n",
+            verdict.method,
+            verdict.model,
+            verdict.samples,
+            "material",
+            "loss",
+            "DSSIM",
+            "L2",
+            "PSNR"
+        );
+        let materials = verdict.materials.iter().enumerate();
+        let rows = materials.map(|(index, material)| {
+            let mark = match self.known(index) {
+                Some(Known::Same) => "  trained on",
+                Some(Known::Namesake) => "  namesake trained on",
+                None => "",
+            };
+            (&material.name[..], material.scores, mark)
+        });
+        for (name, scores, mark) in rows.chain([("mean", verdict.scores, "")]) {
+            text += &format!(
+                "{name:width$} {:8.4} {:8.4} {:9.6} {:7.2}{mark}\n",
+                scores.loss, scores.dssim, scores.l2, scores.psnr
+            );
+        }
+        if let Some(error) = verdict.loss_standard_error {
+            text += &format!(
+                "standard error of the mean loss, over {} materials: {error:.4}\n",
+                verdict.materials.len()
+            );
+        }
+        if verdict.seeds > 1 {
+            text += &format!(
+                "mean of {} seeds; the loss has a standard deviation of {:.4} from seed to seed\n",
+                verdict.seeds, verdict.loss_spread
+            );
+        }
+        for remark in self.remarks() {
+            text += &format!("{remark}\n");
+        }
+        text
+    }
+
+    pub(super) fn to_json(&self) -> serde_json::Result<Value> {
+        let mut value = serde_json::to_value(&self.verdict)?;
+        if let Some(recipe) = &self.recipe {
+            value["recipe"] = json!(recipe);
+        }
+        value["promise"] = json!(self.promise.as_ref().map(|(_, json)| json));
+        let names = |kind: Known| {
+            let all = self.known.as_ref()?.iter().zip(self.names());
+            let of_kind = all.filter(|(known, _)| **known == Some(kind));
+            Some(of_kind.map(|(_, name)| name).collect::<Vec<_>>())
+        };
+        value["trained_on"] = json!(names(Known::Same));
+        value["namesakes_trained_on"] = json!(names(Known::Namesake));
+        if let Some((count, estimate)) = self.loss_of_the_new() {
+            value["new"] = json!({
+                "materials": count,
+                "loss": estimate.mean,
+                "loss_standard_error": estimate.standard_error,
+            });
+        }
+        for (index, _) in self.verdict.materials.iter().enumerate() {
+            let same = self.known.is_some();
+            value["materials"][index]["trained_on"] =
+                json!(same.then(|| self.known(index) == Some(Known::Same)));
+        }
+        Ok(value)
+    }
+}
+
+fn in_words(estimate: Estimate) -> String {
+    match estimate.standard_error {
+        Some(error) => format!("{:.4} (standard error {error:.4})", estimate.mean),
+        None => format!("{:.4}", estimate.mean),
+    }
+}
+
+/// Less loss than the first one, material by material; and on how many of them there is less.
+fn against(first: &Judged, other: &Judged) -> (Estimate, usize) {
+    let (base, losses) = (first.verdict.losses(), other.verdict.losses());
+    let better = losses.iter().zip(&base).filter(|(loss, base)| loss < base);
+    (Estimate::of_differences(&losses, &base), better.count())
+}
+
+/// Several recipes on the same materials: in one table, the first one being what the others are
+/// compared with, and the loss of each material beneath.
+pub(super) fn comparison(all: &[Judged]) -> String {
+    let number = |number: Option<f64>| number.map_or(Cell::Missing, Cell::Number);
+    let name = |judged: &Judged| judged.recipe.clone().unwrap_or_default();
+    let materials = all.first().map_or(0, |first| first.verdict.materials.len());
+    let rows = all.iter().enumerate().map(|(index, judged)| {
+        let verdict = &judged.verdict;
+        let mut row = vec![
+            Cell::Text(name(judged)),
+            Cell::Text(verdict.model.into()),
+            Cell::Number(verdict.samples as f64),
+            Cell::Number(verdict.scores.loss),
+            number(verdict.loss_standard_error),
+            Cell::Number(verdict.scores.dssim),
+            Cell::Number(verdict.scores.l2),
+            Cell::Number(verdict.scores.psnr),
+        ];
+        if index > 0 {
+            let (difference, better) = against(&all[0], judged);
+            row.extend([
+                Cell::Number(difference.mean),
+                number(difference.standard_error),
+                Cell::Number(better as f64),
+            ]);
+        }
+        row
+    });
+    let table = Table {
+        caption: String::new(),
+        columns: vec![
+            Column::text("recipe"),
+            Column::text("model"),
+            Column::number("n", 0, Best::None),
+            Column::number("loss", 4, Best::Least),
+            Column::number("std. error", 4, Best::None),
+            Column::number("DSSIM", 4, Best::Least),
+            Column::number("L2", 6, Best::Least),
+            Column::number("PSNR", 2, Best::Greatest),
+            Column::number("loss - first", 4, Best::None),
+            Column::number("its std. error", 4, Best::None),
+            Column::number(format!("less loss on (of {materials})"), 0, Best::None),
+        ],
+        rows: rows.collect(),
+        compare: Compare::Down,
+    };
+    let losses = Table {
+        caption: String::new(),
+        columns: [Column::text("loss of")]
+            .into_iter()
+            .chain(
+                all.iter()
+                    .map(|judged| Column::number(name(judged), 4, Best::Least)),
+            )
+            .collect(),
+        rows: (0..materials)
+            .map(|index| {
+                let of = |judged: &Judged| number(judged.verdict.losses().get(index).copied());
+                let material = all[0].names()[index];
+                [Cell::Text(material.into())]
+                    .into_iter()
+                    .chain(all.iter().map(of))
+                    .collect()
+            })
+            .collect(),
+        compare: Compare::Across,
+    };
+    let mut text = format!(
+        "{}\nDifferences are paired, material by material: their standard error is over the \
+         {materials} differences.\n\n{}",
+        table.to_text(),
+        losses.to_text()
+    );
+    for judged in all {
+        for remark in judged.remarks() {
+            text += &format!("\n{}: {remark}", name(judged));
+        }
+    }
+    text + "\n"
+}
+
+/// The same as JSON.
+pub(super) fn comparison_as_json(all: &[Judged]) -> serde_json::Result<Value> {
+    let recipes = all.iter().map(Judged::to_json);
+    let differences = all.iter().skip(1).map(|judged| {
+        let (difference, better) = against(&all[0], judged);
+        json!({
+            "recipe": judged.recipe,
+            "base": all[0].recipe,
+            "loss": difference.mean,
+            "standard_error": difference.standard_error,
+            "less_loss_on": better,
+        })
+    });
+    Ok(json!({
+        "recipes": recipes.collect::<serde_json::Result<Vec<_>>>()?,
+        "differences": differences.collect::<Vec<_>>(),
+    }))
+}

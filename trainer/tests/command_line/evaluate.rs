@@ -1,0 +1,346 @@
+//! `trainer evaluate`: how far its numbers can be relied on.
+
+use std::fs;
+use std::path::Path;
+
+use glimpse_core::geometry::{Angles, HalfDifference};
+use glimpse_core::recipe::Recipe;
+use glimpse_trainer::evaluation::Method;
+use glimpse_trainer::export::{RecipeFile, Statements, to_ridge_recipe};
+use glimpse_trainer::material::{Material, Procedural, Source, digest};
+use glimpse_trainer::metrics::mean_log_error;
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use serde_json::{Value, json};
+
+use super::{TRAIN, linear, succeed, trainer};
+
+const PHONG: &[u8] = include_bytes!("../../../core/examples/recipes/phong-n8.recipe");
+const NEURAL: &[u8] = include_bytes!("../../../core/examples/recipes/neural-n8.recipe");
+const COOK_TORRANCE: &[u8] =
+    include_bytes!("../../../core/examples/recipes/cook-torrance-n8.recipe");
+
+fn folder() -> tempfile::TempDir {
+    let scratch = tempfile::tempdir().expect("a temporary directory");
+    for (name, bytes) in [
+        ("phong.recipe", PHONG),
+        ("neural.recipe", NEURAL),
+        ("cook-torrance.recipe", COOK_TORRANCE),
+    ] {
+        fs::write(scratch.path().join(name), bytes).expect("it is written");
+    }
+    scratch
+}
+
+fn as_json(directory: &Path, arguments: &[&str]) -> Value {
+    let text = succeed(directory, &[&["evaluate", "--json"], arguments].concat());
+    serde_json::from_str(&text).expect("it is JSON")
+}
+
+fn number(value: &Value) -> f64 {
+    value.as_f64().expect("a number")
+}
+
+#[test]
+fn the_seed_moves_no_mean_and_the_mean_is_that_of_all_directions() {
+    let scratch = folder();
+    let materials = Source("procedural:8:3".into()).load().expect("they load");
+    // Other directions, many more: at each of so many theta_h the other angles are drawn at random.
+    let mut random = ChaCha8Rng::seed_from_u64(5);
+    const MANY: usize = 400_000;
+    let at: Vec<HalfDifference<f32>> = (0..MANY)
+        .map(|index| {
+            let share = [
+                (index as f64 + 0.5) / MANY as f64,
+                random.random(),
+                random.random(),
+            ];
+            let ends = [0.5, 0.5, 2.0].map(|end| end * std::f64::consts::PI);
+            let [theta_h, theta_d, phi_d] = [0, 1, 2].map(|i| (share[i] * ends[i]) as f32);
+            HalfDifference::from_angles(Angles {
+                theta_h,
+                theta_d,
+                phi_d,
+            })
+        })
+        .filter(HalfDifference::is_valid)
+        .collect();
+    for (name, bytes) in [
+        ("phong.recipe", PHONG),
+        ("neural.recipe", NEURAL),
+        ("cook-torrance.recipe", COOK_TORRANCE),
+    ] {
+        let judge = |seed| {
+            let arguments = ["--recipe", name, "--test", "procedural:8:3", "--seed", seed];
+            as_json(scratch.path(), &arguments)
+        };
+        let judged = judge("0");
+        assert_eq!(judged, judge("1"));
+        let recipe = Recipe::parse(bytes).expect("it is a recipe");
+        let method = Method::ours(&recipe, None).expect("it needs no basis");
+        let losses = materials.iter().map(|material| {
+            let fitted = method.fit(&**material, 0).expect("it fits");
+            let mut reference = vec![[0.0; 3]; at.len()];
+            material.brdf_batch(&at, &mut reference);
+            let brdf = |at: &[HalfDifference<f32>], values: &mut [[f32; 3]]| {
+                fitted.brdf_batch(at, values);
+            };
+            mean_log_error(&brdf, &at, &reference)
+        });
+        let expected = losses.sum::<f64>() / materials.len() as f64;
+        let loss = number(&judged["loss"]);
+        println!("{name}: {loss:.6}, of many more directions {expected:.6}");
+        assert!((loss / expected - 1.0).abs() < 0.01, "{loss}, {expected}");
+    }
+}
+
+#[test]
+fn the_standard_error_is_over_the_materials() {
+    let scratch = folder();
+    let arguments = ["--recipe", "phong.recipe", "--test", "procedural:5:3"];
+    let judged = as_json(scratch.path(), &arguments);
+    let materials = judged["materials"].as_array().expect("a list");
+    let losses: Vec<f64> = materials.iter().map(|each| number(&each["loss"])).collect();
+    let mean = losses.iter().sum::<f64>() / 5.0;
+    let squares: f64 = losses.iter().map(|loss| (loss - mean).powi(2)).sum();
+    let expected = (squares / 4.0 / 5.0).sqrt();
+    let found = number(&judged["loss_standard_error"]);
+    assert!((found / expected - 1.0).abs() < 1e-9, "{found}, {expected}");
+    let text = succeed(scratch.path(), &[&["evaluate"], &arguments[..]].concat());
+    let line = format!("standard error of the mean loss, over 5 materials: {expected:.4}");
+    assert!(text.contains(&line), "{text}");
+    // One material has none.
+    let single = ["--recipe", "phong.recipe", "--test", "procedural:1:3"];
+    let judged = as_json(scratch.path(), &single);
+    assert_eq!(judged["loss_standard_error"], Value::Null);
+}
+
+#[test]
+fn recipes_are_compared_pair_by_pair() {
+    let scratch = folder();
+    let arguments = [
+        "--recipe",
+        "phong.recipe",
+        "neural.recipe",
+        "cook-torrance.recipe",
+        "--test",
+        "procedural:4:3",
+    ];
+    let all = as_json(scratch.path(), &arguments);
+    let losses = |index: usize| -> Vec<f64> {
+        let materials = all["recipes"][index]["materials"]
+            .as_array()
+            .expect("a list");
+        materials.iter().map(|each| number(&each["loss"])).collect()
+    };
+    // Each is judged as it is alone.
+    let alone = as_json(
+        scratch.path(),
+        &["--recipe", "neural.recipe", "--test", "procedural:4:3"],
+    );
+    assert_eq!(all["recipes"][1], alone);
+    let first = losses(0);
+    for (index, name) in [(1, "neural.recipe"), (2, "cook-torrance.recipe")] {
+        let difference = &all["differences"][index - 1];
+        assert_eq!(difference["recipe"], name);
+        assert_eq!(difference["base"], "phong.recipe");
+        let pairs: Vec<f64> = losses(index)
+            .iter()
+            .zip(&first)
+            .map(|(a, b)| a - b)
+            .collect();
+        let mean = pairs.iter().sum::<f64>() / 4.0;
+        let squares: f64 = pairs.iter().map(|pair| (pair - mean).powi(2)).sum();
+        let error = (squares / 3.0 / 4.0).sqrt();
+        assert!((number(&difference["loss"]) - mean).abs() < 1e-12);
+        assert!((number(&difference["standard_error"]) - error).abs() < 1e-12);
+        let less = pairs.iter().filter(|pair| **pair < 0.0).count();
+        assert_eq!(difference["less_loss_on"], json!(less));
+    }
+    let text = succeed(scratch.path(), &[&["evaluate"], &arguments[..]].concat());
+    for part in [
+        "loss - first",
+        "its std. error",
+        "less loss on (of 4)",
+        "procedural-3-002",
+        "paired",
+    ] {
+        assert!(text.contains(part), "no {part} in {text}");
+    }
+    let row = text
+        .lines()
+        .find(|line| line.starts_with("cook-torrance.recipe"));
+    let mean = format!("{:.4}", number(&all["differences"][1]["loss"]));
+    assert!(row.expect("a row").contains(&mean), "{text}");
+}
+
+/// A recipe of Linear that says it was trained on these, with the basis of one that was.
+fn that_knows(directory: &Path, materials: Vec<(&str, u32)>) {
+    let mut train = TRAIN.to_vec();
+    (train[2], train[4], train[6], train[10]) = ("linear", "2", "procedural:4", "l.recipe");
+    if !directory.join("l.recipe").exists() {
+        succeed(directory, &train);
+    }
+    let file = RecipeFile::read(&directory.join("l.recipe")).expect("it is a recipe");
+    let recipe = file.recipe().expect("it is a recipe");
+    let ridge = recipe.ridge().expect("it is Linear");
+    let mut reduced = linear::reduced();
+    reduced.pattern = recipe.pattern().collect();
+    reduced.basis = ridge.basis().iter().collect();
+    reduced.mean = ridge.mean().iter().collect();
+    reduced.median = ridge.median().iter().collect();
+    reduced.weight = ridge.weight().iter().collect();
+    reduced.precision = ridge.precision().iter().collect();
+    reduced.basis_checksum = ridge.basis_checksum().expect("it has one");
+    let statements = Statements {
+        expectation: recipe.statements().expect("they make sense").expectation,
+        materials,
+        ..Statements::default()
+    };
+    let file = to_ridge_recipe(&reduced, &statements).expect("it is a recipe");
+    fs::write(directory.join("k.recipe"), file.bytes()).expect("it is written");
+    fs::copy(directory.join("l.basis"), directory.join("k.basis")).expect("it is copied");
+}
+
+#[test]
+fn materials_of_training_are_told() {
+    let scratch = folder();
+    let directory = scratch.path();
+    let set = Procedural::set(4, 0);
+    let judge = || {
+        as_json(
+            directory,
+            &["--recipe", "k.recipe", "--test", "procedural:4"],
+        )
+    };
+    let text = || {
+        succeed(
+            directory,
+            &["evaluate", "--recipe", "k.recipe", "--test", "procedural:4"],
+        )
+    };
+
+    // One under another name, one by its name only, two that are new.
+    that_knows(
+        directory,
+        vec![("another-name", digest(&set[1])), (set[2].name(), 7)],
+    );
+    let judged = judge();
+    assert_eq!(judged["trained_on"], json!([set[1].name()]));
+    assert_eq!(judged["namesakes_trained_on"], json!([set[2].name()]));
+    let flags = [0, 1, 2, 3].map(|index| judged["materials"][index]["trained_on"].clone());
+    assert_eq!(
+        flags,
+        [json!(false), json!(true), json!(false), json!(false)]
+    );
+    assert_eq!(judged["new"]["materials"], 2);
+    let of = |index: usize| number(&judged["materials"][index]["loss"]);
+    let new = number(&judged["new"]["loss"]);
+    assert!((new - (of(0) + of(3)) / 2.0).abs() < 1e-12);
+    let told = text();
+    for part in [
+        format!("trained on 1 of these 4 materials ({})", set[1].name()),
+        "says nothing of unseen ones".into(),
+        format!("of the same name as 1 of these 4 ({})", set[2].name()),
+        "over the 2 that are new: a mean loss of ".into(),
+        "the recipe promises ".into(),
+    ] {
+        assert!(told.contains(&part), "no {part} in {told}");
+    }
+    let marked = told
+        .lines()
+        .filter(|line| line.ends_with("trained on"))
+        .count();
+    assert_eq!(marked, 2, "{told}");
+    // Pictures tell the same.
+    let spheres = [
+        "render",
+        "sphere",
+        "procedural:4",
+        "--recipe",
+        "k.recipe",
+        "--size",
+        "8",
+    ];
+    let output = trainer(directory, &spheres);
+    let talk = String::from_utf8_lossy(&output.stderr);
+    assert!(
+        output.status.success() && talk.contains("trained on 1 of these 4"),
+        "{talk}"
+    );
+
+    // All new.
+    that_knows(directory, vec![("another", 1)]);
+    let judged = judge();
+    assert_eq!(judged["trained_on"], json!([]));
+    assert_eq!(judged.get("new"), None);
+    assert!(!text().contains("trained on 1"));
+
+    // A recipe that does not name its materials.
+    that_knows(directory, Vec::new());
+    let judged = judge();
+    assert_eq!(judged["trained_on"], Value::Null);
+    assert_eq!(judged["materials"][1]["trained_on"], Value::Null);
+    assert!(text().contains("does not name the materials"), "{}", text());
+
+    // Of methods without a recipe, those that took components from materials.
+    let random = [
+        "--method",
+        "random",
+        "--model",
+        "linear",
+        "--samples",
+        "4",
+        "--train",
+        "procedural:3",
+        "--test",
+        "procedural:4",
+        "--seeds",
+        "1",
+    ];
+    let judged = as_json(directory, &random);
+    assert_eq!(judged["trained_on"].as_array().map(Vec::len), Some(3));
+}
+
+#[test]
+fn a_promise_is_told_with_what_it_was_found_on() {
+    let scratch = folder();
+    let directory = scratch.path();
+    let mut train = TRAIN.to_vec();
+    (train[4], train[6]) = ("1", "procedural:1");
+    train[10] = "one.recipe";
+    let output = trainer(directory, &train);
+    let talk = String::from_utf8_lossy(&output.stderr);
+    let on = "found on 1 material of procedural:1 that it was trained on: of unseen materials \
+              nothing is known";
+    assert!(output.status.success() && talk.contains(on), "{talk}");
+    let shown = succeed(directory, &["inspect", "one.recipe"]);
+    assert!(shown.contains(on), "{shown}");
+    let arguments = [
+        "evaluate",
+        "--recipe",
+        "one.recipe",
+        "--test",
+        "procedural:2:3",
+    ];
+    let judged = succeed(directory, &arguments);
+    assert!(
+        judged.contains("the recipe promises ") && judged.contains(on),
+        "{judged}"
+    );
+    let judged = as_json(directory, &arguments[1..]);
+    assert_eq!(judged["promise"]["materials"], 1);
+    assert_eq!(judged["promise"]["standard_error"], Value::Null);
+    let on = "materials of procedural:1 that it was trained on";
+    assert_eq!(judged["promise"]["on"], on);
+    // An older recipe does not say.
+    let arguments = [
+        "evaluate",
+        "--recipe",
+        "phong.recipe",
+        "--test",
+        "procedural:1:3",
+    ];
+    let judged = succeed(directory, &arguments);
+    assert!(judged.contains("on what is not stated"), "{judged}");
+}

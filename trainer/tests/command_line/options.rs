@@ -1,0 +1,208 @@
+//! What is asked for in vain is refused by name; numbers out of range are told the range.
+
+use std::path::Path;
+
+use super::{fail, succeed};
+
+#[test]
+fn an_option_without_effect_is_refused_by_name() {
+    let scratch = tempfile::tempdir().expect("a temporary directory");
+    let recipe = ["evaluate", "--recipe", "r.recipe", "--test", "procedural:1"];
+    let random = [
+        "evaluate",
+        "--method",
+        "random",
+        "--model",
+        "phong",
+        "--samples",
+        "8",
+        "--test",
+        "procedural:1",
+    ];
+    let optimum = [
+        "evaluate",
+        "--method",
+        "optimum",
+        "--model",
+        "phong",
+        "--test",
+        "procedural:1",
+    ];
+    let learned = [
+        "evaluate",
+        "--method",
+        "ours",
+        "--model",
+        "phong",
+        "--samples",
+        "8",
+        "--test",
+        "procedural:1",
+    ];
+    let random_linear = [
+        "evaluate",
+        "--method",
+        "random",
+        "--model",
+        "linear",
+        "--samples",
+        "8",
+        "--test",
+        "procedural:1",
+    ];
+    let train = [
+        "train",
+        "--model",
+        "phong",
+        "--samples",
+        "8",
+        "--out",
+        "r.recipe",
+    ];
+    let grid = ["train", "--grid", "--out", "grid"];
+    let small_grid = [
+        "train",
+        "--grid",
+        "--model",
+        "phong,neural",
+        "--out",
+        "grid",
+    ];
+    let bases = ["reproduce", "bases", "--out", "paper"];
+    let page = [
+        "render",
+        "sphere",
+        "procedural:1",
+        "--recipe",
+        "r.recipe",
+        "--out",
+        "s.html",
+    ];
+    for (command, more) in [
+        (&recipe[..], &["--model", "phong"][..]),
+        (&recipe, &["--samples", "8"]),
+        (&recipe, &["--bases", "5"]),
+        (&recipe, &["--eta", "40"]),
+        (&recipe, &["--effort", "quick"]),
+        (&recipe, &["--train", "nowhere"]),
+        (&recipe, &["--seeds", "3"]),
+        (&random, &["--train", "nowhere"]),
+        (&random, &["--effort", "quick"]),
+        (&random, &["--bases", "5"]),
+        (&random, &["--eta", "40"]),
+        (&random_linear, &["--effort", "quick"]),
+        (&optimum, &["--samples", "8"]),
+        (&optimum, &["--seeds", "3"]),
+        (&learned, &["--bases", "5"]),
+        (&learned, &["--seeds", "3"]),
+        (&train, &["--bases", "5"]),
+        (&train, &["--eta", "40"]),
+        (&small_grid, &["--bases", "5"]),
+        (&grid, &["--resume"]),
+        (&bases, &["--additional", "procedural:1"]),
+        (&bases, &["--most-samples", "8"]),
+        (&page, &["--columns", "2"]),
+    ] {
+        let message = fail(scratch.path(), &[command, more].concat());
+        let refused = ["has no effect", "cannot be used with"];
+        assert!(
+            message.contains(more[0]) && refused.iter().any(|words| message.contains(words)),
+            "{command:?} {more:?}: {message}"
+        );
+    }
+    // And the other way round: methods that learn nothing take no recipe.
+    let message = fail(
+        scratch.path(),
+        &[&recipe[..], &["--method", "random"]].concat(),
+    );
+    assert!(message.contains("--recipe has no effect"), "{message}");
+    assert_nothing_is_in(scratch.path());
+}
+
+#[test]
+fn numbers_out_of_range_are_told_the_range() {
+    let scratch = tempfile::tempdir().expect("a temporary directory");
+    let train = ["train", "--model", "phong", "--out", "r.recipe", "-n"];
+    let evaluate = [
+        "evaluate",
+        "--method",
+        "random",
+        "--model",
+        "phong",
+        "--test",
+        "procedural:1",
+        "-n",
+    ];
+    let grow = ["reproduce", "curves", "--most-samples"];
+    for command in [&train[..], &evaluate, &grow] {
+        for number in ["-3", "0", "4097", "1e20", "8.5", "many"] {
+            let message = fail(scratch.path(), &[command, &[number]].concat());
+            assert!(
+                message.contains("1 to 4096") && message.contains(number),
+                "{command:?} {number}: {message}"
+            );
+        }
+        let mut help = command[..command.len() - 1].to_vec();
+        help.push("--help");
+        let help = succeed(scratch.path(), &help);
+        // Whatever the width of its lines is.
+        let help = help.split_whitespace().collect::<Vec<_>>().join(" ");
+        assert!(help.contains("1 to 4096"), "{help}");
+    }
+    for number in ["0", "-1", "1000000", "many"] {
+        let message = fail(scratch.path(), &["bench", "--threads", number]);
+        assert!(
+            message.contains("--threads") && message.contains("whole number of 1 to "),
+            "{message}"
+        );
+    }
+    let message = fail(
+        scratch.path(),
+        &[&evaluate[..], &["8", "--seeds", "0"]].concat(),
+    );
+    assert!(message.contains("whole number of 1 to "), "{message}");
+    assert_nothing_is_in(scratch.path());
+}
+
+fn assert_nothing_is_in(directory: &Path) {
+    let names = std::fs::read_dir(directory).expect("it can be listed");
+    assert_eq!(names.count(), 0, "something was written");
+}
+
+#[test]
+fn shells_complete_every_command() {
+    let scratch = tempfile::tempdir().expect("a temporary directory");
+    for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
+        let script = succeed(scratch.path(), &["completion", shell]);
+        for word in [
+            "trainer",
+            "virtual-scanner",
+            "reproduce",
+            "checkpoint-every",
+        ] {
+            assert!(script.contains(word), "no {word} for {shell}");
+        }
+    }
+}
+
+#[test]
+fn the_version_names_the_commit_where_there_is_one() {
+    let scratch = tempfile::tempdir().expect("a temporary directory");
+    let printed = succeed(scratch.path(), &["--version"]);
+    let version = printed
+        .trim_end()
+        .strip_prefix("trainer ")
+        .expect("the name comes first");
+    let rest = version
+        .strip_prefix(env!("CARGO_PKG_VERSION"))
+        .expect("then the version");
+    let commit = rest
+        .strip_prefix(" (commit ")
+        .and_then(|rest| rest.strip_suffix(')'));
+    let is_commit =
+        |digits: &str| digits.len() == 12 && digits.chars().all(|digit| digit.is_ascii_hexdigit());
+    assert!(
+        rest.is_empty() || commit.is_some_and(is_commit),
+        "{printed}"
+    );
+}
