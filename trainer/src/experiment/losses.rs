@@ -2,7 +2,6 @@
 
 use glimpse_core::geometry::HalfDifference;
 use glimpse_core::model::ModelKind;
-use glimpse_trainer::evaluation::DIRECTIONS;
 use glimpse_trainer::linear::Prior;
 use glimpse_trainer::material::Material;
 use glimpse_trainer::report::{Best, Cell, Column, Compare, Table};
@@ -14,6 +13,8 @@ use super::findings::Findings;
 use super::laboratory::{Laboratory, TestSet};
 use super::{MODELS, SAMPLES, doublings, paper, title};
 
+/// Directions at which black and Lambertian BRDFs are judged: so many that the draw hardly matters.
+const DIRECTIONS: usize = 65_536;
 /// The columns of the table of methods.
 const APPROACHES: [Approach; 5] = [
     Approach::Random,
