@@ -9,6 +9,7 @@ mod cook_torrance;
 pub mod linear;
 pub mod loss;
 mod neural;
+mod parameters;
 mod phong;
 
 pub use cook_torrance::{CookTorrance, CookTorranceParameters};
@@ -46,18 +47,6 @@ impl ModelKind {
             Self::Neural => "neural",
             Self::CookTorrance => "cook-torrance",
             Self::Linear => "linear",
-        }
-    }
-
-    /// How many parameters the model has. None for Linear: as many as its recipe says, a
-    /// coefficient for each component and channel.
-    #[must_use]
-    pub const fn parameters(self) -> Option<usize> {
-        match self {
-            Self::Phong => Some(Phong::PARAMETERS),
-            Self::Neural => Some(Neural::PARAMETERS),
-            Self::CookTorrance => Some(CookTorrance::PARAMETERS),
-            Self::Linear => None,
         }
     }
 }

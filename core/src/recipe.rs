@@ -10,6 +10,7 @@
 
 mod check;
 mod contents;
+mod decode;
 mod error;
 mod field;
 mod format;

@@ -11,6 +11,7 @@ mod memory;
 mod reading;
 mod residual;
 mod saved;
+mod status;
 
 pub use error::{FinishError, FitError, ScanError};
 pub use fit::{Fit, Fitted};
@@ -23,7 +24,8 @@ use crate::fit::Fitter;
 use crate::geometry::Directions;
 use crate::model::linear::Basis;
 use crate::recipe::Recipe;
-use memory::{Stage, Status};
+use memory::Stage;
+use status::Status;
 
 /// A scan of one material by one recipe, taking readings.
 ///

@@ -15,6 +15,7 @@
 //! - [`scanner`]: the virtual scanner
 //! - [`report`]: tables, plots, pages
 //! - [`benchmark`]: the work that training spends its time on
+//! - `commit`, of the program: its version
 //! - `experiment`, of the program: the paper's tables and figures
 //! - `commands`, of the program: one file a subcommand
 //!

@@ -4,25 +4,23 @@ use crate::geometry::Directions;
 use crate::heapless::Vec;
 use crate::link::{BYTES_PER_FRAME, Failure};
 use crate::scan::{Reading, Residual};
-#[cfg(doc)]
-use crate::{
-    driver::{Driver, Host},
-    scan::Scan,
-};
 
 /// What a firmware has to do next.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Action {
     /// Nothing, until a byte comes, one can be sent, or so many milliseconds have passed.
     Wait {
-        /// Milliseconds; `u32::MAX` if only [`Driver::restart`] will change anything.
+        /// Milliseconds; `u32::MAX` if only [`Driver::restart`](crate::driver::Driver::restart)
+        /// will change anything.
         milliseconds: u32,
     },
     /// Nothing but to call again soon: a slice of the fit was done, or a reply was heard.
     Continue,
-    /// Move the arms and read the sensor there, then [`Driver::record`] (or
-    /// [`Driver::fail`]). This sample is the first in the pattern's order; any other of
-    /// [`Scan::pending`] will do. The same is said until a reading was recorded.
+    /// Move the arms and read the sensor there, then
+    /// [`Driver::record`](crate::driver::Driver::record) (or
+    /// [`Driver::fail`](crate::driver::Driver::fail)). This sample is the first in the pattern's
+    /// order; any other of [`Scan::pending`](crate::scan::Scan::pending) will do. The same is said
+    /// until a reading was recorded.
     Measure {
         /// Index of the sample in the recipe's pattern.
         index: u16,
@@ -46,17 +44,19 @@ pub enum Action {
         bytes: Vec<u8, BYTES_PER_FRAME>,
     },
     /// All bytes of the new recipe are stored. Parse them; if they are a whole recipe, use it from
-    /// now on, with a new scan and driver; else [`Driver::fail`], and this one is not fetched again.
+    /// now on, with a new scan and driver; else [`Driver::fail`](crate::driver::Driver::fail), and
+    /// this one is not fetched again.
     Install {
         /// How many bytes there are.
         bytes: u32,
         /// The checksum that its header should have.
         checksum: u32,
     },
-    /// The scan is done: [`Scan::fitted`] has the material until the next call. With
-    /// [`Host::Measures`] the next scan begins by itself, else by [`Driver::restart`].
+    /// The scan is done: [`Scan::fitted`](crate::scan::Scan::fitted) has the material until the
+    /// next call. With [`Host::Measures`](crate::driver::Host::Measures) the next scan begins by
+    /// itself, else by [`Driver::restart`](crate::driver::Driver::restart).
     Finished(Residual),
     /// The scan is given up. It begins anew by itself where a host measures or listens, else by
-    /// [`Driver::restart`].
+    /// [`Driver::restart`](crate::driver::Driver::restart).
     Failed(Failure),
 }

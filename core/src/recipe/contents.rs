@@ -1,7 +1,6 @@
 //! What a fit needs of a body, decoded; none of its numbers is looked at yet.
 
-use serde::Deserialize;
-
+use super::decode::decode;
 use super::error::RecipeError;
 use super::ingredients::PackedLearner;
 use super::kind::Kind;
@@ -50,16 +49,5 @@ impl<'a> Contents<'a> {
             },
             stated: Stated::Sections(Sections::new(body)),
         })
-    }
-}
-
-/// All of a section's bytes as one value.
-pub(super) fn decode<'a, T: Deserialize<'a>>(
-    kind: Kind,
-    bytes: &'a [u8],
-) -> Result<T, RecipeError> {
-    match postcard::take_from_bytes(bytes) {
-        Ok((value, [])) => Ok(value),
-        _ => Err(RecipeError::Section(kind)),
     }
 }

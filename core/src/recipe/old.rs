@@ -1,8 +1,7 @@
 //! The bodies of formats 1 and 2, which are read and written no more.
 
-use serde::Deserialize;
-
 use super::contents::Contents;
+use super::decode::Fields;
 use super::error::RecipeError;
 use super::ingredients::{PackedDescent, PackedLearner};
 use super::statements::Stated;
@@ -39,17 +38,4 @@ pub(super) fn second(body: &[u8]) -> Result<Contents<'_>, RecipeError> {
         learner,
         stated: Stated::End(body.0),
     })
-}
-
-/// The fields of a body that are not read yet, one after the other: what reads one by one is there
-/// for the sections already, and takes a firmware no flash.
-pub(super) struct Fields<'a>(pub(super) &'a [u8]);
-
-impl<'a> Fields<'a> {
-    pub(super) fn next<T: Deserialize<'a>>(&mut self) -> Result<T, RecipeError> {
-        let (field, rest) =
-            postcard::take_from_bytes(self.0).map_err(|_| RecipeError::Malformed)?;
-        self.0 = rest;
-        Ok(field)
-    }
 }

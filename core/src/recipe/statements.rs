@@ -2,12 +2,11 @@
 //! firmware that does not ask carries no code for it.
 
 use super::check::{finite, not_negative};
-use super::contents::decode;
+use super::decode::{Fields, decode};
 use super::error::RecipeError;
 use super::field::Field;
 use super::ingredients::{Expectation, Noise, Provenance};
 use super::kind::Kind;
-use super::old::Fields;
 use super::sections::{Materials, Sections};
 use crate::gonio::Limits;
 

@@ -1,6 +1,7 @@
 //! The memory of a scan, which is the caller's.
 
 use super::Residual;
+use super::status::Status;
 use crate::fit::Fitter;
 use crate::geometry::{Directions, HalfDifference};
 use crate::model::Sample;
@@ -63,33 +64,6 @@ pub(super) enum Stage {
     Fitting { done: u32 },
     /// The fit is done and was looked at.
     Fitted(Residual),
-}
-
-/// What is known of a sample.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Status(u8);
-
-impl Status {
-    /// It was not read yet.
-    pub(super) const PENDING: Self = Self(0);
-    const READ: u8 = 1;
-    const SATURATED: u8 = 2;
-    const CLAMPED: u8 = 4;
-
-    /// It was read.
-    pub(super) fn read(saturated: bool, clamped: bool) -> Self {
-        let saturated = if saturated { Self::SATURATED } else { 0 };
-        let clamped = if clamped { Self::CLAMPED } else { 0 };
-        Self(Self::READ | saturated | clamped)
-    }
-
-    pub(super) fn is_saturated(self) -> bool {
-        self.0 & Self::SATURATED != 0
-    }
-
-    pub(super) fn is_clamped(self) -> bool {
-        self.0 & Self::CLAMPED != 0
-    }
 }
 
 // What does not depend on the model is not generic, so that it is there once, and small.

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::FitError;
-use super::memory::Status;
+use super::status::Status;
 use crate::fit::Learner;
 use crate::gonio::Calibrated;
 use crate::model::Sample;

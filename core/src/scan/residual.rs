@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::memory::Status;
+use super::status::Status;
 use crate::model::Sample;
 use crate::model::loss::cosine_weighted_log_error;
 

@@ -5,10 +5,10 @@ use std::path::PathBuf;
 use anyhow::bail;
 use clap::Args;
 use glimpse_trainer::export::{RecipeFile, to_json, to_rust};
+use glimpse_trainer::linear::Basis;
 
 use super::export_basis::compact_basis;
 use super::output::{refuse_input, write_file_forced};
-use super::train::basis_beside;
 
 /// The formats.
 #[derive(Clone, Copy, Debug, clap::ValueEnum)]
@@ -58,7 +58,7 @@ impl Export {
             bail!("--components is for --format basis: a recipe keeps all of its components");
         }
         refuse_input(&self.out, &self.recipe)?;
-        refuse_input(&self.out, &basis_beside(&self.recipe))?;
+        refuse_input(&self.out, &Basis::beside(&self.recipe))?;
         let file = RecipeFile::read(&self.recipe)?;
         let recipe = file.recipe()?;
         let bytes = match self.format {

@@ -1,6 +1,6 @@
 //! Says which materials a recipe was trained on: what it does on those is no news.
 
-use glimpse_core::recipe::Recipe;
+use glimpse_core::recipe::{Recipe, RecipeError};
 use glimpse_trainer::evaluation::{Known, TrainedOn};
 use glimpse_trainer::material::Material;
 
@@ -17,12 +17,19 @@ pub(super) fn known(
 }
 
 /// Tells what must be known of a recipe's losses on some materials; nothing if all are new to it.
-pub(super) fn tell(recipe: &Recipe<'_>, materials: &[Box<dyn Material>]) {
-    let known = known(TrainedOn::of_recipe(recipe).as_ref(), materials);
+///
+/// # Errors
+/// If what the recipe states about itself makes no sense.
+pub(super) fn tell(
+    recipe: &Recipe<'_>,
+    materials: &[Box<dyn Material>],
+) -> Result<(), RecipeError> {
+    let known = known(TrainedOn::of_recipe(recipe)?.as_ref(), materials);
     let names = materials.iter().map(|material| material.name());
     for line in lines(known.as_deref(), &names.collect::<Vec<_>>()) {
         eprintln!("{line}");
     }
+    Ok(())
 }
 
 /// How many names are shown.

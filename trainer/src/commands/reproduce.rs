@@ -5,7 +5,6 @@ use std::path::PathBuf;
 use anyhow::{anyhow, bail};
 use clap::Args;
 use glimpse_trainer::evaluation::TrainedOn;
-use glimpse_trainer::export::RecipeFile;
 use glimpse_trainer::files::try_write;
 use glimpse_trainer::material::Source;
 use glimpse_trainer::meta::plan::Effort;

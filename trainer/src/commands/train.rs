@@ -5,6 +5,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, bail};
 use clap::Args;
+use glimpse_core::model::ModelKind;
 use glimpse_trainer::export::{RecipeFile, options_of, provenance, recipe_of, schedule_of};
 use glimpse_trainer::files::{is_stream, try_write};
 use glimpse_trainer::linear::{Basis, Prior};
@@ -67,7 +68,7 @@ pub(crate) struct Train {
     #[arg(long, short)]
     pub(super) out: PathBuf,
     #[command(flatten)]
-    prior: PriorArgs,
+    pub(super) prior: PriorArgs,
     /// How the parts are trained
     #[arg(long, value_enum, default_value_t = Schedule::Joint)]
     schedule: Schedule,
@@ -226,7 +227,7 @@ impl Job<'_> {
         force: bool,
     ) -> anyhow::Result<()> {
         let unfinished = Checkpoint::is_in(&self.checkpoint);
-        let basis = basis_beside(&self.out);
+        let basis = Basis::beside(&self.out);
         let is_linear = self.options.model == ModelKind::Linear;
         match found {
             _ if force => Ok(()),

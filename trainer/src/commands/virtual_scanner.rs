@@ -12,7 +12,6 @@ use serde_json::{Value, json};
 
 use super::known::tell;
 use super::output::{refuse_input, refuse_source};
-use super::train::basis_beside;
 use super::{load, print, read_recipe, write_file};
 
 /// Play motors and sensor from a material, for the firmware at the other end of the line.
@@ -53,7 +52,7 @@ impl VirtualScanner {
             refuse_source(out, &self.material)?;
             if let Some(recipe) = &self.recipe {
                 refuse_input(out, recipe)?;
-                refuse_input(out, &basis_beside(recipe))?;
+                refuse_input(out, &Basis::beside(recipe))?;
             }
         }
         let materials = load(&self.material)?;
@@ -69,7 +68,7 @@ impl VirtualScanner {
         let mut basis = None;
         if let Some(path) = &self.recipe {
             let (file, found) = read_recipe(path)?;
-            tell(&file.recipe()?, &materials);
+            tell(&file.recipe()?, &materials)?;
             let checksum = file.recipe()?.checksum();
             basis = found.map(|basis| (checksum, basis));
             scanner = scanner.offering(file.bytes().to_vec());

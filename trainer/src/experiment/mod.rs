@@ -30,7 +30,6 @@ use clap::ValueEnum;
 use glimpse_trainer::report::Page;
 
 pub(crate) use findings::Findings;
-use laboratory::Sheet;
 pub(crate) use laboratory::{Laboratory, Settings, TestSet};
 use tables::{
     METRICS, MODELS, SAMPLES, cells_beside_the_paper_s, columns_beside_the_paper_s, doublings,

@@ -1,7 +1,7 @@
 //! Why a material cannot be had.
 
 use std::io;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// The largest COUNT of `procedural:COUNT`.
 pub(super) const MOST_PROCEDURAL: usize = 100_000;
@@ -70,4 +70,12 @@ pub enum SourceError {
          with a COUNT of 1 to {MOST_PROCEDURAL}"
     )]
     Procedural(String),
+}
+
+/// What becomes of the operating system's refusal to read a path.
+pub(super) fn refused(path: &Path) -> impl Fn(io::Error) -> SourceError {
+    move |source| SourceError::Read {
+        path: path.into(),
+        source,
+    }
 }

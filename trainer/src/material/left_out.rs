@@ -4,7 +4,7 @@ use std::ffi::OsStr;
 use std::fmt;
 use std::path::Path;
 
-use super::source::refused;
+use super::error::refused;
 use super::{MerlTable, NeuralBrdf, RglMeasurement, SourceError};
 
 /// How the names of materials' files end.

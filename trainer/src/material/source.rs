@@ -3,13 +3,12 @@
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
 use std::fmt;
-use std::io;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use rayon::prelude::*;
 
-use super::error::{MOST_PROCEDURAL, SourceError};
+use super::error::{MOST_PROCEDURAL, SourceError, refused};
 use super::left_out::LeftOut;
 use super::{Material, MerlTable, NeuralBrdf, Procedural, RglMeasurement};
 
@@ -126,13 +125,6 @@ fn procedural(text: &str) -> Result<Option<(usize, u64)>, SourceError> {
         return Err(misunderstood());
     }
     Ok(Some((count, seed)))
-}
-
-pub(super) fn refused(path: &Path) -> impl Fn(io::Error) -> SourceError {
-    move |source| SourceError::Read {
-        path: path.into(),
-        source,
-    }
 }
 
 /// Reads one material.

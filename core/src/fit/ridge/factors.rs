@@ -1,7 +1,9 @@
 //! Solves with a factorized ridge problem, refined; and their adjoint.
 
+use super::factor::{self, packed_length};
 use super::pair::Pair;
-use super::{Part, Problem, Real, RidgeError, Stored, dot, factor};
+use super::problem::take;
+use super::{Part, Problem, Real, RidgeError, Stored, dot, is_positive};
 
 /// A correction of this size, relative to what it corrects, is the last: the next one would be
 /// smaller by at least as much as this one was smaller than the solution.
@@ -23,6 +25,46 @@ pub struct RidgeGradient<'g, S> {
     pub basis: &'g mut [S],
     /// By the precisions p (m).
     pub precision: &'g mut [S],
+}
+
+impl<'a, T> Problem<'a, T> {
+    /// Factorizes the system, in `factors` of at least [`factor_length`](super::factor_length). What
+    /// `scratch` of at least [`scratch_length`](super::scratch_length) holds does not matter, before
+    /// and after.
+    ///
+    /// # Errors
+    /// [`RidgeError::Buffer`] or [`RidgeError::Precision`].
+    pub fn factorize<'b, S: Real>(
+        self,
+        factors: &'b mut [S],
+        scratch: &mut [S],
+    ) -> Result<Factors<'a, 'b, T, S>, RidgeError>
+    where
+        T: Stored<S>,
+    {
+        let order = self.order();
+        let packed = take(factors, packed_length(order), Part::Factors)?;
+        let scratch = self.scratch(scratch)?;
+        let wrong = |p: &T| !is_positive(p.value());
+        if let Some(index) = self.precision.iter().position(wrong) {
+            return Err(RidgeError::Precision(index));
+        }
+        for index in 0..order {
+            self.factorize_row(packed, index, scratch);
+        }
+        Ok(Factors {
+            problem: self,
+            packed,
+        })
+    }
+
+    /// The factors in a buffer whose rows were all factorized by [`Problem::factorize_row`].
+    pub(crate) fn factors<'b, S>(self, packed: &'b [S]) -> Factors<'a, 'b, T, S> {
+        Factors {
+            problem: self,
+            packed,
+        }
+    }
 }
 
 impl<'a, T: Stored<S>, S: Real> Factors<'a, '_, T, S> {

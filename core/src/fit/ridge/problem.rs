@@ -1,8 +1,7 @@
 //! A ridge problem, and the assembly of its system in the smaller of two forms.
 
 use super::factor::{self, packed_length};
-use super::factors::Factors;
-use super::{Part, Real, RidgeError, Stored, dot, is_positive};
+use super::{Part, Real, RidgeError, Stored, dot};
 
 /// Numbers that the factors of a problem take: r (r + 1) / 2, r = min(n, m).
 #[must_use]
@@ -76,35 +75,6 @@ impl<'a, T> Problem<'a, T> {
         self.basis.chunks_exact(self.precision.len().max(1))
     }
 
-    /// Factorizes the system, in `factors` of at least [`factor_length`]. What `scratch` of at
-    /// least [`scratch_length`] holds does not matter, before and after.
-    ///
-    /// # Errors
-    /// [`RidgeError::Buffer`] or [`RidgeError::Precision`].
-    pub fn factorize<'b, S: Real>(
-        self,
-        factors: &'b mut [S],
-        scratch: &mut [S],
-    ) -> Result<Factors<'a, 'b, T, S>, RidgeError>
-    where
-        T: Stored<S>,
-    {
-        let order = self.order();
-        let packed = take(factors, packed_length(order), Part::Factors)?;
-        let scratch = self.scratch(scratch)?;
-        let wrong = |p: &T| !is_positive(p.value());
-        if let Some(index) = self.precision.iter().position(wrong) {
-            return Err(RidgeError::Precision(index));
-        }
-        for index in 0..order {
-            self.factorize_row(packed, index, scratch);
-        }
-        Ok(Factors {
-            problem: self,
-            packed,
-        })
-    }
-
     /// Assembles a row of the system and factorizes it, the rows above being done: so that a
     /// device can stop between two of them. `packed` and `scratch` are as for
     /// [`Problem::factorize`].
@@ -129,14 +99,6 @@ impl<'a, T> Problem<'a, T> {
             S::constant(1.0)
         };
         factor::factorize_row(above, row, least);
-    }
-
-    /// The factors in a buffer whose rows were all factorized by [`Problem::factorize_row`].
-    pub(crate) fn factors<'b, S>(self, packed: &'b [S]) -> Factors<'a, 'b, T, S> {
-        Factors {
-            problem: self,
-            packed,
-        }
     }
 
     /// A row of A'A + P; returns its precision.
@@ -187,7 +149,7 @@ impl<'a, T> Problem<'a, T> {
 }
 
 /// The first `needed` entries of a buffer.
-fn take<S>(buffer: &mut [S], needed: usize, part: Part) -> Result<&mut [S], RidgeError> {
+pub(super) fn take<S>(buffer: &mut [S], needed: usize, part: Part) -> Result<&mut [S], RidgeError> {
     let found = buffer.len();
     buffer.get_mut(..needed).ok_or(RidgeError::Buffer {
         part,

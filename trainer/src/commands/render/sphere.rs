@@ -112,7 +112,7 @@ impl Sphere {
             (judge, method)
         });
         if let Some(path) = &self.recipe {
-            tell(&read_recipe(path)?.0.recipe()?, &materials);
+            tell(&read_recipe(path)?.0.recipe()?, &materials)?;
         }
         let mut all = Vec::new();
         for (index, material) in materials.iter().enumerate() {
