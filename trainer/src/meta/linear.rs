@@ -107,6 +107,9 @@ impl<'a> LinearTrainee<'a> {
             .map(|angles| widened(&angles))
             .collect();
         let precision = precisions(log_precision);
+        if places.is_empty() {
+            return Ok(self.without_samples(pattern, precision.len(), tasks));
+        }
         let reduced = self.reduced(&places);
         let mut buffers = vec![Vec::new(); self.folds.len()];
         let factors: Vec<Factors<'_, '_, f64, f64>> = reduced
@@ -151,6 +154,32 @@ impl<'a> LinearTrainee<'a> {
             pattern: by_logits,
         };
         Ok((mean.loss as f32, gradient))
+    }
+
+    /// The same for a pattern all of whose samples are below the horizon, as a pattern of one can be
+    /// on its way: nothing is measured, so that all coefficients are 0, and only the barrier pulls.
+    fn without_samples(
+        &self,
+        pattern: &Pattern,
+        components: usize,
+        tasks: &[(usize, Vec<u32>)],
+    ) -> (f32, Groups<Vec<f32>>) {
+        let coefficients = [(); 3].map(|()| vec![0.0; components]);
+        let losses = tasks.iter().map(|(material, directions)| {
+            let outer = Outer {
+                judge: &self.folds[material % self.folds.len()],
+                directions,
+                values: &self.values[*material],
+            };
+            outer.loss(&coefficients, None)
+        });
+        let gradient = Groups {
+            initial: Vec::new(),
+            step_sizes: vec![0.0; components],
+            pattern: pattern.gradient_by_logits(|_| [0.0; 3]),
+        };
+        let loss = losses.sum::<f64>() / tasks.len() as f64;
+        (loss as f32, gradient)
     }
 
     /// The loss of each material over the whole pool, with the basis of others, for a valid

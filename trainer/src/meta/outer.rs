@@ -210,8 +210,11 @@ impl Run<'_> {
 
         let run = &mut state.run;
         run.done += 1;
-        let share = if run.done == 1 { 1.0 } else { 0.02 };
-        run.loss += share * (loss - run.loss);
+        // One loss that is no number would stay in the mean for ever.
+        if loss.is_finite() {
+            let share = if run.loss == 0.0 { 1.0 } else { 0.02 };
+            run.loss += share * (loss - run.loss);
+        }
         let last = step + 1 == phase.steps;
         match phase.keep {
             Keep::Nothing => {}
@@ -445,5 +448,34 @@ mod tests {
         assert_eq!(bests[..4], [None, Some(3.0), Some(3.0), Some(1.25)]);
         assert_eq!(bests[6..8], [None, Some(9.0)]);
         assert_eq!(bests[11], Some(5.0));
+    }
+
+    #[test]
+    fn a_loss_that_is_no_number_does_not_enter_the_mean_that_is_shown() {
+        let toy = Toy {
+            losses: [&[f32::NAN, 3.0, f32::NAN, 4.0], &[4.0, f32::NAN, 4.0, 4.0]],
+            seen: Mutex::default(),
+        };
+        let mut plan = Plan::new(Schedule::Paper, Effort::Long, ModelKind::Linear, 2, 2);
+        plan.phases.remove(0);
+        for phase in &mut plan.phases {
+            phase.steps = 4;
+        }
+        let run = Run {
+            trainee: &toy,
+            plan: &plan,
+            name: String::new(),
+            seed: 0,
+            checkpoints: None,
+        };
+        let mut losses = Vec::new();
+        let best = run.finish(&mut |progress| {
+            losses.push(progress.loss);
+            ControlFlow::Continue(())
+        });
+        assert_eq!(losses[..3], [0.0, 3.0, 3.0]);
+        assert!(losses[3..].iter().all(|loss| (3.0..4.0).contains(loss)));
+        // An epoch with such a loss in it is none to keep.
+        assert_eq!(best.unwrap().values.pattern.len(), 6);
     }
 }

@@ -443,3 +443,40 @@ fn linear_by_logits_agrees_with_differences() {
         SEEDS * COMPONENTS * 9 / 10,
     );
 }
+
+/// A pattern of one sample may go below the horizon on its way. Nothing is measured then, and the
+/// barrier alone pulls it back: no number goes missing.
+#[test]
+fn linear_without_a_sample_above_the_horizon_is_the_mean_and_is_pulled_back() {
+    let set = &*SET;
+    let plan = Plan::new(
+        Schedule::Paper,
+        Effort::Quick,
+        ModelKind::Linear,
+        1,
+        MATERIALS,
+    );
+    let trainee = LinearTrainee::new(&set.materials, &set.columns, Prior::PAPER, &plan, 3);
+    let below = Angles {
+        theta_h: 1.5,
+        theta_d: 1.5,
+        phi_d: 0.1,
+    };
+    let pattern = Pattern::from_logits(&logits_of(below));
+    assert_eq!(pattern.valid_angles().count(), 0);
+    let log_precision = vec![1.0; trainee.components()];
+    let tasks = [(0, vec![0, 1, 2]), (1, vec![3])];
+    let (loss, gradient) = trainee
+        .gradient_over(&pattern, &log_precision, &tasks)
+        .expect("it is no error");
+    assert!(loss.is_finite() && loss > 0.0, "{loss}");
+    assert!(gradient.step_sizes.iter().all(|slope| *slope == 0.0));
+    let [theta_h, theta_d, phi_d] = gradient.pattern[..] else {
+        panic!("one sample has three logits");
+    };
+    assert!(
+        theta_h > 0.0 && theta_d > 0.0,
+        "Adam goes down: {theta_h}, {theta_d}"
+    );
+    assert_eq!(phi_d, 0.0);
+}
