@@ -1,5 +1,6 @@
 //! Materials: what is measured, or measured-looking, and where to read it from.
 
+mod brdf;
 mod error;
 mod identity;
 mod merl;
@@ -8,6 +9,7 @@ mod procedural;
 mod rgl;
 mod source;
 
+pub use brdf::Brdf;
 pub use error::SourceError;
 pub use identity::{Identity, digest};
 pub use merl::{MerlTable, write_merl};
