@@ -96,8 +96,7 @@ impl ScanReport {
             .collect();
         let mut reference = vec![[0.0; 3]; at.len()];
         material.brdf_batch(&at, &mut reference);
-        let brdf = |at: &[HalfDifference<f32>], brdf: &mut [[f32; 3]]| fitted.brdf_batch(at, brdf);
-        Some(mean_log_error(&brdf, &at, &reference))
+        Some(mean_log_error(&fitted, &at, &reference))
     }
 }
 

@@ -9,7 +9,7 @@ use glimpse_core::recipe::{Descent, Learner, Recipe};
 use super::JudgeError;
 use super::adam;
 use crate::linear::{Basis, Coefficients, Reconstruction, Reduced};
-use crate::material::Material;
+use crate::material::{Brdf, Material};
 use crate::sampling::uniform_valid;
 use glimpse_kernels::LaneModel;
 use glimpse_kernels::inner_loop::unflatten;
@@ -48,11 +48,10 @@ impl Fitted<'static> {
     }
 }
 
-impl Fitted<'_> {
-    /// The fitted BRDF, sr^-1 (not times the cosine), at many places.
-    pub fn brdf_batch(&self, at: &[HalfDifference<f32>], brdf: &mut [[f32; 3]]) {
+impl Brdf for Fitted<'_> {
+    fn evaluate(&self, at: &[HalfDifference<f32>], brdf: &mut [[f32; 3]]) {
         match self {
-            Self::Linear(reconstruction) => reconstruction.brdf_batch(at, brdf),
+            Self::Linear(reconstruction) => reconstruction.evaluate(at, brdf),
             Self::Compact(basis, coefficients) => {
                 let coefficients = coefficients.each_ref().map(Vec::as_slice);
                 for (at, brdf) in at.iter().zip(brdf) {
@@ -78,6 +77,9 @@ pub(super) enum Places {
     Pattern(Vec<Angles<f32>>),
     /// At so many uniform valid directions, drawn anew for each material and seed.
     Random(usize),
+    /// At so many uniform valid directions that more would change nothing, or, where it draws them
+    /// as it fits, at none.
+    Plenty(usize),
 }
 
 /// How a method fits what it has measured.
@@ -228,7 +230,7 @@ impl<'a> Method<'a> {
     pub fn optimum(model: ModelKind, steps: usize) -> Self {
         Self {
             name: "optimum",
-            places: Places::Random(0),
+            places: Places::Plenty(0),
             fitting: Fitting::Optimum(model, steps),
             steps_after: 0,
             compact: None,
@@ -250,7 +252,7 @@ impl<'a> Method<'a> {
     /// The same on so many samples that more would change nothing.
     #[must_use]
     pub fn linear_optimum(basis: &'a Basis, eta: f64) -> Self {
-        Self::linear("optimum", basis, eta, Places::Random(LINEAR_OPTIMUM))
+        Self::linear("optimum", basis, eta, Places::Plenty(LINEAR_OPTIMUM))
     }
 
     fn linear(name: &'static str, basis: &'a Basis, eta: f64, places: Places) -> Self {
@@ -284,9 +286,9 @@ impl<'a> Method<'a> {
     #[must_use]
     pub fn samples(&self) -> usize {
         match &self.places {
-            _ if self.name == "optimum" => 0,
             Places::Pattern(pattern) => pattern.len(),
             Places::Random(samples) => *samples,
+            Places::Plenty(_) => 0,
         }
     }
 
@@ -295,14 +297,14 @@ impl<'a> Method<'a> {
     pub fn pattern(&self) -> &[Angles<f32>] {
         match &self.places {
             Places::Pattern(pattern) => pattern,
-            Places::Random(_) => &[],
+            Places::Random(_) | Places::Plenty(_) => &[],
         }
     }
 
     /// True if the outcome depends on a seed.
     #[must_use]
     pub fn is_random(&self) -> bool {
-        self.name != "optimum" && matches!(self.places, Places::Random(_))
+        matches!(self.places, Places::Random(_))
     }
 
     /// Fits a material; what a recipe says is done as on the device: in f32, by core's own code.
@@ -313,7 +315,7 @@ impl<'a> Method<'a> {
         let drawn;
         let angles = match &self.places {
             Places::Pattern(pattern) => pattern,
-            Places::Random(samples) => {
+            Places::Random(samples) | Places::Plenty(samples) => {
                 drawn = uniform_valid(*samples, seed);
                 &drawn
             }

@@ -121,10 +121,7 @@ impl<'a> Judge<'a> {
             .map(|material| {
                 let mut values = vec![[0.0; 3]; at.len()];
                 material.brdf_batch(&at, &mut values);
-                let brdf = |at: &[HalfDifference<f32>], brdf: &mut [[f32; 3]]| {
-                    material.brdf_batch(at, brdf);
-                };
-                let sphere = render_sphere(&brdf, &environment, SPHERE).tone_map();
+                let sphere = render_sphere(&**material, &environment, SPHERE).tone_map();
                 Reference { values, sphere }
             })
             .collect();
@@ -151,8 +148,7 @@ impl<'a> Judge<'a> {
     /// Renders a fit.
     #[must_use]
     pub fn render(&self, fitted: &Fitted<'_>) -> Picture {
-        let brdf = |at: &[HalfDifference<f32>], brdf: &mut [[f32; 3]]| fitted.brdf_batch(at, brdf);
-        render_sphere(&brdf, &self.environment, SPHERE).tone_map()
+        render_sphere(fitted, &self.environment, SPHERE).tone_map()
     }
 
     /// Compares a fit of a material with it.
@@ -165,8 +161,7 @@ impl<'a> Judge<'a> {
         fitted: &Fitted<'_>,
     ) -> Result<(Scores, Picture), CompareError> {
         let reference = &self.references[material];
-        let brdf = |at: &[HalfDifference<f32>], brdf: &mut [[f32; 3]]| fitted.brdf_batch(at, brdf);
-        let loss = mean_log_error(&brdf, &self.at, &reference.values);
+        let loss = mean_log_error(fitted, &self.at, &reference.values);
         let sphere = self.render(fitted);
         let errors = PictureErrors::between(&reference.sphere, &sphere)?;
         Ok((Scores::new(loss, errors), sphere))

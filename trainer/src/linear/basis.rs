@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 use super::values::{Coefficients, median_of, widened};
 use super::{Columns, Grid};
-use crate::material::angles_of;
+use crate::material::{Brdf, angles_of};
 
 /// Numbers before the components of a node: mean of the mapped columns, and ln(median w + e).
 const HEAD: usize = 2;
@@ -257,9 +257,8 @@ pub struct Reconstruction {
     log_medians: Vec<f32>,
 }
 
-impl Reconstruction {
-    /// The BRDF in linear RGB, sr^-1 (not times the cosine), at many places.
-    pub fn brdf_batch(&self, at: &[HalfDifference<f32>], brdf: &mut [[f32; 3]]) {
+impl Brdf for Reconstruction {
+    fn evaluate(&self, at: &[HalfDifference<f32>], brdf: &mut [[f32; 3]]) {
         for (at, brdf) in at.iter().zip(brdf) {
             let angles = angles_of(at);
             let corners = Grid::corners(widened(&angles));

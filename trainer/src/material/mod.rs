@@ -1,5 +1,6 @@
 //! Materials: what is measured, or measured-looking, and where to read it from.
 
+mod brdf;
 mod error;
 mod identity;
 mod left_out;
@@ -9,6 +10,7 @@ mod procedural;
 mod rgl;
 mod source;
 
+pub use brdf::Brdf;
 pub use error::SourceError;
 pub use identity::{Identity, digest};
 pub use left_out::LeftOut;

@@ -139,36 +139,52 @@ impl Evolution {
         random: &mut ChaCha8Rng,
         losses: impl FnOnce(&[Groups<Vec<f32>>]) -> Vec<f32>,
     ) -> f32 {
-        let n = self.mean.len();
-        let constants = Constants::new(n, population);
-        let root = Root::new(n, &self.covariance);
-        let steps: Vec<DVector<f64>> = (0..population)
-            .map(|_| {
-                let normal = DVector::from_fn(n, |_, _| f64::from(standard_normal(random)));
-                root.colour(&normal)
-            })
-            .collect();
-        let candidates: Vec<Groups<Vec<f32>>> = steps
-            .iter()
-            .map(|step| {
-                let entries = self.mean.iter().zip(step.iter());
-                let offset: Vec<f64> = entries.map(|(mean, y)| mean + self.sigma * y).collect();
-                self.at(&offset)
-            })
-            .collect();
+        let constants = Constants::new(self.mean.len(), population);
+        let root = Root::new(self.mean.len(), &self.covariance);
+        let steps = self.draw(&root, population, random);
+        let candidates: Vec<Groups<Vec<f32>>> =
+            steps.iter().map(|step| self.candidate(step)).collect();
         let losses = losses(&candidates);
-        let mut order: Vec<usize> = (0..population).collect();
         let loss = |index: &usize| match losses.get(*index) {
             Some(loss) if loss.is_finite() => *loss,
             _ => f32::MAX,
         };
+        let mut order: Vec<usize> = (0..population).collect();
         order.sort_by(|a, b| loss(a).total_cmp(&loss(b)).then(a.cmp(b)));
-        let least = order.first().map_or(f32::NAN, loss);
-        let chosen = || order.iter().zip(&constants.weights);
+        let chosen: Vec<(f64, &DVector<f64>)> = order
+            .iter()
+            .zip(&constants.weights)
+            .map(|(index, weight)| (*weight, &steps[*index]))
+            .collect();
+        self.learn(&constants, &root, &chosen);
+        order.first().map_or(f32::NAN, loss)
+    }
 
+    /// Steps from the mean, in units of sigma.
+    fn draw(&self, root: &Root, population: usize, random: &mut ChaCha8Rng) -> Vec<DVector<f64>> {
+        let dimensions = self.mean.len();
+        (0..population)
+            .map(|_| {
+                let normal =
+                    DVector::from_fn(dimensions, |_, _| f64::from(standard_normal(random)));
+                root.colour(&normal)
+            })
+            .collect()
+    }
+
+    /// The meta-parameters a step from the mean.
+    fn candidate(&self, step: &DVector<f64>) -> Groups<Vec<f32>> {
+        let entries = self.mean.iter().zip(step.iter());
+        let offset: Vec<f64> = entries.map(|(mean, y)| mean + self.sigma * y).collect();
+        self.at(&offset)
+    }
+
+    /// Moves mean, paths, covariance and sigma by the steps of the better half, each with its weight.
+    fn learn(&mut self, constants: &Constants, root: &Root, chosen: &[(f64, &DVector<f64>)]) {
+        let n = self.mean.len();
         let mut step = DVector::zeros(n);
-        for (index, weight) in chosen() {
-            step.axpy(*weight, &steps[*index], 1.0);
+        for (weight, y) in chosen {
+            step.axpy(*weight, y, 1.0);
         }
         for (mean, y) in self.mean.iter_mut().zip(step.iter()) {
             *mean += self.sigma * y;
@@ -177,22 +193,21 @@ impl Evolution {
         let Constants {
             c_sigma,
             c_c,
-            c_1,
-            c_mu,
             mu_eff,
+            chi,
+            damping,
             ..
-        } = constants;
+        } = *constants;
         self.generation += 1;
-        let whitened = root.whiten(&step);
         let mut sigma_path = DVector::from_column_slice(&self.sigma_path);
         sigma_path.axpy(
             (c_sigma * (2.0 - c_sigma) * mu_eff).sqrt(),
-            &whitened,
+            &root.whiten(&step),
             1.0 - c_sigma,
         );
         let settled = (1.0 - (1.0 - c_sigma).powi(2 * self.generation)).sqrt();
         let length = sigma_path.norm();
-        let stall = length / settled / constants.chi >= 1.4 + 2.0 / (n as f64 + 1.0);
+        let stall = length / settled / chi >= 1.4 + 2.0 / (n as f64 + 1.0);
         let moving = if stall { 0.0 } else { 1.0 };
         let mut path = DVector::from_column_slice(&self.path);
         path.axpy(
@@ -200,11 +215,26 @@ impl Evolution {
             &step,
             1.0 - c_c,
         );
+        self.learn_covariance(constants, moving, &path, chosen);
+        self.sigma *= ((c_sigma / damping) * (length / chi - 1.0)).exp();
+        self.path = path.as_slice().to_vec();
+        self.sigma_path = sigma_path.as_slice().to_vec();
+    }
 
+    /// The covariance keeps a share of itself, and gains those of its path and of the chosen steps.
+    fn learn_covariance(
+        &mut self,
+        constants: &Constants,
+        moving: f64,
+        path: &DVector<f64>,
+        chosen: &[(f64, &DVector<f64>)],
+    ) {
+        let Constants { c_c, c_1, c_mu, .. } = *constants;
+        let n = self.mean.len();
         let kept = 1.0 - c_1 - c_mu + c_1 * (1.0 - moving) * c_c * (2.0 - c_c);
-        let drawn = chosen().map(|(index, weight)| (c_mu * weight, &steps[*index]));
-        let outer_products = [(c_1, &path)].into_iter().chain(drawn);
-        if root.is_diagonal() {
+        let drawn = chosen.iter().map(|(weight, y)| (c_mu * weight, *y));
+        let outer_products = [(c_1, path)].into_iter().chain(drawn);
+        if self.covariance.len() == n {
             for (row, variance) in self.covariance.iter_mut().enumerate() {
                 let added = outer_products
                     .clone()
@@ -219,10 +249,6 @@ impl Evolution {
             }
             self.covariance = covariance.as_slice().to_vec();
         }
-        self.sigma *= ((c_sigma / constants.damping) * (length / constants.chi - 1.0)).exp();
-        self.path = path.as_slice().to_vec();
-        self.sigma_path = sigma_path.as_slice().to_vec();
-        least
     }
 }
 
@@ -248,10 +274,6 @@ impl Root {
             eigenvectors: Some(found.eigenvectors),
             lengths: found.eigenvalues.map(length),
         }
-    }
-
-    fn is_diagonal(&self) -> bool {
-        self.eigenvectors.is_none()
     }
 
     /// A draw of this covariance from one of standard normal numbers.

@@ -3,17 +3,19 @@
 use glimpse_core::geometry::HalfDifference;
 use glimpse_core::model::loss::cosine_weighted_log_error;
 
+use crate::material::Brdf;
+
 /// Directions that are evaluated in one call.
 const BATCH: usize = 4096;
 
 /// Mean over samples and channels of |ln(1 + y c) - ln(1 + f c)|, c = cos(theta_i).
 ///
-/// `brdf` writes f, the BRDF in linear RGB, sr^-1 (not times the cosine), at each of a batch of
-/// half and difference vectors; `reference` holds y, the same of the reference, at each of `at`.
+/// `brdf` is f; `reference` holds y, the BRDF in linear RGB, sr^-1 (not times the cosine), of the
+/// reference at each of `at`.
 /// The mean is taken in f64. If the lists differ in length the longer one is cut. No samples have
 /// mean 0; a value that is not a number makes the mean one that is none either.
 pub fn mean_log_error(
-    brdf: &impl Fn(&[HalfDifference<f32>], &mut [[f32; 3]]),
+    brdf: &(impl Brdf + ?Sized),
     at: &[HalfDifference<f32>],
     reference: &[[f32; 3]],
 ) -> f64 {
@@ -23,7 +25,7 @@ pub fn mean_log_error(
     for (at, reference) in at.chunks(BATCH).zip(reference.chunks(BATCH)) {
         let batch = at.len().min(reference.len());
         let (at, values) = (&at[..batch], &mut values[..batch]);
-        brdf(at, values);
+        brdf.evaluate(at, values);
         for ((at, modelled), measured) in at.iter().zip(values).zip(reference) {
             let cosine = at.cos_theta_i();
             sum += f64::from(
@@ -51,8 +53,7 @@ mod tests {
         // Two batches and a bit. By hand: ln 2, ln 3 and 0 for the channels of every sample.
         let at = straight_down(2 * BATCH + 5);
         let reference = vec![[1.0, 0.0, 0.5]; at.len()];
-        let brdf =
-            |_: &[HalfDifference<f32>], values: &mut [[f32; 3]]| values.fill([0.0, 2.0, 0.5]);
+        let brdf = |_: &HalfDifference<f32>| [0.0, 2.0, 0.5];
         let expected = 6.0_f64.ln() / 3.0;
         assert!((mean_log_error(&brdf, &at, &reference) - expected).abs() < 1e-7);
     }
@@ -65,18 +66,15 @@ mod tests {
             phi_d: 0.7,
         };
         let at = [HalfDifference::from_angles(angles)];
-        let brdf = |at: &[HalfDifference<f32>], values: &mut [[f32; 3]]| {
-            // 1 + f c = 2
-            values.fill([1.0 / at[0].cos_theta_i(); 3]);
-        };
+        // 1 + f c = 2
+        let brdf = |at: &HalfDifference<f32>| [1.0 / at.cos_theta_i(); 3];
         let error = mean_log_error(&brdf, &at, &[[0.0; 3]]);
         assert!((error - 2.0_f64.ln()).abs() < 1e-6, "{error}");
     }
 
     #[test]
     fn nothing_has_no_error_and_broken_values_are_not_hidden() {
-        let broken =
-            |_: &[HalfDifference<f32>], values: &mut [[f32; 3]]| values.fill([f32::NAN; 3]);
+        let broken = |_: &HalfDifference<f32>| [f32::NAN; 3];
         assert_eq!(mean_log_error(&broken, &[], &[]), 0.0);
         assert!(mean_log_error(&broken, &straight_down(2), &[[1.0; 3]; 2]).is_nan());
     }

@@ -3,11 +3,11 @@
 use std::array;
 use std::collections::BTreeMap;
 
-use glimpse_core::geometry::HalfDifference;
 use rayon::prelude::*;
 
 use super::quadrature::{HalfVectors, Nodes, RINGS};
 use super::{Environment, Image};
+use crate::material::Brdf;
 
 /// Radiance beside the sphere.
 pub const BACKGROUND: [f32; 3] = [0.08; 3];
@@ -16,23 +16,18 @@ pub(super) const DIAMETER: f32 = 0.96;
 
 /// Renders a sphere of a material under an environment: size x size pixels, seen orthographically.
 ///
-/// `brdf` writes the BRDF in linear RGB, sr^-1 (not times the cosine), at each of a batch of half
-/// and difference vectors; the incoming direction points to the light. The BRDF is isotropic.
+/// The incoming direction points to the light, and the BRDF is isotropic.
 /// Every pixel is the integral of f(w_i, w_o) L(w_i) cos(theta_i) over the hemisphere by a fixed
 /// rule, so the same BRDF gives the same bits. Pixels at the same distance from the centre share
 /// their outgoing angle, and with it one call of `brdf` for all directions. There is no shadow and
 /// no interreflection; pixels off the sphere have the radiance [`BACKGROUND`].
-pub fn render_sphere(
-    brdf: &(impl Fn(&[HalfDifference<f32>], &mut [[f32; 3]]) + Sync),
-    environment: &Environment,
-    size: usize,
-) -> Image {
+pub fn render_sphere(brdf: &(impl Brdf + ?Sized), environment: &Environment, size: usize) -> Image {
     render_with(brdf, environment, size, RINGS)
 }
 
 /// The same with a rule of so many rings.
 pub(super) fn render_with(
-    brdf: &(impl Fn(&[HalfDifference<f32>], &mut [[f32; 3]]) + Sync),
+    brdf: &(impl Brdf + ?Sized),
     environment: &Environment,
     size: usize,
     rings: usize,
@@ -119,7 +114,7 @@ impl Shader {
     /// The radiance of each pixel of a circle.
     fn shade(
         &mut self,
-        brdf: &impl Fn(&[HalfDifference<f32>], &mut [[f32; 3]]),
+        brdf: &(impl Brdf + ?Sized),
         environment: &Environment,
         half_vectors: &HalfVectors,
         circle: &Circle,
@@ -127,7 +122,7 @@ impl Shader {
         half_vectors.nodes(circle.sin_theta_o, circle.cos_theta_o, &mut self.nodes);
         self.brdf.clear();
         self.brdf.resize(self.nodes.at.len(), [0.0; 3]);
-        brdf(&self.nodes.at, &mut self.brdf);
+        brdf.evaluate(&self.nodes.at, &mut self.brdf);
         for (value, weight) in self.brdf.iter_mut().zip(&self.nodes.weight) {
             *value = value.map(|channel| channel * weight);
         }

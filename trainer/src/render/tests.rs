@@ -8,28 +8,25 @@ use glimpse_core::numeric::math;
 use super::quadrature::RINGS;
 use super::sphere::{DIAMETER, circles, render_with};
 use super::{BACKGROUND, Environment, Image, render_sphere};
+use crate::material::Brdf;
 use crate::metrics::image::{mean_squared_error, psnr};
 
-type Brdf = dyn Fn(&[HalfDifference<f32>], &mut [[f32; 3]]) + Sync;
-
 /// White paint.
-fn lambertian(at: &[HalfDifference<f32>], values: &mut [[f32; 3]]) {
-    values[..at.len()].fill([FRAC_1_PI; 3]);
+fn lambertian(_: &HalfDifference<f32>) -> [f32; 3] {
+    [FRAC_1_PI; 3]
 }
 
 /// A microfacet lobe (GGX with its shadowing) over a dark base: nearly a mirror if alpha is
 /// small.
-fn glossy(alpha: f32) -> impl Fn(&[HalfDifference<f32>], &mut [[f32; 3]]) + Sync {
-    move |at, values| {
-        for (at, value) in at.iter().zip(values) {
-            let square = alpha * alpha;
-            let slope = at.hz * at.hz * (square - 1.0) + 1.0;
-            let facets = square / (PI * slope * slope);
-            let shadowed = |cos: f32| cos + math::sqrt(square + (1.0 - square) * cos * cos);
-            let (incoming, outgoing) = (at.cos_theta_i(), at.cos_theta_o());
-            let lobe = facets / (shadowed(incoming) * shadowed(outgoing));
-            *value = [0.9 * lobe + 0.02, 0.8 * lobe + 0.01, 0.5 * lobe];
-        }
+fn glossy(alpha: f32) -> impl Fn(&HalfDifference<f32>) -> [f32; 3] + Sync {
+    move |at| {
+        let square = alpha * alpha;
+        let slope = at.hz * at.hz * (square - 1.0) + 1.0;
+        let facets = square / (PI * slope * slope);
+        let shadowed = |cos: f32| cos + math::sqrt(square + (1.0 - square) * cos * cos);
+        let (incoming, outgoing) = (at.cos_theta_i(), at.cos_theta_o());
+        let lobe = facets / (shadowed(incoming) * shadowed(outgoing));
+        [0.9 * lobe + 0.02, 0.8 * lobe + 0.01, 0.5 * lobe]
     }
 }
 
@@ -69,12 +66,7 @@ fn a_mirror_shows_what_lies_behind_the_viewer_and_beside() {
     // The facets' energy is 1, so a narrow lobe returns the environment itself. Each channel
     // brightens along one axis of the picture.
     let environment = Environment::from_fn(|direction| direction.map(|c| 2.0 + c));
-    let mirror = |at: &[HalfDifference<f32>], values: &mut [[f32; 3]]| {
-        glossy(0.03)(at, values);
-        for value in values {
-            *value = [(value[0] - 0.02) / 0.9; 3];
-        }
-    };
+    let mirror = |at: &HalfDifference<f32>| [(glossy(0.03)(at)[0] - 0.02) / 0.9; 3];
     let size = 65;
     let image = render_sphere(&mirror, &environment, size);
     let radius = 0.5 * DIAMETER * size as f32;
@@ -119,8 +111,8 @@ fn a_symmetric_environment_gives_a_symmetric_sphere() {
 #[test]
 fn twice_the_rings_show_the_same_picture() {
     let environment = Environment::studio();
-    let picture = |brdf: &Brdf, rings| render_with(&brdf, &environment, 48, rings).tone_map();
-    let materials: [Box<Brdf>; 4] = [
+    let picture = |brdf: &dyn Brdf, rings| render_with(brdf, &environment, 48, rings).tone_map();
+    let materials: [Box<dyn Brdf>; 4] = [
         Box::new(lambertian),
         Box::new(glossy(0.01)),
         Box::new(glossy(0.06)),
@@ -128,10 +120,10 @@ fn twice_the_rings_show_the_same_picture() {
     ];
     let coarse = materials
         .each_ref()
-        .map(|material| picture(material, RINGS));
+        .map(|material| picture(&**material, RINGS));
     let fine = materials
         .each_ref()
-        .map(|material| picture(material, 2 * RINGS));
+        .map(|material| picture(&**material, 2 * RINGS));
     let distance = |a, b| psnr(mean_squared_error(a, b).unwrap());
     for (index, (coarse_a, fine_a)) in coarse.iter().zip(&fine).enumerate() {
         let error = distance(coarse_a, fine_a);
@@ -227,9 +219,9 @@ fn a_small_sun_lights_white_paint_by_the_cosine() {
 #[test]
 fn twice_the_rings_show_the_same_sphere_under_a_small_sun() {
     let environment = small_sun();
-    let picture = |brdf: &Brdf, rings| render_with(&brdf, &environment, 48, rings).tone_map();
+    let picture = |brdf: &dyn Brdf, rings| render_with(brdf, &environment, 48, rings).tone_map();
     for material in [
-        &lambertian as &Brdf,
+        &lambertian as &dyn Brdf,
         &glossy(0.5),
         &glossy(0.2),
         &glossy(0.06),
@@ -243,9 +235,7 @@ fn twice_the_rings_show_the_same_sphere_under_a_small_sun() {
 #[test]
 fn any_size_and_any_brdf_gives_a_picture_and_always_the_same() {
     let environment = Environment::studio();
-    let broken = |_: &[HalfDifference<f32>], values: &mut [[f32; 3]]| {
-        values.fill([f32::NAN, f32::INFINITY, -1.0]);
-    };
+    let broken = |_: &HalfDifference<f32>| [f32::NAN, f32::INFINITY, -1.0];
     for size in [0, 1, 2, 5] {
         let image = render_sphere(&broken, &environment, size);
         assert_eq!(image.pixels.len(), size * size);

@@ -4,6 +4,7 @@ use glimpse_core::geometry::{Directions, HalfDifference};
 use maud::{Markup, html};
 
 use super::svg::{COLOURS, INK, Rule, drawing, power_of_ten, tenths};
+use crate::material::Brdf;
 
 /// How many curves can be told apart: one for each colour.
 pub const MOST_LOBES: usize = COLOURS.len();
@@ -47,10 +48,7 @@ pub struct Lobe {
 /// The luminance (Rec. 709) of a BRDF in the plane of incidence: pairs of the outgoing polar angle
 /// in radians, in (-pi/2, pi/2), and BRDF in sr^-1 (not times the cosine). Positive angles are
 /// across the normal from the light, so that a mirror's peak is at `theta_i`.
-pub fn lobe(
-    brdf: &impl Fn(&[HalfDifference<f32>], &mut [[f32; 3]]),
-    theta_i: f32,
-) -> Vec<[f32; 2]> {
+pub fn lobe(brdf: &(impl Brdf + ?Sized), theta_i: f32) -> Vec<[f32; 2]> {
     let angle =
         |step: u16| ((f32::from(step) + 0.5) * 180.0 / f32::from(STEPS) - 90.0).to_radians();
     let (sin, cos) = theta_i.sin_cos();
@@ -63,7 +61,7 @@ pub fn lobe(
     });
     let (angles, at): (Vec<f32>, Vec<_>) = places.unzip();
     let mut values = vec![[0.0; 3]; at.len()];
-    brdf(&at, &mut values);
+    brdf.evaluate(&at, &mut values);
     let luminance = |[r, g, b]: [f32; 3]| 0.2126 * r + 0.7152 * g + 0.0722 * b;
     let values = values.into_iter().map(luminance);
     angles
@@ -221,11 +219,7 @@ mod tests {
 
     #[test]
     fn a_lobe_peaks_where_a_mirror_does() {
-        let mirror = |at: &[HalfDifference<f32>], values: &mut [[f32; 3]]| {
-            for (at, value) in at.iter().zip(values) {
-                *value = [at.hz.powi(5000); 3];
-            }
-        };
+        let mirror = |at: &HalfDifference<f32>| [at.hz.powi(5000); 3];
         for degrees in [0.0_f32, 30.0, 60.0] {
             let curve = lobe(&mirror, degrees.to_radians());
             let peak = curve.iter().max_by(|a, b| a[1].total_cmp(&b[1])).unwrap();

@@ -5,6 +5,7 @@ use std::f64::consts::PI;
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::linear::EPSILON;
 use glimpse_trainer::linear::Grid;
+use glimpse_trainer::material::Brdf;
 use nalgebra::{DMatrix, DVector};
 
 use super::{SET, basis, rows};
@@ -157,7 +158,7 @@ fn all_components_reproduce_the_columns() {
             let at = [0.0, PI].map(|turn| half_difference(angles, turn));
             let (mut both, mut brdf) = ([[0.0; 3]; 2], [[0.0; 3]]);
             material.brdf_batch(&at, &mut both);
-            reconstruction.brdf_batch(&at[..1], &mut brdf);
+            reconstruction.evaluate(&at[..1], &mut brdf);
             for channel in 0..3 {
                 let expected = 0.5 * f64::from(both[0][channel] + both[1][channel]);
                 let found = f64::from(brdf[0][channel]);

@@ -5,6 +5,7 @@ use std::sync::LazyLock;
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::linear::{self, EPSILON};
 use glimpse_trainer::linear::{Basis, COMPACT_NODES, CountError, Reduced, widened};
+use glimpse_trainer::material::Brdf;
 use glimpse_trainer::sampling::uniform_valid;
 
 use super::{SET, basis};
@@ -41,7 +42,7 @@ fn loss(compact: &[u8], material: usize) -> f64 {
         .collect();
     let mut expected = vec![[0.0; 3]; at.len()];
     let whole = WHOLE.reconstruct_values(&values).expect("3 m values");
-    whole.brdf_batch(&at, &mut expected);
+    whole.evaluate(&at, &mut expected);
     let mut sum = 0.0;
     for (at, expected) in at.iter().zip(&expected) {
         let found = compact.brdf(channels, at).expect("a BRDF");

@@ -4,14 +4,13 @@ use std::path::PathBuf;
 
 use anyhow::{bail, ensure};
 use clap::Args;
-use glimpse_core::geometry::HalfDifference;
 use glimpse_trainer::evaluation::Method;
 use glimpse_trainer::material::Source;
 use glimpse_trainer::report::{self, MOST_LOBES, lobe, lobe_svg};
 
 use super::super::output::{refuse_input, refuse_source};
 use super::super::{load, write_file};
-use super::shared::{brdf_of, check_out, file_type, with_method};
+use super::shared::{check_out, file_type, with_method};
 
 /// Plot BRDFs in the plane of incidence: angle against the logarithm of their luminance.
 ///
@@ -75,14 +74,10 @@ impl Lobe {
             for degrees in &self.theta_i {
                 let theta_i = degrees.to_radians();
                 let name = format!("{}, light at {degrees}\u{b0}", material.name());
-                let dashed = fitted.as_ref().map(|fitted| {
-                    let brdf = |at: &[HalfDifference<f32>], values: &mut [[f32; 3]]| {
-                        fitted.brdf_batch(at, values);
-                    };
-                    (format!("{name}, scanned"), lobe(&brdf, theta_i))
-                });
+                let scanned = |fitted| (format!("{name}, scanned"), lobe(fitted, theta_i));
+                let dashed = fitted.as_ref().map(scanned);
                 lobes.push(report::Lobe {
-                    curve: lobe(&brdf_of(&**material), theta_i),
+                    curve: lobe(&**material, theta_i),
                     name,
                     theta_i,
                     dashed,

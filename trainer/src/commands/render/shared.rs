@@ -3,10 +3,8 @@
 use std::path::Path;
 
 use anyhow::{Context, bail};
-use glimpse_core::geometry::HalfDifference;
 use glimpse_trainer::evaluation::Method;
 use glimpse_trainer::files::try_write;
-use glimpse_trainer::material::Material;
 
 use super::super::read_recipe;
 
@@ -40,11 +38,4 @@ pub(super) fn with_method<T>(
 /// Makes sure that a file can be written, before anything is drawn.
 pub(super) fn check_out(path: &Path) -> anyhow::Result<()> {
     try_write(path, 1 << 16).with_context(|| format!("cannot write {}", path.display()))
-}
-
-/// A material as the closure that pictures are drawn from.
-pub(super) fn brdf_of(
-    material: &dyn Material,
-) -> impl Fn(&[HalfDifference<f32>], &mut [[f32; 3]]) + Sync + '_ {
-    move |at, values| material.brdf_batch(at, values)
 }

@@ -4,7 +4,6 @@ use std::path::PathBuf;
 
 use anyhow::ensure;
 use clap::Args;
-use glimpse_core::geometry::HalfDifference;
 use glimpse_trainer::evaluation::{Judge, Method};
 use glimpse_trainer::material::{Material, Source};
 use glimpse_trainer::metrics::Scores;
@@ -17,7 +16,7 @@ use super::super::known::tell;
 use super::super::output::{refuse_input, refuse_source};
 use super::super::progress::Steps;
 use super::super::{environment, load, print, read_recipe, write_file};
-use super::shared::{brdf_of, check_out, file_type, with_method};
+use super::shared::{check_out, file_type, with_method};
 
 /// The largest side of a sphere's picture, and of all of them together, in pixels.
 const MOST_PIXELS: usize = 4_096;
@@ -116,13 +115,12 @@ impl Sphere {
         }
         let mut all = Vec::new();
         for (index, material) in materials.iter().enumerate() {
-            let brdf = brdf_of(&**material);
             let scan = judge
                 .as_ref()
                 .map(|(judge, method)| self.scan(judge, method, index, environment, seed));
             all.push(Rendered {
                 name: material.name(),
-                sphere: render_sphere(&brdf, environment, self.size),
+                sphere: render_sphere(&**material, environment, self.size),
                 scan: scan.transpose()?,
             });
             steps.done();
@@ -156,10 +154,7 @@ impl Sphere {
         let material: &dyn Material = &*judge.materials()[index];
         let fitted = method.fit(material, seed)?;
         let (scores, _) = judge.score(index, &fitted)?;
-        let brdf = |at: &[HalfDifference<f32>], values: &mut [[f32; 3]]| {
-            fitted.brdf_batch(at, values);
-        };
-        Ok((scores, render_sphere(&brdf, environment, self.size)))
+        Ok((scores, render_sphere(&fitted, environment, self.size)))
     }
 
     /// Names and errors beneath the spheres.
