@@ -10,9 +10,8 @@ use crate::meta::pool::Pool;
 use crate::meta::start::{first_guess, random_start};
 use glimpse_kernels::LaneModel;
 use glimpse_kernels::inner_loop::unflatten;
+use glimpse_optimizer::{Groups, Optimization};
 
-/// Adam's usual constants.
-const DECAYS: [f32; 2] = [0.9, 0.999];
 /// The learning rate of the method Random.
 const RANDOM_RATE: f32 = 1e-3;
 /// Fresh samples of a step, where they are fresh.
@@ -27,33 +26,38 @@ const OPTIMUM_TRIAL_SHARE: usize = 25;
 /// Directions that the method Optimum, and steps after a fit, draw from.
 const POOL: usize = 65_536;
 
-/// Parameters and their moments.
+/// A model's parameters, and burn's Adam on them.
 struct Adam<M: Model> {
     parameters: M::Parameters<f32>,
-    moments: Vec<[f32; 2]>,
-    step: i32,
+    optimization: Optimization,
 }
 
 impl<M: Model> Adam<M> {
     fn new(start: &[f32]) -> Self {
         let mut parameters = M::Parameters::filled(0.0);
         unflatten(start, &mut parameters);
+        let initial = parameters.iter().copied().collect();
         Self {
             parameters,
-            moments: vec![[0.0; 2]; M::PARAMETERS],
-            step: 0,
+            optimization: Optimization::new(Groups {
+                initial,
+                ..Groups::default()
+            }),
         }
     }
 
     fn step(&mut self, gradient: &M::Parameters<f32>, rate: f32) {
-        self.step += 1;
-        let bias = DECAYS.map(|decay| 1.0 - decay.powi(self.step));
-        let entries = self.parameters.iter_mut().zip(gradient.iter());
-        for ((parameter, g), [mean, square]) in entries.zip(&mut self.moments) {
-            *mean += (1.0 - DECAYS[0]) * (g - *mean);
-            *square += (1.0 - DECAYS[1]) * (g * g - *square);
-            *parameter -= rate * (*mean / bias[0]) / ((*square / bias[1]).sqrt() + 1e-8);
-        }
+        let gradients = Groups {
+            initial: gradient.iter().copied().collect(),
+            ..Groups::default()
+        };
+        let rates = Groups {
+            initial: f64::from(rate),
+            ..Groups::default()
+        };
+        self.optimization.step(gradients, &rates);
+        let values = self.optimization.values();
+        crate::meta::unflatten(&values.initial, &mut self.parameters);
     }
 
     fn into_list(self) -> Vec<f32> {

@@ -2,6 +2,7 @@
 
 use glimpse_core::model::{ModelKind, NeuralParameters, ParameterSet};
 use rand::Rng;
+use rand_distr::StandardNormal;
 
 /// Where meta-training begins.
 ///
@@ -58,8 +59,7 @@ pub fn random_start(model: ModelKind, random: &mut impl Rng) -> Vec<f32> {
     }
 }
 
-/// A standard normal number, by Box and Muller.
+/// A standard normal number.
 pub fn standard_normal(random: &mut impl Rng) -> f32 {
-    let radius = (-2.0 * (1.0 - random.random::<f32>()).ln()).sqrt();
-    radius * (std::f32::consts::TAU * random.random::<f32>()).cos()
+    random.sample(StandardNormal)
 }
