@@ -71,10 +71,10 @@ mod tests {
             })
             .collect();
         for corner in [
-            [0.1, 1.0, 1.0],
-            [1.0, 0.1, 1.0],
+            [0.125, 1.0, 1.0],
+            [1.0, 0.125, 1.0],
             [1.0, 1.0, 0.25],
-            [0.3, 0.3, 0.3],
+            [0.25, 0.25, 0.25],
         ] {
             let share = |points: &[[f64; 3]]| {
                 let inside = |point: &&[f64; 3]| point.iter().zip(corner).all(|(x, end)| *x < end);

@@ -39,7 +39,7 @@ fn what_is_no_regular_file_is_written_to_and_not_replaced() {
     let device = fs::metadata(at("full")).expect("it is there");
     assert!(device.file_type().is_char_device());
 
-    let printed = succeed(scratch.path(), &export("json", "/dev/stdout"));
+    let printed = succeed(scratch.path(), &export("json", "/dev/fd/1"));
     assert!(printed.contains("\"inner_steps\": 20"), "{printed}");
 
     let made = Command::new("mkfifo").arg(at("pipe")).status();
