@@ -57,7 +57,7 @@ impl<M: Model> Adam<M> {
         };
         self.optimization.step(gradients, &rates);
         let values = self.optimization.values();
-        crate::meta::unflatten(&values.initial, &mut self.parameters);
+        unflatten(&values.initial, &mut self.parameters);
     }
 
     fn into_list(self) -> Vec<f32> {
