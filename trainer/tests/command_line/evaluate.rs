@@ -82,10 +82,7 @@ fn the_seed_moves_no_mean_and_the_mean_is_that_of_all_directions() {
             let fitted = method.fit(&**material, 0).expect("it fits");
             let mut reference = vec![[0.0; 3]; at.len()];
             material.brdf_batch(&at, &mut reference);
-            let brdf = |at: &[HalfDifference<f32>], values: &mut [[f32; 3]]| {
-                fitted.brdf_batch(at, values);
-            };
-            mean_log_error(&brdf, &at, &reference)
+            mean_log_error(&fitted, &at, &reference)
         });
         let expected = losses.sum::<f64>() / materials.len() as f64;
         let loss = number(&judged["loss"]);
