@@ -11,7 +11,7 @@ use glimpse_trainer::meta::plan::Effort;
 
 use super::progress::{catch_interrupts, interrupted, train_with_progress};
 use super::{environment, load, print};
-use crate::experiment::{Experiment, Laboratory, Settings, TestSet, write_index};
+use crate::experiment::{Experiment, Settings, Store, TestSet, write_index};
 
 /// Make the paper's tables and figures again, on your materials.
 ///
@@ -111,7 +111,7 @@ impl Reproduce {
                 None => "the built-in studio".into(),
             },
         };
-        let laboratory = Laboratory::open(
+        let store = Store::open(
             settings,
             &training,
             &test,
@@ -127,12 +127,12 @@ impl Reproduce {
                 experiments.len(),
                 experiment.name()
             );
-            let outcome = experiment.run(&laboratory, most_samples, &sources);
+            let outcome = experiment.run(&store, most_samples, &sources);
             if interrupted() {
                 bail!("stopped; repeat the command to go on");
             }
             let findings = outcome?;
-            write_index(&laboratory.settings)?;
+            write_index(&store.settings)?;
             print(&(findings.to_text() + "\n"))?;
         }
         eprintln!("look at {}", index.display());
