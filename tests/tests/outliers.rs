@@ -12,7 +12,7 @@ const LINEAR: &[u8] = include_bytes!("../../embedded-demo/recipes/linear-n8.reci
 /// What a scan of these readings says of itself.
 fn fit(recipe: &Recipe<'_>, measured: &[[f32; 3]]) -> Residual {
     let mut measured = measured.iter();
-    let found = scan(recipe, |_| *measured.next().unwrap()).unwrap();
+    let found = scan(recipe, &mut |_| *measured.next().unwrap()).unwrap();
     found.residual
 }
 

@@ -4,6 +4,7 @@ mod adam;
 mod method;
 
 pub use adam::OPTIMUM_STEPS;
+pub use glimpse_kernels::scan::{Found, scan};
 pub use method::{Fitted, Method, measure};
 
 use glimpse_core::geometry::HalfDifference;
