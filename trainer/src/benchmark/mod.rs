@@ -17,14 +17,14 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 use crate::material::{Material, Procedural};
-use crate::meta::descent::{Descent, Tasks};
+use crate::meta::descent::{DescentTrainee, Tasks};
 use crate::meta::pattern::{Pattern, logits_of};
 use crate::meta::phase::{InnerSamples, Phase, Search};
 use crate::meta::plan::{Effort, Plan, Schedule};
 use crate::meta::pool::Pool;
 use crate::meta::run::INNER_STEPS;
 use crate::meta::start::first_guess;
-use crate::meta::trainee::{Lots, Trainee};
+use crate::meta::trainee::{RandomStreams, Trainee};
 use crate::sampling::sobol_valid;
 use glimpse_kernels::Dual;
 use glimpse_kernels::LaneModel;
@@ -244,12 +244,12 @@ impl<'m> Ground<'m> {
         let initial = first_guess(M::KIND, &mut random());
         let step_size = plan.step_size_form.value(plan.first_step_size);
         let angles = self.pattern.angles().iter().copied();
-        let trainee = Descent::<M> {
+        let trainee = DescentTrainee::<M> {
             training: &self.tasks,
             validation: &self.tasks,
             plan,
             inner_steps: INNER_STEPS,
-            lots: Lots { seed: SEED },
+            streams: RandomStreams { seed: SEED },
             model: PhantomData,
         };
         let mut optimization = Optimization::new(Groups {

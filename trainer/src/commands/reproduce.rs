@@ -15,7 +15,7 @@ use super::lock::Lock;
 use super::output::make_out;
 use super::progress::{catch_interrupts, interrupted, train_with_progress};
 use super::{environment, load, numbers, print};
-use crate::experiment::{Experiment, Findings, Laboratory, Settings, TestSet, write_index};
+use crate::experiment::{Experiment, Findings, Settings, Store, TestSet, write_index};
 
 /// Make the paper's tables and figures again, on your materials.
 ///
@@ -141,7 +141,7 @@ impl Reproduce {
                 None => "the built-in studio".into(),
             },
         };
-        let laboratory = Laboratory::open(
+        let store = Store::open(
             settings,
             &training,
             &test,
@@ -157,12 +157,12 @@ impl Reproduce {
                 experiments.len(),
                 experiment.name()
             );
-            let outcome = experiment.run(&laboratory, most_samples, &sources);
+            let outcome = experiment.run(&store, most_samples, &sources);
             if interrupted() {
                 bail!("stopped; repeat the command to go on");
             }
             let findings = outcome?;
-            write_index(&laboratory.settings)?;
+            write_index(&store.settings)?;
             print(&self.shown(&findings)?)?;
         }
         eprintln!("look at {}", index.display());

@@ -6,15 +6,15 @@ use glimpse_trainer::report::{Cell, Column, Compare, Table};
 
 use super::case::{Approach, Case};
 use super::findings::Findings;
-use super::laboratory::{Laboratory, TestSet};
 use super::losses::on_others;
+use super::store::{Store, TestSet};
 use super::{MODELS, SAMPLES, cells_beside_the_paper_s, columns_beside_the_paper_s, paper, title};
 
 /// n of the paper's comparison with Nielsen et al.
 const FEW: usize = 2;
 
-pub(super) fn run(laboratory: &Laboratory<'_>) -> anyhow::Result<Findings> {
-    if laboratory.additional.is_empty() {
+pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
+    if store.additional.is_empty() {
         anyhow::bail!(
             "additional judges on other sources than --test: give them by --additional, such as \
              the eight materials of Nielsen et al. or RGL's"
@@ -26,7 +26,7 @@ pub(super) fn run(laboratory: &Laboratory<'_>) -> anyhow::Result<Findings> {
          eight materials of Nielsen et al. at n = 2, and of the RGL database's isotropic part at \
          n = 8.",
     );
-    for (number, set) in (1..).zip(laboratory.additional) {
+    for (number, set) in (1..).zip(store.additional) {
         let linear = [Approach::Njr15, Approach::Ours].map(|approach| {
             (
                 Case::new(approach, ModelKind::Linear, FEW),
@@ -35,7 +35,7 @@ pub(super) fn run(laboratory: &Laboratory<'_>) -> anyhow::Result<Findings> {
         });
         findings.table(
             format!("{}-linear-n{FEW}", set.label),
-            table(laboratory, set, FEW, &linear)?,
+            table(store, set, FEW, &linear)?,
         );
         for model in MODELS {
             let cases = [Approach::baseline(model), Approach::Ours].map(|approach| {
@@ -44,28 +44,28 @@ pub(super) fn run(laboratory: &Laboratory<'_>) -> anyhow::Result<Findings> {
             });
             findings.table(
                 format!("{}-{}-n{SAMPLES}", set.label, model.name()),
-                table(laboratory, set, SAMPLES, &cases)?,
+                table(store, set, SAMPLES, &cases)?,
             );
         }
-        findings.table(format!("losses-{number}"), on_others(laboratory, set)?);
+        findings.table(format!("losses-{number}"), on_others(store, set)?);
     }
     Ok(findings)
 }
 
 fn table(
-    laboratory: &Laboratory<'_>,
+    store: &Store<'_>,
     set: &TestSet<'_>,
     samples: usize,
     cases: &[(Case, Option<Scores>)],
 ) -> anyhow::Result<Table> {
     let mut rows = Vec::new();
     for (case, paper) in cases {
-        let sheet = laboratory.sheet_on(set, case)?;
+        let evaluation = store.evaluation_on(set, case)?;
         let mut row = vec![
             Cell::Text(title(case.model).into()),
             Cell::Text(case.approach.title().into()),
         ];
-        row.extend(cells_beside_the_paper_s(&sheet, paper.as_ref()));
+        row.extend(cells_beside_the_paper_s(&evaluation, paper.as_ref()));
         rows.push(row);
     }
     let mut columns = vec![Column::text("Model"), Column::text("Method")];

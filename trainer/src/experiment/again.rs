@@ -7,12 +7,12 @@ use glimpse_trainer::meta::plan::Schedule;
 use glimpse_trainer::meta::run::Parts;
 use glimpse_trainer::report::{Best, Cell, Column, Compare, Table};
 
-use super::case::Lesson;
+use super::case::TrainingRun;
 use super::findings::Findings;
-use super::laboratory::Laboratory;
+use super::store::Store;
 use super::{MODELS, SAMPLES, paper, title};
 
-pub(super) fn run(laboratory: &Laboratory<'_>) -> anyhow::Result<Findings> {
+pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
     let mut findings = Findings::new("Both stages once more");
     findings.text(
         "By the paper's schedule: start and step sizes on random samples, then the pattern; and \
@@ -26,7 +26,7 @@ pub(super) fn run(laboratory: &Laboratory<'_>) -> anyhow::Result<Findings> {
         }
         let mut losses = Vec::new();
         for (name, parts) in [("once", Parts::All), ("twice", Parts::AllTwice)] {
-            let lesson = Lesson {
+            let training = TrainingRun {
                 model,
                 samples: SAMPLES,
                 schedule: Schedule::Paper,
@@ -36,11 +36,11 @@ pub(super) fn run(laboratory: &Laboratory<'_>) -> anyhow::Result<Findings> {
                 only: None,
             };
             let name = format!("{}-n{SAMPLES}-paper-{name}", model.name());
-            let sheet = laboratory.kept_sheet(laboratory.test, &name, 1, |judge| {
-                let learned = laboratory.recipe(&lesson)?;
+            let evaluation = store.kept_evaluation(store.test, &name, 1, |judge| {
+                let learned = store.recipe(&training)?;
                 judge(&Method::ours(&learned.file.recipe()?, None)?)
             })?;
-            losses.push(sheet.scores.loss);
+            losses.push(evaluation.scores.loss);
         }
         let [once, twice] = losses[..] else {
             continue;

@@ -6,19 +6,19 @@ use glimpse_trainer::report::{Best, Cell, Column, Compare, Table};
 
 use super::case::{Approach, Case};
 use super::findings::Findings;
-use super::laboratory::Laboratory;
+use super::store::Store;
 use super::{METRICS, SAMPLES, metrics};
 
 /// The paper's two numbers of components.
 const COMPONENTS: [usize; 2] = [5, 240];
 
-pub(super) fn run(laboratory: &Laboratory<'_>) -> anyhow::Result<Findings> {
+pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
     let mut findings = Findings::new("Linear with 5 components and with 240");
     findings.text(
         "The paper found similar results with both. There are at most as many components as \
          columns of training, three for each material.",
     );
-    let training = laboratory.settings.data.load()?.len();
+    let training = store.settings.data.load()?.len();
     let mut rows = Vec::new();
     for components in COMPONENTS {
         // A component for every column less the mean is all there is.
@@ -34,14 +34,14 @@ pub(super) fn run(laboratory: &Laboratory<'_>) -> anyhow::Result<Findings> {
                 prior: Prior { components, eta },
                 ..Case::new(approach, ModelKind::Linear, SAMPLES)
             };
-            let sheet = laboratory.sheet(&case)?;
+            let evaluation = store.evaluation(&case)?;
             let eta = eta.map_or_else(|| "learned".to_owned(), |eta| eta.to_string());
             let mut row = vec![
                 Cell::Number(components as f64),
                 Cell::Text(approach.title().into()),
                 Cell::Text(eta),
             ];
-            row.extend(metrics(&sheet.scores).map(Cell::Number));
+            row.extend(metrics(&evaluation.scores).map(Cell::Number));
             rows.push(row);
         }
     }

@@ -1,4 +1,4 @@
-//! What is asked of the laboratory: methods to be judged, and recipes to be trained.
+//! What is asked of the store: methods to be judged, and recipes to be trained.
 
 use glimpse_core::model::ModelKind;
 use glimpse_trainer::linear::Prior;
@@ -63,11 +63,11 @@ impl Case {
     }
 
     pub(super) fn name(&self) -> String {
-        let lesson = Lesson::of(self).name();
+        let training = TrainingRun::of(self).name();
         match self.approach {
             Approach::Optimum => format!("{}-optimum{}", self.model.name(), bases(self)),
-            Approach::Ours => format!("{lesson}-ours"),
-            Approach::Meta => format!("{lesson}-on-random"),
+            Approach::Ours => format!("{training}-ours"),
+            Approach::Meta => format!("{training}-on-random"),
             Approach::Random | Approach::Njr15 => {
                 let title = self.approach.title().to_lowercase();
                 let (model, n) = (self.model.name(), self.samples);
@@ -89,7 +89,7 @@ fn bases(case: &Case) -> String {
 
 /// A recipe to be trained.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Lesson {
+pub(crate) struct TrainingRun {
     pub(crate) model: ModelKind,
     pub(crate) samples: usize,
     pub(crate) schedule: Schedule,
@@ -101,7 +101,7 @@ pub(crate) struct Lesson {
     pub(crate) only: Option<(&'static str, Vec<String>)>,
 }
 
-impl Lesson {
+impl TrainingRun {
     /// What a case needs.
     pub(crate) fn of(case: &Case) -> Self {
         Self {

@@ -5,8 +5,8 @@ use glimpse_trainer::report::{Best, Cell, Column, Compare, Table};
 
 use super::case::{Approach, Case};
 use super::findings::Findings;
-use super::laboratory::Laboratory;
 use super::paper;
+use super::store::Store;
 
 /// n of the first 20 steps of the learned methods, and that of Random.
 const LEARNED_SAMPLES: usize = 32;
@@ -14,7 +14,7 @@ const RANDOM_SAMPLES: usize = 512;
 /// Steps after those.
 const STEPS: usize = 10_000;
 
-pub(super) fn run(laboratory: &Laboratory<'_>) -> anyhow::Result<Findings> {
+pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
     let mut findings = Findings::new("Does a learned start hinder convergence?");
     let mut rows = Vec::new();
     for approach in [Approach::Random, Approach::Meta, Approach::Ours] {
@@ -23,10 +23,10 @@ pub(super) fn run(laboratory: &Laboratory<'_>) -> anyhow::Result<Findings> {
             _ => LEARNED_SAMPLES,
         };
         let case = Case::new(approach, ModelKind::Neural, samples);
-        let before = laboratory.sheet(&case)?.scores.loss;
+        let before = store.evaluation(&case)?.scores.loss;
         let name = format!("neural-{}-then-{STEPS}", approach.title().to_lowercase());
-        let after = laboratory.kept_sheet(laboratory.test, &name, 1, |judge| {
-            laboratory.with_method(&case, |method| judge(&method.clone().then_steps(STEPS)))
+        let after = store.kept_evaluation(store.test, &name, 1, |judge| {
+            store.with_method(&case, |method| judge(&method.clone().then_steps(STEPS)))
         })?;
         rows.push(vec![
             Cell::Text(approach.title().into()),

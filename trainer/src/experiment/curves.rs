@@ -7,20 +7,20 @@ use glimpse_trainer::report::{
 
 use super::case::{Approach, Case};
 use super::findings::Findings;
-use super::laboratory::{Laboratory, Sheet};
+use super::store::{Evaluation, Store};
 use super::{METRICS, MODELS, SAMPLES, doublings, metrics, paper, title};
 
 /// A method's judgements, one for each n.
-type Curve = Vec<(usize, Sheet)>;
+type Curve = Vec<(usize, Evaluation)>;
 
 fn curve(
-    laboratory: &Laboratory<'_>,
+    store: &Store<'_>,
     approach: Approach,
     model: ModelKind,
     most_samples: usize,
 ) -> anyhow::Result<Curve> {
     doublings(most_samples)
-        .map(|n| Ok((n, laboratory.sheet(&Case::new(approach, model, n))?)))
+        .map(|n| Ok((n, store.evaluation(&Case::new(approach, model, n))?)))
         .collect()
 }
 
@@ -35,21 +35,21 @@ pub(super) fn look(approach: Approach) -> (Hue, Mark) {
     }
 }
 
-pub(super) fn run(laboratory: &Laboratory<'_>, most_samples: usize) -> anyhow::Result<Findings> {
+pub(super) fn run(store: &Store<'_>, most_samples: usize) -> anyhow::Result<Findings> {
     let mut findings = Findings::new("Quality by number of samples");
     findings.text(format!(
         "Each point of Meta and Ours is a training of its own. The dot is what the model can do \
          with samples and steps without limit ({} steps of 512 samples, Neural {}; Linear is \
          solved for), drawn at the right end.",
-        laboratory.optimum_steps(ModelKind::Phong),
-        laboratory.optimum_steps(ModelKind::Neural),
+        store.optimum_steps(ModelKind::Phong),
+        store.optimum_steps(ModelKind::Neural),
     ));
     for model in MODELS {
         let mut curves = Vec::new();
         for approach in Approach::rivals(model) {
-            curves.push((approach, curve(laboratory, approach, model, most_samples)?));
+            curves.push((approach, curve(store, approach, model, most_samples)?));
         }
-        let optimum = laboratory.sheet(&Case::new(Approach::Optimum, model, 0))?;
+        let optimum = store.evaluation(&Case::new(Approach::Optimum, model, 0))?;
         for metric in [0, 1] {
             findings.plot(
                 format!("{}-{}", model.name(), METRICS[metric].0.to_lowercase()),
@@ -65,7 +65,7 @@ fn plot(
     model: ModelKind,
     metric: usize,
     curves: &[(Approach, Curve)],
-    optimum: &Sheet,
+    optimum: &Evaluation,
     most_samples: usize,
 ) -> Plot {
     let series = |approach: Approach, points: Vec<[f64; 2]>| {
@@ -80,7 +80,9 @@ fn plot(
     let mut all: Vec<Series> = curves
         .iter()
         .map(|(approach, curve)| {
-            let point = |(n, sheet): &(usize, Sheet)| [*n as f64, metrics(&sheet.scores)[metric]];
+            let point = |(n, evaluation): &(usize, Evaluation)| {
+                [*n as f64, metrics(&evaluation.scores)[metric]]
+            };
             series(*approach, curve.iter().map(point).collect())
         })
         .collect();
@@ -105,12 +107,12 @@ fn plot(
     }
 }
 
-fn table(model: ModelKind, curves: &[(Approach, Curve)], optimum: &Sheet) -> Table {
+fn table(model: ModelKind, curves: &[(Approach, Curve)], optimum: &Evaluation) -> Table {
     let mut columns = vec![Column::text("Method"), Column::text("n")];
     columns.extend(METRICS.map(|(title, decimals, _)| Column::number(title, decimals, Best::None)));
-    let row = |approach: Approach, n: String, sheet: &Sheet| {
+    let row = |approach: Approach, n: String, evaluation: &Evaluation| {
         let mut row = vec![Cell::Text(approach.title().into()), Cell::Text(n)];
-        row.extend(metrics(&sheet.scores).map(Cell::Number));
+        row.extend(metrics(&evaluation.scores).map(Cell::Number));
         row
     };
     let mut rows = Vec::new();
@@ -118,7 +120,7 @@ fn table(model: ModelKind, curves: &[(Approach, Curve)], optimum: &Sheet) -> Tab
         rows.extend(
             curve
                 .iter()
-                .map(|(n, sheet)| row(*approach, n.to_string(), sheet)),
+                .map(|(n, evaluation)| row(*approach, n.to_string(), evaluation)),
         );
     }
     rows.push(row(Approach::Optimum, "without limit".into(), optimum));
@@ -130,10 +132,7 @@ fn table(model: ModelKind, curves: &[(Approach, Curve)], optimum: &Sheet) -> Tab
     }
 }
 
-pub(super) fn same_quality(
-    laboratory: &Laboratory<'_>,
-    most_samples: usize,
-) -> anyhow::Result<Findings> {
+pub(super) fn same_quality(store: &Store<'_>, most_samples: usize) -> anyhow::Result<Findings> {
     let mut findings = Findings::new("Same quality: how many more samples others need");
     findings.text(format!(
         "Times the 8 samples of Ours that a method needs to be as good, between the n that were \
@@ -142,10 +141,10 @@ pub(super) fn same_quality(
     ));
     let mut rows = Vec::new();
     for model in MODELS {
-        let ours = laboratory.sheet(&Case::new(Approach::Ours, model, SAMPLES))?;
+        let ours = store.evaluation(&Case::new(Approach::Ours, model, SAMPLES))?;
         let goals = metrics(&ours.scores);
         for approach in [Approach::Random, Approach::baseline(model)] {
-            let curve = curve(laboratory, approach, model, most_samples)?;
+            let curve = curve(store, approach, model, most_samples)?;
             let mut row = vec![
                 Cell::Text(title(model).into()),
                 Cell::Text(approach.title().into()),
@@ -153,7 +152,7 @@ pub(super) fn same_quality(
             for (metric, goal) in goals.iter().enumerate() {
                 let points = curve
                     .iter()
-                    .map(|(n, sheet)| (*n as f64, metrics(&sheet.scores)[metric]));
+                    .map(|(n, evaluation)| (*n as f64, metrics(&evaluation.scores)[metric]));
                 let least = METRICS[metric].2 == Best::Least;
                 row.push(match reached(points, *goal, least) {
                     Some(n) => Cell::Number(n / SAMPLES as f64),

@@ -7,36 +7,36 @@ use glimpse_trainer::report::{
 };
 use glimpse_trainer::sampling::MeanBrdf;
 
-use super::case::{Approach, Case, Lesson};
+use super::case::{Approach, Case, TrainingRun};
 use super::curves::look;
 use super::doublings;
 use super::findings::Findings;
-use super::laboratory::Laboratory;
+use super::store::Store;
 
-pub(super) fn run(laboratory: &Laboratory<'_>, most_samples: usize) -> anyhow::Result<Findings> {
+pub(super) fn run(store: &Store<'_>, most_samples: usize) -> anyhow::Result<Findings> {
     let mut findings = Findings::new("Importance sampling of the mean BRDF");
     findings.text(
         "A Sobol sequence through the inverse distribution of the logarithmic mean of the \
          training materials, with the start and step sizes of Meta. In the paper it is more than \
          four times worse than Ours on average.",
     );
-    let mean = MeanBrdf::new(&laboratory.settings.data.load()?);
+    let mean = MeanBrdf::new(&store.settings.data.load()?);
     let mut rows = Vec::new();
     let mut curves = [Vec::new(), Vec::new(), Vec::new()];
     for n in doublings(most_samples) {
         let meta = Case::new(Approach::Meta, ModelKind::Neural, n);
         let ours = Case::new(Approach::Ours, ModelKind::Neural, n);
-        let learned = laboratory.recipe(&Lesson::of(&meta))?;
+        let learned = store.recipe(&TrainingRun::of(&meta))?;
         let recipe = learned.file.recipe()?;
         let name = format!("neural-n{n}-importance");
-        let importance = laboratory.kept_sheet(laboratory.test, &name, 1, |judge| {
-            let pattern = mean.samples(n, laboratory.settings.seed as u32);
+        let importance = store.kept_evaluation(store.test, &name, 1, |judge| {
+            let pattern = mean.samples(n, store.settings.seed as u32);
             judge(&Method::elsewhere("importance", &recipe, None, pattern)?)
         })?;
         let losses = [
             importance.scores.loss,
-            laboratory.sheet(&meta)?.scores.loss,
-            laboratory.sheet(&ours)?.scores.loss,
+            store.evaluation(&meta)?.scores.loss,
+            store.evaluation(&ours)?.scores.loss,
         ];
         for (curve, loss) in curves.iter_mut().zip(losses) {
             curve.push([n as f64, loss]);

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 
 use super::case::{Approach, Case};
 use super::findings::Findings;
-use super::laboratory::{Laboratory, TestSet};
+use super::store::{Store, TestSet};
 use super::{MODELS, SAMPLES, doublings, paper, title};
 
 /// Directions at which black and Lambertian BRDFs are judged: so many that the draw hardly matters.
@@ -25,7 +25,7 @@ const APPROACHES: [Approach; 5] = [
 ];
 
 /// All methods at n = 8, and what is lost without any measurement.
-pub(super) fn run(laboratory: &Laboratory<'_>) -> anyhow::Result<Findings> {
+pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
     let mut findings = Findings::new("Losses of all methods: n = 8");
     findings.text(
         "Means over the materials judged; Random and Meta over several seeds too. Linear has 5 \
@@ -34,13 +34,13 @@ pub(super) fn run(laboratory: &Laboratory<'_>) -> anyhow::Result<Findings> {
     );
     let mut rows = Vec::new();
     for model in MODELS {
-        rows.push(row(laboratory, model, Prior::PAPER)?);
+        rows.push(row(store, model, Prior::PAPER)?);
         if model == ModelKind::Linear {
-            rows.push(row(laboratory, model, Prior::LEARNED)?);
+            rows.push(row(store, model, Prior::LEARNED)?);
         }
     }
-    let seed = laboratory.settings.seed;
-    let floors: Vec<[f64; 2]> = laboratory
+    let seed = store.settings.seed;
+    let floors: Vec<[f64; 2]> = store
         .test
         .materials
         .par_iter()
@@ -82,7 +82,7 @@ fn paper_column(title: &str) -> Column {
 }
 
 /// A model's losses by each method that it has.
-fn row(laboratory: &Laboratory<'_>, model: ModelKind, prior: Prior) -> anyhow::Result<Vec<Cell>> {
+fn row(store: &Store<'_>, model: ModelKind, prior: Prior) -> anyhow::Result<Vec<Cell>> {
     let learned = model == ModelKind::Linear && prior.eta.is_none();
     let name = title(model);
     let mut row = vec![Cell::Text(match learned {
@@ -103,7 +103,7 @@ fn row(laboratory: &Laboratory<'_>, model: ModelKind, prior: Prior) -> anyhow::R
                     prior,
                     ..Case::new(approach, model, SAMPLES)
                 };
-                Cell::Number(laboratory.sheet(&case)?.scores.loss)
+                Cell::Number(store.evaluation(&case)?.scores.loss)
             }
             false => Cell::Missing,
         });
@@ -116,7 +116,7 @@ fn row(laboratory: &Laboratory<'_>, model: ModelKind, prior: Prior) -> anyhow::R
 }
 
 /// Ours by the number of samples.
-pub(super) fn by_samples(laboratory: &Laboratory<'_>, most: usize) -> anyhow::Result<Table> {
+pub(super) fn by_samples(store: &Store<'_>, most: usize) -> anyhow::Result<Table> {
     let mut columns = vec![Column::text("n")];
     columns.extend(doublings(most).map(|n| loss_column(n.to_string())));
     let mut rows = Vec::new();
@@ -127,7 +127,7 @@ pub(super) fn by_samples(laboratory: &Laboratory<'_>, most: usize) -> anyhow::Re
                 prior: Prior::LEARNED,
                 ..Case::new(Approach::Ours, model, n)
             };
-            row.push(Cell::Number(laboratory.sheet(&case)?.scores.loss));
+            row.push(Cell::Number(store.evaluation(&case)?.scores.loss));
         }
         rows.push(row);
     }
@@ -140,7 +140,7 @@ pub(super) fn by_samples(laboratory: &Laboratory<'_>, most: usize) -> anyhow::Re
 }
 
 /// Ours and what learns less, on materials of another source.
-pub(super) fn on_others(laboratory: &Laboratory<'_>, set: &TestSet<'_>) -> anyhow::Result<Table> {
+pub(super) fn on_others(store: &Store<'_>, set: &TestSet<'_>) -> anyhow::Result<Table> {
     let mut columns = vec![Column::text(format!("n = {SAMPLES}"))];
     for method in ["Meta, NJR15", "Ours"] {
         columns.extend([loss_column(method), paper_column("the paper's")]);
@@ -149,8 +149,8 @@ pub(super) fn on_others(laboratory: &Laboratory<'_>, set: &TestSet<'_>) -> anyho
     for model in MODELS {
         let mut row = vec![Cell::Text(title(model).into())];
         for approach in [Approach::baseline(model), Approach::Ours] {
-            let sheet = laboratory.sheet_on(set, &Case::new(approach, model, SAMPLES))?;
-            row.push(Cell::Number(sheet.scores.loss));
+            let evaluation = store.evaluation_on(set, &Case::new(approach, model, SAMPLES))?;
+            row.push(Cell::Number(evaluation.scores.loss));
             row.push(match paper::rgl(model, approach) {
                 Some(scores) => Cell::Number(scores.loss),
                 None => Cell::Missing,

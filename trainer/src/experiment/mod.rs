@@ -1,6 +1,6 @@
 //! The paper's tables and figures, one file each.
 //!
-//! An experiment asks the [`Laboratory`] for recipes and judgements and turns them into
+//! An experiment asks the [`Store`] for recipes and judgements and turns them into
 //! [`Findings`]: tables, plots, pictures. It draws, trains and judges nothing by itself.
 
 mod additional;
@@ -11,7 +11,6 @@ mod convergence;
 mod curves;
 mod findings;
 mod importance;
-mod laboratory;
 mod losses;
 mod paper;
 mod patterns;
@@ -20,6 +19,7 @@ mod robustness;
 mod same_samples;
 mod seeds;
 mod spheres;
+mod store;
 mod subsets;
 mod tables;
 
@@ -30,7 +30,7 @@ use clap::ValueEnum;
 use glimpse_trainer::report::Page;
 
 pub(crate) use findings::Findings;
-pub(crate) use laboratory::{Laboratory, Settings, TestSet};
+pub(crate) use store::{Settings, Store, TestSet};
 use tables::{
     METRICS, MODELS, SAMPLES, cells_beside_the_paper_s, columns_beside_the_paper_s, doublings,
     metrics, title,
@@ -110,31 +110,31 @@ impl Experiment {
     /// Makes the experiment, writes it down and returns what it found.
     pub(crate) fn run(
         self,
-        laboratory: &Laboratory<'_>,
+        store: &Store<'_>,
         most_samples: usize,
         sources: &str,
     ) -> anyhow::Result<Findings> {
         let begin = Instant::now();
         let findings = match self {
-            Self::SameSamples => same_samples::run(laboratory),
-            Self::Losses => losses::run(laboratory),
-            Self::SameQuality => curves::same_quality(laboratory, most_samples),
-            Self::Curves => curves::run(laboratory, most_samples),
-            Self::PerMaterial => per_material::run(laboratory),
-            Self::Additional => additional::run(laboratory),
-            Self::Robustness => robustness::run(laboratory),
-            Self::Seeds => seeds::run(laboratory),
-            Self::Again => again::run(laboratory),
-            Self::Convergence => convergence::run(laboratory),
-            Self::Importance => importance::run(laboratory, most_samples),
-            Self::Subsets => subsets::run(laboratory),
-            Self::Bases => bases::run(laboratory),
-            Self::Patterns => patterns::run(laboratory),
-            Self::Teaser => spheres::teaser(laboratory),
-            Self::Increasing => spheres::increasing(laboratory, most_samples),
+            Self::SameSamples => same_samples::run(store),
+            Self::Losses => losses::run(store),
+            Self::SameQuality => curves::same_quality(store, most_samples),
+            Self::Curves => curves::run(store, most_samples),
+            Self::PerMaterial => per_material::run(store),
+            Self::Additional => additional::run(store),
+            Self::Robustness => robustness::run(store),
+            Self::Seeds => seeds::run(store),
+            Self::Again => again::run(store),
+            Self::Convergence => convergence::run(store),
+            Self::Importance => importance::run(store, most_samples),
+            Self::Subsets => subsets::run(store),
+            Self::Bases => bases::run(store),
+            Self::Patterns => patterns::run(store),
+            Self::Teaser => spheres::teaser(store),
+            Self::Increasing => spheres::increasing(store, most_samples),
             Self::All => anyhow::bail!("all is not one experiment"),
         }?;
-        findings.write(&self.name(), &laboratory.settings, sources, begin.elapsed())?;
+        findings.write(&self.name(), &store.settings, sources, begin.elapsed())?;
         Ok(findings)
     }
 }

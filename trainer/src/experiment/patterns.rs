@@ -6,10 +6,10 @@ use glimpse_trainer::report::pattern_svg;
 
 use super::case::{Approach, Case};
 use super::findings::Findings;
-use super::laboratory::Laboratory;
+use super::store::Store;
 use super::{MODELS, SAMPLES, title};
 
-pub(super) fn run(laboratory: &Laboratory<'_>) -> anyhow::Result<Findings> {
+pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
     let mut findings = Findings::new("Where each model measures");
     let cases = MODELS.map(|model| (Approach::Ours, model));
     for (approach, model) in cases
@@ -18,7 +18,7 @@ pub(super) fn run(laboratory: &Laboratory<'_>) -> anyhow::Result<Findings> {
     {
         let case = Case::new(approach, model, SAMPLES);
         let pattern: Vec<Angles<f32>> =
-            laboratory.with_method(&case, |method| Ok(method.pattern().to_vec()))?;
+            store.with_method(&case, |method| Ok(method.pattern().to_vec()))?;
         let name = format!("{}-{}", model.name(), approach.title().to_lowercase());
         let caption = format!("{}, {}, n = {SAMPLES}", title(model), approach.title());
         findings.drawing(name, pattern_svg(&pattern), caption);

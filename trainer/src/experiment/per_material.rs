@@ -5,24 +5,24 @@ use glimpse_trainer::report::{Axis, Best, Cell, Column, Compare, Plot, Scale, Se
 use super::case::{Approach, Case};
 use super::curves::look;
 use super::findings::Findings;
-use super::laboratory::Laboratory;
+use super::store::Store;
 use super::{MODELS, SAMPLES, title};
 
-pub(super) fn run(laboratory: &Laboratory<'_>) -> anyhow::Result<Findings> {
+pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
     let mut findings = Findings::new("Each material: n = 8");
     for model in MODELS {
         let approaches = Approach::rivals(model);
         let mut losses = Vec::new();
         let mut names = Vec::new();
         for approach in approaches {
-            let sheet = laboratory.sheet(&Case::new(approach, model, SAMPLES))?;
-            names = sheet
+            let evaluation = store.evaluation(&Case::new(approach, model, SAMPLES))?;
+            names = evaluation
                 .materials
                 .iter()
                 .map(|each| each.name.clone())
                 .collect();
             losses.push(
-                sheet
+                evaluation
                     .materials
                     .iter()
                     .map(|each| each.scores.loss)

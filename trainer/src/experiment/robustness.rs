@@ -8,9 +8,9 @@ use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
 
-use super::case::{Approach, Case, Lesson};
+use super::case::{Approach, Case, TrainingRun};
 use super::findings::Findings;
-use super::laboratory::Laboratory;
+use super::store::Store;
 use super::{MODELS, SAMPLES, paper, title};
 
 /// How many samples are replaced.
@@ -18,26 +18,26 @@ const REPLACED: [usize; 2] = [2, 4];
 /// Independent runs.
 const RUNS: u64 = 5;
 
-pub(super) fn run(laboratory: &Laboratory<'_>) -> anyhow::Result<Findings> {
+pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
     let mut findings = Findings::new("Some learned samples replaced by random ones");
     let mut rows = Vec::new();
     for model in MODELS {
         let case = Case::new(Approach::Ours, model, SAMPLES);
-        let ours = laboratory.sheet(&case)?.scores.loss;
-        let learned = laboratory.recipe(&Lesson::of(&case))?;
+        let ours = store.evaluation(&case)?.scores.loss;
+        let learned = store.recipe(&TrainingRun::of(&case))?;
         let recipe = learned.file.recipe()?;
         let pattern: Vec<Angles<f32>> = recipe.pattern().collect();
         for (count, paper) in REPLACED.into_iter().zip(paper::robustness(model)) {
             let mut sum = 0.0;
             for run in 0..RUNS {
-                let seed = laboratory.settings.seed.wrapping_add(run << 32);
+                let seed = store.settings.seed.wrapping_add(run << 32);
                 let pattern = replaced(&pattern, count, seed);
                 let name = format!("{}-n{SAMPLES}-replaced{count}-run{run}", model.name());
-                let sheet = laboratory.kept_sheet(laboratory.test, &name, 1, |judge| {
+                let evaluation = store.kept_evaluation(store.test, &name, 1, |judge| {
                     let basis = learned.basis.as_ref();
                     judge(&Method::elsewhere("replaced", &recipe, basis, pattern)?)
                 })?;
-                sum += sheet.scores.loss;
+                sum += evaluation.scores.loss;
             }
             let loss = sum / RUNS as f64;
             rows.push(vec![

@@ -8,13 +8,13 @@ use glimpse_trainer::report::{Best, Cell, Column, Compare, Table};
 
 use super::case::{Approach, Case};
 use super::findings::Findings;
-use super::laboratory::Laboratory;
+use super::store::Store;
 use super::{
     METRICS, MODELS, SAMPLES, cells_beside_the_paper_s, columns_beside_the_paper_s, metrics, paper,
     spheres, title,
 };
 
-pub(super) fn run(laboratory: &Laboratory<'_>) -> anyhow::Result<Findings> {
+pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
     let mut findings = Findings::new("Same number of samples: n = 8");
     findings.text(
         "Means over the materials judged; Random and Meta over several seeds too (a material's PSNR \
@@ -35,21 +35,21 @@ pub(super) fn run(laboratory: &Laboratory<'_>) -> anyhow::Result<Findings> {
         let mut rows = Vec::new();
         let mut scores = Vec::new();
         for approach in Approach::rivals(model) {
-            let sheet = laboratory.sheet(&Case::new(approach, model, SAMPLES))?;
+            let evaluation = store.evaluation(&Case::new(approach, model, SAMPLES))?;
             let paper = paper::same_samples(model, approach);
             let mut row = vec![Cell::Text(approach.title().into())];
-            row.extend(cells_beside_the_paper_s(&sheet, paper.as_ref()));
+            row.extend(cells_beside_the_paper_s(&evaluation, paper.as_ref()));
             rows.push(row);
-            scores.push((approach, sheet.scores));
+            scores.push((approach, evaluation.scores));
         }
         if model == ModelKind::Linear {
             let learned = Case {
                 prior: Prior::LEARNED,
                 ..Case::new(Approach::Ours, model, SAMPLES)
             };
-            let sheet = laboratory.sheet(&learned)?;
+            let evaluation = store.evaluation(&learned)?;
             let mut row = vec![Cell::Text("Ours, 60 components, learned precisions".into())];
-            row.extend(cells_beside_the_paper_s(&sheet, None));
+            row.extend(cells_beside_the_paper_s(&evaluation, None));
             rows.push(row);
         }
         let mut columns = vec![Column::text("Method")];
@@ -77,10 +77,10 @@ pub(super) fn run(laboratory: &Laboratory<'_>) -> anyhow::Result<Findings> {
         },
     );
 
-    let order = laboratory.by_glossiness(laboratory.test.materials);
+    let order = store.by_glossiness(store.test.materials);
     if let (Some(diffuse), Some(glossy)) = (order.first(), order.last()) {
         for index in [*diffuse, *glossy] {
-            findings.gallery(spheres::by_model(laboratory, index, SAMPLES)?);
+            findings.gallery(spheres::by_model(store, index, SAMPLES)?);
         }
     }
     Ok(findings)

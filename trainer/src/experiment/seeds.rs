@@ -3,15 +3,15 @@
 use glimpse_trainer::evaluation::Method;
 use glimpse_trainer::report::{Best, Cell, Column, Compare, Table};
 
-use super::case::{Approach, Case, Lesson};
+use super::case::{Approach, Case, TrainingRun};
 use super::findings::Findings;
-use super::laboratory::Laboratory;
+use super::store::Store;
 use super::{MODELS, SAMPLES, title};
 
 /// Independent trainings.
 const TRAININGS: u64 = 5;
 
-pub(super) fn run(laboratory: &Laboratory<'_>) -> anyhow::Result<Findings> {
+pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
     let mut findings = Findings::new("Five trainings with seeds of their own");
     findings.text("In the paper the standard deviation is less than 5 % of the loss.");
     let mut rows = Vec::new();
@@ -19,17 +19,17 @@ pub(super) fn run(laboratory: &Laboratory<'_>) -> anyhow::Result<Findings> {
         let case = Case::new(Approach::Ours, model, SAMPLES);
         let mut losses = Vec::new();
         for repetition in 0..TRAININGS {
-            let lesson = Lesson {
+            let training = TrainingRun {
                 repetition,
-                ..Lesson::of(&case)
+                ..TrainingRun::of(&case)
             };
             let name = format!("{}-n{SAMPLES}-training{repetition}", model.name());
-            let sheet = laboratory.kept_sheet(laboratory.test, &name, 1, |judge| {
-                let learned = laboratory.recipe(&lesson)?;
+            let evaluation = store.kept_evaluation(store.test, &name, 1, |judge| {
+                let learned = store.recipe(&training)?;
                 let recipe = learned.file.recipe()?;
                 judge(&Method::ours(&recipe, learned.basis.as_ref())?)
             })?;
-            losses.push(sheet.scores.loss);
+            losses.push(evaluation.scores.loss);
         }
         let count = losses.len() as f64;
         let mean = losses.iter().sum::<f64>() / count;
@@ -41,7 +41,7 @@ pub(super) fn run(laboratory: &Laboratory<'_>) -> anyhow::Result<Findings> {
         rows.push(row);
     }
     let mut columns = vec![Column::text("Model")];
-    let seed = |index: u64| laboratory.settings.seed.wrapping_add(index);
+    let seed = |index: u64| store.settings.seed.wrapping_add(index);
     columns.extend(
         (0..TRAININGS).map(|index| Column::number(format!("seed {}", seed(index)), 4, Best::None)),
     );

@@ -5,8 +5,8 @@ use glimpse_trainer::report::{Gallery, GalleryRow, Tile};
 
 use super::case::{Approach, Case};
 use super::findings::Findings;
-use super::laboratory::Laboratory;
 use super::losses::by_samples;
+use super::store::Store;
 use super::{MODELS, doublings, title};
 
 /// n of the paper's teaser.
@@ -14,9 +14,9 @@ const TEASER: usize = 64;
 /// How many materials it shows.
 const SHOWN: usize = 6;
 
-pub(super) fn teaser(laboratory: &Laboratory<'_>) -> anyhow::Result<Findings> {
+pub(super) fn teaser(store: &Store<'_>) -> anyhow::Result<Findings> {
     let mut findings = Findings::new("Some materials by each method");
-    let order = laboratory.by_glossiness(laboratory.test.materials);
+    let order = store.by_glossiness(store.test.materials);
     let last = order.len().saturating_sub(1);
     let shown = SHOWN.min(order.len());
     let mut rows = Vec::new();
@@ -27,7 +27,7 @@ pub(super) fn teaser(laboratory: &Laboratory<'_>) -> anyhow::Result<Findings> {
             let case = Case::new(approach, ModelKind::Neural, TEASER);
             (approach.title().to_owned(), case)
         });
-        rows.push(row(laboratory, index, None, &cases)?);
+        rows.push(row(store, index, None, &cases)?);
     }
     findings.gallery(Gallery {
         caption: format!(
@@ -38,12 +38,9 @@ pub(super) fn teaser(laboratory: &Laboratory<'_>) -> anyhow::Result<Findings> {
     Ok(findings)
 }
 
-pub(super) fn increasing(
-    laboratory: &Laboratory<'_>,
-    most_samples: usize,
-) -> anyhow::Result<Findings> {
+pub(super) fn increasing(store: &Store<'_>, most_samples: usize) -> anyhow::Result<Findings> {
     let mut findings = Findings::new("A glossy material, and more and more samples");
-    let order = laboratory.by_glossiness(laboratory.test.materials);
+    let order = store.by_glossiness(store.test.materials);
     let Some(&index) = order.last() else {
         return Ok(findings);
     };
@@ -52,37 +49,33 @@ pub(super) fn increasing(
         let cases: Vec<(String, Case)> = doublings(most_samples)
             .map(|n| (format!("n = {n}"), Case::new(Approach::Ours, model, n)))
             .collect();
-        rows.push(row(laboratory, index, Some(title(model)), &cases)?);
+        rows.push(row(store, index, Some(title(model)), &cases)?);
     }
     findings.gallery(Gallery {
         caption: format!(
             "{} by Ours; every picture is of a recipe of its own",
-            laboratory.test.materials[index].name()
+            store.test.materials[index].name()
         ),
         rows,
     });
-    findings.table("losses", by_samples(laboratory, most_samples)?);
+    findings.table("losses", by_samples(store, most_samples)?);
     Ok(findings)
 }
 
 /// A material by all models and methods.
-pub(super) fn by_model(
-    laboratory: &Laboratory<'_>,
-    index: usize,
-    samples: usize,
-) -> anyhow::Result<Gallery> {
+pub(super) fn by_model(store: &Store<'_>, index: usize, samples: usize) -> anyhow::Result<Gallery> {
     let mut rows = Vec::new();
     for model in MODELS {
         let cases = Approach::rivals(model).map(|approach| {
             let case = Case::new(approach, model, samples);
             (approach.title().to_owned(), case)
         });
-        rows.push(row(laboratory, index, Some(title(model)), &cases)?);
+        rows.push(row(store, index, Some(title(model)), &cases)?);
     }
     Ok(Gallery {
         caption: format!(
             "{}, n = {samples}; click to enlarge",
-            laboratory.test.materials[index].name()
+            store.test.materials[index].name()
         ),
         rows,
     })
@@ -90,13 +83,13 @@ pub(super) fn by_model(
 
 /// A material as it is, and fitted in several ways, the best of which is marked.
 fn row(
-    laboratory: &Laboratory<'_>,
+    store: &Store<'_>,
     index: usize,
     title: Option<&str>,
     cases: &[(String, Case)],
 ) -> anyhow::Result<GalleryRow> {
-    let material = &*laboratory.test.materials[index];
-    let judge = laboratory.test.judge();
+    let material = &*store.test.materials[index];
+    let judge = store.test.judge();
     let mut tiles = vec![Tile {
         label: "Reference".into(),
         details: Vec::new(),
@@ -105,8 +98,8 @@ fn row(
     }];
     let mut least = (f64::INFINITY, 0);
     for (label, case) in cases {
-        let seed = laboratory.settings.seed.wrapping_add(index as u64);
-        let (scores, picture) = laboratory.with_method(case, |method| {
+        let seed = store.settings.seed.wrapping_add(index as u64);
+        let (scores, picture) = store.with_method(case, |method| {
             Ok(judge.score(index, &method.fit(material, seed)?)?)
         })?;
         if scores.loss < least.0 {

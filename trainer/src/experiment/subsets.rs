@@ -8,18 +8,18 @@ use glimpse_trainer::meta::run::Parts;
 use glimpse_trainer::report::{Best, Cell, Column, Compare, Table};
 
 use super::SAMPLES;
-use super::case::{Approach, Case, Lesson};
+use super::case::{Approach, Case, TrainingRun};
 use super::findings::Findings;
-use super::laboratory::Laboratory;
+use super::store::Store;
 
 /// The parts: all materials, the more diffuse half, the glossier half.
 const PARTS: [&str; 3] = ["all", "diffuse", "glossy"];
 
-pub(super) fn run(laboratory: &Laboratory<'_>) -> anyhow::Result<Findings> {
+pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
     let mut findings = Findings::new("Patterns for diffuse and for glossy materials");
-    let training = laboratory.settings.data.load()?;
-    let names = parts(laboratory, &training);
-    let judged = parts(laboratory, laboratory.test.materials);
+    let training = store.settings.data.load()?;
+    let names = parts(store, &training);
+    let judged = parts(store, store.test.materials);
     findings.text(
         "Neural: start and step sizes are trained on all materials, the pattern on a part of them. \
          Diffuse are those whose greatest value (BRDF times cosine) is the least multiple of their \
@@ -35,7 +35,7 @@ pub(super) fn run(laboratory: &Laboratory<'_>) -> anyhow::Result<Findings> {
     ));
 
     let case = Case::new(Approach::Meta, ModelKind::Neural, SAMPLES);
-    let meta = laboratory.recipe(&Lesson::of(&case))?;
+    let meta = store.recipe(&TrainingRun::of(&case))?;
     let recipe = meta.file.recipe()?;
     let Some(descent) = recipe.descent() else {
         anyhow::bail!("a recipe of the model neural is fitted by descent");
@@ -46,21 +46,21 @@ pub(super) fn run(laboratory: &Laboratory<'_>) -> anyhow::Result<Findings> {
     };
     let mut rows = Vec::new();
     for (part, names) in PARTS.into_iter().zip(names) {
-        let lesson = Lesson {
+        let training = TrainingRun {
             parts: Parts::PatternOnly(known.clone()),
             only: Some((part, names)),
-            ..Lesson::of(&case)
+            ..TrainingRun::of(&case)
         };
         let name = format!("neural-n{SAMPLES}-pattern-of-{part}");
-        let sheet = laboratory.kept_sheet(laboratory.test, &name, 1, |judge| {
-            let learned = laboratory.recipe(&lesson)?;
+        let evaluation = store.kept_evaluation(store.test, &name, 1, |judge| {
+            let learned = store.recipe(&training)?;
             judge(&Method::ours(&learned.file.recipe()?, None)?)
         })?;
         let mut row = vec![Cell::Text(part.into())];
         row.extend(
             judged
                 .iter()
-                .map(|names| Cell::Number(mean(&sheet.materials, names))),
+                .map(|names| Cell::Number(mean(&evaluation.materials, names))),
         );
         rows.push(row);
     }
@@ -79,8 +79,8 @@ pub(super) fn run(laboratory: &Laboratory<'_>) -> anyhow::Result<Findings> {
 }
 
 /// Names of all materials, of the more diffuse half, and of the glossier half.
-fn parts(laboratory: &Laboratory<'_>, materials: &[Box<dyn Material>]) -> [Vec<String>; 3] {
-    let order = laboratory.by_glossiness(materials);
+fn parts(store: &Store<'_>, materials: &[Box<dyn Material>]) -> [Vec<String>; 3] {
+    let order = store.by_glossiness(materials);
     let names: Vec<String> = order
         .into_iter()
         .map(|index| materials[index].name().to_owned())

@@ -5,7 +5,7 @@ use glimpse_trainer::evaluation::Estimate;
 use glimpse_trainer::metrics::Scores;
 use glimpse_trainer::report::{Best, Cell, Column};
 
-use super::laboratory::Sheet;
+use super::store::Evaluation;
 
 /// All models, in the paper's order.
 pub(super) const MODELS: [ModelKind; 4] = [
@@ -57,8 +57,11 @@ pub(super) fn columns_beside_the_paper_s() -> Vec<Column> {
 }
 
 /// Cells for those.
-pub(super) fn cells_beside_the_paper_s(sheet: &Sheet, paper: Option<&Scores>) -> Vec<Cell> {
-    let losses: Vec<f64> = sheet
+pub(super) fn cells_beside_the_paper_s(
+    evaluation: &Evaluation,
+    paper: Option<&Scores>,
+) -> Vec<Cell> {
+    let losses: Vec<f64> = evaluation
         .materials
         .iter()
         .map(|each| each.scores.loss)
@@ -68,7 +71,7 @@ pub(super) fn cells_beside_the_paper_s(sheet: &Sheet, paper: Option<&Scores>) ->
         Some(paper) => metrics(paper).map(Cell::Number),
         None => [const { Cell::Missing }; 4],
     };
-    metrics(&sheet.scores)
+    metrics(&evaluation.scores)
         .map(Cell::Number)
         .into_iter()
         .chain([error.map_or(Cell::Missing, Cell::Number)])

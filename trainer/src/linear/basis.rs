@@ -131,13 +131,13 @@ impl Basis {
         &self.table[node * length..][..length]
     }
 
-    /// The basis at some angles in radians, with derivatives: a value, then its slopes by theta_h,
+    /// The basis at some angles in radians, with derivatives: a value, then its derivatives by theta_h,
     /// theta_d and phi_d.
     #[must_use]
     pub fn look_up(&self, angles: Angles<f64>) -> Tabulated {
         let mut sums = vec![[0.0_f64; 4]; HEAD + self.components];
         for corner in Grid::corners(angles) {
-            let [h, d, p] = corner.slopes;
+            let [h, d, p] = corner.derivatives;
             let shares = [corner.weight, h, d, p];
             for (sum, value) in sums.iter_mut().zip(self.row(corner.node)) {
                 for (sum, share) in sum.iter_mut().zip(shares) {

@@ -20,7 +20,7 @@ pub struct Corner {
     /// Its share.
     pub weight: f64,
     /// The derivatives of its share by theta_h, theta_d and phi_d.
-    pub slopes: [f64; 3],
+    pub derivatives: [f64; 3],
 }
 
 impl Grid {
@@ -89,7 +89,7 @@ impl Grid {
             *corner = Corner {
                 node: (h * NODES[1] + d) * NODES[2] + p,
                 weight: a * b * c,
-                slopes: [by_h * b * c, a * by_d * c, a * b * by_p],
+                derivatives: [by_h * b * c, a * by_d * c, a * b * by_p],
             };
         }
         corners

@@ -15,7 +15,7 @@ pub struct Reduced {
     /// A: n rows of m.
     pub basis: Vec<f64>,
     /// The derivatives of A's entries by the angles of their row.
-    pub slopes: Vec<[f64; 3]>,
+    pub derivatives: Vec<[f64; 3]>,
     /// The mean of the mapped columns, n.
     pub mean: Vec<ByAngles>,
     /// The median BRDF of the columns, sr^-1, n.
@@ -31,16 +31,16 @@ impl Reduced {
         let mut reduced = Self {
             angles: pattern.to_vec(),
             basis: Vec::with_capacity(pattern.len() * basis.components()),
-            slopes: Vec::with_capacity(pattern.len() * basis.components()),
+            derivatives: Vec::with_capacity(pattern.len() * basis.components()),
             mean: Vec::new(),
             median: Vec::new(),
             weight: Vec::new(),
         };
         for angles in pattern {
             let found = basis.look_up(*angles);
-            for [value, slopes @ ..] in found.components {
+            for [value, derivatives @ ..] in found.components {
                 reduced.basis.push(value);
-                reduced.slopes.push(slopes);
+                reduced.derivatives.push(derivatives);
             }
             let dual = |[value, tangent @ ..]: [f64; 4]| ByAngles { value, tangent };
             let at = HalfDifference::from_angles(ByAngles::variables(*angles));

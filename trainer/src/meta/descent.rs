@@ -11,7 +11,7 @@ use super::pattern::{Pattern, above_horizon};
 use super::phase::{InnerSamples, Phase};
 use super::plan::{Plan, Weighing};
 use super::pool::{Draw, Pool};
-use super::trainee::{Expected, Lots, Trainee, mean};
+use super::trainee::{Expected, RandomStreams, Trainee, mean};
 use super::variation::Variation;
 use crate::material::Material;
 use glimpse_kernels::LaneModel;
@@ -31,7 +31,7 @@ pub struct Tasks<'a> {
 const RANDOM_LISTS: usize = 3;
 
 /// A model that is fitted by descent.
-pub struct Descent<'a, M: LaneModel> {
+pub struct DescentTrainee<'a, M: LaneModel> {
     /// What it is trained on.
     pub training: &'a Tasks<'a>,
     /// What it is judged on.
@@ -41,7 +41,7 @@ pub struct Descent<'a, M: LaneModel> {
     /// Inner steps, K.
     pub inner_steps: usize,
     /// All random numbers.
-    pub lots: Lots,
+    pub streams: RandomStreams,
     /// The model.
     pub model: PhantomData<M>,
 }
@@ -50,7 +50,7 @@ fn mean_loss(losses: &[f32]) -> f32 {
     losses.iter().sum::<f32>() / losses.len() as f32
 }
 
-impl<M: LaneModel> Trainee for Descent<'_, M> {
+impl<M: LaneModel> Trainee for DescentTrainee<'_, M> {
     fn first_values(&self, guess: u64) -> Groups<Vec<f32>> {
         let form = self.plan.step_size_form;
         let (initial, step_sizes) = match &self.plan.known {
@@ -59,7 +59,7 @@ impl<M: LaneModel> Trainee for Descent<'_, M> {
                 (known.initial.clone(), values.collect())
             }
             None => {
-                let mut random = ChaCha8Rng::seed_from_u64(self.lots.guess(guess));
+                let mut random = ChaCha8Rng::seed_from_u64(self.streams.guess(guess));
                 let initial = (self.plan.first_guess)(M::KIND, &mut random);
                 let step_size = form.value(self.plan.first_step_size);
                 let step_sizes = vec![step_size; initial.len()];
@@ -70,7 +70,7 @@ impl<M: LaneModel> Trainee for Descent<'_, M> {
         Groups {
             initial,
             step_sizes,
-            pattern: self.lots.first_pattern(guess, samples),
+            pattern: self.streams.first_pattern(guess, samples),
         }
     }
 
@@ -86,12 +86,12 @@ impl<M: LaneModel> Trainee for Descent<'_, M> {
         let phase = &self.plan.phases[index];
         let tasks = self.training.materials.len();
         let found: Vec<_> = self
-            .lots
+            .streams
             .batch(index, step, phase.batch, tasks)
             .par_iter()
             .enumerate()
             .map(|(slot, task)| {
-                let mut random = self.lots.slot(index, step, slot + 1);
+                let mut random = self.streams.slot(index, step, slot + 1);
                 self.task_gradient(phase, &inner_loop, &pattern, *task, &mut random)
             })
             .collect();
@@ -145,7 +145,7 @@ impl<M: LaneModel> Trainee for Descent<'_, M> {
     }
 }
 
-impl<M: LaneModel> Descent<'_, M> {
+impl<M: LaneModel> DescentTrainee<'_, M> {
     /// The inner_loop that meta-parameters describe, and its step sizes.
     fn inner_loop(&self, values: &Groups<Vec<f32>>) -> (InnerLoop<M, f32>, Vec<f32>) {
         let step_sizes = self.plan.step_size_form.step_sizes(&values.step_sizes);

@@ -2,7 +2,7 @@
 //!
 //! Forward: the basis is looked up at the pattern, the ridge problem factorized; each material of
 //! a batch is measured there, mapped and solved for, and judged by the loss at random directions.
-//! Reverse: the loss's slopes by the coefficients go through the solve (core's adjoint, two
+//! Reverse: the loss's gradient by the coefficients goes through the solve (core's adjoint, two
 //! triangular solves) to the basis, the measurements and the precisions, and from there through
 //! the look-ups to the angles.
 //!
@@ -20,7 +20,7 @@ use rayon::prelude::*;
 use super::pattern::{Pattern, above_horizon};
 use super::phase::InnerSamples;
 use super::plan::Plan;
-use super::trainee::{Expected, Lots, Trainee};
+use super::trainee::{Expected, RandomStreams, Trainee};
 use crate::linear::{Basis, ByAngles, Coefficients, Columns, Prior, Reduced, widened};
 use crate::material::Material;
 use crate::sampling::uniform_valid;
@@ -38,10 +38,10 @@ const FIRST_ETA: f64 = 4.0;
 /// What the Linear model learns on.
 pub struct LinearTrainee<'a> {
     plan: &'a Plan,
-    lots: Lots,
+    streams: RandomStreams,
     prior: Prior,
     materials: &'a [Box<dyn Material>],
-    folds: Vec<Judge>,
+    folds: Vec<OuterBasis>,
     /// The materials at the pool's directions.
     values: Vec<Vec<[f32; 3]>>,
 }
@@ -69,7 +69,7 @@ impl<'a> LinearTrainee<'a> {
         let fewest = (0..folds).map(|fold| outside(fold).len()).min();
         let components = prior.components.min(fewest.unwrap_or(0).max(2) - 1);
         let folds = (0..folds)
-            .map(|fold| Judge::new(Basis::new(columns, &outside(fold), components), &angles))
+            .map(|fold| OuterBasis::new(Basis::new(columns, &outside(fold), components), &angles))
             .collect();
         let values = materials
             .par_iter()
@@ -77,7 +77,7 @@ impl<'a> LinearTrainee<'a> {
             .collect();
         Self {
             plan,
-            lots: Lots { seed },
+            streams: RandomStreams { seed },
             prior,
             materials,
             folds,
@@ -117,7 +117,7 @@ impl<'a> LinearTrainee<'a> {
             .zip(&mut buffers)
             .map(|(reduced, buffer)| reduced.factorize(&precision, buffer))
             .collect::<Result<_, _>>()?;
-        let slopes: Vec<Slopes> = tasks
+        let derivatives: Vec<TaskGradient> = tasks
             .par_iter()
             .map(|(material, directions)| {
                 let fold = material % self.folds.len();
@@ -126,26 +126,26 @@ impl<'a> LinearTrainee<'a> {
                     .map(|angles| measured(&*self.materials[*material], angles))
                     .collect();
                 let outer = Outer {
-                    judge: &self.folds[fold],
+                    basis: &self.folds[fold],
                     directions,
                     values: &self.values[*material],
                 };
-                Slopes::new(&reduced[fold], &factors[fold], &measured, &outer)
+                TaskGradient::new(&reduced[fold], &factors[fold], &measured, &outer)
             })
             .collect::<Result<_, _>>()?;
 
-        let mut mean = Slopes {
+        let mut mean = TaskGradient {
             loss: 0.0,
             by_angles: vec![[0.0; 3]; places.len()],
             by_precision: vec![0.0; precision.len()],
         };
-        for slopes in &slopes {
-            mean.add(slopes, 1.0 / tasks.len() as f64);
+        for derivatives in &derivatives {
+            mean.add(derivatives, 1.0 / tasks.len() as f64);
         }
         let mut by_angles = mean.by_angles.into_iter();
         let by_logits = pattern.gradient_by_logits(|_| {
-            let slopes = by_angles.next().unwrap_or_default();
-            slopes.map(|slope| slope as f32)
+            let derivatives = by_angles.next().unwrap_or_default();
+            derivatives.map(|slope| slope as f32)
         });
         let by_logarithms = mean.by_precision.iter().zip(&precision);
         let gradient = Groups {
@@ -167,7 +167,7 @@ impl<'a> LinearTrainee<'a> {
         let coefficients = [(); 3].map(|()| vec![0.0; components]);
         let losses = tasks.iter().map(|(material, directions)| {
             let outer = Outer {
-                judge: &self.folds[material % self.folds.len()],
+                basis: &self.folds[material % self.folds.len()],
                 directions,
                 values: &self.values[*material],
             };
@@ -205,7 +205,7 @@ impl<'a> LinearTrainee<'a> {
                     .map(|angles| self.materials[material].brdf(*angles));
                 let measured: Vec<[f32; 3]> = brdf.collect();
                 let outer = Outer {
-                    judge: &self.folds[fold],
+                    basis: &self.folds[fold],
                     directions: &directions,
                     values: &self.values[material],
                 };
@@ -240,7 +240,7 @@ impl Trainee for LinearTrainee<'_> {
         Groups {
             initial: Vec::new(),
             step_sizes: vec![eta.ln() as f32; self.components()],
-            pattern: self.lots.first_pattern(guess, samples),
+            pattern: self.streams.first_pattern(guess, samples),
         }
     }
 
@@ -253,12 +253,12 @@ impl Trainee for LinearTrainee<'_> {
         let index = phase;
         let phase = &self.plan.phases[index];
         let batch = self
-            .lots
+            .streams
             .batch(index, step, phase.batch, self.materials.len());
         let slots = batch.into_iter().enumerate();
         let tasks: Vec<(usize, Vec<u32>)> = slots
             .map(|(slot, material)| {
-                let mut random = self.lots.slot(index, step, slot + 1);
+                let mut random = self.streams.slot(index, step, slot + 1);
                 let draw = |_| random.random_range(0..POOL as u32);
                 (material, (0..phase.outer).map(draw).collect())
             })
@@ -266,7 +266,7 @@ impl Trainee for LinearTrainee<'_> {
         let pattern = match phase.inner {
             InnerSamples::Pattern => Pattern::from_logits(&values.pattern),
             InnerSamples::Fresh(count) | InnerSamples::Random(count) => {
-                let seed = self.lots.slot(index, step, phase.batch + 1).random();
+                let seed = self.streams.slot(index, step, phase.batch + 1).random();
                 Pattern::new(uniform_valid(count, seed))
             }
         };
@@ -303,10 +303,10 @@ impl Trainee for LinearTrainee<'_> {
 
 /// A material's BRDF with its derivatives.
 fn measured(material: &dyn Material, angles: Angles<f32>) -> [ByAngles; 3] {
-    let (brdf, slopes) = material.brdf_with_derivative(angles);
+    let (brdf, derivatives) = material.brdf_with_derivative(angles);
     [0, 1, 2].map(|channel| ByAngles {
         value: f64::from(brdf[channel]),
-        tangent: slopes[channel].map(f64::from),
+        tangent: derivatives[channel].map(f64::from),
     })
 }
 
@@ -315,7 +315,7 @@ fn precisions(logarithms: &[f32]) -> Vec<f64> {
 }
 
 /// A basis, looked up where the loss is taken.
-pub struct Judge {
+pub struct OuterBasis {
     basis: Basis,
     at: Vec<HalfDifference<f64>>,
     components: Vec<f32>,
@@ -323,7 +323,7 @@ pub struct Judge {
     median: Vec<f64>,
 }
 
-impl Judge {
+impl OuterBasis {
     /// Looks a basis up at angles in radians.
     #[must_use]
     pub fn new(basis: Basis, angles: &[Angles<f32>]) -> Self {
@@ -350,10 +350,10 @@ impl Judge {
     }
 }
 
-/// What judges the coefficients of one material.
+/// The outer loss of one material, a function of its coefficients.
 pub struct Outer<'a> {
-    /// Where the loss can be taken.
-    pub judge: &'a Judge,
+    /// Where it can be taken.
+    pub basis: &'a OuterBasis,
     /// Which of these directions it is taken at.
     pub directions: &'a [u32],
     /// The material's BRDF at all of them, sr^-1.
@@ -361,25 +361,25 @@ pub struct Outer<'a> {
 }
 
 impl Outer<'_> {
-    /// The mean loss of some coefficients; its slopes by them are added to `lambda`.
+    /// The mean loss of some coefficients; its derivatives by them are added to `lambda`.
     #[must_use]
     pub fn loss(&self, coefficients: &Coefficients, mut lambda: Option<&mut Coefficients>) -> f64 {
-        let judge = self.judge;
-        let components = judge.basis.components();
+        let outer = self.basis;
+        let components = outer.basis.components();
         let share = 1.0 / (3.0 * self.directions.len() as f64);
         let mut loss = 0.0;
         for direction in self.directions {
             let index = *direction as usize;
-            let row = &judge.components[index * components..][..components];
-            let at = &judge.at[index];
+            let row = &outer.components[index * components..][..components];
+            let at = &outer.at[index];
             let weight = Dual::from_value(at.cos_theta_i() * at.cos_theta_o());
-            let median = Dual::from_value(judge.median[index]);
+            let median = Dual::from_value(outer.median[index]);
             // Dual numbers, so that the formula of the mapping is core's.
             let modelled: [Dual<f64>; 3] = coefficients.each_ref().map(|coefficients| {
                 let products = row.iter().zip(coefficients);
                 let sum: f64 = products.map(|(a, c)| f64::from(*a) * c).sum();
                 let mapped = Dual {
-                    value: sum + judge.mean[index],
+                    value: sum + outer.mean[index],
                     tangent: [1.0],
                 };
                 unmap(mapped, median, weight)
@@ -406,9 +406,9 @@ impl Outer<'_> {
     }
 }
 
-/// The loss of one material and its slopes.
+/// The outer loss of one material, and its gradient.
 #[derive(Clone, Debug)]
-pub struct Slopes {
+pub struct TaskGradient {
     /// The loss.
     pub loss: f64,
     /// By theta_h, theta_d and phi_d of each sample.
@@ -417,7 +417,7 @@ pub struct Slopes {
     pub by_precision: Vec<f64>,
 }
 
-impl Slopes {
+impl TaskGradient {
     /// Solves for a material that was measured at the pattern, and differentiates its loss.
     ///
     /// # Errors
@@ -472,10 +472,10 @@ impl Slopes {
         }
         let rows = by_basis
             .chunks(components)
-            .zip(reduced.slopes.chunks(components));
-        for (by_angles, (by_row, slopes)) in by_angles.iter_mut().zip(rows) {
-            for (by_entry, slopes) in by_row.iter().zip(slopes) {
-                add_scaled(by_angles, *by_entry, slopes);
+            .zip(reduced.derivatives.chunks(components));
+        for (by_angles, (by_row, derivatives)) in by_angles.iter_mut().zip(rows) {
+            for (by_entry, derivatives) in by_row.iter().zip(derivatives) {
+                add_scaled(by_angles, *by_entry, derivatives);
             }
         }
         Ok(Self {
@@ -487,8 +487,8 @@ impl Slopes {
 
     fn add(&mut self, other: &Self, share: f64) {
         self.loss += share * other.loss;
-        for (sum, slopes) in self.by_angles.iter_mut().zip(&other.by_angles) {
-            add_scaled(sum, share, slopes);
+        for (sum, derivatives) in self.by_angles.iter_mut().zip(&other.by_angles) {
+            add_scaled(sum, share, derivatives);
         }
         add_scaled(&mut self.by_precision, share, &other.by_precision);
     }

@@ -13,7 +13,7 @@ use super::phase::{Added, Keep, Phase, Search, Start};
 use super::plan::Plan;
 use super::start::standard_normal;
 use super::state::{Best, RunState};
-use super::trainee::{Expected, Lots, Trainee};
+use super::trainee::{Expected, RandomStreams, Trainee};
 use crate::sampling::{sobol_valid, uniform_valid};
 use glimpse_optimizer::{Groups, Optimization};
 
@@ -274,7 +274,7 @@ impl Run<'_> {
         let evolution = state.run.evolution.get_or_insert_with(|| {
             Evolution::new(state.optimization.values(), phase.rates.clone())
         });
-        let mut random = Lots { seed: self.seed }.slot(index, step, 0);
+        let mut random = RandomStreams { seed: self.seed }.slot(index, step, 0);
         let loss = evolution.advance(population, &mut random, |candidates| {
             let losses = candidates.par_iter();
             losses
@@ -310,7 +310,7 @@ impl Run<'_> {
                 }
                 Added::Repeated => again.take(added).collect(),
                 Added::Jittered => {
-                    let mut random = Lots { seed: self.seed }.slot(index, 0, JITTER_SLOT);
+                    let mut random = RandomStreams { seed: self.seed }.slot(index, 0, JITTER_SLOT);
                     let beside = again.map(|logit| logit + JITTER * standard_normal(&mut random));
                     beside.take(added).collect()
                 }

@@ -139,7 +139,7 @@ impl Pattern {
         all.filter(|(_, valid)| **valid).map(|(angles, _)| *angles)
     }
 
-    /// From slopes by the angles of each valid sample, asked for by its index and in order, to the
+    /// From derivatives by the angles of each valid sample, asked for by its index and in order, to the
     /// gradient by the logits, the barrier's included.
     #[must_use]
     pub fn gradient_by_logits(&self, mut by_angles: impl FnMut(usize) -> [f32; 3]) -> Vec<f32> {

@@ -33,12 +33,12 @@ pub enum Start {
 pub enum Added {
     /// Points of a Sobol sequence.
     Sobol,
-    /// Those that there are, once more: twice the pattern is as good as the pattern, whatever it
-    /// was trained to, and evolution from there can only be better. (Gradients would never part
-    /// equal samples.)
+    /// Copies of those that there are. A pattern with every sample twice has the loss of the pattern
+    /// with each once, so that evolution begins from what was reached. It is not for gradients: two
+    /// equal samples have equal gradients, and would stay equal.
     Repeated,
-    /// Those that there are, each once more and a little beside itself: almost as good, and
-    /// gradients part them.
+    /// Copies of those that there are, each moved at random by a degree or two: for gradients, which
+    /// then differ between a sample and its copy.
     Jittered,
 }
 

@@ -11,13 +11,13 @@ use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
 
 use super::checkpoint::CheckpointError;
-use super::descent::{Descent, Tasks};
+use super::descent::{DescentTrainee, Tasks};
 use super::linear::LinearTrainee;
 use super::outer::{Checkpoints, Observer, Outcome, Run, RunError};
 use super::pattern::above_horizon;
 use super::plan::{Effort, Known, Plan, Schedule};
 use super::pool::Pool;
-use super::trainee::{Expected, Lots, Trainee};
+use super::trainee::{Expected, RandomStreams, Trainee};
 use crate::linear::{Basis, Columns, Prior, ReducedBasis};
 use crate::material::{Identity, Material};
 use glimpse_kernels::LaneModel;
@@ -337,12 +337,12 @@ impl<'o> Session<'o> {
             pool: Pool::new(materials, size, seed),
             materials,
         };
-        let trainee = Descent::<M> {
+        let trainee = DescentTrainee::<M> {
             training: &tasks(&self.training, POOL, seed),
             validation: &tasks(self.judged(), VALIDATION_POOL, !seed),
             plan: &self.plan,
             inner_steps: INNER_STEPS,
-            lots: Lots { seed },
+            streams: RandomStreams { seed },
             model: PhantomData,
         };
         let Outcome { expected, values } = self.finish(&trainee, observer)?;

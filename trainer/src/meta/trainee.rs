@@ -1,4 +1,4 @@
-//! What the outer loop trains, and how its random numbers are dealt out.
+//! What the outer loop trains, and its streams of random numbers.
 
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
@@ -61,16 +61,16 @@ impl Expected {
     }
 }
 
-/// The random numbers of a run: a generator of its own for each slot of each step, so that
-/// neither threads nor a resumed run change what is drawn.
+/// The random numbers of a run: a stream of its own for each task of each step, so that neither
+/// threads nor a resumed run change what is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Lots {
+pub struct RandomStreams {
     /// The seed of all of them.
     pub seed: u64,
 }
 
-impl Lots {
-    /// The generator of a slot: slot 0 orders tasks, task k of a batch draws from slot k + 1.
+impl RandomStreams {
+    /// The stream of a slot of a step: slot 0 orders tasks, task k of a batch draws from slot k + 1.
     #[must_use]
     pub fn slot(self, phase: usize, step: usize, slot: usize) -> ChaCha8Rng {
         let mut random = ChaCha8Rng::seed_from_u64(self.seed);

@@ -12,7 +12,7 @@ use glimpse_core::model::{Model, Neural, NeuralParameters, ParameterSet};
 use glimpse_kernels::Dual;
 use glimpse_trainer::linear::{Basis, ByAngles, Columns as Tables, Reduced, widened};
 use glimpse_trainer::material::{Material, NeuralBrdf};
-use glimpse_trainer::meta::linear::{Judge, Outer, Slopes};
+use glimpse_trainer::meta::linear::{Outer, OuterBasis, TaskGradient};
 use glimpse_trainer::meta::pattern::Pattern;
 use glimpse_trainer::sampling::uniform_valid;
 use rand::{Rng, SeedableRng};
@@ -270,11 +270,11 @@ fn found(network: &NeuralBrdf, logits: &[f64], log_precision: &[f64], judging: &
         .collect();
     let directions: Vec<u32> = (0..judging.directions.len() as u32).collect();
     let outer = Outer {
-        judge: &Judge::new(basis.clone(), &judging.directions),
+        basis: &OuterBasis::new(basis.clone(), &judging.directions),
         directions: &directions,
         values: &judging.values,
     };
-    let found = Slopes::new(&reduced, &factors, &measured, &outer).expect("lengths fit");
+    let found = TaskGradient::new(&reduced, &factors, &measured, &outer).expect("lengths fit");
     let by_logits = found.by_angles.iter().zip(&places).flat_map(|(by, at)| {
         let at = [at.theta_h, at.theta_d, at.phi_d];
         [0, 1, 2].map(|i| by[i] * at[i] * (1.0 - at[i] / RANGES[i]))

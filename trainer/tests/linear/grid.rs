@@ -77,7 +77,7 @@ fn weights_add_up_to_one_and_their_slopes_to_nothing() {
         assert!(corners.iter().all(|corner| corner.node < Grid::LEN));
         assert!(corners.iter().all(|corner| corner.weight >= -1e-14));
         for axis in 0..3 {
-            let slopes = corners.map(|corner| corner.slopes[axis]);
+            let slopes = corners.map(|corner| corner.derivatives[axis]);
             let sum: f64 = slopes.iter().sum();
             let most = slopes.iter().fold(1.0_f64, |most, by| most.max(by.abs()));
             assert!(sum.abs() < 1e-13 * most, "{sum} at {angles:?}");

@@ -7,13 +7,13 @@ use glimpse_core::model::{CookTorrance, Neural, Phong};
 use glimpse_kernels::LaneModel;
 use glimpse_optimizer::Groups;
 use glimpse_trainer::material::{Material, Procedural};
-use glimpse_trainer::meta::descent::{Descent, Tasks};
+use glimpse_trainer::meta::descent::{DescentTrainee, Tasks};
 use glimpse_trainer::meta::outer::{Outcome, Run};
 use glimpse_trainer::meta::phase::{Added, InnerSamples, Keep, Phase, Search, Start, StepSizeForm};
 use glimpse_trainer::meta::plan::{Plan, Weighing};
 use glimpse_trainer::meta::pool::Pool;
 use glimpse_trainer::meta::start::first_guess;
-use glimpse_trainer::meta::trainee::Lots;
+use glimpse_trainer::meta::trainee::RandomStreams;
 
 const STEPS: usize = 5;
 
@@ -58,12 +58,12 @@ fn train<M: LaneModel>(inner: InnerSamples) -> Vec<u32> {
         weighing: Weighing::Relative,
         known: None,
     };
-    let trainee = Descent::<M> {
+    let trainee = DescentTrainee::<M> {
         training: &tasks,
         validation: &tasks,
         plan: &plan,
         inner_steps: 10,
-        lots: Lots { seed: 11 },
+        streams: RandomStreams { seed: 11 },
         model: PhantomData,
     };
     let run = Run {

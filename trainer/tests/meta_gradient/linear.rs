@@ -11,7 +11,7 @@ use glimpse_core::numeric::Scalar;
 use glimpse_kernels::Dual;
 use glimpse_trainer::linear::{Basis, ByAngles, Columns, Grid, Prior, Reduced, widened};
 use glimpse_trainer::material::{Material, NeuralBrdf};
-use glimpse_trainer::meta::linear::{Judge, LinearTrainee, Outer, Slopes};
+use glimpse_trainer::meta::linear::{LinearTrainee, Outer, OuterBasis, TaskGradient};
 use glimpse_trainer::meta::pattern::{Pattern, logits_of};
 use glimpse_trainer::meta::plan::{Effort, Plan, Schedule};
 use glimpse_trainer::sampling::{sobol_valid, uniform_valid};
@@ -210,13 +210,13 @@ fn compare(samples: usize, components: usize) {
                 brdf(&set.networks[index], &at)
             })
             .collect();
-        let judge = Judge::new(basis.clone(), &outer);
+        let judge = OuterBasis::new(basis.clone(), &outer);
         let judged = Outer {
-            judge: &judge,
+            basis: &judge,
             directions: &directions,
             values: &values,
         };
-        let found = Slopes::new(&reduced, &factors, &measured, &judged).expect("lengths fit");
+        let found = TaskGradient::new(&reduced, &factors, &measured, &judged).expect("lengths fit");
 
         let task = Task {
             network: &set.networks[index],

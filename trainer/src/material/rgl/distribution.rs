@@ -3,7 +3,7 @@
 
 use glimpse_core::numeric::Scalar;
 
-use super::real::Real;
+use super::angular::Angular;
 
 /// The nodes around a point of the unit square, and its place among them.
 #[derive(Clone, Copy)]
@@ -16,10 +16,10 @@ pub(super) struct Cell<S> {
     y: S,
 }
 
-impl<S: Real> Cell<S> {
+impl<S: Angular> Cell<S> {
     /// The cell of the point (x, y), in a grid of so many columns and rows, both at least 2.
     #[inline(always)]
-    pub(super) fn of([x, y]: [S; 2], grid: Grid) -> Self {
+    pub(super) fn of([x, y]: [S; 2], grid: TableShape) -> Self {
         let (column, x) = split(x, grid.columns);
         let (row, y) = split(y, grid.rows);
         Self { column, row, x, y }
@@ -28,7 +28,7 @@ impl<S: Real> Cell<S> {
 
 /// Index of the node before a coordinate of \[0, 1\], and the place between it and the next one.
 #[inline(always)]
-fn split<S: Real>(coordinate: S, nodes: usize) -> (usize, S) {
+fn split<S: Angular>(coordinate: S, nodes: usize) -> (usize, S) {
     let position = coordinate * S::constant((nodes - 1) as f64);
     let index = (position.value() as usize).min(nodes - 2);
     (index, position - S::constant(index as f64))
@@ -42,12 +42,12 @@ fn mix<S: Scalar>(a: S, b: S, share: S) -> S {
 
 /// Columns and rows of nodes; x is along the columns.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Grid {
+pub(super) struct TableShape {
     pub(super) columns: usize,
     pub(super) rows: usize,
 }
 
-impl Grid {
+impl TableShape {
     /// Nodes of one slice.
     pub(super) fn nodes(self) -> usize {
         self.columns * self.rows
@@ -55,14 +55,14 @@ impl Grid {
 
     /// The values at a cell's four nodes: lower row, then upper row.
     #[inline(always)]
-    fn corners<S: Real>(self, slice: &[f32], cell: &Cell<S>) -> [[S; 2]; 2] {
+    fn corners<S: Angular>(self, slice: &[f32], cell: &Cell<S>) -> [[S; 2]; 2] {
         let low = cell.column + cell.row * self.columns;
         [low, low + self.columns].map(|index| [index, index + 1].map(|index| at(slice, index)))
     }
 
     /// The bilinear function in a slice of values.
     #[inline(always)]
-    pub(super) fn evaluate<S: Real>(self, slice: &[f32], cell: &Cell<S>) -> S {
+    pub(super) fn evaluate<S: Angular>(self, slice: &[f32], cell: &Cell<S>) -> S {
         let [low, high] = self.corners(slice, cell);
         mix(
             mix(low[0], low[1], cell.x),
@@ -87,7 +87,7 @@ pub(super) struct Between<S> {
     pub(super) share: S,
 }
 
-impl<S: Real> Between<S> {
+impl<S: Angular> Between<S> {
     /// Where `coordinate` is among increasing nodes; before the first and past the last one it
     /// stays there.
     #[inline(always)]
@@ -121,7 +121,7 @@ impl<S: Real> Between<S> {
 
 /// Densities on the unit square, one a slice, linear between slices as between nodes.
 pub(super) struct Densities {
-    grid: Grid,
+    grid: TableShape,
     /// All slices' values, each slice scaled so that its whole is 1.
     density: Vec<f32>,
     /// For each row, the integral from its beginning to each node.
@@ -133,7 +133,7 @@ pub(super) struct Densities {
 impl Densities {
     /// From slices of values. Integrals are in units of nodes, by the trapezoidal rule, which is
     /// exact for what is linear.
-    pub(super) fn new(grid: Grid, mut density: Vec<f32>) -> Self {
+    pub(super) fn new(grid: TableShape, mut density: Vec<f32>) -> Self {
         let mut conditional = Vec::with_capacity(density.len());
         let mut marginal = Vec::with_capacity(density.len() / grid.columns);
         for slice in density.chunks_exact_mut(grid.nodes()) {
@@ -163,8 +163,8 @@ impl Densities {
     /// Where the mapping that makes the density uniform takes a point: y becomes the share of the
     /// density below it, x the share along its row.
     #[inline(always)]
-    pub(super) fn make_uniform<S: Real>(&self, point: [S; 2], between: &Between<S>) -> [S; 2] {
-        let Grid { columns, rows } = self.grid;
+    pub(super) fn make_uniform<S: Angular>(&self, point: [S; 2], between: &Between<S>) -> [S; 2] {
+        let TableShape { columns, rows } = self.grid;
         let cell = Cell::of(point, self.grid);
         // The density at the cell's nodes, and integrals, each between the two slices.
         let first = cell.column + cell.row * columns;

@@ -16,8 +16,8 @@
 //! BRDF times cos(theta_o) = M(s) D / (4 sigma), clamped to 0 from below (interpolation of the
 //! measurement overshoots). It is not reciprocal.
 
+mod angular;
 mod distribution;
-mod real;
 mod tensor_file;
 #[cfg(test)]
 mod tests;
@@ -28,8 +28,8 @@ use std::path::Path;
 
 use glimpse_core::geometry::{Angles, HalfDifference};
 
-use self::distribution::{Between, Cell, Densities, Grid};
-use self::real::Real;
+use self::angular::Angular;
+use self::distribution::{Between, Cell, Densities, TableShape};
 use self::tensor_file::{Complaint, TensorFile};
 use super::{Material, SourceError};
 use glimpse_kernels::Dual;
@@ -120,11 +120,11 @@ fn spectral() -> Complaint {
 struct Tensors {
     /// Nodes, in radians.
     theta_i: Vec<f32>,
-    ndf: (Grid, Vec<f32>),
-    sigma: (Grid, Vec<f32>),
+    ndf: (TableShape, Vec<f32>),
+    sigma: (TableShape, Vec<f32>),
     vndf: Densities,
     /// Red, green and blue of each node of theta_i in turn.
-    rgb: (Grid, Vec<f32>),
+    rgb: (TableShape, Vec<f32>),
 }
 
 impl Tensors {
@@ -192,7 +192,7 @@ impl Tensors {
 
     /// The BRDF.
     #[inline(always)]
-    fn brdf<S: Real>(&self, angles: Angles<S>) -> [S; 3] {
+    fn brdf<S: Angular>(&self, angles: Angles<S>) -> [S; 3] {
         let zero = S::constant(0.0);
         let at = HalfDifference::from_angles(angles);
         let (cos_i, cos_o) = (at.cos_theta_i(), at.cos_theta_o());
@@ -231,17 +231,17 @@ impl Tensors {
 
 /// An angle of \[0, pi/2\], brought to \[0, 1\].
 #[inline(always)]
-fn unit_theta<S: Real>(theta: S) -> S {
+fn unit_theta<S: Angular>(theta: S) -> S {
     (theta.relu() * S::constant(2.0 / PI)).sqrt()
 }
 
 /// The nodes of a field with so many rows and columns.
-fn grid(field: &str, [rows, columns]: [usize; 2]) -> Result<Grid, Complaint> {
+fn grid(field: &str, [rows, columns]: [usize; 2]) -> Result<TableShape, Complaint> {
     if rows < 2 || columns < 2 {
         return Err(format!(
             "its field {field} has {rows} rows and {columns} columns where there should be 2 or \
              more; get it again"
         ));
     }
-    Ok(Grid { columns, rows })
+    Ok(TableShape { columns, rows })
 }

@@ -7,13 +7,13 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::Tensors;
-use super::distribution::{Between, Densities, Grid};
+use super::distribution::{Between, Densities, TableShape};
 use glimpse_kernels::Dual;
 
 /// Rough tables: no two neighbouring values have anything to do with each other.
 fn random_tensors(random: &mut ChaCha8Rng) -> Tensors {
-    let grid = |columns, rows| Grid { columns, rows };
-    let mut values = |slices: usize, grid: Grid| -> Vec<f32> {
+    let grid = |columns, rows| TableShape { columns, rows };
+    let mut values = |slices: usize, grid: TableShape| -> Vec<f32> {
         let values = 0..slices * grid.nodes();
         values.map(|_| random.random_range(0.2..1.0)).collect()
     };
@@ -115,7 +115,7 @@ fn nothing_is_infinite_at_the_poles() {
 #[test]
 fn a_density_s_share_of_a_rectangle_is_its_image_s_area() {
     // One slice, so that the mapping's Jacobian is the density itself.
-    let grid = Grid {
+    let grid = TableShape {
         columns: 5,
         rows: 4,
     };
@@ -165,7 +165,7 @@ fn a_density_s_share_of_a_rectangle_is_its_image_s_area() {
 
 #[test]
 fn densities_of_nothing_give_finite_places() {
-    let grid = Grid {
+    let grid = TableShape {
         columns: 3,
         rows: 3,
     };

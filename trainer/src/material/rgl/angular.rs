@@ -5,7 +5,7 @@ use glimpse_core::numeric::{Scalar, Trigonometry};
 use glimpse_kernels::Dual;
 
 /// A real number, perhaps with derivatives.
-pub(super) trait Real: Trigonometry {
+pub(super) trait Angular: Trigonometry {
     /// Without derivatives.
     fn value(self) -> f64;
     /// Its square root; at 0 (where there is no derivative) it counts as constant.
@@ -14,7 +14,7 @@ pub(super) trait Real: Trigonometry {
     fn atan2(self, x: Self) -> Self;
 }
 
-impl Real for f64 {
+impl Angular for f64 {
     fn value(self) -> f64 {
         self
     }
@@ -26,7 +26,7 @@ impl Real for f64 {
     }
 }
 
-impl<const N: usize> Real for Dual<f64, N> {
+impl<const N: usize> Angular for Dual<f64, N> {
     fn value(self) -> f64 {
         self.value
     }

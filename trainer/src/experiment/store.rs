@@ -26,7 +26,7 @@ use glimpse_trainer::metrics::Scores;
 use glimpse_trainer::render::Environment;
 use serde::{Deserialize, Serialize};
 
-use super::case::{Approach, Case, Lesson};
+use super::case::{Approach, Case, TrainingRun};
 
 /// How often a training is saved.
 const SAVED_EVERY: Duration = Duration::from_secs(10);
@@ -91,7 +91,7 @@ pub(crate) type Train =
 
 /// How well a method did, as it is kept.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub(crate) struct Sheet {
+pub(crate) struct Evaluation {
     /// Means over the materials.
     #[serde(flatten)]
     pub(crate) scores: Scores,
@@ -103,7 +103,7 @@ pub(crate) struct Sheet {
     pub(crate) materials: Vec<MaterialScores>,
 }
 
-impl From<Verdict> for Sheet {
+impl From<Verdict> for Evaluation {
     fn from(verdict: Verdict) -> Self {
         let Verdict {
             scores,
@@ -122,7 +122,7 @@ impl From<Verdict> for Sheet {
 }
 
 /// The place where experiments are made.
-pub(crate) struct Laboratory<'a> {
+pub(crate) struct Store<'a> {
     pub(crate) settings: Settings,
     /// The materials that are judged.
     pub(crate) test: &'a TestSet<'a>,
@@ -132,7 +132,7 @@ pub(crate) struct Laboratory<'a> {
     columns: OnceCell<Columns>,
 }
 
-impl<'a> Laboratory<'a> {
+impl<'a> Store<'a> {
     /// Opens the folder.
     ///
     /// # Errors
@@ -184,13 +184,13 @@ impl<'a> Laboratory<'a> {
     }
 
     /// A trained recipe: the one kept, or a new one.
-    pub(crate) fn recipe(&self, lesson: &Lesson) -> anyhow::Result<Learned> {
-        let name = lesson.name();
+    pub(crate) fn recipe(&self, training: &TrainingRun) -> anyhow::Result<Learned> {
+        let name = training.name();
         let path = self.settings.out.join("recipes").join(&name);
         let [recipe, basis, checkpoint] =
             ["recipe", "basis", "checkpoint"].map(|kind| with_extension(&path, kind));
         if recipe.exists() {
-            let basis = match lesson.model {
+            let basis = match training.model {
                 ModelKind::Linear => Some(
                     fs::read(&basis).with_context(|| format!("cannot read {}", basis.display()))?,
                 ),
@@ -199,17 +199,17 @@ impl<'a> Laboratory<'a> {
             return learned(RecipeFile::read(&recipe)?, basis.as_deref());
         }
         let mut materials = self.settings.data.load()?;
-        if let Some((_, names)) = &lesson.only {
+        if let Some((_, names)) = &training.only {
             materials.retain(|material| names.iter().any(|name| name == material.name()));
         }
         let options = Options {
-            model: lesson.model,
-            samples: lesson.samples,
-            schedule: lesson.schedule,
+            model: training.model,
+            samples: training.samples,
+            schedule: training.schedule,
             effort: self.settings.effort,
-            parts: lesson.parts.clone(),
-            prior: lesson.prior,
-            seed: self.settings.seed.wrapping_add(lesson.repetition),
+            parts: training.parts.clone(),
+            prior: training.prior,
+            seed: self.settings.seed.wrapping_add(training.repetition),
             checkpoints: Some(Checkpoints {
                 directory: checkpoint.clone(),
                 every: SAVED_EVERY,
@@ -258,7 +258,7 @@ impl<'a> Laboratory<'a> {
             prior,
         } = *case;
         if matches!(approach, Approach::Ours | Approach::Meta) {
-            let learned = self.recipe(&Lesson::of(case))?;
+            let learned = self.recipe(&TrainingRun::of(case))?;
             let recipe = learned.file.recipe()?;
             return match approach {
                 Approach::Ours => then(&Method::ours(&recipe, learned.basis.as_ref())?),
@@ -294,25 +294,29 @@ impl<'a> Laboratory<'a> {
     }
 
     /// How well a case does on the materials that are judged.
-    pub(crate) fn sheet(&self, case: &Case) -> anyhow::Result<Sheet> {
-        self.sheet_on(self.test, case)
+    pub(crate) fn evaluation(&self, case: &Case) -> anyhow::Result<Evaluation> {
+        self.evaluation_on(self.test, case)
     }
 
     /// The same on other materials.
-    pub(crate) fn sheet_on(&self, set: &TestSet<'_>, case: &Case) -> anyhow::Result<Sheet> {
-        self.kept_sheet(set, &case.name(), self.settings.seeds, |judge| {
+    pub(crate) fn evaluation_on(
+        &self,
+        set: &TestSet<'_>,
+        case: &Case,
+    ) -> anyhow::Result<Evaluation> {
+        self.kept_evaluation(set, &case.name(), self.settings.seeds, |judge| {
             self.with_method(case, judge)
         })
     }
 
-    /// The sheet kept under a name, or a new one: `make` is given a judge to hand a method to.
-    pub(crate) fn kept_sheet(
+    /// The evaluation kept under a name, or a new one: `make` is given a judge to hand a method to.
+    pub(crate) fn kept_evaluation(
         &self,
         set: &TestSet<'_>,
         name: &str,
         seeds: u64,
         make: impl FnOnce(&dyn Fn(&Method<'_>) -> anyhow::Result<Verdict>) -> anyhow::Result<Verdict>,
-    ) -> anyhow::Result<Sheet> {
+    ) -> anyhow::Result<Evaluation> {
         let folder = self.settings.out.join("sheets").join(&set.label);
         let path = with_extension(&folder.join(name), "json");
         if path.exists() {
@@ -325,9 +329,9 @@ impl<'a> Laboratory<'a> {
             eprintln!("judging {name} on {}", set.label);
             Ok(set.judge().judge(method, self.settings.seed, seeds)?)
         })?;
-        let sheet = Sheet::from(verdict);
-        keep(&path, serde_json::to_string_pretty(&sheet)?.as_bytes())?;
-        Ok(sheet)
+        let evaluation = Evaluation::from(verdict);
+        keep(&path, serde_json::to_string_pretty(&evaluation)?.as_bytes())?;
+        Ok(evaluation)
     }
 
     /// How glossy a material is: the ratio of its greatest to its median BRDF times cosine, at
