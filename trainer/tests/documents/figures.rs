@@ -80,9 +80,13 @@ fn markers_are_in_pairs_with_something_between() {
     assert!(count >= 6, "only {count} commands print into documents");
 }
 
+/// A table whose cells come from several commands each, which the text beside it names: none prints it.
+const OF_SEVERAL_COMMANDS: &str = "core/docs/basis.md";
+
 #[test]
 fn tables_of_figures_stand_between_markers() {
-    for document in with_figures() {
+    let others = |document: &Document| !document.path.ends_with(OF_SEVERAL_COMMANDS);
+    for document in with_figures().filter(others) {
         let (_, prose) = parts(&document.text).expect("markers in pairs");
         let row = prose.into_iter().find(|line| is_row_of_figures(line));
         assert_eq!(
