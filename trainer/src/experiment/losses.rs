@@ -2,10 +2,10 @@
 
 use glimpse_core::geometry::HalfDifference;
 use glimpse_core::model::ModelKind;
+use glimpse_trainer::evaluation::directions;
 use glimpse_trainer::linear::Prior;
 use glimpse_trainer::material::Material;
 use glimpse_trainer::report::{Best, Cell, Column, Compare, Table};
-use glimpse_trainer::sampling::uniform_valid;
 use rayon::prelude::*;
 
 use super::case::{Approach, Case};
@@ -13,8 +13,6 @@ use super::findings::Findings;
 use super::store::{Store, TestSet};
 use super::{MODELS, SAMPLES, doublings, paper, title};
 
-/// Directions at which black and Lambertian BRDFs are judged: so many that the draw hardly matters.
-const DIRECTIONS: usize = 65_536;
 /// The columns of the table of methods.
 const APPROACHES: [Approach; 5] = [
     Approach::Random,
@@ -39,12 +37,11 @@ pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
             rows.push(row(store, model, Prior::LEARNED)?);
         }
     }
-    let seed = store.settings.seed;
     let floors: Vec<[f64; 2]> = store
         .test
         .materials
         .par_iter()
-        .map(|material| without_measurement(&**material, seed))
+        .map(|material| without_measurement(&**material))
         .collect();
     let names = [
         "black: f = 0",
@@ -171,8 +168,8 @@ pub(super) fn on_others(store: &Store<'_>, set: &TestSet<'_>) -> anyhow::Result<
 }
 
 /// The loss of black, and of the best Lambertian BRDF for each channel.
-fn without_measurement(material: &dyn Material, seed: u64) -> [f64; 2] {
-    let at: Vec<HalfDifference<f32>> = uniform_valid(DIRECTIONS, seed)
+fn without_measurement(material: &dyn Material) -> [f64; 2] {
+    let at: Vec<HalfDifference<f32>> = directions()
         .into_iter()
         .map(HalfDifference::from_angles)
         .collect();
@@ -240,9 +237,10 @@ mod tests {
 
     #[test]
     fn a_lambertian_material_loses_nothing_to_the_best_one() {
-        let [black, best] = without_measurement(&Diffuse([0.3, 0.02, 4.0]), 0);
+        let [black, best] = without_measurement(&Diffuse([0.3, 0.02, 4.0]));
         assert!(best < 1e-4, "{best}");
-        let at = uniform_valid(DIRECTIONS, 0);
+        let at = directions();
+        let count = at.len() as f64;
         let cosines = at
             .into_iter()
             .map(|angles| f64::from(HalfDifference::from_angles(angles).cos_theta_i()));
@@ -250,7 +248,7 @@ mod tests {
             let channels = [0.3, 0.02, 4.0].map(|f: f64| (f * cosine).ln_1p());
             channels.iter().sum::<f64>() / 3.0
         });
-        let expected = loss.sum::<f64>() / DIRECTIONS as f64;
+        let expected = loss.sum::<f64>() / count;
         assert!((black - expected).abs() < 1e-6, "{black} {expected}");
     }
 
