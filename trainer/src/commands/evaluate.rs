@@ -173,6 +173,10 @@ impl Evaluate {
                  --samples"
             );
         }
+        if self.recipe.is_empty() && self.basis.is_some() {
+            // (Clap waives what is required where that would conflict with something given.)
+            bail!("--basis has no effect without --recipe: it belongs to what a recipe finds");
+        }
         if self.recipe.len() > 1 && self.basis.is_some() {
             bail!("--basis takes a single --recipe");
         }

@@ -216,6 +216,9 @@ impl<'a> Store<'a> {
                 resume: true,
             }),
         };
+        let folder = checkpoint.parent().unwrap_or(Path::new(""));
+        fs::create_dir_all(folder)
+            .with_context(|| format!("cannot write {}", checkpoint.display()))?;
         eprintln!("training {name}");
         let found = (self.train)(&options, materials)?;
         let file = recipe_of(&found, &options, &self.settings.data)?;

@@ -9,8 +9,6 @@ use glimpse_trainer::evaluation::Method;
 use glimpse_trainer::export::{RecipeFile, Statements, to_ridge_recipe};
 use glimpse_trainer::material::{Material, Procedural, Source, digest};
 use glimpse_trainer::metrics::mean_log_error;
-use rand::{Rng, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 use serde_json::{Value, json};
 
 use super::{TRAIN, linear, succeed, trainer};
@@ -41,19 +39,29 @@ fn number(value: &Value) -> f64 {
     value.as_f64().expect("a number")
 }
 
+/// The digits of a number behind the point, in reverse.
+fn radical_inverse(mut number: u32, base: u32) -> f64 {
+    let (mut inverse, mut place) = (0.0, 1.0);
+    while number > 0 {
+        place /= f64::from(base);
+        inverse += place * f64::from(number % base);
+        number /= base;
+    }
+    inverse
+}
+
 #[test]
 fn the_seed_moves_no_mean_and_the_mean_is_that_of_all_directions() {
     let scratch = folder();
     let materials = Source("procedural:8:3".into()).load().expect("they load");
-    // Other directions, many more: at each of so many theta_h the other angles are drawn at random.
-    let mut random = ChaCha8Rng::seed_from_u64(5);
-    const MANY: usize = 400_000;
+    // Other directions, many more: Hammersley's points.
+    const MANY: u32 = 1 << 18;
     let at: Vec<HalfDifference<f32>> = (0..MANY)
         .map(|index| {
             let share = [
-                (index as f64 + 0.5) / MANY as f64,
-                random.random(),
-                random.random(),
+                (f64::from(index) + 0.5) / f64::from(MANY),
+                radical_inverse(index, 2),
+                radical_inverse(index, 3),
             ];
             let ends = [0.5, 0.5, 2.0].map(|end| end * std::f64::consts::PI);
             let [theta_h, theta_d, phi_d] = [0, 1, 2].map(|i| (share[i] * ends[i]) as f32);

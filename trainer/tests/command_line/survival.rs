@@ -167,7 +167,7 @@ fn the_same_recipe_comes_of_any_number_of_threads() {
         let recipes = ["1", "2", "7"].map(|threads| {
             succeed(
                 scratch.path(),
-                &[&arguments[..], &["--threads", threads]].concat(),
+                &[&arguments[..], &["--threads", threads, "--force"]].concat(),
             );
             recipe(scratch.path())
         });
