@@ -24,7 +24,7 @@ fn recipe(model: ModelKind) -> Recipe<'static> {
 
 /// What the host makes of the same readings: parameters or coefficients.
 fn host(model: ModelKind) -> Vec<f32> {
-    let found = scan(&recipe(model), |angles| measure(angles).brdf);
+    let found = scan(&recipe(model), &mut |angles| measure(angles).brdf);
     found.unwrap().values
 }
 
