@@ -88,7 +88,11 @@ fn look(recipe: &Recipe<'_>) {
 /// A copy says the same, and a copy without the optional sections nothing but the rest.
 fn copy(recipe: &Recipe<'_>, bytes: &[u8]) {
     let mut buffer = vec![0; bytes.len() + 32];
-    let whole = recipe.copy_without(&[], &mut buffer).expect("it fits");
+    // Only what an older format states about itself can be in the way: it is written anew.
+    let Ok(whole) = recipe.copy_without(&[], &mut buffer) else {
+        assert!(recipe.statements().is_err() && recipe.sections().next().is_none());
+        return;
+    };
     let copy = Recipe::parse(whole).expect("a copy is a recipe");
     assert_eq!(whole[4..6], VERSION.to_le_bytes());
     let said = |recipe: &Recipe<'_>| format!("{:?}", recipe.statements());

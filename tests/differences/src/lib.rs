@@ -141,7 +141,7 @@ impl Differences {
     /// Compares `slope` with the central difference (fourth order) of `function` about 0.
     ///
     /// The error is relative to the larger of `slope` and `scale`, and rounding is no error: the
-    /// difference of values that carry [`ROUNDINGS`] each says no more than their sum over `step`.
+    /// difference of values that carry `ROUNDINGS` each says no more than their sum over `step`.
     /// A difference that changes with the step by as much as it is off says nothing either, and is
     /// discarded: a steep function rounds worse than that.
     pub fn compare(

@@ -36,5 +36,5 @@ impl Octet {
 /// Where the lanes of a register come from: one octet after the other, as many of them as it has.
 pub type Octets<'a> = [&'a Octet; MOST_OCTETS];
 
-/// The largest number of octets in [`Lanes`].
+/// The largest number of octets in `Lanes`.
 pub const MOST_OCTETS: usize = 4;
