@@ -45,7 +45,19 @@ pub fn scan(
     recipe: &Recipe<'_>,
     read: &mut dyn FnMut(Angles<f32>) -> [f32; 3],
 ) -> Result<Found, HostScanError> {
-    let mut memory = Box::new(Memory::<AnyModel, MAX_SAMPLES>::new());
+    match recipe.model() {
+        ModelKind::Phong => scan_by::<Phong>(recipe, read),
+        ModelKind::Neural => scan_by::<Neural>(recipe, read),
+        ModelKind::CookTorrance => scan_by::<CookTorrance>(recipe, read),
+        ModelKind::Linear => scan_by::<LinearOnHeap>(recipe, read),
+    }
+}
+
+fn scan_by<K: Fitter>(
+    recipe: &Recipe<'_>,
+    read: &mut dyn FnMut(Angles<f32>) -> [f32; 3],
+) -> Result<Found, HostScanError> {
+    let mut memory = Box::new(Memory::<K, MAX_SAMPLES>::new());
     let mut scan = Scan::new(*recipe, &mut *memory)?;
     for (index, angles) in (0..).zip(recipe.pattern()) {
         scan.record(index, Reading::new(read(angles)))?;
@@ -59,142 +71,75 @@ pub fn scan(
     })
 }
 
-/// Whichever model the recipe names, as core's own of this name, but that Linear's memory, 2.4 MB
-/// for the largest recipe, is not there until it is needed.
-struct AnyModel;
+/// Core's Linear with room for the largest recipe. Those 2.4 MB would be too much for a thread's
+/// stack, on which a memory is made, so they are taken from the heap when a fit begins.
+struct LinearOnHeap;
 
-/// Room for the largest ridge solve.
 const WORDS: usize = linear_words(MAX_SAMPLES, MAX_COMPONENTS);
 
-struct Workspace {
-    phong: <Phong as Fitter>::Workspace,
-    neural: <Neural as Fitter>::Workspace,
-    cook_torrance: <CookTorrance as Fitter>::Workspace,
-    linear: Vec<f32>,
-}
+/// None before the fit has begun.
+type Words = Option<Box<[f32; WORDS]>>;
 
-impl Workspace {
-    /// Linear's memory; None before the fit has begun.
-    fn words(&self) -> Option<&[f32; WORDS]> {
-        self.linear.as_slice().try_into().ok()
-    }
-}
-
-/// Calls a function of the recipe's model, with its workspace; `$other` before Linear's fit.
-macro_rules! of_model {
-    ($function:ident(&mut $workspace:ident, $learner:expr $(, $argument:expr)*) or $other:expr) => {
-        match $learner.model() {
-            ModelKind::Phong => Phong::$function(&mut $workspace.phong, $learner $(, $argument)*),
-            ModelKind::Neural => Neural::$function(&mut $workspace.neural, $learner $(, $argument)*),
-            ModelKind::CookTorrance => {
-                CookTorrance::$function(&mut $workspace.cook_torrance, $learner $(, $argument)*)
-            }
-            ModelKind::Linear => match $workspace.linear.as_mut_slice().try_into() {
-                Ok(words) => Linear::<WORDS>::$function(words, $learner $(, $argument)*),
-                Err(_) => $other,
-            },
-        }
-    };
-    ($function:ident(&$workspace:ident, $learner:expr $(, $argument:expr)*) or $other:expr) => {
-        match $learner.model() {
-            ModelKind::Phong => {
-                <Phong as Fitter>::$function(&$workspace.phong, $learner $(, $argument)*)
-            }
-            ModelKind::Neural => {
-                <Neural as Fitter>::$function(&$workspace.neural, $learner $(, $argument)*)
-            }
-            ModelKind::CookTorrance => {
-                <CookTorrance as Fitter>::$function(&$workspace.cook_torrance, $learner $(, $argument)*)
-            }
-            ModelKind::Linear => match $workspace.words() {
-                Some(words) => Linear::<WORDS>::$function(words, $learner $(, $argument)*),
-                None => $other,
-            },
-        }
-    };
-}
-
-impl Fitter for AnyModel {
-    type Workspace = Workspace;
-    const EMPTY: Workspace = Workspace {
-        phong: Phong::EMPTY,
-        neural: Neural::EMPTY,
-        cook_torrance: CookTorrance::EMPTY,
-        linear: Vec::new(),
-    };
+impl Fitter for LinearOnHeap {
+    type Workspace = Words;
+    const EMPTY: Words = None;
 
     fn accept(learner: &Learner<'_>, samples: usize) -> Result<(), FitterError> {
-        match learner {
-            Learner::Descent(_) => Ok(()),
-            Learner::Ridge(_) => Linear::<WORDS>::accept(learner, samples),
-        }
+        Linear::<WORDS>::accept(learner, samples)
     }
 
     fn total(learner: &Learner<'_>, samples: usize) -> u32 {
-        match learner.model() {
-            ModelKind::Phong => Phong::total(learner, samples),
-            ModelKind::Neural => Neural::total(learner, samples),
-            ModelKind::CookTorrance => CookTorrance::total(learner, samples),
-            ModelKind::Linear => Linear::<WORDS>::total(learner, samples),
-        }
+        Linear::<WORDS>::total(learner, samples)
     }
 
-    fn start(workspace: &mut Workspace, learner: &Learner<'_>) {
-        if learner.model() == ModelKind::Linear {
-            workspace.linear.resize(WORDS, 0.0);
+    fn start(words: &mut Words, learner: &Learner<'_>) {
+        *words = vec![0.0; WORDS].into_boxed_slice().try_into().ok();
+        if let Some(words) = words {
+            Linear::<WORDS>::start(words, learner);
         }
-        of_model!(start(&mut workspace, learner) or ());
     }
 
     fn advance(
-        workspace: &mut Workspace,
+        words: &mut Words,
         learner: &Learner<'_>,
         samples: &[Sample<f32>],
         done: u32,
         budget: u32,
     ) -> u32 {
-        of_model!(advance(&mut workspace, learner, samples, done, budget) or done)
+        words.as_mut().map_or(done, |words| {
+            Linear::<WORDS>::advance(words, learner, samples, done, budget)
+        })
     }
 
-    fn values<'w>(
-        workspace: &'w Workspace,
-        learner: Learner<'w>,
-    ) -> impl Iterator<Item = f32> + 'w {
-        let values: Vec<f32> = match learner.model() {
-            ModelKind::Phong => Phong::values(&workspace.phong, learner).collect(),
-            ModelKind::Neural => Neural::values(&workspace.neural, learner).collect(),
-            ModelKind::CookTorrance => {
-                CookTorrance::values(&workspace.cook_torrance, learner).collect()
-            }
-            ModelKind::Linear => {
-                let words = workspace.words().into_iter();
-                words
-                    .flat_map(|words| Linear::<WORDS>::values(words, learner))
-                    .collect()
-            }
-        };
-        values.into_iter()
+    fn values<'w>(words: &'w Words, learner: Learner<'w>) -> impl Iterator<Item = f32> + 'w {
+        words
+            .iter()
+            .flat_map(move |words| Linear::<WORDS>::values(words, learner))
     }
 
-    fn is_finite(workspace: &Workspace, learner: &Learner<'_>) -> bool {
-        of_model!(is_finite(&workspace, learner) or false)
+    fn is_finite(words: &Words, learner: &Learner<'_>) -> bool {
+        words
+            .as_ref()
+            .is_some_and(|words| Linear::<WORDS>::is_finite(words, learner))
     }
 
     fn at_sample(
-        workspace: &Workspace,
+        words: &Words,
         learner: &Learner<'_>,
         index: usize,
         at: &HalfDifference<f32>,
     ) -> [f32; 3] {
-        of_model!(at_sample(&workspace, learner, index, at) or [0.0; 3])
+        words.as_ref().map_or([0.0; 3], |words| {
+            Linear::<WORDS>::at_sample(words, learner, index, at)
+        })
     }
 
     fn brdf(
-        workspace: &Workspace,
+        words: &Words,
         learner: &Learner<'_>,
         basis: Option<&Basis<'_>>,
         at: &HalfDifference<f32>,
     ) -> Option<[f32; 3]> {
-        of_model!(brdf(&workspace, learner, basis, at) or None)
+        Linear::<WORDS>::brdf(words.as_ref()?, learner, basis, at)
     }
 }
