@@ -1,9 +1,9 @@
-//! Each model on lanes, in a module of its own, so that they are compiled side by side.
+//! Each model on lanes: what is compiled here is compiled nowhere else.
 
 use std::ops::Range;
 
 use glimpse_core::geometry::HalfDifference;
-use glimpse_core::model::{CookTorrance, Model, Neural, Phong, SampleGradient};
+use glimpse_core::model::{CookTorrance, Neural, Phong, SampleGradient};
 
 use crate::dual::Dual;
 use crate::inner_loop::{InnerLoop, MetaGradient};
@@ -13,92 +13,69 @@ use crate::samples::SampleOctets;
 use crate::{brdf, parallel, sums};
 
 macro_rules! lane_model {
-    ($Model:ident, $module:ident) => {
-        mod $module {
-            use super::*;
-
-            type Parameters<T> = <$Model as Model>::Parameters<T>;
-
-            impl LaneModel for $Model {
-                fn gradient_of(
-                    theta: &Parameters<f32>,
-                    samples: &SampleOctets<'_>,
-                    octets: Range<usize>,
-                    gradient: &mut Parameters<f32>,
-                ) -> f32 {
-                    sums::gradient::<$Model>(theta, samples, octets, gradient)
-                }
-                fn product_of(
-                    theta: &Parameters<Dual<f32>>,
-                    samples: &SampleOctets<'_>,
-                    octets: Range<usize>,
-                    product: &mut Parameters<f32>,
-                    derivatives: Option<&mut [SampleGradient<Octet>]>,
-                ) {
-                    product::product(theta, samples, octets, product, derivatives);
-                }
-                fn gradient(
-                    theta: &Parameters<f32>,
-                    samples: &SampleOctets<'_>,
-                    gradient: &mut Parameters<f32>,
-                ) -> f32 {
-                    parallel::gradient::<$Model>(theta, samples, gradient)
-                }
-                fn product(
-                    theta: &Parameters<Dual<f32>>,
-                    samples: &SampleOctets<'_>,
-                    product: &mut Parameters<f32>,
-                    derivatives: Option<&mut [SampleGradient<Octet>]>,
-                ) {
-                    parallel::product::<$Model>(theta, samples, product, derivatives);
-                }
-                fn loss(theta: &Parameters<f32>, samples: &SampleOctets<'_>) -> f32 {
-                    sums::loss::<$Model>(theta, samples)
-                }
-                fn evaluate(
-                    theta: &Parameters<f32>,
-                    at: &[HalfDifference<f32>],
-                    brdf: &mut [[f32; 3]],
-                ) {
-                    brdf::evaluate::<$Model>(theta, at, brdf);
-                }
-                fn fit(
-                    inner_loop: &InnerLoop<$Model, f32>,
-                    samples: &SampleOctets<'_>,
-                ) -> Parameters<f32> {
-                    inner_loop.fit(samples)
-                }
-                fn meta_gradient(
-                    found: &mut MetaGradient<$Model, f32>,
-                    inner_loop: &InnerLoop<$Model, f32>,
-                    inner: &[&SampleOctets<'_>],
-                    outer: &SampleOctets<'_>,
-                    derivatives: Option<&mut [SampleGradient<Octet>]>,
-                ) -> f32 {
-                    found.compute(inner_loop, inner, outer, derivatives)
-                }
+    ($($Model:ident),*) => {$(
+        impl LaneModel for $Model {
+            fn gradient_of(
+                theta: &Self::Parameters<f32>,
+                samples: &SampleOctets<'_>,
+                octets: Range<usize>,
+                gradient: &mut Self::Parameters<f32>,
+            ) -> f32 {
+                sums::gradient::<Self>(theta, samples, octets, gradient)
             }
-
-            /// The largest of the kernels, apart from the others.
-            mod product {
-                use super::*;
-
-                pub(super) fn product(
-                    theta: &Parameters<Dual<f32>>,
-                    samples: &SampleOctets<'_>,
-                    octets: Range<usize>,
-                    product: &mut Parameters<f32>,
-                    derivatives: Option<&mut [SampleGradient<Octet>]>,
-                ) {
-                    sums::product::<$Model>(theta, samples, octets, product, derivatives);
-                }
+            fn product_of(
+                theta: &Self::Parameters<Dual<f32>>,
+                samples: &SampleOctets<'_>,
+                octets: Range<usize>,
+                product: &mut Self::Parameters<f32>,
+                derivatives: Option<&mut [SampleGradient<Octet>]>,
+            ) {
+                sums::product::<Self>(theta, samples, octets, product, derivatives);
+            }
+            fn gradient(
+                theta: &Self::Parameters<f32>,
+                samples: &SampleOctets<'_>,
+                gradient: &mut Self::Parameters<f32>,
+            ) -> f32 {
+                parallel::gradient::<Self>(theta, samples, gradient)
+            }
+            fn product(
+                theta: &Self::Parameters<Dual<f32>>,
+                samples: &SampleOctets<'_>,
+                product: &mut Self::Parameters<f32>,
+                derivatives: Option<&mut [SampleGradient<Octet>]>,
+            ) {
+                parallel::product::<Self>(theta, samples, product, derivatives);
+            }
+            fn loss(theta: &Self::Parameters<f32>, samples: &SampleOctets<'_>) -> f32 {
+                sums::loss::<Self>(theta, samples)
+            }
+            fn evaluate(
+                theta: &Self::Parameters<f32>,
+                at: &[HalfDifference<f32>],
+                brdf: &mut [[f32; 3]],
+            ) {
+                brdf::evaluate::<Self>(theta, at, brdf);
+            }
+            fn fit(
+                inner_loop: &InnerLoop<Self, f32>,
+                samples: &SampleOctets<'_>,
+            ) -> Self::Parameters<f32> {
+                inner_loop.fit(samples)
+            }
+            fn meta_gradient(
+                found: &mut MetaGradient<Self, f32>,
+                inner_loop: &InnerLoop<Self, f32>,
+                inner: &[&SampleOctets<'_>],
+                outer: &SampleOctets<'_>,
+                derivatives: Option<&mut [SampleGradient<Octet>]>,
+            ) -> f32 {
+                found.compute(inner_loop, inner, outer, derivatives)
             }
         }
-    };
+    )*};
 }
-lane_model!(Phong, phong);
-lane_model!(Neural, neural);
-lane_model!(CookTorrance, cook_torrance);
+lane_model!(Phong, CookTorrance, Neural);
 
 /// Runs `$body` with `$M` standing for the model of a [`ModelKind`](glimpse_core::model::ModelKind),
 /// or `$other` for Linear, which is not a [`Model`] that descends.

@@ -4,31 +4,16 @@
 //! one is compiled where it is done, for every type of number. Here that happens once, and not again
 //! whenever the trainer changes.
 
-use burn::module::{Module, Param, ParamId};
-use burn::record::{BinBytesRecorder, FullPrecisionSettings, Recorder};
-use burn::tensor::backend::Backend;
+use burn::record::{BinBytesRecorder, FullPrecisionSettings, Recorder, RecorderError};
 use burn::tensor::{Tensor, TensorData};
-use burn_autodiff::Autodiff;
 use burn_ndarray::{NdArray, NdArrayDevice};
-use burn_optim::adaptor::OptimizerAdaptor;
-use burn_optim::{Adam, AdamConfig, GradientsParams, Optimizer};
+use burn_optim::{Adam, AdamConfig, AdamState, SimpleOptimizer};
 use serde::{Deserialize, Serialize};
 
-/// The backend: meta-gradients are computed outside of it, exactly, and registered with it.
-pub type B = Autodiff<NdArray>;
+/// The backend. It has no derivatives: meta-gradients are computed outside of it, exactly.
+type B = NdArray;
 
 const DEVICE: NdArrayDevice = NdArrayDevice::Cpu;
-
-/// What is meta-learned.
-#[derive(Module, Debug)]
-pub struct MetaParameters<B: Backend> {
-    /// theta_0, in the model's order.
-    initial: Param<Tensor<B, 1>>,
-    /// alpha, a step size for each parameter, or its logarithm.
-    step_sizes: Param<Tensor<B, 1>>,
-    /// Logits of the pattern, three for each sample.
-    pattern: Param<Tensor<B, 1>>,
-}
 
 /// One list of numbers for each group of meta-parameters: values, gradients, learning rates.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -55,68 +40,66 @@ impl<T> Groups<T> {
 
 /// Meta-parameters and the state of their optimizer.
 pub struct Optimization {
-    parameters: MetaParameters<B>,
-    optimizer: OptimizerAdaptor<Adam, MetaParameters<B>, B>,
+    adam: Adam,
+    groups: Groups<Group>,
 }
 
-fn tensor<B: Backend<Device = NdArrayDevice>>(values: Vec<f32>) -> Tensor<B, 1> {
+/// Some parameters, and what Adam remembers of their gradients: nothing before the first step.
+type Group = (Tensor<B, 1>, Option<AdamState<B, 1>>);
+
+fn tensor(values: Vec<f32>) -> Tensor<B, 1> {
     let length = values.len();
     Tensor::from_data(TensorData::new(values, [length]), &DEVICE)
 }
 
-fn parameter(id: u64, values: Vec<f32>) -> Param<Tensor<B, 1>> {
-    Param::initialized(ParamId::from(id), tensor::<B>(values).require_grad())
-}
-
-fn adam() -> OptimizerAdaptor<Adam, MetaParameters<B>, B> {
-    AdamConfig::new().with_epsilon(1e-8).init()
+fn recorder() -> BinBytesRecorder<FullPrecisionSettings> {
+    BinBytesRecorder::default()
 }
 
 impl Optimization {
     /// Begins with given values.
     #[must_use]
     pub fn new(values: Groups<Vec<f32>>) -> Self {
+        let group = |values| (tensor(values), None);
         Self {
-            parameters: MetaParameters {
-                initial: parameter(1, values.initial),
-                step_sizes: parameter(2, values.step_sizes),
-                pattern: parameter(3, values.pattern),
+            adam: AdamConfig::new().with_epsilon(1e-8).build(),
+            groups: Groups {
+                initial: group(values.initial),
+                step_sizes: group(values.step_sizes),
+                pattern: group(values.pattern),
             },
-            optimizer: adam(),
         }
     }
 
     /// The values as they are now.
     #[must_use]
     pub fn values(&self) -> Groups<Vec<f32>> {
-        let list = |parameter: &Param<Tensor<B, 1>>| {
-            let data = parameter.val().into_data();
+        let [initial, step_sizes, pattern] = self.groups.each().map(|(values, _)| {
+            let data = values.to_data();
             data.iter::<f32>().collect()
-        };
+        });
         Groups {
-            initial: list(&self.parameters.initial),
-            step_sizes: list(&self.parameters.step_sizes),
-            pattern: list(&self.parameters.pattern),
+            initial,
+            step_sizes,
+            pattern,
         }
     }
 
     /// One step of Adam, each group at its own rate; a rate of 0 leaves a group alone.
     pub fn step(&mut self, gradients: Groups<Vec<f32>>, rates: &Groups<f64>) {
-        let ids = [1, 2, 3].map(ParamId::from);
         let Groups {
             initial,
             step_sizes,
             pattern,
         } = gradients;
         let gradients = [initial, step_sizes, pattern];
-        for ((id, gradient), rate) in ids.into_iter().zip(gradients).zip(rates.each()) {
+        let groups = self.groups.each_mut().into_iter();
+        for ((group, gradient), rate) in groups.zip(gradients).zip(rates.each()) {
             if *rate == 0.0 {
                 continue;
             }
-            let mut registered = GradientsParams::new();
-            registered.register::<NdArray, 1>(id, tensor(gradient));
-            let parameters = self.parameters.clone();
-            self.parameters = self.optimizer.step(*rate, parameters, registered);
+            let (values, state) = group.clone();
+            *group = self.adam.step(*rate, values, tensor(gradient), state);
         }
     }
 
@@ -124,23 +107,23 @@ impl Optimization {
     ///
     /// # Errors
     /// If burn cannot record them.
-    pub fn record(&self) -> Result<Vec<u8>, burn::record::RecorderError> {
-        let record = (
-            self.parameters.clone().into_record(),
-            self.optimizer.to_record(),
-        );
-        BinBytesRecorder::<FullPrecisionSettings>::default().record(record, ())
+    pub fn record(&self) -> Result<Vec<u8>, RecorderError> {
+        let [initial, step_sizes, pattern] = self.groups.each().map(Clone::clone);
+        let record = (initial, step_sizes, pattern);
+        Recorder::<B>::record(&recorder(), record, ())
     }
 
     /// Takes up what [`Optimization::record`] wrote.
     ///
     /// # Errors
     /// If the bytes are not such a record.
-    pub fn restore(mut self, bytes: Vec<u8>) -> Result<Self, burn::record::RecorderError> {
-        let (parameters, optimizer) =
-            BinBytesRecorder::<FullPrecisionSettings>::default().load(bytes, &DEVICE)?;
-        self.parameters = self.parameters.load_record(parameters);
-        self.optimizer = self.optimizer.load_record(optimizer);
+    pub fn restore(mut self, bytes: Vec<u8>) -> Result<Self, RecorderError> {
+        let (initial, step_sizes, pattern) = Recorder::<B>::load(&recorder(), bytes, &DEVICE)?;
+        self.groups = Groups {
+            initial,
+            step_sizes,
+            pattern,
+        };
         Ok(self)
     }
 }

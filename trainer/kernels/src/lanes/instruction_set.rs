@@ -38,9 +38,6 @@ impl InstructionSet {
     }
 
     /// Runs a kernel on these lanes, or on lesser ones if this machine does not have them.
-    ///
-    /// Inlined, as all on the way to the kernel is: each kernel is then compiled where it is called
-    /// from, beside others, and not all of them in one piece here.
     #[inline]
     pub fn run<K: Kernel>(self, kernel: K) -> K::Output {
         #[cfg(target_arch = "x86_64")]

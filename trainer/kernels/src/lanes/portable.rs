@@ -11,15 +11,18 @@ use super::{Lanes, Octet, Octets};
 #[derive(Clone, Copy, Debug)]
 pub struct PortableLanes(Octet);
 
-/// Lane by lane; a macro, because a closure would not be inlined everywhere.
+/// Lane by lane. A macro, because a closure would not be inlined everywhere; and no loop, because
+/// to unroll the many thousands of them in a kernel takes the compiler most of a build.
 macro_rules! each {
-    ($lane:ident => $value:expr) => {{
-        let mut result = Octet::default();
-        for ($lane, value) in result.0.iter_mut().enumerate() {
-            *value = $value;
-        }
-        PortableLanes(result)
-    }};
+    ($lane:ident => $value:expr) => {
+        each!($lane => $value, 0 1 2 3 4 5 6 7)
+    };
+    ($lane:ident => $value:expr, $($index:literal)*) => {
+        PortableLanes(Octet([$({
+            let $lane: usize = $index;
+            $value
+        }),*]))
+    };
 }
 
 macro_rules! operator {
