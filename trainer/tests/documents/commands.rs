@@ -8,15 +8,21 @@ use serde_json::Value;
 use super::figures::printed;
 use super::{documents, root, with_figures};
 
-/// A command's words, for the first of several that are joined by `&&`; quotes are left out.
+/// A command's words, for the first of several that are joined by `&&`. Quotes are left out, and
+/// so is where the output goes (`> FILE`, `>&2`), which is the shell's.
 fn words(command: &str) -> Vec<String> {
     let command = command.split(" #").next().unwrap_or_default();
     let words = command.split_whitespace();
-    let words = words.take_while(|word| !["&&", "|", ";"].contains(word));
-    words
-        .filter(|word| !word.starts_with('>'))
-        .map(|word| word.replace('"', ""))
-        .collect()
+    let mut words = words.take_while(|word| !["&&", "|", ";"].contains(word));
+    let mut own = Vec::new();
+    while let Some(word) = words.next() {
+        match word {
+            ">" | ">>" => drop(words.next()),
+            _ if word.starts_with('>') => {}
+            _ => own.push(word.replace('"', "")),
+        }
+    }
+    own
 }
 
 /// Why a command is not understood, if it is not.
@@ -131,8 +137,10 @@ fn commands_that_are_unknown_are_found() {
     }
     let right = "cargo run -p glimpse-tests --features firmware --example figures -- --table";
     assert_eq!(misunderstood(right), None);
-    assert_eq!(
-        misunderstood("trainer bench --model \"neural\" >&2 && ls"),
-        None
-    );
+    for right in [
+        "trainer bench --model \"neural\" >&2 && ls",
+        "trainer completion bash > ~/completions/trainer",
+    ] {
+        assert_eq!(misunderstood(right), None, "{right}");
+    }
 }
