@@ -20,8 +20,9 @@ const DEVICE: NdArrayDevice = NdArrayDevice::Cpu;
 pub struct Groups<T> {
     /// theta_0.
     pub initial: T,
-    /// alpha or ln alpha.
-    pub step_sizes: T,
+    /// What the fit goes by, besides where it starts: the step sizes alpha, or ln alpha; of Linear,
+    /// ln of the prior's precisions.
+    pub hyperparameters: T,
     /// Logits of the pattern.
     pub pattern: T,
 }
@@ -29,12 +30,16 @@ pub struct Groups<T> {
 impl<T> Groups<T> {
     /// The groups, in a fixed order.
     pub fn each(&self) -> [&T; 3] {
-        [&self.initial, &self.step_sizes, &self.pattern]
+        [&self.initial, &self.hyperparameters, &self.pattern]
     }
 
     /// The groups, to be changed.
     pub fn each_mut(&mut self) -> [&mut T; 3] {
-        [&mut self.initial, &mut self.step_sizes, &mut self.pattern]
+        [
+            &mut self.initial,
+            &mut self.hyperparameters,
+            &mut self.pattern,
+        ]
     }
 }
 
@@ -65,7 +70,7 @@ impl Optimization {
             adam: AdamConfig::new().with_epsilon(1e-8).build(),
             groups: Groups {
                 initial: group(values.initial),
-                step_sizes: group(values.step_sizes),
+                hyperparameters: group(values.hyperparameters),
                 pattern: group(values.pattern),
             },
         }
@@ -74,13 +79,13 @@ impl Optimization {
     /// The values as they are now.
     #[must_use]
     pub fn values(&self) -> Groups<Vec<f32>> {
-        let [initial, step_sizes, pattern] = self.groups.each().map(|(values, _)| {
+        let [initial, hyperparameters, pattern] = self.groups.each().map(|(values, _)| {
             let data = values.to_data();
             data.iter::<f32>().collect()
         });
         Groups {
             initial,
-            step_sizes,
+            hyperparameters,
             pattern,
         }
     }
@@ -89,10 +94,10 @@ impl Optimization {
     pub fn step(&mut self, gradients: Groups<Vec<f32>>, rates: &Groups<f64>) {
         let Groups {
             initial,
-            step_sizes,
+            hyperparameters,
             pattern,
         } = gradients;
-        let gradients = [initial, step_sizes, pattern];
+        let gradients = [initial, hyperparameters, pattern];
         let groups = self.groups.each_mut().into_iter();
         for ((group, gradient), rate) in groups.zip(gradients).zip(rates.each()) {
             if *rate == 0.0 {
@@ -108,8 +113,8 @@ impl Optimization {
     /// # Errors
     /// If burn cannot record them.
     pub fn record(&self) -> Result<Vec<u8>, RecorderError> {
-        let [initial, step_sizes, pattern] = self.groups.each().map(Clone::clone);
-        let record = (initial, step_sizes, pattern);
+        let [initial, hyperparameters, pattern] = self.groups.each().map(Clone::clone);
+        let record = (initial, hyperparameters, pattern);
         Recorder::<B>::record(&recorder(), record, ())
     }
 
@@ -118,10 +123,10 @@ impl Optimization {
     /// # Errors
     /// If the bytes are not such a record.
     pub fn restore(mut self, bytes: Vec<u8>) -> Result<Self, RecorderError> {
-        let (initial, step_sizes, pattern) = Recorder::<B>::load(&recorder(), bytes, &DEVICE)?;
+        let (initial, hyperparameters, pattern) = Recorder::<B>::load(&recorder(), bytes, &DEVICE)?;
         self.groups = Groups {
             initial,
-            step_sizes,
+            hyperparameters,
             pattern,
         };
         Ok(self)

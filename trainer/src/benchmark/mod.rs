@@ -19,7 +19,7 @@ use rand_chacha::ChaCha8Rng;
 use crate::material::{Material, Procedural};
 use crate::meta::descent::{DescentTrainee, Tasks};
 use crate::meta::pattern::{Pattern, logits_of};
-use crate::meta::phase::{InnerSamples, Phase, Search};
+use crate::meta::phase::{InnerSamples, OuterStep, Phase, Search};
 use crate::meta::plan::{Effort, Plan, Schedule};
 use crate::meta::pool::Pool;
 use crate::meta::run::INNER_STEPS;
@@ -173,16 +173,21 @@ impl<'m> Ground<'m> {
         let on_pattern = |phase: &Phase| {
             phase.inner == InnerSamples::Pattern && phase.search == Search::Gradient
         };
-        if let Some(index) = plan.phases.iter().rposition(on_pattern) {
-            let phase = &plan.phases[index];
+        let phases = plan.phases.iter().enumerate();
+        if let Some((number, phase)) = phases.rev().find(|(_, phase)| on_pattern(phase)) {
             let each = neural::outer_step(PATTERN, phase.outer, true);
+            let first = OuterStep {
+                phase,
+                number,
+                step: 0,
+            };
             items.push(Item {
                 model: M::KIND,
                 work: "a training step, pattern of 8, outer 256, per task",
                 threads: Threads::All,
                 tasks: phase.batch,
                 multiply_accumulates: counted(phase.batch as u64 * each),
-                run: self.training_step::<M>(plan, index),
+                run: self.training_step::<M>(plan, first),
             });
         }
     }
@@ -239,7 +244,7 @@ impl<'m> Ground<'m> {
     fn training_step<'a, M: LaneModel + 'a>(
         &'a self,
         plan: &'a Plan,
-        phase: usize,
+        first: OuterStep<'a>,
     ) -> Box<dyn FnMut() + 'a> {
         let initial = first_guess(M::KIND, &mut random());
         let step_size = plan.step_size_form.value(plan.first_step_size);
@@ -253,17 +258,16 @@ impl<'m> Ground<'m> {
             model: PhantomData,
         };
         let mut optimization = Optimization::new(Groups {
-            step_sizes: vec![step_size; initial.len()],
+            hyperparameters: vec![step_size; initial.len()],
             initial,
             pattern: angles.flat_map(logits_of).collect(),
         });
         let mut step = 0;
         Box::new(move || {
             let values = optimization.values();
-            let steps = plan.phases[phase].steps;
-            let (_, gradient) = trainee.gradient(&values, phase, step % steps);
-            optimization.step(gradient, &plan.phases[phase].rates_at(step % steps));
-            step += 1;
+            let (_, gradient) = trainee.gradient(&values, OuterStep { step, ..first });
+            optimization.step(gradient, &first.phase.rates_at(step));
+            step = (step + 1) % first.phase.steps;
         })
     }
 

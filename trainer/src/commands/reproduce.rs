@@ -82,7 +82,7 @@ impl Reproduce {
         catch_interrupts()?;
         let most_samples = match (self.most_samples, self.effort) {
             (Some(most), _) => most,
-            (None, Effort::Quick) => 64,
+            (None, Effort::Brief | Effort::Quick) => 64,
             (None, _) => MOST_SAMPLES,
         };
         self.refuse_what_has_no_effect()?;

@@ -291,7 +291,7 @@ impl<'a> Store<'a> {
     /// Steps of the method Optimum: for a quick look a tenth of them, where they take long.
     pub(crate) fn optimum_steps(&self, model: ModelKind) -> usize {
         match (self.settings.effort, model) {
-            (Effort::Quick, ModelKind::Neural) => OPTIMUM_STEPS / 10,
+            (Effort::Brief | Effort::Quick, ModelKind::Neural) => OPTIMUM_STEPS / 10,
             _ => OPTIMUM_STEPS,
         }
     }

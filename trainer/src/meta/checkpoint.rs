@@ -68,6 +68,12 @@ pub struct Checkpoint {
 }
 
 impl Checkpoint {
+    /// The one in `directory`.
+    #[must_use]
+    pub fn path(directory: &Path) -> PathBuf {
+        directory.join(FILE)
+    }
+
     /// Makes sure that this run can be saved in `directory` to its end.
     ///
     /// # Errors
@@ -75,7 +81,7 @@ impl Checkpoint {
     pub fn try_write(&self, directory: &Path) -> Result<(), CheckpointError> {
         // The optimizer and the best values will come to it, and the file that it replaces.
         let bytes = 8 * self.bytes()?.len();
-        let path = directory.join(FILE);
+        let path = Self::path(directory);
         files::make_folder(directory)
             .and_then(|()| files::try_write(&path, bytes))
             .map_err(|source| CheckpointError::Write { path, source })
@@ -84,7 +90,7 @@ impl Checkpoint {
     /// True if there is one in `directory`.
     #[must_use]
     pub fn is_in(directory: &Path) -> bool {
-        directory.join(FILE).exists()
+        Self::path(directory).exists()
     }
 
     fn bytes(&self) -> Result<Vec<u8>, CheckpointError> {
@@ -96,7 +102,7 @@ impl Checkpoint {
     /// # Errors
     /// If it cannot be written; the older one is then still whole.
     pub fn write(&self, directory: &Path) -> Result<(), CheckpointError> {
-        let path = directory.join(FILE);
+        let path = Self::path(directory);
         let bytes = self.bytes()?;
         files::make_folder(directory)
             .and_then(|()| files::write_whole(&path, &bytes))
@@ -108,7 +114,7 @@ impl Checkpoint {
     /// # Errors
     /// If it is damaged, or of another run.
     pub fn read(directory: &Path, run: &str) -> Result<Option<Self>, CheckpointError> {
-        let path = directory.join(FILE);
+        let path = Self::path(directory);
         let bytes = match fs::read(&path) {
             Ok(bytes) => bytes,
             Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
@@ -128,7 +134,7 @@ impl Checkpoint {
     /// Removes the one in `directory`, and the directory if nothing else is in it.
     pub fn remove(directory: &Path) {
         // Nothing is lost if either stays.
-        let _ = fs::remove_file(directory.join(FILE));
+        let _ = fs::remove_file(Self::path(directory));
         let _ = fs::remove_dir(directory);
     }
 }

@@ -8,7 +8,7 @@ use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
 use super::pattern::{Pattern, above_horizon};
-use super::phase::{InnerSamples, Phase};
+use super::phase::{InnerSamples, OuterStep, Phase};
 use super::plan::{Plan, Weighing};
 use super::pool::{Draw, Pool};
 use super::trainee::{Expected, RandomStreams, Trainee, mean};
@@ -69,40 +69,32 @@ impl<M: LaneModel> Trainee for DescentTrainee<'_, M> {
         let samples = self.plan.phases.first().map_or(1, |phase| phase.samples);
         Groups {
             initial,
-            step_sizes,
+            hyperparameters: step_sizes,
             pattern: self.streams.first_pattern(guess, samples),
         }
     }
 
-    fn gradient(
-        &self,
-        values: &Groups<Vec<f32>>,
-        phase: usize,
-        step: usize,
-    ) -> (f32, Groups<Vec<f32>>) {
+    fn gradient(&self, values: &Groups<Vec<f32>>, at: OuterStep<'_>) -> (f32, Groups<Vec<f32>>) {
         let (inner_loop, step_sizes) = self.inner_loop(values);
         let pattern = Pattern::from_logits(&values.pattern);
-        let index = phase;
-        let phase = &self.plan.phases[index];
         let tasks = self.training.materials.len();
         let found: Vec<_> = self
             .streams
-            .batch(index, step, phase.batch, tasks)
+            .batch(at, tasks)
             .par_iter()
             .enumerate()
             .map(|(slot, task)| {
-                let mut random = self.streams.slot(index, step, slot + 1);
-                self.task_gradient(phase, &inner_loop, &pattern, *task, &mut random)
+                let mut random = self.streams.slot(at, slot + 1);
+                self.task_gradient(at.phase, &inner_loop, &pattern, *task, &mut random)
             })
             .collect();
         let (loss, mut gradient) = mean(&found);
         let form = self.plan.step_size_form;
-        form.chain(&mut gradient.step_sizes, &step_sizes);
+        form.chain(&mut gradient.hyperparameters, &step_sizes);
         (loss, gradient)
     }
 
-    fn fitness(&self, values: &Groups<Vec<f32>>, phase: usize) -> f32 {
-        let phase = &self.plan.phases[phase];
+    fn fitness(&self, values: &Groups<Vec<f32>>, phase: &Phase) -> f32 {
         let (inner_loop, _) = self.inner_loop(values);
         let pattern = Pattern::from_logits(&values.pattern);
         let Tasks { materials, pool } = self.training;
@@ -148,7 +140,7 @@ impl<M: LaneModel> Trainee for DescentTrainee<'_, M> {
 impl<M: LaneModel> DescentTrainee<'_, M> {
     /// The inner_loop that meta-parameters describe, and its step sizes.
     fn inner_loop(&self, values: &Groups<Vec<f32>>) -> (InnerLoop<M, f32>, Vec<f32>) {
-        let step_sizes = self.plan.step_size_form.step_sizes(&values.step_sizes);
+        let step_sizes = self.plan.step_size_form.step_sizes(&values.hyperparameters);
         let inner_loop = InnerLoop::new(&values.initial, &step_sizes, self.inner_steps);
         (inner_loop, step_sizes)
     }
@@ -228,7 +220,7 @@ impl<M: LaneModel> DescentTrainee<'_, M> {
         let weighed = |entry: &f32| weight * entry;
         let gradients = Groups {
             initial: found.initial.iter().map(weighed).collect(),
-            step_sizes: found.step_sizes.iter().map(weighed).collect(),
+            hyperparameters: found.step_sizes.iter().map(weighed).collect(),
             pattern: by_pattern.iter().map(weighed).collect(),
         };
         (weight * loss, gradients)

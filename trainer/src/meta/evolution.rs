@@ -313,12 +313,12 @@ mod tests {
     fn begin() -> Evolution {
         let origin = Groups {
             initial: vec![3.0, -2.0],
-            step_sizes: vec![7.0],
+            hyperparameters: vec![7.0],
             pattern: vec![0.5],
         };
         let spreads = Groups {
             initial: 0.3,
-            step_sizes: 0.0,
+            hyperparameters: 0.0,
             pattern: 0.1,
         };
         Evolution::new(origin, spreads)
@@ -338,7 +338,7 @@ mod tests {
         let values = evolution.values();
         assert!(valley(&values) < 1e-6, "{values:?}");
         assert!((values.pattern[0] - 2.0).abs() < 1e-3, "{values:?}");
-        assert_eq!(values.step_sizes, [7.0]);
+        assert_eq!(values.hyperparameters, [7.0]);
     }
 
     #[test]

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use super::checkpoint::{Checkpoint, CheckpointError};
 use super::evolution::Evolution;
 use super::pattern::{Pattern, logits_of};
-use super::phase::{Added, Keep, Phase, Search, Start};
+use super::phase::{Added, Keep, OuterStep, Phase, Search, Start};
 use super::plan::Plan;
 use super::start::standard_normal;
 use super::state::{Best, RunState};
@@ -120,15 +120,14 @@ impl Run<'_> {
         let mut state = self.begin()?;
         let total = self.plan.steps();
         let mut saved = Instant::now();
-        while let Some((index, step)) = self.plan.at(state.run.done) {
-            let phase = &self.plan.phases[index];
-            self.advance(&mut state, index, step);
+        while let Some(at) = self.plan.at(state.run.done) {
+            self.advance(&mut state, at);
             let RunState {
                 done, loss, best, ..
             } = &state.run;
             let stop = observer(&Progress {
-                phase: phase.name,
-                samples: phase.samples,
+                phase: at.phase.name,
+                samples: at.phase.samples,
                 done: *done,
                 total,
                 loss: *loss,
@@ -177,7 +176,7 @@ impl Run<'_> {
                 state.optimization = state
                     .optimization
                     .restore(found.record)
-                    .map_err(|error| CheckpointError::Record(error.to_string()))?;
+                    .map_err(|_| CheckpointError::Damaged(Checkpoint::path(directory)))?;
             }
         }
         Ok(state)
@@ -193,10 +192,10 @@ impl Run<'_> {
     }
 
     /// One outer step.
-    fn advance(&self, state: &mut State, index: usize, step: usize) {
-        let phase = &self.plan.phases[index];
+    fn advance(&self, state: &mut State, at: OuterStep<'_>) {
+        let OuterStep { phase, step, .. } = at;
         if step == 0 {
-            self.enter(state, index);
+            self.enter(state, at);
         }
         let epoch = self.plan.tasks.div_ceil(phase.batch);
         if phase.start == Start::Patterns && step.is_multiple_of(epoch) {
@@ -204,8 +203,8 @@ impl Run<'_> {
         }
 
         let (loss, values) = match phase.search {
-            Search::Gradient => self.descend(state, index, step),
-            Search::Evolution(population) => self.evolve(state, index, step, population),
+            Search::Gradient => self.descend(state, at),
+            Search::Evolution(population) => self.evolve(state, at, population),
         };
 
         let run = &mut state.run;
@@ -241,17 +240,17 @@ impl Run<'_> {
             }
             Keep::Fittest if last => {
                 let values = state.optimization.values();
-                state.keep(self.trainee.fitness(&values, index), values);
+                state.keep(self.trainee.fitness(&values, phase), values);
             }
             Keep::Last | Keep::Fittest => {}
         }
     }
 
     /// A step of Adam; returns the loss, and the values that it is of.
-    fn descend(&self, state: &mut State, index: usize, step: usize) -> (f32, Groups<Vec<f32>>) {
-        let phase = &self.plan.phases[index];
+    fn descend(&self, state: &mut State, at: OuterStep<'_>) -> (f32, Groups<Vec<f32>>) {
+        let OuterStep { phase, step, .. } = at;
         let values = state.optimization.values();
-        let (loss, mut gradient) = self.trainee.gradient(&values, index, step);
+        let (loss, mut gradient) = self.trainee.gradient(&values, at);
         for (gradient, values) in gradient.each_mut().into_iter().zip(values.each()) {
             clip(gradient, phase.largest_norm);
             for (entry, value) in gradient.iter_mut().zip(values) {
@@ -266,19 +265,18 @@ impl Run<'_> {
     fn evolve(
         &self,
         state: &mut State,
-        index: usize,
-        step: usize,
+        at: OuterStep<'_>,
         population: usize,
     ) -> (f32, Groups<Vec<f32>>) {
-        let phase = &self.plan.phases[index];
+        let OuterStep { phase, step, .. } = at;
         let evolution = state.run.evolution.get_or_insert_with(|| {
             Evolution::new(state.optimization.values(), phase.rates.clone())
         });
-        let mut random = RandomStreams { seed: self.seed }.slot(index, step, 0);
+        let mut random = RandomStreams { seed: self.seed }.slot(at, 0);
         let loss = evolution.advance(population, &mut random, |candidates| {
             let losses = candidates.par_iter();
             losses
-                .map(|values| self.trainee.fitness(values, index))
+                .map(|values| self.trainee.fitness(values, phase))
                 .collect()
         });
         let values = evolution.values();
@@ -291,8 +289,8 @@ impl Run<'_> {
     }
 
     /// Puts meta-parameters where a phase begins.
-    fn enter(&self, state: &mut State, index: usize) {
-        let phase = &self.plan.phases[index];
+    fn enter(&self, state: &mut State, at: OuterStep<'_>) {
+        let phase = at.phase;
         match (phase.start, &state.run.best) {
             (Start::Guess(guess), _) => state.restart(self.trainee.first_values(guess)),
             (Start::Best, Some(best)) => state.restart(best.values.clone()),
@@ -310,7 +308,7 @@ impl Run<'_> {
                 }
                 Added::Repeated => again.take(added).collect(),
                 Added::Jittered => {
-                    let mut random = RandomStreams { seed: self.seed }.slot(index, 0, JITTER_SLOT);
+                    let mut random = RandomStreams { seed: self.seed }.slot(at, JITTER_SLOT);
                     let beside = again.map(|logit| logit + JITTER * standard_normal(&mut random));
                     beside.take(added).collect()
                 }
@@ -318,7 +316,7 @@ impl Run<'_> {
             values.pattern.extend(more);
             // What has too few samples is no recipe, however good.
             let loss = match phase.keep {
-                Keep::Fittest => Some(self.trainee.fitness(&values, index)),
+                Keep::Fittest => Some(self.trainee.fitness(&values, phase)),
                 Keep::BestValidation => Some(self.trainee.judge(&values)),
                 _ => None,
             };
@@ -390,17 +388,16 @@ mod tests {
         fn gradient(
             &self,
             values: &Groups<Vec<f32>>,
-            phase: usize,
-            step: usize,
+            at: OuterStep<'_>,
         ) -> (f32, Groups<Vec<f32>>) {
             self.seen.lock().unwrap().push(values.pattern.clone());
             let gradient = Groups {
                 pattern: vec![1.0; values.pattern.len()],
                 ..Groups::default()
             };
-            (self.losses[phase][step], gradient)
+            (self.losses[at.number][at.step], gradient)
         }
-        fn fitness(&self, values: &Groups<Vec<f32>>, _: usize) -> f32 {
+        fn fitness(&self, values: &Groups<Vec<f32>>, _: &Phase) -> f32 {
             self.judge(values)
         }
         fn judge(&self, _: &Groups<Vec<f32>>) -> f32 {
@@ -409,6 +406,27 @@ mod tests {
         fn expected(&self, values: &Groups<Vec<f32>>) -> Expected {
             Expected::new(self.judge(values), [0.0; 2].into_iter())
         }
+    }
+
+    /// Two phases of so many steps, with one sample and with two.
+    fn run(toy: &Toy, steps: usize, mut tell: impl FnMut(&Progress) + Send) -> Outcome {
+        let mut plan = Plan::new(Schedule::Paper, Effort::Long, ModelKind::Linear, 2, 2);
+        plan.phases.remove(0);
+        for phase in &mut plan.phases {
+            phase.steps = steps;
+        }
+        let run = Run {
+            trainee: toy,
+            plan: &plan,
+            name: String::new(),
+            seed: 0,
+            checkpoints: None,
+        };
+        let outcome = run.finish(&mut |progress| {
+            tell(progress);
+            ControlFlow::Continue(())
+        });
+        outcome.unwrap()
     }
 
     #[test]
@@ -420,24 +438,8 @@ mod tests {
             ],
             seen: Mutex::default(),
         };
-        let mut plan = Plan::new(Schedule::Paper, Effort::Long, ModelKind::Linear, 2, 2);
-        plan.phases.remove(0);
-        for phase in &mut plan.phases {
-            phase.steps = 6;
-        }
-        let run = Run {
-            trainee: &toy,
-            plan: &plan,
-            name: String::new(),
-            seed: 0,
-            checkpoints: None,
-        };
         let mut bests = Vec::new();
-        let best = run.finish(&mut |progress| {
-            bests.push(progress.best);
-            ControlFlow::Continue(())
-        });
-        let best = best.unwrap();
+        let best = run(&toy, 6, |progress| bests.push(progress.best));
         let seen = toy.seen.into_inner().unwrap();
         // An epoch has two steps; what it comes to is what the next one begins with.
         assert_eq!(seen[6][..3], seen[4]);
@@ -456,26 +458,11 @@ mod tests {
             losses: [&[f32::NAN, 3.0, f32::NAN, 4.0], &[4.0, f32::NAN, 4.0, 4.0]],
             seen: Mutex::default(),
         };
-        let mut plan = Plan::new(Schedule::Paper, Effort::Long, ModelKind::Linear, 2, 2);
-        plan.phases.remove(0);
-        for phase in &mut plan.phases {
-            phase.steps = 4;
-        }
-        let run = Run {
-            trainee: &toy,
-            plan: &plan,
-            name: String::new(),
-            seed: 0,
-            checkpoints: None,
-        };
         let mut losses = Vec::new();
-        let best = run.finish(&mut |progress| {
-            losses.push(progress.loss);
-            ControlFlow::Continue(())
-        });
+        let best = run(&toy, 4, |progress| losses.push(progress.loss));
         assert_eq!(losses[..3], [0.0, 3.0, 3.0]);
         assert!(losses[3..].iter().all(|loss| (3.0..4.0).contains(loss)));
         // An epoch with such a loss in it is none to keep.
-        assert_eq!(best.unwrap().values.pattern.len(), 6);
+        assert_eq!(best.values.pattern.len(), 6);
     }
 }

@@ -116,10 +116,21 @@ impl Phase {
         let share = annealed * risen;
         Groups {
             initial: self.rates.initial * share,
-            step_sizes: self.rates.step_sizes * share,
+            hyperparameters: self.rates.hyperparameters * share,
             pattern: self.rates.pattern * share,
         }
     }
+}
+
+/// One outer step of a plan.
+#[derive(Clone, Copy, Debug)]
+pub struct OuterStep<'p> {
+    /// The phase that it belongs to.
+    pub phase: &'p Phase,
+    /// Which of the plan's phases that is: it has random numbers of its own.
+    pub number: usize,
+    /// Which of the phase's steps it is.
+    pub step: usize,
 }
 
 /// What is optimized for the step sizes.

@@ -4,7 +4,7 @@
 use glimpse_core::model::ModelKind;
 use rand_chacha::ChaCha8Rng;
 
-use super::phase::{Phase, StepSizeForm};
+use super::phase::{OuterStep, Phase, StepSizeForm};
 use glimpse_kernels::samples::SampleOctets;
 use glimpse_kernels::sums::loss_of_black;
 
@@ -21,11 +21,13 @@ pub enum Schedule {
 /// How long to train.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub enum Effort {
-    /// Seconds: to try things out. (Schedule paper: 1/100 of the paper's steps.)
+    /// Seconds: for a first look, as quickstart takes. (Schedule paper: 1/500 of the paper's steps.)
+    Brief,
+    /// A minute or so: to try things out. (Schedule paper: 1/100.)
     Quick,
     /// Minutes: for use. (Schedule paper: 1/10.)
     Standard,
-    /// An hour or so: for the last few per cent. (Schedule paper: all of the paper's steps.)
+    /// An hour or so: for the last few per cent. (Schedule paper: all of them.)
     Long,
 }
 
@@ -98,13 +100,17 @@ impl Plan {
         self.phases.iter().map(|phase| phase.steps).sum()
     }
 
-    /// The phase, and the step in it, that come after so many outer steps; None at the end.
+    /// The step that comes after so many outer steps; None at the end.
     #[must_use]
-    pub fn at(&self, done: usize) -> Option<(usize, usize)> {
+    pub fn at(&self, done: usize) -> Option<OuterStep<'_>> {
         let mut step = done;
-        for (index, phase) in self.phases.iter().enumerate() {
+        for (number, phase) in self.phases.iter().enumerate() {
             if step < phase.steps {
-                return Some((index, step));
+                return Some(OuterStep {
+                    phase,
+                    number,
+                    step,
+                });
             }
             step -= phase.steps;
         }

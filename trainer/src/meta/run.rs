@@ -351,7 +351,7 @@ impl<'o> Session<'o> {
             inner_steps: INNER_STEPS,
             pattern: above_horizon(&values.pattern),
             initial: values.initial,
-            step_sizes: self.plan.step_size_form.step_sizes(&values.step_sizes),
+            step_sizes: self.plan.step_size_form.step_sizes(&values.hyperparameters),
             promise: Promise {
                 expected,
                 on: self.judged_on(),
@@ -374,7 +374,7 @@ impl<'o> Session<'o> {
         let mut reduced = ReducedBasis::new(&basis, above_horizon(&values.pattern));
         // A coefficient that is left free, or held at 0, may run out of what recipes hold.
         let precision = |log: &f32| log.exp().clamp(MIN_PRECISION, MAX_PRECISION);
-        reduced.precision = values.step_sizes.iter().map(precision).collect();
+        reduced.precision = values.hyperparameters.iter().map(precision).collect();
         reduced.basis_checksum = Basis::checksum(&bytes);
         Ok(LearnedRidge {
             reduced,

@@ -5,6 +5,7 @@ use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
 
 use super::pattern::logits_of;
+use super::phase::{OuterStep, Phase};
 use crate::sampling::sobol_valid;
 use glimpse_optimizer::Groups;
 
@@ -15,17 +16,12 @@ pub trait Trainee: Sync {
 
     /// The mean outer loss over a step's batch of tasks, each weighed, and its gradient by the values
     /// (the gradient includes the [barrier](super::pattern::Pattern::barrier); the loss does not).
-    fn gradient(
-        &self,
-        values: &Groups<Vec<f32>>,
-        phase: usize,
-        step: usize,
-    ) -> (f32, Groups<Vec<f32>>);
+    fn gradient(&self, values: &Groups<Vec<f32>>, at: OuterStep<'_>) -> (f32, Groups<Vec<f32>>);
 
     /// The mean loss over all materials of training, each [weighed](super::plan::Weighing), always
     /// at the same directions, and the barrier: what a phase of [evolution](super::evolution) goes
     /// by.
-    fn fitness(&self, values: &Groups<Vec<f32>>, phase: usize) -> f32;
+    fn fitness(&self, values: &Groups<Vec<f32>>, phase: &Phase) -> f32;
 
     /// The mean loss on the materials held out, each weighed: what is kept goes by it.
     fn judge(&self, values: &Groups<Vec<f32>>) -> f32;
@@ -72,9 +68,9 @@ pub struct RandomStreams {
 impl RandomStreams {
     /// The stream of a slot of a step: slot 0 orders tasks, task k of a batch draws from slot k + 1.
     #[must_use]
-    pub fn slot(self, phase: usize, step: usize, slot: usize) -> ChaCha8Rng {
+    pub fn slot(self, at: OuterStep<'_>, slot: usize) -> ChaCha8Rng {
         let mut random = ChaCha8Rng::seed_from_u64(self.seed);
-        random.set_stream(((phase as u64) << 56) | ((slot as u64) << 40) | step as u64);
+        random.set_stream(((at.number as u64) << 56) | ((slot as u64) << 40) | at.step as u64);
         random
     }
 
@@ -93,19 +89,21 @@ impl RandomStreams {
         self.seed.wrapping_add(guess << 32)
     }
 
-    /// The tasks of a step's batch, `size` of `tasks`: consecutive in an order that is shuffled
+    /// Which of so many tasks are in a step's batch: consecutive ones, in an order that is shuffled
     /// anew each epoch.
     #[must_use]
-    pub fn batch(self, phase: usize, step: usize, size: usize, tasks: usize) -> Vec<usize> {
+    pub fn batch(self, at: OuterStep<'_>, tasks: usize) -> Vec<usize> {
+        let size = at.phase.batch;
         let mut chosen = Vec::with_capacity(size);
         let mut shuffled: Option<(usize, Vec<usize>)> = None;
-        for position in step * size..(step + 1) * size {
+        for position in at.step * size..(at.step + 1) * size {
             let epoch = position / tasks;
             let order = match shuffled.take() {
                 Some((of, order)) if of == epoch => order,
                 _ => {
                     let mut order: Vec<usize> = (0..tasks).collect();
-                    order.shuffle(&mut self.slot(phase, epoch, 0));
+                    let epoch = OuterStep { step: epoch, ..at };
+                    order.shuffle(&mut self.slot(epoch, 0));
                     order
                 }
             };

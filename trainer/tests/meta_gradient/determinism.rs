@@ -40,7 +40,7 @@ fn train<M: LaneModel>(inner: InnerSamples) -> Vec<u32> {
         outer: 64,
         rates: Groups {
             initial: 1e-3,
-            step_sizes: 1e-2,
+            hyperparameters: 1e-2,
             pattern: 1e-2,
         },
         final_rate: 0.2,

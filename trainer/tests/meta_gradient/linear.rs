@@ -424,7 +424,12 @@ fn linear_by_logits_agrees_with_differences() {
                 total(&logits, &wide_precision)
             }));
         }
-        let slopes: Vec<f64> = gradient.step_sizes.iter().copied().map(f64::from).collect();
+        let slopes: Vec<f64> = gradient
+            .hyperparameters
+            .iter()
+            .copied()
+            .map(f64::from)
+            .collect();
         let scale = 100.0 * scale_of(&slopes);
         for (index, slope) in slopes.iter().enumerate() {
             let what = format!("logarithm of precision {index}");
@@ -470,7 +475,7 @@ fn linear_without_a_sample_above_the_horizon_is_the_mean_and_is_pulled_back() {
         .gradient_over(&pattern, &log_precision, &tasks)
         .expect("it is no error");
     assert!(loss.is_finite() && loss > 0.0, "{loss}");
-    assert!(gradient.step_sizes.iter().all(|slope| *slope == 0.0));
+    assert!(gradient.hyperparameters.iter().all(|slope| *slope == 0.0));
     let [theta_h, theta_d, phi_d] = gradient.pattern[..] else {
         panic!("one sample has three logits");
     };

@@ -13,10 +13,10 @@ impl Plan {
         self.phases.retain(|phase| {
             let Groups {
                 initial,
-                step_sizes,
+                hyperparameters,
                 ..
             } = phase.rates;
-            phase.inner != InnerSamples::Pattern || initial > 0.0 || step_sizes > 0.0
+            phase.inner != InnerSamples::Pattern || initial > 0.0 || hyperparameters > 0.0
         });
         for phase in &mut self.phases {
             if phase.inner == InnerSamples::Pattern {
@@ -43,7 +43,7 @@ impl Plan {
                 phase.start = start;
             }
             phase.rates.initial = 0.0;
-            phase.rates.step_sizes = 0.0;
+            phase.rates.hyperparameters = 0.0;
             true
         });
         self.known = Some(known);
@@ -72,7 +72,7 @@ impl Plan {
     #[must_use]
     pub fn without_step_sizes(mut self) -> Self {
         for phase in &mut self.phases {
-            phase.rates.step_sizes = 0.0;
+            phase.rates.hyperparameters = 0.0;
         }
         self
     }

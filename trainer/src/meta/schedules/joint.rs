@@ -11,6 +11,7 @@ use glimpse_optimizer::Groups;
 pub(super) fn plan(effort: Effort, samples: usize, tasks: usize) -> Plan {
     let initial = 1e-3;
     let (starts, first, second, last, gentle, generations) = match effort {
+        Effort::Brief => (2, 300, 600, 2_500, 0.5, 40),
         Effort::Quick => (3, 500, 1_500, 12_000, 0.5, 150),
         Effort::Standard => (6, 1_000, 4_000, 40_000, 0.3, 500),
         Effort::Long => (12, 2_000, 8_000, 240_000, 0.3, 2_000),
@@ -31,7 +32,7 @@ pub(super) fn plan(effort: Effort, samples: usize, tasks: usize) -> Plan {
         outer: 256,
         rates: Groups {
             initial,
-            step_sizes: 1e-2,
+            hyperparameters: 1e-2,
             pattern: 0.0,
         },
         final_rate: 0.3,
@@ -46,7 +47,7 @@ pub(super) fn plan(effort: Effort, samples: usize, tasks: usize) -> Plan {
         inner: InnerSamples::Pattern,
         rates: Groups {
             initial,
-            step_sizes: 1e-2,
+            hyperparameters: 1e-2,
             pattern: 1e-2,
         },
         final_rate: 0.1,
@@ -67,7 +68,7 @@ pub(super) fn plan(effort: Effort, samples: usize, tasks: usize) -> Plan {
         // At the rates above a long run wanders off to worse places.
         rates: Groups {
             initial: gentle * initial,
-            step_sizes: gentle * 1e-2,
+            hyperparameters: gentle * 1e-2,
             pattern: gentle * 1e-2,
         },
         final_rate: 0.01,

@@ -9,6 +9,7 @@ use glimpse_optimizer::Groups;
 /// early.
 pub(super) fn plan(effort: Effort, samples: usize, tasks: usize) -> Plan {
     let (starts, first, last) = match effort {
+        Effort::Brief => (2, 100, 300),
         Effort::Quick => (3, 250, 1_000),
         Effort::Standard => (8, 1_000, 6_000),
         Effort::Long => (24, 2_000, 30_000),
@@ -26,7 +27,7 @@ pub(super) fn plan(effort: Effort, samples: usize, tasks: usize) -> Plan {
         outer: 256,
         rates: Groups {
             initial: 0.0,
-            step_sizes: 3e-2,
+            hyperparameters: 3e-2,
             pattern: 3e-2,
         },
         final_rate: 0.02,
@@ -47,7 +48,7 @@ pub(super) fn plan(effort: Effort, samples: usize, tasks: usize) -> Plan {
         steps: last,
         rates: Groups {
             initial: 0.0,
-            step_sizes: 1.5e-2,
+            hyperparameters: 1.5e-2,
             pattern: 1.5e-2,
         },
         ..sampling

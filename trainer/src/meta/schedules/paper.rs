@@ -16,6 +16,7 @@ const GUESSES: usize = 50;
 /// each n trained for 500 epochs. All of them with one task a step.
 pub(super) fn plan(effort: Effort, model: ModelKind, samples: usize, tasks: usize) -> Plan {
     let share = match effort {
+        Effort::Brief => 500,
         Effort::Quick => 100,
         Effort::Standard => 10,
         Effort::Long => 1,
@@ -39,7 +40,7 @@ pub(super) fn plan(effort: Effort, model: ModelKind, samples: usize, tasks: usiz
         outer: 512,
         rates: Groups {
             initial: 1e-4,
-            step_sizes: 1e-4,
+            hyperparameters: 1e-4,
             pattern: 0.0,
         },
         final_rate: 1.0,

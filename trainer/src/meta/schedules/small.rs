@@ -11,6 +11,7 @@ use glimpse_optimizer::Groups;
 /// come from doubling a pattern, as in the paper.
 pub(super) fn plan(effort: Effort, samples: usize, tasks: usize) -> Plan {
     let (starts, descent, first, last) = match effort {
+        Effort::Brief => (2, 300, 50, 100),
         Effort::Quick => (3, 800, 150, 400),
         Effort::Standard => (8, 2_000, 500, 1_500),
         Effort::Long => (32, 4_000, 800, 4_000),
@@ -30,7 +31,7 @@ pub(super) fn plan(effort: Effort, samples: usize, tasks: usize) -> Plan {
         outer: 256,
         rates: Groups {
             initial: 3e-3,
-            step_sizes: 1e-2,
+            hyperparameters: 1e-2,
             pattern: 1e-2,
         },
         final_rate: 0.1,
@@ -48,7 +49,7 @@ pub(super) fn plan(effort: Effort, samples: usize, tasks: usize) -> Plan {
         outer: 512,
         rates: Groups {
             initial: 0.1,
-            step_sizes: 0.1,
+            hyperparameters: 0.1,
             pattern: 0.1,
         },
         gain: None,
