@@ -6,7 +6,7 @@ mod common;
 use common::material;
 use glimpse_core::driver::{Action, Config, Driver, Host};
 use glimpse_core::link::{
-    Answerer, FRAME_BYTES, Failure, Heard, PROTOCOL, Refusal, Reply, Request,
+    Answerer, FRAME_BYTES, Failure, PROTOCOL, Received, Refusal, Reply, Request,
 };
 use glimpse_core::model::Neural;
 use glimpse_core::recipe::Recipe;
@@ -39,12 +39,12 @@ pub(crate) struct Computer {
 
 impl Computer {
     /// Takes a byte from the line; returns the bytes to be sent back, if any.
-    fn hear<'b>(&mut self, byte: u8, buffer: &'b mut [u8]) -> Option<&'b [u8]> {
-        let reply = match self.answerer.hear(byte)? {
-            Ok(Heard::New(request)) => self.answer(request),
-            Ok(Heard::Again(reply)) => reply,
+    fn receive<'b>(&mut self, byte: u8, buffer: &'b mut [u8]) -> Option<&'b [u8]> {
+        let reply = match self.answerer.receive(byte)? {
+            Ok(Received::New(request)) => self.answer(request),
+            Ok(Received::Again(reply)) => reply,
             // The arms are moving for it already; or it was damaged, and will come again.
-            Ok(Heard::Waiting) | Err(_) => return None,
+            Ok(Received::Waiting) | Err(_) => return None,
         };
         self.answerer.answer(reply, buffer).ok()
     }
@@ -99,7 +99,7 @@ pub(crate) fn scan(
         };
         driver.sent(1);
         if line.passes() {
-            for byte in computer.hear(byte, &mut buffer).unwrap_or_default() {
+            for byte in computer.receive(byte, &mut buffer).unwrap_or_default() {
                 if line.passes() {
                     driver.receive(*byte);
                 }

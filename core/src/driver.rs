@@ -195,7 +195,7 @@ impl<'r, 'm, K: Fitter, const CAPACITY: usize> Driver<'r, 'm, K, CAPACITY> {
         match self.line.news(elapsed, self.config.repeat, patience) {
             News::None { milliseconds } => Action::Wait { milliseconds },
             News::Reply(reply) => {
-                self.hear(reply);
+                self.understand(reply);
                 self.next.take().unwrap_or(Action::Continue)
             }
             News::Silence => {

@@ -26,22 +26,22 @@
 //! [`Driver`](crate::driver::Driver) is a whole device; `examples/host.rs` is both ends.
 //!
 //! ```
-//! use glimpse_core::link::{Answerer, Asker, FRAME_BYTES, Heard, Reply, Request};
+//! use glimpse_core::link::{Answerer, Asker, FRAME_BYTES, Received, Reply, Request};
 //!
 //! let (mut device, mut host) = (Asker::new(), Answerer::new());
 //! let (mut request, mut reply) = ([0; FRAME_BYTES], [0; FRAME_BYTES]);
 //!
 //! let frame = device.ask(&Request::Update, &mut request)?;
 //! for byte in frame {
-//!     match host.hear(*byte) {
+//!     match host.receive(*byte) {
 //!         None => {} // there is more to come
-//!         Some(Ok(Heard::New(heard))) => assert_eq!(heard, Request::Update),
-//!         Some(Ok(Heard::Again(_) | Heard::Waiting)) => unreachable!("it was said once"),
+//!         Some(Ok(Received::New(heard))) => assert_eq!(heard, Request::Update),
+//!         Some(Ok(Received::Again(_) | Received::Waiting)) => unreachable!("it was said once"),
 //!         Some(Err(error)) => println!("{error}"), // the device will say it again
 //!     }
 //! }
 //! let frame = host.answer(Reply::Accepted, &mut reply)?;
-//! let mut heard = frame.iter().filter_map(|byte| device.hear(*byte, &Request::Update));
+//! let mut heard = frame.iter().filter_map(|byte| device.receive(*byte, &Request::Update));
 //! assert_eq!(heard.next(), Some(Reply::Accepted));
 //! # Ok::<(), glimpse_core::link::FrameError>(())
 //! ```
@@ -50,6 +50,6 @@ mod conversation;
 mod frame;
 mod message;
 
-pub use conversation::{Answerer, Asker, Heard};
+pub use conversation::{Answerer, Asker, Received};
 pub use frame::{FRAME_BYTES, FrameError, FrameReader, encode};
 pub use message::{BYTES_PER_FRAME, Failure, PROTOCOL, Refusal, Reply, Request, VALUES_PER_FRAME};

@@ -20,7 +20,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::geometry::HalfDifference;
 use crate::model::loss::LogError;
-use crate::numeric::{Block, Entry, Scalar};
+use crate::numeric::{Block, Scalar, Value};
 
 /// Names a model in recipes and on the link. The order of those that are fitted by descent is part
 /// of the recipe format.
@@ -59,7 +59,7 @@ impl core::fmt::Display for ModelKind {
 
 /// One number for every parameter of a model: the parameters themselves, their gradient, their
 /// step sizes.
-pub trait ParameterSet<T: Entry>: Clone + Send + Sync {
+pub trait ParameterSet<T: Value>: Clone + Send + Sync {
     /// All entries equal.
     fn filled(value: T) -> Self;
     /// The entries as runs, in the order that recipes and exports use.
@@ -193,7 +193,7 @@ pub trait Model: Sync {
     /// How many parameters it has.
     const PARAMETERS: usize;
     /// One `T` for every parameter.
-    type Parameters<T: Entry>: ParameterSet<T>;
+    type Parameters<T: Value>: ParameterSet<T>;
     /// All zeros, as a constant: so that statics can begin with it.
     const ZEROS: Self::Parameters<f32>;
 

@@ -10,4 +10,4 @@ mod scalar;
 
 pub use block::Block;
 pub use floats::Floats;
-pub use scalar::{Entry, Scalar, Trigonometry};
+pub use scalar::{Scalar, Trigonometry, Value};

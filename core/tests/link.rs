@@ -3,8 +3,8 @@
 use glimpse_core::fit::Progress;
 use glimpse_core::geometry::Directions;
 use glimpse_core::link::{
-    Answerer, Asker, BYTES_PER_FRAME, FRAME_BYTES, Failure, FrameError, FrameReader, Heard,
-    PROTOCOL, Refusal, Reply, Request, VALUES_PER_FRAME, encode,
+    Answerer, Asker, BYTES_PER_FRAME, FRAME_BYTES, Failure, FrameError, FrameReader, PROTOCOL,
+    Received, Refusal, Reply, Request, VALUES_PER_FRAME, encode,
 };
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::{Field, RecipeError};
@@ -218,27 +218,29 @@ fn a_request_is_answered_once_and_its_repetition_alike() {
     let mut buffer = [0; FRAME_BYTES];
     let (mut asker, mut answerer) = (Asker::new(), Answerer::new());
     let asked = asker.ask(&request, &mut buffer).unwrap().to_vec();
-    let hear = |answerer: &mut Answerer| {
+    let receive = |answerer: &mut Answerer| {
         asked
             .iter()
-            .find_map(|byte| answerer.hear(*byte))
+            .find_map(|byte| answerer.receive(*byte))
             .unwrap()
             .unwrap()
     };
-    assert_eq!(hear(&mut answerer), Heard::New(request.clone()));
+    assert_eq!(receive(&mut answerer), Received::New(request.clone()));
     // Version 0.1 called a repetition new until there was a reply, and a host that was moving its
     // arms moved them again.
     for _ in 0..3 {
-        assert_eq!(hear(&mut answerer), Heard::Waiting);
+        assert_eq!(receive(&mut answerer), Received::Waiting);
     }
     let answered = answerer
         .answer(Reply::Accepted, &mut buffer)
         .unwrap()
         .to_vec();
-    assert_eq!(hear(&mut answerer), Heard::Again(Reply::Accepted));
+    assert_eq!(receive(&mut answerer), Received::Again(Reply::Accepted));
 
     let heard = |asker: &mut Asker, request: &Request| {
-        answered.iter().find_map(|byte| asker.hear(*byte, request))
+        answered
+            .iter()
+            .find_map(|byte| asker.receive(*byte, request))
     };
     assert_eq!(heard(&mut asker, &request), Some(Reply::Accepted));
     // The next request does not take the late reply for its own.
@@ -250,11 +252,11 @@ fn a_request_is_answered_once_and_its_repetition_alike() {
 fn a_device_that_was_reset_is_heard_anew() {
     let mut buffer = [0; FRAME_BYTES];
     let mut answerer = Answerer::new();
-    let mut hear = |request: &Request, reply| {
+    let mut receive = |request: &Request, reply| {
         let bytes = Asker::new().ask(request, &mut buffer).unwrap().to_vec();
         let heard = bytes
             .iter()
-            .find_map(|byte| answerer.hear(*byte))
+            .find_map(|byte| answerer.receive(*byte))
             .unwrap()
             .unwrap();
         answerer.answer(reply, &mut [0; FRAME_BYTES]).unwrap();
@@ -268,9 +270,12 @@ fn a_device_that_was_reset_is_heard_anew() {
         recipe: 0,
     };
     // Both are the first request, so they have the same sequence number.
-    assert_eq!(hear(&failed, Reply::Accepted), Heard::New(failed.clone()));
+    assert_eq!(
+        receive(&failed, Reply::Accepted),
+        Received::New(failed.clone())
+    );
     let welcome = Reply::Welcome { protocol: PROTOCOL };
-    assert_eq!(hear(&hello, welcome), Heard::New(hello.clone()));
+    assert_eq!(receive(&hello, welcome), Received::New(hello.clone()));
 }
 
 /// While the first request is unanswered, another one is new, and the reply is to that one.
@@ -282,14 +287,16 @@ fn a_new_request_takes_the_place_of_one_that_waits() {
     let requests = [1, 2].map(|done| Request::Progress(Progress { done, total: 2 }));
     for request in &requests {
         let asked = asker.ask(request, &mut buffer).unwrap().to_vec();
-        for heard in [Heard::New(request.clone()), Heard::Waiting] {
-            let found = asked.iter().find_map(|byte| answerer.hear(*byte));
+        for heard in [Received::New(request.clone()), Received::Waiting] {
+            let found = asked.iter().find_map(|byte| answerer.receive(*byte));
             assert_eq!(found, Some(Ok(heard)));
         }
     }
     let answered = answerer.answer(Reply::Accepted, &mut buffer).unwrap();
     let [_, second] = &requests;
-    let heard = answered.iter().find_map(|byte| asker.hear(*byte, second));
+    let heard = answered
+        .iter()
+        .find_map(|byte| asker.receive(*byte, second));
     assert_eq!(heard, Some(Reply::Accepted));
 }
 
@@ -297,7 +304,7 @@ fn a_new_request_takes_the_place_of_one_that_waits() {
 #[test]
 fn a_device_with_another_recipe_is_not_taken_for_the_one_before() {
     let mut answerer = Answerer::new();
-    let mut hear = |recipe| {
+    let mut receive = |recipe| {
         let hello = Request::Hello {
             protocol: PROTOCOL,
             model: ModelKind::Neural,
@@ -305,19 +312,19 @@ fn a_device_with_another_recipe_is_not_taken_for_the_one_before() {
             recipe,
         };
         let bytes = frame(1, &hello);
-        let heard = bytes.iter().find_map(|byte| answerer.hear(*byte));
+        let heard = bytes.iter().find_map(|byte| answerer.receive(*byte));
         let welcome = Reply::Welcome { protocol: PROTOCOL };
         answerer.answer(welcome, &mut [0; FRAME_BYTES]).unwrap();
         match heard.unwrap().unwrap() {
-            Heard::New(request) => assert_eq!(request, hello),
-            Heard::Again(_) => return false,
-            Heard::Waiting => panic!("it was answered"),
+            Received::New(request) => assert_eq!(request, hello),
+            Received::Again(_) => return false,
+            Received::Waiting => panic!("it was answered"),
         }
         true
     };
-    assert!(hear(7));
-    assert!(!hear(7));
-    assert!(hear(8));
+    assert!(receive(7));
+    assert!(!receive(7));
+    assert!(receive(8));
 }
 
 proptest! {
@@ -389,13 +396,13 @@ proptest! {
             for _ in 0..1_000 {
                 let mut replies = Vec::new();
                 for byte in faults.next().unwrap().spoil(asked.clone()) {
-                    let answer = match answerer.hear(byte) {
-                        Some(Ok(Heard::New(request))) => {
+                    let answer = match answerer.receive(byte) {
+                        Some(Ok(Received::New(request))) => {
                             let answer = answer_to(&request);
                             heard.push(request);
                             answer
                         }
-                        Some(Ok(Heard::Again(answer))) => answer,
+                        Some(Ok(Received::Again(answer))) => answer,
                         _ => continue,
                     };
                     let mut buffer = [0; FRAME_BYTES];
@@ -403,7 +410,7 @@ proptest! {
                 }
                 for bytes in replies {
                     for byte in faults.next().unwrap().spoil(bytes) {
-                        reply = reply.or(asker.hear(byte, request));
+                        reply = reply.or(asker.receive(byte, request));
                     }
                 }
                 if reply.is_some() {

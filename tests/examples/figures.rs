@@ -6,7 +6,7 @@ use glimpse_tests::elf::Firmware;
 use glimpse_tests::emulator::Emulator;
 use glimpse_tests::figures::figures;
 use glimpse_trainer::material::Procedural;
-use glimpse_trainer::scanner::{Options, ScannerError, VirtualScanner};
+use glimpse_trainer::scanner::{ScannerError, ScannerNoise, VirtualScanner};
 
 fn main() -> Result<(), ScannerError> {
     let figures = figures();
@@ -21,7 +21,7 @@ fn main() -> Result<(), ScannerError> {
     let firmware = Firmware::load();
     let mut emulator = Emulator::boot(&firmware, firmware.path());
     let material = Procedural::new(0, 0xFEED);
-    VirtualScanner::new(&material, Options::default()).serve(&mut emulator.serial)?;
+    VirtualScanner::new(&material, ScannerNoise::default()).serve(&mut emulator.serial)?;
 
     let static_ram: u64 = [".data", ".bss", ".uninit"]
         .iter()

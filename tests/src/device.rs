@@ -106,7 +106,7 @@ impl Device {
                     Err(error) => return Err(error),
                 };
                 for byte in &bytes[..count] {
-                    if let Some(reply) = self.asker.hear(*byte, request) {
+                    if let Some(reply) = self.asker.receive(*byte, request) {
                         return Ok(reply);
                     }
                 }

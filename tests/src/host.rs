@@ -2,7 +2,7 @@
 
 use std::io::{Read, Write};
 
-use glimpse_core::link::{Answerer, FRAME_BYTES, Heard, PROTOCOL, Reply, Request};
+use glimpse_core::link::{Answerer, FRAME_BYTES, PROTOCOL, Received, Reply, Request};
 use glimpse_core::scan::Reading;
 use glimpse_trainer::material::Procedural;
 
@@ -45,9 +45,9 @@ pub fn converse(stream: &mut (impl Read + Write), mut answer: impl FnMut(Request
     let mut byte = [0];
     loop {
         stream.read_exact(&mut byte).expect("a request");
-        let answer = match answerer.hear(byte[0]) {
-            Some(Ok(Heard::New(request))) => answer(request),
-            Some(Ok(Heard::Again(reply))) => Answer::Reply(reply),
+        let answer = match answerer.receive(byte[0]) {
+            Some(Ok(Received::New(request))) => answer(request),
+            Some(Ok(Received::Again(reply))) => Answer::Reply(reply),
             _ => continue,
         };
         let last = matches!(answer, Answer::Stop | Answer::Last(_));

@@ -10,7 +10,7 @@ use glimpse_tests::emulator::Emulator;
 use glimpse_tests::host::unseen;
 use glimpse_trainer::evaluation::{Judge, Method};
 use glimpse_trainer::material::Material;
-use glimpse_trainer::scanner::{Options, VirtualScanner};
+use glimpse_trainer::scanner::{ScannerNoise, VirtualScanner};
 
 #[test]
 fn a_scan_loses_what_evaluate_says() {
@@ -18,7 +18,7 @@ fn a_scan_loses_what_evaluate_says() {
     let recipe = Recipe::parse(RECIPE).unwrap();
     for index in 0..3 {
         let material = unseen(index);
-        let report = VirtualScanner::new(&material, Options::default())
+        let report = VirtualScanner::new(&material, ScannerNoise::default())
             .serve(&mut emulator.serial)
             .unwrap();
         let materials: [Box<dyn Material>; 1] = [Box::new(material.clone())];
@@ -40,11 +40,11 @@ fn scans_of_unseen_materials_agree_with_the_host_one_after_the_other() {
     let mut emulator = Emulator::boot_as_built();
     for index in 0..3 {
         let material = unseen(index);
-        let options = Options {
-            noise: 0.02 * index as f32,
+        let noise = ScannerNoise {
+            deviation: 0.02 * index as f32,
             seed: 1,
         };
-        let report = VirtualScanner::new(&material, options)
+        let report = VirtualScanner::new(&material, noise)
             .serve(&mut emulator.serial)
             .unwrap();
         assert_agrees(&report, RECIPE);
@@ -94,7 +94,7 @@ fn every_model_is_scanned_to_the_bits_of_the_hosts_fit() {
         let mut emulator = Emulator::boot(&firmware, firmware.path());
         for index in 0..2 {
             let material = unseen(index);
-            let report = VirtualScanner::new(&material, Options::default())
+            let report = VirtualScanner::new(&material, ScannerNoise::default())
                 .serve(&mut emulator.serial)
                 .unwrap();
             assert_eq!(report.model, model);

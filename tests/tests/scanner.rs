@@ -13,7 +13,7 @@ use glimpse_tests::device::{Device, fit};
 use glimpse_tests::line::{BadLine, Fault};
 use glimpse_trainer::material::{Material, Procedural};
 use glimpse_trainer::sampling::uniform_valid;
-use glimpse_trainer::scanner::{Options, ScanReport, ScannerError, VirtualScanner, angles_of};
+use glimpse_trainer::scanner::{ScanReport, ScannerError, ScannerNoise, VirtualScanner, angles_of};
 
 const PATIENCE: Duration = Duration::from_millis(30);
 
@@ -64,7 +64,7 @@ fn a_device_gets_what_the_material_is_and_the_host_what_was_fitted() {
     let (device, mut host) = line();
     let device = thread::spawn(move || Device::new(device, PATIENCE)?.scan(RECIPE));
     let material = material();
-    let report = VirtualScanner::new(&material, Options::default())
+    let report = VirtualScanner::new(&material, ScannerNoise::default())
         .serve(&mut host)
         .unwrap();
     device.join().unwrap().unwrap();
@@ -85,7 +85,7 @@ fn a_bad_line_changes_nothing() {
     let device = thread::spawn(move || Device::new(device, PATIENCE)?.scan(RECIPE));
     let material = material();
     let mut host = BadLine::new(host, 0.003, 1);
-    let report = VirtualScanner::new(&material, Options::default())
+    let report = VirtualScanner::new(&material, ScannerNoise::default())
         .serve(&mut host)
         .unwrap();
     assert!(host.spoiled > 0);
@@ -103,7 +103,7 @@ fn scan_over(fault: Fault, rate: f64) -> (Result<ScanReport, ScannerError>, usiz
     let device = thread::spawn(move || Device::new(device, PATIENCE)?.scan(RECIPE));
     let material = material();
     let mut host = BadLine::with(host, &[fault], rate, 1);
-    let result = VirtualScanner::new(&material, Options::default()).serve(&mut host);
+    let result = VirtualScanner::new(&material, ScannerNoise::default()).serve(&mut host);
     let spoiled = host.spoiled;
     drop(host);
     let _ = device.join().unwrap(); // as above
@@ -172,9 +172,12 @@ fn noise_is_the_same_for_the_same_seed() {
     let scan = |seed| {
         let (device, mut host) = line();
         let device = thread::spawn(move || Device::new(device, PATIENCE)?.scan(RECIPE));
-        let options = Options { noise: 0.1, seed };
+        let noise = ScannerNoise {
+            deviation: 0.1,
+            seed,
+        };
         let material = material();
-        let report = VirtualScanner::new(&material, options)
+        let report = VirtualScanner::new(&material, noise)
             .serve(&mut host)
             .unwrap();
         device.join().unwrap().unwrap();
@@ -194,7 +197,7 @@ fn what_cannot_be_met_is_refused_by_name() {
     let (device, mut host) = line();
     let host = thread::spawn(move || {
         let material = material();
-        VirtualScanner::new(&material, Options::default()).serve(&mut host)
+        VirtualScanner::new(&material, ScannerNoise::default()).serve(&mut host)
     });
     let mut device = Device::new(device, PATIENCE).unwrap();
     let directions = Directions {
@@ -245,7 +248,7 @@ fn what_cannot_be_met_is_refused_by_name() {
 #[test]
 fn kept_measurements_hold_only_where_they_were_given() {
     let material = material();
-    let mut scanner = VirtualScanner::new(&material, Options::default());
+    let mut scanner = VirtualScanner::new(&material, ScannerNoise::default());
     let (device, mut host) = line();
     let device = thread::spawn(move || {
         let mut device = Device::new(device, PATIENCE).unwrap();
@@ -295,7 +298,7 @@ fn another_protocol_is_refused_by_name() {
     let (device, mut host) = line();
     let host = thread::spawn(move || {
         let material = material();
-        VirtualScanner::new(&material, Options::default()).serve(&mut host)
+        VirtualScanner::new(&material, ScannerNoise::default()).serve(&mut host)
     });
     let mut device = Device::new(device, PATIENCE).unwrap();
     let welcome = Reply::Welcome { protocol: PROTOCOL };

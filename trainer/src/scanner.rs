@@ -7,8 +7,8 @@ use std::io::{self, Read, Write};
 
 use glimpse_core::geometry::{Angles, Directions, HalfDifference};
 use glimpse_core::link::{
-    Answerer, BYTES_PER_FRAME, FRAME_BYTES, Failure, FrameError, Heard, PROTOCOL, Refusal, Reply,
-    Request,
+    Answerer, BYTES_PER_FRAME, FRAME_BYTES, Failure, FrameError, PROTOCOL, Received, Refusal,
+    Reply, Request,
 };
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::Recipe;
@@ -44,9 +44,9 @@ pub enum ScannerError {
 
 /// How the scanner errs.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Options {
+pub struct ScannerNoise {
     /// Standard deviation of Gaussian noise on each channel, relative to its value.
-    pub noise: f32,
+    pub deviation: f32,
     /// Seed of the noise.
     pub seed: u64,
 }
@@ -131,7 +131,7 @@ impl Scanning {
     }
 
     /// Takes some of the values; what comes once more replaces what came before.
-    fn hear(&mut self, offset: u16, total: u16, values: &[f32]) -> Reply {
+    fn receive(&mut self, offset: u16, total: u16, values: &[f32]) -> Reply {
         let begin = usize::from(offset);
         let possible = self
             .model
@@ -177,7 +177,7 @@ enum Outcome {
 /// Plays a scanner in front of one material.
 pub struct VirtualScanner<'a> {
     material: &'a dyn Material,
-    options: Options,
+    noise: ScannerNoise,
     answerer: Answerer,
     scan: Option<Scanning>,
     scans: u64,
@@ -187,10 +187,10 @@ pub struct VirtualScanner<'a> {
 impl<'a> VirtualScanner<'a> {
     /// In front of `material`.
     #[must_use]
-    pub fn new(material: &'a dyn Material, options: Options) -> Self {
+    pub fn new(material: &'a dyn Material, noise: ScannerNoise) -> Self {
         Self {
             material,
-            options,
+            noise,
             answerer: Answerer::new(),
             scan: None,
             scans: 0,
@@ -221,11 +221,11 @@ impl<'a> VirtualScanner<'a> {
             };
             // What follows a request in the same bytes can only be the request once more.
             for byte in &bytes[..count] {
-                let (reply, outcome) = match self.answerer.hear(*byte) {
-                    Some(Ok(Heard::New(request))) => self.reply(request),
-                    Some(Ok(Heard::Again(reply))) => (reply, Outcome::GoesOn),
+                let (reply, outcome) = match self.answerer.receive(*byte) {
+                    Some(Ok(Received::New(request))) => self.reply(request),
+                    Some(Ok(Received::Again(reply))) => (reply, Outcome::GoesOn),
                     // Nothing takes time here, so no request is under way; what is damaged is asked again.
-                    Some(Ok(Heard::Waiting) | Err(_)) | None => continue,
+                    Some(Ok(Received::Waiting) | Err(_)) | None => continue,
                 };
                 stream.write_all(self.answerer.answer(reply, &mut frame)?)?;
                 stream.flush()?;
@@ -272,7 +272,7 @@ impl<'a> VirtualScanner<'a> {
                     values,
                 },
                 Some(scan),
-            ) => scan.hear(offset, total, &values),
+            ) => scan.receive(offset, total, &values),
             (Request::Finished(residual), Some(scan)) => {
                 if scan.is_told() {
                     let report = ScanReport {
@@ -317,13 +317,12 @@ impl<'a> VirtualScanner<'a> {
             return Reply::Refused(Refusal::Directions);
         };
         // The same noise however often this reading of this scan is taken.
-        let mut random = ChaCha8Rng::seed_from_u64(self.options.seed);
+        let mut random = ChaCha8Rng::seed_from_u64(self.noise.seed);
         random.set_stream(self.scans << 16 | u64::from(index));
         let reading = Reading {
-            brdf: self
-                .material
-                .brdf(angles)
-                .map(|f| (f * (1.0 + self.options.noise * standard_normal(&mut random))).max(0.0)),
+            brdf: self.material.brdf(angles).map(|f| {
+                (f * (1.0 + self.noise.deviation * standard_normal(&mut random))).max(0.0)
+            }),
             saturated: false,
         };
         let taken = Taken {

@@ -2,7 +2,7 @@
 
 #![no_main]
 
-use glimpse_core::link::{Answerer, Asker, FRAME_BYTES, Heard, PROTOCOL, Reply, Request, encode};
+use glimpse_core::link::{Answerer, Asker, FRAME_BYTES, Received, PROTOCOL, Reply, Request, encode};
 use glimpse_core::model::ModelKind;
 use libfuzzer_sys::fuzz_target;
 
@@ -19,10 +19,10 @@ fuzz_target!(|bytes: &[u8]| {
     let mut host = Answerer::new();
     let _ = device.ask(&HELLO, &mut frame);
     for byte in bytes {
-        let _ = device.hear(*byte, &HELLO);
-        if let Some(Ok(heard)) = host.hear(*byte) {
+        let _ = device.receive(*byte, &HELLO);
+        if let Some(Ok(heard)) = host.receive(*byte) {
             // Whatever comes through whole can be said again, and answered.
-            if let Heard::New(request) = heard {
+            if let Received::New(request) = heard {
                 assert!(encode(1, &request, &mut frame).is_ok());
             }
             assert!(host.answer(Reply::Accepted, &mut frame).is_ok());

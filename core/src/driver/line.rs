@@ -66,7 +66,7 @@ impl Line {
 
     pub(super) fn receive(&mut self, byte: u8) {
         if let Some(request) = &self.request
-            && let Some(reply) = self.asker.hear(byte, request)
+            && let Some(reply) = self.asker.receive(byte, request)
         {
             self.reply = Some(reply);
         }

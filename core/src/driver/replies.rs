@@ -9,7 +9,7 @@ use crate::scan::Scan;
 
 impl<K: Fitter, const CAPACITY: usize> Driver<'_, '_, K, CAPACITY> {
     /// A reply to the last request.
-    pub(super) fn hear(&mut self, reply: Reply) {
+    pub(super) fn understand(&mut self, reply: Reply) {
         match (reply, self.phase) {
             (Reply::Refused(Refusal::Kept), Phase::Offer { .. }) => {
                 self.forget();

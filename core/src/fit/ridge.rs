@@ -47,14 +47,14 @@
 //! may change in any version.
 
 mod error;
-mod factor;
-mod factors;
+mod ldl;
 mod pair;
 mod problem;
+mod solve;
 
 pub use error::{Part, RidgeError};
-pub use factors::{Factors, RidgeGradient};
 pub use problem::{Problem, factor_length, scratch_length};
+pub use solve::{Factors, RidgeGradient};
 
 use crate::numeric::Scalar;
 

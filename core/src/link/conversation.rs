@@ -36,7 +36,7 @@ impl Asker {
 
     /// Takes a byte; returns the reply to `request`, the last one asked, once it is whole.
     /// Damaged frames and replies to anything else are dropped.
-    pub fn hear(&mut self, byte: u8, request: &Request) -> Option<Reply> {
+    pub fn receive(&mut self, byte: u8, request: &Request) -> Option<Reply> {
         match self.reader.push::<Reply>(byte)? {
             Ok((sequence, reply)) if sequence == self.sequence && reply.answers(request) => {
                 Some(reply)
@@ -48,7 +48,7 @@ impl Asker {
 
 /// What the host heard.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Heard {
+pub enum Received {
     /// A request that was not heard before.
     New(Request),
     /// The last request once more, and how it was answered: that reply was lost or is late.
@@ -68,7 +68,7 @@ pub struct Answerer {
     /// How it was answered; None before it is.
     reply: Option<Reply>,
     /// A request was heard.
-    has_heard: bool,
+    has_received: bool,
 }
 
 impl Answerer {
@@ -80,13 +80,13 @@ impl Answerer {
             sequence: 0,
             request: 0,
             reply: None,
-            has_heard: false,
+            has_received: false,
         }
     }
 
     /// Takes a byte; returns what was heard once a frame is whole, or what is wrong with the
     /// frame. A wrong frame needs no answer: the device will ask again.
-    pub fn hear(&mut self, byte: u8) -> Option<Result<Heard, FrameError>> {
+    pub fn receive(&mut self, byte: u8) -> Option<Result<Received, FrameError>> {
         let (sequence, request) = match self.reader.push::<Request>(byte)? {
             Ok(heard) => heard,
             Err(error) => return Some(Err(error)),
@@ -94,14 +94,17 @@ impl Answerer {
         // What it says is compared too: a device that was reset counts from the start again, and
         // may have been given another recipe.
         let checksum = checksum_of(sequence, &request);
-        if self.has_heard && sequence == self.sequence && checksum == self.request {
-            return Some(Ok(self.reply.clone().map_or(Heard::Waiting, Heard::Again)));
+        if self.has_received && sequence == self.sequence && checksum == self.request {
+            return Some(Ok(self
+                .reply
+                .clone()
+                .map_or(Received::Waiting, Received::Again)));
         }
         self.sequence = sequence;
         self.request = checksum;
         self.reply = None;
-        self.has_heard = true;
-        Some(Ok(Heard::New(request)))
+        self.has_received = true;
+        Some(Ok(Received::New(request)))
     }
 
     /// Writes the frame of the reply to the last request into `buffer`.

@@ -17,7 +17,7 @@ use core::slice;
 use super::{Evaluation, Model, ModelKind, ParameterSet, Sample, SampleGradient, sigmoids};
 use crate::geometry::HalfDifference;
 use crate::model::loss::cosine_weighted_log_error;
-use crate::numeric::{Entry, Scalar};
+use crate::numeric::{Scalar, Value};
 
 /// What denominators are offset by.
 const EPSILON: f64 = 1e-6;
@@ -39,7 +39,7 @@ pub struct CookTorranceParameters<T> {
     pub reflectance: T,
 }
 
-impl<T: Entry> ParameterSet<T> for CookTorranceParameters<T> {
+impl<T: Value> ParameterSet<T> for CookTorranceParameters<T> {
     fn filled(value: T) -> Self {
         Self {
             diffuse: [value; 3],
@@ -94,16 +94,16 @@ struct Terms<S> {
     /// 1 / cos theta_d, 2 cos theta_h / cos theta_d, and what G takes the minimum of 1 with.
     inverse_dz: S,
     per_lower: S,
-    unmasked: S,
+    unclamped_g: S,
     /// Powers of 1 - cos theta_d.
     fourth_power: S,
     fifth_power: S,
     /// 1 / (pi cos_i cos_o).
     inverse_cosines: S,
     /// D / (pi cos_i cos_o), G, F, and the product of the three.
-    peak: S,
-    masking: S,
-    fresnel: S,
+    d: S,
+    g: S,
+    f: S,
     lobe: S,
 }
 
@@ -127,17 +127,17 @@ impl<S: Scalar> Terms<S> {
 
         let inverse_dz = one / (at.dz + epsilon);
         let per_lower = (at.hz + at.hz) * inverse_dz;
-        let unmasked = per_lower * lower;
-        let masking = (one - unmasked).if_positive(unmasked, one);
+        let unclamped_g = per_lower * lower;
+        let g = (one - unclamped_g).if_positive(unclamped_g, one);
 
         let opposite = one - at.dz;
         let squared_opposite = opposite * opposite;
         let fourth_power = squared_opposite * squared_opposite;
         let fifth_power = fourth_power * opposite;
-        let fresnel = fifth_power.plus_product(reflectance, one - fifth_power);
+        let f = fifth_power.plus_product(reflectance, one - fifth_power);
 
         let inverse_cosines = one / epsilon.plus_product(S::constant(PI) * incoming, outgoing);
-        let peak = (-exponent).exp() * normalization * inverse_cosines;
+        let d = (-exponent).exp() * normalization * inverse_cosines;
         Self {
             diffuse: sigmoids(&parameters.diffuse),
             specular: sigmoids(&parameters.specular),
@@ -154,14 +154,14 @@ impl<S: Scalar> Terms<S> {
             normalization,
             inverse_dz,
             per_lower,
-            unmasked,
+            unclamped_g,
             fourth_power,
             fifth_power,
             inverse_cosines,
-            peak,
-            masking,
-            fresnel,
-            lobe: peak * masking * fresnel,
+            d,
+            g,
+            f,
+            lobe: d * g * f,
         }
     }
 
@@ -196,17 +196,17 @@ impl<S: Scalar> Terms<S> {
         let by_hz = twice * (self.squared_roughness * at.hz) * narrowing;
 
         // G = 2 hz lower / dz, where that is below 1.
-        let by_masking = by_lobe * self.peak * self.fresnel;
-        let by_unmasked = (one - self.unmasked).if_positive(by_masking, zero);
-        let by_lower = by_unmasked * self.per_lower;
+        let by_g = by_lobe * self.d * self.f;
+        let by_unclamped_g = (one - self.unclamped_g).if_positive(by_g, zero);
+        let by_lower = by_unclamped_g * self.per_lower;
         let lower_per_dz = self.lower * self.inverse_dz;
-        let by_hz = by_hz.plus_product(by_unmasked, lower_per_dz + lower_per_dz);
-        let by_dz = -(by_unmasked * self.unmasked * self.inverse_dz);
+        let by_hz = by_hz.plus_product(by_unclamped_g, lower_per_dz + lower_per_dz);
+        let by_dz = -(by_unclamped_g * self.unclamped_g * self.inverse_dz);
 
         // F = F0 + (1 - F0) (1 - dz)^5.
-        let by_fresnel = by_lobe * self.peak * self.masking;
+        let by_f = by_lobe * self.d * self.g;
         let slope = (one - self.reflectance) * self.fourth_power * S::constant(-5.0);
-        let by_dz = by_dz.plus_product(by_fresnel, slope);
+        let by_dz = by_dz.plus_product(by_f, slope);
 
         // 1 / (pi cos_i cos_o), and the lower cosine within G.
         let steepness = -(by_log_lobe * S::constant(PI) * self.inverse_cosines);
@@ -232,7 +232,7 @@ impl<S: Scalar> Terms<S> {
 impl Model for CookTorrance {
     const KIND: ModelKind = ModelKind::CookTorrance;
     const PARAMETERS: usize = 8;
-    type Parameters<T: Entry> = CookTorranceParameters<T>;
+    type Parameters<T: Value> = CookTorranceParameters<T>;
     const ZEROS: CookTorranceParameters<f32> = CookTorranceParameters {
         diffuse: [0.0; 3],
         specular: [0.0; 3],
@@ -288,7 +288,7 @@ impl Model for CookTorrance {
         // F = F0 + (1 - F0) (1 - cos theta_d)^5.
         S::add_product(
             &mut gradient.reflectance,
-            by_lobe * terms.peak * terms.masking,
+            by_lobe * terms.d * terms.g,
             (one - terms.fifth_power) * terms.reflectance * (one - terms.reflectance),
         );
 

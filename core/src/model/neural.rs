@@ -12,7 +12,7 @@
 use super::{Evaluation, Model, ModelKind, ParameterSet, Sample, SampleGradient};
 use crate::geometry::HalfDifference;
 use crate::model::loss::cosine_weighted_log_error;
-use crate::numeric::{Entry, Scalar};
+use crate::numeric::{Scalar, Value};
 
 /// Units of each hidden layer.
 const HIDDEN: usize = 21;
@@ -40,7 +40,7 @@ pub struct NeuralParameters<T> {
     pub b3: [T; 3],
 }
 
-impl<T: Entry> ParameterSet<T> for NeuralParameters<T> {
+impl<T: Value> ParameterSet<T> for NeuralParameters<T> {
     fn filled(value: T) -> Self {
         Self {
             fc1: [[value; HIDDEN]; 6],
@@ -281,7 +281,7 @@ fn gradient<S: Scalar, const TILE: usize, const ROWS: usize, const SAMPLE: bool>
 impl Model for Neural {
     const KIND: ModelKind = ModelKind::Neural;
     const PARAMETERS: usize = 6 * HIDDEN + HIDDEN + HIDDEN * HIDDEN + HIDDEN + HIDDEN * 3 + 3;
-    type Parameters<T: Entry> = NeuralParameters<T>;
+    type Parameters<T: Value> = NeuralParameters<T>;
     const ZEROS: NeuralParameters<f32> = NeuralParameters {
         fc1: [[0.0; HIDDEN]; 6],
         b1: [0.0; HIDDEN],

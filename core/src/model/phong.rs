@@ -10,7 +10,7 @@ use core::slice;
 use super::{Evaluation, Model, ModelKind, ParameterSet, Sample, SampleGradient, sigmoids};
 use crate::geometry::HalfDifference;
 use crate::model::loss::cosine_weighted_log_error;
-use crate::numeric::{Entry, Scalar};
+use crate::numeric::{Scalar, Value};
 
 /// The model; see the file's head for its formula.
 #[derive(Clone, Copy, Debug)]
@@ -27,7 +27,7 @@ pub struct PhongParameters<T> {
     pub exponent: T,
 }
 
-impl<T: Entry> ParameterSet<T> for PhongParameters<T> {
+impl<T: Value> ParameterSet<T> for PhongParameters<T> {
     fn filled(value: T) -> Self {
         Self {
             sum: [value; 3],
@@ -103,7 +103,7 @@ impl<S: Scalar> Terms<S> {
 impl Model for Phong {
     const KIND: ModelKind = ModelKind::Phong;
     const PARAMETERS: usize = 7;
-    type Parameters<T: Entry> = PhongParameters<T>;
+    type Parameters<T: Value> = PhongParameters<T>;
     const ZEROS: PhongParameters<f32> = PhongParameters {
         sum: [0.0; 3],
         ratio: [0.0; 3],

@@ -9,8 +9,8 @@ use core::ops::{Add, Div, Mul, Neg, Sub};
 use super::math;
 
 /// What a set of parameters can hold: plain values, which threads can share.
-pub trait Entry: Copy + Send + Sync + 'static {}
-impl<T: Copy + Send + Sync + 'static> Entry for T {}
+pub trait Value: Copy + Send + Sync + 'static {}
+impl<T: Copy + Send + Sync + 'static> Value for T {}
 
 /// A number, or several numbers computed side by side.
 ///
@@ -19,7 +19,7 @@ impl<T: Copy + Send + Sync + 'static> Entry for T {}
 /// [broadcast](Scalar::broadcast); a gradient entry sums over samples, so it
 /// has an accumulator of its own.
 pub trait Scalar:
-    Entry
+    Value
     + Add<Output = Self>
     + Sub<Output = Self>
     + Mul<Output = Self>
@@ -27,9 +27,9 @@ pub trait Scalar:
     + Neg<Output = Self>
 {
     /// How one model parameter is stored.
-    type Parameter: Entry;
+    type Parameter: Value;
     /// What one entry of a gradient accumulates in.
-    type Sum: Entry;
+    type Sum: Value;
 
     /// Whether sums gain a list of terms in less time than the terms one by one.
     const ADDS_BY_THE_LIST: bool = false;

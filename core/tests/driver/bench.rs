@@ -2,7 +2,7 @@
 
 use glimpse_core::driver::{Action, Driver};
 use glimpse_core::fit::Fitter;
-use glimpse_core::link::{Answerer, FRAME_BYTES, Heard, PROTOCOL, Refusal, Reply, Request};
+use glimpse_core::link::{Answerer, FRAME_BYTES, PROTOCOL, Received, Refusal, Reply, Request};
 use glimpse_core::scan::Reading;
 
 use super::scanning::{SAMPLES, material};
@@ -82,15 +82,15 @@ impl<'h> Bench<'h> {
     pub(crate) fn reply_to(&mut self, bytes: &[u8]) -> Vec<u8> {
         let mut replies = Vec::new();
         for byte in bytes {
-            let reply = match self.answerer.hear(*byte) {
-                Some(Ok(Heard::New(request))) => {
+            let reply = match self.answerer.receive(*byte) {
+                Some(Ok(Received::New(request))) => {
                     let reply = (self.answer)(&request);
                     self.late = reply.map(|reply| (self.now + (self.delay)(&request), reply));
                     self.heard.push(request);
                     self.on_time()
                 }
-                Some(Ok(Heard::Waiting)) => self.on_time(),
-                Some(Ok(Heard::Again(reply))) => Some(reply),
+                Some(Ok(Received::Waiting)) => self.on_time(),
+                Some(Ok(Received::Again(reply))) => Some(reply),
                 _ => None,
             };
             if let Some(reply) = reply {

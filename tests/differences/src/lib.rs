@@ -11,7 +11,7 @@ use std::cell::Cell;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 use glimpse_core::model::ParameterSet;
-use glimpse_core::numeric::{Entry, Scalar};
+use glimpse_core::numeric::{Scalar, Value};
 
 thread_local! {
     /// A fingerprint of the branches taken since the last [`traced`] began.
@@ -215,7 +215,7 @@ pub fn scale_of(slopes: &[f64]) -> f64 {
 }
 
 /// A list, in the model's order, as a parameter set.
-pub fn parameters<T: Entry, P: ParameterSet<T>>(list: impl IntoIterator<Item = T>, zero: T) -> P {
+pub fn parameters<T: Value, P: ParameterSet<T>>(list: impl IntoIterator<Item = T>, zero: T) -> P {
     let mut set = P::filled(zero);
     for (entry, value) in set.iter_mut().zip(list) {
         *entry = value;

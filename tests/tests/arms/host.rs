@@ -3,14 +3,16 @@
 use std::io::{Read, Write};
 use std::net::TcpStream;
 
-use glimpse_core::link::{Answerer, BYTES_PER_FRAME, FRAME_BYTES, Heard, PROTOCOL, Reply, Request};
+use glimpse_core::link::{
+    Answerer, BYTES_PER_FRAME, FRAME_BYTES, PROTOCOL, Received, Reply, Request,
+};
 use glimpse_core::recipe::Recipe;
 
 /// What a device says of its recipe when it greets.
 pub(crate) fn greet(serial: &mut TcpStream) -> u32 {
     let mut answerer = Answerer::new();
     loop {
-        if let Request::Hello { recipe, .. } = hear(serial, &mut answerer) {
+        if let Request::Hello { recipe, .. } = receive(serial, &mut answerer) {
             return recipe;
         }
     }
@@ -23,7 +25,7 @@ pub(crate) fn offer(serial: &mut TcpStream, recipe: &[u8], bytes: usize) -> u32 
     let mut answerer = Answerer::new();
     let mut present = None;
     loop {
-        let request = hear(serial, &mut answerer);
+        let request = receive(serial, &mut answerer);
         let reply = match request {
             Request::Hello { recipe, .. } => {
                 present = present.or(Some(recipe));
@@ -57,13 +59,13 @@ pub(crate) fn offer(serial: &mut TcpStream, recipe: &[u8], bytes: usize) -> u32 
 }
 
 /// The next request that is new.
-fn hear(serial: &mut TcpStream, answerer: &mut Answerer) -> Request {
+fn receive(serial: &mut TcpStream, answerer: &mut Answerer) -> Request {
     let mut byte = [0];
     loop {
         serial.read_exact(&mut byte).unwrap();
-        match answerer.hear(byte[0]) {
-            Some(Ok(Heard::New(request))) => return request,
-            Some(Ok(Heard::Again(reply))) => {
+        match answerer.receive(byte[0]) {
+            Some(Ok(Received::New(request))) => return request,
+            Some(Ok(Received::Again(reply))) => {
                 let mut buffer = [0; FRAME_BYTES];
                 let frame = answerer.answer(reply, &mut buffer).unwrap();
                 serial.write_all(frame).unwrap();

@@ -5,7 +5,7 @@ use std::time::Instant;
 use glimpse_core::link::{Failure, PROTOCOL, Refusal, Reply, Request};
 use glimpse_tests::emulator::Emulator;
 use glimpse_tests::host::{Answer, WELCOME, converse, measured, unseen};
-use glimpse_trainer::scanner::{Options, ScannerError, VirtualScanner};
+use glimpse_trainer::scanner::{ScannerError, ScannerNoise, VirtualScanner};
 
 use super::assert_scans;
 
@@ -20,7 +20,7 @@ fn a_host_that_restarts_in_the_middle_of_a_scan_gets_a_whole_one() {
         other => panic!("{other:?}"),
     });
     let material = unseen(2);
-    let mut scanner = VirtualScanner::new(&material, Options::default());
+    let mut scanner = VirtualScanner::new(&material, ScannerNoise::default());
     match scanner.serve(&mut emulator.serial) {
         Err(ScannerError::Device(Failure::Refused(Refusal::NoScan))) => {}
         other => panic!("{other:?}"),

@@ -9,7 +9,7 @@ use glimpse_tests::device::assert_agrees;
 use glimpse_tests::emulator::Emulator;
 use glimpse_tests::host::unseen;
 use glimpse_tests::line::BadLine;
-use glimpse_trainer::scanner::{Options, ScannerError, VirtualScanner};
+use glimpse_trainer::scanner::{ScannerError, ScannerNoise, VirtualScanner};
 
 use super::assert_scans;
 
@@ -19,7 +19,7 @@ fn a_bad_line_costs_time_and_nothing_else() {
     let mut emulator = Emulator::boot_as_built();
     let material = unseen(0);
     let mut line = BadLine::new(&emulator.serial, 0.01, 1);
-    let mut scanner = VirtualScanner::new(&material, Options::default());
+    let mut scanner = VirtualScanner::new(&material, ScannerNoise::default());
     let report = scanner.serve(&mut line).unwrap();
     assert!(line.spoiled > 0);
     assert_agrees(&report, RECIPE);
@@ -40,14 +40,14 @@ fn a_line_that_is_hardly_one_ends_in_no_wrong_result() {
         stream: line,
         end: Instant::now() + Duration::from_secs(15),
     };
-    match VirtualScanner::new(&material, Options::default()).serve(&mut line) {
+    match VirtualScanner::new(&material, ScannerNoise::default()).serve(&mut line) {
         Ok(report) => assert_agrees(&report, RECIPE),
         Err(ScannerError::Device(Failure::NoReply | Failure::Refused(_))) => {}
         Err(ScannerError::Link(error)) => assert_eq!(error.kind(), ErrorKind::TimedOut),
         Err(other) => panic!("{other}"),
     }
     assert!(line.stream.spoiled > 0);
-    let mut scanner = VirtualScanner::new(&material, Options::default());
+    let mut scanner = VirtualScanner::new(&material, ScannerNoise::default());
     // What was under way when the line became good may be refused once.
     let report = scanner
         .serve(&mut emulator.serial)
@@ -88,7 +88,7 @@ fn frames_cut_in_the_middle_are_asked_for_again() {
         stream: &emulator.serial,
         writes: 0,
     };
-    let report = VirtualScanner::new(&material, Options::default())
+    let report = VirtualScanner::new(&material, ScannerNoise::default())
         .serve(&mut line)
         .unwrap();
     assert!(line.writes > 100, "{}", line.writes);
@@ -129,7 +129,7 @@ fn replies_that_come_late_and_twice_and_out_of_order_are_told_apart() {
         stream: &emulator.serial,
         before: Vec::new(),
     };
-    let report = VirtualScanner::new(&material, Options::default())
+    let report = VirtualScanner::new(&material, ScannerNoise::default())
         .serve(&mut line)
         .unwrap();
     assert_agrees(&report, RECIPE);

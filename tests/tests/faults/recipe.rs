@@ -11,7 +11,7 @@ use glimpse_tests::device::assert_agrees;
 use glimpse_tests::elf::Firmware;
 use glimpse_tests::emulator::Emulator;
 use glimpse_tests::host::unseen;
-use glimpse_trainer::scanner::{Options, ScannerError, VirtualScanner};
+use glimpse_trainer::scanner::{ScannerError, ScannerNoise, VirtualScanner};
 
 /// What the device says of a recipe with some bytes altered.
 fn failure(alter: impl FnOnce(&mut [u8])) -> Failure {
@@ -19,7 +19,7 @@ fn failure(alter: impl FnOnce(&mut [u8])) -> Failure {
     let image = firmware.with_recipe(alter);
     let mut emulator = Emulator::boot(&firmware, image.path());
     let material = unseen(0);
-    let error = VirtualScanner::new(&material, Options::default())
+    let error = VirtualScanner::new(&material, ScannerNoise::default())
         .serve(&mut emulator.serial)
         .unwrap_err();
     let ScannerError::Device(failure) = error else {
@@ -169,7 +169,7 @@ fn a_recipe_of_fewer_samples_is_scanned_by() {
     let image = firmware.with_recipe(|recipe| recipe.copy_from_slice(&bytes));
     let mut emulator = Emulator::boot(&firmware, image.path());
     let material = unseen(0);
-    let report = VirtualScanner::new(&material, Options::default())
+    let report = VirtualScanner::new(&material, ScannerNoise::default())
         .serve(&mut emulator.serial)
         .unwrap();
     assert_agrees(&report, &bytes);

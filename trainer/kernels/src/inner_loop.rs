@@ -13,14 +13,14 @@
 //! [`SampleList`]: on lanes and threads in training, in plain f64 in tests.
 
 use glimpse_core::model::{Model, ParameterSet, Sample, SampleGradient};
-use glimpse_core::numeric::{Entry, Scalar};
+use glimpse_core::numeric::{Scalar, Value};
 
 use crate::dual::Dual;
 use crate::lanes::{Kernel, Lanes, dispatch};
 use crate::sums::{constant, subtract_tangent};
 
 /// Copies a flat list, in the model's order, into a parameter set.
-pub fn unflatten<T: Entry, P: ParameterSet<T>>(list: &[T], set: &mut P) {
+pub fn unflatten<T: Value, P: ParameterSet<T>>(list: &[T], set: &mut P) {
     for (entry, value) in set.iter_mut().zip(list) {
         *entry = *value;
     }

@@ -63,7 +63,7 @@ pub(crate) fn product<M: Model>(
 
 /// The loss over all samples.
 pub(crate) fn loss<M: Model>(theta: &M::Parameters<f32>, samples: &SampleOctets<'_>) -> f32 {
-    samples.instruction_set.run(Loss::<M> { theta, samples })
+    samples.instruction_set.run(LossSum::<M> { theta, samples })
 }
 
 /// The loss of black, f = 0: how much light there is in the samples.
@@ -230,12 +230,12 @@ fn add<L: Lanes>(found: &SampleGradient<L>, octets: &mut [SampleGradient<Octet>]
 }
 
 /// The loss over all samples.
-struct Loss<'a, M: Model> {
+struct LossSum<'a, M: Model> {
     theta: &'a M::Parameters<f32>,
     samples: &'a SampleOctets<'a>,
 }
 
-impl<M: Model> Kernel for Loss<'_, M> {
+impl<M: Model> Kernel for LossSum<'_, M> {
     type Output = f32;
 
     #[inline(always)]

@@ -4,10 +4,9 @@
 //! one is compiled where it is done, for every type of number. Here that happens once, and not again
 //! whenever the trainer changes.
 
-use burn::record::{BinBytesRecorder, FullPrecisionSettings, Recorder, RecorderError};
 use burn::tensor::{Tensor, TensorData};
 use burn_ndarray::{NdArray, NdArrayDevice};
-use burn_optim::{Adam, AdamConfig, AdamState, SimpleOptimizer};
+use burn_optim::{Adam, AdamConfig, AdamState, AdaptiveMomentumState, SimpleOptimizer};
 use serde::{Deserialize, Serialize};
 
 /// The backend. It has no derivatives: meta-gradients are computed outside of it, exactly.
@@ -57,8 +56,57 @@ fn tensor(values: Vec<f32>) -> Tensor<B, 1> {
     Tensor::from_data(TensorData::new(values, [length]), &DEVICE)
 }
 
-fn recorder() -> BinBytesRecorder<FullPrecisionSettings> {
-    BinBytesRecorder::default()
+fn list(tensor: &Tensor<B, 1>) -> Vec<f32> {
+    let data = tensor.to_data();
+    data.iter::<f32>().collect()
+}
+
+/// An [`Optimization`] as plain numbers, for files.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Record(Groups<GroupRecord>);
+
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+struct GroupRecord {
+    values: Vec<f32>,
+    moments: Option<Moments>,
+}
+
+/// What Adam remembers: steps so far, means of gradients, and of their squares.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+struct Moments {
+    steps: u64,
+    first: Vec<f32>,
+    second: Vec<f32>,
+}
+
+impl GroupRecord {
+    fn of((values, state): &Group) -> Self {
+        let moments = state.as_ref().map(|AdamState { momentum }| Moments {
+            steps: momentum.time as u64,
+            first: list(&momentum.moment_1),
+            second: list(&momentum.moment_2),
+        });
+        Self {
+            values: list(values),
+            moments,
+        }
+    }
+
+    fn into_group(self) -> Option<Group> {
+        let length = self.values.len();
+        let state = match self.moments {
+            None => None,
+            Some(Moments { first, second, .. }) if [first.len(), second.len()] != [length; 2] => {
+                return None;
+            }
+            Some(moments) => Some(AdamState::new(AdaptiveMomentumState::new(
+                moments.steps as usize,
+                tensor(moments.first),
+                tensor(moments.second),
+            ))),
+        };
+        Some((tensor(self.values), state))
+    }
 }
 
 impl Optimization {
@@ -79,10 +127,8 @@ impl Optimization {
     /// The values as they are now.
     #[must_use]
     pub fn values(&self) -> Groups<Vec<f32>> {
-        let [initial, hyperparameters, pattern] = self.groups.each().map(|(values, _)| {
-            let data = values.to_data();
-            data.iter::<f32>().collect()
-        });
+        let [initial, hyperparameters, pattern] =
+            self.groups.each().map(|(values, _)| list(values));
         Groups {
             initial,
             hyperparameters,
@@ -108,27 +154,70 @@ impl Optimization {
         }
     }
 
-    /// Parameters and optimizer as bytes.
-    ///
-    /// # Errors
-    /// If burn cannot record them.
-    pub fn record(&self) -> Result<Vec<u8>, RecorderError> {
-        let [initial, hyperparameters, pattern] = self.groups.each().map(Clone::clone);
-        let record = (initial, hyperparameters, pattern);
-        Recorder::<B>::record(&recorder(), record, ())
-    }
-
-    /// Takes up what [`Optimization::record`] wrote.
-    ///
-    /// # Errors
-    /// If the bytes are not such a record.
-    pub fn restore(mut self, bytes: Vec<u8>) -> Result<Self, RecorderError> {
-        let (initial, hyperparameters, pattern) = Recorder::<B>::load(&recorder(), bytes, &DEVICE)?;
-        self.groups = Groups {
+    /// All of it as plain numbers.
+    #[must_use]
+    pub fn record(&self) -> Record {
+        let [initial, hyperparameters, pattern] = self.groups.each().map(GroupRecord::of);
+        Record(Groups {
             initial,
             hyperparameters,
             pattern,
-        };
-        Ok(self)
+        })
+    }
+
+    /// Takes up what [`Optimization::record`] gave; None if moments are not as many as values.
+    #[must_use]
+    pub fn restore(self, Record(record): Record) -> Option<Self> {
+        Some(Self {
+            groups: Groups {
+                initial: record.initial.into_group()?,
+                hyperparameters: record.hyperparameters.into_group()?,
+                pattern: record.pattern.into_group()?,
+            },
+            ..self
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn groups(value: f32) -> Groups<Vec<f32>> {
+        Groups {
+            initial: vec![value; 5],
+            hyperparameters: vec![2.0 * value; 5],
+            pattern: vec![-value; 3],
+        }
+    }
+
+    const RATES: Groups<f64> = Groups {
+        initial: 1e-2,
+        hyperparameters: 1e-3,
+        pattern: 0.0,
+    };
+
+    #[test]
+    fn what_is_restored_goes_on_in_the_same_bits() {
+        let mut whole = Optimization::new(groups(0.3));
+        whole.step(groups(0.7), &RATES);
+        let begun = Optimization::new(groups(0.0)).restore(whole.record());
+        let mut resumed = begun.expect("a record of its own");
+        assert_eq!(resumed.values(), whole.values());
+        for optimization in [&mut whole, &mut resumed] {
+            optimization.step(groups(-0.2), &RATES);
+        }
+        assert_eq!(resumed.record(), whole.record());
+        assert_eq!(whole.values().pattern, groups(0.3).pattern);
+        assert_ne!(whole.values().initial, groups(0.3).initial);
+    }
+
+    #[test]
+    fn moments_of_other_numbers_are_refused() {
+        let mut optimization = Optimization::new(groups(0.3));
+        optimization.step(groups(0.7), &RATES);
+        let mut record = optimization.record();
+        record.0.initial.values.pop();
+        assert!(optimization.restore(record).is_none());
     }
 }

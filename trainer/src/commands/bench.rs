@@ -62,7 +62,7 @@ impl Bench {
         let ground = Ground::new(&materials);
         let mut items = ground.items(self.model.map(ModelKind::from));
         let sets = instruction_sets();
-        let progress = Progress::new(2 * sets.len() + items.len());
+        let progress = Bar::new(2 * sets.len() + items.len());
         let mut peaks = Vec::new();
         for set in sets {
             peaks.push([Threads::One, Threads::All].map(|threads| {
@@ -191,9 +191,9 @@ fn to_json(peaks: &[Peaks], lines: &[Line]) -> Value {
 }
 
 /// Says what is being measured: in a bar on a terminal, line by line elsewhere.
-struct Progress(ProgressBar);
+struct Bar(ProgressBar);
 
-impl Progress {
+impl Bar {
     fn new(steps: usize) -> Self {
         let bar = ProgressBar::new(steps as u64);
         if let Ok(style) = ProgressStyle::with_template("{wide_bar:.cyan/dim} {pos}/{len} {msg}") {
@@ -211,7 +211,7 @@ impl Progress {
     }
 }
 
-impl Drop for Progress {
+impl Drop for Bar {
     fn drop(&mut self) {
         self.0.finish_and_clear();
     }

@@ -7,7 +7,7 @@ use anyhow::{Context, bail, ensure};
 use clap::Args;
 use glimpse_trainer::linear::Basis;
 use glimpse_trainer::material::{Material, Source};
-use glimpse_trainer::scanner::{self, Options, ScanReport, ScannerError};
+use glimpse_trainer::scanner::{self, ScanReport, ScannerError, ScannerNoise};
 use serde_json::{Value, json};
 
 use super::known::tell;
@@ -60,11 +60,11 @@ impl VirtualScanner {
             bail!("--material takes one material, not {}", materials.len());
         };
         let material = &**material;
-        let options = Options {
-            noise: self.noise,
+        let noise = ScannerNoise {
+            deviation: self.noise,
             seed,
         };
-        let mut scanner = scanner::VirtualScanner::new(material, options);
+        let mut scanner = scanner::VirtualScanner::new(material, noise);
         let mut basis = None;
         if let Some(path) = &self.recipe {
             let (file, found) = read_recipe(path)?;

@@ -6,6 +6,8 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
+use glimpse_optimizer::Record;
+
 use super::state::RunState;
 use crate::files;
 
@@ -51,8 +53,8 @@ pub enum CheckpointError {
         /// The run of the checkpoint.
         found: String,
     },
-    /// burn cannot record or restore the parameters.
-    #[error("the meta-parameters cannot be recorded: {0}")]
+    /// The run cannot be written down.
+    #[error("the run cannot be recorded: {0}")]
     Record(String),
 }
 
@@ -63,8 +65,8 @@ pub struct Checkpoint {
     pub run: String,
     /// How far it is.
     pub state: RunState,
-    /// burn's record of meta-parameters and optimizer.
-    pub record: Vec<u8>,
+    /// Meta-parameters and optimizer.
+    pub record: Record,
 }
 
 impl Checkpoint {
@@ -136,5 +138,45 @@ impl Checkpoint {
         // Nothing is lost if either stays.
         let _ = fs::remove_file(Self::path(directory));
         let _ = fs::remove_dir(directory);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glimpse_optimizer::{Groups, Optimization};
+
+    use super::*;
+
+    #[test]
+    fn a_checkpoint_that_is_cut_off_is_damaged_and_not_another_one() {
+        let values = Groups {
+            initial: vec![0.5; 7],
+            hyperparameters: vec![-1.0; 7],
+            pattern: vec![2.0; 3],
+        };
+        let mut optimization = Optimization::new(values.clone());
+        let rates = Groups {
+            initial: 1e-3,
+            hyperparameters: 1e-3,
+            pattern: 1e-3,
+        };
+        optimization.step(values, &rates);
+        let whole = Checkpoint {
+            run: "a run".into(),
+            state: RunState::default(),
+            record: optimization.record(),
+        };
+        let scratch = tempfile::tempdir().expect("a temporary directory");
+        let directory = scratch.path();
+        whole.write(directory).expect("it is written");
+        let found = Checkpoint::read(directory, "a run").expect("it is whole");
+        assert_eq!(found, Some(whole));
+        let path = Checkpoint::path(directory);
+        let bytes = fs::read(&path).expect("it is there");
+        for length in 0..bytes.len() {
+            fs::write(&path, &bytes[..length]).expect("it is written");
+            let error = Checkpoint::read(directory, "a run").expect_err("a part of it");
+            assert!(matches!(error, CheckpointError::Damaged(_)), "{error}");
+        }
     }
 }

@@ -137,7 +137,7 @@ impl Run<'_> {
             if let Some(checkpoints) = &self.checkpoints
                 && (stop || *done == total || saved.elapsed() >= checkpoints.every)
             {
-                self.checkpoint(&state)?.write(&checkpoints.directory)?;
+                self.checkpoint(&state).write(&checkpoints.directory)?;
                 saved = Instant::now();
             }
             if stop {
@@ -170,25 +170,24 @@ impl Run<'_> {
             let samples = self.plan.phases.iter().map(|phase| phase.samples).max();
             let mut largest = first;
             largest.pattern.resize(3 * samples.unwrap_or(0), 0.0);
-            self.checkpoint(&begun(largest))?.try_write(directory)?;
+            self.checkpoint(&begun(largest)).try_write(directory)?;
             if *resume && let Some(found) = Checkpoint::read(directory, &self.name)? {
                 state.run = found.state;
                 state.optimization = state
                     .optimization
                     .restore(found.record)
-                    .map_err(|_| CheckpointError::Damaged(Checkpoint::path(directory)))?;
+                    .ok_or_else(|| CheckpointError::Damaged(Checkpoint::path(directory)))?;
             }
         }
         Ok(state)
     }
 
-    fn checkpoint(&self, state: &State) -> Result<Checkpoint, CheckpointError> {
-        let record = state.optimization.record();
-        Ok(Checkpoint {
+    fn checkpoint(&self, state: &State) -> Checkpoint {
+        Checkpoint {
             run: self.name.clone(),
             state: state.run.clone(),
-            record: record.map_err(|error| CheckpointError::Record(error.to_string()))?,
-        })
+            record: state.optimization.record(),
+        }
     }
 
     /// One outer step.

@@ -4,7 +4,7 @@ use core::mem::MaybeUninit;
 use core::ptr::{null, null_mut};
 use std::vec::Vec;
 
-use glimpse_core::link::{Answerer, FRAME_BYTES, Heard, PROTOCOL, Refusal, Reply, Request};
+use glimpse_core::link::{Answerer, FRAME_BYTES, Received, PROTOCOL, Refusal, Reply, Request};
 
 use super::{Bytes, RECIPES, reading, values_by_core};
 use crate::driver::{
@@ -136,8 +136,8 @@ impl Scanner {
         };
         let mut frame = [0; FRAME_BYTES];
         for byte in heard {
-            let answer = match self.answerer.hear(byte) {
-                Some(Ok(Heard::New(request))) => {
+            let answer = match self.answerer.receive(byte) {
+                Some(Ok(Received::New(request))) => {
                     let reply = self.reply(request);
                     self.answerer.answer(reply, &mut frame).unwrap()
                 }

@@ -1,6 +1,6 @@
 //! A ridge problem, and the assembly of its system in the smaller of two forms.
 
-use super::factor::{self, packed_length};
+use super::ldl::{self, packed_length};
 use super::{Part, Real, RidgeError, Stored, dot};
 
 /// Numbers that the factors of a problem take: r (r + 1) / 2, r = min(n, m).
@@ -98,7 +98,7 @@ impl<'a, T> Problem<'a, T> {
             self.assemble_dual(index, row, scratch);
             S::constant(1.0)
         };
-        factor::factorize_row(above, row, least);
+        ldl::factorize_row(above, row, least);
     }
 
     /// A row of A'A + P; returns its precision.

@@ -24,7 +24,7 @@ use glimpse_core::geometry::{Angles, ArmAngles, Directions, HalfDifference};
 use glimpse_core::gonio::{
     Calibration, Footprint, Limits, Machine, Quantity, Repeated, Speeds, tile,
 };
-use glimpse_core::link::{Answerer, Asker, FRAME_BYTES, Failure, Heard, Reply, Request};
+use glimpse_core::link::{Answerer, Asker, FRAME_BYTES, Failure, Received, Reply, Request};
 use glimpse_core::model::linear::Basis;
 use glimpse_core::model::linear::{map, unmap};
 use glimpse_core::model::{CookTorrance, ModelKind, Neural, Phong, Sample};
@@ -393,11 +393,11 @@ fn link() {
     for request in &requests {
         black_box(asker.ask(request, frame).is_ok());
         for byte in bytes() {
-            black_box(asker.hear(*byte, request).is_some());
+            black_box(asker.receive(*byte, request).is_some());
         }
     }
     for byte in bytes() {
-        if let Some(Ok(Heard::New(_))) = black_box(answerer.hear(*byte)) {
+        if let Some(Ok(Received::New(_))) = black_box(answerer.receive(*byte)) {
             let reply = Reply::Measured {
                 index: any(1),
                 reading: reading(),

@@ -10,7 +10,7 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 use glimpse_core::numeric::Scalar;
 
 use super::elementary::{self, Elementary};
-use super::{Kernel, Lanes, Octet, Octets, Pair, WIDTH};
+use super::{Kernel, Lanes, Octet, Octets, RegisterPair, WIDTH};
 
 #[derive(Clone, Copy)]
 pub(super) struct Avx2Lanes(pub(super) __m256);
@@ -25,7 +25,7 @@ pub(super) fn run<K: Kernel>(kernel: K) -> K::Output {
     #[inline]
     #[target_feature(enable = "avx2,fma")]
     fn with_features<K: Kernel>(kernel: K) -> K::Output {
-        kernel.run::<Pair<Avx2Lanes>>()
+        kernel.run::<RegisterPair<Avx2Lanes>>()
     }
     debug_assert!(is_available());
     // SAFETY: see the file's head.

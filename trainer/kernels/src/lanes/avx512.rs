@@ -11,7 +11,7 @@ use glimpse_core::numeric::Scalar;
 
 use super::avx2::{self, Avx2Lanes};
 use super::elementary::{self, Elementary};
-use super::{Kernel, Lanes, Octet, Octets, Pair};
+use super::{Kernel, Lanes, Octet, Octets, RegisterPair};
 
 #[derive(Clone, Copy)]
 pub(super) struct Avx512Lanes(__m512);
@@ -29,7 +29,7 @@ pub(super) fn run<K: Kernel>(kernel: K) -> K::Output {
     #[inline]
     #[target_feature(enable = "avx2,fma,avx512f,avx512dq,avx512vl")]
     fn with_features<K: Kernel>(kernel: K) -> K::Output {
-        kernel.run::<Pair<Avx512Lanes>>()
+        kernel.run::<RegisterPair<Avx512Lanes>>()
     }
     debug_assert!(is_available());
     // SAFETY: see the file's head.

@@ -13,14 +13,14 @@ mod avx512;
 mod elementary;
 mod instruction_set;
 mod octet;
-mod pair;
 mod portable;
 mod register;
+mod register_pair;
 mod total;
 
 pub use instruction_set::{InstructionSet, dispatch};
 pub use octet::{MOST_OCTETS, Octet, OctetAt, Octets, WIDTH};
-pub use pair::Pair;
 pub use portable::PortableLanes;
 pub use register::{Kernel, Lanes, Narrowest, load_at, narrows, narrows_twice};
+pub use register_pair::RegisterPair;
 pub use total::Total;

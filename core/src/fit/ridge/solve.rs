@@ -1,6 +1,6 @@
 //! Solves with a factorized ridge problem, refined; and their adjoint.
 
-use super::factor::{self, packed_length};
+use super::ldl::{self, packed_length};
 use super::pair::Pair;
 use super::problem::take;
 use super::{Part, Problem, Real, RidgeError, Stored, dot, is_positive};
@@ -203,7 +203,7 @@ impl<'a, T: Stored<S>, S: Real> Factors<'a, '_, T, S> {
                 *entry = entry.plus_product(a.value(), t);
             }
         }
-        factor::solve(self.packed, x);
+        ldl::solve(self.packed, x);
 
         // The residual lambda + A'(t - A x) - P x, in pairs.
         let Some((high, rest)) = scratch.split_at_mut_checked(x.len()) else {
@@ -228,7 +228,7 @@ impl<'a, T: Stored<S>, S: Real> Factors<'a, '_, T, S> {
             for (high, low) in high.iter_mut().zip(&*rest) {
                 *high = *high + *low;
             }
-            factor::solve(self.packed, high);
+            ldl::solve(self.packed, high);
             for (x, correction) in x.iter_mut().zip(&*high) {
                 *x = *x + *correction;
             }
@@ -281,7 +281,7 @@ impl<'a, T: Stored<S>, S: Real> Factors<'a, '_, T, S> {
                 }
                 *left = sum.value();
             }
-            factor::solve(self.packed, left);
+            ldl::solve(self.packed, left);
             for ((u, u_low), correction) in u.iter_mut().zip(u_low.iter_mut()).zip(&*left) {
                 let mut sum = Pair {
                     high: *u,

@@ -9,11 +9,11 @@ use super::{Lanes, Octet, Octets};
 
 /// Twice as many lanes as `L` has.
 #[derive(Clone, Copy, Debug)]
-pub struct Pair<L>(L, L);
+pub struct RegisterPair<L>(L, L);
 
 macro_rules! operator {
     ($trait:ident, $method:ident, $operator:tt) => {
-        impl<L: Lanes> $trait for Pair<L> {
+        impl<L: Lanes> $trait for RegisterPair<L> {
             type Output = Self;
             #[inline(always)]
             fn $method(self, other: Self) -> Self {
@@ -27,7 +27,7 @@ operator!(Sub, sub, -);
 operator!(Mul, mul, *);
 operator!(Div, div, /);
 
-impl<L: Lanes> Neg for Pair<L> {
+impl<L: Lanes> Neg for RegisterPair<L> {
     type Output = Self;
     #[inline(always)]
     fn neg(self) -> Self {
@@ -35,7 +35,7 @@ impl<L: Lanes> Neg for Pair<L> {
     }
 }
 
-impl<L: Lanes> Scalar for Pair<L> {
+impl<L: Lanes> Scalar for RegisterPair<L> {
     type Parameter = f32;
     /// A sum over samples needs one register only.
     type Sum = L::Sum;
@@ -79,7 +79,7 @@ impl<L: Lanes> Scalar for Pair<L> {
     }
 }
 
-impl<L: Lanes> Lanes for Pair<L> {
+impl<L: Lanes> Lanes for RegisterPair<L> {
     const OCTETS: usize = 2 * L::OCTETS;
     type Narrow = L;
 
