@@ -78,7 +78,7 @@ macro_rules! lane_model {
 lane_model!(Phong, CookTorrance, Neural);
 
 /// Runs `$body` with `$M` standing for the model of a [`ModelKind`](glimpse_core::model::ModelKind),
-/// or `$other` for Linear, which is not a [`Model`] that descends.
+/// or `$other` for Linear, which is not a [`Model`](glimpse_core::model::Model) that descends.
 #[macro_export]
 macro_rules! with_model {
     ($kind:expr, $M:ident => $body:expr, _ => $other:expr $(,)?) => {
