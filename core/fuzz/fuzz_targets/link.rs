@@ -2,7 +2,9 @@
 
 #![no_main]
 
-use glimpse_core::link::{Answerer, Asker, FRAME_BYTES, Received, PROTOCOL, Reply, Request, encode};
+use glimpse_core::link::{
+    Answerer, Asker, FRAME_BYTES, PROTOCOL, Received, Reply, Request, encode,
+};
 use glimpse_core::model::ModelKind;
 use libfuzzer_sys::fuzz_target;
 
