@@ -4,7 +4,7 @@ use core::mem::MaybeUninit;
 use core::ptr::{null, null_mut};
 use std::vec::Vec;
 
-use glimpse_core::link::{Answerer, FRAME_BYTES, Received, PROTOCOL, Refusal, Reply, Request};
+use glimpse_core::link::{Answerer, FRAME_BYTES, PROTOCOL, Received, Refusal, Reply, Request};
 
 use super::{Bytes, RECIPES, reading, values_by_core};
 use crate::driver::{
