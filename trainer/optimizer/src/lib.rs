@@ -1,4 +1,4 @@
-//! The meta-parameters, held, stepped and recorded by burn.
+//! The meta-parameters, held and stepped by burn, and as plain numbers for files.
 //!
 //! A crate of its own because burn's tensors are generic over their backend: whatever is done with
 //! one is compiled where it is done, for every type of number. Here that happens once, and not again
