@@ -46,10 +46,10 @@ impl Asker {
     }
 }
 
-/// What the host heard.
+/// What the host received.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Received {
-    /// A request that was not heard before.
+    /// A request that was not received before.
     New(Request),
     /// The last request once more, and how it was answered: that reply was lost or is late.
     Again(Reply),
@@ -67,12 +67,12 @@ pub struct Answerer {
     request: u32,
     /// How it was answered; None before it is.
     reply: Option<Reply>,
-    /// A request was heard.
+    /// A request was received.
     has_received: bool,
 }
 
 impl Answerer {
-    /// Nothing was heard yet.
+    /// Nothing was received yet.
     #[must_use]
     pub const fn new() -> Self {
         Self {
@@ -84,7 +84,7 @@ impl Answerer {
         }
     }
 
-    /// Takes a byte; returns what was heard once a frame is whole, or what is wrong with the
+    /// Takes a byte; returns what was received once a frame is whole, or what is wrong with the
     /// frame. A wrong frame needs no answer: the device will ask again.
     pub fn receive(&mut self, byte: u8) -> Option<Result<Received, FrameError>> {
         let (sequence, request) = match self.reader.push::<Request>(byte)? {

@@ -19,7 +19,6 @@ use glimpse_trainer::render::Picture;
 use glimpse_trainer::report::{
     Best, Cell, Column, Compare, Gallery, GalleryRow, Page, Table, Tile, pattern_svg,
 };
-
 use rayon::prelude::*;
 
 use super::lock::Lock;
@@ -34,6 +33,7 @@ const TRAINING: usize = 100;
 const UNSEEN: usize = 8;
 /// n.
 const SAMPLES: usize = 8;
+
 /// Train a small recipe, scan unseen materials with it, and leave pictures: start here.
 ///
 /// A network is meta-trained on 100 procedural materials; eight others, which training never saw,
@@ -154,6 +154,12 @@ struct Scans {
     each: Vec<(Scores, Picture)>,
 }
 
+impl Scans {
+    fn losses(&self) -> impl Iterator<Item = f64> {
+        self.each.iter().map(|(scores, _)| scores.loss)
+    }
+}
+
 fn scan(
     judge: &Judge<'_>,
     methods: &[Method<'_>],
@@ -202,10 +208,10 @@ fn losses(methods: &[Method<'_>], scans: &[Scans]) -> Table {
         .iter()
         .map(|method| Column::number(title(method.name()), 4, Best::Least));
     let rows = scans.iter().map(|scans| {
-        let losses = scans.each.iter().map(|(scores, _)| scores.loss);
+        let losses = scans.losses().map(Cell::Number);
         [Cell::Text(scans.material.clone())]
             .into_iter()
-            .chain(losses.map(Cell::Number))
+            .chain(losses)
             .collect()
     });
     Table {
@@ -222,8 +228,7 @@ fn losses(methods: &[Method<'_>], scans: &[Scans]) -> Table {
 /// Each material as it is and by each method, with its errors.
 fn gallery(judge: &Judge<'_>, methods: &[Method<'_>], scans: &[Scans]) -> Gallery {
     let rows = scans.iter().enumerate().map(|(index, scans)| {
-        let losses = scans.each.iter().map(|(scores, _)| scores.loss);
-        let least = losses.fold(f64::INFINITY, f64::min);
+        let least = scans.losses().fold(f64::INFINITY, f64::min);
         let reference = Tile {
             label: "Reference".into(),
             details: Vec::new(),

@@ -27,7 +27,7 @@ pub enum Effort {
     Quick,
     /// Minutes: for use. (Schedule paper: 1/10.)
     Standard,
-    /// An hour or so: for the last few per cent. (Schedule paper: all of them.)
+    /// An hour or so: for the last few per cent. (Schedule paper: all of the paper's steps.)
     Long,
 }
 
