@@ -46,12 +46,18 @@ fn constants(path: &Path) -> Result<String, Box<dyn Error>> {
         ModelKind::Phong => "glimpse_core::model::Phong".to_owned(),
         ModelKind::CookTorrance => "glimpse_core::model::CookTorrance".to_owned(),
         ModelKind::Neural => "glimpse_core::model::Neural".to_owned(),
-        ModelKind::Linear => {
-            let components = recipe.ridge().map_or(0, |ridge| ridge.components());
-            format!(
-                "glimpse_core::fit::Linear<{{ glimpse_core::fit::linear_words({samples}, {components}) }}>"
-            )
-        }
+        ModelKind::Linear => match recipe.completed() {
+            Some(completed) => {
+                let words = completed.completion().words();
+                format!("glimpse_core::fit::Linear<{words}>")
+            }
+            None => {
+                let components = recipe.ridge().map_or(0, |ridge| ridge.components());
+                format!(
+                    "glimpse_core::fit::Linear<{{ glimpse_core::fit::linear_words({samples}, {components}) }}>"
+                )
+            }
+        },
     };
     Ok(format!(
         "/// The recipe, as the trainer wrote it.\n\

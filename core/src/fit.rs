@@ -6,14 +6,19 @@
 //! what calls it.
 
 mod any;
+mod completed;
+pub mod completion;
 mod descent;
 mod fitter;
+mod learned;
 mod learner;
 mod linear;
 pub mod ridge;
 
 pub use any::{AnyModel, AnyWorkspace};
+pub use completed::{Completed, Components, MAX_ROWS, MAX_UNITS, Start, Target};
 pub use descent::{Workspace, brdf};
 pub use fitter::{Fitter, FitterError, Progress};
-pub use learner::{Descent, Learner, Ridge};
+pub use learned::{Descent, Ridge};
+pub use learner::Learner;
 pub use linear::{Linear, linear_words};

@@ -12,6 +12,9 @@ mod neural;
 mod parameters;
 mod phong;
 
+/// Numbers that readings are completed in before a descent.
+pub const SCRATCH: usize = 416;
+
 pub use cook_torrance::{CookTorrance, CookTorranceParameters};
 pub use neural::{Neural, NeuralParameters};
 pub use phong::{Phong, PhongParameters};
@@ -196,6 +199,11 @@ pub trait Model: Sync {
     type Parameters<T: Value>: ParameterSet<T>;
     /// All zeros, as a constant: so that statics can begin with it.
     const ZEROS: Self::Parameters<f32>;
+    /// Room for [`SCRATCH`] numbers, or for none where a run of the gradient, which is idle before a
+    /// descent, has as many.
+    type Scratch: AsMut<[f32]> + Clone + core::fmt::Debug + Send + Sync;
+    /// All zeros.
+    const NO_SCRATCH: Self::Scratch;
 
     /// The BRDF in linear RGB, sr^-1, not times the cosine.
     fn brdf<S: Scalar>(

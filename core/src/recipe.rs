@@ -22,7 +22,7 @@ mod sections;
 mod statements;
 mod write;
 
-pub use crate::fit::{Descent, Learner, Ridge};
+pub use crate::fit::{Completed, Descent, Learner, Ridge};
 pub use crate::numeric::Floats;
 pub use error::RecipeError;
 pub use field::Field;
@@ -31,7 +31,8 @@ pub use format::{
     MAX_PRECISION, MAX_SAMPLES, MAX_WEIGHT, MIN_PRECISION, OLDEST_VERSION, VERSION,
 };
 pub use ingredients::{
-    Expectation, Ingredients, Noise, PackedDescent, PackedLearner, PackedRidge, Provenance,
+    Expectation, Ingredients, Noise, PackedCompletion, PackedDescent, PackedLearner, PackedRidge,
+    PackedStart, Provenance,
 };
 pub use kind::Kind;
 pub use sections::{Materials, Sections};
@@ -153,10 +154,7 @@ impl<'a> Recipe<'a> {
     /// The model that it fits.
     #[must_use]
     pub fn model(&self) -> ModelKind {
-        match &self.learner {
-            Learner::Descent(descent) => descent.model(),
-            Learner::Ridge(_) => ModelKind::Linear,
-        }
+        self.learner.model()
     }
 
     /// How measurements become parameters.
@@ -165,12 +163,13 @@ impl<'a> Recipe<'a> {
         self.learner
     }
 
-    /// The descent, if that is what it holds.
+    /// The descent, if that is all that it holds: not where it starts from [completed](Recipe::completed)
+    /// readings.
     #[must_use]
     pub fn descent(&self) -> Option<Descent<'a>> {
         match self.learner {
             Learner::Descent(descent) => Some(descent),
-            Learner::Ridge(_) => None,
+            _ => None,
         }
     }
 
@@ -178,8 +177,17 @@ impl<'a> Recipe<'a> {
     #[must_use]
     pub fn ridge(&self) -> Option<Ridge<'a>> {
         match self.learner {
-            Learner::Descent(_) => None,
             Learner::Ridge(ridge) => Some(ridge),
+            _ => None,
+        }
+    }
+
+    /// What completes readings, and what comes of it, if that is what it holds.
+    #[must_use]
+    pub fn completed(&self) -> Option<Completed<'a>> {
+        match self.learner {
+            Learner::Completed(completed) => Some(completed),
+            _ => None,
         }
     }
 

@@ -21,6 +21,8 @@ pub use residual::Residual;
 pub use saved::{Saved, SavedError};
 
 use crate::fit::Fitter;
+#[cfg(doc)]
+use crate::fit::Learner;
 use crate::geometry::Directions;
 use crate::model::linear::Basis;
 use crate::recipe::Recipe;
@@ -96,7 +98,7 @@ impl<'r, 'm, K: Fitter, const CAPACITY: usize> Scan<'r, 'm, K, CAPACITY> {
     /// # Errors
     /// [`ScanError::Basis`] if the recipe names another one.
     pub fn with_basis(mut self, basis: Basis<'r>) -> Result<Self, ScanError> {
-        let named = self.recipe.ridge().and_then(|ridge| ridge.basis_checksum());
+        let named = self.recipe.learner().basis_checksum();
         if named != Some(basis.of()) {
             return Err(ScanError::Basis {
                 recipe: named.unwrap_or(0),
@@ -173,11 +175,20 @@ impl<'r, 'm, K: Fitter, const CAPACITY: usize> Scan<'r, 'm, K, CAPACITY> {
 
     /// Begins a fit of all readings. One that was under way, or has ended, is forgotten.
     ///
+    /// Where the recipe [can do without](Learner::takes_missing) some of them, those that are missing or
+    /// saturated are left out, as long as there is one to go by.
+    ///
     /// # Errors
-    /// [`FitError::Incomplete`] if a reading is missing, [`FitError::Implausible`] if the readings
-    /// are no BRDF's.
+    /// [`FitError::Incomplete`] if a reading is missing that the recipe cannot do without,
+    /// [`FitError::Implausible`] if the readings are no BRDF's.
     pub fn fit(&mut self) -> Result<Fit<'_, K, CAPACITY>, FitError> {
-        if let Some((first, _)) = self.next_pending() {
+        let Memory {
+            samples, status, ..
+        } = &mut *self.memory;
+        let counted = memory::weigh(samples, status, &self.recipe);
+        if counted == 0
+            && let Some((first, _)) = self.next_pending()
+        {
             let missing = self.pending().count() as u16;
             return Err(FitError::Incomplete { missing, first });
         }

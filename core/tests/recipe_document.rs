@@ -1,5 +1,6 @@
 //! The format as `core/docs/recipe.md` writes it down is the format that is written and read.
 
+use glimpse_core::fit::{MAX_ROWS, MAX_UNITS};
 use glimpse_core::gonio::Limits;
 use glimpse_core::recipe::{
     Expectation, HEADER_BYTES, Ingredients, Kind, MAX_BASIS, MAX_COMPONENTS, MAX_INNER_STEPS,
@@ -124,6 +125,12 @@ fn the_document_names_every_kind_and_every_bound() {
         ("components", format!("1 to {MAX_COMPONENTS}")),
         ("inner_steps", format!("1 to {MAX_INNER_STEPS}")),
         ("pattern", format!("1 to {MAX_SAMPLES}")),
+        ("centre", format!("-{MAX_MEAN} to {MAX_MEAN}")),
+        (
+            "bias",
+            format!("m + h: what is added to each row | 1 to {MAX_ROWS} of them"),
+        ),
+        ("bias", format!("p, g | 1 to {MAX_UNITS} of them")),
     ] {
         let rows = DOCUMENT
             .lines()

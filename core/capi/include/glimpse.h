@@ -45,7 +45,8 @@
 #define GLIMPSE_SAMPLES 32
 #endif
 
-/** The largest m of Linear at that n; 0 if there will be none. Built in and defined alike. */
+/** The largest m of Linear at that n; 0 if there will be none. Built in and defined alike. A recipe of
+    Linear that completes readings may ask for more: GLIMPSE_STATUS_COMPONENTS says so. */
 #ifndef GLIMPSE_COMPONENTS
 #define GLIMPSE_COMPONENTS 60
 #endif
@@ -53,15 +54,15 @@
 /** What the models take. A library of one model (cargo's feature only-neural, ...) takes less: then
     define GLIMPSE_ONLY_NEURAL, or its likes, before this file. */
 #if defined(GLIMPSE_ONLY_PHONG)
-#define GLIMPSE_MODEL_BYTES 56
+#define GLIMPSE_MODEL_BYTES 1720
 #elif defined(GLIMPSE_ONLY_COOK_TORRANCE)
-#define GLIMPSE_MODEL_BYTES 64
+#define GLIMPSE_MODEL_BYTES 1728
 #elif defined(GLIMPSE_ONLY_NEURAL)
 #define GLIMPSE_MODEL_BYTES 5400
 #elif defined(GLIMPSE_ONLY_LINEAR)
 #define GLIMPSE_MODEL_BYTES (4 * GLIMPSE_LINEAR_WORDS_)
 #else
-#define GLIMPSE_MODEL_BYTES (5520 + 4 * GLIMPSE_LINEAR_WORDS_)
+#define GLIMPSE_MODEL_BYTES (8848 + 4 * GLIMPSE_LINEAR_WORDS_)
 #endif
 
 #define GLIMPSE_RANK_ \
@@ -581,8 +582,8 @@ typedef struct glimpse_recorded {
 } glimpse_recorded;
 
 /**
- * How far a fit is, in units of work: gradients of one sample, or for Linear rows and channels of
- * its solve.
+ * How far a fit is, in units of work: gradients of one sample, for Linear rows and channels of
+ * its solve, or parts of a completion of the readings.
  */
 typedef struct glimpse_progress {
     /**
@@ -848,9 +849,13 @@ glimpse_status glimpse_scan_reading(const struct glimpse_scan *scan,
 /**
  * Begins a fit of all readings. One that was under way, or has ended, is forgotten.
  *
+ * Where the recipe can do without some of them, those that are missing or saturated are left out, as
+ * long as there is one to go by: a fit may begin after the first reading, and again after each
+ * further one.
+ *
  * @param scan  The scan.
- * @return GLIMPSE_STATUS_INCOMPLETE if a reading is missing, GLIMPSE_STATUS_IMPLAUSIBLE if the
- *         readings are no BRDF's, as a sensor's raw counts.
+ * @return GLIMPSE_STATUS_INCOMPLETE if a reading is missing that the recipe cannot do without,
+ *         GLIMPSE_STATUS_IMPLAUSIBLE if the readings are no BRDF's, as a sensor's raw counts.
  */
 glimpse_status glimpse_fit_begin(struct glimpse_scan *scan);
 

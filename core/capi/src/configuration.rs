@@ -6,7 +6,7 @@
 
 #![allow(clippy::arithmetic_side_effects)] // all of it while compiling
 
-use glimpse_core::fit::linear_words;
+use glimpse_core::fit::{MAX_ROWS, MAX_UNITS, linear_words};
 use glimpse_core::scan::{Memory, Scan};
 
 /// The largest n.
@@ -54,14 +54,16 @@ pub(crate) type CDriver = glimpse_core::driver::Driver<'static, 'static, Fitter,
 /// `GLIMPSE_ALIGNMENT`.
 pub(crate) const ALIGNMENT: usize = 8;
 
-/// Parameters and gradients of the models that descend: `GLIMPSE_MODEL_BYTES`.
+/// Parameters and gradients of the models that descend, and what readings are completed in for each of
+/// them: `GLIMPSE_MODEL_BYTES`.
 const MODEL_BYTES: usize = match () {
-    () if cfg!(feature = "only-phong") => 2 * 4 * 7,
-    () if cfg!(feature = "only-cook-torrance") => 2 * 4 * 8,
+    () if cfg!(feature = "only-phong") => 2 * 4 * 7 + COMPLETION_BYTES,
+    () if cfg!(feature = "only-cook-torrance") => 2 * 4 * 8 + COMPLETION_BYTES,
     () if cfg!(feature = "only-neural") => 2 * 4 * 675,
     () if cfg!(feature = "only-linear") => 0,
-    () => 2 * 4 * (7 + 8 + 675),
+    () => 2 * 4 * (7 + 8 + 675) + 2 * COMPLETION_BYTES,
 };
+const COMPLETION_BYTES: usize = 4 * (4 * MAX_ROWS + MAX_UNITS);
 /// Whether Linear is there, whose numbers come on top.
 const HAS_LINEAR: bool = !cfg!(any(
     feature = "only-phong",

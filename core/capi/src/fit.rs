@@ -13,9 +13,13 @@ use crate::types::{glimpse_directions, glimpse_progress, glimpse_residual};
 
 /// Begins a fit of all readings. One that was under way, or has ended, is forgotten.
 ///
+/// Where the recipe can do without some of them, those that are missing or saturated are left out, as
+/// long as there is one to go by: a fit may begin after the first reading, and again after each
+/// further one.
+///
 /// @param scan  The scan.
-/// @return GLIMPSE_STATUS_INCOMPLETE if a reading is missing, GLIMPSE_STATUS_IMPLAUSIBLE if the
-///         readings are no BRDF's, as a sensor's raw counts.
+/// @return GLIMPSE_STATUS_INCOMPLETE if a reading is missing that the recipe cannot do without,
+///         GLIMPSE_STATUS_IMPLAUSIBLE if the readings are no BRDF's, as a sensor's raw counts.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn glimpse_fit_begin(scan: *mut glimpse_scan) -> glimpse_status {
     // SAFETY: C keeps the contract in the header.

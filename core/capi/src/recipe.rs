@@ -1,6 +1,6 @@
 //! What is in a recipe, and whether this library can scan by it.
 
-use glimpse_core::fit::{Fitter as _, FitterError, Learner};
+use glimpse_core::fit::{Fitter as _, FitterError, Learner, Target};
 use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::ScanError;
 
@@ -44,6 +44,10 @@ unsafe fn describe(
     let values = match &learner {
         Learner::Descent(descent) => descent.initial().len(),
         Learner::Ridge(ridge) => ridge.components().saturating_mul(3),
+        Learner::Completed(completed) => match completed.target() {
+            Target::Linear(components) => components.scales().len().saturating_mul(3),
+            Target::Descent(descent, _) => descent.initial().len(),
+        },
     };
     out.put(glimpse_recipe {
         model: recipe.model().into(),

@@ -249,7 +249,7 @@ pub(crate) const TEXTS: &[(Status, &CStr)] = &[
     ),
     (
         Status::Components,
-        c"the recipe's ridge solve takes more memory than there is: raise GLIMPSE_COMPONENTS, for the library and for C",
+        c"the recipe's fit takes more memory than there is: raise GLIMPSE_COMPONENTS, for the library and for C",
     ),
     (
         Status::Basis,

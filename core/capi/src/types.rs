@@ -71,8 +71,8 @@ pub struct glimpse_recorded {
     pub clamped: u8,
 }
 
-/// How far a fit is, in units of work: gradients of one sample, or for Linear rows and channels of
-/// its solve.
+/// How far a fit is, in units of work: gradients of one sample, for Linear rows and channels of
+/// its solve, or parts of a completion of the readings.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct glimpse_progress {

@@ -4,15 +4,16 @@
 
 #![no_main]
 
-use glimpse_core::fit::{Fitter, Linear, linear_words};
+use glimpse_core::fit::{Fitter, Linear, MAX_ROWS, MAX_UNITS, Target, linear_words};
 use glimpse_core::model::{CookTorrance, Neural, Phong};
-use glimpse_core::recipe::{HEADER_BYTES, Kind, Learner, Recipe, VERSION};
+use glimpse_core::recipe::{Completed, HEADER_BYTES, Kind, Learner, Recipe, VERSION};
 use glimpse_core::scan::{FinishError, Memory, Reading, Scan};
 use libfuzzer_sys::fuzz_target;
 
-/// Room for so many samples, and for as many components.
+/// Room for so many samples, and for as many components: more than any completion takes.
 const CAPACITY: usize = 64;
 const WORDS: usize = linear_words(CAPACITY, CAPACITY);
+const _: () = assert!(WORDS >= 4 * MAX_ROWS);
 
 fuzz_target!(|bytes: &[u8]| {
     let Some((mend, bytes)) = bytes.split_first() else {
@@ -31,14 +32,16 @@ fuzz_target!(|bytes: &[u8]| {
     };
     look(&recipe);
     copy(&recipe, &bytes);
-    match recipe.learner() {
-        Learner::Descent(_) => {
-            scan::<Phong>(recipe, 64);
-            scan::<CookTorrance>(recipe, 64);
-            scan::<Neural>(recipe, 64);
-        }
-        Learner::Ridge(_) => scan::<Linear<WORDS>>(recipe, u32::MAX),
-    }
+    let budget = match recipe.learner() {
+        Learner::Descent(_) => 64,
+        Learner::Ridge(_) => u32::MAX,
+        // A completion's own units, and some steps.
+        Learner::Completed(_) => 256,
+    };
+    scan::<Phong>(recipe, budget);
+    scan::<CookTorrance>(recipe, budget);
+    scan::<Neural>(recipe, budget);
+    scan::<Linear<WORDS>>(recipe, budget);
 });
 
 /// All that a recipe says of itself.
@@ -82,6 +85,30 @@ fn look(recipe: &Recipe<'_>) {
             let entries = recipe.samples() * ridge.components();
             assert_eq!(ridge.basis().len(), entries);
         }
+        Learner::Completed(completed) => look_at_completed(recipe, &completed),
+    }
+}
+
+/// A completion has the shape that its counts say.
+fn look_at_completed(recipe: &Recipe<'_>, completed: &Completed<'_>) {
+    let (samples, completion) = (recipe.samples(), completed.completion());
+    let (components, rows) = (completion.components, completion.rows());
+    assert!((1..=MAX_ROWS).contains(&rows) && (1..=rows).contains(&components));
+    assert_eq!(completion.readings.len(), samples * 3 * rows);
+    assert_eq!(completion.output.len(), components * completion.hidden());
+    assert_eq!(completed.centre().len(), samples);
+    assert!(completed.scale() > 0.0);
+    assert_eq!(completed.model(), recipe.model());
+    match completed.target() {
+        Target::Linear(linear) => {
+            assert_eq!(linear.rows().len(), samples * components);
+            assert_eq!(linear.basis_checksum(), recipe.learner().basis_checksum());
+        }
+        Target::Descent(descent, start) => {
+            assert_eq!(Some(descent.initial().len()), descent.model().parameters());
+            assert!((1..=MAX_UNITS).contains(&start.units()));
+            assert_eq!(start.output.len(), descent.initial().len() * start.units());
+        }
     }
 }
 
@@ -112,7 +139,13 @@ fn copy(recipe: &Recipe<'_>, bytes: &[u8]) {
         .copy_without(&optional, &mut buffer)
         .expect("it fits");
     let bare = Recipe::parse(bare).expect("a copy is a recipe");
-    assert_eq!(bare.sections().count(), 2);
+    let required = copy.sections().count() - optional.len();
+    assert_eq!(bare.sections().count(), required);
+    let companions = match recipe.learner() {
+        Learner::Completed(completed) if matches!(completed.target(), Target::Descent(..)) => 3,
+        _ => 1,
+    };
+    assert_eq!(required, 1 + companions);
     same_numbers(&bare, recipe);
 }
 
@@ -137,23 +170,43 @@ fn same_numbers(a: &Recipe<'_>, b: &Recipe<'_>) {
                 (b.weight(), b.basis_checksum())
             );
         }
+        (Learner::Completed(a), Learner::Completed(b)) => {
+            // All numbers of it, as they are packed.
+            assert_eq!(format!("{a:?}"), format!("{b:?}"));
+        }
         _ => panic!("a copy has another learner"),
     }
 }
 
-/// Reads everything and fits for a while. What comes of a fit, if it ends, is finite.
+/// Reads and fits for a while: everything, and where the recipe can do without some of the readings
+/// one of them, and all but the saturated ones. What comes of a fit, if it ends, is finite.
 fn scan<K: Fitter>(recipe: Recipe<'_>, budget: u32) {
     let mut memory = Box::new(Memory::<K, CAPACITY>::new());
     let Ok(mut scan) = Scan::new(recipe, &mut memory) else {
         return;
     };
-    for index in 0..recipe.samples() as u16 {
-        let reading = Reading::new([0.4, 0.3, 0.2]);
+    let samples = recipe.samples() as u16;
+    let reading = Reading::new([0.4, 0.3, 0.2]);
+    scan.record(samples / 2, reading)
+        .expect("a BRDF is a reading");
+    let is_enough = samples == 1 || recipe.learner().takes_missing();
+    assert_eq!(scan.fit().is_ok(), is_enough);
+    if is_enough {
+        fit(&mut scan, budget);
+    }
+    for index in 0..samples {
+        let saturated = index % 2 == 1;
+        let reading = Reading {
+            saturated,
+            ..reading
+        };
         scan.record(index, reading).expect("a BRDF is a reading");
     }
-    let Ok(mut fit) = scan.fit() else {
-        return;
-    };
+    fit(&mut scan, budget);
+}
+
+fn fit<K: Fitter>(scan: &mut Scan<'_, '_, K, CAPACITY>, budget: u32) {
+    let mut fit = scan.fit().expect("all that is needed is read");
     let is_complete = fit.advance(budget).is_complete();
     match fit.finish() {
         Ok(fitted) => {

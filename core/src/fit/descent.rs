@@ -4,19 +4,23 @@
 //! Algorithm 1, `Learn`). A unit of work is the gradient of one sample; after the last sample of
 //! each round comes a step.
 
-use super::Learner;
+use super::completed::{Completed, MAX_UNITS, MAX_WORDS, STARTED, Start, Target};
 use super::fitter::{Fitter, FitterError, is_finite};
-use super::learner::Descent;
+use super::{Descent, Learner};
 use crate::geometry::HalfDifference;
 use crate::model::linear::Basis;
-use crate::model::{Model, ParameterSet, Sample};
+use crate::model::{Model, ParameterSet, SCRATCH, Sample};
 use crate::numeric::Floats;
+
+const _: () = assert!(MAX_WORDS + MAX_UNITS <= SCRATCH);
 
 /// What a descent works in: parameters and their gradient.
 #[derive(Clone, Debug)]
 pub struct Workspace<M: Model> {
     parameters: M::Parameters<f32>,
     gradient: M::Parameters<f32>,
+    /// What readings are completed in, where the gradient is too small for it.
+    scratch: M::Scratch,
 }
 
 impl<M: Model> Workspace<M> {
@@ -24,6 +28,7 @@ impl<M: Model> Workspace<M> {
     pub const EMPTY: Self = Self {
         parameters: M::ZEROS,
         gradient: M::ZEROS,
+        scratch: M::NO_SCRATCH,
     };
 }
 
@@ -48,20 +53,21 @@ impl<M: Model> Fitter for M {
     }
 
     fn total(learner: &Learner<'_>, samples: usize) -> u32 {
-        match learner {
-            Learner::Descent(descent) => descent.gradients(samples),
-            Learner::Ridge(_) => 0,
+        match descent_of(learner) {
+            Some(descent) => before(learner, samples).saturating_add(descent.gradients(samples)),
+            None => 0,
         }
     }
 
     fn start(workspace: &mut Workspace<M>, learner: &Learner<'_>) {
-        if let Learner::Descent(descent) = learner {
+        if let Some(descent) = descent_of(learner) {
             let initial = descent.initial.iter();
             for (parameter, value) in workspace.parameters.iter_mut().zip(initial) {
                 *parameter = value;
             }
         }
         workspace.gradient.iter_mut().for_each(|entry| *entry = 0.0);
+        workspace.scratch.as_mut().fill(0.0);
     }
 
     fn advance(
@@ -71,15 +77,27 @@ impl<M: Model> Fitter for M {
         done: u32,
         budget: u32,
     ) -> u32 {
-        let Learner::Descent(descent) = learner else {
+        let Some(descent) = descent_of(learner) else {
             return done;
         };
+        let before = before(learner, samples.len());
+        let all = before.saturating_add(descent.gradients(samples.len()));
+        let end = done.saturating_add(budget).min(all);
         let mut done = done;
-        let end = done
-            .saturating_add(budget)
-            .min(descent.gradients(samples.len()));
+        if let Learner::Completed(completed) = learner {
+            while done < end.min(before) {
+                start_unit(workspace, completed, samples, done);
+                done = done.saturating_add(1);
+                if done == before {
+                    // It may have been worked in.
+                    workspace.gradient.iter_mut().for_each(|entry| *entry = 0.0);
+                }
+            }
+        }
         // Where in its round the next sample is; there is no round without samples.
-        let mut next = done.checked_rem(samples.len() as u32).unwrap_or(0) as usize;
+        let round = samples.len() as u32;
+        let next = done.saturating_sub(before).checked_rem(round);
+        let mut next = next.unwrap_or(0) as usize;
         while done < end {
             let todo = samples.get(next..).unwrap_or_default();
             let todo = todo.get(..(end - done) as usize).unwrap_or(todo);
@@ -122,6 +140,84 @@ impl<M: Model> Fitter for M {
     ) -> Option<[f32; 3]> {
         Some(brdf::<M>(&workspace.parameters, at))
     }
+}
+
+/// The descent of a learner, if it has one.
+fn descent_of<'l, 'a>(learner: &'l Learner<'a>) -> Option<&'l Descent<'a>> {
+    match learner {
+        Learner::Descent(descent) => Some(descent),
+        Learner::Completed(Completed {
+            target: Target::Descent(descent, _),
+            ..
+        }) => Some(descent),
+        _ => None,
+    }
+}
+
+/// Units of work before the descent: those of a completion, one for the start's units, and one for
+/// every few parameters.
+fn before(learner: &Learner<'_>, samples: usize) -> u32 {
+    let Learner::Completed(completed) = learner else {
+        return 0;
+    };
+    let Target::Descent(descent, _) = &completed.target else {
+        return 0;
+    };
+    let started = descent.initial.len().div_ceil(STARTED);
+    let units = completed.units(samples);
+    units.saturating_add(1).saturating_add(started as u32)
+}
+
+/// A unit of work before the descent.
+fn start_unit<M: Model>(
+    workspace: &mut Workspace<M>,
+    completed: &Completed<'_>,
+    samples: &[Sample<f32>],
+    unit: u32,
+) {
+    let Target::Descent(_, start) = &completed.target else {
+        return;
+    };
+    let Workspace {
+        parameters,
+        gradient,
+        scratch,
+    } = workspace;
+    let own = scratch.as_mut();
+    let scratch = match own.len() >= SCRATCH {
+        true => own,
+        // The gradient is idle until the descent begins.
+        false => gradient
+            .runs_mut()
+            .find(|run| run.len() >= SCRATCH)
+            .unwrap_or_default(),
+    };
+    let Some((state, units)) = scratch.split_at_mut_checked(MAX_WORDS) else {
+        return;
+    };
+    let completion = completed.units(samples.len());
+    match unit.checked_sub(completion) {
+        None => completed.advance(unit, samples, state),
+        Some(0) => activate(completed, start, state, units),
+        Some(later) => {
+            let first = (later as usize).saturating_sub(1).saturating_mul(STARTED);
+            let parameters = parameters.iter_mut().enumerate();
+            for (index, parameter) in parameters.skip(first).take(STARTED) {
+                *parameter += offset(start, index, units);
+            }
+        }
+    }
+}
+
+/// Out of line, as all that takes time: what it takes of the stack is given back between slices.
+#[inline(never)]
+fn activate(completed: &Completed<'_>, start: &Start<'_>, state: &[f32], units: &mut [f32]) {
+    start.activate(completed.completion.coefficients(state), units);
+}
+
+#[inline(never)]
+fn offset(start: &Start<'_>, parameter: usize, units: &[f32]) -> f32 {
+    start.offset(parameter, units)
 }
 
 fn update<M: Model>(workspace: &mut Workspace<M>, step_sizes: Floats<'_>) {

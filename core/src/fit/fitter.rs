@@ -4,11 +4,11 @@ use serde::{Deserialize, Serialize};
 
 use super::Learner;
 use crate::geometry::HalfDifference;
-use crate::model::linear::Basis;
+use crate::model::linear::{Basis, EPSILON};
 use crate::model::{ModelKind, Sample};
 
-/// How far a fit is, in its own units of work: gradients of one sample, or rows and channels of a
-/// ridge solve.
+/// How far a fit is, in its own units of work: gradients of one sample, rows and channels of a
+/// ridge solve, or what a completion makes of one reading or for one component.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Progress {
@@ -37,7 +37,7 @@ pub enum FitterError {
         /// The recipe's model.
         recipe: ModelKind,
     },
-    /// The recipe's ridge solve takes more memory than this firmware gives it.
+    /// The recipe's fit takes more memory than this firmware gives it.
     Words {
         /// Numbers that it takes.
         needed: usize,
@@ -117,7 +117,12 @@ impl Learner<'_> {
             Self::Descent(_) => -0.5 / at.cos_theta_i(),
             Self::Ridge(ridge) => {
                 let weight = ridge.weight.iter().nth(index).unwrap_or(1.0);
-                -0.5 * crate::model::linear::EPSILON as f32 / weight
+                -0.5 * EPSILON as f32 / weight
+            }
+            // Both: a descent may follow.
+            Self::Completed(_) => {
+                let weight = at.cos_theta_i() * at.cos_theta_o();
+                (-0.5 * EPSILON as f32 / weight).max(-0.5 / at.cos_theta_i())
             }
         }
     }

@@ -3,9 +3,9 @@
 //! These are put together by [`Recipe::parse`](crate::recipe::Recipe::parse), which checks what
 //! they promise; they are read in place.
 
-use crate::fit::ridge::Problem;
+use super::completed::{Completed, Target};
+use super::learned::{Descent, Ridge};
 use crate::model::ModelKind;
-use crate::numeric::Floats;
 
 /// How measurements become parameters.
 #[derive(Clone, Copy, Debug)]
@@ -14,15 +14,8 @@ pub enum Learner<'a> {
     Descent(Descent<'a>),
     /// A ridge solve, the model Linear.
     Ridge(Ridge<'a>),
-}
-
-/// A few steps of SGD from a learned start, with a learned step size for each parameter.
-#[derive(Clone, Copy, Debug)]
-pub struct Descent<'a> {
-    pub(crate) model: ModelKind,
-    pub(crate) inner_steps: u16,
-    pub(crate) initial: Floats<'a>,
-    pub(crate) step_sizes: Floats<'a>,
+    /// A learned map, and what its coefficients become.
+    Completed(Completed<'a>),
 }
 
 impl Learner<'_> {
@@ -32,96 +25,30 @@ impl Learner<'_> {
         match self {
             Self::Descent(descent) => descent.model,
             Self::Ridge(_) => ModelKind::Linear,
+            Self::Completed(completed) => completed.model(),
         }
     }
-}
 
-impl<'a> Descent<'a> {
-    /// The model that it fits.
+    /// Whether a fit can do without some of the readings.
     #[must_use]
-    pub fn model(&self) -> ModelKind {
-        self.model
+    pub fn takes_missing(&self) -> bool {
+        match self {
+            Self::Completed(completed) => completed.takes_missing,
+            _ => false,
+        }
     }
 
-    /// SGD steps of the fit.
-    #[must_use]
-    pub fn inner_steps(&self) -> u16 {
-        self.inner_steps
-    }
-
-    /// Initial parameters, in the model's order.
-    #[must_use]
-    pub fn initial(&self) -> Floats<'a> {
-        self.initial
-    }
-
-    /// A step size for each parameter, in the same order.
-    #[must_use]
-    pub fn step_sizes(&self) -> Floats<'a> {
-        self.step_sizes
-    }
-}
-
-/// A ridge solve on a basis that is reduced to the sampled directions; see [`crate::fit::ridge`].
-#[derive(Clone, Copy, Debug)]
-pub struct Ridge<'a> {
-    pub(crate) problem: Problem<'a, [u8; 4]>,
-    pub(crate) basis: Floats<'a>,
-    pub(crate) mean: Floats<'a>,
-    pub(crate) median: Floats<'a>,
-    pub(crate) weight: Floats<'a>,
-    pub(crate) precision: Floats<'a>,
-    pub(crate) basis_checksum: u32,
-}
-
-impl<'a> Ridge<'a> {
-    /// Basis and precisions, to be factorized.
-    #[must_use]
-    pub fn problem(&self) -> Problem<'a, [u8; 4]> {
-        self.problem
-    }
-
-    /// m, the number of components.
-    #[must_use]
-    pub fn components(&self) -> usize {
-        self.precision.len()
-    }
-
-    /// The components at the sampled directions, mapped: n rows of m.
-    #[must_use]
-    pub fn basis(&self) -> Floats<'a> {
-        self.basis
-    }
-
-    /// The mean of the mapped training columns at the sampled directions.
-    #[must_use]
-    pub fn mean(&self) -> Floats<'a> {
-        self.mean
-    }
-
-    /// The median BRDF of the training columns at the sampled directions, sr^-1 (not times a
-    /// cosine).
-    #[must_use]
-    pub fn median(&self) -> Floats<'a> {
-        self.median
-    }
-
-    /// cos(theta_i) cos(theta_o) at the sampled directions.
-    #[must_use]
-    pub fn weight(&self) -> Floats<'a> {
-        self.weight
-    }
-
-    /// The precision of each coefficient (the paper's eta, for all of them).
-    #[must_use]
-    pub fn precision(&self) -> Floats<'a> {
-        self.precision
-    }
-
-    /// The CRC-32 of the host's file of the whole basis, which turns coefficients into a BRDF; None
-    /// if there is none.
+    /// The CRC-32 of the host's file of the whole basis, which turns Linear's coefficients into a BRDF;
+    /// None if there is none.
     #[must_use]
     pub fn basis_checksum(&self) -> Option<u32> {
-        Some(self.basis_checksum).filter(|checksum| *checksum != 0)
+        match self {
+            Self::Ridge(ridge) => ridge.basis_checksum(),
+            Self::Completed(completed) => match &completed.target {
+                Target::Linear(components) => components.basis_checksum(),
+                Target::Descent(..) => None,
+            },
+            Self::Descent(_) => None,
+        }
     }
 }

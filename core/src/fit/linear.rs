@@ -1,5 +1,6 @@
 //! The model Linear: a ridge solve in slices, in memory of the caller's.
 
+use super::completed::{Completed, Components, Target};
 use super::fitter::{Fitter, FitterError, is_finite};
 use super::ridge::{dot, factor_length, scratch_length};
 use super::{Learner, Ridge};
@@ -11,7 +12,9 @@ use crate::model::{ModelKind, Sample};
 const CHANNELS: usize = 3;
 
 /// The model Linear, with room for a solve of `WORDS` numbers: [`linear_words`] says how many that
-/// are.
+/// are. By a recipe that completes readings there is no solve, and
+/// [`Completion::words`](super::completion::Completion::words) says it, at most 4 times
+/// [`MAX_ROWS`](super::MAX_ROWS).
 ///
 /// ```
 /// use glimpse_core::fit::{Linear, linear_words};
@@ -21,7 +24,8 @@ const CHANNELS: usize = 3;
 /// static mut MEMORY: Memory<Linear<{ linear_words(8, 5) }>, 8> = Memory::new();
 /// ```
 ///
-/// A unit of its work is a row of the factorization or a channel of the solve.
+/// A unit of its work is a row of the factorization or a channel of the solve; of a completion it is a
+/// reading, the hidden units, or a component.
 #[derive(Clone, Copy, Debug)]
 pub struct Linear<const WORDS: usize>;
 
@@ -73,13 +77,18 @@ impl<const WORDS: usize> Fitter for Linear<WORDS> {
     const EMPTY: [f32; WORDS] = [0.0; WORDS];
 
     fn accept(learner: &Learner<'_>, samples: usize) -> Result<(), FitterError> {
-        let Learner::Ridge(ridge) = learner else {
-            return Err(FitterError::Model {
-                firmware: ModelKind::Linear,
-                recipe: learner.model(),
-            });
+        let needed = match learner {
+            Learner::Ridge(ridge) => linear_words(samples, ridge.components()),
+            Learner::Completed(completed) if completed.model() == ModelKind::Linear => {
+                completed.completion.words()
+            }
+            _ => {
+                return Err(FitterError::Model {
+                    firmware: ModelKind::Linear,
+                    recipe: learner.model(),
+                });
+            }
         };
-        let needed = linear_words(samples, ridge.components());
         if needed > WORDS {
             let found = WORDS;
             return Err(FitterError::Words { needed, found });
@@ -87,9 +96,10 @@ impl<const WORDS: usize> Fitter for Linear<WORDS> {
         Ok(())
     }
 
-    fn total(learner: &Learner<'_>, _: usize) -> u32 {
+    fn total(learner: &Learner<'_>, samples: usize) -> u32 {
         match learner {
             Learner::Ridge(ridge) => (ridge.problem.order() + CHANNELS) as u32,
+            Learner::Completed(completed) => completed.units(samples),
             Learner::Descent(_) => 0,
         }
     }
@@ -105,13 +115,17 @@ impl<const WORDS: usize> Fitter for Linear<WORDS> {
         done: u32,
         budget: u32,
     ) -> u32 {
+        let end = done
+            .saturating_add(budget)
+            .min(Self::total(learner, samples.len()));
+        if let Learner::Completed(completed) = learner {
+            (done..end).for_each(|unit| completed.advance(unit, samples, workspace));
+            return end.max(done);
+        }
         let Learner::Ridge(ridge) = learner else {
             return done;
         };
         let rows = ridge.problem.order() as u32;
-        let end = done
-            .saturating_add(budget)
-            .min(Self::total(learner, samples.len()));
         for unit in done..end {
             let Some(parts) = Parts::of(workspace, ridge) else {
                 return done;
@@ -131,20 +145,31 @@ impl<const WORDS: usize> Fitter for Linear<WORDS> {
         workspace: &'w [f32; WORDS],
         learner: Learner<'w>,
     ) -> impl Iterator<Item = f32> + 'w {
-        coefficients(workspace, &learner).iter().copied()
+        let channels = channels(workspace, &learner);
+        channels.into_iter().flatten().copied()
     }
 
     fn is_finite(workspace: &[f32; WORDS], learner: &Learner<'_>) -> bool {
-        is_finite(coefficients(workspace, learner))
+        channels(workspace, learner).into_iter().all(is_finite)
     }
 
     fn at_sample(
         workspace: &[f32; WORDS],
         learner: &Learner<'_>,
         index: usize,
-        _: &HalfDifference<f32>,
+        at: &HalfDifference<f32>,
     ) -> [f32; 3] {
         let mut modelled = [0.0; CHANNELS];
+        let channels = channels(workspace, learner);
+        if let Learner::Completed(completed) = learner
+            && let Target::Linear(components) = &completed.target
+        {
+            let weight = at.cos_theta_i() * at.cos_theta_o();
+            for (f, coefficients) in modelled.iter_mut().zip(channels) {
+                let mapped = mapped_at(completed, components, index, coefficients);
+                *f = unmap(mapped, 0.0, weight);
+            }
+        }
         let Learner::Ridge(ridge) = learner else {
             return modelled;
         };
@@ -157,7 +182,6 @@ impl<const WORDS: usize> Fitter for Linear<WORDS> {
             number(ridge.weight),
         );
         if let Some(row) = rows.nth(index) {
-            let channels = coefficients(workspace, learner).chunks_exact(components);
             for (f, coefficients) in modelled.iter_mut().zip(channels) {
                 *f = unmap(dot(row, coefficients) + mean, median, weight);
             }
@@ -171,21 +195,39 @@ impl<const WORDS: usize> Fitter for Linear<WORDS> {
         basis: Option<&Basis<'_>>,
         at: &HalfDifference<f32>,
     ) -> Option<[f32; 3]> {
-        let coefficients = coefficients(workspace, learner);
-        let (red, rest) = coefficients.split_at_checked(coefficients.len() / CHANNELS)?;
-        let (green, blue) = rest.split_at_checked(red.len())?;
-        basis?.brdf([red, green, blue], at)
+        basis?.brdf(channels(workspace, learner), at)
     }
 }
 
-/// Three runs of m.
-fn coefficients<'w>(workspace: &'w [f32], learner: &Learner<'_>) -> &'w [f32] {
-    let Learner::Ridge(ridge) = learner else {
-        return &[];
-    };
-    workspace
-        .get(..CHANNELS * ridge.components())
-        .unwrap_or_default()
+/// The coefficients of each channel.
+fn channels<'w>(workspace: &'w [f32], learner: &Learner<'_>) -> [&'w [f32]; CHANNELS] {
+    match learner {
+        Learner::Ridge(ridge) => {
+            let mut channels = workspace.chunks_exact(ridge.components().max(1));
+            [(); CHANNELS].map(|()| channels.next().unwrap_or_default())
+        }
+        Learner::Completed(completed) => completed.completion.coefficients(workspace),
+        Learner::Descent(_) => [&[]; CHANNELS],
+    }
+}
+
+/// What coefficients make of a sample of the pattern, mapped. Out of line: it is there once, and its
+/// temporaries are off the stack afterwards.
+#[inline(never)]
+fn mapped_at(
+    completed: &Completed<'_>,
+    components: &Components<'_>,
+    index: usize,
+    coefficients: &[f32],
+) -> f32 {
+    let length = components.scales.len();
+    let mut sum = completed.centre.iter().nth(index).unwrap_or_default();
+    if let Some(row) = components.rows.chunks_exact(length.max(1)).nth(index) {
+        for ((entry, scale), a) in row.iter().zip(components.scales.iter()).zip(coefficients) {
+            sum += f32::from(entry.cast_signed()) * scale * a;
+        }
+    }
+    sum
 }
 
 /// The coefficients of a channel, the problem being factorized. Out of line: what it takes of the

@@ -290,6 +290,8 @@ impl Model for Neural {
         fc3: [[0.0; 3]; HIDDEN],
         b3: [0.0; 3],
     };
+    type Scratch = [f32; 0];
+    const NO_SCRATCH: [f32; 0] = [];
 
     #[inline(always)]
     fn brdf<S: Scalar>(

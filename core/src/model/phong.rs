@@ -7,7 +7,9 @@
 use core::f64::consts::PI;
 use core::slice;
 
-use super::{Evaluation, Model, ModelKind, ParameterSet, Sample, SampleGradient, sigmoids};
+use super::{
+    Evaluation, Model, ModelKind, ParameterSet, SCRATCH, Sample, SampleGradient, sigmoids,
+};
 use crate::geometry::HalfDifference;
 use crate::model::loss::cosine_weighted_log_error;
 use crate::numeric::{Scalar, Value};
@@ -109,6 +111,8 @@ impl Model for Phong {
         ratio: [0.0; 3],
         exponent: 0.0,
     };
+    type Scratch = [f32; SCRATCH];
+    const NO_SCRATCH: [f32; SCRATCH] = [0.0; SCRATCH];
 
     #[inline(always)]
     fn brdf<S: Scalar>(

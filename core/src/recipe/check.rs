@@ -3,9 +3,14 @@
 use super::error::RecipeError;
 use super::field::Field;
 use super::format::{MAX_COMPONENTS, MAX_INNER_STEPS, MAX_SAMPLES};
-use super::ingredients::{PackedDescent, PackedLearner, PackedRidge};
+use super::ingredients::{
+    PackedCompletion, PackedDescent, PackedLearner, PackedRidge, PackedStart,
+};
+use crate::fit::completion::Completion;
 use crate::fit::ridge::Problem;
-use crate::fit::{Descent, Learner, Ridge};
+use crate::fit::{
+    Completed, Components, Descent, Learner, MAX_ROWS, MAX_UNITS, Ridge, Start, Target,
+};
 use crate::geometry::{Angles, HalfDifference};
 use crate::numeric::Floats;
 
@@ -50,6 +55,9 @@ pub(super) fn learner(
     match packed {
         PackedLearner::Descent(packed) => descent(packed).map(Learner::Descent),
         PackedLearner::Ridge(packed) => ridge(packed, samples).map(Learner::Ridge),
+        PackedLearner::Completed(packed, then) => {
+            completed(packed, then, samples).map(Learner::Completed)
+        }
     }
 }
 
@@ -86,6 +94,91 @@ fn ridge(packed: PackedRidge<'_>, samples: usize) -> Result<Ridge<'_>, RecipeErr
         precision,
         basis_checksum: packed.basis_checksum,
     })
+}
+
+fn completed<'a>(
+    packed: PackedCompletion<'a>,
+    then: Option<(PackedDescent<'a>, PackedStart<'a>)>,
+    samples: usize,
+) -> Result<Completed<'a>, RecipeError> {
+    let components = usize::from(packed.components);
+    let bias = Floats::new(packed.bias).ok_or(RecipeError::Count(Field::Bias))?;
+    let rows = bias.len();
+    if !(1..=rows.min(MAX_ROWS)).contains(&components) || rows > MAX_ROWS {
+        return Err(RecipeError::Count(Field::Components));
+    }
+    positive(packed.scale, Field::Scale)?;
+    let weights = rows.saturating_mul(3).saturating_mul(samples);
+    let hidden = rows.saturating_sub(components);
+    let target = match then {
+        None => Target::Linear(Components {
+            rows: bytes(
+                packed.rows,
+                samples.saturating_mul(components),
+                Field::Basis,
+            )?,
+            scales: list(packed.row_scales, components, Field::Scale, finite)?,
+            basis_checksum: packed.basis_checksum,
+        }),
+        Some((then, start)) => {
+            bytes(packed.rows, 0, Field::Basis)?;
+            bytes(packed.row_scales, 0, Field::Scale)?;
+            let descent = descent(then)?;
+            let start = self::start(start, components, descent.initial.len())?;
+            Target::Descent(descent, start)
+        }
+    };
+    Ok(Completed {
+        completion: Completion {
+            components,
+            readings: bytes(packed.readings, weights, Field::Weights)?,
+            scales: list(packed.reading_scales, rows, Field::Scale, finite)?.words(),
+            bias: list(packed.bias, rows, Field::Bias, finite)?.words(),
+            output: bytes(
+                packed.output,
+                components.saturating_mul(hidden),
+                Field::Weights,
+            )?,
+            output_scales: list(packed.output_scales, components, Field::Scale, finite)?.words(),
+        },
+        centre: list(packed.centre, samples, Field::Mean, in_range)?,
+        scale: packed.scale,
+        takes_missing: packed.takes_missing,
+        target,
+    })
+}
+
+fn start(
+    packed: PackedStart<'_>,
+    components: usize,
+    parameters: usize,
+) -> Result<Start<'_>, RecipeError> {
+    let units = Floats::new(packed.bias).map_or(0, |bias| bias.len());
+    if !(1..=MAX_UNITS).contains(&units) {
+        return Err(RecipeError::Count(Field::Bias));
+    }
+    let inputs = components.saturating_mul(3);
+    let hidden = units.saturating_mul(inputs);
+    Ok(Start {
+        hidden: bytes(packed.hidden, hidden, Field::Weights)?,
+        hidden_scales: list(packed.hidden_scales, units, Field::Scale, finite)?.words(),
+        bias: list(packed.bias, units, Field::Bias, finite)?.words(),
+        output: bytes(
+            packed.output,
+            parameters.saturating_mul(units),
+            Field::Weights,
+        )?,
+        output_scales: list(packed.output_scales, parameters, Field::Scale, finite)?.words(),
+    })
+}
+
+/// So many bytes.
+fn bytes(bytes: &[u8], length: usize, field: Field) -> Result<&[u8], RecipeError> {
+    if bytes.len() == length {
+        Ok(bytes)
+    } else {
+        Err(RecipeError::Count(field))
+    }
 }
 
 /// A list of so many numbers that pass a check.

@@ -20,6 +20,8 @@ impl<'a> Contents<'a> {
         let mut pattern = None;
         let mut descent = None;
         let mut ridge = None;
+        let mut completion = None;
+        let mut start = None;
         let mut last = None;
         let mut sections = Sections::new(body);
         for (kind, bytes) in &mut sections {
@@ -32,6 +34,8 @@ impl<'a> Contents<'a> {
                 Kind::PATTERN => pattern = Some(decode(kind, bytes)?),
                 Kind::DESCENT => descent = Some(decode(kind, bytes)?),
                 Kind::RIDGE => ridge = Some(decode(kind, bytes)?),
+                Kind::COMPLETION => completion = Some(decode(kind, bytes)?),
+                Kind::START => start = Some(decode(kind, bytes)?),
                 _ if kind.is_required() => return Err(RecipeError::Unknown(kind)),
                 _ => {}
             }
@@ -41,11 +45,18 @@ impl<'a> Contents<'a> {
         }
         Ok(Self {
             pattern: pattern.ok_or(RecipeError::Missing(Kind::PATTERN))?,
-            learner: match (descent, ridge) {
-                (Some(descent), None) => PackedLearner::Descent(descent),
-                (None, Some(ridge)) => PackedLearner::Ridge(ridge),
-                (None, None) => return Err(RecipeError::Learners(0)),
-                (Some(_), Some(_)) => return Err(RecipeError::Learners(2)),
+            learner: match (descent, ridge, completion, start) {
+                (Some(descent), None, None, None) => PackedLearner::Descent(descent),
+                (None, Some(ridge), None, None) => PackedLearner::Ridge(ridge),
+                (None, None, Some(completion), None) => PackedLearner::Completed(completion, None),
+                (Some(descent), None, Some(completion), Some(start)) => {
+                    PackedLearner::Completed(completion, Some((descent, start)))
+                }
+                (None, None, None, None) => return Err(RecipeError::Learners(0)),
+                (_, Some(_), _, _) => return Err(RecipeError::Learners(2)),
+                (None, _, _, Some(_)) => return Err(RecipeError::Missing(Kind::DESCENT)),
+                (_, _, None, Some(_)) => return Err(RecipeError::Missing(Kind::COMPLETION)),
+                (_, _, _, None) => return Err(RecipeError::Missing(Kind::START)),
             },
             stated: Stated::Sections(Sections::new(body)),
         })

@@ -54,7 +54,7 @@ pub enum RecipeError {
     Section(Kind),
     /// There is no section of this kind.
     Missing(Kind),
-    /// So many learners, where one is needed: a descent or a ridge solve.
+    /// So many learners, where one is needed: a descent, a ridge solve or a completion.
     Learners(u8),
     /// A copy cannot be without a section of this kind.
     Required(Kind),
@@ -133,9 +133,10 @@ impl core::fmt::Display for RecipeError {
             Self::Learners(found) => {
                 write!(
                     f,
-                    "the recipe has {found} learners, but needs one: a section {} or {}",
+                    "the recipe has {found} learners, but needs one: a section {}, {} or {}",
                     Kind::DESCENT,
-                    Kind::RIDGE
+                    Kind::RIDGE,
+                    Kind::COMPLETION
                 )
             }
             Self::Required(kind) => {

@@ -38,6 +38,12 @@ pub enum Field {
     Multiplicative,
     /// Noise that does not depend on the value.
     Additive,
+    /// Weights of a learned map.
+    Weights,
+    /// Biases of a learned map.
+    Bias,
+    /// What weights, or readings, are to be multiplied by.
+    Scale,
 }
 
 impl Field {
@@ -60,6 +66,9 @@ impl Field {
             Self::StandardError => "standard_error",
             Self::Multiplicative => "multiplicative",
             Self::Additive => "additive",
+            Self::Weights => "weights",
+            Self::Bias => "bias",
+            Self::Scale => "scale",
         }
     }
 

@@ -4,7 +4,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::fit::Learner;
+use crate::fit::{Descent, Learner, Target};
 use crate::gonio::Limits;
 use crate::model::ModelKind;
 
@@ -44,14 +44,17 @@ impl<'a> Ingredients<'a> {
 }
 
 /// How measurements become parameters, as bytes.
-#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug)]
 pub enum PackedLearner<'a> {
     /// A few steps of SGD.
-    #[serde(borrow)]
     Descent(PackedDescent<'a>),
     /// A ridge solve, the model Linear.
-    #[serde(borrow)]
     Ridge(PackedRidge<'a>),
+    /// A learned map: to the model Linear, or to where a descent starts.
+    Completed(
+        PackedCompletion<'a>,
+        Option<(PackedDescent<'a>, PackedStart<'a>)>,
+    ),
 }
 
 /// A descent as bytes.
@@ -87,15 +90,102 @@ pub struct PackedRidge<'a> {
     pub basis_checksum: u32,
 }
 
+/// A completion as bytes: weights are signed bytes, all other lists packed little-endian f32.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+pub struct PackedCompletion<'a> {
+    /// m, the number of coefficients of a channel.
+    pub components: u16,
+    /// Whether it was trained to do without some of the readings.
+    pub takes_missing: bool,
+    /// What each sample's logarithm is centred by, n.
+    pub centre: &'a [u8],
+    /// What it is multiplied by then.
+    pub scale: f32,
+    /// For each sample the weights own, mean and missing: n x 3 x (m + h).
+    pub readings: &'a [u8],
+    /// The scale of each row of `readings`, m + h.
+    pub reading_scales: &'a [u8],
+    /// The bias of each row, m + h.
+    pub bias: &'a [u8],
+    /// From hidden units to coefficients: m rows of h.
+    pub output: &'a [u8],
+    /// The scale of each row of `output`, m.
+    pub output_scales: &'a [u8],
+    /// The components at the sampled directions, n rows of m weights; empty where a descent follows.
+    pub rows: &'a [u8],
+    /// The scale of each component in `rows`, m; empty where a descent follows.
+    pub row_scales: &'a [u8],
+    /// The CRC-32 of the host's file of the whole basis, which turns coefficients into a BRDF; 0 if
+    /// there is none.
+    pub basis_checksum: u32,
+}
+
+/// Where a descent starts, as bytes: weights are signed bytes, all other lists packed little-endian
+/// f32.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+pub struct PackedStart<'a> {
+    /// From the coefficients of red, green and blue to units: g rows of 3 m.
+    pub hidden: &'a [u8],
+    /// The scale of each of those rows, g.
+    pub hidden_scales: &'a [u8],
+    /// The bias of each unit, g.
+    pub bias: &'a [u8],
+    /// From units to what is added to each initial parameter: rows of g.
+    pub output: &'a [u8],
+    /// The scale of each of those rows.
+    pub output_scales: &'a [u8],
+}
+
+impl<'a> PackedDescent<'a> {
+    fn of(descent: &Descent<'a>) -> Self {
+        Self {
+            model: descent.model(),
+            inner_steps: descent.inner_steps(),
+            initial: descent.initial().words().as_flattened(),
+            step_sizes: descent.step_sizes().words().as_flattened(),
+        }
+    }
+}
+
 impl<'a> From<Learner<'a>> for PackedLearner<'a> {
     fn from(learner: Learner<'a>) -> Self {
         match learner {
-            Learner::Descent(descent) => Self::Descent(PackedDescent {
-                model: descent.model(),
-                inner_steps: descent.inner_steps(),
-                initial: descent.initial().words().as_flattened(),
-                step_sizes: descent.step_sizes().words().as_flattened(),
-            }),
+            Learner::Descent(descent) => Self::Descent(PackedDescent::of(&descent)),
+            Learner::Completed(completed) => {
+                let completion = completed.completion();
+                let (rows, row_scales, then): (&[u8], &[u8], _) = match completed.target() {
+                    Target::Linear(components) => {
+                        let scales = components.scales().words().as_flattened();
+                        (components.rows(), scales, None)
+                    }
+                    Target::Descent(descent, start) => {
+                        let start = PackedStart {
+                            hidden: start.hidden,
+                            hidden_scales: start.hidden_scales.as_flattened(),
+                            bias: start.bias.as_flattened(),
+                            output: start.output,
+                            output_scales: start.output_scales.as_flattened(),
+                        };
+                        (&[], &[], Some((PackedDescent::of(descent), start)))
+                    }
+                };
+                let packed = PackedCompletion {
+                    // At most MAX_ROWS, which a u16 holds.
+                    components: completion.components as u16,
+                    takes_missing: completed.takes_missing(),
+                    centre: completed.centre().words().as_flattened(),
+                    scale: completed.scale(),
+                    readings: completion.readings,
+                    reading_scales: completion.scales.as_flattened(),
+                    bias: completion.bias.as_flattened(),
+                    output: completion.output,
+                    output_scales: completion.output_scales.as_flattened(),
+                    rows,
+                    row_scales,
+                    basis_checksum: learner.basis_checksum().unwrap_or_default(),
+                };
+                Self::Completed(packed, then)
+            }
             Learner::Ridge(ridge) => Self::Ridge(PackedRidge {
                 // At most MAX_COMPONENTS, which a u16 holds.
                 components: ridge.components() as u16,

@@ -17,8 +17,14 @@ impl Kind {
     pub const PATTERN: Self = Self(0);
     /// A few steps of SGD; a recipe has this or [`Kind::RIDGE`].
     pub const DESCENT: Self = Self(1);
-    /// A ridge solve, the model Linear; a recipe has this or [`Kind::DESCENT`].
+    /// A ridge solve, the model Linear; a recipe has this or [`Kind::DESCENT`] or
+    /// [`Kind::COMPLETION`].
     pub const RIDGE: Self = Self(2);
+    /// What completes readings: by itself the model Linear, or with [`Kind::START`] where the recipe's
+    /// [`Kind::DESCENT`] starts.
+    pub const COMPLETION: Self = Self(3);
+    /// From a completion to where a descent starts.
+    pub const START: Self = Self(4);
     /// The machine that the pattern was made for.
     pub const LIMITS: Self = Self(128);
     /// The noise that it was trained for.
@@ -57,6 +63,8 @@ impl Kind {
             Self::PATTERN => "pattern",
             Self::DESCENT => "descent",
             Self::RIDGE => "ridge",
+            Self::COMPLETION => "completion",
+            Self::START => "start",
             Self::LIMITS => "limits",
             Self::NOISE => "noise",
             Self::EXPECTATION => "expectation",

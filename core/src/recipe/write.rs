@@ -31,6 +31,14 @@ impl<'b> Writer<'b> {
         match &ingredients.learner {
             PackedLearner::Descent(descent) => self.section(Kind::DESCENT, descent)?,
             PackedLearner::Ridge(ridge) => self.section(Kind::RIDGE, ridge)?,
+            PackedLearner::Completed(completion, None) => {
+                self.section(Kind::COMPLETION, completion)?;
+            }
+            PackedLearner::Completed(completion, Some((descent, start))) => {
+                self.section(Kind::DESCENT, descent)?;
+                self.section(Kind::COMPLETION, completion)?;
+                self.section(Kind::START, start)?;
+            }
         }
         if let Some(limits) = &ingredients.limits {
             self.section(Kind::LIMITS, limits)?;

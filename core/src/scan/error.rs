@@ -23,7 +23,7 @@ pub enum ScanError {
         /// Samples of the recipe.
         samples: usize,
     },
-    /// The recipe's ridge solve takes more memory than this firmware gives it.
+    /// The recipe's fit takes more memory than this firmware gives it.
     Words {
         /// Numbers that it takes.
         needed: usize,
@@ -61,7 +61,7 @@ impl core::fmt::Display for ScanError {
             ),
             Self::Words { needed, found } => write!(
                 f,
-                "the recipe's ridge solve takes {needed} words of memory, this firmware gives {found}: raise its WORDS"
+                "the recipe's fit takes {needed} words of memory, this firmware gives {found}: raise its WORDS"
             ),
             Self::Basis { recipe, found } => write!(
                 f,

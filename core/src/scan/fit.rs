@@ -2,6 +2,7 @@
 
 use super::memory::{Memory, Stage};
 use super::residual::Sum;
+use super::status::Status;
 use super::{FinishError, Residual};
 use crate::fit::{Fitter, Progress};
 use crate::geometry::{Directions, HalfDifference};
@@ -54,8 +55,8 @@ impl<'s, K: Fitter, const CAPACITY: usize> Fit<'s, K, CAPACITY> {
         }
     }
 
-    /// Does at most `budget` units of work: gradients of one sample, or rows and channels of
-    /// Linear's solve. The result does not depend on the budgets.
+    /// Does at most `budget` units of work: gradients of one sample, rows and channels of
+    /// Linear's solve, or parts of a completion. The result does not depend on the budgets.
     pub fn advance(&mut self, budget: u32) -> Progress {
         let Memory {
             samples, workspace, ..
@@ -107,11 +108,20 @@ fn residual<K: Fitter, const CAPACITY: usize>(
     let learner = recipe.learner();
     let samples = memory.samples.get(..recipe.samples()).unwrap_or_default();
     let mut sum = Sum::default();
+    let mut read: usize = 0;
     for (index, (sample, status)) in samples.iter().zip(&memory.status).enumerate() {
+        if *status == Status::PENDING {
+            continue;
+        }
+        if sample.weight <= 0.0 {
+            sum.left_out(*status);
+            continue;
+        }
+        read = read.saturating_add(1);
         let modelled = K::at_sample(&memory.workspace, &learner, index, &sample.at);
         sum.add(index as u16, sample, *status, modelled);
     }
-    sum.residual.mean /= samples.len() as f32;
+    sum.residual.mean /= read.max(1) as f32;
     sum.residual
 }
 

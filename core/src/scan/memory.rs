@@ -26,7 +26,7 @@ use crate::recipe::Recipe;
 /// let scan = Scan::new(recipe, memory)?;
 ///
 /// // How much it takes is known when the firmware is built.
-/// const { assert!(size_of::<Memory<Neural, 8>>() < 5_900 && size_of::<Memory<Phong, 8>>() < 600) };
+/// const { assert!(size_of::<Memory<Neural, 8>>() < 5_900 && size_of::<Memory<Phong, 8>>() < 2_300) };
 /// # Ok::<(), Box<dyn core::error::Error>>(())
 /// ```
 pub struct Memory<K: Fitter, const CAPACITY: usize> {
@@ -77,6 +77,31 @@ pub(super) fn lay_out(samples: &mut [Sample<f32>], recipe: &Recipe<'_>) {
         sample.measured = [0.0; 3];
         sample.weight = weight;
     }
+}
+
+/// Gives each sample its weight in a fit, and returns how many count: all of them or none, or, where the
+/// recipe can do without some, those that were read and not saturated. If all were saturated, they
+/// count nevertheless.
+#[inline(never)]
+pub(super) fn weigh(samples: &mut [Sample<f32>], status: &[Status], recipe: &Recipe<'_>) -> usize {
+    let all = recipe.samples();
+    let takes_missing = recipe.learner().takes_missing();
+    let known = status.iter().take(all);
+    let read = known.clone().filter(|status| **status != Status::PENDING);
+    let clear = read.clone().filter(|status| !status.is_saturated()).count();
+    let read = read.count();
+    let all_count = !takes_missing || clear == 0;
+    let counted = match (takes_missing, all_count) {
+        (false, _) if read < all => 0,
+        (_, true) => read,
+        (_, false) => clear,
+    };
+    let weight = 1.0 / (3.0 * counted.max(1) as f32);
+    for (sample, status) in samples.iter_mut().zip(known) {
+        let counts = *status != Status::PENDING && (all_count || !status.is_saturated());
+        sample.weight = if counts { weight } else { 0.0 };
+    }
+    counted
 }
 
 /// The samples that are not read yet.

@@ -164,10 +164,13 @@ pub(super) fn record(
 /// too far below 0 for the fit.
 #[inline(never)]
 pub(super) fn prepare(samples: &mut [Sample<f32>], learner: &Learner<'_>) -> Result<(), FitError> {
-    let values = samples.iter().flat_map(|sample| sample.measured);
+    // Those that count: what is missing may still hold the reading of another material.
+    let counted = samples.iter().filter(|sample| sample.weight > 0.0);
+    let values = counted.clone().flat_map(|sample| sample.measured);
     let too_large = values.filter(|value| *value > IMPLAUSIBLE).count();
-    let all = samples.len().saturating_mul(3);
-    if samples.len() >= FEWEST_SAMPLES && too_large.saturating_mul(4) > all.saturating_mul(3) {
+    let counted = counted.count();
+    let all = counted.saturating_mul(3);
+    if counted >= FEWEST_SAMPLES && too_large.saturating_mul(4) > all.saturating_mul(3) {
         return Err(FitError::Implausible {
             limit: IMPLAUSIBLE as u16,
         });

@@ -13,7 +13,7 @@ use crate::model::loss::cosine_weighted_log_error;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Residual {
-    /// The mean cosine-weighted logarithmic error over the readings.
+    /// The mean cosine-weighted logarithmic error over the readings that the fit went by.
     pub mean: f32,
     /// The reading that is explained worst.
     pub worst_index: u16,
@@ -37,6 +37,12 @@ pub(super) struct Sum {
 }
 
 impl Sum {
+    /// Counts a reading that the fit left out, being saturated.
+    pub(super) fn left_out(&mut self, status: Status) {
+        let saturated = &mut self.residual.saturated;
+        *saturated = saturated.saturating_add(u16::from(status.is_saturated()));
+    }
+
     /// Adds a reading and what the fit makes of it, the BRDF in sr^-1, not times the cosine.
     #[inline(never)] // there once, and not for each model
     pub(super) fn add(

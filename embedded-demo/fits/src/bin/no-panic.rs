@@ -18,8 +18,11 @@ use cortex_m_rt::entry;
 use riscv_rt::entry;
 
 use glimpse_core::driver::{Config, Driver, Host};
+use glimpse_core::fit::completion::{
+    Completion, CompletionGradient, Input, Plain, Start, StartGradient, standardized,
+};
 use glimpse_core::fit::ridge::{Problem, RidgeGradient, factor_length, scratch_length};
-use glimpse_core::fit::{AnyModel, Fitter, Progress, linear_words};
+use glimpse_core::fit::{AnyModel, Fitter, Progress, Target, linear_words};
 use glimpse_core::geometry::{Angles, ArmAngles, Directions, HalfDifference};
 use glimpse_core::gonio::{
     Calibration, Footprint, Limits, Machine, Quantity, Repeated, Speeds, tile,
@@ -233,7 +236,23 @@ fn recipe() {
             black_box((ridge.mean(), ridge.median(), ridge.weight()));
             black_box((ridge.precision(), ridge.basis_checksum()));
         }
+        Learner::Completed(completed) => {
+            black_box((completed.model(), completed.takes_missing()));
+            black_box((completed.centre(), completed.scale()));
+            let completion = completed.completion();
+            black_box((completion.rows(), completion.hidden(), completion.words()));
+            match completed.target() {
+                Target::Linear(components) => {
+                    black_box((components.rows(), components.scales()));
+                    black_box(components.basis_checksum());
+                }
+                Target::Descent(descent, start) => {
+                    black_box((descent.initial(), start.units()));
+                }
+            }
+        }
     }
+    black_box(recipe.completed().is_some());
     if let Some(mut floats) = Floats::new(bytes()) {
         black_box((floats.take(any(3)), floats.len(), floats.is_empty()));
         floats.iter().for_each(|value| {
@@ -294,6 +313,66 @@ fn drive<K: Fitter>(driver: &mut Driver<'_, '_, K, 8>) {
         }
     }
     black_box(driver.scan().is_ok());
+}
+
+/// A completion and a start of lists of any length, with their adjoints.
+#[inline(never)]
+fn completion() {
+    let completion = Completion::<f32, Plain> {
+        components: any(5),
+        readings: numbers(),
+        scales: numbers(),
+        bias: numbers(),
+        output: numbers(),
+        output_scales: numbers(),
+    };
+    let channels = any([0.5; 3]).map(|brdf| standardized(brdf, any(0.5), any(4.0), any(0.5)));
+    let inputs = any([Input {
+        channels,
+        missing: any(0.0),
+    }; 4]);
+    let inputs = inputs.get(..any(4)).unwrap_or_default();
+    let mut buffers = [[0.0; 32]; 7];
+    let lists = black_box(&mut buffers).each_mut();
+    let [state, by_state, a, b, c, by_units, units] =
+        lists.map(|list| list.get_mut(..any(32)).unwrap_or_default());
+    completion.compute(inputs, state);
+    let mut by_inputs = [[0.0; 3]; 4];
+    let by_inputs = black_box(&mut by_inputs).get_mut(..any(4));
+    let mut gradient = CompletionGradient {
+        readings: &mut *a,
+        bias: &mut *b,
+        output: &mut *c,
+    };
+    let by_inputs = by_inputs.unwrap_or_default();
+    completion.adjoint(inputs, state, by_state, &mut gradient, by_inputs);
+    let start = Start::<f32, Plain> {
+        hidden: numbers(),
+        hidden_scales: numbers(),
+        bias: numbers(),
+        output: numbers(),
+        output_scales: numbers(),
+    };
+    let coefficients = completion.coefficients(state);
+    start.activate(coefficients, units);
+    black_box(start.offset(any(3), units));
+    let mut gradient = StartGradient {
+        hidden: a,
+        bias: b,
+        output: c,
+    };
+    let mut by_coefficients = [[0.0; 32]; 3];
+    let by_coefficients = black_box(&mut by_coefficients).each_mut();
+    let by_coefficients = by_coefficients.map(|list| list.get_mut(..any(32)).unwrap_or_default());
+    start.adjoint(
+        coefficients,
+        units,
+        numbers(),
+        by_units,
+        &mut gradient,
+        by_coefficients,
+    );
+    black_box(&buffers);
 }
 
 #[inline(never)]
@@ -436,6 +515,7 @@ fn main() -> ! {
     scan(&mut Memory::<CookTorrance, 8>::new());
     scan(&mut Memory::<Linear, 8>::new());
     scan(&mut Memory::<AnyModel<{ linear_words(8, 5) }>, 8>::new());
+    completion();
     ridge();
     saved();
     link();

@@ -1,0 +1,150 @@
+//! What a recipe completes readings by, and in which slices.
+
+use super::completion::{Completion, Input, Packed, standardized};
+use super::learned::Descent;
+use crate::model::{ModelKind, Sample};
+use crate::numeric::Floats;
+
+/// The largest number of rows of a completion: coefficients and hidden units.
+pub const MAX_ROWS: usize = 96;
+/// The largest number of units of a start.
+pub const MAX_UNITS: usize = 32;
+/// How many numbers the largest completion works in.
+pub(super) const MAX_WORDS: usize = 4 * MAX_ROWS;
+
+/// Parameters that a unit of work starts.
+pub(super) const STARTED: usize = 16;
+
+/// Readings, completed by a small learned map: to the model Linear, or to where a descent starts.
+#[derive(Clone, Copy, Debug)]
+pub struct Completed<'a> {
+    pub(crate) completion: Completion<'a, f32, Packed>,
+    pub(crate) centre: Floats<'a>,
+    pub(crate) scale: f32,
+    pub(crate) takes_missing: bool,
+    pub(crate) target: Target<'a>,
+}
+
+/// What coefficients become.
+#[derive(Clone, Copy, Debug)]
+pub enum Target<'a> {
+    /// The model Linear, of components at the pattern's samples.
+    Linear(Components<'a>),
+    /// Where a descent starts, which goes on from there.
+    Descent(Descent<'a>, Start<'a>),
+}
+
+/// Where a descent starts, as a recipe keeps it.
+pub type Start<'a> = super::completion::Start<'a, f32, Packed>;
+
+/// The components of the model Linear at the pattern's samples.
+#[derive(Clone, Copy, Debug)]
+pub struct Components<'a> {
+    pub(crate) rows: &'a [u8],
+    pub(crate) scales: Floats<'a>,
+    pub(crate) basis_checksum: u32,
+}
+
+impl<'a> Completed<'a> {
+    /// The map from readings to coefficients.
+    #[must_use]
+    pub fn completion(&self) -> &Completion<'a, f32, Packed> {
+        &self.completion
+    }
+
+    /// What is taken away from each sample's logarithm: the mean of the training columns there.
+    #[must_use]
+    pub fn centre(&self) -> Floats<'a> {
+        self.centre
+    }
+
+    /// What logarithms are multiplied by, once centred.
+    #[must_use]
+    pub fn scale(&self) -> f32 {
+        self.scale
+    }
+
+    /// Whether it was trained to do without some of the readings.
+    #[must_use]
+    pub fn takes_missing(&self) -> bool {
+        self.takes_missing
+    }
+
+    /// What the coefficients become.
+    #[must_use]
+    pub fn target(&self) -> &Target<'a> {
+        &self.target
+    }
+
+    /// The model that it fits.
+    #[must_use]
+    pub fn model(&self) -> ModelKind {
+        match &self.target {
+            Target::Linear(_) => ModelKind::Linear,
+            Target::Descent(descent, _) => descent.model,
+        }
+    }
+
+    /// Units of work until all coefficients are there: one for each reading, one for the hidden units,
+    /// and one for each component.
+    pub(super) fn units(&self, samples: usize) -> u32 {
+        let units = samples.saturating_add(1);
+        units.saturating_add(self.completion.components) as u32
+    }
+
+    /// One of them. Out of line: what it takes of the stack is given back between slices.
+    #[inline(never)]
+    pub(super) fn advance(&self, unit: u32, samples: &[Sample<f32>], state: &mut [f32]) {
+        let unit = unit as usize;
+        if let Some(sample) = samples.get(unit) {
+            let centre = self.centre.iter().nth(unit).unwrap_or_default();
+            let input = self.input(sample, centre);
+            self.completion.add(unit, &input, state);
+            return;
+        }
+        match unit.checked_sub(samples.len().saturating_add(1)) {
+            None => self.completion.activate(state),
+            Some(component) => self.completion.complete(component, state),
+        }
+    }
+
+    /// A sample's reading as it enters; one that counts for nothing is missing.
+    fn input(&self, sample: &Sample<f32>, centre: f32) -> Input<f32> {
+        if sample.weight <= 0.0 {
+            return Input {
+                channels: [0.0; 3],
+                missing: 1.0,
+            };
+        }
+        let weight = sample.at.cos_theta_i() * sample.at.cos_theta_o();
+        let mut channels = sample.measured;
+        for channel in &mut channels {
+            *channel = standardized(*channel, weight, centre, self.scale);
+        }
+        Input {
+            channels,
+            missing: 0.0,
+        }
+    }
+}
+
+impl<'a> Components<'a> {
+    /// For each sample of the pattern a byte for each component.
+    #[must_use]
+    pub fn rows(&self) -> &'a [u8] {
+        self.rows
+    }
+
+    /// What each component is to be multiplied by.
+    #[must_use]
+    pub fn scales(&self) -> Floats<'a> {
+        self.scales
+    }
+
+    /// The CRC-32 of the host's file of the whole basis, which turns coefficients into a BRDF; None
+    /// if there is none.
+    #[must_use]
+    pub fn basis_checksum(&self) -> Option<u32> {
+        Some(self.basis_checksum).filter(|checksum| *checksum != 0)
+    }
+}

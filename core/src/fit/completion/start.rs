@@ -1,0 +1,125 @@
+//! Where a descent starts, once readings are completed.
+
+use super::encoding::{Encoding, Plain, dot, scaled};
+use super::tanh;
+use crate::numeric::Scalar;
+
+/// Initial parameters from completed coefficients: theta_0 = Phi + U tanh(P a + p), a the
+/// coefficients of red, green and blue one after the other.
+///
+/// Phi is what a descent starts from where nothing is completed.
+#[derive(Debug)]
+pub struct Start<'a, S: Scalar, E: Encoding<S>> {
+    /// P: g rows of 3 m.
+    pub hidden: &'a [E::Weight],
+    /// What each row of P is to be multiplied by: g, or none for 1.
+    pub hidden_scales: &'a [E::Number],
+    /// p: g.
+    pub bias: &'a [E::Number],
+    /// U: a row of g for each parameter.
+    pub output: &'a [E::Weight],
+    /// What each row of U is to be multiplied by, or none for 1.
+    pub output_scales: &'a [E::Number],
+}
+
+impl<S: Scalar, E: Encoding<S>> Clone for Start<'_, S, E> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+impl<S: Scalar, E: Encoding<S>> Copy for Start<'_, S, E> {}
+
+impl<S: Scalar, E: Encoding<S>> Start<'_, S, E> {
+    /// g.
+    #[must_use]
+    pub fn units(&self) -> usize {
+        self.bias.len()
+    }
+
+    /// tanh(P a + p) of coefficients of each channel; as many as `units` has room for.
+    #[inline(always)]
+    pub fn activate(&self, coefficients: [&[S]; 3], units: &mut [S]) {
+        let [red, green, blue] = coefficients;
+        let inputs = red.len().saturating_mul(3);
+        let rows = self.hidden.chunks_exact(inputs.max(1)).zip(self.bias);
+        for (row, ((weights, bias), unit)) in rows.zip(units).enumerate() {
+            let (by_red, rest) = weights.split_at_checked(red.len()).unwrap_or_default();
+            let (by_green, by_blue) = rest.split_at_checked(green.len()).unwrap_or_default();
+            let sum = dot::<S, E>(by_red, red)
+                + dot::<S, E>(by_green, green)
+                + dot::<S, E>(by_blue, blue);
+            *unit = tanh(scaled::<S, E>(sum, self.hidden_scales, row) + E::number(*bias));
+        }
+    }
+
+    /// What is added to a parameter's initial value.
+    #[inline(always)]
+    pub fn offset(&self, parameter: usize, units: &[S]) -> S {
+        let first = parameter.saturating_mul(self.units());
+        let weights = self.output.get(first..).unwrap_or_default();
+        let sum = dot::<S, E>(weights, units.get(..self.units()).unwrap_or(units));
+        scaled::<S, E>(sum, self.output_scales, parameter)
+    }
+}
+
+/// The gradient by the weights of a [`Start`], which is added to.
+#[derive(Debug)]
+pub struct StartGradient<'g, T> {
+    /// By P.
+    pub hidden: &'g mut [T],
+    /// By p.
+    pub bias: &'g mut [T],
+    /// By U.
+    pub output: &'g mut [T],
+}
+
+impl<S: Scalar> Start<'_, S, Plain> {
+    /// From the gradient by the initial parameters: adds those by the weights to `gradient`, and those
+    /// by the coefficients to `by_coefficients`. `units` are what [`Start::activate`] made of
+    /// `coefficients`; `by_units` is as long, and scratch. Rows have no scales in training.
+    #[inline(always)]
+    pub fn adjoint(
+        &self,
+        coefficients: [&[S]; 3],
+        units: &[S],
+        by_parameters: &[S],
+        by_units: &mut [S],
+        gradient: &mut StartGradient<'_, S::Sum>,
+        by_coefficients: [&mut [S]; 3],
+    ) {
+        let one = S::constant(1.0);
+        for by_unit in &mut *by_units {
+            *by_unit = S::constant(0.0);
+        }
+        let length = units.len().max(1);
+        let rows = self.output.chunks_exact(length);
+        let rows = rows.zip(gradient.output.chunks_exact_mut(length));
+        for ((weights, by_weights), by_parameter) in rows.zip(by_parameters) {
+            let entries = weights.iter().zip(by_weights).zip(units);
+            for (((weight, by_weight), unit), by_unit) in entries.zip(&mut *by_units) {
+                S::add_product(by_weight, *by_parameter, *unit);
+                *by_unit = by_unit.plus_product(*by_parameter, S::broadcast(*weight));
+            }
+        }
+        for (by_unit, unit) in by_units.iter_mut().zip(units) {
+            *by_unit = *by_unit * (one - *unit * *unit);
+        }
+        S::add_all(gradient.bias, by_units);
+        let inputs: usize = coefficients.iter().map(|list| list.len()).sum();
+        let rows = self.hidden.chunks_exact(inputs.max(1));
+        let rows = rows.zip(gradient.hidden.chunks_exact_mut(inputs.max(1)));
+        let mut by_coefficients = by_coefficients;
+        for ((weights, by_weights), by_unit) in rows.zip(&*by_units) {
+            let mut weights = weights.iter();
+            let mut by_weights = by_weights.iter_mut();
+            for (values, by_values) in coefficients.iter().zip(&mut by_coefficients) {
+                for (value, by_value) in values.iter().zip(by_values.iter_mut()) {
+                    if let (Some(weight), Some(by_weight)) = (weights.next(), by_weights.next()) {
+                        S::add_product(by_weight, *by_unit, *value);
+                        *by_value = by_value.plus_product(*by_unit, S::broadcast(*weight));
+                    }
+                }
+            }
+        }
+    }
+}
