@@ -82,3 +82,85 @@ pub fn neural_with_derivative(
     let at = HalfDifference::from_angles(Dual::variables(angles));
     Dual::split(Neural::brdf::<Dual<f32, 3>>(&parameters, &at))
 }
+
+/// The same at many places, eight and more at once.
+pub fn neural_with_derivatives(
+    parameters: &NeuralParameters<Dual<f32, 3>>,
+    angles: &[Angles<f32>],
+    found: &mut [([f32; 3], [[f32; 3]; 3])],
+) {
+    dispatch(WithDerivatives {
+        parameters,
+        angles,
+        found,
+    });
+}
+
+struct WithDerivatives<'a> {
+    parameters: &'a NeuralParameters<Dual<f32, 3>>,
+    angles: &'a [Angles<f32>],
+    found: &'a mut [([f32; 3], [[f32; 3]; 3])],
+}
+
+impl Kernel for WithDerivatives<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        self.evaluate::<Narrowest<L>>();
+    }
+}
+
+impl WithDerivatives<'_> {
+    #[inline(always)]
+    fn evaluate<L: Lanes>(self) {
+        for (angles, found) in self.angles.chunks(WIDTH).zip(self.found.chunks_mut(WIDTH)) {
+            let mut values = [[Octet::default(); 5]; 4];
+            for lane in 0..WIDTH {
+                let angles = angles[lane.min(angles.len() - 1)];
+                let HalfDifference { hx, hz, dx, dy, dz } =
+                    HalfDifference::from_angles(Dual::<f32, 3>::variables(angles));
+                for (index, entry) in [hx, hz, dx, dy, dz].into_iter().enumerate() {
+                    values[0][index].0[lane] = entry.value;
+                    for angle in 0..3 {
+                        values[1 + angle][index].0[lane] = entry.tangent[angle];
+                    }
+                }
+            }
+            let [value, first, second, third] = &values;
+            macro_rules! dual {
+                ($index:literal) => {
+                    Dual::<L, 3> {
+                        value: L::load([&value[$index]; MOST_OCTETS]),
+                        tangent: [
+                            L::load([&first[$index]; MOST_OCTETS]),
+                            L::load([&second[$index]; MOST_OCTETS]),
+                            L::load([&third[$index]; MOST_OCTETS]),
+                        ],
+                    }
+                };
+            }
+            let at = HalfDifference {
+                hx: dual!(0),
+                hz: dual!(1),
+                dx: dual!(2),
+                dy: dual!(3),
+                dz: dual!(4),
+            };
+            let brdf = Neural::brdf::<Dual<L, 3>>(self.parameters, &at);
+            for (channel, value) in brdf.into_iter().enumerate() {
+                let mut stored = [[Octet::default(); MOST_OCTETS]; 4];
+                value.value.store(&mut stored[0]);
+                value.tangent[0].store(&mut stored[1]);
+                value.tangent[1].store(&mut stored[2]);
+                value.tangent[2].store(&mut stored[3]);
+                for (lane, (brdf, derivative)) in found.iter_mut().enumerate() {
+                    brdf[channel] = stored[0][0].0[lane];
+                    for angle in 0..3 {
+                        derivative[channel][angle] = stored[1 + angle][0].0[lane];
+                    }
+                }
+            }
+        }
+    }
+}

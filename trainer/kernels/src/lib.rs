@@ -12,6 +12,8 @@
 //! - [`samples`]: samples in memory, as registers load them
 //! - [`sums`]: gradient, Hessian times vector and loss, over samples on one thread
 //! - [`brdf`]: a model at many places
+//! - [`completion`]: readings of many materials, completed, and the adjoint
+//! - [`components`]: the loss of a material that is made of principal components
 //! - [`inner_loop`]: descent, unrolled, and its adjoint
 //! - [`lane_model`]: what all of these are for a model
 //! - `parallel`: sums on all threads
@@ -20,6 +22,8 @@
 
 pub mod brdf;
 mod compiled;
+pub mod completion;
+pub mod components;
 pub mod dual;
 pub mod inner_loop;
 pub mod lane_model;

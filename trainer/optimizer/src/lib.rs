@@ -24,21 +24,56 @@ pub struct Groups<T> {
     pub hyperparameters: T,
     /// Logits of the pattern.
     pub pattern: T,
+    /// Weights that readings are completed by.
+    pub completion: T,
+    /// Weights from completed coefficients to where a descent starts.
+    pub start: T,
 }
 
 impl<T> Groups<T> {
     /// The groups, in a fixed order.
-    pub fn each(&self) -> [&T; 3] {
-        [&self.initial, &self.hyperparameters, &self.pattern]
+    pub fn each(&self) -> [&T; 5] {
+        [
+            &self.initial,
+            &self.hyperparameters,
+            &self.pattern,
+            &self.completion,
+            &self.start,
+        ]
     }
 
     /// The groups, to be changed.
-    pub fn each_mut(&mut self) -> [&mut T; 3] {
+    pub fn each_mut(&mut self) -> [&mut T; 5] {
         [
             &mut self.initial,
             &mut self.hyperparameters,
             &mut self.pattern,
+            &mut self.completion,
+            &mut self.start,
         ]
+    }
+
+    /// What a function makes of each group.
+    pub fn map<U>(self, mut of: impl FnMut(T) -> U) -> Groups<U> {
+        Groups {
+            initial: of(self.initial),
+            hyperparameters: of(self.hyperparameters),
+            pattern: of(self.pattern),
+            completion: of(self.completion),
+            start: of(self.start),
+        }
+    }
+
+    /// The groups, to be read.
+    pub fn as_ref(&self) -> Groups<&T> {
+        let [initial, hyperparameters, pattern, completion, start] = self.each();
+        Groups {
+            initial,
+            hyperparameters,
+            pattern,
+            completion,
+            start,
+        }
     }
 }
 
@@ -113,56 +148,36 @@ impl Optimization {
     /// Begins with given values.
     #[must_use]
     pub fn new(values: Groups<Vec<f32>>) -> Self {
-        let group = |values| (tensor(values), None);
         Self {
             adam: AdamConfig::new().with_epsilon(1e-8).build(),
-            groups: Groups {
-                initial: group(values.initial),
-                hyperparameters: group(values.hyperparameters),
-                pattern: group(values.pattern),
-            },
+            groups: values.map(|values| (tensor(values), None)),
         }
     }
 
     /// The values as they are now.
     #[must_use]
     pub fn values(&self) -> Groups<Vec<f32>> {
-        let [initial, hyperparameters, pattern] =
-            self.groups.each().map(|(values, _)| list(values));
-        Groups {
-            initial,
-            hyperparameters,
-            pattern,
-        }
+        self.groups.as_ref().map(|(values, _)| list(values))
     }
 
     /// One step of Adam, each group at its own rate; a rate of 0 leaves a group alone.
     pub fn step(&mut self, gradients: Groups<Vec<f32>>, rates: &Groups<f64>) {
-        let Groups {
-            initial,
-            hyperparameters,
-            pattern,
-        } = gradients;
-        let gradients = [initial, hyperparameters, pattern];
         let groups = self.groups.each_mut().into_iter();
-        for ((group, gradient), rate) in groups.zip(gradients).zip(rates.each()) {
-            if *rate == 0.0 {
+        for ((group, gradient), rate) in groups.zip(gradients.each()).zip(rates.each()) {
+            if *rate == 0.0 || gradient.is_empty() {
                 continue;
             }
             let (values, state) = group.clone();
-            *group = self.adam.step(*rate, values, tensor(gradient), state);
+            *group = self
+                .adam
+                .step(*rate, values, tensor(gradient.clone()), state);
         }
     }
 
     /// All of it as plain numbers.
     #[must_use]
     pub fn record(&self) -> Record {
-        let [initial, hyperparameters, pattern] = self.groups.each().map(GroupRecord::of);
-        Record(Groups {
-            initial,
-            hyperparameters,
-            pattern,
-        })
+        Record(self.groups.as_ref().map(GroupRecord::of))
     }
 
     /// Takes up what [`Optimization::record`] gave; None if moments are not as many as values.
@@ -173,6 +188,8 @@ impl Optimization {
                 initial: record.initial.into_group()?,
                 hyperparameters: record.hyperparameters.into_group()?,
                 pattern: record.pattern.into_group()?,
+                completion: record.completion.into_group()?,
+                start: record.start.into_group()?,
             },
             ..self
         })
@@ -188,6 +205,8 @@ mod tests {
             initial: vec![value; 5],
             hyperparameters: vec![2.0 * value; 5],
             pattern: vec![-value; 3],
+            completion: vec![0.5 * value; 4],
+            start: Vec::new(),
         }
     }
 
@@ -195,6 +214,8 @@ mod tests {
         initial: 1e-2,
         hyperparameters: 1e-3,
         pattern: 0.0,
+        completion: 2e-3,
+        start: 1e-3,
     };
 
     #[test]

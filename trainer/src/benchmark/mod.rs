@@ -261,6 +261,7 @@ impl<'m> Ground<'m> {
             hyperparameters: vec![step_size; initial.len()],
             initial,
             pattern: angles.flat_map(logits_of).collect(),
+            ..Groups::default()
         });
         let mut step = 0;
         Box::new(move || {

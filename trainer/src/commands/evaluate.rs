@@ -10,7 +10,7 @@ use glimpse_trainer::export::{RecipeFile, recipe_of};
 use glimpse_trainer::linear::{Basis, Columns, Prior, least_condition};
 use glimpse_trainer::material::Source;
 use glimpse_trainer::meta::plan::{Effort, Schedule};
-use glimpse_trainer::meta::run::{INNER_STEPS, Learned as LearnedRecipe, Options, Parts};
+use glimpse_trainer::meta::run::{Completing, INNER_STEPS, Options, Parts};
 
 use super::export_basis::read_compact;
 use super::known::known;
@@ -272,17 +272,14 @@ impl Evaluate {
                 _ => Parts::All,
             },
             prior: self.prior.or(Prior::LEARNED)?,
+            completing: Completing::default(),
             seed,
             checkpoints: None,
         };
         let train = self.train();
         let learned = train_with_progress(&options, load(&train)?)?;
-        let basis = match &learned {
-            LearnedRecipe::Ridge(ridge) => {
-                Some(Basis::from_bytes(&ridge.basis).map_err(|what| anyhow!("the basis: {what}"))?)
-            }
-            LearnedRecipe::Descent(_) => None,
-        };
+        let basis = learned.basis().map(Basis::from_bytes).transpose();
+        let basis = basis.map_err(|what| anyhow!("the basis: {what}"))?;
         Ok((recipe_of(&learned, &options, &train)?, basis))
     }
 }

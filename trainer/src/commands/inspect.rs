@@ -3,11 +3,12 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use glimpse_core::fit::Target;
 use glimpse_core::geometry::HalfDifference;
 use glimpse_core::gonio::Limits;
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::{
-    Descent, Floats, Learner, Materials, Noise, Recipe, RecipeError, Ridge,
+    Completed, Descent, Floats, Learner, Materials, Noise, Recipe, RecipeError, Ridge,
 };
 use glimpse_trainer::export::{RecipeFile, eta};
 
@@ -36,6 +37,7 @@ impl Inspect {
             match recipe.learner() {
                 Learner::Descent(descent) => describe_descent(&descent, recipe.samples()),
                 Learner::Ridge(ridge) => describe_ridge(&ridge, recipe.samples()),
+                Learner::Completed(completed) => describe_completed(&completed, recipe.samples()),
             },
             describe_statements(&recipe)?,
         );
@@ -83,6 +85,39 @@ fn describe_ridge(ridge: &Ridge<'_>, samples: usize) -> String {
          whole basis    {basis}\n",
         ModelKind::Linear,
         ridge.components(),
+    )
+}
+
+fn describe_completed(completed: &Completed<'_>, samples: usize) -> String {
+    let completion = completed.completion();
+    let missing = match completed.takes_missing() {
+        true => "any reading may be missing",
+        false => "all readings are needed",
+    };
+    let target = match completed.target() {
+        Target::Linear(components) => {
+            let basis = components.basis_checksum();
+            let basis = basis.map_or_else(|| "none".to_owned(), |basis| format!("{basis:08x}"));
+            format!("whole basis    {basis}\n")
+        }
+        Target::Descent(descent, start) => format!(
+            "start          {} units for {} parameters\n\
+             inner steps    {}\n\
+             step sizes     {}\n",
+            start.units(),
+            descent.initial().len(),
+            descent.inner_steps(),
+            spread(descent.step_sizes()),
+        ),
+    };
+    format!(
+        "model          {} (completed)\n\
+         samples        {samples}; {missing}\n\
+         completion     {} components, {} hidden units\n\
+         {target}",
+        completed.model(),
+        completion.components,
+        completion.hidden(),
     )
 }
 

@@ -2,6 +2,7 @@
 
 mod angles_csv;
 pub(crate) mod bench;
+mod completing;
 pub(crate) mod completion;
 pub(crate) mod evaluate;
 pub(crate) mod export;
@@ -82,6 +83,15 @@ impl PriorArgs {
         }
     }
 
+    /// Refuses all of it for a schedule that has no use for it, by name.
+    pub(crate) fn refuse_for_schedule(self, schedule: &str) -> anyhow::Result<()> {
+        match (self.bases, self.eta) {
+            (None, None) => Ok(()),
+            (Some(_), _) => bail!("--bases has no effect with --schedule {schedule}"),
+            (None, Some(_)) => bail!("--eta has no effect with --schedule {schedule}"),
+        }
+    }
+
     /// What was asked for, and `default` where nothing was.
     pub(crate) fn or(self, default: Prior) -> anyhow::Result<Prior> {
         if self.bases.is_some_and(|bases| !(1..=1024).contains(&bases)) {
@@ -100,10 +110,7 @@ impl PriorArgs {
 /// Reads a recipe and, for the model linear, the basis that was written beside it.
 pub(crate) fn read_recipe(path: &Path) -> anyhow::Result<(RecipeFile, Option<Basis>)> {
     let file = RecipeFile::read(path)?;
-    let checksum = file
-        .recipe()?
-        .ridge()
-        .and_then(|ridge| ridge.basis_checksum());
+    let checksum = file.recipe()?.learner().basis_checksum();
     let basis = checksum.map(|checksum| Basis::read(&Basis::beside(path), checksum));
     Ok((file, basis.transpose()?))
 }

@@ -13,7 +13,7 @@ use glimpse_trainer::files::try_write;
 use glimpse_trainer::linear::Prior;
 use glimpse_trainer::material::{Material, Procedural, Source};
 use glimpse_trainer::meta::plan::{Effort, Schedule};
-use glimpse_trainer::meta::run::{INNER_STEPS, Options, Parts};
+use glimpse_trainer::meta::run::{Completing, INNER_STEPS, Options, Parts};
 use glimpse_trainer::metrics::Scores;
 use glimpse_trainer::render::Picture;
 use glimpse_trainer::report::{
@@ -130,6 +130,7 @@ fn options(seed: u64, parts: Parts) -> Options {
         effort: Effort::Brief,
         parts,
         prior: Prior::LEARNED,
+        completing: Completing::default(),
         seed,
         checkpoints: None,
     }

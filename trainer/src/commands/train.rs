@@ -13,8 +13,9 @@ use glimpse_trainer::material::{Material, Source};
 use glimpse_trainer::meta::checkpoint::Checkpoint;
 use glimpse_trainer::meta::outer::Checkpoints;
 use glimpse_trainer::meta::plan::{Effort, Schedule};
-use glimpse_trainer::meta::run::{Learned, Options, Parts};
+use glimpse_trainer::meta::run::{Options, Parts};
 
+use super::completing::CompletingArgs;
 use super::lock::Lock;
 use super::output::write_file_forced;
 use super::progress::train_with_progress;
@@ -69,6 +70,8 @@ pub(crate) struct Train {
     pub(super) out: PathBuf,
     #[command(flatten)]
     pub(super) prior: PriorArgs,
+    #[command(flatten)]
+    completing: CompletingArgs,
     /// How the parts are trained
     #[arg(long, value_enum, default_value_t = Schedule::Joint)]
     schedule: Schedule,
@@ -143,8 +146,11 @@ impl Train {
     ) -> anyhow::Result<Job<'_>> {
         let default = match self.schedule {
             Schedule::Paper => Prior::PAPER,
-            Schedule::Joint => Prior::LEARNED,
+            Schedule::Joint | Schedule::Prior => Prior::LEARNED,
         };
+        if self.schedule == Schedule::Prior {
+            self.prior.refuse_for_schedule("prior")?;
+        }
         Ok(Job {
             options: Options {
                 model: model.into(),
@@ -153,6 +159,7 @@ impl Train {
                 effort: self.effort,
                 parts: Parts::All,
                 prior: self.prior.or(default)?,
+                completing: self.completing.of(self.schedule)?,
                 seed,
                 checkpoints: None,
             },
@@ -252,9 +259,9 @@ impl Job<'_> {
 
     /// Makes sure that the recipe can be written.
     fn try_write(&self) -> anyhow::Result<()> {
-        // The largest recipe but for Linear's: a network's with 512 samples takes 12 KB, the names
-        // of a thousand materials some 30.
-        try_write(&self.out, 1 << 16)
+        // The largest recipe but for Linear's: a network's with 512 samples takes 12 KB, or 38 and
+        // 0.4 a sample where readings are completed; the names of a thousand materials some 30.
+        try_write(&self.out, 1 << 17)
             .with_context(|| format!("cannot write {}", self.out.display()))
     }
 
@@ -280,9 +287,9 @@ impl Job<'_> {
         };
         let learned = train_with_progress(&options, materials)?;
         let file = recipe_of(&learned, &options, self.data)?;
-        if let Learned::Ridge(learned) = &learned {
+        if let Some(basis) = learned.basis() {
             // First: a recipe without its basis would be of no use.
-            write_file_forced(&Basis::beside(&self.out), &learned.basis, true)?;
+            write_file_forced(&Basis::beside(&self.out), basis, true)?;
         }
         write_file_forced(&self.out, file.bytes(), true)?;
         self.clean_up();
@@ -319,7 +326,7 @@ pub(super) fn found_at(out: &Path, options: &Options, data: &Source, materials: 
         return Found::Other(format!("{} does not say how it was trained", out.display()));
     };
     let found = options_of(recipe.model().name(), recipe.samples(), &provenance);
-    let has_basis = recipe.ridge().is_none() || Basis::beside(out).exists();
+    let has_basis = recipe.model() != ModelKind::Linear || Basis::beside(out).exists();
     match found == wanted {
         true if has_basis => Found::Done(expectation.loss),
         true => Found::Other(format!("{} lacks its basis", out.display())),

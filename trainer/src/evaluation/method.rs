@@ -122,7 +122,10 @@ impl<'a> Method<'a> {
             return Err(JudgeError::Basis);
         }
         Ok(Self {
-            name: "ours",
+            name: match recipe.completed() {
+                Some(_) => "completed",
+                None => "ours",
+            },
             places: Places::Pattern(recipe.pattern().collect()),
             fitting: Fitting::Scan(Box::new(*recipe), basis),
             steps_after: 0,
@@ -166,6 +169,7 @@ impl<'a> Method<'a> {
                 Fitting::RidgeAnywhere(precision, basis)
             }
             (Learner::Ridge(_), None) => return Err(JudgeError::Basis),
+            (Learner::Completed(_), _) => return Err(JudgeError::Elsewhere),
         };
         Ok(Self {
             name,

@@ -35,6 +35,12 @@ pub enum JudgeError {
          is not of the model linear; export it again from this recipe"
     )]
     Compact,
+    /// A completion was asked to do without its own directions.
+    #[error(
+        "a recipe that completes readings knows them at its own directions only; --method meta takes \
+         recipes of --schedule joint or paper"
+    )]
+    Elsewhere,
     /// A ridge problem has no solution.
     #[error("the linear model cannot be fitted: {0}")]
     Ridge(#[from] glimpse_core::fit::ridge::RidgeError),

@@ -21,7 +21,7 @@ use glimpse_trainer::meta;
 use glimpse_trainer::meta::checkpoint::Checkpoint;
 use glimpse_trainer::meta::outer::Checkpoints;
 use glimpse_trainer::meta::plan::Effort;
-use glimpse_trainer::meta::run::{INNER_STEPS, Options};
+use glimpse_trainer::meta::run::{Completing, INNER_STEPS, Options};
 use glimpse_trainer::metrics::Scores;
 use glimpse_trainer::render::Environment;
 use serde::{Deserialize, Serialize};
@@ -209,6 +209,7 @@ impl<'a> Store<'a> {
             effort: self.settings.effort,
             parts: training.parts.clone(),
             prior: training.prior,
+            completing: Completing::default(),
             seed: self.settings.seed.wrapping_add(training.repetition),
             checkpoints: Some(Checkpoints {
                 directory: checkpoint.clone(),
@@ -223,16 +224,12 @@ impl<'a> Store<'a> {
         let found = (self.train)(&options, materials)?;
         let file = recipe_of(&found, &options, &self.settings.data)?;
         Checkpoint::remove(&checkpoint);
-        let bytes = match found {
-            meta::run::Learned::Ridge(found) => Some(found.basis),
-            meta::run::Learned::Descent(_) => None,
-        };
-        if let Some(bytes) = &bytes {
+        if let Some(bytes) = found.basis() {
             // First: a recipe without its basis would be of no use.
             keep(&basis, bytes)?;
         }
         keep(&recipe, file.bytes())?;
-        learned(file, bytes.as_deref())
+        learned(file, found.basis())
     }
 
     /// The basis of the training materials with so many components.

@@ -1,8 +1,10 @@
 //! A recipe as JSON: complete enough to redo the fit elsewhere.
 
+use glimpse_core::fit::Target;
 use glimpse_core::gonio::Limits;
 use glimpse_core::recipe::{
-    Descent, Expectation, Floats, Learner, Materials, Noise, Provenance, Recipe, RecipeError, Ridge,
+    Completed, Descent, Expectation, Floats, Learner, Materials, Noise, Provenance, Recipe,
+    RecipeError, Ridge,
 };
 use serde_json::{Value, json};
 
@@ -11,7 +13,10 @@ use serde_json::{Value, json};
 /// `provenance` and `materials`, names with digests in hex; besides, for a descent, inner steps, initial parameters and step sizes in the model's
 /// order; for a ridge solve, the basis (n rows of m), mean, median BRDF and weight (each n), `eta` if
 /// all precisions are equal and otherwise `precision` (m), and the checksum of the whole basis (null
-/// if there is none).
+/// if there is none). Where readings are completed, `completion`: for each sample the weights `own`,
+/// `mean` and `missing` of m + h rows, `bias` (m + h), `output` (m rows of h), and `centre` (n) and
+/// `scale` of what enters; for Linear besides the basis (n rows of m), for a descent `start`: `hidden`
+/// (g rows of 3 m), `bias` (g) and `output` (a row of g for each parameter).
 ///
 /// # Errors
 /// If what it states about itself makes no sense.
@@ -36,6 +41,7 @@ pub fn to_json(recipe: &Recipe<'_>) -> Result<Value, RecipeError> {
     match recipe.learner() {
         Learner::Descent(descent) => add_descent(&mut value, &descent),
         Learner::Ridge(ridge) => add_ridge(&mut value, &ridge),
+        Learner::Completed(completed) => add_completed(&mut value, &completed),
     }
     Ok(value)
 }
@@ -92,6 +98,65 @@ fn add_descent(value: &mut Value, descent: &Descent<'_>) {
     value["step_sizes"] = list(descent.step_sizes());
 }
 
+fn add_completed(value: &mut Value, completed: &Completed<'_>) {
+    let completion = completed.completion();
+    let (rows, components) = (completion.rows(), completion.components);
+    // Each weight is multiplied by the scale of its row: what comes out is what enters the fit.
+    let weights = |bytes: &[u8], scale: &dyn Fn(usize) -> f32| -> Vec<f32> {
+        let bytes = bytes.iter().enumerate();
+        bytes
+            .map(|(index, byte)| f32::from(byte.cast_signed()) * scale(index))
+            .collect()
+    };
+    let numbers = |words: &[[u8; 4]]| -> Vec<f32> {
+        words.iter().map(|word| f32::from_le_bytes(*word)).collect()
+    };
+    let scales = numbers(completion.scales);
+    let readings = weights(completion.readings, &|index| scales[index % rows]);
+    let columns: Vec<&[f32]> = readings.chunks(rows).collect();
+    let samples: Vec<Value> = columns
+        .chunks(3)
+        .map(|columns| json!({ "own": columns[0], "mean": columns[1], "missing": columns[2] }))
+        .collect();
+    let hidden = completion.hidden().max(1);
+    let scales = numbers(completion.output_scales);
+    let output = weights(completion.output, &|index| scales[index / hidden]);
+    value["completion"] = json!({
+        "components": components,
+        "takes_missing": completed.takes_missing(),
+        "centre": list(completed.centre()),
+        "scale": completed.scale(),
+        "readings": samples,
+        "bias": numbers(completion.bias),
+        "output": output.chunks(hidden).collect::<Vec<_>>(),
+    });
+    match completed.target() {
+        Target::Linear(found) => {
+            let scales: Vec<f32> = found.scales().iter().collect();
+            let basis = weights(found.rows(), &|index| scales[index % components]);
+            value["basis"] = json!(basis.chunks(components).collect::<Vec<_>>());
+            value["basis_checksum"] = checksum(found.basis_checksum());
+        }
+        Target::Descent(descent, start) => {
+            add_descent(value, descent);
+            let (inputs, units) = (3 * components, start.units());
+            let scales = numbers(start.hidden_scales);
+            let hidden = weights(start.hidden, &|index| scales[index / inputs]);
+            let scales = numbers(start.output_scales);
+            let output = weights(start.output, &|index| scales[index / units]);
+            value["start"] = json!({
+                "hidden": hidden.chunks(inputs).collect::<Vec<_>>(),
+                "bias": numbers(start.bias),
+                "output": output.chunks(units).collect::<Vec<_>>(),
+            });
+        }
+    }
+}
+
+fn checksum(checksum: Option<u32>) -> Value {
+    json!(checksum.map(|checksum| format!("{checksum:08x}")))
+}
+
 fn add_ridge(value: &mut Value, ridge: &Ridge<'_>) {
     let basis: Vec<f32> = ridge.basis().iter().collect();
     let rows: Vec<&[f32]> = basis.chunks(ridge.components()).collect();
@@ -103,11 +168,7 @@ fn add_ridge(value: &mut Value, ridge: &Ridge<'_>) {
         Some(eta) => value["eta"] = json!(eta),
         None => value["precision"] = list(ridge.precision()),
     }
-    value["basis_checksum"] = json!(
-        ridge
-            .basis_checksum()
-            .map(|checksum| format!("{checksum:08x}"))
-    );
+    value["basis_checksum"] = checksum(ridge.basis_checksum());
 }
 
 fn list(floats: Floats<'_>) -> Value {

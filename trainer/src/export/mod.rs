@@ -1,11 +1,14 @@
 //! What leaves the trainer: recipes, and recipes in other clothes.
 
 mod json;
+mod quantise;
 mod recipe;
 mod rust;
 mod training;
 
 pub use json::{eta, to_json};
-pub use recipe::{RecipeFile, RecipeFileError, Statements, to_recipe, to_ridge_recipe};
+pub use recipe::{
+    RecipeFile, RecipeFileError, Statements, to_completed_recipe, to_recipe, to_ridge_recipe,
+};
 pub use rust::to_rust;
 pub use training::{NoRecipe, options_of, provenance, recipe_of, schedule_of};

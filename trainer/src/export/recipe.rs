@@ -7,12 +7,14 @@ use std::path::{Path, PathBuf};
 use glimpse_core::geometry::Angles;
 use glimpse_core::gonio::Limits;
 use glimpse_core::recipe::{
-    Expectation, Field, HEADER_BYTES, Ingredients, Kind, Noise, PackedDescent, PackedLearner,
-    PackedRidge, Provenance, Recipe, RecipeError,
+    Expectation, Field, HEADER_BYTES, Ingredients, Kind, Noise, PackedCompletion, PackedDescent,
+    PackedLearner, PackedRidge, PackedStart, Provenance, Recipe, RecipeError,
 };
 
-use crate::linear::ReducedBasis;
-use crate::meta::run::LearnedDescent;
+use super::quantise::quantised;
+use crate::linear::{Basis, ReducedBasis};
+use crate::meta::run::{LearnedCompleted, LearnedDescent, LearnedTarget};
+use glimpse_kernels::completion::thirds;
 
 /// Why a recipe file cannot be used.
 #[derive(Debug, thiserror::Error)]
@@ -186,6 +188,91 @@ pub fn to_ridge_recipe(
         basis.len() + mean.len() + median.len() + weight.len() + precision.len(),
         statements,
     )
+}
+
+/// Writes down a recipe that completes readings.
+///
+/// # Errors
+/// If a number is not finite, or another rule of the format is broken.
+pub fn to_completed_recipe(
+    learned: &LearnedCompleted,
+    statements: &Statements<'_>,
+) -> Result<RecipeFile, RecipeError> {
+    let shape = learned.shape;
+    let (rows, components) = (shape.rows(), shape.components);
+    let [readings, bias, output] = thirds(&learned.completion, shape.completion_lengths());
+    let (readings, reading_scales) = quantised(readings, rows, |index| index % rows);
+    let hidden = shape.hidden.max(1);
+    let (output, output_scales) = quantised(output, components, |index| index / hidden);
+    let [centre, reading_scales, bias, output_scales] =
+        [&learned.centre[..], &reading_scales, bias, &output_scales].map(packed);
+    let mut completion = PackedCompletion {
+        components: u16::try_from(components).map_err(|_| RecipeError::Count(Field::Components))?,
+        takes_missing: learned.takes_missing,
+        centre: &centre,
+        scale: learned.scale,
+        readings: &readings,
+        reading_scales: &reading_scales,
+        bias: &bias,
+        output: &output,
+        output_scales: &output_scales,
+        rows: &[],
+        row_scales: &[],
+        basis_checksum: 0,
+    };
+    let bytes = readings.len() + output.len() + centre.len() + bias.len();
+    let bytes = bytes + reading_scales.len() + output_scales.len();
+    match &learned.target {
+        LearnedTarget::Linear { rows, basis } => {
+            let (rows, scales) = quantised(rows, components, |index| index % components);
+            let scales = packed(&scales);
+            completion.rows = &rows;
+            completion.row_scales = &scales;
+            completion.basis_checksum = Basis::checksum(basis);
+            let learner = PackedLearner::Completed(completion, None);
+            let bytes = bytes + rows.len() + scales.len();
+            write(&learned.pattern, learner, bytes, statements)
+        }
+        LearnedTarget::Descent {
+            inner_steps,
+            initial,
+            step_sizes,
+            start,
+        } => {
+            let [hidden, bias, output] = thirds(start, shape.start_lengths());
+            let inputs = 3 * components;
+            let (hidden, hidden_scales) = quantised(hidden, shape.units, |index| index / inputs);
+            let units = shape.units;
+            let (output, output_scales) =
+                quantised(output, shape.parameters, |index| index / units);
+            let [hidden_scales, bias, output_scales, initial, step_sizes] = [
+                &hidden_scales[..],
+                bias,
+                &output_scales,
+                initial,
+                step_sizes,
+            ]
+            .map(packed);
+            let start = PackedStart {
+                hidden: &hidden,
+                hidden_scales: &hidden_scales,
+                bias: &bias,
+                output: &output,
+                output_scales: &output_scales,
+            };
+            let descent = PackedDescent {
+                model: learned.model,
+                inner_steps: u16::try_from(*inner_steps)
+                    .map_err(|_| RecipeError::Count(Field::InnerSteps))?,
+                initial: &initial,
+                step_sizes: &step_sizes,
+            };
+            let bytes = bytes + hidden.len() + output.len() + hidden_scales.len() + bias.len();
+            let bytes = bytes + output_scales.len() + initial.len() + step_sizes.len();
+            let learner = PackedLearner::Completed(completion, Some((descent, start)));
+            write(&learned.pattern, learner, bytes, statements)
+        }
+    }
 }
 
 /// Writes a recipe whose learner has lists of so many bytes.

@@ -2,7 +2,8 @@
 
 use std::fmt::Write;
 
-use glimpse_core::recipe::{Descent, Floats, Learner, Recipe, RecipeError, Ridge};
+use glimpse_core::fit::Target;
+use glimpse_core::recipe::{Completed, Descent, Floats, Learner, Recipe, RecipeError, Ridge};
 
 /// A module of constants; floats are written so that they read back to the same bits.
 ///
@@ -31,7 +32,16 @@ pub fn to_rust(recipe: &Recipe<'_>) -> Result<String, RecipeError> {
         source += &format!("//! Expected loss on an unseen material: {loss:.4}.\n");
     }
     source.push('\n');
-    if let Learner::Descent(descent) = recipe.learner() {
+    let learner = recipe.learner();
+    let descent = match &learner {
+        Learner::Descent(descent) => Some(descent),
+        Learner::Completed(completed) => match completed.target() {
+            Target::Descent(descent, _) => Some(descent),
+            Target::Linear(_) => None,
+        },
+        Learner::Ridge(_) => None,
+    };
+    if let Some(descent) = descent {
         let steps = descent.inner_steps().to_string();
         constant(&mut source, "Steps of SGD.", "INNER_STEPS: u16", &steps);
     }
@@ -46,9 +56,10 @@ pub fn to_rust(recipe: &Recipe<'_>) -> Result<String, RecipeError> {
         &rows,
         3,
     );
-    match recipe.learner() {
+    match learner {
         Learner::Descent(descent) => add_descent(&mut source, &descent),
         Learner::Ridge(ridge) => add_ridge(&mut source, &ridge),
+        Learner::Completed(completed) => add_completed(&mut source, &completed),
     }
     source.truncate(source.trim_end().len());
     source.push('\n');
@@ -67,6 +78,107 @@ fn add_descent(source: &mut String, descent: &Descent<'_>) {
         "A step size for each parameter.",
         "STEP_SIZES",
         descent.step_sizes(),
+    );
+}
+
+fn add_completed(source: &mut String, completed: &Completed<'_>) {
+    let completion = completed.completion();
+    let (samples, rows) = (completed.centre().len(), completion.rows());
+    let size = format!("{samples} x 3 x {rows}");
+    let readings = format!("Weights own, mean and missing of each sample's reading: {size}.");
+    bytes(source, &readings, "READINGS", completion.readings);
+    words(
+        source,
+        "The scale of each row.",
+        "READING_SCALES",
+        completion.scales,
+    );
+    words(source, "The bias of each row.", "BIAS", completion.bias);
+    let size = format!("{} rows of {}", completion.components, completion.hidden());
+    let output = format!("From hidden units to coefficients: {size}.");
+    bytes(source, &output, "OUTPUT", completion.output);
+    words(
+        source,
+        "The scale of each of those rows.",
+        "OUTPUT_SCALES",
+        completion.output_scales,
+    );
+    list(
+        source,
+        "What each sample's logarithm is centred by.",
+        "CENTRE",
+        completed.centre(),
+    );
+    let scale = format!("{:?}", completed.scale());
+    constant(
+        source,
+        "What it is multiplied by then.",
+        "SCALE: f32",
+        &scale,
+    );
+    let missing = completed.takes_missing().to_string();
+    constant(
+        source,
+        "Whether readings may be missing.",
+        "TAKES_MISSING: bool",
+        &missing,
+    );
+    match completed.target() {
+        Target::Linear(components) => {
+            let basis = "The components at the directions of `PATTERN`.";
+            bytes(source, basis, "BASIS", components.rows());
+            let scales = "The scale of each component there.";
+            list(source, scales, "BASIS_SCALES", components.scales());
+            basis_checksum(source, components.basis_checksum());
+        }
+        Target::Descent(descent, start) => {
+            add_descent(source, descent);
+            let hidden = "From coefficients to units, a row for each unit.";
+            bytes(source, hidden, "START_HIDDEN", start.hidden);
+            let scales = "The scale of each of those rows.";
+            words(source, scales, "START_HIDDEN_SCALES", start.hidden_scales);
+            words(source, "The bias of each unit.", "START_BIAS", start.bias);
+            let output = "From units to initial parameters, a row for each parameter.";
+            bytes(source, output, "START_OUTPUT", start.output);
+            words(source, scales, "START_OUTPUT_SCALES", start.output_scales);
+        }
+    }
+}
+
+/// Signed bytes.
+fn bytes(source: &mut String, documentation: &str, name: &str, values: &[u8]) {
+    let rows: Vec<String> = values
+        .chunks(16)
+        .map(|row| {
+            let row: Vec<String> = row
+                .iter()
+                .map(|byte| byte.cast_signed().to_string())
+                .collect();
+            format!("    {},\n", row.join(", "))
+        })
+        .collect();
+    let declaration = format!("{name}: [i8; {}]", values.len());
+    constant(
+        source,
+        documentation,
+        &declaration,
+        &format!("[\n{}]", rows.concat()),
+    );
+}
+
+fn words(source: &mut String, documentation: &str, name: &str, values: &[[u8; 4]]) {
+    // A whole number of words: there is always a list.
+    if let Some(floats) = Floats::new(values.as_flattened()) {
+        list(source, documentation, name, floats);
+    }
+}
+
+fn basis_checksum(source: &mut String, checksum: Option<u32>) {
+    constant(
+        source,
+        "The CRC-32 of the file of the whole basis; 0 if there is none.",
+        "BASIS_CHECKSUM: u32",
+        &format!("{:#010x}", checksum.unwrap_or_default()),
     );
 }
 
@@ -99,12 +211,7 @@ fn add_ridge(source: &mut String, ridge: &Ridge<'_>) {
     ] {
         list(source, documentation, name, floats);
     }
-    constant(
-        source,
-        "The CRC-32 of the file of the whole basis; 0 if there is none.",
-        "BASIS_CHECKSUM: u32",
-        &format!("{:#010x}", ridge.basis_checksum().unwrap_or_default()),
-    );
+    basis_checksum(source, ridge.basis_checksum());
 }
 
 fn constant(source: &mut String, documentation: &str, declaration: &str, body: &str) {

@@ -3,9 +3,10 @@
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::{Expectation, Provenance, RecipeError};
 
-use super::recipe::{RecipeFile, Statements, to_recipe, to_ridge_recipe};
+use super::recipe::{RecipeFile, Statements, to_completed_recipe, to_recipe, to_ridge_recipe};
 use crate::linear::Prior;
 use crate::material::Source;
+use crate::meta::plan::Schedule;
 use crate::meta::run::{Learned, Options, Parts, Promise};
 
 /// What was learned cannot be written down.
@@ -43,6 +44,7 @@ pub fn recipe_of(
     let file = match learned {
         Learned::Descent(learned) => to_recipe(learned, &statements),
         Learned::Ridge(learned) => to_ridge_recipe(&learned.reduced, &statements),
+        Learned::Completed(learned) => to_completed_recipe(learned, &statements),
     };
     Ok(file?)
 }
@@ -74,6 +76,9 @@ pub fn provenance<'a>(
 #[must_use]
 pub fn schedule_of(options: &Options) -> String {
     let schedule = format!("{:?} {:?}", options.schedule, options.effort).to_lowercase();
+    if options.schedule == Schedule::Prior {
+        return format!("{schedule}, {}", options.completing);
+    }
     match (options.model, options.prior) {
         (ModelKind::Linear, Prior { components, eta }) => {
             let eta = eta.map_or("learned".to_owned(), |eta| eta.to_string());

@@ -120,6 +120,17 @@ impl Basis {
         Self { table, components }
     }
 
+    /// The same components, each times a number.
+    #[must_use]
+    pub fn scaled(mut self, scale: f32) -> Self {
+        for row in self.table.chunks_exact_mut(HEAD + self.components) {
+            for entry in &mut row[HEAD..] {
+                *entry *= scale;
+            }
+        }
+        self
+    }
+
     /// m.
     #[must_use]
     pub fn components(&self) -> usize {

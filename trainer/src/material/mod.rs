@@ -35,6 +35,17 @@ pub trait Material: Send + Sync {
     /// The BRDF, and its derivative by theta_h, theta_d and phi_d for each channel.
     fn brdf_with_derivative(&self, angles: Angles<f32>) -> ([f32; 3], [[f32; 3]; 3]);
 
+    /// The same at many angles at once; `found` is as long as `angles`.
+    fn brdf_batch_with_derivative(
+        &self,
+        angles: &[Angles<f32>],
+        found: &mut [([f32; 3], [[f32; 3]; 3])],
+    ) {
+        for (angles, found) in angles.iter().zip(found) {
+            *found = self.brdf_with_derivative(*angles);
+        }
+    }
+
     /// The BRDF at many places at once, for pictures and metrics.
     fn brdf_batch(&self, at: &[HalfDifference<f32>], brdf: &mut [[f32; 3]]) {
         for (at, brdf) in at.iter().zip(brdf) {

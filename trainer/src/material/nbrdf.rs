@@ -10,8 +10,9 @@ use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::{Model, Neural, NeuralParameters, ParameterSet};
 
 use super::{Material, SourceError};
+use glimpse_kernels::Dual;
 use glimpse_kernels::LaneModel;
-use glimpse_kernels::brdf::neural_with_derivative;
+use glimpse_kernels::brdf::{neural_with_derivative, neural_with_derivatives};
 
 /// The six arrays: name and shape.
 const ARRAYS: [(&str, &[u64]); 6] = [
@@ -28,13 +29,20 @@ const ARRAYS: [(&str, &[u64]); 6] = [
 pub struct NeuralBrdf {
     name: String,
     parameters: NeuralParameters<f32>,
+    /// The same, as what does not change with an angle.
+    constants: Box<NeuralParameters<Dual<f32, 3>>>,
 }
 
 impl NeuralBrdf {
     /// From parameters.
     #[must_use]
     pub fn new(name: String, parameters: NeuralParameters<f32>) -> Self {
-        Self { name, parameters }
+        let constants = Box::new(Dual::constants::<Neural>(&parameters));
+        Self {
+            name,
+            parameters,
+            constants,
+        }
     }
 
     /// Reads the material of whose six files `path` is one.
@@ -48,7 +56,7 @@ impl NeuralBrdf {
             let file = path.with_file_name(format!("{name}_{array}.npy"));
             run.copy_from_slice(&read_npy(&file, shape)?);
         }
-        Ok(Self { name, parameters })
+        Ok(Self::new(name, parameters))
     }
 
     /// `NAME` of a path `.../NAME_fc1.npy` or one of its five siblings; None for any other.
@@ -85,6 +93,14 @@ impl Material for NeuralBrdf {
 
     fn brdf_with_derivative(&self, angles: Angles<f32>) -> ([f32; 3], [[f32; 3]; 3]) {
         neural_with_derivative(&self.parameters, angles)
+    }
+
+    fn brdf_batch_with_derivative(
+        &self,
+        angles: &[Angles<f32>],
+        found: &mut [([f32; 3], [[f32; 3]; 3])],
+    ) {
+        neural_with_derivatives(&self.constants, angles, found);
     }
 
     fn brdf_batch(&self, at: &[HalfDifference<f32>], brdf: &mut [[f32; 3]]) {

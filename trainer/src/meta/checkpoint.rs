@@ -153,12 +153,14 @@ mod tests {
             initial: vec![0.5; 7],
             hyperparameters: vec![-1.0; 7],
             pattern: vec![2.0; 3],
+            ..Groups::default()
         };
         let mut optimization = Optimization::new(values.clone());
         let rates = Groups {
             initial: 1e-3,
             hyperparameters: 1e-3,
             pattern: 1e-3,
+            ..Groups::default()
         };
         optimization.step(values, &rates);
         let whole = Checkpoint {

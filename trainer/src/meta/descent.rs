@@ -71,6 +71,7 @@ impl<M: LaneModel> Trainee for DescentTrainee<'_, M> {
             initial,
             hyperparameters: step_sizes,
             pattern: self.streams.first_pattern(guess, samples),
+            ..Groups::default()
         }
     }
 
@@ -222,6 +223,7 @@ impl<M: LaneModel> DescentTrainee<'_, M> {
             initial: found.initial.iter().map(weighed).collect(),
             hyperparameters: found.step_sizes.iter().map(weighed).collect(),
             pattern: by_pattern.iter().map(weighed).collect(),
+            ..Groups::default()
         };
         (weight * loss, gradients)
     }

@@ -315,11 +315,13 @@ mod tests {
             initial: vec![3.0, -2.0],
             hyperparameters: vec![7.0],
             pattern: vec![0.5],
+            ..Groups::default()
         };
         let spreads = Groups {
             initial: 0.3,
             hyperparameters: 0.0,
             pattern: 0.1,
+            ..Groups::default()
         };
         Evolution::new(origin, spreads)
     }

@@ -153,6 +153,7 @@ impl<'a> LinearTrainee<'a> {
             initial: Vec::new(),
             hyperparameters: by_logarithms.map(|(slope, p)| (slope * p) as f32).collect(),
             pattern: by_logits,
+            ..Groups::default()
         };
         Ok((mean.loss as f32, gradient))
     }
@@ -178,6 +179,7 @@ impl<'a> LinearTrainee<'a> {
             initial: Vec::new(),
             hyperparameters: vec![0.0; components],
             pattern: pattern.gradient_by_logits(|_| [0.0; 3]),
+            ..Groups::default()
         };
         let loss = losses.sum::<f64>() / tasks.len() as f64;
         (loss as f32, gradient)
@@ -242,6 +244,7 @@ impl Trainee for LinearTrainee<'_> {
             initial: Vec::new(),
             hyperparameters: vec![eta.ln() as f32; self.components()],
             pattern: self.streams.first_pattern(guess, samples),
+            ..Groups::default()
         }
     }
 
@@ -267,6 +270,7 @@ impl Trainee for LinearTrainee<'_> {
             initial: Vec::new(),
             hyperparameters: vec![0.0; values.hyperparameters.len()],
             pattern: vec![0.0; values.pattern.len()],
+            ..Groups::default()
         };
         match self.gradient_over(&pattern, &values.hyperparameters, &tasks) {
             Ok((loss, mut gradient)) => {

@@ -9,6 +9,7 @@ pub mod pattern;
 pub mod phase;
 pub mod plan;
 pub mod pool;
+pub mod prior;
 pub mod run;
 pub mod schedules;
 pub mod start;

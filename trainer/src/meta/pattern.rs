@@ -120,6 +120,18 @@ impl Pattern {
         &self.angles
     }
 
+    /// Half and difference vectors of the samples, eight by eight.
+    #[must_use]
+    pub fn octets_at(&self) -> &[OctetAt] {
+        &self.at
+    }
+
+    /// Which samples are valid.
+    #[must_use]
+    pub fn valid(&self) -> &[bool] {
+        &self.valid
+    }
+
     /// What invalid samples pay.
     #[must_use]
     pub fn barrier(&self) -> f32 {
@@ -157,6 +169,21 @@ impl Pattern {
             }
         }
         by_logits
+    }
+
+    /// From the gradient by samples' coordinates to the one by the angles of one of them.
+    #[must_use]
+    pub fn by_angles(&self, samples: &[SampleGradient<Octet>], index: usize) -> [f32; 3] {
+        let lane = index % WIDTH;
+        let by = &samples[index / WIDTH].at;
+        let at = HalfDifference::from_angles(Dual::<f32, 3>::variables(self.angles[index]));
+        std::array::from_fn(|i| {
+            by.hx.0[lane] * at.hx.tangent[i]
+                + by.hz.0[lane] * at.hz.tangent[i]
+                + by.dx.0[lane] * at.dx.tangent[i]
+                + by.dy.0[lane] * at.dy.tangent[i]
+                + by.dz.0[lane] * at.dz.tangent[i]
+        })
     }
 
     /// Measures a material at the pattern.
@@ -221,18 +248,7 @@ impl MeasuredPattern<'_> {
     /// on which side of the model's it is: its slope is 0, and plays no part here.
     #[must_use]
     pub fn gradient_by_logits(&self, samples: &[SampleGradient<Octet>]) -> Vec<f32> {
-        self.pattern.gradient_by_logits(|index| {
-            let lane = index % WIDTH;
-            let by = &samples[index / WIDTH].at;
-            let angles = self.pattern.angles[index];
-            let at = HalfDifference::from_angles(Dual::<f32, 3>::variables(angles));
-            std::array::from_fn(|i| {
-                by.hx.0[lane] * at.hx.tangent[i]
-                    + by.hz.0[lane] * at.hz.tangent[i]
-                    + by.dx.0[lane] * at.dx.tangent[i]
-                    + by.dy.0[lane] * at.dy.tangent[i]
-                    + by.dz.0[lane] * at.dz.tangent[i]
-            })
-        })
+        self.pattern
+            .gradient_by_logits(|index| self.pattern.by_angles(samples, index))
     }
 }

@@ -114,11 +114,7 @@ impl Phase {
         let annealed = self.final_rate + (1.0 - self.final_rate) * cosine;
         let risen = ((step + 1) as f64 / self.warm_up.max(1) as f64).min(1.0);
         let share = annealed * risen;
-        Groups {
-            initial: self.rates.initial * share,
-            hyperparameters: self.rates.hyperparameters * share,
-            pattern: self.rates.pattern * share,
-        }
+        self.rates.clone().map(|rate| rate * share)
     }
 }
 

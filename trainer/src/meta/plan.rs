@@ -16,6 +16,9 @@ pub enum Schedule {
     /// The paper's two stages: initialisation and step sizes on fresh samples, then the pattern
     /// alone.
     Paper,
+    /// A learned prior: readings are completed by a small map, which is trained together with where
+    /// they are taken; a descent starts from what they are completed to.
+    Prior,
 }
 
 /// How long to train.

@@ -17,10 +17,16 @@ use super::outer::{Checkpoints, Observer, Outcome, Run, RunError};
 use super::pattern::above_horizon;
 use super::plan::{Effort, Known, Plan, Schedule};
 use super::pool::Pool;
+use super::prior::draw::{Group, Variety};
+use super::prior::pool::WarpedPool;
+use super::prior::refinement::{Refinement, Steps};
+use super::prior::trainee::{Centres, PriorTasks, PriorTrainee, SCALE};
+use super::prior::warp::Warp;
 use super::trainee::{Expected, RandomStreams, Trainee};
 use crate::linear::{Basis, Columns, Prior, ReducedBasis};
-use crate::material::{Identity, Material};
+use crate::material::{Identity, Material, Procedural};
 use glimpse_kernels::LaneModel;
+use glimpse_kernels::completion::Shape;
 use glimpse_kernels::with_model;
 
 /// SGD steps of the inner loop (paper: 20).
@@ -29,6 +35,22 @@ pub const INNER_STEPS: usize = 20;
 const POOL: usize = 32_768;
 /// The same for materials held out for validation.
 const VALIDATION_POOL: usize = 4_096;
+
+/// SGD steps from a completed start.
+const STARTED_STEPS: usize = 1;
+/// m of a completion.
+const COMPLETED_COMPONENTS: usize = 24;
+/// h of a completion.
+const HIDDEN: usize = 64;
+/// g of a start.
+const UNITS: usize = 32;
+/// What the loss of completed coefficients counts for where a descent follows.
+const AUXILIARY: f32 = 0.3;
+/// Directions at which materials are evaluated once for a completion, with each warp.
+const PRIOR_POOL: usize = 8_192;
+/// How many procedural materials are mixed in, and of which set.
+const PROCEDURAL: usize = 400;
+const PROCEDURAL_SEED: u64 = 5;
 
 /// What to train.
 #[derive(Clone, Debug)]
@@ -45,10 +67,47 @@ pub struct Options {
     pub parts: Parts,
     /// The prior of Linear's coefficients; other models have none.
     pub prior: Prior,
+    /// What readings and materials a completion is trained on.
+    pub completing: Completing,
     /// Seed of all random numbers.
     pub seed: u64,
     /// Where the run is saved, if it is.
     pub checkpoints: Option<Checkpoints>,
+}
+
+/// What readings and materials a completion is trained on, besides those given.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Completing {
+    /// The share of tasks with missing readings; 0 makes a recipe that needs them all.
+    pub missing: f32,
+    /// Standard deviation of readings' noise, relative.
+    pub noise: f32,
+    /// The share of tasks that are procedural materials.
+    pub procedural: f32,
+}
+
+impl Default for Completing {
+    fn default() -> Self {
+        Self {
+            missing: 0.0,
+            noise: 0.0,
+            procedural: 0.15,
+        }
+    }
+}
+
+impl fmt::Display for Completing {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self {
+            missing,
+            noise,
+            procedural,
+        } = self;
+        write!(
+            f,
+            "missing readings {missing}, noise {noise}, procedural {procedural}"
+        )
+    }
 }
 
 /// What of a recipe is trained.
@@ -88,8 +147,12 @@ impl Options {
             ModelKind::Linear => format!(" {:?}", self.prior),
             _ => String::new(),
         };
+        let completing = match self.schedule {
+            Schedule::Prior => format!(" {}", self.completing),
+            _ => String::new(),
+        };
         format!(
-            "{}{prior} n={} {:?} {:?} {} seed={} {} materials {:08x}",
+            "{}{prior}{completing} n={} {:?} {:?} {} seed={} {} materials {:08x}",
             self.model,
             self.samples,
             self.schedule,
@@ -113,6 +176,8 @@ pub enum Learned {
     Descent(LearnedDescent),
     /// For the model Linear.
     Ridge(LearnedRidge),
+    /// For any model, by schedule prior.
+    Completed(Box<LearnedCompleted>),
 }
 
 /// What was learned for a model that is fitted by descent.
@@ -132,6 +197,54 @@ pub struct LearnedDescent {
     pub promise: Promise,
     /// The materials that it was trained on, those held out for validation among them.
     pub materials: Vec<Identity>,
+}
+
+/// What was learned by schedule prior.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LearnedCompleted {
+    /// The model.
+    pub model: ModelKind,
+    /// Where to measure; both directions of each sample are above the horizon.
+    pub pattern: Vec<Angles<f32>>,
+    /// How large the completion is, and the start.
+    pub shape: Shape,
+    /// Whether it was trained to do without some of the readings.
+    pub takes_missing: bool,
+    /// What each sample's logarithm is centred by, n.
+    pub centre: Vec<f32>,
+    /// What it is multiplied by then.
+    pub scale: f32,
+    /// Weights of the completion.
+    pub completion: Vec<f32>,
+    /// What its coefficients become.
+    pub target: LearnedTarget,
+    /// What to expect of an unseen material.
+    pub promise: Promise,
+    /// The materials that it was trained on, those held out for validation among them.
+    pub materials: Vec<Identity>,
+}
+
+/// What coefficients become.
+#[derive(Clone, Debug, PartialEq)]
+pub enum LearnedTarget {
+    /// The model Linear.
+    Linear {
+        /// The components at the pattern, n rows of m.
+        rows: Vec<f32>,
+        /// The file of the whole basis.
+        basis: Vec<u8>,
+    },
+    /// Where a descent starts.
+    Descent {
+        /// K.
+        inner_steps: usize,
+        /// Phi.
+        initial: Vec<f32>,
+        /// alpha.
+        step_sizes: Vec<f32>,
+        /// Weights of the start.
+        start: Vec<f32>,
+    },
 }
 
 /// What was learned for the model Linear.
@@ -184,6 +297,7 @@ impl Learned {
         match self {
             Self::Descent(learned) => &learned.promise,
             Self::Ridge(learned) => &learned.promise,
+            Self::Completed(learned) => &learned.promise,
         }
     }
 
@@ -193,6 +307,20 @@ impl Learned {
         match self {
             Self::Descent(learned) => &learned.materials,
             Self::Ridge(learned) => &learned.materials,
+            Self::Completed(learned) => &learned.materials,
+        }
+    }
+
+    /// The file of the whole basis that has to lie beside the recipe, for the model Linear.
+    #[must_use]
+    pub fn basis(&self) -> Option<&[u8]> {
+        match self {
+            Self::Ridge(learned) => Some(&learned.basis),
+            Self::Completed(learned) => match &learned.target {
+                LearnedTarget::Linear { basis, .. } => Some(basis),
+                LearnedTarget::Descent { .. } => None,
+            },
+            Self::Descent(_) => None,
         }
     }
 }
@@ -247,6 +375,14 @@ pub fn train(
     // On one of rayon's own threads: each parallel loop would else be handed over to one.
     rayon::scope(|_| {
         let session = Session::new(options, materials);
+        if options.schedule == Schedule::Prior {
+            let found = with_model!(
+                options.model,
+                M => session.completed(Some(&Steps::<M>::new(STARTED_STEPS)), observer),
+                _ => session.completed(None, observer),
+            );
+            return found.map(|learned| Learned::Completed(Box::new(learned)));
+        }
         with_model!(
             options.model,
             M => session.descent::<M>(observer).map(Learned::Descent),
@@ -357,6 +493,112 @@ impl<'o> Session<'o> {
                 on: self.judged_on(),
             },
             materials: self.identities.clone(),
+        })
+    }
+
+    /// A completion, and what it starts.
+    fn completed(
+        mut self,
+        refinement: Option<&dyn Refinement>,
+        observer: &mut Observer<'_>,
+    ) -> Result<LearnedCompleted, TrainError> {
+        let (completing, seed) = (self.options.completing, self.options.seed);
+        let samples = self.options.samples;
+        let columns = Columns::new(&self.training);
+        let all: Vec<usize> = (0..columns.count()).collect();
+        // Coefficients of about 1, as a small map is best at.
+        let share = 1.0 / (columns.count() as f32).sqrt();
+        let basis = Basis::new(&columns, &all, COMPLETED_COMPONENTS).scaled(share);
+        let own = self.training.len();
+        let groups = match completing.procedural > 0.0 {
+            true => {
+                let set = Procedural::set(PROCEDURAL, PROCEDURAL_SEED).into_iter();
+                let set = set.map(|each| Box::new(each) as Box<dyn Material>);
+                self.training.extend(set);
+                vec![
+                    Group {
+                        materials: 0..own,
+                        share: 1.0 - completing.procedural,
+                    },
+                    Group {
+                        materials: own..self.training.len(),
+                        share: completing.procedural,
+                    },
+                ]
+            }
+            false => vec![Group {
+                materials: 0..own,
+                share: 1.0,
+            }],
+        };
+        let variety = Variety {
+            missing: completing.missing,
+            noise: [completing.noise, 0.0],
+            ..Variety::default()
+        };
+        let tasks = |materials, warped, warps: &[Warp], size, seed| {
+            let pool = WarpedPool::new(materials, warped, warps, size, seed);
+            PriorTasks {
+                table: pool.components(&basis),
+                pool,
+                materials,
+            }
+        };
+        let parameters = refinement.map_or(0, |by| by.model().parameters().unwrap_or(0));
+        let shape = Shape {
+            samples,
+            components: basis.components(),
+            hidden: HIDDEN,
+            units: if parameters > 0 { UNITS } else { 0 },
+            parameters,
+        };
+        let training = tasks(&self.training, own, &variety.warps, PRIOR_POOL, seed);
+        let judged = match self.validation.is_empty() {
+            true => &self.training[..own],
+            false => &self.validation,
+        };
+        let trainee = PriorTrainee {
+            training: &training,
+            validation: &tasks(judged, 0, &[Warp::NONE], PRIOR_POOL, !seed),
+            basis: &basis,
+            shape,
+            groups,
+            variety,
+            weighing: self.plan.weighing,
+            streams: RandomStreams { seed },
+            refinement,
+            first_step_size: self.plan.first_step_size,
+            auxiliary: AUXILIARY,
+        };
+        let Outcome { expected, values } = self.finish(&trainee, observer)?;
+        let pattern = above_horizon(&values.pattern);
+        let centres = Centres::new(&basis, &pattern);
+        let target = match refinement {
+            None => LearnedTarget::Linear {
+                rows: ReducedBasis::new(&basis, pattern.clone()).basis,
+                basis: basis.to_bytes(),
+            },
+            Some(refinement) => LearnedTarget::Descent {
+                inner_steps: refinement.steps(),
+                initial: values.initial,
+                step_sizes: self.plan.step_size_form.step_sizes(&values.hyperparameters),
+                start: values.start,
+            },
+        };
+        Ok(LearnedCompleted {
+            model: self.options.model,
+            pattern,
+            shape,
+            takes_missing: completing.missing > 0.0,
+            centre: centres.values(),
+            scale: SCALE,
+            completion: values.completion,
+            target,
+            promise: Promise {
+                expected,
+                on: self.judged_on(),
+            },
+            materials: self.identities,
         })
     }
 

@@ -340,6 +340,7 @@ fn a_stopped_run_goes_on_to_the_same_recipe() {
         effort: Effort::Quick,
         parts: Parts::All,
         prior: glimpse_trainer::linear::Prior::LEARNED,
+        completing: glimpse_trainer::meta::run::Completing::default(),
         seed: 3,
         checkpoints: None,
     };

@@ -253,6 +253,7 @@ fn a_disk_that_goes_away_costs_only_what_was_not_saved() {
         effort: Effort::Quick,
         parts: Parts::All,
         prior: glimpse_trainer::linear::Prior::LEARNED,
+        completing: glimpse_trainer::meta::run::Completing::default(),
         seed: 3,
         checkpoints: None,
     };

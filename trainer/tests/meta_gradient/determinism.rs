@@ -42,6 +42,7 @@ fn train<M: LaneModel>(inner: InnerSamples) -> Vec<u32> {
             initial: 1e-3,
             hyperparameters: 1e-2,
             pattern: 1e-2,
+            ..Groups::default()
         },
         final_rate: 0.2,
         warm_up: 2,

@@ -8,4 +8,5 @@ mod extremes;
 mod lanes;
 mod linear;
 mod pattern;
+mod prior;
 mod problem;

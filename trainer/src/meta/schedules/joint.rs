@@ -34,6 +34,7 @@ pub(super) fn plan(effort: Effort, samples: usize, tasks: usize) -> Plan {
             initial,
             hyperparameters: 1e-2,
             pattern: 0.0,
+            ..Groups::default()
         },
         final_rate: 0.3,
         warm_up: 100,
@@ -49,6 +50,7 @@ pub(super) fn plan(effort: Effort, samples: usize, tasks: usize) -> Plan {
             initial,
             hyperparameters: 1e-2,
             pattern: 1e-2,
+            ..Groups::default()
         },
         final_rate: 0.1,
         ..learning.clone()
@@ -70,6 +72,7 @@ pub(super) fn plan(effort: Effort, samples: usize, tasks: usize) -> Plan {
             initial: gentle * initial,
             hyperparameters: gentle * 1e-2,
             pattern: gentle * 1e-2,
+            ..Groups::default()
         },
         final_rate: 0.01,
         warm_up: 200,

@@ -29,6 +29,7 @@ pub(super) fn plan(effort: Effort, samples: usize, tasks: usize) -> Plan {
             initial: 0.0,
             hyperparameters: 3e-2,
             pattern: 3e-2,
+            ..Groups::default()
         },
         final_rate: 0.02,
         warm_up: 0,
@@ -50,6 +51,7 @@ pub(super) fn plan(effort: Effort, samples: usize, tasks: usize) -> Plan {
             initial: 0.0,
             hyperparameters: 1.5e-2,
             pattern: 1.5e-2,
+            ..Groups::default()
         },
         ..sampling
     });

@@ -5,6 +5,7 @@ mod doubling;
 mod joint;
 mod linear;
 mod paper;
+mod prior;
 mod small;
 
 use glimpse_core::model::ModelKind;
@@ -26,6 +27,7 @@ impl Plan {
             Schedule::Joint if model == ModelKind::Neural => joint::plan(effort, samples, tasks),
             Schedule::Joint => small::plan(effort, samples, tasks),
             Schedule::Paper => paper::plan(effort, model, samples, tasks),
+            Schedule::Prior => prior::plan(effort, model, samples, tasks),
         }
     }
 }

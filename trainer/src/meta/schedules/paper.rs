@@ -42,6 +42,7 @@ pub(super) fn plan(effort: Effort, model: ModelKind, samples: usize, tasks: usiz
             initial: 1e-4,
             hyperparameters: 1e-4,
             pattern: 0.0,
+            ..Groups::default()
         },
         final_rate: 1.0,
         warm_up: 0,

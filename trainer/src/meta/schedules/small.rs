@@ -33,6 +33,7 @@ pub(super) fn plan(effort: Effort, samples: usize, tasks: usize) -> Plan {
             initial: 3e-3,
             hyperparameters: 1e-2,
             pattern: 1e-2,
+            ..Groups::default()
         },
         final_rate: 0.1,
         warm_up: 100,
@@ -51,6 +52,7 @@ pub(super) fn plan(effort: Effort, samples: usize, tasks: usize) -> Plan {
             initial: 0.1,
             hyperparameters: 0.1,
             pattern: 0.1,
+            ..Groups::default()
         },
         gain: None,
         ..descending.clone()

@@ -1,0 +1,486 @@
+//! Completions of many materials at once, on lanes, and their adjoint: a material in each lane.
+
+use glimpse_core::fit::completion::{Completion, CompletionGradient, Input, Plain};
+use glimpse_core::fit::completion::{Start, StartGradient};
+
+use crate::lanes::{Kernel, Lanes, MOST_OCTETS, Octet, WIDTH, dispatch};
+
+/// How large a completion and its start are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Shape {
+    /// n.
+    pub samples: usize,
+    /// m.
+    pub components: usize,
+    /// h.
+    pub hidden: usize,
+    /// g; 0 where there is no start.
+    pub units: usize,
+    /// Parameters of the model that is started; 0 where there is none.
+    pub parameters: usize,
+}
+
+impl Shape {
+    /// m + h.
+    #[must_use]
+    pub fn rows(&self) -> usize {
+        self.components + self.hidden
+    }
+
+    /// How many numbers each list of a completion has: weights of readings, bias, W.
+    #[must_use]
+    pub fn completion_lengths(&self) -> [usize; 3] {
+        let rows = self.rows();
+        [3 * self.samples * rows, rows, self.components * self.hidden]
+    }
+
+    /// The same of a start: P, p and U.
+    #[must_use]
+    pub fn start_lengths(&self) -> [usize; 3] {
+        let Self {
+            components,
+            units,
+            parameters,
+            ..
+        } = *self;
+        [units * 3 * components, units, parameters * units]
+    }
+}
+
+/// Splits a flat list into three of given lengths.
+#[must_use]
+pub fn thirds<T>(list: &[T], [first, second, third]: [usize; 3]) -> [&[T]; 3] {
+    let (a, rest) = list.split_at(first);
+    let (b, rest) = rest.split_at(second);
+    [a, b, &rest[..third]]
+}
+
+fn thirds_mut<T>(list: &mut [T], [first, second, third]: [usize; 3]) -> [&mut [T]; 3] {
+    let (a, rest) = list.split_at_mut(first);
+    let (b, rest) = rest.split_at_mut(second);
+    [a, b, &mut rest[..third]]
+}
+
+/// Weights as flat lists: readings, bias and W; P, p and U.
+#[derive(Clone, Copy, Debug)]
+pub struct Weights<'a> {
+    /// How large they are.
+    pub shape: Shape,
+    /// Of the completion.
+    pub completion: &'a [f32],
+    /// Of the start; empty where there is none.
+    pub start: &'a [f32],
+}
+
+impl<'a> Weights<'a> {
+    fn completion<L: Lanes>(&self) -> Completion<'a, L, Plain> {
+        let [readings, bias, output] = thirds(self.completion, self.shape.completion_lengths());
+        Completion {
+            components: self.shape.components,
+            readings,
+            scales: &[],
+            bias,
+            output,
+            output_scales: &[],
+        }
+    }
+
+    fn start<L: Lanes>(&self) -> Start<'a, L, Plain> {
+        let [hidden, bias, output] = thirds(self.start, self.shape.start_lengths());
+        Start {
+            hidden,
+            hidden_scales: &[],
+            bias,
+            output,
+            output_scales: &[],
+        }
+    }
+}
+
+/// A batch of materials: what is read of each, and what is made of it. Lists are octet by octet, a
+/// material in each lane.
+#[derive(Clone, Debug)]
+pub struct Batch {
+    shape: Shape,
+    /// Readings, sample by sample.
+    pub inputs: Vec<Input<Octet>>,
+    /// The completion's state, and then the gradient by it.
+    state: Vec<Octet>,
+    by_state: Vec<Octet>,
+    /// The start's units, and what it adds to each parameter.
+    units: Vec<Octet>,
+    offsets: Vec<Octet>,
+    by_offsets: Vec<Octet>,
+    /// The gradient by the readings.
+    pub by_inputs: Vec<[Octet; 3]>,
+}
+
+const NONE: Input<Octet> = Input {
+    channels: [Octet([0.0; WIDTH]); 3],
+    missing: Octet([0.0; WIDTH]),
+};
+
+impl Batch {
+    /// Room for a batch of some materials.
+    #[must_use]
+    pub fn new(shape: Shape, materials: usize) -> Self {
+        let octets = materials.div_ceil(WIDTH);
+        let words = 4 * shape.rows() * octets;
+        let list = |length: usize| vec![Octet::default(); length];
+        Self {
+            shape,
+            inputs: vec![NONE; shape.samples * octets],
+            state: list(words),
+            by_state: list(words),
+            units: list(shape.units * octets),
+            offsets: list(shape.parameters * octets),
+            by_offsets: list(shape.parameters * octets),
+            by_inputs: vec![[Octet::default(); 3]; shape.samples * octets],
+        }
+    }
+
+    fn octets(&self) -> usize {
+        self.inputs.len() / self.shape.samples.max(1)
+    }
+
+    /// Sets a material's reading of a sample: its [standardized](glimpse_core::fit::completion::standardized)
+    /// channels, or None where it is missing.
+    pub fn set(&mut self, material: usize, sample: usize, reading: Option<[f32; 3]>) {
+        let (octet, lane) = (material / WIDTH, material % WIDTH);
+        let input = &mut self.inputs[octet * self.shape.samples + sample];
+        input.missing.0[lane] = if reading.is_some() { 0.0 } else { 1.0 };
+        for (octet, value) in input.channels.iter_mut().zip(reading.unwrap_or_default()) {
+            octet.0[lane] = value;
+        }
+    }
+
+    /// The gradient by a material's reading of a sample.
+    #[must_use]
+    pub fn by_reading(&self, material: usize, sample: usize) -> [f32; 3] {
+        let (octet, lane) = (material / WIDTH, material % WIDTH);
+        self.by_inputs[octet * self.shape.samples + sample].map(|octet| octet.0[lane])
+    }
+
+    /// Where coefficient k of a channel stands in a state.
+    fn place(&self, material: usize, channel: usize, component: usize) -> (usize, usize) {
+        let rows = self.shape.rows();
+        let first = material / WIDTH * 4 * rows;
+        (first + channel * rows + component, material % WIDTH)
+    }
+
+    /// The coefficients of a material: m of red, m of green, m of blue.
+    #[must_use]
+    pub fn coefficients(&self, material: usize) -> Vec<f32> {
+        let channels = (0..3).flat_map(|channel| {
+            (0..self.shape.components).map(move |component| (channel, component))
+        });
+        channels
+            .map(|(channel, component)| {
+                let (place, lane) = self.place(material, channel, component);
+                self.state[place].0[lane]
+            })
+            .collect()
+    }
+
+    /// Sets the gradient by a material's coefficients.
+    pub fn set_gradient(&mut self, material: usize, by_coefficients: &[f32]) {
+        let components = self.shape.components;
+        for (index, value) in by_coefficients.iter().enumerate() {
+            let (place, lane) = self.place(material, index / components, index % components);
+            self.by_state[place].0[lane] = *value;
+        }
+    }
+
+    /// Hidden units of a material, averaged over its channels.
+    #[must_use]
+    pub fn hidden(&self, material: usize) -> Vec<f32> {
+        let Shape {
+            components, hidden, ..
+        } = self.shape;
+        let unit = |unit: usize| {
+            let channels = (0..3).map(|channel| {
+                let (place, lane) = self.place(material, channel, components + unit);
+                self.state[place].0[lane]
+            });
+            channels.sum::<f32>() / 3.0
+        };
+        (0..hidden).map(unit).collect()
+    }
+
+    /// What the start adds to a material's initial parameters.
+    #[must_use]
+    pub fn offsets(&self, material: usize) -> Vec<f32> {
+        let Shape { parameters, .. } = self.shape;
+        let (octet, lane) = (material / WIDTH, material % WIDTH);
+        let list = &self.offsets[octet * parameters..][..parameters];
+        list.iter().map(|octet| octet.0[lane]).collect()
+    }
+
+    /// Sets the gradient by a material's initial parameters.
+    pub fn set_offset_gradient(
+        &mut self,
+        material: usize,
+        by_offsets: impl IntoIterator<Item = f32>,
+    ) {
+        let Shape { parameters, .. } = self.shape;
+        let (octet, lane) = (material / WIDTH, material % WIDTH);
+        let list = &mut self.by_offsets[octet * parameters..][..parameters];
+        for (octet, value) in list.iter_mut().zip(by_offsets) {
+            octet.0[lane] = value;
+        }
+    }
+
+    /// From readings to coefficients, and to what is added to initial parameters.
+    pub fn complete(&mut self, weights: &Weights<'_>) {
+        dispatch(Complete {
+            batch: self,
+            weights: *weights,
+        });
+    }
+
+    /// From the gradients that were set: adds those by the weights, and puts those by the readings.
+    pub fn adjoint(
+        &mut self,
+        weights: &Weights<'_>,
+        by_completion: &mut [f32],
+        by_start: &mut [f32],
+    ) {
+        dispatch(Adjoint {
+            batch: self,
+            weights: *weights,
+            by_completion,
+            by_start,
+        });
+    }
+}
+
+/// Loads entries of lists, octet by octet, from octet `first` on.
+#[inline(always)]
+fn load<L: Lanes>(list: &[Octet], length: usize, first: usize, octets: usize, entry: usize) -> L {
+    let mut lanes = [&list[first * length + entry]; MOST_OCTETS];
+    for (k, lane) in lanes.iter_mut().enumerate().take(L::OCTETS) {
+        *lane = &list[(first + k).min(octets - 1) * length + entry];
+    }
+    L::load(lanes)
+}
+
+#[inline(always)]
+fn store<L: Lanes>(
+    value: L,
+    list: &mut [Octet],
+    length: usize,
+    first: usize,
+    octets: usize,
+    entry: usize,
+) {
+    let mut stored = [Octet::default(); MOST_OCTETS];
+    value.store(&mut stored);
+    for (k, octet) in stored
+        .iter()
+        .enumerate()
+        .take(L::OCTETS.min(octets - first))
+    {
+        list[(first + k) * length + entry] = *octet;
+    }
+}
+
+#[inline(always)]
+fn load_inputs<L: Lanes>(batch: &Batch, first: usize, inputs: &mut Vec<Input<L>>) {
+    let (samples, octets) = (batch.shape.samples, batch.octets());
+    inputs.clear();
+    for sample in 0..samples {
+        let mut lanes = [&batch.inputs[first * samples + sample]; MOST_OCTETS];
+        for (k, lane) in lanes.iter_mut().enumerate().take(L::OCTETS) {
+            *lane = &batch.inputs[(first + k).min(octets - 1) * samples + sample];
+        }
+        let [a, b, c, d] = lanes;
+        inputs.push(Input {
+            channels: [
+                L::load([
+                    &a.channels[0],
+                    &b.channels[0],
+                    &c.channels[0],
+                    &d.channels[0],
+                ]),
+                L::load([
+                    &a.channels[1],
+                    &b.channels[1],
+                    &c.channels[1],
+                    &d.channels[1],
+                ]),
+                L::load([
+                    &a.channels[2],
+                    &b.channels[2],
+                    &c.channels[2],
+                    &d.channels[2],
+                ]),
+            ],
+            missing: L::load([&a.missing, &b.missing, &c.missing, &d.missing]),
+        });
+    }
+}
+
+struct Complete<'b, 'w> {
+    batch: &'b mut Batch,
+    weights: Weights<'w>,
+}
+
+impl Kernel for Complete<'_, '_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let Self { batch, weights } = self;
+        let shape = batch.shape;
+        let (octets, words) = (batch.octets(), 4 * shape.rows());
+        let completion = weights.completion::<L>();
+        let mut inputs = Vec::with_capacity(shape.samples);
+        let mut state = vec![L::constant(0.0); words];
+        let mut units = vec![L::constant(0.0); shape.units];
+        for first in (0..octets).step_by(L::OCTETS) {
+            load_inputs(batch, first, &mut inputs);
+            completion.compute(&inputs, &mut state);
+            for (word, value) in state.iter().enumerate() {
+                store(*value, &mut batch.state, words, first, octets, word);
+            }
+            if shape.units == 0 {
+                continue;
+            }
+            let start = weights.start::<L>();
+            start.activate(completion.coefficients(&state), &mut units);
+            for (unit, value) in units.iter().enumerate() {
+                store(*value, &mut batch.units, shape.units, first, octets, unit);
+            }
+            for parameter in 0..shape.parameters {
+                let offset = start.offset(parameter, &units);
+                store(
+                    offset,
+                    &mut batch.offsets,
+                    shape.parameters,
+                    first,
+                    octets,
+                    parameter,
+                );
+            }
+        }
+    }
+}
+
+struct Adjoint<'b, 'w, 'g> {
+    batch: &'b mut Batch,
+    weights: Weights<'w>,
+    by_completion: &'g mut [f32],
+    by_start: &'g mut [f32],
+}
+
+impl Kernel for Adjoint<'_, '_, '_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let Self {
+            batch,
+            weights,
+            by_completion,
+            by_start,
+        } = self;
+        let shape = batch.shape;
+        let (octets, rows) = (batch.octets(), shape.rows());
+        let words = 4 * rows;
+        let completion = weights.completion::<L>();
+        let mut inputs = Vec::with_capacity(shape.samples);
+        let mut state = vec![L::constant(0.0); words];
+        let mut by_state = vec![L::constant(0.0); words];
+        let mut by_inputs = vec![[L::constant(0.0); 3]; shape.samples];
+        let mut units = vec![L::constant(0.0); shape.units];
+        let mut by_units = units.clone();
+        let mut by_offsets = vec![L::constant(0.0); shape.parameters];
+        let mut sums = vec![L::zero_sum(); by_completion.len()];
+        let mut start_sums = vec![L::zero_sum(); by_start.len()];
+        // Lanes past the end repeat the last octet: they must not count.
+        let mut counted = [Octet([1.0; WIDTH]); MOST_OCTETS];
+        for first in (0..octets).step_by(L::OCTETS) {
+            for (k, octet) in counted.iter_mut().enumerate() {
+                *octet = Octet([if first + k < octets { 1.0 } else { 0.0 }; WIDTH]);
+            }
+            let [a, b, c, d] = &counted;
+            let counted = L::load([a, b, c, d]);
+            load_inputs(batch, first, &mut inputs);
+            for (word, value) in state.iter_mut().enumerate() {
+                *value = load(&batch.state, words, first, octets, word);
+            }
+            for (word, value) in by_state.iter_mut().enumerate() {
+                *value = load::<L>(&batch.by_state, words, first, octets, word) * counted;
+            }
+            if shape.units > 0 {
+                for (unit, value) in units.iter_mut().enumerate() {
+                    *value = load(&batch.units, shape.units, first, octets, unit);
+                }
+                for (parameter, value) in by_offsets.iter_mut().enumerate() {
+                    let by_offset = load::<L>(
+                        &batch.by_offsets,
+                        shape.parameters,
+                        first,
+                        octets,
+                        parameter,
+                    );
+                    *value = by_offset * counted;
+                }
+                let [hidden, bias, output] = thirds_mut(&mut start_sums, shape.start_lengths());
+                let mut gradient = StartGradient {
+                    hidden,
+                    bias,
+                    output,
+                };
+                let (red, rest) = by_state.split_at_mut(rows);
+                let (green, blue) = rest.split_at_mut(rows);
+                let by_coefficients = [red, green, blue].map(|list| &mut list[..shape.components]);
+                weights.start::<L>().adjoint(
+                    completion.coefficients(&state),
+                    &units,
+                    &by_offsets,
+                    &mut by_units,
+                    &mut gradient,
+                    by_coefficients,
+                );
+            }
+            let [readings, bias, output] = thirds_mut(&mut sums, shape.completion_lengths());
+            let mut gradient = CompletionGradient {
+                readings,
+                bias,
+                output,
+            };
+            completion.adjoint(
+                &inputs,
+                &state,
+                &mut by_state,
+                &mut gradient,
+                &mut by_inputs,
+            );
+            for (sample, by_input) in by_inputs.iter().enumerate() {
+                for (channel, value) in by_input.iter().enumerate() {
+                    let mut stored = [Octet::default(); MOST_OCTETS];
+                    value.store(&mut stored);
+                    for (k, octet) in stored
+                        .iter()
+                        .enumerate()
+                        .take(L::OCTETS.min(octets - first))
+                    {
+                        batch.by_inputs[(first + k) * shape.samples + sample][channel] = *octet;
+                    }
+                }
+            }
+        }
+        add_totals::<L>(&sums, by_completion);
+        add_totals::<L>(&start_sums, by_start);
+    }
+}
+
+#[inline(always)]
+fn add_totals<L: Lanes>(sums: &[L::Sum], gradient: &mut [f32]) {
+    let mut totals = vec![0.0; gradient.len()];
+    L::totals(sums, &mut totals);
+    for (entry, total) in gradient.iter_mut().zip(totals) {
+        *entry += total;
+    }
+}
