@@ -2,6 +2,7 @@
 //! threads, and a recipe that fits as what was trained does.
 
 use std::ops::ControlFlow;
+use std::time::Duration;
 
 use glimpse_core::fit::completion::standardized;
 use glimpse_core::geometry::HalfDifference;
@@ -12,14 +13,14 @@ use glimpse_optimizer::Groups;
 use glimpse_trainer::export::recipe_of;
 use glimpse_trainer::linear::{Basis, Columns, Prior};
 use glimpse_trainer::material::{Material, Procedural, Source};
-use glimpse_trainer::meta::outer::{Outcome, Run};
+use glimpse_trainer::meta::outer::{Checkpoints, Outcome, Run};
 use glimpse_trainer::meta::phase::OuterStep;
 use glimpse_trainer::meta::plan::{Effort, Plan, Schedule, Weighing};
 use glimpse_trainer::meta::prior::draw::{Group, Variety};
 use glimpse_trainer::meta::prior::pool::WarpedPool;
 use glimpse_trainer::meta::prior::refinement::{Refinement, Steps};
 use glimpse_trainer::meta::prior::trainee::{PriorTasks, PriorTrainee};
-use glimpse_trainer::meta::run::{Completing, Learned, Options, Parts, train};
+use glimpse_trainer::meta::run::{Completing, Learned, Options, Parts, TrainError, train};
 use glimpse_trainer::meta::trainee::{RandomStreams, Trainee};
 
 const SAMPLES: usize = 5;
@@ -200,6 +201,48 @@ fn every_model_trains_the_same_on_any_number_of_threads() {
         assert_eq!(one, two, "{model} on one thread and on two");
         assert_eq!(one, seven, "{model} on one thread and on seven");
     }
+}
+
+/// Stopped in its last phase and resumed, a run comes to the same numbers.
+#[test]
+fn a_resumed_run_comes_to_the_same_numbers() {
+    let scratch = tempfile::tempdir().expect("a temporary directory");
+    let options = |checkpoints| Options {
+        model: ModelKind::Phong,
+        samples: 2,
+        schedule: Schedule::Prior,
+        effort: Effort::Brief,
+        parts: Parts::All,
+        prior: Prior::LEARNED,
+        completing: Completing {
+            missing: 0.5,
+            noise: 0.02,
+            procedural: 0.0,
+        },
+        seed: 3,
+        checkpoints,
+    };
+    let whole = train(&options(None), materials(10), &mut |_| {
+        ControlFlow::Continue(())
+    });
+    let whole = whole.expect("it is trained");
+    let checkpoints = Some(Checkpoints {
+        directory: scratch.path().join("checkpoint"),
+        every: Duration::from_secs(3600),
+        resume: true,
+    });
+    let options = options(checkpoints);
+    let stopped = train(
+        &options,
+        materials(10),
+        &mut |progress| match 4 * progress.done > 3 * progress.total {
+            true => ControlFlow::Break(()),
+            false => ControlFlow::Continue(()),
+        },
+    );
+    assert!(matches!(stopped, Err(TrainError::Stopped(_))));
+    let resumed = train(&options, materials(10), &mut |_| ControlFlow::Continue(()));
+    assert_eq!(resumed.expect("it is trained"), whole);
 }
 
 /// What bytes cost: a recipe's coefficients are those of the weights that were trained, but for a
