@@ -259,10 +259,13 @@ impl Job<'_> {
 
     /// Makes sure that the recipe can be written.
     fn try_write(&self) -> anyhow::Result<()> {
-        // The largest recipe but for Linear's: a network's with 512 samples takes 12 KB, or 38 and
-        // 0.4 a sample where readings are completed; the names of a thousand materials some 30.
-        try_write(&self.out, 1 << 17)
-            .with_context(|| format!("cannot write {}", self.out.display()))
+        // The largest recipe but for Linear's: a network's with 512 samples takes 12 KB, the names
+        // of a thousand materials some 30. Where readings are completed it is 38, and 0.3 a sample.
+        let bytes = match self.options.schedule {
+            Schedule::Prior => (1 << 16) + 512 * self.options.samples,
+            Schedule::Joint | Schedule::Paper => 1 << 16,
+        };
+        try_write(&self.out, bytes).with_context(|| format!("cannot write {}", self.out.display()))
     }
 
     /// Looks at what is there.
