@@ -56,7 +56,7 @@ pub(super) fn learner(
         PackedLearner::Descent(packed) => descent(packed).map(Learner::Descent),
         PackedLearner::Ridge(packed) => ridge(packed, samples).map(Learner::Ridge),
         PackedLearner::Completed(packed, then) => {
-            completed(packed, then, samples).map(Learner::Completed)
+            completed(&packed, then, samples).map(Learner::Completed)
         }
     }
 }
@@ -97,7 +97,7 @@ fn ridge(packed: PackedRidge<'_>, samples: usize) -> Result<Ridge<'_>, RecipeErr
 }
 
 fn completed<'a>(
-    packed: PackedCompletion<'a>,
+    packed: &PackedCompletion<'a>,
     then: Option<(PackedDescent<'a>, PackedStart<'a>)>,
     samples: usize,
 ) -> Result<Completed<'a>, RecipeError> {
@@ -173,6 +173,7 @@ fn start(
 }
 
 /// So many bytes.
+#[inline(never)]
 fn bytes(bytes: &[u8], length: usize, field: Field) -> Result<&[u8], RecipeError> {
     if bytes.len() == length {
         Ok(bytes)
@@ -181,7 +182,8 @@ fn bytes(bytes: &[u8], length: usize, field: Field) -> Result<&[u8], RecipeError
     }
 }
 
-/// A list of so many numbers that pass a check.
+/// A list of so many numbers that pass a check. Out of line, as there are many lists.
+#[inline(never)]
 fn list(
     bytes: &[u8],
     length: usize,

@@ -39,15 +39,15 @@ impl<S: Scalar, E: Encoding<S>> Start<'_, S, E> {
     /// tanh(P a + p) of coefficients of each channel; as many as `units` has room for.
     #[inline(always)]
     pub fn activate(&self, coefficients: [&[S]; 3], units: &mut [S]) {
-        let [red, green, blue] = coefficients;
-        let inputs = red.len().saturating_mul(3);
-        let rows = self.hidden.chunks_exact(inputs.max(1)).zip(self.bias);
+        let [components, ..] = coefficients.map(|list| list.len().max(1));
+        let inputs = components.saturating_mul(3);
+        let rows = self.hidden.chunks_exact(inputs).zip(self.bias);
         for (row, ((weights, bias), unit)) in rows.zip(units).enumerate() {
-            let (by_red, rest) = weights.split_at_checked(red.len()).unwrap_or_default();
-            let (by_green, by_blue) = rest.split_at_checked(green.len()).unwrap_or_default();
-            let sum = dot::<S, E>(by_red, red)
-                + dot::<S, E>(by_green, green)
-                + dot::<S, E>(by_blue, blue);
+            let mut sum = S::constant(0.0);
+            let channels = weights.chunks_exact(components);
+            for (weights, coefficients) in channels.zip(coefficients) {
+                sum = sum + dot::<S, E>(weights, coefficients);
+            }
             *unit = tanh(scaled::<S, E>(sum, self.hidden_scales, row) + E::number(*bias));
         }
     }
