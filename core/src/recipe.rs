@@ -28,7 +28,7 @@ pub use error::RecipeError;
 pub use field::Field;
 pub use format::{
     HEADER_BYTES, MAGIC, MAX_BASIS, MAX_COMPONENTS, MAX_INNER_STEPS, MAX_MEAN, MAX_MEDIAN,
-    MAX_PRECISION, MAX_SAMPLES, MAX_WEIGHT, MIN_PRECISION, OLDEST_VERSION, VERSION,
+    MAX_PRECISION, MAX_PREDICTION, MAX_SAMPLES, MAX_WEIGHT, MIN_PRECISION, OLDEST_VERSION, VERSION,
 };
 pub use ingredients::{
     Expectation, Ingredients, Noise, PackedCompletion, PackedDescent, PackedLearner, PackedRidge,
@@ -90,7 +90,7 @@ impl<'a> Recipe<'a> {
             _ => Contents::of_sections(body)?,
         };
         let pattern = check::pattern(contents.pattern)?;
-        let learner = check::learner(contents.learner, pattern.len())?;
+        let learner = check::learner(contents.learner, contents.prediction, pattern.len())?;
         Ok(Self {
             pattern,
             learner,

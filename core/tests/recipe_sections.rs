@@ -56,6 +56,7 @@ fn full() -> Ingredients<'static> {
         expectation: Some(EXPECTATION),
         provenance: Some(PROVENANCE),
         materials: &MATERIALS,
+        prediction: None,
     }
 }
 

@@ -121,6 +121,10 @@ impl<const WORDS: usize> Fitter for AnyModel<WORDS> {
         dispatch!(learner, is_finite([] workspace, learner))
     }
 
+    fn predicted_loss(workspace: &AnyWorkspace<WORDS>, learner: &Learner<'_>) -> Option<f32> {
+        dispatch!(learner, predicted_loss([] workspace, learner))
+    }
+
     fn at_sample(
         workspace: &AnyWorkspace<WORDS>,
         learner: &Learner<'_>,

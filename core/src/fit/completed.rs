@@ -4,6 +4,7 @@ use super::completion::{Completion, Input, Packed, standardized};
 use super::learned::Descent;
 use crate::model::{ModelKind, Sample};
 use crate::numeric::Floats;
+use crate::numeric::math::exp;
 
 /// The largest number of rows of a completion: coefficients and hidden units.
 pub const MAX_ROWS: usize = 96;
@@ -22,6 +23,8 @@ pub struct Completed<'a> {
     pub(crate) centre: Floats<'a>,
     pub(crate) scale: f32,
     pub(crate) takes_missing: bool,
+    /// A bias, and a weight for each component; empty where nothing is predicted.
+    pub(crate) prediction: Floats<'a>,
     pub(crate) target: Target<'a>,
 }
 
@@ -68,6 +71,25 @@ impl<'a> Completed<'a> {
     #[must_use]
     pub fn takes_missing(&self) -> bool {
         self.takes_missing
+    }
+
+    /// What predicts the logarithm of a fit's loss: a bias, and a weight for each component, which
+    /// counts for the mean of the channels' coefficients. Empty where nothing is predicted.
+    #[must_use]
+    pub fn prediction(&self) -> Floats<'a> {
+        self.prediction
+    }
+
+    /// The loss that a fit is likely to have whose readings were completed to these coefficients of
+    /// red, green and blue; None where nothing is predicted. Out of line: it is asked for once.
+    #[inline(never)]
+    pub(super) fn predicted_loss(&self, [red, green, blue]: [&[f32]; 3]) -> Option<f32> {
+        let mut weights = self.prediction.iter();
+        let mut sum = weights.next()?;
+        for (weight, ((red, green), blue)) in weights.zip(red.iter().zip(green).zip(blue)) {
+            sum += weight * (red + green + blue) * (1.0 / 3.0);
+        }
+        Some(exp(sum))
     }
 
     /// What the coefficients become.

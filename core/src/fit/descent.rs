@@ -21,6 +21,8 @@ pub struct Workspace<M: Model> {
     gradient: M::Parameters<f32>,
     /// What readings are completed in, where the gradient is too small for it.
     scratch: M::Scratch,
+    /// The loss that completed readings predict.
+    predicted: f32,
 }
 
 impl<M: Model> Workspace<M> {
@@ -29,6 +31,7 @@ impl<M: Model> Workspace<M> {
         parameters: M::ZEROS,
         gradient: M::ZEROS,
         scratch: M::NO_SCRATCH,
+        predicted: 0.0,
     };
 }
 
@@ -123,6 +126,15 @@ impl<M: Model> Fitter for M {
         workspace.parameters.runs().all(is_finite)
     }
 
+    fn predicted_loss(workspace: &Workspace<M>, learner: &Learner<'_>) -> Option<f32> {
+        match learner {
+            Learner::Completed(completed) if !completed.prediction.is_empty() => {
+                Some(workspace.predicted)
+            }
+            _ => None,
+        }
+    }
+
     fn at_sample(
         workspace: &Workspace<M>,
         _: &Learner<'_>,
@@ -182,6 +194,7 @@ fn start_unit<M: Model>(
         parameters,
         gradient,
         scratch,
+        predicted,
     } = workspace;
     let own = scratch.as_mut();
     let scratch = match own.len() >= SCRATCH {
@@ -198,7 +211,12 @@ fn start_unit<M: Model>(
     let completion = completed.units(samples.len());
     match unit.checked_sub(completion) {
         None => completed.advance(unit, samples, state),
-        Some(0) => activate(completed, start, state, units),
+        Some(0) => {
+            // Its coefficients are gone once the descent begins.
+            let coefficients = completed.completion.coefficients(state);
+            *predicted = completed.predicted_loss(coefficients).unwrap_or_default();
+            activate(completed, start, state, units);
+        }
         Some(later) => {
             let first = (later as usize).saturating_sub(1).saturating_mul(STARTED);
             let parameters = parameters.iter_mut().enumerate();

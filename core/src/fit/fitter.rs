@@ -88,6 +88,10 @@ pub trait Fitter {
     /// Whether all values are finite.
     fn is_finite(workspace: &Self::Workspace, learner: &Learner<'_>) -> bool;
 
+    /// The loss that the complete fit is likely to have, by its readings; None where the recipe
+    /// predicts none.
+    fn predicted_loss(workspace: &Self::Workspace, learner: &Learner<'_>) -> Option<f32>;
+
     /// The modelled BRDF (linear RGB, sr^-1, not times the cosine) at the pattern's sample with this
     /// index.
     fn at_sample(

@@ -153,6 +153,15 @@ impl<const WORDS: usize> Fitter for Linear<WORDS> {
         channels(workspace, learner).into_iter().all(is_finite)
     }
 
+    fn predicted_loss(workspace: &[f32; WORDS], learner: &Learner<'_>) -> Option<f32> {
+        match learner {
+            Learner::Completed(completed) => {
+                completed.predicted_loss(completed.completion.coefficients(workspace))
+            }
+            _ => None,
+        }
+    }
+
     fn at_sample(
         workspace: &[f32; WORDS],
         learner: &Learner<'_>,

@@ -5,6 +5,9 @@
 pub struct Floats<'a>(&'a [[u8; 4]]);
 
 impl<'a> Floats<'a> {
+    /// None.
+    pub const EMPTY: Self = Self(&[]);
+
     /// None if the length is not a multiple of four.
     #[must_use]
     pub fn new(bytes: &'a [u8]) -> Option<Self> {

@@ -6,6 +6,7 @@ use super::format::{MAX_COMPONENTS, MAX_INNER_STEPS, MAX_SAMPLES};
 use super::ingredients::{
     PackedCompletion, PackedDescent, PackedLearner, PackedRidge, PackedStart,
 };
+use super::kind::Kind;
 use crate::fit::completion::Completion;
 use crate::fit::ridge::Problem;
 use crate::fit::{
@@ -47,16 +48,20 @@ pub(super) fn pattern(packed: &[u8]) -> Result<&[PackedAngles], RecipeError> {
     Ok(pattern)
 }
 
-/// Checks the learner, for a pattern of so many samples.
-pub(super) fn learner(
-    packed: PackedLearner<'_>,
+/// Checks the learner, for a pattern of so many samples, and what predicts its loss.
+pub(super) fn learner<'a>(
+    packed: PackedLearner<'a>,
+    prediction: Option<&'a [u8]>,
     samples: usize,
-) -> Result<Learner<'_>, RecipeError> {
+) -> Result<Learner<'a>, RecipeError> {
     match packed {
+        PackedLearner::Descent(_) | PackedLearner::Ridge(_) if prediction.is_some() => {
+            Err(RecipeError::Missing(Kind::COMPLETION))
+        }
         PackedLearner::Descent(packed) => descent(packed).map(Learner::Descent),
         PackedLearner::Ridge(packed) => ridge(packed, samples).map(Learner::Ridge),
         PackedLearner::Completed(packed, then) => {
-            completed(&packed, then, samples).map(Learner::Completed)
+            completed(&packed, then, prediction, samples).map(Learner::Completed)
         }
     }
 }
@@ -99,6 +104,7 @@ fn ridge(packed: PackedRidge<'_>, samples: usize) -> Result<Ridge<'_>, RecipeErr
 fn completed<'a>(
     packed: &PackedCompletion<'a>,
     then: Option<(PackedDescent<'a>, PackedStart<'a>)>,
+    prediction: Option<&'a [u8]>,
     samples: usize,
 ) -> Result<Completed<'a>, RecipeError> {
     let components = usize::from(packed.components);
@@ -144,6 +150,13 @@ fn completed<'a>(
         centre: list(packed.centre, samples, Field::Mean, in_range)?,
         scale: packed.scale,
         takes_missing: packed.takes_missing,
+        prediction: match prediction {
+            None => Floats::EMPTY,
+            Some(list) => {
+                let entries = components.saturating_add(1);
+                self::list(list, entries, Field::Prediction, in_range)?
+            }
+        },
         target,
     })
 }

@@ -11,6 +11,7 @@ use super::statements::Stated;
 pub(super) struct Contents<'a> {
     pub(super) pattern: &'a [u8],
     pub(super) learner: PackedLearner<'a>,
+    pub(super) prediction: Option<&'a [u8]>,
     pub(super) stated: Stated<'a>,
 }
 
@@ -22,6 +23,7 @@ impl<'a> Contents<'a> {
         let mut ridge = None;
         let mut completion = None;
         let mut start = None;
+        let mut prediction = None;
         let mut last = None;
         let mut sections = Sections::new(body);
         for (kind, bytes) in &mut sections {
@@ -36,6 +38,8 @@ impl<'a> Contents<'a> {
                 Kind::RIDGE => ridge = Some(decode(kind, bytes)?),
                 Kind::COMPLETION => completion = Some(decode(kind, bytes)?),
                 Kind::START => start = Some(decode(kind, bytes)?),
+                // An optional one that a fit goes by, where a completion is there.
+                Kind::PREDICTION => prediction = Some(decode(kind, bytes)?),
                 _ if kind.is_required() => return Err(RecipeError::Unknown(kind)),
                 _ => {}
             }
@@ -58,6 +62,7 @@ impl<'a> Contents<'a> {
                 (_, _, None, Some(_)) => return Err(RecipeError::Missing(Kind::COMPLETION)),
                 (_, _, _, None) => return Err(RecipeError::Missing(Kind::START)),
             },
+            prediction,
             stated: Stated::Sections(Sections::new(body)),
         })
     }

@@ -2,7 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::format::{MAX_BASIS, MAX_MEAN, MAX_MEDIAN, MAX_PRECISION, MAX_WEIGHT, MIN_PRECISION};
+use super::format::{
+    MAX_BASIS, MAX_MEAN, MAX_MEDIAN, MAX_PRECISION, MAX_PREDICTION, MAX_WEIGHT, MIN_PRECISION,
+};
 
 /// A field of the recipe, to name it in errors.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -44,6 +46,8 @@ pub enum Field {
     Bias,
     /// What weights, or readings, are to be multiplied by.
     Scale,
+    /// From coefficients to the loss that a fit is likely to have.
+    Prediction,
 }
 
 impl Field {
@@ -69,6 +73,7 @@ impl Field {
             Self::Weights => "weights",
             Self::Bias => "bias",
             Self::Scale => "scale",
+            Self::Prediction => "prediction",
         }
     }
 
@@ -78,6 +83,7 @@ impl Field {
     pub const fn range(self) -> (f32, f32) {
         match self {
             Self::Basis => (-MAX_BASIS, MAX_BASIS),
+            Self::Prediction => (-MAX_PREDICTION, MAX_PREDICTION),
             Self::Mean => (-MAX_MEAN, MAX_MEAN),
             Self::Median => (0.0, MAX_MEDIAN),
             Self::Weight => (0.0, MAX_WEIGHT),

@@ -23,6 +23,8 @@ pub const MAX_COMPONENTS: usize = 1024;
 pub const MAX_BASIS: f32 = 1e4;
 /// The largest mapped mean, either sign: e to the power of 100 is no f32 any more.
 pub const MAX_MEAN: f32 = 100.0;
+/// The largest weight of a prediction, either sign.
+pub const MAX_PREDICTION: f32 = 1e4;
 /// The largest median BRDF, sr^-1.
 pub const MAX_MEDIAN: f32 = 1e6;
 /// The largest product of two cosines, with room for rounding.

@@ -25,6 +25,9 @@ pub struct Ingredients<'a> {
     pub provenance: Option<Provenance<'a>>,
     /// Names and digests of the materials that it was trained on; none are no section.
     pub materials: &'a [(&'a str, u32)],
+    /// From a completion's coefficients to the logarithm of the loss that a fit is likely to have,
+    /// packed little-endian f32: a bias, and a weight for each component.
+    pub prediction: Option<&'a [u8]>,
 }
 
 impl<'a> Ingredients<'a> {
@@ -39,6 +42,7 @@ impl<'a> Ingredients<'a> {
             expectation: None,
             provenance: None,
             materials: &[],
+            prediction: None,
         }
     }
 }

@@ -35,6 +35,8 @@ impl Kind {
     pub const PROVENANCE: Self = Self(131);
     /// Names and digests of the materials that it was trained on.
     pub const MATERIALS: Self = Self(132);
+    /// From a completion to the loss that a fit is likely to have.
+    pub const PREDICTION: Self = Self(133);
 
     const FIRST_OPTIONAL: Self = Self(128);
 
@@ -70,6 +72,7 @@ impl Kind {
             Self::EXPECTATION => "expectation",
             Self::PROVENANCE => "provenance",
             Self::MATERIALS => "materials",
+            Self::PREDICTION => "prediction",
             _ => return None,
         })
     }

@@ -20,6 +20,7 @@ pub(super) fn first(body: &[u8]) -> Result<Contents<'_>, RecipeError> {
     Ok(Contents {
         pattern,
         learner,
+        prediction: None,
         stated: Stated::End(body.0),
     })
 }
@@ -36,6 +37,7 @@ pub(super) fn second(body: &[u8]) -> Result<Contents<'_>, RecipeError> {
     Ok(Contents {
         pattern,
         learner,
+        prediction: None,
         stated: Stated::End(body.0),
     })
 }

@@ -55,6 +55,9 @@ impl<'b> Writer<'b> {
         if !ingredients.materials.is_empty() {
             self.section(Kind::MATERIALS, &ingredients.materials)?;
         }
+        if let Some(prediction) = &ingredients.prediction {
+            self.section(Kind::PREDICTION, prediction)?;
+        }
         Ok(())
     }
 

@@ -197,6 +197,18 @@ impl<'s, K: Fitter, const CAPACITY: usize> Fitted<'s, K, CAPACITY> {
         self.residual
     }
 
+    /// The loss that this fit is likely to have, by its readings: an error bar for this material. None
+    /// if the recipe predicts none, as those that complete readings do.
+    ///
+    /// It is the mean of ln(1 + f cos(theta_i)) missed over all directions, as
+    /// [`expected_loss`](Fitted::expected_loss) is; a material unlike any that the recipe was trained
+    /// on may lose more.
+    #[must_use]
+    pub fn predicted_loss(&self) -> Option<f32> {
+        let predicted = K::predicted_loss(&self.memory.workspace, &self.recipe.learner());
+        predicted.filter(|loss| loss.is_finite())
+    }
+
     /// The loss to expect on a material that training never saw; None if the recipe states none.
     #[must_use]
     pub fn expected_loss(&self) -> Option<f32> {

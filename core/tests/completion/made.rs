@@ -82,6 +82,8 @@ pub(crate) struct Made {
     pub(crate) rows: Vec<i8>,
     pub(crate) row_scales: Vec<f32>,
     pub(crate) basis_checksum: u32,
+    /// What goes into a section 133, if there is one.
+    pub(crate) prediction: Option<Vec<f32>>,
     pub(crate) then: Option<(Descends, Starts)>,
 }
 
@@ -141,6 +143,7 @@ impl Made {
             rows: random.weights(n * rows),
             row_scales: random.scales(rows, 0.5),
             basis_checksum: if rows > 0 { 0xfeed_beef } else { 0 },
+            prediction: None,
             then: model.parameters().map(|parameters| {
                 let descends = Descends {
                     model,
@@ -212,7 +215,9 @@ impl Made {
         };
         let pattern = bytes(&self.pattern);
         let learner = PackedLearner::Completed(completion, then);
+        let prediction = self.prediction.as_deref().map(bytes);
         let ingredients = Ingredients {
+            prediction: prediction.as_deref(),
             expectation: Some(Expectation {
                 loss: 0.03,
                 standard_error: None,

@@ -8,6 +8,7 @@ mod forged;
 mod forward;
 mod made;
 mod missing;
+mod prediction;
 mod reference;
 mod refusals;
 mod scans;

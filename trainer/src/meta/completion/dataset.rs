@@ -1,0 +1,103 @@
+//! Materials to train on, and what is known of them before training.
+
+use glimpse_kernels::components::ComponentTable;
+
+use super::draw::{Group, Variety};
+use super::pool::WarpedPool;
+use super::warp::Warp;
+use crate::linear::{Basis, Columns};
+use crate::material::Material;
+
+/// Materials to train on, with their BRDF at many directions.
+pub struct Dataset {
+    /// The materials that are learned from, and then those that are only mixed in.
+    pub materials: Vec<Box<dyn Material>>,
+    /// How many of them are learned from.
+    pub own: usize,
+    /// Which of them tasks are of.
+    pub groups: Vec<Group>,
+    /// How tasks are varied.
+    pub variety: Variety,
+    /// Where tasks are judged in training; the materials of its own are there with every warp.
+    pub pool: WarpedPool,
+    /// Where materials are judged as they are: its own ones alone, at directions that training does
+    /// not see.
+    pub fresh: WarpedPool,
+    columns: Columns,
+}
+
+impl Dataset {
+    /// Evaluates materials at `size` directions, with each warp, and at as many fresh ones. The first
+    /// `own` are learned from; the others are mixed in, as groups say.
+    #[must_use]
+    pub fn new(
+        materials: Vec<Box<dyn Material>>,
+        own: usize,
+        groups: Vec<Group>,
+        variety: Variety,
+        size: usize,
+        seed: u64,
+    ) -> Self {
+        let learned = &materials[..own];
+        Self {
+            columns: Columns::new(learned),
+            pool: WarpedPool::new(&materials, own, &variety.warps, size, seed),
+            fresh: WarpedPool::new(learned, 0, &[Warp::NONE], size, !seed),
+            materials,
+            own,
+            groups,
+            variety,
+        }
+    }
+}
+
+/// What a training run sees of a dataset: all of it, or all but some materials.
+pub struct Part {
+    /// Principal components of the materials that it sees.
+    pub basis: Basis,
+    /// The components where tasks are judged in training.
+    pub table: ComponentTable,
+    /// The components at the fresh directions.
+    pub fresh: ComponentTable,
+    /// Which materials tasks are of.
+    pub groups: Vec<Group>,
+    /// Which materials it is judged on: those left out, or all that are learned from.
+    pub judged: Vec<usize>,
+}
+
+impl Part {
+    /// All of a dataset, with so many principal components.
+    #[must_use]
+    pub fn whole(dataset: &Dataset, components: usize) -> Self {
+        Self::without(dataset, components, &[])
+    }
+
+    /// All but the materials that are left out.
+    #[must_use]
+    pub fn without(dataset: &Dataset, components: usize, left_out: &[usize]) -> Self {
+        let seen = |index: &usize| !left_out.contains(index);
+        let own: Vec<usize> = (0..dataset.own).collect();
+        let chosen: Vec<usize> = own
+            .iter()
+            .filter(|index| seen(index))
+            .flat_map(|index| 3 * index..3 * index + 3)
+            .collect();
+        // Coefficients of about 1, as a small map is best at.
+        let scale = 1.0 / (chosen.len() as f32).sqrt();
+        let basis = Basis::new(&dataset.columns, &chosen, components).scaled(scale);
+        let groups = dataset.groups.iter().map(|group| Group {
+            materials: group.materials.iter().copied().filter(seen).collect(),
+            share: group.share,
+        });
+        Self {
+            table: dataset.pool.components(&basis),
+            fresh: dataset.fresh.components(&basis),
+            groups: groups.filter(|group| !group.materials.is_empty()).collect(),
+            judged: match left_out {
+                [] => own,
+                some => some.to_vec(),
+            },
+            basis,
+        }
+    }
+}

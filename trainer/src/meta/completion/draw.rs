@@ -1,0 +1,218 @@
+//! What a training task is: a material that is like one that was measured, read with some noise, some
+//! of it not at all.
+
+use glimpse_kernels::lanes::WIDTH;
+use glimpse_kernels::samples::OctetRgb;
+use rand::Rng;
+use rand_chacha::ChaCha8Rng;
+
+use super::field::FIELD;
+use super::pool::WarpedPool;
+use super::warp::Warp;
+use crate::meta::start::standard_normal;
+use crate::meta::variation::Variation;
+
+/// How much materials are varied in training, and readings spoilt.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Variety {
+    /// The largest gain of a filter.
+    pub gain: f32,
+    /// Warps that highlights may have; the first one is none.
+    pub warps: Vec<Warp>,
+    /// How much the partner's share differs between channels.
+    pub coloured: f32,
+    /// Standard deviation of the smooth fields' logarithms.
+    pub field: f32,
+    /// The share of tasks with missing readings.
+    pub missing: f32,
+    /// Noise of readings, relative and absolute (sr^-1).
+    pub noise: [f32; 2],
+}
+
+impl Default for Variety {
+    /// What does best on materials that were not trained on.
+    fn default() -> Self {
+        // From 0.67 to 1.5 times as wide as they are.
+        let others = [-1.0_f32, -0.67, -0.33, 0.33, 0.67, 1.0].map(|share| Warp {
+            stretch: (0.4 * share).exp(),
+        });
+        Self {
+            gain: 1.5,
+            warps: std::iter::once(Warp::NONE).chain(others).collect(),
+            coloured: 0.3,
+            field: 0.1,
+            missing: 0.0,
+            noise: [0.0; 2],
+        }
+    }
+}
+
+/// Some materials, and their share of all tasks.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Group {
+    /// Which materials; one at least.
+    pub materials: Vec<usize>,
+    /// Their share; all shares together are 1.
+    pub share: f32,
+}
+
+/// A material of a group that is chosen by its share.
+fn any_of(groups: &[Group], random: &mut ChaCha8Rng) -> usize {
+    let mut left: f32 = random.random();
+    let mut chosen: &[usize] = &[];
+    for group in groups {
+        chosen = &group.materials;
+        left -= group.share;
+        if left < 0.0 {
+            break;
+        }
+    }
+    chosen[random.random_range(0..chosen.len())]
+}
+
+/// A task.
+#[derive(Clone, Debug)]
+pub struct Task {
+    /// The material's index.
+    pub material: usize,
+    /// Which channel of the material each channel is.
+    pub channels: [usize; 3],
+    /// What it is multiplied by.
+    pub gains: [f32; 3],
+    /// The index of the material that it is mixed with.
+    pub partner: usize,
+    /// The partner's share in each channel.
+    pub shares: [f32; 3],
+    /// The warps of the material and of the partner, by number.
+    pub warps: [usize; 2],
+    /// Coefficients of the smooth field.
+    pub field: [f32; FIELD],
+    /// Which readings are there.
+    pub present: Vec<bool>,
+    /// What each reading is multiplied by, and what is added to it.
+    pub noise: Vec<[[f32; 3]; 2]>,
+    /// Octets of directions that it is judged at.
+    pub octets: Vec<u32>,
+}
+
+impl Task {
+    /// A material as it is, all readings taken, judged everywhere.
+    #[must_use]
+    pub fn plain(material: usize, samples: usize, octets: usize) -> Self {
+        Self {
+            material,
+            channels: [0, 1, 2],
+            gains: [1.0; 3],
+            partner: material,
+            shares: [0.0; 3],
+            warps: [0; 2],
+            field: [0.0; FIELD],
+            present: vec![true; samples],
+            noise: Vec::new(),
+            octets: (0..octets as u32).collect(),
+        }
+    }
+
+    /// A random one.
+    #[must_use]
+    pub fn random(
+        pool: &WarpedPool,
+        groups: &[Group],
+        variety: &Variety,
+        [samples, outer]: [usize; 2],
+        random: &mut ChaCha8Rng,
+    ) -> Self {
+        let octets = pool.octets();
+        let [material, partner] = [(); 2].map(|()| any_of(groups, random));
+        let Variation {
+            order: channels,
+            gains,
+            share,
+            ..
+        } = Variation::random(variety.gain, 1, random);
+        let warps = [material, partner].map(|index| random.random_range(0..pool.warps(index)));
+        let shares = [(); 3].map(|()| {
+            let apart = variety.coloured * (2.0 * random.random::<f32>() - 1.0);
+            (share + apart).clamp(0.0, 1.0)
+        });
+        let field = [(); FIELD].map(|()| variety.field * standard_normal(random));
+        let mut present = vec![true; samples];
+        if samples > 1 && random.random::<f32>() < variety.missing {
+            if random.random::<bool>() {
+                // A prefix.
+                let length = random.random_range(1..samples);
+                present[length..].fill(false);
+            } else {
+                for _ in 0..random.random_range(1..=2.min(samples - 1)) {
+                    present[random.random_range(0..samples)] = false;
+                }
+            }
+        }
+        let [relative, absolute] = variety.noise;
+        let noise = match relative + absolute > 0.0 {
+            true => (0..samples)
+                .map(|_| {
+                    let factor = [(); 3].map(|()| 1.0 + relative * standard_normal(random));
+                    [factor, [(); 3].map(|()| absolute * standard_normal(random))]
+                })
+                .collect(),
+            false => Vec::new(),
+        };
+        let judged = (0..outer.div_ceil(WIDTH)).map(|_| random.random_range(0..octets as u32));
+        Self {
+            material,
+            channels,
+            gains,
+            partner,
+            shares,
+            warps,
+            field,
+            present,
+            noise,
+            octets: judged.collect(),
+        }
+    }
+
+    /// True if there is no smooth field.
+    #[must_use]
+    pub fn is_flat(&self) -> bool {
+        self.field == [0.0; FIELD]
+    }
+
+    /// True if nothing of a partner is in it.
+    #[must_use]
+    pub fn is_alone(&self) -> bool {
+        self.shares == [0.0; 3]
+    }
+
+    /// The BRDF at the directions that it is judged at.
+    #[must_use]
+    pub fn values(&self, pool: &WarpedPool) -> Vec<OctetRgb> {
+        let own = pool.values(self.material, self.warps[0]);
+        let partner = pool.values(self.partner, self.warps[1]);
+        let octets = self.octets.iter().map(|octet| {
+            let (own, partner) = (&own[*octet as usize], &partner[*octet as usize]);
+            let mut values = OctetRgb::default();
+            let mut factor = [1.0; WIDTH];
+            if !self.is_flat() {
+                let fields = &pool.fields[*octet as usize];
+                for (lane, factor) in factor.iter_mut().enumerate() {
+                    let terms = self.field.iter().zip(fields);
+                    let sum: f32 = terms.map(|(c, f)| c * f.0[lane]).sum();
+                    *factor = sum.exp();
+                }
+            }
+            for (channel, values) in values.iter_mut().enumerate() {
+                let own = &own[self.channels[channel]].0;
+                let partner = &partner[channel].0;
+                let share = self.shares[channel];
+                let gain = (1.0 - share) * self.gains[channel];
+                for lane in 0..WIDTH {
+                    values.0[lane] = factor[lane] * (gain * own[lane] + share * partner[lane]);
+                }
+            }
+            values
+        });
+        octets.collect()
+    }
+}

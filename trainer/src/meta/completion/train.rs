@@ -1,0 +1,223 @@
+//! A training run of schedule prior: all materials, and then folds of them to judge by.
+
+use std::ops::ControlFlow;
+
+use glimpse_kernels::completion::Shape;
+use rand::SeedableRng;
+use rand::seq::SliceRandom;
+use rand_chacha::ChaCha8Rng;
+
+use super::dataset::{Dataset, Part};
+use super::draw::{Group, Variety};
+use super::reading::{Centres, SCALE};
+use super::refinement::Refinement;
+use super::trainee::CompletionTrainee;
+use crate::linear::ReducedBasis;
+use crate::material::{Identity, Material, Procedural};
+use crate::meta::learned::{JudgedOn, LearnedCompleted, LearnedTarget, Promise};
+use crate::meta::options::{Completing, Options};
+use crate::meta::outer::{Observer, Outcome, Progress, Run, RunError};
+use crate::meta::pattern::above_horizon;
+use crate::meta::plan::Plan;
+use crate::meta::trainee::{Expected, RandomStreams};
+
+/// SGD steps from a completed start.
+pub const STARTED_STEPS: usize = 1;
+/// m of a completion.
+const COMPONENTS: usize = 24;
+/// h of a completion.
+const HIDDEN: usize = 64;
+/// g of a start.
+const UNITS: usize = 32;
+/// What the loss of completed coefficients counts for where a descent follows.
+const AUXILIARY: f32 = 0.3;
+/// Directions at which materials are evaluated once, with each warp.
+const POOL: usize = 8_192;
+/// How many procedural materials are mixed in, and of which set.
+const PROCEDURAL: usize = 400;
+const PROCEDURAL_SEED: u64 = 5;
+/// Into how many folds materials are divided, and how many there are at least for that.
+const FOLDS: usize = 4;
+const LEAST_TO_FOLD: usize = 10;
+
+/// Trains on all materials; then, to know what to expect of unseen ones, on all but each fold.
+///
+/// # Errors
+/// If it is stopped, or cannot be saved.
+pub fn train(
+    options: &Options,
+    plan: &Plan,
+    name: &str,
+    refinement: Option<&dyn Refinement>,
+    materials: Vec<Box<dyn Material>>,
+    observer: &mut Observer<'_>,
+) -> Result<LearnedCompleted, RunError> {
+    let identities: Vec<Identity> = materials.iter().map(|each| Identity::of(&**each)).collect();
+    let dataset = dataset(materials, &options.completing, options.seed);
+    let folds = folds(dataset.own, options.seed);
+    let fold_plan = Plan::of_a_fold(options.effort, options.model, options.samples, dataset.own);
+    let mut session = Session {
+        options,
+        name,
+        refinement,
+        dataset: &dataset,
+        total: plan.steps() + folds.len() * fold_plan.steps(),
+        done: 0,
+        observer,
+    };
+
+    let whole = Part::whole(&dataset, COMPONENTS);
+    let (trainee, Outcome { expected, values }) = session.run(&whole, plan, None, 0)?;
+    let shape = trainee.shape;
+    let mut promise = Promise {
+        expected,
+        on: JudgedOn::Training,
+    };
+    let mut losses = Vec::with_capacity(dataset.own);
+    for (index, fold) in folds.iter().enumerate() {
+        let part = Part::without(&dataset, COMPONENTS, fold);
+        let (trainee, outcome) =
+            session.run(&part, &fold_plan, Some(&values.pattern), index + 1)?;
+        losses.extend(trainee.held_out(&outcome.values));
+    }
+    if !losses.is_empty() {
+        let mean = losses.iter().sum::<f32>() / losses.len() as f32;
+        promise = Promise {
+            expected: Expected::new(mean, losses.iter().copied().map(f64::from)),
+            on: JudgedOn::Folds,
+        };
+    }
+
+    let pattern = above_horizon(&values.pattern);
+    let centres = Centres::new(&whole.basis, &pattern);
+    let target = match refinement {
+        None => LearnedTarget::Linear {
+            rows: ReducedBasis::new(&whole.basis, pattern.clone()).basis,
+            basis: whole.basis.to_bytes(),
+        },
+        Some(refinement) => LearnedTarget::Descent {
+            inner_steps: refinement.steps(),
+            initial: values.initial,
+            step_sizes: plan.step_size_form.step_sizes(&values.hyperparameters),
+            start: values.start,
+        },
+    };
+    Ok(LearnedCompleted {
+        model: options.model,
+        pattern,
+        shape,
+        takes_missing: options.completing.missing > 0.0,
+        centre: centres.means(),
+        scale: SCALE,
+        completion: values.completion,
+        target,
+        promise,
+        materials: identities,
+    })
+}
+
+/// The materials at hand, and procedural ones.
+fn dataset(mut materials: Vec<Box<dyn Material>>, completing: &Completing, seed: u64) -> Dataset {
+    let own = materials.len();
+    let mut groups = vec![Group {
+        materials: (0..own).collect(),
+        share: 1.0 - completing.procedural,
+    }];
+    if completing.procedural > 0.0 {
+        let set = Procedural::set(PROCEDURAL, PROCEDURAL_SEED).into_iter();
+        materials.extend(set.map(|each| Box::new(each) as Box<dyn Material>));
+        groups.push(Group {
+            materials: (own..materials.len()).collect(),
+            share: completing.procedural,
+        });
+    }
+    let variety = Variety {
+        missing: completing.missing,
+        noise: [completing.noise, 0.0],
+        ..Variety::default()
+    };
+    Dataset::new(materials, own, groups, variety, POOL, seed)
+}
+
+/// Which materials are left out together; no folds of too few materials.
+fn folds(materials: usize, seed: u64) -> Vec<Vec<usize>> {
+    if materials < LEAST_TO_FOLD {
+        return Vec::new();
+    }
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    random.set_stream(u64::MAX);
+    let mut order: Vec<usize> = (0..materials).collect();
+    order.shuffle(&mut random);
+    let fold = |first| order.iter().copied().skip(first).step_by(FOLDS).collect();
+    (0..FOLDS).map(fold).collect()
+}
+
+/// Several runs that an observer sees as one.
+struct Session<'s, 'o> {
+    options: &'s Options,
+    name: &'s str,
+    refinement: Option<&'s dyn Refinement>,
+    dataset: &'s Dataset,
+    /// Outer steps of all runs, and of those that are done.
+    total: usize,
+    done: usize,
+    observer: &'s mut Observer<'o>,
+}
+
+impl<'s> Session<'s, '_> {
+    fn run<'a>(
+        &mut self,
+        part: &'a Part,
+        plan: &Plan,
+        pattern: Option<&'a [f32]>,
+        stage: usize,
+    ) -> Result<(CompletionTrainee<'a>, Outcome), RunError>
+    where
+        's: 'a,
+    {
+        let seed = self.options.seed;
+        let parameters = self
+            .refinement
+            .map_or(0, |by| by.model().parameters().unwrap_or(0));
+        let trainee = CompletionTrainee {
+            dataset: self.dataset,
+            part,
+            shape: Shape {
+                samples: self.options.samples,
+                components: part.basis.components(),
+                hidden: HIDDEN,
+                units: if parameters > 0 { UNITS } else { 0 },
+                parameters,
+            },
+            weighing: plan.weighing,
+            streams: RandomStreams { seed },
+            refinement: self.refinement,
+            first_step_size: plan.first_step_size,
+            auxiliary: AUXILIARY,
+            pattern,
+        };
+        let run = Run {
+            trainee: &trainee,
+            plan,
+            name: self.name.into(),
+            seed,
+            checkpoints: self.options.checkpoints.clone(),
+            stage,
+        };
+        let (before, total) = (self.done, self.total);
+        let observer = &mut *self.observer;
+        let mut of_all = |progress: &Progress| -> ControlFlow<()> {
+            observer(&Progress {
+                done: before + progress.done,
+                total,
+                ..*progress
+            })
+        };
+        let outcome = match run.finish(&mut of_all) {
+            Err(RunError::Stopped(done)) => Err(RunError::Stopped(before + done)),
+            outcome => outcome,
+        }?;
+        self.done += plan.steps();
+        Ok((trainee, outcome))
+    }
+}

@@ -1,0 +1,428 @@
+//! What completes readings, and starts descents, as a [`Trainee`].
+
+use glimpse_kernels::completion::{Batch, CompletionWeights, Shape};
+use glimpse_kernels::components::ComponentTable;
+use glimpse_kernels::lanes::{InstructionSet, Octet, OctetAt, WIDTH};
+use glimpse_kernels::samples::{OctetRgb, SampleOctets, SampleWeights};
+use glimpse_optimizer::Groups;
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rayon::prelude::*;
+
+use super::dataset::{Dataset, Part};
+use super::draw::Task;
+use super::pool::WarpedPool;
+use super::reading::{Centres, Present, Reading};
+use super::refinement::{Refinement, RefinementGradient};
+use crate::meta::pattern::{Pattern, above_horizon};
+use crate::meta::phase::{OuterStep, Phase, StepSizeForm};
+use crate::meta::plan::Weighing;
+use crate::meta::start::first_guess;
+use crate::meta::trainee::{Expected, RandomStreams, Trainee};
+
+/// Tasks that one thread takes at once.
+const BATCH: usize = 16;
+/// Step sizes stay positive.
+const FORM: StepSizeForm = StepSizeForm::Logarithm;
+/// The reach of a start's first weights.
+const FIRST_OFFSETS: f32 = 0.02;
+
+/// A completion of readings: by itself for the model Linear, else with the descent that it starts.
+pub struct CompletionTrainee<'a> {
+    /// The materials.
+    pub dataset: &'a Dataset,
+    /// What of them is seen.
+    pub part: &'a Part,
+    /// How large the map is.
+    pub shape: Shape,
+    /// What losses count for.
+    pub weighing: Weighing,
+    /// All random numbers.
+    pub streams: RandomStreams,
+    /// The descent that coefficients start; None for the model Linear.
+    pub refinement: Option<&'a dyn Refinement>,
+    /// What step sizes begin with.
+    pub first_step_size: f32,
+    /// What the loss of coefficients counts for where a descent follows.
+    pub auxiliary: f32,
+    /// The pattern that all guesses begin with; each has one of its own where there is none.
+    pub pattern: Option<&'a [f32]>,
+}
+
+/// Directions to judge at.
+#[derive(Clone, Copy)]
+struct Directions<'a> {
+    pool: &'a WarpedPool,
+    table: &'a ComponentTable,
+}
+
+/// Meta-parameters, ready to be applied to tasks.
+struct Applied<'v> {
+    values: &'v Groups<Vec<f32>>,
+    weights: CompletionWeights<'v>,
+    step_sizes: Vec<f32>,
+    pattern: Pattern,
+    centres: Centres,
+}
+
+/// Some tasks that were read and completed.
+struct Completed {
+    batch: Batch,
+    readings: Vec<Vec<Reading>>,
+    present: Vec<Vec<bool>>,
+}
+
+/// What becomes of one task.
+struct Outcome {
+    /// Weighed.
+    loss: f32,
+    /// The task's weight.
+    weight: f32,
+    by_coefficients: Vec<f32>,
+    /// Not weighed.
+    refined: Option<RefinementGradient>,
+}
+
+/// Samples that each count the same.
+fn evenly<'s>(at: &'s [OctetAt], values: &'s [OctetRgb]) -> SampleOctets<'s> {
+    let weight = Octet([weight_of_each(values.len()); WIDTH]);
+    SampleOctets {
+        at,
+        values,
+        order: None,
+        weights: SampleWeights::Mean([weight; 2]),
+        instruction_set: InstructionSet::of_this_machine(),
+        in_a_row: false,
+    }
+}
+
+/// What a value counts for in a mean over so many octets of directions.
+fn weight_of_each(octets: usize) -> f32 {
+    1.0 / (3 * WIDTH * octets) as f32
+}
+
+/// sum += factor * vector
+fn add_scaled(sum: &mut [f32], factor: f32, vector: &[f32]) {
+    for (entry, value) in sum.iter_mut().zip(vector) {
+        *entry += factor * value;
+    }
+}
+
+impl<'a> CompletionTrainee<'a> {
+    fn in_training(&self) -> Directions<'a> {
+        Directions {
+            pool: &self.dataset.pool,
+            table: &self.part.table,
+        }
+    }
+
+    fn fresh(&self) -> Directions<'a> {
+        Directions {
+            pool: &self.dataset.fresh,
+            table: &self.part.fresh,
+        }
+    }
+
+    fn applied<'v>(&self, values: &'v Groups<Vec<f32>>, pattern: Pattern) -> Applied<'v> {
+        Applied {
+            values,
+            weights: CompletionWeights {
+                shape: self.shape,
+                completion: &values.completion,
+                start: &values.start,
+            },
+            step_sizes: FORM.step_sizes(&values.hyperparameters),
+            centres: Centres::new(&self.part.basis, pattern.angles()),
+            pattern,
+        }
+    }
+
+    /// Reads some tasks, and completes what was read.
+    fn complete(&self, by: &Applied<'_>, tasks: &[Task]) -> Completed {
+        let mut batch = Batch::new(self.shape, tasks.len());
+        let mut all = Vec::with_capacity(tasks.len());
+        let mut there = Vec::with_capacity(tasks.len());
+        for (index, task) in tasks.iter().enumerate() {
+            let present = task.present.iter().zip(by.pattern.valid());
+            let present: Vec<bool> = present.map(|(there, valid)| *there && *valid).collect();
+            let readings = Reading::all(
+                task,
+                &self.dataset.materials,
+                &self.dataset.variety.warps,
+                by.pattern.angles(),
+                &by.centres,
+            );
+            for (sample, reading) in readings.iter().enumerate() {
+                let values = reading.standardized.map(|dual| dual.value);
+                batch.set(index, sample, present[sample].then_some(values));
+            }
+            all.push(readings);
+            there.push(present);
+        }
+        batch.complete(&by.weights);
+        Completed {
+            batch,
+            readings: all,
+            present: there,
+        }
+    }
+
+    /// theta_0 of a task: what all share, and what the start adds.
+    fn start_of(by: &Applied<'_>, completed: &Completed, index: usize) -> Vec<f32> {
+        let mut start = completed.batch.offsets(index);
+        add_scaled(&mut start, 1.0, &by.values.initial);
+        start
+    }
+
+    /// The loss of one task, and its gradients.
+    fn outcome(
+        &self,
+        by: &Applied<'_>,
+        completed: &Completed,
+        index: usize,
+        task: &Task,
+        refinement: Option<&dyn Refinement>,
+    ) -> Outcome {
+        let Directions { pool, table } = self.in_training();
+        let values = task.values(pool);
+        let coefficients = completed.batch.coefficients(index);
+        let mut by_coefficients = vec![0.0; coefficients.len()];
+        let [lost, black] = table.loss(
+            &coefficients,
+            &task.octets,
+            &values,
+            weight_of_each(values.len()),
+            Some(&mut by_coefficients),
+        );
+        let weight = self.weighing.weight(black);
+        let share = match refinement {
+            Some(_) => self.auxiliary,
+            None => 1.0,
+        };
+        for by in &mut by_coefficients {
+            *by *= share * weight;
+        }
+        let refined = refinement.map(|refinement| {
+            let at = task.octets.iter().map(|octet| pool.at[*octet as usize]);
+            let at: Vec<_> = at.collect();
+            let read = Present::new(&completed.readings[index], &completed.present[index]);
+            refinement.gradient(
+                &Self::start_of(by, completed, index),
+                &by.step_sizes,
+                &read.octets(&by.pattern),
+                &evenly(&at, &values),
+            )
+        });
+        Outcome {
+            loss: weight * refined.as_ref().map_or(lost, |refined| refined.loss),
+            weight,
+            by_coefficients,
+            refined,
+        }
+    }
+
+    /// The loss of some tasks, and its gradient; the one by the pattern as by the angles.
+    fn batch(
+        &self,
+        by: &Applied<'_>,
+        tasks: &[Task],
+        refinement: Option<&dyn Refinement>,
+    ) -> (f32, Groups<Vec<f32>>, Vec<[f32; 3]>) {
+        let mut completed = self.complete(by, tasks);
+        let mut loss = 0.0;
+        let mut gradient = by.values.as_ref().map(|list| vec![0.0; list.len()]);
+        let mut by_angles = vec![[0.0; 3]; self.shape.samples];
+        for (index, task) in tasks.iter().enumerate() {
+            let found = self.outcome(by, &completed, index, task, refinement);
+            loss += found.loss;
+            let batch = &mut completed.batch;
+            batch.set_gradient(index, &found.by_coefficients);
+            let (weight, Some(mut refined)) = (found.weight, found.refined) else {
+                continue;
+            };
+            FORM.chain(&mut refined.step_sizes, &by.step_sizes);
+            add_scaled(&mut gradient.initial, weight, &refined.start);
+            add_scaled(&mut gradient.hyperparameters, weight, &refined.step_sizes);
+            batch.set_offset_gradient(index, refined.start.iter().map(|by| weight * by));
+            for (sample, sum) in by_angles.iter_mut().enumerate() {
+                if completed.present[index][sample] {
+                    let by_sample = by.pattern.by_angles(&refined.samples, sample);
+                    add_scaled(sum, weight, &by_sample);
+                }
+            }
+        }
+        let Completed {
+            mut batch,
+            readings,
+            present,
+        } = completed;
+        batch.adjoint(&by.weights, &mut gradient.completion, &mut gradient.start);
+        for (index, readings) in readings.iter().enumerate() {
+            let samples = readings.iter().zip(&present[index]).enumerate();
+            for (sample, (reading, _)) in samples.filter(|(_, (_, present))| **present) {
+                let by_reading = batch.by_reading(index, sample);
+                for (by_value, dual) in by_reading.iter().zip(&reading.standardized) {
+                    add_scaled(&mut by_angles[sample], *by_value, &dual.tangent);
+                }
+            }
+        }
+        (loss, gradient, by_angles)
+    }
+
+    /// The loss of some tasks, not weighed, and what each counts for; after the descent, or of the
+    /// completed coefficients.
+    fn losses(
+        &self,
+        by: &Applied<'_>,
+        tasks: &[Task],
+        refinement: Option<&dyn Refinement>,
+        at: Directions<'_>,
+    ) -> Vec<Judged> {
+        let of_some = |tasks: &[Task]| -> Vec<Judged> {
+            let completed = self.complete(by, tasks);
+            let each = tasks.iter().enumerate().map(|(index, task)| {
+                let values = task.values(at.pool);
+                let coefficients = completed.batch.coefficients(index);
+                let count = weight_of_each(values.len());
+                let [lost, black] =
+                    at.table
+                        .loss(&coefficients, &task.octets, &values, count, None);
+                let weight = self.weighing.weight(black);
+                let Some(refinement) = refinement else {
+                    return Judged { loss: lost, weight };
+                };
+                let start = Self::start_of(by, &completed, index);
+                let read = Present::new(&completed.readings[index], &completed.present[index]);
+                let parameters = refinement.fit(&start, &by.step_sizes, &read.octets(&by.pattern));
+                let places = task.octets.iter().map(|octet| at.pool.at[*octet as usize]);
+                let places: Vec<_> = places.collect();
+                let loss = refinement.loss(&parameters, &evenly(&places, &values));
+                Judged { loss, weight }
+            });
+            each.collect()
+        };
+        tasks.par_chunks(BATCH).flat_map_iter(of_some).collect()
+    }
+
+    /// The loss of each material that it is judged on, as it is, at fresh directions.
+    #[must_use]
+    pub fn held_out(&self, values: &Groups<Vec<f32>>) -> Vec<f32> {
+        let judged = self.judged(values, self.refinement);
+        judged.iter().map(|each| each.loss).collect()
+    }
+
+    /// The materials that it is judged on, as they are, at fresh directions.
+    fn judged(&self, values: &Groups<Vec<f32>>, refines: Option<&dyn Refinement>) -> Vec<Judged> {
+        let by = self.applied(values, Pattern::new(above_horizon(&values.pattern)));
+        let at = self.fresh();
+        let plain = |material: &usize| Task::plain(*material, self.shape.samples, at.pool.octets());
+        let tasks: Vec<Task> = self.part.judged.iter().map(plain).collect();
+        self.losses(&by, &tasks, refines, at)
+    }
+}
+
+/// The loss of a task, and what it counts for in a weighed mean.
+#[derive(Clone, Copy)]
+struct Judged {
+    loss: f32,
+    weight: f32,
+}
+
+impl Trainee for CompletionTrainee<'_> {
+    fn first_values(&self, guess: u64) -> Groups<Vec<f32>> {
+        let shape = self.shape;
+        let mut random = ChaCha8Rng::seed_from_u64(self.streams.guess(guess));
+        let [readings, bias, output] = shape.completion_lengths();
+        let mut uniform = |reach: f32| reach * (2.0 * random.random::<f32>() - 1.0);
+        let mut completion = Vec::with_capacity(readings + bias + output);
+        let rows = shape.rows();
+        let few = 1.0 / (shape.samples as f32).sqrt();
+        for index in 0..readings {
+            let (column, row) = (index / rows, index % rows);
+            completion.push(match (row < shape.components, column % 3) {
+                (_, 2) => 0.0,
+                (true, _) => uniform(0.3 * few),
+                (false, _) => uniform(few),
+            });
+        }
+        completion.extend(std::iter::repeat_n(0.0, bias));
+        let reach = 0.3 / (shape.hidden.max(1) as f32).sqrt();
+        completion.extend((0..output).map(|_| uniform(reach)));
+        let [hidden, bias, output] = shape.start_lengths();
+        let reach = 1.0 / (3.0 * shape.components as f32).sqrt();
+        let mut start: Vec<f32> = (0..hidden).map(|_| uniform(reach)).collect();
+        start.extend(std::iter::repeat_n(0.0, bias));
+        start.extend((0..output).map(|_| uniform(FIRST_OFFSETS)));
+        let initial = match self.refinement {
+            Some(refinement) => first_guess(refinement.model(), &mut random),
+            None => Vec::new(),
+        };
+        Groups {
+            hyperparameters: vec![FORM.value(self.first_step_size); initial.len()],
+            initial,
+            pattern: match self.pattern {
+                Some(pattern) => pattern.to_vec(),
+                None => self.streams.first_pattern(guess, shape.samples),
+            },
+            completion,
+            start,
+        }
+    }
+
+    fn gradient(&self, values: &Groups<Vec<f32>>, at: OuterStep<'_>) -> (f32, Groups<Vec<f32>>) {
+        let by = self.applied(values, Pattern::from_logits(&values.pattern));
+        let tasks: Vec<Task> = (0..at.phase.batch)
+            .map(|slot| {
+                let mut random = self.streams.slot(at, slot + 1);
+                Task::random(
+                    &self.dataset.pool,
+                    &self.part.groups,
+                    &self.dataset.variety,
+                    [self.shape.samples, at.phase.outer],
+                    &mut random,
+                )
+            })
+            .collect();
+        let refinement = self.refinement.filter(|_| at.phase.rates.start > 0.0);
+        let found: Vec<_> = tasks
+            .par_chunks(BATCH)
+            .map(|tasks| self.batch(&by, tasks, refinement))
+            .collect();
+        let share = 1.0 / tasks.len() as f32;
+        let mut loss = 0.0;
+        let mut gradient = values.as_ref().map(|list| vec![0.0; list.len()]);
+        let mut by_angles = vec![[0.0; 3]; self.shape.samples];
+        for (part, by, angles) in &found {
+            loss += share * part;
+            for (sum, by) in gradient.each_mut().into_iter().zip(by.each()) {
+                add_scaled(sum, share, by);
+            }
+            for (sum, by) in by_angles.iter_mut().zip(angles) {
+                add_scaled(sum, share, by);
+            }
+        }
+        gradient.pattern = by.pattern.gradient_by_logits(|sample| by_angles[sample]);
+        (loss, gradient)
+    }
+
+    fn fitness(&self, values: &Groups<Vec<f32>>, _: &Phase) -> f32 {
+        self.judge(values)
+    }
+
+    /// Of the completed coefficients: a start is trained only after patterns were tried.
+    fn judge(&self, values: &Groups<Vec<f32>>) -> f32 {
+        let judged = self.judged(values, None);
+        mean(judged.iter().map(|each| each.weight * each.loss))
+    }
+
+    fn expected(&self, values: &Groups<Vec<f32>>) -> Expected {
+        let losses = self.held_out(values);
+        let losses = losses.iter().copied();
+        Expected::new(mean(losses.clone()), losses.map(f64::from))
+    }
+}
+
+fn mean(losses: impl ExactSizeIterator<Item = f32>) -> f32 {
+    let count = losses.len() as f32;
+    losses.sum::<f32>() / count
+}

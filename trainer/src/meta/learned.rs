@@ -1,0 +1,170 @@
+//! What a training run ends in: all that a recipe holds.
+
+use std::fmt;
+
+use glimpse_core::geometry::Angles;
+use glimpse_core::model::ModelKind;
+use glimpse_kernels::completion::Shape;
+
+use super::trainee::Expected;
+use crate::linear::ReducedBasis;
+use crate::material::Identity;
+
+/// What was learned.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Learned {
+    /// For a model that is fitted by descent.
+    Descent(LearnedDescent),
+    /// For the model Linear.
+    Ridge(LearnedRidge),
+    /// For any model, by schedule prior.
+    Completed(Box<LearnedCompleted>),
+}
+
+/// What was learned for a model that is fitted by descent.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LearnedDescent {
+    /// The model.
+    pub model: ModelKind,
+    /// K.
+    pub inner_steps: usize,
+    /// Where to measure; both directions of each sample are above the horizon.
+    pub pattern: Vec<Angles<f32>>,
+    /// theta_0.
+    pub initial: Vec<f32>,
+    /// alpha.
+    pub step_sizes: Vec<f32>,
+    /// What to expect of an unseen material.
+    pub promise: Promise,
+    /// The materials that it was trained on, those held out for validation among them.
+    pub materials: Vec<Identity>,
+}
+
+/// What was learned by schedule prior.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LearnedCompleted {
+    /// The model.
+    pub model: ModelKind,
+    /// Where to measure; both directions of each sample are above the horizon.
+    pub pattern: Vec<Angles<f32>>,
+    /// How large the completion is, and the start.
+    pub shape: Shape,
+    /// Whether it was trained to do without some of the readings.
+    pub takes_missing: bool,
+    /// What each sample's logarithm is centred by, n.
+    pub centre: Vec<f32>,
+    /// What it is multiplied by then.
+    pub scale: f32,
+    /// Weights of the completion.
+    pub completion: Vec<f32>,
+    /// What its coefficients become.
+    pub target: LearnedTarget,
+    /// What to expect of an unseen material.
+    pub promise: Promise,
+    /// The materials that it was trained on, those held out for validation among them.
+    pub materials: Vec<Identity>,
+}
+
+/// What coefficients become.
+#[derive(Clone, Debug, PartialEq)]
+pub enum LearnedTarget {
+    /// The model Linear.
+    Linear {
+        /// The components at the pattern, n rows of m.
+        rows: Vec<f32>,
+        /// The file of the whole basis.
+        basis: Vec<u8>,
+    },
+    /// Where a descent starts.
+    Descent {
+        /// K.
+        inner_steps: usize,
+        /// Phi.
+        initial: Vec<f32>,
+        /// alpha.
+        step_sizes: Vec<f32>,
+        /// Weights of the start.
+        start: Vec<f32>,
+    },
+}
+
+/// What was learned for the model Linear.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LearnedRidge {
+    /// The basis at the pattern.
+    pub reduced: ReducedBasis,
+    /// The file of the whole basis.
+    pub basis: Vec<u8>,
+    /// What to expect of an unseen material.
+    pub promise: Promise,
+    /// The materials that it was trained on.
+    pub materials: Vec<Identity>,
+}
+
+/// What to expect of an unseen material, and on which materials that was found.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Promise {
+    /// The loss.
+    pub expected: Expected,
+    /// On which.
+    pub on: JudgedOn,
+}
+
+/// On which materials a loss was found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum JudgedOn {
+    /// Materials that training did not see.
+    HeldOut,
+    /// Those of training: with fewer than ten none are held out.
+    Training,
+    /// Those of training, each with a basis of others, as Linear is learned.
+    LeftOut,
+    /// Those of training, each by what was trained without its fold, as completions are.
+    Folds,
+}
+
+impl fmt::Display for JudgedOn {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::HeldOut => "held out of training",
+            Self::Training => "that it was trained on",
+            Self::LeftOut => "that it was trained on, each with a basis of others",
+            Self::Folds => "that it was trained on, each by what was trained without it",
+        })
+    }
+}
+
+impl Learned {
+    /// What to expect of an unseen material.
+    #[must_use]
+    pub fn promise(&self) -> &Promise {
+        match self {
+            Self::Descent(learned) => &learned.promise,
+            Self::Ridge(learned) => &learned.promise,
+            Self::Completed(learned) => &learned.promise,
+        }
+    }
+
+    /// The materials that it was trained on, those held out for validation among them.
+    #[must_use]
+    pub fn materials(&self) -> &[Identity] {
+        match self {
+            Self::Descent(learned) => &learned.materials,
+            Self::Ridge(learned) => &learned.materials,
+            Self::Completed(learned) => &learned.materials,
+        }
+    }
+
+    /// The file of the whole basis that has to lie beside the recipe, for the model Linear.
+    #[must_use]
+    pub fn basis(&self) -> Option<&[u8]> {
+        match self {
+            Self::Ridge(learned) => Some(&learned.basis),
+            Self::Completed(learned) => match &learned.target {
+                LearnedTarget::Linear { basis, .. } => Some(basis),
+                LearnedTarget::Descent { .. } => None,
+            },
+            Self::Descent(_) => None,
+        }
+    }
+}

@@ -1,0 +1,127 @@
+//! What a training run is asked for.
+
+use std::fmt;
+
+use glimpse_core::model::ModelKind;
+
+use super::outer::Checkpoints;
+use super::plan::{Effort, Known, Schedule};
+use crate::linear::Prior;
+use crate::material::Material;
+
+/// What to train.
+#[derive(Clone, Debug)]
+pub struct Options {
+    /// The model.
+    pub model: ModelKind,
+    /// n.
+    pub samples: usize,
+    /// How.
+    pub schedule: Schedule,
+    /// How long.
+    pub effort: Effort,
+    /// What of it.
+    pub parts: Parts,
+    /// The prior of Linear's coefficients; other models have none.
+    pub prior: Prior,
+    /// What readings and materials a completion is trained on.
+    pub completing: Completing,
+    /// Seed of all random numbers.
+    pub seed: u64,
+    /// Where the run is saved, if it is.
+    pub checkpoints: Option<Checkpoints>,
+}
+
+/// What readings and materials a completion is trained on, besides those given.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Completing {
+    /// The share of tasks with missing readings; 0 makes a recipe that needs them all.
+    pub missing: f32,
+    /// Standard deviation of readings' noise, relative.
+    pub noise: f32,
+    /// The share of tasks that are procedural materials.
+    pub procedural: f32,
+}
+
+impl Default for Completing {
+    fn default() -> Self {
+        Self {
+            missing: 0.0,
+            noise: 0.0,
+            procedural: 0.15,
+        }
+    }
+}
+
+impl fmt::Display for Completing {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self {
+            missing,
+            noise,
+            procedural,
+        } = self;
+        write!(
+            f,
+            "missing readings {missing}, noise {noise}, procedural {procedural}"
+        )
+    }
+}
+
+/// What of a recipe is trained.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Parts {
+    /// Start, step sizes and pattern.
+    All,
+    /// All, and then start and step sizes once more, and the pattern once more.
+    AllTwice,
+    /// Start and step sizes, as the method Meta does.
+    WithoutPattern,
+    /// The pattern, for a start and step sizes that are known. (Linear: as [`Parts::All`].)
+    PatternOnly(Known),
+}
+
+impl Parts {
+    /// In words, as part of a run's name.
+    fn name(&self) -> String {
+        match self {
+            Self::All => "pattern=true".into(),
+            Self::AllTwice => "pattern=twice".into(),
+            Self::WithoutPattern => "pattern=false".into(),
+            Self::PatternOnly(known) => {
+                let values = known.initial.iter().chain(&known.step_sizes);
+                let bytes: Vec<u8> = values.flat_map(|value| value.to_le_bytes()).collect();
+                format!("pattern=only for {:08x}", crc(&bytes))
+            }
+        }
+    }
+}
+
+impl Options {
+    /// All that decides the outcome, in words: two runs with the same words give the same bytes.
+    pub(super) fn run(&self, materials: &[Box<dyn Material>]) -> String {
+        let names: Vec<&str> = materials.iter().map(|material| material.name()).collect();
+        let prior = match self.model {
+            ModelKind::Linear => format!(" {:?}", self.prior),
+            _ => String::new(),
+        };
+        let completing = match self.schedule {
+            Schedule::Prior => format!(" {}", self.completing),
+            _ => String::new(),
+        };
+        format!(
+            "{}{prior}{completing} n={} {:?} {:?} {} seed={} {} materials {:08x}",
+            self.model,
+            self.samples,
+            self.schedule,
+            self.effort,
+            self.parts.name(),
+            self.seed,
+            names.len(),
+            crc(names.join("\n").as_bytes()),
+        )
+    }
+}
+
+fn crc(bytes: &[u8]) -> u32 {
+    crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC).checksum(bytes)
+}
