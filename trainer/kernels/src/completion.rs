@@ -47,15 +47,15 @@ impl Shape {
     }
 }
 
-/// Splits a flat list into three of given lengths.
+/// Splits a flat list into three, of these lengths.
 #[must_use]
-pub fn thirds<T>(list: &[T], [first, second, third]: [usize; 3]) -> [&[T]; 3] {
+pub fn split_lists<T>(list: &[T], [first, second, third]: [usize; 3]) -> [&[T]; 3] {
     let (a, rest) = list.split_at(first);
     let (b, rest) = rest.split_at(second);
     [a, b, &rest[..third]]
 }
 
-fn thirds_mut<T>(list: &mut [T], [first, second, third]: [usize; 3]) -> [&mut [T]; 3] {
+fn split_lists_mut<T>(list: &mut [T], [first, second, third]: [usize; 3]) -> [&mut [T]; 3] {
     let (a, rest) = list.split_at_mut(first);
     let (b, rest) = rest.split_at_mut(second);
     [a, b, &mut rest[..third]]
@@ -63,7 +63,7 @@ fn thirds_mut<T>(list: &mut [T], [first, second, third]: [usize; 3]) -> [&mut [T
 
 /// Weights as flat lists: readings, bias and W; P, p and U.
 #[derive(Clone, Copy, Debug)]
-pub struct Weights<'a> {
+pub struct CompletionWeights<'a> {
     /// How large they are.
     pub shape: Shape,
     /// Of the completion.
@@ -72,9 +72,10 @@ pub struct Weights<'a> {
     pub start: &'a [f32],
 }
 
-impl<'a> Weights<'a> {
+impl<'a> CompletionWeights<'a> {
     fn completion<L: Lanes>(&self) -> Completion<'a, L, Plain> {
-        let [readings, bias, output] = thirds(self.completion, self.shape.completion_lengths());
+        let [readings, bias, output] =
+            split_lists(self.completion, self.shape.completion_lengths());
         Completion {
             components: self.shape.components,
             readings,
@@ -86,7 +87,7 @@ impl<'a> Weights<'a> {
     }
 
     fn start<L: Lanes>(&self) -> Start<'a, L, Plain> {
-        let [hidden, bias, output] = thirds(self.start, self.shape.start_lengths());
+        let [hidden, bias, output] = split_lists(self.start, self.shape.start_lengths());
         Start {
             hidden,
             hidden_scales: &[],
@@ -103,7 +104,7 @@ impl<'a> Weights<'a> {
 pub struct Batch {
     shape: Shape,
     /// Readings, sample by sample.
-    pub inputs: Vec<Input<Octet>>,
+    inputs: Vec<Input<Octet>>,
     /// The completion's state, and then the gradient by it.
     state: Vec<Octet>,
     by_state: Vec<Octet>,
@@ -112,7 +113,7 @@ pub struct Batch {
     offsets: Vec<Octet>,
     by_offsets: Vec<Octet>,
     /// The gradient by the readings.
-    pub by_inputs: Vec<[Octet; 3]>,
+    by_inputs: Vec<[Octet; 3]>,
 }
 
 const NONE: Input<Octet> = Input {
@@ -231,7 +232,7 @@ impl Batch {
     }
 
     /// From readings to coefficients, and to what is added to initial parameters.
-    pub fn complete(&mut self, weights: &Weights<'_>) {
+    pub fn complete(&mut self, weights: &CompletionWeights<'_>) {
         dispatch(Complete {
             batch: self,
             weights: *weights,
@@ -241,7 +242,7 @@ impl Batch {
     /// From the gradients that were set: adds those by the weights, and puts those by the readings.
     pub fn adjoint(
         &mut self,
-        weights: &Weights<'_>,
+        weights: &CompletionWeights<'_>,
         by_completion: &mut [f32],
         by_start: &mut [f32],
     ) {
@@ -322,7 +323,7 @@ fn load_inputs<L: Lanes>(batch: &Batch, first: usize, inputs: &mut Vec<Input<L>>
 
 struct Complete<'b, 'w> {
     batch: &'b mut Batch,
-    weights: Weights<'w>,
+    weights: CompletionWeights<'w>,
 }
 
 impl Kernel for Complete<'_, '_> {
@@ -368,7 +369,7 @@ impl Kernel for Complete<'_, '_> {
 
 struct Adjoint<'b, 'w, 'g> {
     batch: &'b mut Batch,
-    weights: Weights<'w>,
+    weights: CompletionWeights<'w>,
     by_completion: &'g mut [f32],
     by_start: &'g mut [f32],
 }
@@ -426,7 +427,8 @@ impl Kernel for Adjoint<'_, '_, '_> {
                     );
                     *value = by_offset * counted;
                 }
-                let [hidden, bias, output] = thirds_mut(&mut start_sums, shape.start_lengths());
+                let [hidden, bias, output] =
+                    split_lists_mut(&mut start_sums, shape.start_lengths());
                 let mut gradient = StartGradient {
                     hidden,
                     bias,
@@ -444,7 +446,7 @@ impl Kernel for Adjoint<'_, '_, '_> {
                     by_coefficients,
                 );
             }
-            let [readings, bias, output] = thirds_mut(&mut sums, shape.completion_lengths());
+            let [readings, bias, output] = split_lists_mut(&mut sums, shape.completion_lengths());
             let mut gradient = CompletionGradient {
                 readings,
                 bias,

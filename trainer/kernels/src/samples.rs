@@ -21,9 +21,9 @@ pub fn transpose_rgb(values: &[[f32; 3]]) -> OctetRgb {
     octets
 }
 
-/// Weights in the loss: a mean over n samples and three channels has 1 / (3 n) each.
+/// SampleWeights in the loss: a mean over n samples and three channels has 1 / (3 n) each.
 #[derive(Clone, Copy, Debug)]
-pub enum Weights<'a> {
+pub enum SampleWeights<'a> {
     /// Of every octet.
     Each(&'a [Octet]),
     /// Of all octets but the last, and of the last one, whose lanes past the end have none.
@@ -39,8 +39,8 @@ pub struct SampleOctets<'a> {
     pub values: &'a [OctetRgb],
     /// Which of them the samples are, in order; all if there is no list.
     pub order: Option<&'a [u32]>,
-    /// Weights, in the order of the samples.
-    pub weights: Weights<'a>,
+    /// SampleWeights, in the order of the samples.
+    pub weights: SampleWeights<'a>,
     /// The lanes to compute on.
     pub instruction_set: InstructionSet,
     /// Whether sums over such lists follow one another without a pause, as inner steps do. The
@@ -73,9 +73,9 @@ impl SampleOctets<'_> {
             values[k] = &self.values[index];
             weights[k] = match (&self.weights, position.cmp(&last)) {
                 (_, Ordering::Greater) => &NO_WEIGHTS,
-                (Weights::Each(weights), _) => &weights[position],
-                (Weights::Mean([full, _]), Ordering::Less) => full,
-                (Weights::Mean([_, partial]), Ordering::Equal) => partial,
+                (SampleWeights::Each(weights), _) => &weights[position],
+                (SampleWeights::Mean([full, _]), Ordering::Less) => full,
+                (SampleWeights::Mean([_, partial]), Ordering::Equal) => partial,
             };
         }
         let [a, b, c, d] = values;

@@ -34,7 +34,13 @@ pub struct Found {
     pub values: Vec<f32>,
     /// How well they explain the readings.
     pub residual: Residual,
+    /// The loss that the fit is likely to have, where the recipe predicts one.
+    pub predicted_loss: Option<f32>,
 }
+
+/// What reads a sample, by its index and angles in radians: the BRDF in linear RGB, sr^-1, not times
+/// the cosine; None if nothing was read.
+pub type Read<'r> = dyn FnMut(u16, Angles<f32>) -> Option<[f32; 3]> + 'r;
 
 /// Reads where the recipe says, angles in radians, and fits, as the device does: `read` gives the
 /// BRDF in linear RGB, sr^-1, not times the cosine.
@@ -45,6 +51,14 @@ pub fn scan(
     recipe: &Recipe<'_>,
     read: &mut dyn FnMut(Angles<f32>) -> [f32; 3],
 ) -> Result<Found, HostScanError> {
+    scan_some(recipe, &mut |_, angles| Some(read(angles)))
+}
+
+/// The same, where some readings may be missing: `read` is told each sample's index, too.
+///
+/// # Errors
+/// Where a device would give up, as it does where the recipe needs a reading that is missing.
+pub fn scan_some(recipe: &Recipe<'_>, read: &mut Read<'_>) -> Result<Found, HostScanError> {
     match recipe.model() {
         ModelKind::Phong => scan_by::<Phong>(recipe, read),
         ModelKind::Neural => scan_by::<Neural>(recipe, read),
@@ -53,14 +67,13 @@ pub fn scan(
     }
 }
 
-fn scan_by<K: Fitter>(
-    recipe: &Recipe<'_>,
-    read: &mut dyn FnMut(Angles<f32>) -> [f32; 3],
-) -> Result<Found, HostScanError> {
+fn scan_by<K: Fitter>(recipe: &Recipe<'_>, read: &mut Read<'_>) -> Result<Found, HostScanError> {
     let mut memory = Box::new(Memory::<K, MAX_SAMPLES>::new());
     let mut scan = Scan::new(*recipe, &mut *memory)?;
     for (index, angles) in (0..).zip(recipe.pattern()) {
-        scan.record(index, Reading::new(read(angles)))?;
+        if let Some(brdf) = read(index, angles) {
+            scan.record(index, Reading::new(brdf))?;
+        }
     }
     let mut fit = scan.fit()?;
     while !fit.advance(u32::MAX).is_complete() {}
@@ -68,6 +81,7 @@ fn scan_by<K: Fitter>(
     Ok(Found {
         values: fitted.values().collect(),
         residual: fitted.residual(),
+        predicted_loss: fitted.predicted_loss(),
     })
 }
 
@@ -121,6 +135,10 @@ impl Fitter for LinearOnHeap {
         words
             .as_ref()
             .is_some_and(|words| Linear::<WORDS>::is_finite(words, learner))
+    }
+
+    fn predicted_loss(words: &Words, learner: &Learner<'_>) -> Option<f32> {
+        Linear::<WORDS>::predicted_loss(words.as_ref()?, learner)
     }
 
     fn at_sample(

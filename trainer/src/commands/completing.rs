@@ -1,11 +1,14 @@
-//! Options of what a completion is trained on.
+//! Options of what a completion is trained on, and for which machine.
 
-use anyhow::bail;
+use anyhow::{Context, bail};
 use clap::Args;
+use glimpse_core::gonio::Limits;
+use glimpse_trainer::meta::options::Completing;
 use glimpse_trainer::meta::plan::Schedule;
-use glimpse_trainer::meta::run::Completing;
 
-/// What a completion is trained on.
+use super::numbers;
+
+/// What a completion is trained on, and for which machine.
 #[derive(Args, Clone, Copy)]
 pub(crate) struct CompletingArgs {
     /// Schedule prior: the share of training in which readings are missing, 0 to 1. Above 0, say 0.5,
@@ -15,10 +18,24 @@ pub(crate) struct CompletingArgs {
     /// Schedule prior: the noise of readings to train for, relative: 0.02 is 2 % [default: 0]
     #[arg(long, value_name = "S")]
     noise: Option<f32>,
+    /// Schedule prior: the noise besides, as a share of a white surface, whose BRDF is 1/pi: 0.01 is
+    /// 1 % [default: 0]
+    #[arg(long, value_name = "S")]
+    additive: Option<f32>,
     /// Schedule prior: the share of procedural materials among those trained on, 0 to below 1
     /// [default: 0.15]
     #[arg(long, value_name = "SHARE")]
     procedural: Option<f32>,
+    /// Schedule prior: how far the light's arm gets from the normal [default: 90]
+    #[arg(long, value_name = "DEGREES", value_parser = numbers::degrees)]
+    max_theta_i: Option<f32>,
+    /// Schedule prior: how far the sensor's arm gets from the normal [default: 90]
+    #[arg(long, value_name = "DEGREES", value_parser = numbers::degrees)]
+    max_theta_o: Option<f32>,
+    /// Schedule prior: how near light and sensor may come to each other, as seen from the sample
+    /// [default: 0]
+    #[arg(long, value_name = "DEGREES", value_parser = numbers::degrees)]
+    min_separation: Option<f32>,
 }
 
 impl CompletingArgs {
@@ -28,7 +45,11 @@ impl CompletingArgs {
         let given = [
             ("--missing", self.missing, 1.0),
             ("--noise", self.noise, 0.5),
+            ("--additive", self.additive, 0.5),
             ("--procedural", self.procedural, 0.99),
+            ("--max-theta-i", self.max_theta_i, 90.0),
+            ("--max-theta-o", self.max_theta_o, 90.0),
+            ("--min-separation", self.min_separation, 180.0),
         ];
         for (name, value, most) in given {
             let Some(value) = value else {
@@ -44,7 +65,34 @@ impl CompletingArgs {
         Ok(Completing {
             missing: self.missing.unwrap_or(default.missing),
             noise: self.noise.unwrap_or(default.noise),
+            additive: self.additive.unwrap_or(default.additive),
             procedural: self.procedural.unwrap_or(default.procedural),
+            limits: self.limits()?,
         })
+    }
+
+    fn limits(&self) -> anyhow::Result<Limits> {
+        let angle = |degrees: Option<f32>, default: f32| degrees.map_or(default, f32::to_radians);
+        let limits = Limits {
+            max_theta_i: angle(self.max_theta_i, Limits::NONE.max_theta_i)
+                .min(Limits::NONE.max_theta_i),
+            max_theta_o: angle(self.max_theta_o, Limits::NONE.max_theta_o)
+                .min(Limits::NONE.max_theta_o),
+            min_separation: angle(self.min_separation, 0.0),
+            in_plane: false,
+        };
+        limits
+            .validate()
+            .context("--max-theta-i, --max-theta-o and --min-separation do not go together")?;
+        // A pattern is brought within limits by bringing both arms to equal polar angles.
+        let least = limits.max_theta_i.min(limits.max_theta_o);
+        if limits.min_separation > 2.0 * least {
+            bail!(
+                "--min-separation must be at most twice the lesser of --max-theta-i and \
+                 --max-theta-o, {:.1} degrees here",
+                2.0 * least.to_degrees()
+            );
+        }
+        Ok(limits)
     }
 }

@@ -5,12 +5,13 @@ use std::path::PathBuf;
 use anyhow::{Context, anyhow, bail};
 use clap::{Args, ValueEnum};
 use glimpse_core::model::{ModelKind, linear};
-use glimpse_trainer::evaluation::{Judge, Method, OPTIMUM_STEPS, TrainedOn, Verdict};
+use glimpse_trainer::evaluation::{Judge, Method, OPTIMUM_STEPS, Readings, TrainedOn, Verdict};
 use glimpse_trainer::export::{RecipeFile, recipe_of};
 use glimpse_trainer::linear::{Basis, Columns, Prior, least_condition};
 use glimpse_trainer::material::Source;
+use glimpse_trainer::meta::options::{Completing, Options, Parts};
 use glimpse_trainer::meta::plan::{Effort, Schedule};
-use glimpse_trainer::meta::run::{Completing, INNER_STEPS, Options, Parts};
+use glimpse_trainer::meta::run::INNER_STEPS;
 
 use super::export_basis::read_compact;
 use super::known::known;
@@ -41,11 +42,15 @@ pub(crate) enum MethodName {
 /// Random methods are averaged over seeds. The standard error is over the materials: how far as
 /// many others would move the mean.
 ///
+/// A recipe that completes readings (train --schedule prior) also predicts each material's loss from
+/// its readings; what was predicted stands beside what was found.
+///
 /// Several recipes are compared in one table, by differences to the first one, material by material.
 /// What was trained on is marked: a loss on it says nothing of unseen materials.
 ///
 /// Example: trainer evaluate --recipe neural-n8.recipe --test MERL-test/
 ///          trainer evaluate --recipe old.recipe new.recipe --test MERL-test/
+///          trainer evaluate --recipe masked.recipe --first 4 --noise 0.02 --test MERL-test/
 ///          trainer evaluate --method random --model neural --samples 8 --test MERL-test/
 #[derive(Args)]
 #[command(verbatim_doc_comment)]
@@ -86,7 +91,19 @@ pub(crate) struct Evaluate {
     /// Light of the spheres: a panorama (*.hdr or *.exr) [default: the built-in studio]
     #[arg(long, value_name = "FILE")]
     environment: Option<PathBuf>,
-    /// Repetitions of random methods [default: 5]
+    /// Of each recipe's readings only the first K are taken, in the order of its pattern
+    #[arg(long, value_name = "K", requires = "recipe", value_parser = numbers::samples)]
+    first: Option<usize>,
+    /// So many readings of each material are lost, any of them
+    #[arg(long, value_name = "K", requires = "recipe", value_parser = numbers::samples)]
+    lose: Option<usize>,
+    /// The noise of a recipe's readings, relative: 0.02 is 2 %
+    #[arg(long, value_name = "S", requires = "recipe", value_parser = numbers::share)]
+    noise: Option<f32>,
+    /// The noise besides, as a share of a white surface, whose BRDF is 1/pi: 0.01 is 1 %
+    #[arg(long, value_name = "S", requires = "recipe", value_parser = numbers::share)]
+    additive: Option<f32>,
+    /// Repetitions of what is random: methods, and readings that are lost or noisy [default: 5]
     #[arg(long, allow_negative_numbers = true, value_parser = numbers::seeds)]
     seeds: Option<u64>,
     /// Print JSON
@@ -135,6 +152,11 @@ impl Evaluate {
                 MethodName::Meta => Method::meta(&recipe, basis.as_ref())?,
                 _ => Method::ours(&recipe, basis.as_ref())?,
             };
+            let readings = self.readings();
+            let method = match readings == Readings::default() {
+                true => method,
+                false => method.with_readings(readings)?,
+            };
             let method = match &compact {
                 Some(bytes) => method.by_compact(linear::Basis::parse(bytes)?)?,
                 None => method,
@@ -180,7 +202,18 @@ impl Evaluate {
         if self.recipe.len() > 1 && self.basis.is_some() {
             bail!("--basis takes a single --recipe");
         }
-        if self.seeds.is_some() && !name.is_random() {
+        if name == MethodName::Meta && self.readings() != Readings::default() {
+            bail!(
+                "--first, --lose, --noise and --additive have no effect with --method meta: they are \
+                 for a recipe's own readings"
+            );
+        }
+        if let (Some(first), Some(lose)) = (self.first, self.lose)
+            && lose >= first
+        {
+            bail!("--lose {lose} of --first {first} leaves nothing to fit");
+        }
+        if self.seeds.is_some() && !name.is_random() && !self.readings().are_random() {
             bail!("--seeds has no effect: nothing of --method {method} is random");
         }
         let Some(model) = self.model else {
@@ -244,6 +277,15 @@ impl Evaluate {
             _ => Method::random(self.model()?, self.samples()?, INNER_STEPS),
         };
         Ok((judge(&method)?, TrainedOn::default()))
+    }
+
+    fn readings(&self) -> Readings {
+        Readings {
+            first: self.first,
+            lost: self.lose.unwrap_or(0),
+            noise: self.noise.unwrap_or(0.0),
+            additive: self.additive.unwrap_or(0.0),
+        }
     }
 
     fn model(&self) -> anyhow::Result<ModelKind> {

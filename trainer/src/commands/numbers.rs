@@ -34,6 +34,22 @@ pub(crate) fn seeds(text: &str) -> Result<u64, String> {
     whole(text, 10_000).map(|seeds| seeds as u64)
 }
 
+/// A share, 0 to 1.
+pub(crate) fn share(text: &str) -> Result<f32, String> {
+    let number = text.parse().ok();
+    number
+        .filter(|number| (0.0..=1.0).contains(number))
+        .ok_or_else(|| "give a number of 0 to 1".to_owned())
+}
+
+/// Degrees, above 0 and at most 180.
+pub(crate) fn degrees(text: &str) -> Result<f32, String> {
+    let number = text.parse().ok();
+    number
+        .filter(|number| *number > 0.0 && *number <= 180.0)
+        .ok_or_else(|| "give degrees above 0, at most 180".to_owned())
+}
+
 fn whole(text: &str, most: usize) -> Result<usize, String> {
     let number = text.parse().ok();
     number

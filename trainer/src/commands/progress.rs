@@ -6,7 +6,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use glimpse_trainer::material::Material;
-use glimpse_trainer::meta::run::{Learned, Options, TrainError, train};
+use glimpse_trainer::meta::learned::Learned;
+use glimpse_trainer::meta::options::Options;
+use glimpse_trainer::meta::run::{TrainError, train};
 use indicatif::{ProgressBar, ProgressStyle};
 
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);

@@ -12,8 +12,9 @@ use glimpse_trainer::export::{RecipeFile, recipe_of};
 use glimpse_trainer::files::try_write;
 use glimpse_trainer::linear::Prior;
 use glimpse_trainer::material::{Material, Procedural, Source};
+use glimpse_trainer::meta::options::{Completing, Options, Parts};
 use glimpse_trainer::meta::plan::{Effort, Schedule};
-use glimpse_trainer::meta::run::{Completing, INNER_STEPS, Options, Parts};
+use glimpse_trainer::meta::run::INNER_STEPS;
 use glimpse_trainer::metrics::Scores;
 use glimpse_trainer::render::Picture;
 use glimpse_trainer::report::{

@@ -2,6 +2,7 @@
 
 use glimpse_core::recipe::Expectation;
 use glimpse_trainer::evaluation::{Estimate, Known, Verdict};
+use glimpse_trainer::meta::completion::prediction::rank_correlation;
 use glimpse_trainer::report::{Best, Cell, Column, Compare, Table};
 use serde_json::{Value, json};
 
@@ -54,6 +55,13 @@ impl Judged {
         some.then(|| (new.len(), Estimate::of(&new)))
     }
 
+    /// The mean loss that is predicted, and how well it ranks the materials.
+    fn prediction(&self) -> Option<(f64, Option<f64>)> {
+        let predicted = self.verdict.predicted_losses()?;
+        let mean = predicted.iter().sum::<f64>() / predicted.len() as f64;
+        Some((mean, rank_correlation(&predicted, &self.verdict.losses())))
+    }
+
     /// What there is to be said of the materials, and of what was promised.
     fn remarks(&self) -> Vec<String> {
         let mut remarks = lines(self.known.as_deref(), &self.names());
@@ -61,6 +69,14 @@ impl Judged {
             remarks.push(format!(
                 "over the {count} that are new: a mean loss of {}",
                 in_words(estimate)
+            ));
+        }
+        if let Some((mean, rank)) = self.prediction() {
+            let rank = rank.map_or(String::new(), |rank| {
+                format!("; their ranks correlate with those of the true ones by {rank:.2}")
+            });
+            remarks.push(format!(
+                "the losses predicted from the readings have a mean of {mean:.4}{rank}"
             ));
         }
         if let Some((promise, _)) = &self.promise {
@@ -75,7 +91,7 @@ impl Judged {
         let width = self.names().iter().map(|name| name.len()).max();
         let width = width.unwrap_or(0).max(8);
         let mut text = format!(
-            "{} {} n = {}\n{:width$} {:>8} {:>8} {:>9} {:>7}\n",
+            "{} {} n = {}\n{:width$} {:>8} {:>8} {:>9} {:>7}{}\n",
             verdict.method,
             verdict.model,
             verdict.samples,
@@ -83,7 +99,12 @@ impl Judged {
             "loss",
             "DSSIM",
             "L2",
-            "PSNR"
+            "PSNR",
+            if self.prediction().is_some() {
+                "  predicted loss"
+            } else {
+                ""
+            }
         );
         let materials = verdict.materials.iter().enumerate();
         let rows = materials.map(|(index, material)| {
@@ -92,11 +113,19 @@ impl Judged {
                 Some(Known::Namesake) => "  namesake trained on",
                 None => "",
             };
-            (&material.name[..], material.scores, mark)
+            (
+                &material.name[..],
+                material.scores,
+                material.predicted_loss,
+                mark,
+            )
         });
-        for (name, scores, mark) in rows.chain([("mean", verdict.scores, "")]) {
+        let predicted = self.prediction().map(|(mean, _)| mean);
+        let mean = [("mean", verdict.scores, predicted, "")];
+        for (name, scores, predicted, mark) in rows.chain(mean) {
+            let predicted = predicted.map_or(String::new(), |loss| format!("  {loss:14.4}"));
             text += &format!(
-                "{name:width$} {:8.4} {:8.4} {:9.6} {:7.2}{mark}\n",
+                "{name:width$} {:8.4} {:8.4} {:9.6} {:7.2}{predicted}{mark}\n",
                 scores.loss, scores.dssim, scores.l2, scores.psnr
             );
         }
@@ -123,6 +152,10 @@ impl Judged {
         if let Some(recipe) = &self.recipe {
             value["recipe"] = json!(recipe);
         }
+        value["prediction"] = json!(self.prediction().map(|(mean, rank)| json!({
+            "loss": mean,
+            "rank_correlation": rank,
+        })));
         value["promise"] = json!(self.promise.as_ref().map(|(_, json)| json));
         let names = |kind: Known| {
             let all = self.known.as_ref()?.iter().zip(self.names());

@@ -8,12 +8,13 @@ use glimpse_core::recipe::{Descent, Learner, Recipe};
 
 use super::JudgeError;
 use super::adam;
+use super::readings::Readings;
 use crate::linear::{Basis, Coefficients, Reconstruction, Reduced};
 use crate::material::{Brdf, Material};
 use crate::sampling::uniform_valid;
 use glimpse_kernels::LaneModel;
 use glimpse_kernels::inner_loop::unflatten;
-use glimpse_kernels::scan::scan;
+use glimpse_kernels::scan::scan_some;
 use glimpse_kernels::with_model;
 
 /// What a fit has found.
@@ -107,6 +108,8 @@ pub struct Method<'a> {
     steps_after: usize,
     /// What coefficients of the model Linear become a BRDF by, if it is not the whole basis.
     compact: Option<linear::Basis<'a>>,
+    /// What becomes of a recipe's readings.
+    readings: Readings,
 }
 
 /// Directions that the method Optimum solves the Linear model at.
@@ -130,6 +133,7 @@ impl<'a> Method<'a> {
             fitting: Fitting::Scan(Box::new(*recipe), basis),
             steps_after: 0,
             compact: None,
+            readings: Readings::default(),
         })
     }
 
@@ -177,6 +181,7 @@ impl<'a> Method<'a> {
             fitting,
             steps_after: 0,
             compact: None,
+            readings: Readings::default(),
         })
     }
 
@@ -208,6 +213,21 @@ impl<'a> Method<'a> {
         })
     }
 
+    /// The same, from readings that are noisy, or some of them missing.
+    ///
+    /// # Errors
+    /// [`JudgeError::Readings`] if it is no scan by a recipe, [`JudgeError::NeedsAll`] if its recipe
+    /// cannot do without some.
+    pub fn with_readings(self, readings: Readings) -> Result<Self, JudgeError> {
+        let Fitting::Scan(recipe, _) = &self.fitting else {
+            return Err(JudgeError::Readings);
+        };
+        if readings.are_missing() && !recipe.learner().takes_missing() {
+            return Err(JudgeError::NeedsAll);
+        }
+        Ok(Self { readings, ..self })
+    }
+
     fn reconstruct(&self, basis: &Basis, coefficients: &Coefficients) -> Fitted<'a> {
         let Some(compact) = self.compact else {
             return Fitted::Linear(basis.reconstruct(coefficients));
@@ -225,6 +245,7 @@ impl<'a> Method<'a> {
             fitting: Fitting::Adam(model, steps),
             steps_after: 0,
             compact: None,
+            readings: Readings::default(),
         }
     }
 
@@ -238,6 +259,7 @@ impl<'a> Method<'a> {
             fitting: Fitting::Optimum(model, steps),
             steps_after: 0,
             compact: None,
+            readings: Readings::default(),
         }
     }
 
@@ -266,6 +288,7 @@ impl<'a> Method<'a> {
             fitting: Fitting::RidgeAnywhere(vec![eta; basis.components()], basis),
             steps_after: 0,
             compact: None,
+            readings: Readings::default(),
         }
     }
 
@@ -308,7 +331,7 @@ impl<'a> Method<'a> {
     /// True if the outcome depends on a seed.
     #[must_use]
     pub fn is_random(&self) -> bool {
-        matches!(self.places, Places::Random(_))
+        matches!(self.places, Places::Random(_)) || self.readings.are_random()
     }
 
     /// Fits a material; what a recipe says is done as on the device: in f32, by core's own code.
@@ -316,6 +339,29 @@ impl<'a> Method<'a> {
     /// # Errors
     /// [`JudgeError::Ridge`]
     pub fn fit(&self, material: &dyn Material, seed: u64) -> Result<Fitted<'a>, JudgeError> {
+        Ok(self.fit_and_predict(material, seed)?.0)
+    }
+
+    /// The same, and the loss that the fit is likely to have, where a recipe predicts one.
+    ///
+    /// # Errors
+    /// [`JudgeError::Ridge`]
+    pub fn fit_and_predict(
+        &self,
+        material: &dyn Material,
+        seed: u64,
+    ) -> Result<(Fitted<'a>, Option<f32>), JudgeError> {
+        let mut predicted = None;
+        let fitted = self.fit_telling(material, seed, &mut predicted)?;
+        Ok((fitted, predicted))
+    }
+
+    fn fit_telling(
+        &self,
+        material: &dyn Material,
+        seed: u64,
+        predicted: &mut Option<f32>,
+    ) -> Result<Fitted<'a>, JudgeError> {
         let drawn;
         let angles = match &self.places {
             Places::Pattern(pattern) => pattern,
@@ -326,7 +372,9 @@ impl<'a> Method<'a> {
         };
         let parameters = match &self.fitting {
             Fitting::Scan(recipe, basis) => {
-                let found = scan(recipe, &mut |angles| material.brdf(angles))?;
+                let mut read = self.readings.of(material, recipe.samples(), seed);
+                let found = scan_some(recipe, &mut read)?;
+                *predicted = found.predicted_loss;
                 match (recipe.model(), basis) {
                     (ModelKind::Linear, Some(basis)) => {
                         let coefficients = basis.channels(&found.values)?;

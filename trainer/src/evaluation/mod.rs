@@ -4,6 +4,7 @@ mod adam;
 mod directions;
 mod leakage;
 mod method;
+mod readings;
 mod uncertainty;
 
 pub use adam::OPTIMUM_STEPS;
@@ -11,6 +12,7 @@ pub use directions::{DIRECTIONS, directions};
 pub use glimpse_kernels::scan::{Found, scan};
 pub use leakage::{Known, TrainedOn};
 pub use method::{Fitted, Method, measure};
+pub use readings::Readings;
 pub use uncertainty::Estimate;
 
 use glimpse_core::geometry::HalfDifference;
@@ -41,6 +43,14 @@ pub enum JudgeError {
          recipes of --schedule joint or paper"
     )]
     Elsewhere,
+    /// Readings were to be spoilt where there are none of a recipe's.
+    #[error("readings are lost, or noisy, where a recipe is scanned by: give --recipe")]
+    Readings,
+    /// Readings were to be lost that the recipe cannot do without.
+    #[error(
+        "the recipe needs all of its readings: train one with --missing 0.5 for scans that lose some"
+    )]
+    NeedsAll,
     /// A ridge problem has no solution.
     #[error("the linear model cannot be fitted: {0}")]
     Ridge(#[from] glimpse_core::fit::ridge::RidgeError),
@@ -76,6 +86,9 @@ pub struct MaterialScores {
     /// Its scores, averaged over the seeds.
     #[serde(flatten)]
     pub scores: Scores,
+    /// The loss that its fit was likely to have, by its readings, where the recipe predicts one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub predicted_loss: Option<f64>,
 }
 
 /// How well a method does.
@@ -106,6 +119,13 @@ impl Verdict {
     pub fn losses(&self) -> Vec<f64> {
         let losses = self.materials.iter().map(|each| each.scores.loss);
         losses.collect()
+    }
+
+    /// The loss that each material's fit was likely to have, if the recipe predicts it.
+    #[must_use]
+    pub fn predicted_losses(&self) -> Option<Vec<f64>> {
+        let predicted = self.materials.iter().map(|each| each.predicted_loss);
+        predicted.collect()
     }
 }
 
@@ -194,15 +214,17 @@ impl<'a> Judge<'a> {
         done: &(dyn Fn() + Sync),
     ) -> Result<Verdict, JudgeError> {
         let seeds = if method.is_random() { seeds.max(1) } else { 1 };
-        let all: Vec<Vec<Scores>> = (0..self.materials.len())
+        let all: Vec<Vec<(Scores, Option<f64>)>> = (0..self.materials.len())
             .into_par_iter()
             .map(|material| {
                 let scores = (0..seeds)
                     .map(|offset| {
                         // Each material and each repetition draws samples of its own.
                         let seed = seed.wrapping_add((offset << 32) | material as u64);
-                        let fitted = method.fit(&*self.materials[material], seed)?;
-                        Ok(self.score(material, &fitted)?.0)
+                        let (fitted, predicted) =
+                            method.fit_and_predict(&*self.materials[material], seed)?;
+                        let (scores, _) = self.score(material, &fitted)?;
+                        Ok((scores, predicted.map(f64::from)))
                     })
                     .collect();
                 done();
@@ -215,11 +237,19 @@ impl<'a> Judge<'a> {
             .zip(&all)
             .map(|(material, scores)| MaterialScores {
                 name: material.name().to_owned(),
-                scores: Scores::of_repetitions(scores.iter().copied()).unwrap_or_default(),
+                scores: Scores::of_repetitions(scores.iter().map(|(scores, _)| *scores))
+                    .unwrap_or_default(),
+                predicted_loss: scores
+                    .iter()
+                    .map(|(_, predicted)| *predicted)
+                    .sum::<Option<f64>>()
+                    .map(|sum| sum / scores.len() as f64),
             })
             .collect();
         let by_seed: Vec<f64> = (0..seeds as usize)
-            .map(|seed| all.iter().map(|scores| scores[seed].loss).sum::<f64>() / all.len() as f64)
+            .map(|seed| {
+                all.iter().map(|scores| scores[seed].0.loss).sum::<f64>() / all.len() as f64
+            })
             .collect();
         let losses: Vec<f64> = materials.iter().map(|each| each.scores.loss).collect();
         Ok(Verdict {

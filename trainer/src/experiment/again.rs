@@ -3,8 +3,8 @@
 use glimpse_core::model::ModelKind;
 use glimpse_trainer::evaluation::Method;
 use glimpse_trainer::linear::Prior;
+use glimpse_trainer::meta::options::Parts;
 use glimpse_trainer::meta::plan::Schedule;
-use glimpse_trainer::meta::run::Parts;
 use glimpse_trainer::report::{Best, Cell, Column, Compare, Table};
 
 use super::case::TrainingRun;

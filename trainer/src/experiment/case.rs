@@ -2,8 +2,8 @@
 
 use glimpse_core::model::ModelKind;
 use glimpse_trainer::linear::Prior;
+use glimpse_trainer::meta::options::Parts;
 use glimpse_trainer::meta::plan::Schedule;
-use glimpse_trainer::meta::run::Parts;
 
 /// How materials are measured and fitted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -19,9 +19,10 @@ use glimpse_trainer::linear::{Basis, Columns, least_condition};
 use glimpse_trainer::material::{Material, Source};
 use glimpse_trainer::meta;
 use glimpse_trainer::meta::checkpoint::Checkpoint;
+use glimpse_trainer::meta::options::{Completing, Options};
 use glimpse_trainer::meta::outer::Checkpoints;
 use glimpse_trainer::meta::plan::Effort;
-use glimpse_trainer::meta::run::{Completing, INNER_STEPS, Options};
+use glimpse_trainer::meta::run::INNER_STEPS;
 use glimpse_trainer::metrics::Scores;
 use glimpse_trainer::render::Environment;
 use serde::{Deserialize, Serialize};
@@ -87,7 +88,7 @@ pub(crate) struct Learned {
 
 /// Trains, and shows how far it is.
 pub(crate) type Train =
-    dyn Fn(&Options, Vec<Box<dyn Material>>) -> anyhow::Result<meta::run::Learned>;
+    dyn Fn(&Options, Vec<Box<dyn Material>>) -> anyhow::Result<meta::learned::Learned>;
 
 /// How well a method did, as it is kept.
 #[derive(Clone, Debug, Serialize, Deserialize)]

@@ -3,8 +3,8 @@
 use glimpse_core::model::ModelKind;
 use glimpse_trainer::evaluation::{MaterialScores, Method};
 use glimpse_trainer::material::Material;
+use glimpse_trainer::meta::options::Parts;
 use glimpse_trainer::meta::plan::Known;
-use glimpse_trainer::meta::run::Parts;
 use glimpse_trainer::report::{Best, Cell, Column, Compare, Table};
 
 use super::SAMPLES;

@@ -13,8 +13,8 @@ use glimpse_core::recipe::{
 
 use super::quantise::quantised;
 use crate::linear::{Basis, ReducedBasis};
-use crate::meta::run::{LearnedCompleted, LearnedDescent, LearnedTarget};
-use glimpse_kernels::completion::thirds;
+use crate::meta::learned::{LearnedCompleted, LearnedDescent, LearnedTarget};
+use glimpse_kernels::completion::split_lists;
 
 /// Why a recipe file cannot be used.
 #[derive(Debug, thiserror::Error)]
@@ -113,6 +113,9 @@ pub struct Statements<'a> {
     pub provenance: Option<Provenance<'a>>,
     /// Names and digests of the materials that it was trained on.
     pub materials: Vec<(&'a str, u32)>,
+    /// What predicts the loss of a material's fit, where readings are completed: a bias, and a weight
+    /// for each coefficient.
+    pub prediction: Option<&'a [f32]>,
 }
 
 impl Statements<'_> {
@@ -200,7 +203,7 @@ pub fn to_completed_recipe(
 ) -> Result<RecipeFile, RecipeError> {
     let shape = learned.shape;
     let (rows, components) = (shape.rows(), shape.components);
-    let [readings, bias, output] = thirds(&learned.completion, shape.completion_lengths());
+    let [readings, bias, output] = split_lists(&learned.completion, shape.completion_lengths());
     let (readings, reading_scales) = quantised(readings, rows, |index| index % rows);
     let hidden = shape.hidden.max(1);
     let (output, output_scales) = quantised(output, components, |index| index / hidden);
@@ -239,7 +242,7 @@ pub fn to_completed_recipe(
             step_sizes,
             start,
         } => {
-            let [hidden, bias, output] = thirds(start, shape.start_lengths());
+            let [hidden, bias, output] = split_lists(start, shape.start_lengths());
             let inputs = 3 * components;
             let (hidden, hidden_scales) = quantised(hidden, shape.units, |index| index / inputs);
             let units = shape.units;
@@ -287,6 +290,7 @@ fn write(
         .flat_map(|angles| [angles.theta_h, angles.theta_d, angles.phi_d])
         .collect();
     let pattern = packed(&coordinates);
+    let prediction = statements.prediction.map(packed);
     let ingredients = Ingredients {
         pattern: &pattern,
         learner,
@@ -295,8 +299,10 @@ fn write(
         expectation: statements.expectation,
         provenance: statements.provenance,
         materials: &statements.materials,
+        prediction: prediction.as_deref(),
     };
     let room = HEADER_BYTES + pattern.len() + learner_bytes + statements.text_bytes() + ROOM;
+    let room = room + prediction.as_ref().map_or(0, Vec::len);
     let mut buffer = vec![0; room];
     let bytes = Recipe::write(&ingredients, &mut buffer)?.to_vec();
     Ok(RecipeFile { bytes })

@@ -1,13 +1,17 @@
 //! The recipe of a training run: what was learned, and where it came from.
 
+use std::f32::consts::FRAC_1_PI;
+
+use glimpse_core::gonio::Limits;
 use glimpse_core::model::ModelKind;
-use glimpse_core::recipe::{Expectation, Provenance, RecipeError};
+use glimpse_core::recipe::{Expectation, Noise, Provenance, RecipeError};
 
 use super::recipe::{RecipeFile, Statements, to_completed_recipe, to_recipe, to_ridge_recipe};
 use crate::linear::Prior;
 use crate::material::Source;
+use crate::meta::learned::{Learned, Promise};
+use crate::meta::options::{Options, Parts};
 use crate::meta::plan::Schedule;
-use crate::meta::run::{Learned, Options, Parts, Promise};
 
 /// What was learned cannot be written down.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -27,6 +31,8 @@ pub fn recipe_of(
     let Promise { expected, on } = learned.promise();
     let on = format!("materials of {} {on}", data.label());
     let materials = learned.materials();
+    let completing = &options.completing;
+    let completes = options.schedule == Schedule::Prior;
     let statements = Statements {
         expectation: Some(Expectation {
             loss: expected.loss,
@@ -39,7 +45,17 @@ pub fn recipe_of(
             .iter()
             .map(|material| (&material.name[..], material.digest))
             .collect(),
-        ..Statements::default()
+        prediction: match learned {
+            Learned::Completed(learned) => learned.prediction.as_ref().map(|p| &p.weights[..]),
+            _ => None,
+        },
+        limits: Some(completing.limits).filter(|limits| completes && *limits != Limits::NONE),
+        noise: Some(Noise {
+            multiplicative: completing.noise,
+            additive: completing.additive * FRAC_1_PI,
+            levels: 0,
+        })
+        .filter(|noise| completes && noise.multiplicative + noise.additive > 0.0),
     };
     let file = match learned {
         Learned::Descent(learned) => to_recipe(learned, &statements),

@@ -65,6 +65,16 @@ pub struct Tabulated {
     pub components: Vec<[f64; 4]>,
 }
 
+impl Tabulated {
+    /// The mean of the columns as ln((f w + e) / e), with its derivatives: what readings are centred by.
+    #[must_use]
+    pub fn centre(&self) -> [f64; 4] {
+        let mut sum = std::array::from_fn(|i| self.mean[i] + self.log_median[i]);
+        sum[0] -= EPSILON.ln();
+        sum
+    }
+}
+
 impl Basis {
     /// The first m principal components of some columns about their mean, scaled by their singular
     /// values; at most one less than there are columns.

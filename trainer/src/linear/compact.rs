@@ -7,8 +7,8 @@
 use std::f64::consts::TAU;
 
 use glimpse_core::geometry::{Angles, HalfDifference};
+use glimpse_core::model::linear::Nodes;
 use glimpse_core::model::linear::format::{MAGIC, VERSION, checksum_of};
-use glimpse_core::model::linear::{EPSILON, Nodes};
 use rayon::prelude::*;
 
 use super::basis::Basis;
@@ -116,14 +116,13 @@ impl Basis {
         let both = [angles.phi_d, TAU - angles.phi_d]
             .map(|phi_d| self.look_up(Angles { phi_d, ..*angles }));
         let [one, other] = &both;
-        let mean = |at: &super::Tabulated| at.mean[0] + at.log_median[0] - EPSILON.ln();
         let components = one
             .components
             .iter()
             .zip(&other.components)
             .take(components);
         let values = components.map(|(one, other)| 0.5 * (one[0] + other[0]));
-        let mean = 0.5 * (mean(one) + mean(other));
+        let mean = 0.5 * (one.centre()[0] + other.centre()[0]);
         [mean]
             .into_iter()
             .chain(values)

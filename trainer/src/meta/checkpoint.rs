@@ -11,8 +11,9 @@ use glimpse_optimizer::Record;
 use super::state::RunState;
 use crate::files;
 
-/// The file's name within the checkpoint directory.
-const FILE: &str = "checkpoint.bin";
+/// The name of the first stage's file within the checkpoint directory, and the ending of all files.
+const FIRST: &str = "checkpoint";
+const ENDING: &str = "bin";
 
 /// Why a checkpoint cannot be written or read.
 #[derive(Debug, thiserror::Error)]
@@ -70,53 +71,60 @@ pub struct Checkpoint {
 }
 
 impl Checkpoint {
-    /// The one in `directory`.
+    /// The one of a stage in `directory`; the first stage is 0.
     #[must_use]
-    pub fn path(directory: &Path) -> PathBuf {
-        directory.join(FILE)
+    pub fn path(directory: &Path, stage: usize) -> PathBuf {
+        match stage {
+            0 => directory.join(format!("{FIRST}.{ENDING}")),
+            stage => directory.join(format!("{FIRST}-{stage}.{ENDING}")),
+        }
     }
 
-    /// Makes sure that this run can be saved in `directory` to its end.
+    /// Makes sure that this run can be saved in a file to its end.
     ///
     /// # Errors
     /// If not.
-    pub fn try_write(&self, directory: &Path) -> Result<(), CheckpointError> {
+    pub fn try_write(&self, path: &Path) -> Result<(), CheckpointError> {
         // The optimizer and the best values will come to it, and the file that it replaces.
         let bytes = 8 * self.bytes()?.len();
-        let path = Self::path(directory);
-        files::make_folder(directory)
-            .and_then(|()| files::try_write(&path, bytes))
-            .map_err(|source| CheckpointError::Write { path, source })
+        make_folder_of(path)
+            .and_then(|()| files::try_write(path, bytes))
+            .map_err(|source| CheckpointError::Write {
+                path: path.into(),
+                source,
+            })
     }
 
     /// True if there is one in `directory`.
     #[must_use]
     pub fn is_in(directory: &Path) -> bool {
-        Self::path(directory).exists()
+        Self::path(directory, 0).exists()
     }
 
     fn bytes(&self) -> Result<Vec<u8>, CheckpointError> {
         postcard::to_stdvec(self).map_err(|error| CheckpointError::Record(error.to_string()))
     }
 
-    /// Writes it into `directory`, replacing an older one in one step.
+    /// Writes it into a file, replacing an older one in one step.
     ///
     /// # Errors
     /// If it cannot be written; the older one is then still whole.
-    pub fn write(&self, directory: &Path) -> Result<(), CheckpointError> {
-        let path = Self::path(directory);
+    pub fn write(&self, path: &Path) -> Result<(), CheckpointError> {
         let bytes = self.bytes()?;
-        files::make_folder(directory)
-            .and_then(|()| files::write_whole(&path, &bytes))
-            .map_err(|source| CheckpointError::Write { path, source })
+        make_folder_of(path)
+            .and_then(|()| files::write_whole(path, &bytes))
+            .map_err(|source| CheckpointError::Write {
+                path: path.into(),
+                source,
+            })
     }
 
-    /// Reads the one in `directory`, which must be of the run at hand; None if there is none.
+    /// Reads the one in a file, which must be of the run at hand; None if there is none.
     ///
     /// # Errors
     /// If it is damaged, or of another run.
-    pub fn read(directory: &Path, run: &str) -> Result<Option<Self>, CheckpointError> {
-        let path = Self::path(directory);
+    pub fn read(path: &Path, run: &str) -> Result<Option<Self>, CheckpointError> {
+        let path = path.to_owned();
         let bytes = match fs::read(&path) {
             Ok(bytes) => bytes,
             Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
@@ -133,12 +141,20 @@ impl Checkpoint {
         }
     }
 
-    /// Removes the one in `directory`, and the directory if nothing else is in it.
+    /// Removes those in `directory`, and the directory if nothing else is in it.
     pub fn remove(directory: &Path) {
-        // Nothing is lost if either stays.
-        let _ = fs::remove_file(Self::path(directory));
+        // Nothing is lost if any of it stays.
+        for stage in 0.. {
+            if fs::remove_file(Self::path(directory, stage)).is_err() {
+                break;
+            }
+        }
         let _ = fs::remove_dir(directory);
     }
+}
+
+fn make_folder_of(path: &Path) -> io::Result<()> {
+    path.parent().map_or(Ok(()), files::make_folder)
 }
 
 #[cfg(test)]
@@ -169,15 +185,14 @@ mod tests {
             record: optimization.record(),
         };
         let scratch = tempfile::tempdir().expect("a temporary directory");
-        let directory = scratch.path();
-        whole.write(directory).expect("it is written");
-        let found = Checkpoint::read(directory, "a run").expect("it is whole");
+        let path = Checkpoint::path(scratch.path(), 0);
+        whole.write(&path).expect("it is written");
+        let found = Checkpoint::read(&path, "a run").expect("it is whole");
         assert_eq!(found, Some(whole));
-        let path = Checkpoint::path(directory);
         let bytes = fs::read(&path).expect("it is there");
         for length in 0..bytes.len() {
             fs::write(&path, &bytes[..length]).expect("it is written");
-            let error = Checkpoint::read(directory, "a run").expect_err("a part of it");
+            let error = Checkpoint::read(&path, "a run").expect_err("a part of it");
             assert!(matches!(error, CheckpointError::Damaged(_)), "{error}");
         }
     }

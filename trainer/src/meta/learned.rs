@@ -59,10 +59,22 @@ pub struct LearnedCompleted {
     pub completion: Vec<f32>,
     /// What its coefficients become.
     pub target: LearnedTarget,
+    /// What predicts the loss of a material's fit; None where there were too few materials to leave
+    /// some out.
+    pub prediction: Option<LearnedPrediction>,
     /// What to expect of an unseen material.
     pub promise: Promise,
     /// The materials that it was trained on, those held out for validation among them.
     pub materials: Vec<Identity>,
+}
+
+/// What predicts the loss of a material's fit.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LearnedPrediction {
+    /// A bias, and a weight for each coefficient, to the logarithm of the loss.
+    pub weights: Vec<f32>,
+    /// How well it ranks materials that it was not made from (Spearman), if they differ.
+    pub rank_correlation: Option<f64>,
 }
 
 /// What coefficients become.

@@ -1,15 +1,17 @@
 //! Meta-learning: where to measure, from which parameters to start, and how far to step.
 
 pub mod checkpoint;
+pub mod completion;
 pub mod descent;
 pub mod evolution;
+pub mod learned;
 pub mod linear;
+pub mod options;
 pub mod outer;
 pub mod pattern;
 pub mod phase;
 pub mod plan;
 pub mod pool;
-pub mod prior;
 pub mod run;
 pub mod schedules;
 pub mod start;

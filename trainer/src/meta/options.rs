@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use glimpse_core::gonio::Limits;
 use glimpse_core::model::ModelKind;
 
 use super::outer::Checkpoints;
@@ -39,8 +40,12 @@ pub struct Completing {
     pub missing: f32,
     /// Standard deviation of readings' noise, relative.
     pub noise: f32,
+    /// The same besides, as a share of the BRDF of a white surface, 1/pi.
+    pub additive: f32,
     /// The share of tasks that are procedural materials.
     pub procedural: f32,
+    /// The machine that the pattern is for.
+    pub limits: Limits,
 }
 
 impl Default for Completing {
@@ -48,7 +53,9 @@ impl Default for Completing {
         Self {
             missing: 0.0,
             noise: 0.0,
+            additive: 0.0,
             procedural: 0.15,
+            limits: Limits::NONE,
         }
     }
 }
@@ -58,12 +65,25 @@ impl fmt::Display for Completing {
         let Self {
             missing,
             noise,
+            additive,
             procedural,
+            limits,
         } = self;
-        write!(
-            f,
-            "missing readings {missing}, noise {noise}, procedural {procedural}"
-        )
+        write!(f, "missing readings {missing}, noise {noise}")?;
+        if *additive > 0.0 {
+            write!(f, " and {additive} of white")?;
+        }
+        write!(f, ", procedural {procedural}")?;
+        if *limits != Limits::NONE {
+            write!(
+                f,
+                ", theta_i to {:.1}, theta_o to {:.1}, {:.1} degrees apart",
+                limits.max_theta_i.to_degrees(),
+                limits.max_theta_o.to_degrees(),
+                limits.min_separation.to_degrees()
+            )?;
+        }
+        Ok(())
     }
 }
 

@@ -88,6 +88,8 @@ pub struct Run<'a> {
     pub seed: u64,
     /// Where it is saved.
     pub checkpoints: Option<Checkpoints>,
+    /// Which of several runs to one end it is: each is saved in a file of its own.
+    pub stage: usize,
 }
 
 /// A run under way.
@@ -131,13 +133,17 @@ impl Run<'_> {
                 done: *done,
                 total,
                 loss: *loss,
-                best: best.as_ref().map(|best| best.loss),
+                // What is kept at a phase's end is not compared with phases before.
+                best: match at.phase.keep {
+                    Keep::Last => None,
+                    _ => best.as_ref().map(|best| best.loss),
+                },
             });
             let stop = stop.is_break() && *done < total;
             if let Some(checkpoints) = &self.checkpoints
                 && (stop || *done == total || saved.elapsed() >= checkpoints.every)
             {
-                self.checkpoint(&state).write(&checkpoints.directory)?;
+                self.checkpoint(&state).write(&self.file(checkpoints))?;
                 saved = Instant::now();
             }
             if stop {
@@ -162,24 +168,28 @@ impl Run<'_> {
         };
         let first = self.trainee.first_values(0);
         let mut state = begun(first.clone());
-        if let Some(Checkpoints {
-            directory, resume, ..
-        }) = &self.checkpoints
-        {
+        if let Some(checkpoints) = &self.checkpoints {
+            let path = self.file(checkpoints);
             // Patterns that are doubled end larger than they begin.
             let samples = self.plan.phases.iter().map(|phase| phase.samples).max();
             let mut largest = first;
             largest.pattern.resize(3 * samples.unwrap_or(0), 0.0);
-            self.checkpoint(&begun(largest)).try_write(directory)?;
-            if *resume && let Some(found) = Checkpoint::read(directory, &self.name)? {
+            self.checkpoint(&begun(largest)).try_write(&path)?;
+            if checkpoints.resume
+                && let Some(found) = Checkpoint::read(&path, &self.name)?
+            {
                 state.run = found.state;
                 state.optimization = state
                     .optimization
                     .restore(found.record)
-                    .ok_or_else(|| CheckpointError::Damaged(Checkpoint::path(directory)))?;
+                    .ok_or_else(|| CheckpointError::Damaged(path))?;
             }
         }
         Ok(state)
+    }
+
+    fn file(&self, checkpoints: &Checkpoints) -> PathBuf {
+        Checkpoint::path(&checkpoints.directory, self.stage)
     }
 
     fn checkpoint(&self, state: &State) -> Checkpoint {
@@ -420,6 +430,7 @@ mod tests {
             name: String::new(),
             seed: 0,
             checkpoints: None,
+            stage: 0,
         };
         let outcome = run.finish(&mut |progress| {
             tell(progress);

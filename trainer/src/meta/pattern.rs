@@ -5,6 +5,7 @@
 //! 0.005 (theta_h^2 + theta_d^2), which pulls it back (paper, Eq. "barrier").
 
 use glimpse_core::geometry::{Angles, HalfDifference};
+use glimpse_core::gonio::Limits;
 use glimpse_core::model::SampleGradient;
 
 use super::variation::Variation;
@@ -13,7 +14,7 @@ use crate::sampling::RANGE;
 use glimpse_kernels::Dual;
 use glimpse_kernels::lanes::{InstructionSet, Octet, OctetAt, WIDTH};
 use glimpse_kernels::samples::{OctetRgb, transpose_rgb};
-use glimpse_kernels::samples::{SampleOctets, Weights};
+use glimpse_kernels::samples::{SampleOctets, SampleWeights};
 
 /// The barrier's weight.
 const BARRIER: f32 = 0.005;
@@ -21,12 +22,33 @@ const BARRIER: f32 = 0.005;
 /// Angles of a sample's three logits.
 #[must_use]
 pub fn angles_of(logits: [f32; 3]) -> Angles<f32> {
-    let [theta_h, theta_d, phi_d] = [0, 1, 2].map(|i| RANGE[i] / (1.0 + (-logits[i]).exp()));
+    angles_within(logits, &Limits::NONE)
+}
+
+/// The same within limits of a machine: light and sensor are at least as far apart as they have to be.
+/// (Whether its arms get there is another question.)
+fn angles_within(logits: [f32; 3], limits: &Limits) -> Angles<f32> {
+    let least = least_of(limits);
+    let [theta_h, theta_d, phi_d] =
+        [0, 1, 2].map(|i| least[i] + (RANGE[i] - least[i]) / (1.0 + (-logits[i]).exp()));
     Angles {
         theta_h,
         theta_d,
         phi_d,
     }
+}
+
+/// The least angles within limits: light and sensor are twice theta_d apart.
+fn least_of(limits: &Limits) -> [f32; 3] {
+    [0.0, 0.5 * limits.min_separation, 0.0]
+}
+
+/// Whether both directions are above the horizon, and where the arms get to.
+fn is_within(at: &HalfDifference<f32>, limits: &Limits) -> bool {
+    at.is_valid()
+        && (*limits == Limits::NONE
+            || (at.cos_theta_i() >= limits.max_theta_i.cos()
+                && at.cos_theta_o() >= limits.max_theta_o.cos()))
 }
 
 /// Logits of a sample's angles. Angles at an end of their range come out a little inside.
@@ -43,16 +65,27 @@ pub fn logits_of(angles: Angles<f32>) -> [f32; 3] {
 /// it: a scanner cannot measure there.
 #[must_use]
 pub fn above_horizon(logits: &[f32]) -> Vec<Angles<f32>> {
+    reachable(logits, &Limits::NONE)
+}
+
+/// The pattern's angles within limits of a machine, pulled towards the pole where its arms do not get
+/// to a direction. Light and sensor must be able to be as far apart as they have to be at equal polar
+/// angles.
+#[must_use]
+pub fn reachable(logits: &[f32], limits: &Limits) -> Vec<Angles<f32>> {
     const LEAST_COSINE: f32 = 1e-3;
-    let mut angles = Pattern::from_logits(logits).angles().to_vec();
+    let [_, least, _] = least_of(limits);
+    let mut angles = Pattern::within(logits, *limits).angles().to_vec();
     for angles in &mut angles {
         loop {
             let at = HalfDifference::from_angles(*angles);
-            if at.cos_theta_i().min(at.cos_theta_o()) > LEAST_COSINE {
+            let low = at.cos_theta_i().min(at.cos_theta_o()) <= LEAST_COSINE;
+            let at_least = angles.theta_h < 1e-6 && angles.theta_d <= least;
+            if (!low && is_within(&at, limits)) || at_least {
                 break;
             }
             angles.theta_h *= 0.99;
-            angles.theta_d *= 0.99;
+            angles.theta_d = least + 0.99 * (angles.theta_d - least);
         }
     }
     angles
@@ -60,6 +93,7 @@ pub fn above_horizon(logits: &[f32]) -> Vec<Angles<f32>> {
 
 /// A pattern, ready to be measured on any material.
 pub struct Pattern {
+    limits: Limits,
     angles: Vec<Angles<f32>>,
     places: Vec<HalfDifference<f32>>,
     valid: Vec<bool>,
@@ -77,12 +111,16 @@ impl Pattern {
     /// From angles.
     #[must_use]
     pub fn new(angles: Vec<Angles<f32>>) -> Self {
+        Self::of(angles, Limits::NONE)
+    }
+
+    fn of(angles: Vec<Angles<f32>>, limits: Limits) -> Self {
         let places: Vec<_> = angles
             .iter()
             .copied()
             .map(HalfDifference::from_angles)
             .collect();
-        let valid: Vec<bool> = places.iter().map(HalfDifference::is_valid).collect();
+        let valid: Vec<bool> = places.iter().map(|at| is_within(at, &limits)).collect();
         let counted = valid.iter().filter(|valid| **valid).count().max(1);
         let weight = 1.0 / (3.0 * counted as f32);
         let mut weights = vec![Octet::default(); angles.len().div_ceil(WIDTH)];
@@ -92,6 +130,7 @@ impl Pattern {
             }
         }
         Self {
+            limits,
             at: places.chunks(WIDTH).map(Octet::transpose).collect(),
             places,
             angles,
@@ -103,15 +142,15 @@ impl Pattern {
     /// From logits, three for each sample.
     #[must_use]
     pub fn from_logits(logits: &[f32]) -> Self {
-        Self::new(
-            logits
-                .as_chunks()
-                .0
-                .iter()
-                .copied()
-                .map(angles_of)
-                .collect(),
-        )
+        Self::within(logits, Limits::NONE)
+    }
+
+    /// From logits, within limits of a machine: samples that its arms do not get to are not valid.
+    #[must_use]
+    pub fn within(logits: &[f32], limits: Limits) -> Self {
+        let (logits, _) = logits.as_chunks();
+        let angles = logits.iter().map(|logits| angles_within(*logits, &limits));
+        Self::of(angles.collect(), limits)
     }
 
     /// The angles.
@@ -164,8 +203,10 @@ impl Pattern {
                 [slope * angles.theta_h, slope * angles.theta_d, 0.0]
             };
             let angles = [angles.theta_h, angles.theta_d, angles.phi_d];
-            for ((by_angle, angle), range) in by_angles.iter().zip(angles).zip(RANGE) {
-                by_logits.push(by_angle * angle * (1.0 - angle / range));
+            let ranges = least_of(&self.limits).into_iter().zip(RANGE);
+            for ((by_angle, angle), (least, most)) in by_angles.iter().zip(angles).zip(ranges) {
+                let above = angle - least;
+                by_logits.push(by_angle * above * (1.0 - above / (most - least)));
             }
         }
         by_logits
@@ -235,7 +276,7 @@ impl MeasuredPattern<'_> {
             at: &self.pattern.at,
             values: &self.values,
             order: None,
-            weights: Weights::Each(&self.pattern.weights),
+            weights: SampleWeights::Each(&self.pattern.weights),
             instruction_set: InstructionSet::of_this_machine(),
             in_a_row: false,
         }

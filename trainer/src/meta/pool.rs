@@ -16,7 +16,7 @@ use super::variation::Variation;
 use crate::material::Material;
 use crate::sampling::uniform_valid;
 use glimpse_kernels::lanes::{InstructionSet, Octet, OctetAt, WIDTH};
-use glimpse_kernels::samples::{OctetRgb, SampleOctets, Weights, transpose_rgb};
+use glimpse_kernels::samples::{OctetRgb, SampleOctets, SampleWeights, transpose_rgb};
 use glimpse_kernels::sums::loss_of_black;
 
 /// The pool of directions, and each material's BRDF there.
@@ -152,7 +152,7 @@ pub struct Draw<'p> {
     weights: [Octet; 2],
 }
 
-/// Weights of octets in a mean over `count` samples and three channels: of all but the last, and
+/// SampleWeights of octets in a mean over `count` samples and three channels: of all but the last, and
 /// of the last one, whose lanes past the end have none.
 fn weights(count: usize) -> [Octet; 2] {
     let weight = 1.0 / (3.0 * count as f32);
@@ -184,7 +184,7 @@ impl Draw<'_> {
             at: &self.at,
             values: &self.values,
             order: self.order.as_deref(),
-            weights: Weights::Mean(self.weights),
+            weights: SampleWeights::Mean(self.weights),
             instruction_set: InstructionSet::of_this_machine(),
             in_a_row: false,
         }

@@ -57,6 +57,7 @@ fn statements() -> Statements<'static> {
             options: "no options",
         }),
         materials: vec![("brass", 1), ("felt", 2), ("silk", 3), ("teflon", u32::MAX)],
+        prediction: None,
     }
 }
 

@@ -328,9 +328,10 @@ fn a_stopped_run_goes_on_to_the_same_recipe() {
 
     use glimpse_core::model::ModelKind;
     use glimpse_trainer::material::Source;
+    use glimpse_trainer::meta::options::{Options, Parts};
     use glimpse_trainer::meta::outer::Checkpoints;
     use glimpse_trainer::meta::plan::{Effort, Schedule};
-    use glimpse_trainer::meta::run::{Options, Parts, TrainError, train};
+    use glimpse_trainer::meta::run::{TrainError, train};
 
     let scratch = tempfile::tempdir().expect("a temporary directory");
     let materials = || Source("procedural:12".into()).load().expect("materials");
@@ -341,7 +342,7 @@ fn a_stopped_run_goes_on_to_the_same_recipe() {
         effort: Effort::Quick,
         parts: Parts::All,
         prior: glimpse_trainer::linear::Prior::LEARNED,
-        completing: glimpse_trainer::meta::run::Completing::default(),
+        completing: glimpse_trainer::meta::options::Completing::default(),
         seed: 3,
         checkpoints: None,
     };

@@ -238,9 +238,10 @@ fn a_disk_that_goes_away_costs_only_what_was_not_saved() {
 
     use glimpse_core::model::ModelKind;
     use glimpse_trainer::material::Source;
+    use glimpse_trainer::meta::options::{Options, Parts};
     use glimpse_trainer::meta::outer::Checkpoints;
     use glimpse_trainer::meta::plan::{Effort, Schedule};
-    use glimpse_trainer::meta::run::{Options, Parts, train};
+    use glimpse_trainer::meta::run::train;
 
     let scratch = tempfile::tempdir().expect("a temporary directory");
     let directory = scratch.path().join("checkpoint");
@@ -253,7 +254,7 @@ fn a_disk_that_goes_away_costs_only_what_was_not_saved() {
         effort: Effort::Quick,
         parts: Parts::All,
         prior: glimpse_trainer::linear::Prior::LEARNED,
-        completing: glimpse_trainer::meta::run::Completing::default(),
+        completing: glimpse_trainer::meta::options::Completing::default(),
         seed: 3,
         checkpoints: None,
     };

@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use glimpse_core::fit::completion::standardized;
 use glimpse_core::geometry::HalfDifference;
+use glimpse_core::gonio::Limits;
 use glimpse_core::model::{CookTorrance, ModelKind, Neural, Phong};
 use glimpse_kernels::completion::{Batch, CompletionWeights, Shape};
 use glimpse_kernels::scan::scan;
@@ -73,6 +74,11 @@ fn with_trainee<T>(model: ModelKind, of: impl FnOnce(&CompletionTrainee<'_>, &Pl
         refinement,
         first_step_size: 0.1,
         auxiliary: 0.0,
+        limits: Limits {
+            max_theta_i: 1.4,
+            min_separation: 0.2,
+            ..Limits::NONE
+        },
         pattern: None,
     };
     let mut plan = Plan::new(Schedule::Prior, Effort::Quick, model, SAMPLES, 12);
@@ -207,6 +213,7 @@ fn a_resumed_run_comes_to_the_same_numbers() {
             missing: 0.5,
             noise: 0.02,
             procedural: 0.0,
+            ..Completing::default()
         },
         seed: 3,
         checkpoints,

@@ -73,6 +73,7 @@ fn train<M: LaneModel>(inner: InnerSamples) -> Vec<u32> {
         name: String::new(),
         seed: 11,
         checkpoints: None,
+        stage: 0,
     };
     let mut bits = Vec::new();
     let outcome = run.finish(&mut |progress| {

@@ -5,7 +5,7 @@ use glimpse_core::model::{CookTorrance, CookTorranceParameters, ParameterSet};
 use glimpse_kernels::Dual;
 use glimpse_kernels::LaneModel;
 use glimpse_kernels::lanes::{InstructionSet, Octet, WIDTH};
-use glimpse_kernels::samples::{SampleOctets, Weights};
+use glimpse_kernels::samples::{SampleOctets, SampleWeights};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -67,7 +67,7 @@ fn cook_torrance_stays_finite_at_extremes() {
                     at: &[Octet::transpose(&at)],
                     values: &[measured],
                     order: None,
-                    weights: Weights::Each(&[weights]),
+                    weights: SampleWeights::Each(&[weights]),
                     instruction_set,
                     in_a_row: false,
                 },

@@ -2,11 +2,11 @@
 //! other precision, on other lanes and on other numbers of threads. (`burn_witness` holds it
 //! against an independent program.)
 
+mod completion;
 mod determinism;
 mod differences;
 mod extremes;
 mod lanes;
 mod linear;
 mod pattern;
-mod prior;
 mod problem;

@@ -9,6 +9,7 @@ pub mod dataset;
 pub mod draw;
 pub mod field;
 pub mod pool;
+pub mod prediction;
 pub mod reading;
 pub mod refinement;
 pub mod train;

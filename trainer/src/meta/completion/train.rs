@@ -1,5 +1,6 @@
 //! A training run of schedule prior: all materials, and then folds of them to judge by.
 
+use std::f32::consts::FRAC_1_PI;
 use std::ops::ControlFlow;
 
 use glimpse_kernels::completion::Shape;
@@ -8,16 +9,17 @@ use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
 
 use super::dataset::{Dataset, Part};
-use super::draw::{Group, Variety};
+use super::draw::{Group, Task, Variety};
+use super::prediction::{Prediction, Witness};
 use super::reading::{Centres, SCALE};
 use super::refinement::Refinement;
 use super::trainee::CompletionTrainee;
 use crate::linear::ReducedBasis;
 use crate::material::{Identity, Material, Procedural};
-use crate::meta::learned::{JudgedOn, LearnedCompleted, LearnedTarget, Promise};
+use crate::meta::learned::{JudgedOn, LearnedCompleted, LearnedPrediction, LearnedTarget, Promise};
 use crate::meta::options::{Completing, Options};
 use crate::meta::outer::{Observer, Outcome, Progress, Run, RunError};
-use crate::meta::pattern::above_horizon;
+use crate::meta::pattern::reachable;
 use crate::meta::plan::Plan;
 use crate::meta::trainee::{Expected, RandomStreams};
 
@@ -39,6 +41,10 @@ const PROCEDURAL_SEED: u64 = 5;
 /// Into how many folds materials are divided, and how many there are at least for that.
 const FOLDS: usize = 4;
 const LEAST_TO_FOLD: usize = 10;
+/// How many variations of each fold's materials a prediction goes by, and at how many directions each
+/// of them is judged.
+const VARIED: usize = 1_024;
+const VARIED_OUTER: usize = 1_024;
 
 /// Trains on all materials; then, to know what to expect of unseen ones, on all but each fold.
 ///
@@ -69,26 +75,36 @@ pub fn train(
     let whole = Part::whole(&dataset, COMPONENTS);
     let (trainee, Outcome { expected, values }) = session.run(&whole, plan, None, 0)?;
     let shape = trainee.shape;
-    let mut promise = Promise {
-        expected,
-        on: JudgedOn::Training,
-    };
-    let mut losses = Vec::with_capacity(dataset.own);
+    let mut witnesses = Vec::new();
     for (index, fold) in folds.iter().enumerate() {
         let part = Part::without(&dataset, COMPONENTS, fold);
-        let (trainee, outcome) =
+        let (without, outcome) =
             session.run(&part, &fold_plan, Some(&values.pattern), index + 1)?;
-        losses.extend(trainee.held_out(&outcome.values));
-    }
-    if !losses.is_empty() {
-        let mean = losses.iter().sum::<f32>() / losses.len() as f32;
-        promise = Promise {
-            expected: Expected::new(mean, losses.iter().copied().map(f64::from)),
-            on: JudgedOn::Folds,
+        let plain = fold
+            .iter()
+            .map(|each| Task::plain(*each, options.samples, 0));
+        let plain: Vec<Task> = plain.collect();
+        let varied = varied(&dataset, fold, index, options);
+        let mut testify = |tasks: &[Task], losses: Vec<f32>, plain| {
+            let coefficients = trainee.mean_coefficients(&values, tasks);
+            let each = coefficients.into_iter().zip(losses);
+            witnesses.extend(each.map(|(coefficients, loss)| Witness {
+                coefficients,
+                loss,
+                plain,
+                fold: index,
+            }));
         };
+        testify(&plain, without.held_out(&outcome.values), true);
+        testify(&varied, without.losses_of(&outcome.values, &varied), false);
     }
+    let promise = promise(expected, &witnesses);
+    let prediction = Prediction::new(witnesses.iter()).map(|prediction| LearnedPrediction {
+        weights: prediction.weights,
+        rank_correlation: Prediction::rank_correlation(&witnesses, FOLDS),
+    });
 
-    let pattern = above_horizon(&values.pattern);
+    let pattern = reachable(&values.pattern, &options.completing.limits);
     let centres = Centres::new(&whole.basis, &pattern);
     let target = match refinement {
         None => LearnedTarget::Linear {
@@ -111,9 +127,43 @@ pub fn train(
         scale: SCALE,
         completion: values.completion,
         target,
+        prediction,
         promise,
         materials: identities,
     })
+}
+
+/// Variations of a fold's materials.
+fn varied(dataset: &Dataset, fold: &[usize], index: usize, options: &Options) -> Vec<Task> {
+    let group = Group {
+        materials: fold.to_vec(),
+        share: 1.0,
+    };
+    let mut random = ChaCha8Rng::seed_from_u64(options.seed);
+    random.set_stream(u64::MAX - 1 - index as u64);
+    let sizes = [options.samples, VARIED_OUTER];
+    let one = |_| {
+        let groups = std::slice::from_ref(&group);
+        Task::random(&dataset.pool, groups, &dataset.variety, sizes, &mut random)
+    };
+    (0..VARIED).map(one).collect()
+}
+
+/// What to expect: the mean over the materials that were left out, or, without folds, over all.
+fn promise(of_training: Expected, witnesses: &[Witness]) -> Promise {
+    let plain = witnesses.iter().filter(|each| each.plain);
+    let losses: Vec<f64> = plain.map(|each| f64::from(each.loss)).collect();
+    if losses.is_empty() {
+        return Promise {
+            expected: of_training,
+            on: JudgedOn::Training,
+        };
+    }
+    let mean = losses.iter().sum::<f64>() / losses.len() as f64;
+    Promise {
+        expected: Expected::new(mean as f32, losses.iter().copied()),
+        on: JudgedOn::Folds,
+    }
 }
 
 /// The materials at hand, and procedural ones.
@@ -133,7 +183,7 @@ fn dataset(mut materials: Vec<Box<dyn Material>>, completing: &Completing, seed:
     }
     let variety = Variety {
         missing: completing.missing,
-        noise: [completing.noise, 0.0],
+        noise: [completing.noise, completing.additive * FRAC_1_PI],
         ..Variety::default()
     };
     Dataset::new(materials, own, groups, variety, POOL, seed)
@@ -194,6 +244,7 @@ impl<'s> Session<'s, '_> {
             refinement: self.refinement,
             first_step_size: plan.first_step_size,
             auxiliary: AUXILIARY,
+            limits: self.options.completing.limits,
             pattern,
         };
         let run = Run {

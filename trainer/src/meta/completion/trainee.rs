@@ -1,5 +1,6 @@
 //! What completes readings, and starts descents, as a [`Trainee`].
 
+use glimpse_core::gonio::Limits;
 use glimpse_kernels::completion::{Batch, CompletionWeights, Shape};
 use glimpse_kernels::components::ComponentTable;
 use glimpse_kernels::lanes::{InstructionSet, Octet, OctetAt, WIDTH};
@@ -14,7 +15,7 @@ use super::draw::Task;
 use super::pool::WarpedPool;
 use super::reading::{Centres, Present, Reading};
 use super::refinement::{Refinement, RefinementGradient};
-use crate::meta::pattern::{Pattern, above_horizon};
+use crate::meta::pattern::{Pattern, reachable};
 use crate::meta::phase::{OuterStep, Phase, StepSizeForm};
 use crate::meta::plan::Weighing;
 use crate::meta::start::first_guess;
@@ -45,6 +46,8 @@ pub struct CompletionTrainee<'a> {
     pub first_step_size: f32,
     /// What the loss of coefficients counts for where a descent follows.
     pub auxiliary: f32,
+    /// The machine that the pattern is for.
+    pub limits: Limits,
     /// The pattern that all guesses begin with; each has one of its own where there is none.
     pub pattern: Option<&'a [f32]>,
 }
@@ -121,6 +124,11 @@ impl<'a> CompletionTrainee<'a> {
             pool: &self.dataset.fresh,
             table: &self.part.fresh,
         }
+    }
+
+    /// The pattern as a recipe has it.
+    fn reachable(&self, values: &Groups<Vec<f32>>) -> Pattern {
+        Pattern::new(reachable(&values.pattern, &self.limits))
     }
 
     fn applied<'v>(&self, values: &'v Groups<Vec<f32>>, pattern: Pattern) -> Applied<'v> {
@@ -304,6 +312,31 @@ impl<'a> CompletionTrainee<'a> {
         tasks.par_chunks(BATCH).flat_map_iter(of_some).collect()
     }
 
+    /// The loss of tasks, not weighed, where training judges them.
+    #[must_use]
+    pub fn losses_of(&self, values: &Groups<Vec<f32>>, tasks: &[Task]) -> Vec<f32> {
+        let by = self.applied(values, self.reachable(values));
+        let losses = self.losses(&by, tasks, self.refinement, self.in_training());
+        losses.iter().map(|each| each.loss).collect()
+    }
+
+    /// What readings of tasks are completed to: the mean over channels of each coefficient.
+    #[must_use]
+    pub fn mean_coefficients(&self, values: &Groups<Vec<f32>>, tasks: &[Task]) -> Vec<Vec<f32>> {
+        let by = self.applied(values, self.reachable(values));
+        let of_some = |tasks: &[Task]| -> Vec<Vec<f32>> {
+            let completed = self.complete(&by, tasks);
+            let components = self.shape.components;
+            let each = (0..tasks.len()).map(|index| {
+                let all = completed.batch.coefficients(index);
+                let mean = |k| (all[k] + all[components + k] + all[2 * components + k]) / 3.0;
+                (0..components).map(mean).collect()
+            });
+            each.collect()
+        };
+        tasks.par_chunks(BATCH).flat_map_iter(of_some).collect()
+    }
+
     /// The loss of each material that it is judged on, as it is, at fresh directions.
     #[must_use]
     pub fn held_out(&self, values: &Groups<Vec<f32>>) -> Vec<f32> {
@@ -313,7 +346,7 @@ impl<'a> CompletionTrainee<'a> {
 
     /// The materials that it is judged on, as they are, at fresh directions.
     fn judged(&self, values: &Groups<Vec<f32>>, refines: Option<&dyn Refinement>) -> Vec<Judged> {
-        let by = self.applied(values, Pattern::new(above_horizon(&values.pattern)));
+        let by = self.applied(values, self.reachable(values));
         let at = self.fresh();
         let plain = |material: &usize| Task::plain(*material, self.shape.samples, at.pool.octets());
         let tasks: Vec<Task> = self.part.judged.iter().map(plain).collect();
@@ -370,7 +403,7 @@ impl Trainee for CompletionTrainee<'_> {
     }
 
     fn gradient(&self, values: &Groups<Vec<f32>>, at: OuterStep<'_>) -> (f32, Groups<Vec<f32>>) {
-        let by = self.applied(values, Pattern::from_logits(&values.pattern));
+        let by = self.applied(values, Pattern::within(&values.pattern, self.limits));
         let tasks: Vec<Task> = (0..at.phase.batch)
             .map(|slot| {
                 let mut random = self.streams.slot(at, slot + 1);

@@ -30,6 +30,12 @@ impl Plan {
             Schedule::Prior => prior::plan(effort, model, samples, tasks),
         }
     }
+
+    /// The plan for a completion of a fold: at a pattern that stays, for others to be judged by.
+    #[must_use]
+    pub fn of_a_fold(effort: Effort, model: ModelKind, samples: usize, tasks: usize) -> Self {
+        prior::fold(effort, model, samples, tasks)
+    }
 }
 
 #[cfg(test)]

@@ -7,24 +7,51 @@ use crate::meta::plan::{Effort, Plan, Weighing};
 use crate::meta::start::first_guess;
 use glimpse_optimizer::Groups;
 
-/// Several patterns are tried, each with a completion of its own; the best goes on. For a model that
-/// descends its start is trained then, and all that was there before with it.
-pub(super) fn plan(effort: Effort, model: ModelKind, samples: usize, tasks: usize) -> Plan {
-    let (starts, first, completing, starting) = match effort {
-        Effort::Brief => (1, 0, 1_000, 800),
-        Effort::Quick => (2, 500, 4_000, 2_500),
-        Effort::Standard => (6, 1_500, 20_000, 20_000),
-        Effort::Long => (16, 3_000, 100_000, 150_000),
-    };
-    let descends = model != ModelKind::Linear;
-    let trying = Phase {
+/// How many steps an effort takes.
+struct Steps {
+    /// Patterns that are tried, and for how long each.
+    patterns: u64,
+    trying: usize,
+    /// With the best one.
+    completing: usize,
+    /// For a model that descends.
+    starting: usize,
+    /// The last two for each fold.
+    fold: [usize; 2],
+}
+
+impl Steps {
+    fn of(effort: Effort) -> Self {
+        let (patterns, trying, completing, starting, fold) = match effort {
+            Effort::Brief => (1, 0, 1_000, 800, [250, 200]),
+            Effort::Quick => (2, 500, 4_000, 2_500, [1_000, 600]),
+            Effort::Standard => (6, 1_500, 20_000, 20_000, [4_000, 3_000]),
+            Effort::Long => (16, 3_000, 100_000, 150_000, [20_000, 20_000]),
+        };
+        Self {
+            patterns,
+            trying,
+            completing,
+            starting,
+            fold,
+        }
+    }
+}
+
+fn descends(model: ModelKind) -> bool {
+    model != ModelKind::Linear
+}
+
+/// A pattern is tried, with a completion of its own.
+fn trying(samples: usize, steps: usize) -> Phase {
+    Phase {
         name: "trying patterns",
         start: Start::Previous,
         search: Search::Gradient,
         keep: Keep::BestValidation,
         samples,
         added: Added::Sobol,
-        steps: first,
+        steps,
         batch: 32,
         inner: InnerSamples::Pattern,
         outer: 256,
@@ -38,50 +65,91 @@ pub(super) fn plan(effort: Effort, model: ModelKind, samples: usize, tasks: usiz
         largest_norm: 1.0,
         weight_decay: 0.0,
         gain: None,
-    };
-    let mut phases: Vec<Phase> = (0..starts)
-        .filter(|_| first > 0)
-        .map(|guess| Phase {
-            start: Start::Guess(guess),
-            ..trying.clone()
-        })
-        .collect();
-    phases.push(Phase {
+    }
+}
+
+/// A completion by itself; where a start follows, it ends sooner, and at a higher rate.
+fn completing(model: ModelKind, samples: usize, steps: usize) -> Phase {
+    Phase {
         name: "completing readings",
+        keep: Keep::Last,
+        steps: if descends(model) { steps / 2 } else { steps },
+        final_rate: if descends(model) { 0.3 } else { 0.01 },
+        ..trying(samples, steps)
+    }
+}
+
+/// What a completion starts, and all that was there before with it.
+fn starting(samples: usize, steps: usize) -> Phase {
+    Phase {
+        name: "starting descents",
         start: Start::Best,
         keep: Keep::Last,
-        steps: if descends { completing / 2 } else { completing },
-        final_rate: if descends { 0.3 } else { 0.01 },
-        ..trying.clone()
-    });
-    if descends {
-        phases.push(Phase {
-            name: "starting descents",
-            start: Start::Best,
-            keep: Keep::Last,
-            steps: starting,
-            rates: Groups {
-                initial: 1e-3,
-                hyperparameters: 1e-2,
-                pattern: 1e-2,
-                completion: 1.5e-3,
-                start: 3e-3,
-            },
-            final_rate: 0.01,
-            ..trying
-        });
+        rates: Groups {
+            initial: 1e-3,
+            hyperparameters: 1e-2,
+            pattern: 1e-2,
+            completion: 1.5e-3,
+            start: 3e-3,
+        },
+        final_rate: 0.01,
+        ..trying(samples, steps)
     }
+}
+
+fn plan_of(phases: Vec<Phase>, model: ModelKind, tasks: usize) -> Plan {
     Plan {
         phases,
         tasks,
         first_guess,
         step_size_form: StepSizeForm::Logarithm,
-        first_step_size: if model == ModelKind::Neural {
-            3e-3
-        } else {
-            0.1
+        first_step_size: match model {
+            ModelKind::Neural => 3e-3,
+            _ => 0.1,
         },
         weighing: Weighing::Relative,
         known: None,
     }
+}
+
+/// Several patterns are tried, each with a completion of its own; the best goes on. For a model that
+/// descends its start is trained then, and all that was there before with it.
+pub(super) fn plan(effort: Effort, model: ModelKind, samples: usize, tasks: usize) -> Plan {
+    let steps = Steps::of(effort);
+    let mut phases: Vec<Phase> = (0..steps.patterns)
+        .filter(|_| steps.trying > 0)
+        .map(|guess| Phase {
+            start: Start::Guess(guess),
+            ..trying(samples, steps.trying)
+        })
+        .collect();
+    phases.push(Phase {
+        start: Start::Best,
+        ..completing(model, samples, steps.completing)
+    });
+    if descends(model) {
+        phases.push(starting(samples, steps.starting));
+    }
+    plan_of(phases, model, tasks)
+}
+
+/// The same for a fold, at a pattern that stays.
+pub(super) fn fold(effort: Effort, model: ModelKind, samples: usize, tasks: usize) -> Plan {
+    let [first, then] = Steps::of(effort).fold;
+    let mut phases = vec![Phase {
+        start: Start::Guess(0),
+        ..completing(
+            model,
+            samples,
+            if descends(model) { 2 * first } else { first },
+        )
+    }];
+    if descends(model) {
+        phases.push(starting(samples, then));
+    }
+    for phase in &mut phases {
+        phase.name = "judging by folds";
+        phase.rates.pattern = 0.0;
+    }
+    plan_of(phases, model, tasks)
 }
