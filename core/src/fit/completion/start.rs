@@ -91,7 +91,7 @@ impl<S: Scalar> Start<'_, S, Plain> {
         for by_unit in &mut *by_units {
             *by_unit = S::constant(0.0);
         }
-        let length = units.len().max(1);
+        let length = self.units().max(1);
         let rows = self.output.chunks_exact(length);
         let rows = rows.zip(gradient.output.chunks_exact_mut(length));
         for ((weights, by_weights), by_parameter) in rows.zip(by_parameters) {
