@@ -3,9 +3,9 @@
 use glimpse_core::fit::{MAX_ROWS, MAX_UNITS};
 use glimpse_core::gonio::Limits;
 use glimpse_core::recipe::{
-    Expectation, HEADER_BYTES, Ingredients, Kind, MAX_BASIS, MAX_COMPONENTS, MAX_INNER_STEPS,
-    MAX_MEAN, MAX_MEDIAN, MAX_PRECISION, MAX_SAMPLES, MAX_WEIGHT, MIN_PRECISION, Noise,
-    PackedLearner, PackedRidge, Provenance, Recipe, VERSION,
+    Expectation, Field, HEADER_BYTES, Ingredients, Kind, MAX_BASIS, MAX_COMPONENTS,
+    MAX_INNER_STEPS, MAX_MEAN, MAX_MEDIAN, MAX_PRECISION, MAX_SAMPLES, MAX_WEIGHT, MIN_PRECISION,
+    Noise, PackedLearner, PackedRidge, Provenance, Recipe, VERSION,
 };
 
 const DOCUMENT: &str = include_str!("../docs/recipe.md");
@@ -142,4 +142,73 @@ fn the_document_names_every_kind_and_every_bound() {
     }
     assert!(DOCUMENT.contains(&format!("format {VERSION}")));
     row(&[&format!("{HEADER_BYTES}..")]);
+}
+
+/// The document's section of a kind.
+fn section(kind: Kind) -> &'static str {
+    let name = kind.name().unwrap();
+    let heading = format!("\n### {}, {name}\n", kind.number());
+    let (_, section) = DOCUMENT.split_once(&heading).unwrap();
+    section.split("\n##").next().unwrap()
+}
+
+#[test]
+fn errors_name_fields_as_the_document_does() {
+    for (kind, fields) in [
+        (Kind::PATTERN, &[Field::Pattern][..]),
+        (
+            Kind::DESCENT,
+            &[Field::InnerSteps, Field::Initial, Field::StepSizes],
+        ),
+        (
+            Kind::RIDGE,
+            &[
+                Field::Components,
+                Field::Basis,
+                Field::Mean,
+                Field::Median,
+                Field::Weight,
+                Field::Precision,
+            ],
+        ),
+        (
+            Kind::COMPLETION,
+            &[
+                Field::Components,
+                Field::Centre,
+                Field::Scale,
+                Field::Readings,
+                Field::ReadingScales,
+                Field::Bias,
+                Field::Output,
+                Field::OutputScales,
+                Field::Rows,
+                Field::RowScales,
+                Field::BasisChecksum,
+            ],
+        ),
+        (
+            Kind::START,
+            &[
+                Field::StartHidden,
+                Field::StartHiddenScales,
+                Field::StartBias,
+                Field::StartOutput,
+                Field::StartOutputScales,
+            ],
+        ),
+    ] {
+        let section = section(kind);
+        for field in fields {
+            let name = match field.name().split_once('.') {
+                Some((of, name)) => {
+                    assert_eq!(Some(of), kind.name(), "{field}");
+                    name
+                }
+                None => field.name(),
+            };
+            let has_row = section.contains(&format!("\n| {name} |"));
+            assert!(has_row, "section {kind} of the document lacks {field}");
+        }
+    }
 }

@@ -380,7 +380,9 @@ impl From<RecipeError> for Status {
             | RecipeError::Section(_)
             | RecipeError::Missing(_)
             | RecipeError::Learners(_)
-            | RecipeError::Required(_) => Self::RecipeSections,
+            | RecipeError::Required(_)
+            | RecipeError::Beside(_)
+            | RecipeError::Unused(_) => Self::RecipeSections,
         }
     }
 }

@@ -108,9 +108,11 @@ fn completed<'a>(
     samples: usize,
 ) -> Result<Completed<'a>, RecipeError> {
     let components = usize::from(packed.components);
-    let bias = Floats::new(packed.bias).ok_or(RecipeError::Count(Field::Bias))?;
-    let rows = bias.len();
-    if !(1..=rows.min(MAX_ROWS)).contains(&components) || rows > MAX_ROWS {
+    let rows = Floats::new(packed.bias).map_or(0, |bias| bias.len());
+    if !(1..=MAX_ROWS).contains(&rows) {
+        return Err(RecipeError::Count(Field::Bias));
+    }
+    if !(1..=rows).contains(&components) {
         return Err(RecipeError::Count(Field::Components));
     }
     positive(packed.scale, Field::Scale)?;
@@ -118,17 +120,21 @@ fn completed<'a>(
     let hidden = rows.saturating_sub(components);
     let target = match then {
         None => Target::Linear(Components {
-            rows: bytes(
-                packed.rows,
-                samples.saturating_mul(components),
-                Field::Basis,
-            )?,
-            scales: list(packed.row_scales, components, Field::Scale, finite)?,
+            rows: bytes(packed.rows, samples.saturating_mul(components), Field::Rows)?,
+            scales: list(packed.row_scales, components, Field::RowScales, finite)?,
             basis_checksum: packed.basis_checksum,
         }),
         Some((then, start)) => {
-            bytes(packed.rows, 0, Field::Basis)?;
-            bytes(packed.row_scales, 0, Field::Scale)?;
+            // They would mean nothing, and be lost when the recipe is written again.
+            for (is_empty, field) in [
+                (packed.rows.is_empty(), Field::Rows),
+                (packed.row_scales.is_empty(), Field::RowScales),
+                (packed.basis_checksum == 0, Field::BasisChecksum),
+            ] {
+                if !is_empty {
+                    return Err(RecipeError::Unused(field));
+                }
+            }
             let descent = descent(then)?;
             let start = self::start(start, components, descent.initial.len())?;
             Target::Descent(descent, start)
@@ -137,17 +143,23 @@ fn completed<'a>(
     Ok(Completed {
         completion: Completion {
             components,
-            readings: bytes(packed.readings, weights, Field::Weights)?,
-            scales: list(packed.reading_scales, rows, Field::Scale, finite)?.words(),
+            readings: bytes(packed.readings, weights, Field::Readings)?,
+            scales: list(packed.reading_scales, rows, Field::ReadingScales, finite)?.words(),
             bias: list(packed.bias, rows, Field::Bias, finite)?.words(),
             output: bytes(
                 packed.output,
                 components.saturating_mul(hidden),
-                Field::Weights,
+                Field::Output,
             )?,
-            output_scales: list(packed.output_scales, components, Field::Scale, finite)?.words(),
+            output_scales: list(
+                packed.output_scales,
+                components,
+                Field::OutputScales,
+                finite,
+            )?
+            .words(),
         },
-        centre: list(packed.centre, samples, Field::Mean, in_range)?,
+        centre: list(packed.centre, samples, Field::Centre, in_range)?,
         scale: packed.scale,
         takes_missing: packed.takes_missing,
         prediction: match prediction {
@@ -168,20 +180,32 @@ fn start(
 ) -> Result<Start<'_>, RecipeError> {
     let units = Floats::new(packed.bias).map_or(0, |bias| bias.len());
     if !(1..=MAX_UNITS).contains(&units) {
-        return Err(RecipeError::Count(Field::Bias));
+        return Err(RecipeError::Count(Field::StartBias));
     }
     let inputs = components.saturating_mul(3);
     let hidden = units.saturating_mul(inputs);
     Ok(Start {
-        hidden: bytes(packed.hidden, hidden, Field::Weights)?,
-        hidden_scales: list(packed.hidden_scales, units, Field::Scale, finite)?.words(),
-        bias: list(packed.bias, units, Field::Bias, finite)?.words(),
+        hidden: bytes(packed.hidden, hidden, Field::StartHidden)?,
+        hidden_scales: list(
+            packed.hidden_scales,
+            units,
+            Field::StartHiddenScales,
+            finite,
+        )?
+        .words(),
+        bias: list(packed.bias, units, Field::StartBias, finite)?.words(),
         output: bytes(
             packed.output,
             parameters.saturating_mul(units),
-            Field::Weights,
+            Field::StartOutput,
         )?,
-        output_scales: list(packed.output_scales, parameters, Field::Scale, finite)?.words(),
+        output_scales: list(
+            packed.output_scales,
+            parameters,
+            Field::StartOutputScales,
+            finite,
+        )?
+        .words(),
     })
 }
 

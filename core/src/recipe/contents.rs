@@ -57,6 +57,8 @@ impl<'a> Contents<'a> {
                     PackedLearner::Completed(completion, Some((descent, start)))
                 }
                 (None, None, None, None) => return Err(RecipeError::Learners(0)),
+                // A start is no learner, so this is not one too many.
+                (None, Some(_), None, Some(_)) => return Err(RecipeError::Beside(Kind::START)),
                 (_, Some(_), _, _) => return Err(RecipeError::Learners(2)),
                 (None, _, _, Some(_)) => return Err(RecipeError::Missing(Kind::DESCENT)),
                 (_, _, None, Some(_)) => return Err(RecipeError::Missing(Kind::COMPLETION)),

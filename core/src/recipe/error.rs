@@ -58,6 +58,10 @@ pub enum RecipeError {
     Learners(u8),
     /// A copy cannot be without a section of this kind.
     Required(Kind),
+    /// A section of this kind, which does not go with a ridge solve.
+    Beside(Kind),
+    /// A field that is for a completion by itself, and not 0 or empty beside a start.
+    Unused(Field),
 }
 
 impl core::fmt::Display for RecipeError {
@@ -143,6 +147,20 @@ impl core::fmt::Display for RecipeError {
                 write!(
                     f,
                     "a recipe cannot be without its section {kind}: only optional ones are left out"
+                )
+            }
+            Self::Beside(kind) => {
+                write!(
+                    f,
+                    "the recipe's section {kind} does not go with its section {}, a learner by itself",
+                    Kind::RIDGE
+                )
+            }
+            Self::Unused(field) => {
+                write!(
+                    f,
+                    "the recipe's field `{field}` has to be 0 or empty beside its section {}",
+                    Kind::START
                 )
             }
         }

@@ -40,18 +40,43 @@ pub enum Field {
     Multiplicative,
     /// Noise that does not depend on the value.
     Additive,
-    /// Weights of a learned map.
-    Weights,
-    /// Biases of a learned map.
-    Bias,
-    /// What weights, or readings, are to be multiplied by.
+    /// Of a completion: what each sample's logarithm is centred by.
+    Centre,
+    /// Of a completion: what a centred logarithm is multiplied by.
     Scale,
-    /// From coefficients to the loss that a fit is likely to have.
+    /// Of a completion: the weights of readings.
+    Readings,
+    /// Of a completion: what rows of those are to be multiplied by.
+    ReadingScales,
+    /// Of a completion: the bias of each row.
+    Bias,
+    /// Of a completion: the weights from hidden units to coefficients.
+    Output,
+    /// Of a completion: what rows of those are to be multiplied by.
+    OutputScales,
+    /// Of a completion: the components at the sampled directions.
+    Rows,
+    /// Of a completion: what each component there is to be multiplied by.
+    RowScales,
+    /// Of a completion: the CRC-32 of the file of the whole basis.
+    BasisChecksum,
+    /// Of a start: the weights from coefficients to units.
+    StartHidden,
+    /// Of a start: what rows of those are to be multiplied by.
+    StartHiddenScales,
+    /// Of a start: the bias of each unit.
+    StartBias,
+    /// Of a start: the weights from units to initial parameters.
+    StartOutput,
+    /// Of a start: what rows of those are to be multiplied by.
+    StartOutputScales,
+    /// From a completion to the loss that a fit is likely to have.
     Prediction,
 }
 
 impl Field {
-    /// The name, as in `core/docs/recipe.md`.
+    /// The name, as in `core/docs/recipe.md`. Behind the name of its section and a dot, where a
+    /// field of the same name may be in another section.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -70,9 +95,21 @@ impl Field {
             Self::StandardError => "standard_error",
             Self::Multiplicative => "multiplicative",
             Self::Additive => "additive",
-            Self::Weights => "weights",
-            Self::Bias => "bias",
-            Self::Scale => "scale",
+            Self::Centre => "completion.centre",
+            Self::Scale => "completion.scale",
+            Self::Readings => "completion.readings",
+            Self::ReadingScales => "completion.reading_scales",
+            Self::Bias => "completion.bias",
+            Self::Output => "completion.output",
+            Self::OutputScales => "completion.output_scales",
+            Self::Rows => "completion.rows",
+            Self::RowScales => "completion.row_scales",
+            Self::BasisChecksum => "completion.basis_checksum",
+            Self::StartHidden => "start.hidden",
+            Self::StartHiddenScales => "start.hidden_scales",
+            Self::StartBias => "start.bias",
+            Self::StartOutput => "start.output",
+            Self::StartOutputScales => "start.output_scales",
             Self::Prediction => "prediction",
         }
     }
@@ -84,7 +121,7 @@ impl Field {
         match self {
             Self::Basis => (-MAX_BASIS, MAX_BASIS),
             Self::Prediction => (-MAX_PREDICTION, MAX_PREDICTION),
-            Self::Mean => (-MAX_MEAN, MAX_MEAN),
+            Self::Mean | Self::Centre => (-MAX_MEAN, MAX_MEAN),
             Self::Median => (0.0, MAX_MEDIAN),
             Self::Weight => (0.0, MAX_WEIGHT),
             Self::Precision => (MIN_PRECISION, MAX_PRECISION),

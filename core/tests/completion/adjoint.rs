@@ -208,10 +208,12 @@ struct StartCase {
     coefficients: Vec<f64>,
     /// The loss is the sum of the offsets times these.
     lambda: Vec<f64>,
+    /// How many units there is room for: those past it count for nothing.
+    room: usize,
 }
 
 impl StartCase {
-    fn new(components: usize, units: usize, parameters: usize) -> Self {
+    fn new(components: usize, units: usize, parameters: usize, room: usize) -> Self {
         let mut random = Random((100 * components + units) as u64);
         Self {
             hidden: numbers(&mut random, units * 3 * components, 0.6),
@@ -219,6 +221,7 @@ impl StartCase {
             output: numbers(&mut random, parameters * units, 0.8),
             coefficients: numbers(&mut random, 3 * components, 1.0),
             lambda: numbers(&mut random, parameters, 1.0),
+            room,
         }
     }
 
@@ -238,7 +241,7 @@ impl StartCase {
     }
 
     fn units(&self) -> Vec<f64> {
-        let mut units = vec![f64::NAN; self.bias.len()];
+        let mut units = vec![f64::NAN; self.room];
         self.start().activate(self.channels(), &mut units);
         units
     }
@@ -255,14 +258,24 @@ impl StartCase {
 
 #[test]
 fn the_adjoint_of_a_start_agrees_with_differences() {
-    for (components, units, parameters) in [(1, 1, 1), (3, 2, 7), (2, 4, 8)] {
-        let case = StartCase::new(components, units, parameters);
+    // Room for its units, for more, as memory that others work in too, and for fewer.
+    for (components, units, parameters, room) in [
+        (1, 1, 1, 1),
+        (3, 2, 7, 2),
+        (2, 4, 8, 4),
+        (1, 1, 1, 3),
+        (3, 2, 7, 5),
+        (2, 4, 8, 32),
+        (3, 2, 7, 1),
+        (2, 4, 8, 3),
+    ] {
+        let case = StartCase::new(components, units, parameters, room);
         let mut hidden = vec![0.0; case.hidden.len()];
         let (mut bias, mut output) = (vec![0.0; units], vec![0.0; case.output.len()]);
         // It adds to all of them: here the same twice.
         let mut by_coefficients = vec![0.0; 3 * components];
         for _ in 0..2 {
-            let mut by_units = vec![f64::NAN; units];
+            let mut by_units = vec![f64::NAN; room];
             let mut gradient = StartGradient {
                 hidden: &mut hidden,
                 bias: &mut bias,

@@ -45,32 +45,30 @@ fn wrong_counts_are_refused() {
     let completions: [Change<Made>; 17] = [
         (Field::Components, |made| made.components = 0),
         (Field::Components, |made| made.components = 10),
-        (Field::Components, |made| made.bias.clear()),
-        (Field::Components, |made| {
-            made.bias = vec![0.5; MAX_ROWS + 1]
-        }),
+        (Field::Bias, |made| made.bias.clear()),
+        (Field::Bias, |made| made.bias = vec![0.5; MAX_ROWS + 1]),
         (Field::Pattern, |made| made.pattern.push(0.1)),
-        (Field::Weights, |made| made.readings.push(1)),
-        (Field::Weights, |made| made.readings.truncate(161)),
-        (Field::Weights, |made| made.readings.clear()),
-        (Field::Scale, |made| made.reading_scales.push(0.1)),
-        (Field::Scale, |made| made.reading_scales.clear()),
-        (Field::Weights, |made| made.output.push(1)),
-        (Field::Weights, |made| made.output.clear()),
-        (Field::Scale, |made| made.output_scales.push(0.1)),
-        (Field::Scale, |made| made.output_scales.truncate(3)),
-        (Field::Mean, |made| made.centre.push(0.1)),
-        (Field::Mean, |made| made.centre.truncate(5)),
-        (Field::Mean, |made| made.centre.clear()),
+        (Field::Readings, |made| made.readings.push(1)),
+        (Field::Readings, |made| made.readings.truncate(161)),
+        (Field::Readings, |made| made.readings.clear()),
+        (Field::ReadingScales, |made| made.reading_scales.push(0.1)),
+        (Field::ReadingScales, |made| made.reading_scales.clear()),
+        (Field::Output, |made| made.output.push(1)),
+        (Field::Output, |made| made.output.clear()),
+        (Field::OutputScales, |made| made.output_scales.push(0.1)),
+        (Field::OutputScales, |made| made.output_scales.truncate(3)),
+        (Field::Centre, |made| made.centre.push(0.1)),
+        (Field::Centre, |made| made.centre.truncate(5)),
+        (Field::Centre, |made| made.centre.clear()),
     ];
     for (field, change) in completions {
         assert_eq!(in_completion(change), RecipeError::Count(field));
     }
     let linear: [Change<Made>; 4] = [
-        (Field::Basis, |made| made.rows.push(1)),
-        (Field::Basis, |made| made.rows.clear()),
-        (Field::Scale, |made| made.row_scales.push(0.1)),
-        (Field::Scale, |made| made.row_scales.clear()),
+        (Field::Rows, |made| made.rows.push(1)),
+        (Field::Rows, |made| made.rows.clear()),
+        (Field::RowScales, |made| made.row_scales.push(0.1)),
+        (Field::RowScales, |made| made.row_scales.clear()),
     ];
     for (field, change) in linear {
         assert_eq!(in_linear(change), RecipeError::Count(field));
@@ -87,15 +85,23 @@ fn wrong_counts_are_refused() {
         assert_eq!(in_descent(change), RecipeError::Count(field));
     }
     let starts: [Change<Starts>; 9] = [
-        (Field::Bias, |starts| starts.bias.clear()),
-        (Field::Bias, |starts| starts.bias = vec![0.5; MAX_UNITS + 1]),
-        (Field::Weights, |starts| starts.bias.push(0.1)),
-        (Field::Weights, |starts| starts.hidden.push(1)),
-        (Field::Weights, |starts| starts.hidden.clear()),
-        (Field::Scale, |starts| starts.hidden_scales.push(0.1)),
-        (Field::Weights, |starts| starts.output.truncate(20)),
-        (Field::Scale, |starts| starts.output_scales.push(0.1)),
-        (Field::Scale, |starts| starts.output_scales.truncate(6)),
+        (Field::StartBias, |starts| starts.bias.clear()),
+        (Field::StartBias, |starts| {
+            starts.bias = vec![0.5; MAX_UNITS + 1]
+        }),
+        (Field::StartHidden, |starts| starts.bias.push(0.1)),
+        (Field::StartHidden, |starts| starts.hidden.push(1)),
+        (Field::StartHidden, |starts| starts.hidden.clear()),
+        (Field::StartHiddenScales, |starts| {
+            starts.hidden_scales.push(0.1)
+        }),
+        (Field::StartOutput, |starts| starts.output.truncate(20)),
+        (Field::StartOutputScales, |starts| {
+            starts.output_scales.push(0.1)
+        }),
+        (Field::StartOutputScales, |starts| {
+            starts.output_scales.truncate(6)
+        }),
     ];
     for (field, change) in starts {
         assert_eq!(in_start(change), RecipeError::Count(field));
@@ -104,13 +110,40 @@ fn wrong_counts_are_refused() {
     assert_eq!(error, RecipeError::Model(ModelKind::Linear));
 }
 
-/// Components at the sampled directions are Linear's: with a start they would have no meaning.
+/// Components at the sampled directions, and a basis, are Linear's: with a start they would have no
+/// meaning.
 #[test]
 fn a_start_has_no_components_beside_it() {
-    let error = refused(ModelKind::Phong, |made| made.rows = vec![1; 24]);
-    assert_eq!(error, RecipeError::Count(Field::Basis));
-    let error = refused(ModelKind::Phong, |made| made.row_scales = vec![0.1; 4]);
-    assert_eq!(error, RecipeError::Count(Field::Scale));
+    let changes: [Change<Made>; 3] = [
+        (Field::Rows, |made| made.rows = vec![1; 24]),
+        (Field::RowScales, |made| made.row_scales = vec![0.1; 4]),
+        (Field::BasisChecksum, |made| made.basis_checksum = 1),
+    ];
+    for model in [ModelKind::Phong, ModelKind::CookTorrance, ModelKind::Neural] {
+        for (field, change) in changes {
+            let error = refused(model, change);
+            assert_eq!(error, RecipeError::Unused(field));
+            let message = error.to_string();
+            assert!(message.contains(field.name()), "{message}");
+            assert!(message.contains("4 (start)"), "{message}");
+        }
+    }
+}
+
+/// What is written without a check, as others may write it, is refused when it is read.
+#[test]
+fn a_basis_beside_a_start_is_refused_when_it_is_read() {
+    let mut sections = sections(ModelKind::Phong);
+    let section = sections
+        .iter_mut()
+        .find(|(kind, _)| *kind == Kind::COMPLETION);
+    // Its checksum comes last, and is a 0 of one byte.
+    let last = section.unwrap().1.last_mut().unwrap();
+    assert_eq!(*last, 0);
+    *last = 1;
+    let bytes = sealed(VERSION, &body(&sections));
+    let error = Recipe::parse(&bytes).map(drop).unwrap_err();
+    assert_eq!(error, RecipeError::Unused(Field::BasisChecksum));
 }
 
 #[test]
@@ -131,17 +164,19 @@ fn the_largest_counts_are_not_refused() {
 #[test]
 fn numbers_that_are_not_finite_are_refused() {
     let completions: [Change<Made>; 5] = [
-        (Field::Mean, |made| made.centre[5] = f32::NAN),
+        (Field::Centre, |made| made.centre[5] = f32::NAN),
         (Field::Scale, |made| made.scale = f32::INFINITY),
-        (Field::Scale, |made| made.reading_scales[8] = f32::NAN),
+        (Field::ReadingScales, |made| {
+            made.reading_scales[8] = f32::NAN
+        }),
         (Field::Bias, |made| made.bias[8] = f32::NEG_INFINITY),
-        (Field::Scale, |made| made.output_scales[3] = f32::NAN),
+        (Field::OutputScales, |made| made.output_scales[3] = f32::NAN),
     ];
     for (field, change) in completions {
         assert_eq!(in_completion(change), RecipeError::NonFinite(field));
     }
     let error = in_linear(|made| made.row_scales[3] = f32::NAN);
-    assert_eq!(error, RecipeError::NonFinite(Field::Scale));
+    assert_eq!(error, RecipeError::NonFinite(Field::RowScales));
     let descents: [Change<Descends>; 2] = [
         (Field::Initial, |descends| descends.initial[6] = f32::NAN),
         (Field::StepSizes, |descends| {
@@ -152,11 +187,13 @@ fn numbers_that_are_not_finite_are_refused() {
         assert_eq!(in_descent(change), RecipeError::NonFinite(field));
     }
     let starts: [Change<Starts>; 3] = [
-        (Field::Bias, |starts| starts.bias[2] = f32::NAN),
-        (Field::Scale, |starts| {
+        (Field::StartBias, |starts| starts.bias[2] = f32::NAN),
+        (Field::StartHiddenScales, |starts| {
             starts.hidden_scales[2] = f32::INFINITY
         }),
-        (Field::Scale, |starts| starts.output_scales[6] = f32::NAN),
+        (Field::StartOutputScales, |starts| {
+            starts.output_scales[6] = f32::NAN
+        }),
     ];
     for (field, change) in starts {
         assert_eq!(in_start(change), RecipeError::NonFinite(field));
@@ -175,7 +212,7 @@ fn numbers_out_of_their_range_are_refused() {
         |made| made.centre[0] = -100.1,
     ];
     for change in centres {
-        assert_eq!(in_completion(change), RecipeError::Range(Field::Mean));
+        assert_eq!(in_completion(change), RecipeError::Range(Field::Centre));
     }
     // Scales of a row may be of either sign, and 0 for a row that says nothing.
     let mut made = Made::small(ModelKind::Phong, true);
@@ -231,14 +268,17 @@ fn a_companion_that_is_missing_or_too_many_is_named() {
     assert_eq!(phong(&[descent, completion]), RecipeError::Missing(start));
     assert_eq!(phong(&[start]), RecipeError::Missing(descent));
     // A completion that was written for a start has no components of Linear.
-    assert_eq!(phong(&[completion]), RecipeError::Count(Field::Basis));
+    assert_eq!(phong(&[completion]), RecipeError::Count(Field::Rows));
 
-    // A ridge is by itself.
-    for others in [
-        &[completion][..],
-        &[start],
-        &[descent],
-        &[descent, completion, start],
+    // A ridge is by itself; a start beside it is no second learner.
+    let (learners, beside) = (RecipeError::Learners(2), RecipeError::Beside(start));
+    for (others, error) in [
+        (&[completion][..], learners),
+        (&[start], beside),
+        (&[descent], learners),
+        (&[descent, start], learners),
+        (&[completion, start], learners),
+        (&[descent, completion, start], learners),
     ] {
         let kinds = [&[Kind::PATTERN], others].concat();
         let mut sections = of(ModelKind::Phong, &kinds);
@@ -248,8 +288,11 @@ fn a_companion_that_is_missing_or_too_many_is_named() {
             .count();
         let lists: [&[u8]; 7] = [&[1], &[0], &[0], &[0], &[0], &[0], &[0]];
         sections.insert(place, (Kind::RIDGE, lists.concat()));
-        assert_eq!(refused(&sections), RecipeError::Learners(2));
+        assert_eq!(refused(&sections), error);
     }
+    let message = beside.to_string();
+    assert!(message.contains("4 (start)"), "{message}");
+    assert!(message.contains("2 (ridge)"), "{message}");
     let message = phong(&[completion, start]).to_string();
     assert!(message.contains("1 (descent)"), "{message}");
 }

@@ -1,6 +1,6 @@
 //! An independent witness of the meta-gradient: the inner loop (the ridge solve, for the model
-//! Linear) as a program of tensor operations, written from the paper's formulas without the crates
-//! under test, and differentiated by burn.
+//! Linear; a completion of the readings, and the start that it leads to) as a program of tensor
+//! operations, written from the formulas without the crates under test, and differentiated by burn.
 //!
 //! burn's autodiff is first-order, so the gradient that the inner loop steps along is written out
 //! by hand; burn then differentiates the steps, and the outer loss, which it reads as plain
@@ -12,6 +12,7 @@
 #[path = "../meta_gradient/problem.rs"]
 mod problem;
 
+mod completion;
 mod linear;
 
 use std::f64::consts::{FRAC_1_PI, PI};

@@ -39,7 +39,9 @@ impl<S: Scalar, E: Encoding<S>> Start<'_, S, E> {
     /// tanh(P a + p) of coefficients of each channel; as many as `units` has room for.
     #[inline(always)]
     pub fn activate(&self, coefficients: [&[S]; 3], units: &mut [S]) {
-        let [components, ..] = coefficients.map(|list| list.len().max(1));
+        // Of a list by itself: of three compilers do not see that it is not 0, of which no chunks are.
+        let [first, ..] = coefficients;
+        let components = first.len().max(1);
         let inputs = components.saturating_mul(3);
         let rows = self.hidden.chunks_exact(inputs).zip(self.bias);
         for (row, ((weights, bias), unit)) in rows.zip(units).enumerate() {
@@ -91,7 +93,7 @@ impl<S: Scalar> Start<'_, S, Plain> {
         for by_unit in &mut *by_units {
             *by_unit = S::constant(0.0);
         }
-        let length = units.len().max(1);
+        let length = self.units().max(1);
         let rows = self.output.chunks_exact(length);
         let rows = rows.zip(gradient.output.chunks_exact_mut(length));
         for ((weights, by_weights), by_parameter) in rows.zip(by_parameters) {
