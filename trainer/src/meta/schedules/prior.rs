@@ -21,12 +21,14 @@ struct Steps {
 }
 
 impl Steps {
-    fn of(effort: Effort) -> Self {
-        let (patterns, trying, completing, starting, fold) = match effort {
-            Effort::Brief => (1, 0, 1_000, 800, [250, 200]),
-            Effort::Quick => (2, 500, 4_000, 2_500, [1_000, 600]),
-            Effort::Standard => (6, 1_500, 20_000, 20_000, [4_000, 3_000]),
-            Effort::Long => (16, 3_000, 100_000, 150_000, [20_000, 20_000]),
+    fn of(effort: Effort, model: ModelKind) -> Self {
+        let (patterns, trying, completing, starting, fold) = match (effort, descends(model)) {
+            (Effort::Brief, _) => (1, 0, 1_000, 800, [250, 200]),
+            (Effort::Quick, true) => (2, 500, 4_000, 2_500, [1_000, 600]),
+            (Effort::Quick, false) => (2, 500, 6_000, 0, [1_500, 0]),
+            (Effort::Standard, true) => (6, 1_500, 20_000, 20_000, [4_000, 3_000]),
+            (Effort::Standard, false) => (6, 1_500, 80_000, 0, [10_000, 0]),
+            (Effort::Long, _) => (16, 3_000, 200_000, 150_000, [20_000, 20_000]),
         };
         Self {
             patterns,
@@ -115,7 +117,7 @@ fn plan_of(phases: Vec<Phase>, model: ModelKind, tasks: usize) -> Plan {
 /// Several patterns are tried, each with a completion of its own; the best goes on. For a model that
 /// descends its start is trained then, and all that was there before with it.
 pub(super) fn plan(effort: Effort, model: ModelKind, samples: usize, tasks: usize) -> Plan {
-    let steps = Steps::of(effort);
+    let steps = Steps::of(effort, model);
     let mut phases: Vec<Phase> = (0..steps.patterns)
         .filter(|_| steps.trying > 0)
         .map(|guess| Phase {
@@ -135,7 +137,7 @@ pub(super) fn plan(effort: Effort, model: ModelKind, samples: usize, tasks: usiz
 
 /// The same for a fold, at a pattern that stays.
 pub(super) fn fold(effort: Effort, model: ModelKind, samples: usize, tasks: usize) -> Plan {
-    let [first, then] = Steps::of(effort).fold;
+    let [first, then] = Steps::of(effort, model).fold;
     let mut phases = vec![Phase {
         start: Start::Guess(0),
         ..completing(
