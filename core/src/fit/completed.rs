@@ -13,7 +13,7 @@ pub const MAX_UNITS: usize = 32;
 pub(super) const MAX_WORDS: usize = 4 * MAX_ROWS;
 
 /// Parameters that a unit of work starts.
-pub(super) const STARTED: usize = 16;
+pub(super) const STARTED: usize = 64;
 
 /// Readings, completed by a small learned map: to the model Linear, or to where a descent starts.
 #[derive(Clone, Copy, Debug)]

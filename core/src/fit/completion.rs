@@ -24,7 +24,7 @@ pub use start::{Start, StartGradient};
 
 use crate::model::linear::map;
 use crate::numeric::Scalar;
-use encoding::{dot, scaled};
+use encoding::{dots_by_list, scaled};
 
 /// Weights of a reading in each row: of its own channel, of the mean of channels, and of its absence.
 pub(crate) const COLUMNS: usize = 3;
@@ -122,17 +122,15 @@ impl<'a, S: Scalar, E: Encoding<S>> Completion<'a, S, E> {
             }
         }
         let average = mean_of(input.channels);
-        for (sum, weight) in shared.iter_mut().zip(mean) {
-            *sum = sum.plus_product(average, E::weight(*weight));
-        }
         let [red, green, blue] = channels;
         let [by_red, by_green, by_blue] = input.channels;
-        let sums = red.iter_mut().zip(green).zip(blue);
-        for (((red, green), blue), weight) in sums.zip(own) {
-            let weight = E::weight(*weight);
-            *red = red.plus_product(by_red, weight);
-            *green = green.plus_product(by_green, weight);
-            *blue = blue.plus_product(by_blue, weight);
+        let sums = red.iter_mut().zip(green).zip(blue).zip(shared);
+        for ((((red, green), blue), shared), (own, mean)) in sums.zip(own.iter().zip(mean)) {
+            let own = E::weight(*own);
+            *red = red.plus_product(by_red, own);
+            *green = green.plus_product(by_green, own);
+            *blue = blue.plus_product(by_blue, own);
+            *shared = shared.plus_product(average, E::weight(*mean));
         }
     }
 
@@ -163,11 +161,10 @@ impl<'a, S: Scalar, E: Encoding<S>> Completion<'a, S, E> {
         let Some([channels @ .., _]) = lists(state, self.rows()) else {
             return;
         };
-        for channel in channels {
-            if let Some((coefficients, hidden)) = channel.split_at_mut_checked(self.components)
-                && let Some(coefficient) = coefficients.get_mut(component)
-            {
-                let sum = dot::<S, E>(weights, hidden);
+        let units = channels.each_ref().map(|list| list.get(self.components..));
+        let sums = dots_by_list::<S, E>(weights, units.map(Option::unwrap_or_default));
+        for (channel, sum) in channels.into_iter().zip(sums) {
+            if let Some(coefficient) = channel.get_mut(component) {
                 *coefficient = *coefficient + scaled::<S, E>(sum, self.output_scales, component);
             }
         }

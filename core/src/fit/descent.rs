@@ -201,23 +201,43 @@ fn start_unit<M: Model>(
         Some(0) => activate(completed, start, state, units),
         Some(later) => {
             let first = (later as usize).saturating_sub(1).saturating_mul(STARTED);
-            let parameters = parameters.iter_mut().enumerate();
-            for (index, parameter) in parameters.skip(first).take(STARTED) {
-                *parameter += offset(start, index, units);
-            }
+            start_parameters::<M>(parameters, start, first, units);
         }
     }
+}
+
+/// Puts the parameters from the `first` on to where the descent begins.
+#[inline(never)]
+fn start_parameters<M: Model>(
+    parameters: &mut M::Parameters<f32>,
+    start: &Start<'_>,
+    first: usize,
+    units: &[f32],
+) {
+    let mut offsets = [0.0; STARTED];
+    start.offsets(first, units, &mut offsets);
+    let (mut first, mut offsets) = (first, &offsets[..]);
+    for run in parameters.runs_mut() {
+        (first, offsets) = start_run(run, first, offsets);
+    }
+}
+
+/// Adds to the parameters of a run from the `first` on; returns where in the next run, and by what, it
+/// goes on. Out of line: the code is there once and not for each run.
+#[inline(never)]
+fn start_run<'o>(run: &mut [f32], first: usize, offsets: &'o [f32]) -> (usize, &'o [f32]) {
+    let started = run.get_mut(first..).unwrap_or_default();
+    for (parameter, offset) in started.iter_mut().zip(offsets) {
+        *parameter += offset;
+    }
+    let left = offsets.get(started.len()..).unwrap_or_default();
+    (first.saturating_sub(run.len()), left)
 }
 
 /// Out of line, as all that takes time: what it takes of the stack is given back between slices.
 #[inline(never)]
 fn activate(completed: &Completed<'_>, start: &Start<'_>, state: &[f32], units: &mut [f32]) {
     start.activate(completed.completion.coefficients(state), units);
-}
-
-#[inline(never)]
-fn offset(start: &Start<'_>, parameter: usize, units: &[f32]) -> f32 {
-    start.offset(parameter, units)
 }
 
 fn update<M: Model>(workspace: &mut Workspace<M>, step_sizes: Floats<'_>) {

@@ -156,9 +156,9 @@ fn sliced<K: Fitter>(kind: ModelKind) {
         scan.restart();
         read(&mut scan, &readings);
         // A reading, the hidden units and a component are a unit each; so are the start's units, and
-        // 16 parameters. Then come three rounds of gradients.
+        // 64 parameters. Then come three rounds of gradients.
         let start = kind.parameters().map_or(0, |parameters| {
-            let started = parameters.div_ceil(16) as u32;
+            let started = parameters.div_ceil(64) as u32;
             1 + started + 3 * SAMPLES as u32
         });
         let total = scan.fit().unwrap().progress().total;

@@ -3,7 +3,7 @@
 use crate::numeric::Scalar;
 
 /// How weights are kept, and read as a scalar.
-pub trait Encoding<S: Scalar> {
+pub trait Encoding<S: Scalar>: Sized {
     /// One of many weights.
     type Weight: Copy;
     /// A number that there is one of for each row.
@@ -13,6 +13,24 @@ pub trait Encoding<S: Scalar> {
     fn weight(weight: Self::Weight) -> S;
     /// A number of a row.
     fn number(number: Self::Number) -> S;
+
+    /// Adds to each of the sums what the products of a row with `values` sum to, times the row's scale,
+    /// if it has one. The rows' beginnings are `stride` weights apart.
+    #[inline(always)]
+    fn add_products(
+        weights: &[Self::Weight],
+        stride: usize,
+        scales: &[Self::Number],
+        values: &[S],
+        sums: &mut [S],
+    ) {
+        let mut weights = weights;
+        for (row, sum) in sums.iter_mut().enumerate() {
+            let products = weights.get(..values.len()).unwrap_or_default();
+            *sum = *sum + scaled::<S, Self>(dot::<S, Self>(products, values), scales, row);
+            weights = weights.get(stride..).unwrap_or_default();
+        }
+    }
 }
 
 /// As parameters of the scalar: in training.
@@ -49,6 +67,46 @@ impl Encoding<f32> for Packed {
     fn number(number: [u8; 4]) -> f32 {
         f32::from_le_bytes(number)
     }
+
+    // Four rows at a time: a value is loaded once, and the loop goes round once, for all of them. In a
+    // recipe each row has a scale. Out of line: the code is there once.
+    #[inline(never)]
+    fn add_products(
+        weights: &[u8],
+        stride: usize,
+        scales: &[[u8; 4]],
+        values: &[f32],
+        sums: &mut [f32],
+    ) {
+        let mut weights = weights;
+        for (sums, scales) in sums.chunks_mut(4).zip(scales.chunks(4)) {
+            let row = |index: usize| {
+                let row = weights.get(stride.saturating_mul(index)..)?;
+                row.get(..values.len())
+            };
+            let Some(a) = row(0) else {
+                return;
+            };
+            // In place of a row that is not there stands the first one, whose sum nobody takes.
+            let (b, c, d) = (
+                row(1).unwrap_or(a),
+                row(2).unwrap_or(a),
+                row(3).unwrap_or(a),
+            );
+            let [mut by_a, mut by_b, mut by_c, mut by_d] = [0.0_f32; 4];
+            for ((((value, a), b), c), d) in values.iter().zip(a).zip(b).zip(c).zip(d) {
+                by_a += *value * Self::weight(*a);
+                by_b += *value * Self::weight(*b);
+                by_c += *value * Self::weight(*c);
+                by_d += *value * Self::weight(*d);
+            }
+            let products = &[by_a, by_b, by_c, by_d];
+            for ((sum, products), scale) in sums.iter_mut().zip(products).zip(scales) {
+                *sum += products * Self::number(*scale);
+            }
+            weights = weights.get(stride.saturating_mul(4)..).unwrap_or_default();
+        }
+    }
 }
 
 /// The sum of products.
@@ -59,6 +117,22 @@ pub(super) fn dot<S: Scalar, E: Encoding<S>>(weights: &[E::Weight], values: &[S]
         sum = sum.plus_product(*value, E::weight(*weight));
     }
     sum
+}
+
+/// The sums of products of the same weights with three lists: each weight is read once for all.
+#[inline(always)]
+pub(super) fn dots_by_list<S: Scalar, E: Encoding<S>>(
+    weights: &[E::Weight],
+    [red, green, blue]: [&[S]; 3],
+) -> [S; 3] {
+    let [mut by_red, mut by_green, mut by_blue] = [S::constant(0.0); 3];
+    for (((weight, red), green), blue) in weights.iter().zip(red).zip(green).zip(blue) {
+        let weight = E::weight(*weight);
+        by_red = by_red.plus_product(*red, weight);
+        by_green = by_green.plus_product(*green, weight);
+        by_blue = by_blue.plus_product(*blue, weight);
+    }
+    [by_red, by_green, by_blue]
 }
 
 /// A row's sum times the row's scale, if it has one.
