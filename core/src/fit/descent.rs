@@ -89,8 +89,8 @@ impl<M: Model> Fitter for M {
                 start_unit(workspace, completed, samples, done);
                 done = done.saturating_add(1);
                 if done == before {
-                    // It may have been worked in.
-                    workspace.gradient.iter_mut().for_each(|entry| *entry = 0.0);
+                    // The gradient may have been worked in.
+                    scratch_of(workspace).1.fill(0.0);
                 }
             }
         }
@@ -178,20 +178,7 @@ fn start_unit<M: Model>(
     let Target::Descent(_, start) = &completed.target else {
         return;
     };
-    let Workspace {
-        parameters,
-        gradient,
-        scratch,
-    } = workspace;
-    let own = scratch.as_mut();
-    let scratch = match own.len() >= SCRATCH {
-        true => own,
-        // The gradient is idle until the descent begins.
-        false => gradient
-            .runs_mut()
-            .find(|run| run.len() >= SCRATCH)
-            .unwrap_or_default(),
-    };
+    let (parameters, scratch) = scratch_of(workspace);
     let Some((state, units)) = scratch.split_at_mut_checked(MAX_WORDS) else {
         return;
     };
@@ -204,6 +191,21 @@ fn start_unit<M: Model>(
             start_parameters::<M>(parameters, start, first, units);
         }
     }
+}
+
+/// The parameters, and what readings are completed in.
+fn scratch_of<M: Model>(workspace: &mut Workspace<M>) -> (&mut M::Parameters<f32>, &mut [f32]) {
+    let own = workspace.scratch.as_mut();
+    let scratch = match own.len() >= SCRATCH {
+        true => own,
+        // The gradient is idle until the descent begins.
+        false => workspace
+            .gradient
+            .runs_mut()
+            .find(|run| run.len() >= SCRATCH)
+            .unwrap_or_default(),
+    };
+    (&mut workspace.parameters, scratch)
 }
 
 /// Puts the parameters from the `first` on to where the descent begins.

@@ -24,14 +24,13 @@ pub trait Encoding<S: Scalar>: Sized {
         values: &[S],
         sums: &mut [S],
     ) {
-        let mut weights = weights;
-        for (row, sum) in sums.iter_mut().enumerate() {
-            let products = weights.get(..values.len()).unwrap_or_default();
-            *sum = *sum + scaled::<S, Self>(dot::<S, Self>(products, values), scales, row);
-            weights = weights.get(stride..).unwrap_or_default();
-        }
+        add_row_by_row::<S, Self>(weights, stride, scales, values, sums);
     }
 }
+
+/// Whether products are made in hardware, as far as a target's name tells. Where they are not they take
+/// so long that to go round a loop counts for nothing, and the smaller code is the better one.
+const HAS_FPU: bool = !cfg!(any(target_abi = "eabi", target_arch = "riscv32"));
 
 /// As parameters of the scalar: in training.
 #[derive(Clone, Copy, Debug)]
@@ -78,6 +77,9 @@ impl Encoding<f32> for Packed {
         values: &[f32],
         sums: &mut [f32],
     ) {
+        if !HAS_FPU {
+            return add_row_by_row::<f32, Self>(weights, stride, scales, values, sums);
+        }
         let mut weights = weights;
         for (sums, scales) in sums.chunks_mut(4).zip(scales.chunks(4)) {
             let row = |index: usize| {
@@ -109,6 +111,23 @@ impl Encoding<f32> for Packed {
     }
 }
 
+/// [`Encoding::add_products`], one row after the other.
+#[inline(always)]
+fn add_row_by_row<S: Scalar, E: Encoding<S>>(
+    weights: &[E::Weight],
+    stride: usize,
+    scales: &[E::Number],
+    values: &[S],
+    sums: &mut [S],
+) {
+    let mut weights = weights;
+    for (row, sum) in sums.iter_mut().enumerate() {
+        let products = weights.get(..values.len()).unwrap_or_default();
+        *sum = *sum + scaled::<S, E>(dot::<S, E>(products, values), scales, row);
+        weights = weights.get(stride..).unwrap_or_default();
+    }
+}
+
 /// The sum of products.
 #[inline(always)]
 pub(super) fn dot<S: Scalar, E: Encoding<S>>(weights: &[E::Weight], values: &[S]) -> S {
@@ -117,22 +136,6 @@ pub(super) fn dot<S: Scalar, E: Encoding<S>>(weights: &[E::Weight], values: &[S]
         sum = sum.plus_product(*value, E::weight(*weight));
     }
     sum
-}
-
-/// The sums of products of the same weights with three lists: each weight is read once for all.
-#[inline(always)]
-pub(super) fn dots_by_list<S: Scalar, E: Encoding<S>>(
-    weights: &[E::Weight],
-    [red, green, blue]: [&[S]; 3],
-) -> [S; 3] {
-    let [mut by_red, mut by_green, mut by_blue] = [S::constant(0.0); 3];
-    for (((weight, red), green), blue) in weights.iter().zip(red).zip(green).zip(blue) {
-        let weight = E::weight(*weight);
-        by_red = by_red.plus_product(*red, weight);
-        by_green = by_green.plus_product(*green, weight);
-        by_blue = by_blue.plus_product(*blue, weight);
-    }
-    [by_red, by_green, by_blue]
 }
 
 /// A row's sum times the row's scale, if it has one.
