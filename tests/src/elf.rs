@@ -3,7 +3,6 @@
 use std::path::{Path, PathBuf};
 use std::{env, fs};
 
-use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::Recipe;
 use object::{Object, ObjectSection, ObjectSymbol};
 use tempfile::NamedTempFile;
@@ -65,14 +64,14 @@ impl Firmware {
         firmware
     }
 
-    /// The same firmware with the repository's recipe of another model, from where `tests/run
-    /// firmware` copies it.
+    /// The same firmware with another of the repository's recipes, by the name under which
+    /// `tests/run firmware` copies it.
     ///
     /// # Panics
     /// If it is not there.
     #[must_use]
-    pub fn of(model: ModelKind) -> Self {
-        let path = PathBuf::from(format!("{DEFAULT}-{model}"));
+    pub fn of(name: &str) -> Self {
+        let path = PathBuf::from(format!("{DEFAULT}-{name}"));
         let bytes = fs::read(&path).unwrap_or_else(|error| {
             panic!(
                 "{}: {error}. `tests/run firmware` builds it",

@@ -1,27 +1,69 @@
-//! What a fit costs on each kind of microcontroller, as `target.model.name` and a value.
+//! What a fit costs on each kind of microcontroller, as `target.fit.name` and a value.
 
-use glimpse_core::model::ModelKind;
-use glimpse_fits::recipes;
+use glimpse_fits::recipes::{self, completed, masked};
 
 use crate::cycles;
-use crate::microcontroller::{Binary, Functions, TARGETS};
+use crate::microcontroller::{Binary, Functions, TARGETS, Target};
 
-/// All models.
-pub const MODELS: [ModelKind; 4] = [
-    ModelKind::Linear,
-    ModelKind::Phong,
-    ModelKind::CookTorrance,
-    ModelKind::Neural,
-];
+/// A fit that is tried: a binary of `embedded-demo/fits`.
+#[derive(Clone, Copy, Debug)]
+pub struct Fit {
+    /// The binary's name.
+    pub name: &'static str,
+    /// The recipe that it fits by.
+    pub recipe: &'static [u8],
+    /// Where it is built.
+    reach: Reach,
+}
 
-fn recipe(model: ModelKind) -> &'static [u8] {
-    match model {
-        ModelKind::Phong => recipes::PHONG,
-        ModelKind::CookTorrance => recipes::COOK_TORRANCE,
-        ModelKind::Neural => recipes::NEURAL,
-        ModelKind::Linear => recipes::LINEAR,
+/// Where a fit is built. What the rest would tell is told by those that are built everywhere.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Reach {
+    /// For every target, and for the board's with micromath too.
+    All,
+    /// For every target.
+    Targets,
+    /// For the board's target.
+    Board,
+}
+
+impl Fit {
+    const fn new(name: &'static str, recipe: &'static [u8], reach: Reach) -> Self {
+        Self {
+            name,
+            recipe,
+            reach,
+        }
+    }
+
+    /// Whether `tests/run firmware` builds it so.
+    #[must_use]
+    pub fn is_built(&self, target: Target, functions: Functions) -> bool {
+        let is_board = target == TARGETS[0];
+        match functions {
+            Functions::Libm => is_board || self.reach != Reach::Board,
+            Functions::Micromath => is_board && self.reach == Reach::All,
+        }
     }
 }
+
+/// All of them.
+pub const FITS: [Fit; 10] = [
+    Fit::new("linear", recipes::LINEAR, Reach::All),
+    Fit::new("phong", recipes::PHONG, Reach::All),
+    Fit::new("cook-torrance", recipes::COOK_TORRANCE, Reach::All),
+    Fit::new("neural", recipes::NEURAL, Reach::All),
+    Fit::new("linear-completed", completed::LINEAR, Reach::Targets),
+    Fit::new("phong-completed", completed::PHONG, Reach::Board),
+    Fit::new(
+        "cook-torrance-completed",
+        completed::COOK_TORRANCE,
+        Reach::Board,
+    ),
+    Fit::new("neural-completed", completed::NEURAL, Reach::Targets),
+    Fit::new("linear-masked", masked::LINEAR, Reach::Board),
+    Fit::new("neural-masked", masked::NEURAL, Reach::Board),
+];
 
 /// Instructions of a fit as QEMU counts them (`fit_instructions`), its cycles by Arm's
 /// [table](crate::cycles) where there is one (`fit_cycles`), bytes of code and constants
@@ -32,30 +74,26 @@ pub fn figures() -> Vec<(String, u64)> {
     let mut figures = Vec::new();
     for target in TARGETS {
         for functions in [Functions::Libm, Functions::Micromath] {
-            if functions == Functions::Micromath && target != TARGETS[0] {
-                continue;
-            }
             let flash = |name: &str| {
                 Binary::new(target, functions, name).section_bytes(&[".text", ".rodata"])
             };
-            for model in MODELS {
-                let binary = Binary::new(target, functions, model.name());
+            for fit in FITS.iter().filter(|fit| fit.is_built(target, functions)) {
+                let binary = Binary::new(target, functions, fit.name);
                 let output = binary.run();
                 let suffix = match functions {
                     Functions::Libm => "",
                     Functions::Micromath => "-micromath",
                 };
-                let mut add = |name: &str, value| {
-                    figures.push((format!("{}.{model}{suffix}.{name}", target.triple), value));
-                };
+                let row = format!("{}.{}{suffix}", target.triple, fit.name);
+                let mut add = |name, value| figures.push((format!("{row}.{name}"), value));
                 add("fit_instructions", output.count("fit_instructions"));
                 if target.has_table_of_cycles() {
                     add("fit_cycles", cycles::of_fit(&binary).cycles);
                 }
-                let recipe = recipe(model).len() as u64;
+                let recipe = fit.recipe.len() as u64;
                 add(
                     "text_bytes",
-                    flash(model.name()).saturating_sub(flash("nothing") + recipe),
+                    flash(fit.name).saturating_sub(flash("nothing") + recipe),
                 );
                 let statics = binary.section_bytes(&[".data", ".bss", ".uninit"]);
                 add("static_ram_bytes", statics);

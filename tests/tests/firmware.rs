@@ -1,6 +1,5 @@
 //! The firmware in QEMU, in front of a good scanner. What happens on bad days is in `faults`.
 
-use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::Recipe;
 use glimpse_fits::recipes;
 use glimpse_tests::RECIPE;
@@ -81,16 +80,20 @@ fn a_boot_says_why_and_at_which_clock() {
     assert_eq!(emulator.wait_for("clock: "), "an emulator's");
 }
 
-/// The same source and driver for every model; only the recipe is another one.
+/// The same source and driver for every model, and for readings that are completed; only the recipe is
+/// another one.
 #[test]
 fn every_model_is_scanned_to_the_bits_of_the_hosts_fit() {
-    for (model, recipe) in [
-        (ModelKind::Phong, recipes::PHONG),
-        (ModelKind::CookTorrance, recipes::COOK_TORRANCE),
-        (ModelKind::Neural, recipes::NEURAL),
-        (ModelKind::Linear, recipes::LINEAR),
+    for (name, recipe) in [
+        ("phong", recipes::PHONG),
+        ("cook-torrance", recipes::COOK_TORRANCE),
+        ("neural", recipes::NEURAL),
+        ("linear", recipes::LINEAR),
+        ("completed-neural", recipes::completed::NEURAL),
+        ("completed-linear", recipes::completed::LINEAR),
     ] {
-        let firmware = Firmware::of(model);
+        let model = Recipe::parse(recipe).unwrap().model();
+        let firmware = Firmware::of(name);
         let mut emulator = Emulator::boot(&firmware, firmware.path());
         for index in 0..2 {
             let material = unseen(index);
@@ -105,8 +108,8 @@ fn every_model_is_scanned_to_the_bits_of_the_hosts_fit() {
                     .map(|value| value.to_bits())
                     .collect::<Vec<_>>()
             };
-            assert_eq!(bits(&report.values), bits(&values), "{model}");
-            assert_eq!(report.residual, residual, "{model}");
+            assert_eq!(bits(&report.values), bits(&values), "{name}");
+            assert_eq!(report.residual, residual, "{name}");
         }
     }
 }

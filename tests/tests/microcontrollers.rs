@@ -1,45 +1,33 @@
-//! Every model on every kind of microcontroller: the host's numbers, within the budgets.
+//! Every model, by every kind of recipe, on microcontrollers: the host's numbers, within the budgets.
 
 use glimpse_core::fit::Fitter;
 use glimpse_core::geometry::HalfDifference;
 use glimpse_core::model::loss::cosine_weighted_log_error;
 use glimpse_core::model::{CookTorrance, ModelKind, Neural, Phong};
 use glimpse_core::recipe::Recipe;
-use glimpse_fits::{Linear, measure, recipes};
+use glimpse_fits::{Linear, measure};
 use glimpse_tests::budgets::Budgets;
-use glimpse_tests::figures::{MODELS, figures};
+use glimpse_tests::figures::{FITS, Fit, figures};
 use glimpse_tests::microcontroller::{Binary, Functions, TARGETS};
 use glimpse_trainer::evaluation::scan;
 
-/// The recipe that is fitted by.
-fn recipe(model: ModelKind) -> Recipe<'static> {
-    Recipe::parse(match model {
-        ModelKind::Phong => recipes::PHONG,
-        ModelKind::CookTorrance => recipes::COOK_TORRANCE,
-        ModelKind::Neural => recipes::NEURAL,
-        ModelKind::Linear => recipes::LINEAR,
-    })
-    .unwrap()
-}
-
 /// What the host makes of the same readings: parameters or coefficients.
-fn host(model: ModelKind) -> Vec<f32> {
-    let found = scan(&recipe(model), &mut |angles| measure(angles).brdf);
+fn host(recipe: &Recipe<'_>) -> Vec<f32> {
+    let found = scan(recipe, &mut |angles| measure(angles).brdf);
     found.unwrap().values
 }
 
 /// The mean residual before the fit; of Linear, of the mean material.
-fn unexplained(model: ModelKind) -> f32 {
-    match model {
-        ModelKind::Phong => at_the_start::<Phong>(model),
-        ModelKind::CookTorrance => at_the_start::<CookTorrance>(model),
-        ModelKind::Neural => at_the_start::<Neural>(model),
-        ModelKind::Linear => at_the_start::<Linear>(model),
+fn unexplained(recipe: &Recipe<'_>) -> f32 {
+    match recipe.model() {
+        ModelKind::Phong => at_the_start::<Phong>(recipe),
+        ModelKind::CookTorrance => at_the_start::<CookTorrance>(recipe),
+        ModelKind::Neural => at_the_start::<Neural>(recipe),
+        ModelKind::Linear => at_the_start::<Linear>(recipe),
     }
 }
 
-fn at_the_start<K: Fitter>(model: ModelKind) -> f32 {
-    let recipe = recipe(model);
+fn at_the_start<K: Fitter>(recipe: &Recipe<'_>) -> f32 {
     let learner = recipe.learner();
     let mut workspace = K::EMPTY;
     K::start(&mut workspace, &learner);
@@ -57,16 +45,20 @@ fn at_the_start<K: Fitter>(model: ModelKind) -> f32 {
 /// the same bits on all of them, and on the host.
 #[test]
 fn all_targets_agree_with_the_host_bit_for_bit() {
-    for model in MODELS {
-        let expected = host(model);
+    for fit in FITS {
+        let expected = host(&Recipe::parse(fit.recipe).unwrap());
         for target in TARGETS {
-            let found = Binary::new(target, Functions::Libm, model.name()).run();
+            if !fit.is_built(target, Functions::Libm) {
+                continue;
+            }
+            let found = Binary::new(target, Functions::Libm, fit.name).run();
             let found = found.numbers("parameters");
             let bits = |list: &[f32]| list.iter().map(|value| value.to_bits()).collect::<Vec<_>>();
             assert_eq!(
                 bits(&found),
                 bits(&expected),
-                "{model} on {}",
+                "{} on {}",
+                fit.name,
                 target.triple
             );
         }
@@ -77,14 +69,15 @@ fn all_targets_agree_with_the_host_bit_for_bit() {
 /// They are fits nevertheless: of what the start leaves unexplained they explain a good part.
 #[test]
 fn fits_with_micromath_explain_the_measurements_too() {
-    for model in MODELS {
-        let before = unexplained(model);
+    let by_both = |fit: &Fit| fit.is_built(TARGETS[0], Functions::Micromath);
+    for Fit { name, recipe, .. } in FITS.into_iter().filter(by_both) {
+        let before = unexplained(&Recipe::parse(recipe).unwrap());
         let [libm, micromath] = [Functions::Libm, Functions::Micromath].map(|functions| {
-            let output = Binary::new(TARGETS[0], functions, model.name()).run();
+            let output = Binary::new(TARGETS[0], functions, name).run();
             output.numbers("residual")[0]
         });
         println!(
-            "{model}: mean residual {before:.4}, {libm:.4} by libm, {micromath:.4} by micromath"
+            "{name}: mean residual {before:.4}, {libm:.4} by libm, {micromath:.4} by micromath"
         );
         assert!(libm < 0.6 * before && micromath < 0.6 * before);
     }

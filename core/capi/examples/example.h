@@ -15,6 +15,7 @@ extern const uint8_t phong_begin[], phong_end[];
 extern const uint8_t cook_torrance_begin[], cook_torrance_end[];
 extern const uint8_t neural_begin[], neural_end[];
 extern const uint8_t linear_begin[], linear_end[];
+extern const uint8_t completed_begin[], completed_end[];
 
 static const struct {
     const char *name;
@@ -24,6 +25,8 @@ static const struct {
     {"cook-torrance", cook_torrance_begin, cook_torrance_end},
     {"neural", neural_begin, neural_end},
     {"linear", linear_begin, linear_end},
+    /* Neural again, by a recipe that completes the readings. */
+    {"neural-completed", completed_begin, completed_end},
 };
 #define RECIPE_COUNT (sizeof RECIPES / sizeof RECIPES[0])
 

@@ -13,6 +13,7 @@
     recipe cook_torrance, "cook-torrance-n8.recipe"
     recipe neural, "neural-n8.recipe"
     recipe linear, "linear-n8.recipe"
+    recipe completed, "completed/neural-n8.recipe"
 
 #ifdef __ELF__
     .section .note.GNU-stack, "", %progbits

@@ -18,11 +18,16 @@ use crate::scan::{glimpse_scan, glimpse_scan_begin, glimpse_scan_next, glimpse_s
 use crate::status::glimpse_status;
 use crate::types::{glimpse_directions, glimpse_reading, glimpse_sample};
 
-pub(crate) const RECIPES: [&[u8]; 4] = [
-    include_bytes!("../../examples/recipes/phong-n8.recipe"),
-    include_bytes!("../../examples/recipes/cook-torrance-n8.recipe"),
-    include_bytes!("../../examples/recipes/neural-n8.recipe"),
-    include_bytes!("../../examples/recipes/linear-n8.recipe"),
+/// Of each model one that descends or solves, and then one that completes the readings.
+pub(crate) const RECIPES: [&[u8]; 8] = [
+    include_bytes!("../../../embedded-demo/recipes/phong-n8.recipe"),
+    include_bytes!("../../../embedded-demo/recipes/cook-torrance-n8.recipe"),
+    include_bytes!("../../../embedded-demo/recipes/neural-n8.recipe"),
+    include_bytes!("../../../embedded-demo/recipes/linear-n8.recipe"),
+    include_bytes!("../../../embedded-demo/recipes/completed/phong-n8.recipe"),
+    include_bytes!("../../../embedded-demo/recipes/completed/cook-torrance-n8.recipe"),
+    include_bytes!("../../../embedded-demo/recipes/completed/neural-n8.recipe"),
+    include_bytes!("../../../embedded-demo/recipes/completed/linear-n8.recipe"),
 ];
 pub(crate) const NEURAL: &[u8] = RECIPES[2];
 

@@ -1,6 +1,6 @@
 //! What a recipe completes readings by, and in which slices.
 
-use super::completion::{Completion, Input, Packed, standardized};
+use super::completion::{CHANNELS, Completion, Input, Packed, standardized};
 use super::learned::Descent;
 use crate::model::{ModelKind, Sample};
 use crate::numeric::Floats;
@@ -14,7 +14,7 @@ pub const MAX_UNITS: usize = 32;
 pub(super) const MAX_WORDS: usize = 4 * MAX_ROWS;
 
 /// Parameters that a unit of work starts.
-pub(super) const STARTED: usize = 16;
+pub(super) const STARTED: usize = 64;
 
 /// Readings, completed by a small learned map: to the model Linear, or to where a descent starts.
 #[derive(Clone, Copy, Debug)]
@@ -108,10 +108,9 @@ impl<'a> Completed<'a> {
     }
 
     /// Units of work until all coefficients are there: one for each reading, one for the hidden units,
-    /// and one for each component.
+    /// and one for each channel.
     pub(super) fn units(&self, samples: usize) -> u32 {
-        let units = samples.saturating_add(1);
-        units.saturating_add(self.completion.components) as u32
+        samples.saturating_add(1).saturating_add(CHANNELS) as u32
     }
 
     /// One of them. Out of line: what it takes of the stack is given back between slices.
@@ -126,7 +125,7 @@ impl<'a> Completed<'a> {
         }
         match unit.checked_sub(samples.len().saturating_add(1)) {
             None => self.completion.activate(state),
-            Some(component) => self.completion.complete(component, state),
+            Some(channel) => self.completion.complete(channel, state),
         }
     }
 

@@ -24,10 +24,12 @@ pub use start::{Start, StartGradient};
 
 use crate::model::linear::map;
 use crate::numeric::Scalar;
-use encoding::{dot, scaled};
+use encoding::scaled;
 
 /// Weights of a reading in each row: of its own channel, of the mean of channels, and of its absence.
 pub(crate) const COLUMNS: usize = 3;
+/// Of colour.
+pub(crate) const CHANNELS: usize = 3;
 /// Lists that a completion works in: three channels, and what they share.
 pub(crate) const LISTS: usize = 4;
 
@@ -122,17 +124,15 @@ impl<'a, S: Scalar, E: Encoding<S>> Completion<'a, S, E> {
             }
         }
         let average = mean_of(input.channels);
-        for (sum, weight) in shared.iter_mut().zip(mean) {
-            *sum = sum.plus_product(average, E::weight(*weight));
-        }
         let [red, green, blue] = channels;
         let [by_red, by_green, by_blue] = input.channels;
-        let sums = red.iter_mut().zip(green).zip(blue);
-        for (((red, green), blue), weight) in sums.zip(own) {
-            let weight = E::weight(*weight);
-            *red = red.plus_product(by_red, weight);
-            *green = green.plus_product(by_green, weight);
-            *blue = blue.plus_product(by_blue, weight);
+        let sums = red.iter_mut().zip(green).zip(blue).zip(shared);
+        for ((((red, green), blue), shared), (own, mean)) in sums.zip(own.iter().zip(mean)) {
+            let own = E::weight(*own);
+            *red = red.plus_product(by_red, own);
+            *green = green.plus_product(by_green, own);
+            *blue = blue.plus_product(by_blue, own);
+            *shared = shared.plus_product(average, E::weight(*mean));
         }
     }
 
@@ -152,25 +152,18 @@ impl<'a, S: Scalar, E: Encoding<S>> Completion<'a, S, E> {
         }
     }
 
-    /// Once they are [activated](Completion::activate): adds what hidden units say to a coefficient of
-    /// each channel.
+    /// Once they are [activated](Completion::activate): adds what hidden units say to the coefficients of
+    /// a channel, the first of which is 0.
     #[inline(always)]
-    pub fn complete(&self, component: usize, state: &mut [S]) {
-        let hidden = self.hidden();
-        let first = component.saturating_mul(hidden);
-        let weights = self.output.get(first..).unwrap_or_default();
-        let weights = weights.get(..hidden).unwrap_or_default();
-        let Some([channels @ .., _]) = lists(state, self.rows()) else {
+    pub fn complete(&self, channel: usize, state: &mut [S]) {
+        let first = channel.saturating_mul(self.rows());
+        let list = state.get_mut(first..).unwrap_or_default();
+        let Some((coefficients, rest)) = list.split_at_mut_checked(self.components) else {
             return;
         };
-        for channel in channels {
-            if let Some((coefficients, hidden)) = channel.split_at_mut_checked(self.components)
-                && let Some(coefficient) = coefficients.get_mut(component)
-            {
-                let sum = dot::<S, E>(weights, hidden);
-                *coefficient = *coefficient + scaled::<S, E>(sum, self.output_scales, component);
-            }
-        }
+        let hidden = rest.get(..self.hidden()).unwrap_or_default();
+        let scales = self.output_scales;
+        E::add_products(self.output, self.hidden(), scales, hidden, coefficients);
     }
 
     /// All of it: coefficients and hidden units of each channel, in `state`.
@@ -183,8 +176,8 @@ impl<'a, S: Scalar, E: Encoding<S>> Completion<'a, S, E> {
             self.add(sample, input, state);
         }
         self.activate(state);
-        for component in 0..self.components {
-            self.complete(component, state);
+        for channel in 0..CHANNELS {
+            self.complete(channel, state);
         }
     }
 

@@ -92,8 +92,8 @@ impl<M: Model> Fitter for M {
                 start_unit(workspace, completed, samples, done);
                 done = done.saturating_add(1);
                 if done == before {
-                    // It may have been worked in.
-                    workspace.gradient.iter_mut().for_each(|entry| *entry = 0.0);
+                    // The gradient may have been worked in.
+                    scratch_of(workspace).1.fill(0.0);
                 }
             }
         }
@@ -190,21 +190,7 @@ fn start_unit<M: Model>(
     let Target::Descent(_, start) = &completed.target else {
         return;
     };
-    let Workspace {
-        parameters,
-        gradient,
-        scratch,
-        predicted,
-    } = workspace;
-    let own = scratch.as_mut();
-    let scratch = match own.len() >= SCRATCH {
-        true => own,
-        // The gradient is idle until the descent begins.
-        false => gradient
-            .runs_mut()
-            .find(|run| run.len() >= SCRATCH)
-            .unwrap_or_default(),
-    };
+    let (parameters, scratch, predicted) = scratch_of(workspace);
     let Some((state, units)) = scratch.split_at_mut_checked(MAX_WORDS) else {
         return;
     };
@@ -219,23 +205,60 @@ fn start_unit<M: Model>(
         }
         Some(later) => {
             let first = (later as usize).saturating_sub(1).saturating_mul(STARTED);
-            let parameters = parameters.iter_mut().enumerate();
-            for (index, parameter) in parameters.skip(first).take(STARTED) {
-                *parameter += offset(start, index, units);
-            }
+            start_parameters::<M>(parameters, start, first, units);
         }
     }
+}
+
+/// The parameters, what readings are completed in, and the loss that they predict.
+fn scratch_of<M: Model>(
+    workspace: &mut Workspace<M>,
+) -> (&mut M::Parameters<f32>, &mut [f32], &mut f32) {
+    let own = workspace.scratch.as_mut();
+    let scratch = match own.len() >= SCRATCH {
+        true => own,
+        // The gradient is idle until the descent begins.
+        false => workspace
+            .gradient
+            .runs_mut()
+            .find(|run| run.len() >= SCRATCH)
+            .unwrap_or_default(),
+    };
+    (&mut workspace.parameters, scratch, &mut workspace.predicted)
+}
+
+/// Puts the parameters from the `first` on to where the descent begins.
+#[inline(never)]
+fn start_parameters<M: Model>(
+    parameters: &mut M::Parameters<f32>,
+    start: &Start<'_>,
+    first: usize,
+    units: &[f32],
+) {
+    let mut offsets = [0.0; STARTED];
+    start.offsets(first, units, &mut offsets);
+    let (mut first, mut offsets) = (first, &offsets[..]);
+    for run in parameters.runs_mut() {
+        (first, offsets) = start_run(run, first, offsets);
+    }
+}
+
+/// Adds to the parameters of a run from the `first` on; returns where in the next run, and by what, it
+/// goes on. Out of line: the code is there once and not for each run.
+#[inline(never)]
+fn start_run<'o>(run: &mut [f32], first: usize, offsets: &'o [f32]) -> (usize, &'o [f32]) {
+    let started = run.get_mut(first..).unwrap_or_default();
+    for (parameter, offset) in started.iter_mut().zip(offsets) {
+        *parameter += offset;
+    }
+    let left = offsets.get(started.len()..).unwrap_or_default();
+    (first.saturating_sub(run.len()), left)
 }
 
 /// Out of line, as all that takes time: what it takes of the stack is given back between slices.
 #[inline(never)]
 fn activate(completed: &Completed<'_>, start: &Start<'_>, state: &[f32], units: &mut [f32]) {
     start.activate(completed.completion.coefficients(state), units);
-}
-
-#[inline(never)]
-fn offset(start: &Start<'_>, parameter: usize, units: &[f32]) -> f32 {
-    start.offset(parameter, units)
 }
 
 fn update<M: Model>(workspace: &mut Workspace<M>, step_sizes: Floats<'_>) {

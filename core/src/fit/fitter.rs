@@ -8,7 +8,7 @@ use crate::model::linear::{Basis, EPSILON};
 use crate::model::{ModelKind, Sample};
 
 /// How far a fit is, in its own units of work: gradients of one sample, rows and channels of a
-/// ridge solve, or what a completion makes of one reading or for one component.
+/// ridge solve, or what a completion makes of one reading or for one channel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Progress {

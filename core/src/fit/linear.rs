@@ -25,7 +25,7 @@ const CHANNELS: usize = 3;
 /// ```
 ///
 /// A unit of its work is a row of the factorization or a channel of the solve; of a completion it is a
-/// reading, the hidden units, or a component.
+/// reading, the hidden units, or a channel.
 #[derive(Clone, Copy, Debug)]
 pub struct Linear<const WORDS: usize>;
 

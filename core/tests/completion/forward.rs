@@ -80,8 +80,19 @@ fn compare(made: &Made, readings: &Readings) {
         start.activate(found, &mut units);
         assert_close("unit", units.iter().copied(), &expected);
         let expected = offsets(made, &expected);
-        let found = (0..descent.initial().len()).map(|index| start.offset(index, &units));
-        assert_close("offset", found, &expected);
+        let parameters = descent.initial().len();
+        let found: Vec<f32> = (0..parameters)
+            .map(|index| start.offset(index, &units))
+            .collect();
+        assert_close("offset", found.iter().copied(), &expected);
+        // Several at a time they are the same, wherever those begin and end.
+        for first in [0, 1, parameters / 2, parameters - 1] {
+            for count in 1..=9.min(parameters - first) {
+                let mut offsets = vec![0.0; count];
+                start.offsets(first, &units, &mut offsets);
+                assert_eq!(offsets, found[first..first + count]);
+            }
+        }
         // The start adds something to speak of.
         assert!(expected.iter().any(|offset| offset.abs() > 0.01));
     }

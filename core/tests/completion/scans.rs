@@ -155,14 +155,14 @@ fn sliced<K: Fitter>(kind: ModelKind) {
         let expected = whole_by_name(&made, &readings);
         scan.restart();
         read(&mut scan, &readings);
-        // A reading, the hidden units and a component are a unit each; so are the start's units, and
-        // 16 parameters. Then come three rounds of gradients.
+        // A reading, the hidden units and a channel are a unit each; so are the start's units, and
+        // 64 parameters. Then come three rounds of gradients.
         let start = kind.parameters().map_or(0, |parameters| {
-            let started = parameters.div_ceil(16) as u32;
+            let started = parameters.div_ceil(64) as u32;
             1 + started + 3 * SAMPLES as u32
         });
         let total = scan.fit().unwrap().progress().total;
-        assert_eq!(total, SAMPLES as u32 + 1 + 4 + start);
+        assert_eq!(total, SAMPLES as u32 + 1 + 3 + start);
         for budgets in [&[1][..], &[2, 3], &[7], &[1, 100], &[u32::MAX]] {
             assert_eq!(fit(&mut scan, budgets), expected);
         }

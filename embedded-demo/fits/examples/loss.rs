@@ -31,6 +31,18 @@ fn main() -> Result<(), Box<dyn Error>> {
             mean_loss::<CookTorrance>(recipes::COOK_TORRANCE)?,
         ),
         ("neural", mean_loss::<Neural>(recipes::NEURAL)?),
+        (
+            "phong-completed",
+            mean_loss::<Phong>(recipes::completed::PHONG)?,
+        ),
+        (
+            "cook-torrance-completed",
+            mean_loss::<CookTorrance>(recipes::completed::COOK_TORRANCE)?,
+        ),
+        (
+            "neural-completed",
+            mean_loss::<Neural>(recipes::completed::NEURAL)?,
+        ),
     ] {
         println!("{functions}.{name}.loss={loss:.4}");
     }

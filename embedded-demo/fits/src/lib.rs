@@ -1,6 +1,6 @@
 //! A firmware without a board: it fits measurements that every machine computes alike, and prints
-//! the result and what it took. One binary for each model; `tests/run firmware` builds and runs
-//! them for each target.
+//! the result and what it took. One binary for each recipe; `tests/run firmware` builds and runs
+//! them.
 //!
 //! On a host the library alone is built: tests compare the device's numbers with its.
 
@@ -27,14 +27,40 @@ pub mod recipes {
     pub static NEURAL: &[u8] = include_bytes!("../../recipes/neural-n8.recipe");
     /// Linear.
     pub static LINEAR: &[u8] = include_bytes!("../../recipes/linear-n8.recipe");
+
+    /// Those that complete the readings: n = 8, and one step from where the completion leads, or for
+    /// Linear none.
+    pub mod completed {
+        /// Phong.
+        pub static PHONG: &[u8] = include_bytes!("../../recipes/completed/phong-n8.recipe");
+        /// Cook-Torrance.
+        pub static COOK_TORRANCE: &[u8] =
+            include_bytes!("../../recipes/completed/cook-torrance-n8.recipe");
+        /// Neural.
+        pub static NEURAL: &[u8] = include_bytes!("../../recipes/completed/neural-n8.recipe");
+        /// Linear.
+        pub static LINEAR: &[u8] = include_bytes!("../../recipes/completed/linear-n8.recipe");
+    }
+
+    /// Those that complete readings of which some may be missing: n = 16.
+    pub mod masked {
+        /// Neural.
+        pub static NEURAL: &[u8] = include_bytes!("../../recipes/masked/neural-n16.recipe");
+        /// Linear.
+        pub static LINEAR: &[u8] = include_bytes!("../../recipes/masked/linear-n16.recipe");
+    }
 }
 
-/// n of all recipes.
+/// n of most recipes.
 pub const SAMPLES: usize = 8;
+/// n of the masked ones.
+pub const MASKED_SAMPLES: usize = 16;
 /// m of the recipe of Linear.
 pub const COMPONENTS: usize = 5;
 /// The model Linear with room for that recipe.
 pub type Linear = glimpse_core::fit::Linear<{ linear_words(SAMPLES, COMPONENTS) }>;
+/// The model Linear with room for a completion of 24 components and 64 hidden units.
+pub type CompletedLinear = glimpse_core::fit::Linear<{ 4 * (24 + 64) }>;
 
 /// A made-up material: a diffuse colour, and a highlight of two widths.
 #[derive(Clone, Copy, Debug)]

@@ -8,19 +8,24 @@ use glimpse_core::scan::{Memory, Scan};
 use semihosting::{print, println};
 
 use crate::machine::{counter, stack};
-use crate::{Refused, SAMPLES, measure, residual_bits};
+use crate::{Refused, measure, residual_bits};
 
 /// Fits a model. Memory and scan lie in statics: the stack is for what is going on.
 ///
 /// # Errors
 /// If the recipe is refused.
-pub fn fit<'a, K: Fitter>(
+pub fn fit<'a, K: Fitter, const N: usize>(
     recipe: &'a [u8],
-    memory: &'a mut Memory<K, SAMPLES>,
-    place: &'a mut Option<Scan<'a, 'a, K, SAMPLES>>,
+    memory: &'a mut Memory<K, N>,
+    place: &'a mut Option<Scan<'a, 'a, K, N>>,
 ) -> Result<(), Refused> {
     stack::paint();
-    let scan = begin(recipe, memory, place)?;
+    advance(begin(recipe, memory, place)?)
+}
+
+/// Out of line, as is [`begin`]: neither's frame is there while the other one's is.
+#[inline(never)]
+fn advance<K: Fitter, const N: usize>(scan: &mut Scan<'_, '_, K, N>) -> Result<(), Refused> {
     for (index, angles) in (0..).zip(scan.recipe().pattern()) {
         scan.record(index, measure(angles)).map_err(|_| Refused)?;
     }
@@ -38,11 +43,11 @@ pub fn fit<'a, K: Fitter>(
 
 /// Out of line: what it takes of the stack is given back before anything is measured.
 #[inline(never)]
-fn begin<'a, 's, K: Fitter>(
+fn begin<'a, 's, K: Fitter, const N: usize>(
     recipe: &'a [u8],
-    memory: &'a mut Memory<K, SAMPLES>,
-    place: &'s mut Option<Scan<'a, 'a, K, SAMPLES>>,
-) -> Result<&'s mut Scan<'a, 'a, K, SAMPLES>, Refused> {
+    memory: &'a mut Memory<K, N>,
+    place: &'s mut Option<Scan<'a, 'a, K, N>>,
+) -> Result<&'s mut Scan<'a, 'a, K, N>, Refused> {
     let recipe = Recipe::parse(black_box(recipe)).map_err(|_| Refused)?;
     *place = Scan::new(recipe, memory).ok();
     place.as_mut().ok_or(Refused)
@@ -108,5 +113,21 @@ macro_rules! firmware {
         fn panic(_: &core::panic::PanicInfo<'_>) -> ! {
             semihosting::process::exit(2)
         }
+    };
+}
+
+/// A firmware that fits a model by a recipe: `fit!(model, the largest n, recipe)`.
+#[macro_export]
+macro_rules! fit {
+    ($model:ty, $samples:expr, $recipe:expr) => {
+        $crate::firmware!({
+            use glimpse_core::scan::{Memory, Scan};
+            use $crate::machine::only;
+
+            static mut MEMORY: Memory<$model, { $samples }> = Memory::new();
+            static mut SCAN: Option<Scan<'static, 'static, $model, { $samples }>> = None;
+            // SAFETY: the entry point runs once, and nothing else knows of them.
+            unsafe { $crate::report::fit($recipe, only(&raw mut MEMORY), only(&raw mut SCAN)) }
+        });
     };
 }

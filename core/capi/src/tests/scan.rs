@@ -44,7 +44,7 @@ fn describe(recipe: &[u8]) -> glimpse_recipe {
     }
 }
 
-/// All four models by one road, in one memory, with core's own bits.
+/// All models and kinds of recipes by one road, in one memory, with core's own bits.
 #[test]
 fn every_recipe_ends_in_the_same_bits_as_in_rust() {
     let mut memory = Bytes::for_scan();

@@ -8,8 +8,14 @@ use glimpse_core::geometry::Angles;
 use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::{Memory, Reading, Scan};
 
-/// The models, in the order of the examples.
-pub const MODELS: [&str; 4] = ["phong", "cook-torrance", "neural", "linear"];
+/// The recipes in the order of the examples, each with the file that it is in.
+const RECIPES: [(&str, &str); 5] = [
+    ("phong", "phong-n8.recipe"),
+    ("cook-torrance", "cook-torrance-n8.recipe"),
+    ("neural", "neural-n8.recipe"),
+    ("linear", "linear-n8.recipe"),
+    ("neural-completed", "completed/neural-n8.recipe"),
+];
 
 /// This crate's folder.
 pub fn folder() -> &'static Path {
@@ -28,19 +34,23 @@ fn read_sensor(angles: Angles<f32>) -> Reading {
     Reading::new([0.12 + highlight, 0.05 + highlight, 0.03 + 0.9 * highlight])
 }
 
-fn line(model: &str, what: &str, values: impl Iterator<Item = f32>) -> String {
+/// Where they are: those that the firmware in Rust is tried with.
+fn recipes() -> PathBuf {
+    folder().join("../../embedded-demo/recipes")
+}
+
+fn line(name: &str, what: &str, values: impl Iterator<Item = f32>) -> String {
     let bits: Vec<String> = values
         .map(|value| format!("{:08x} ", value.to_bits()))
         .collect();
-    format!("{model}.{what}={}\n", bits.concat())
+    format!("{name}.{what}={}\n", bits.concat())
 }
 
 /// What `scan.c` and `driver.c` print: the bits of the same scans by core itself.
 pub fn expected() -> [String; 2] {
     let mut printed = [String::new(), String::new()];
-    for model in MODELS {
-        let recipe = folder().join(format!("../examples/recipes/{model}-n8.recipe"));
-        let recipe = std::fs::read(recipe).unwrap();
+    for (name, file) in RECIPES {
+        let recipe = std::fs::read(recipes().join(file)).unwrap();
         let recipe = Recipe::parse(&recipe).unwrap();
         let mut memory = Memory::<AnyModel<{ linear_words(8, 5) }>, 8>::new();
         let mut scan = Scan::new(recipe, &mut memory).unwrap();
@@ -57,11 +67,11 @@ pub fn expected() -> [String; 2] {
         let [by_steps, by_driver] = &mut printed;
         let residual = fitted.residual();
         let residual = [residual.mean, residual.worst].into_iter();
-        *by_steps += &line(model, "residual", residual);
+        *by_steps += &line(name, "residual", residual);
         if let Some(brdf) = fitted.brdf(&mirror) {
-            *by_steps += &line(model, "brdf", brdf.into_iter());
+            *by_steps += &line(name, "brdf", brdf.into_iter());
         }
-        let values = line(model, "values", fitted.values());
+        let values = line(name, "values", fitted.values());
         *by_steps += &values;
         *by_driver += &values;
     }
@@ -71,7 +81,6 @@ pub fn expected() -> [String; 2] {
 /// Compiles an example; `options` name the machine and the library.
 pub fn compile(compiler: &str, platform: &str, example: &str, options: &[&str], out: &Path) {
     let examples = folder().join("examples");
-    let recipes = folder().join("../examples/recipes");
     let sources: Vec<PathBuf> = [example, platform, "recipes.S"]
         .map(|file| examples.join(file))
         .into();
@@ -81,7 +90,7 @@ pub fn compile(compiler: &str, platform: &str, example: &str, options: &[&str], 
         .arg("-ffp-contract=off")
         .arg("-I")
         .arg(folder().join("include"))
-        .arg(format!("-Wa,-I{}", recipes.display()))
+        .arg(format!("-Wa,-I{}", recipes().display()))
         .args(sources)
         .args(options)
         .arg("-o")

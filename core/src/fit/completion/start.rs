@@ -43,14 +43,18 @@ impl<S: Scalar, E: Encoding<S>> Start<'_, S, E> {
         let [first, ..] = coefficients;
         let components = first.len().max(1);
         let inputs = components.saturating_mul(3);
-        let rows = self.hidden.chunks_exact(inputs).zip(self.bias);
-        for (row, ((weights, bias), unit)) in rows.zip(units).enumerate() {
-            let mut sum = S::constant(0.0);
-            let channels = weights.chunks_exact(components);
-            for (weights, coefficients) in channels.zip(coefficients) {
-                sum = sum + dot::<S, E>(weights, coefficients);
-            }
-            *unit = tanh(scaled::<S, E>(sum, self.hidden_scales, row) + E::number(*bias));
+        let count = self.units().min(units.len());
+        let units = units.get_mut(..count).unwrap_or_default();
+        for unit in &mut *units {
+            *unit = S::constant(0.0);
+        }
+        let mut weights = self.hidden;
+        for coefficients in coefficients {
+            E::add_products(weights, inputs, self.hidden_scales, coefficients, units);
+            weights = weights.get(components..).unwrap_or_default();
+        }
+        for (unit, bias) in units.iter_mut().zip(self.bias) {
+            *unit = tanh(*unit + E::number(*bias));
         }
     }
 
@@ -61,6 +65,17 @@ impl<S: Scalar, E: Encoding<S>> Start<'_, S, E> {
         let weights = self.output.get(first..).unwrap_or_default();
         let sum = dot::<S, E>(weights, units.get(..self.units()).unwrap_or(units));
         scaled::<S, E>(sum, self.output_scales, parameter)
+    }
+
+    /// Adds that of each of some parameters, from the `first` on, to `offsets`, which are 0: in less time
+    /// than one by one.
+    #[inline(always)]
+    pub fn offsets(&self, first: usize, units: &[S], offsets: &mut [S]) {
+        let units = units.get(..self.units()).unwrap_or(units);
+        let weights = self.output.get(first.saturating_mul(self.units())..);
+        let weights = weights.unwrap_or_default();
+        let scales = self.output_scales.get(first..).unwrap_or_default();
+        E::add_products(weights, self.units(), scales, units, offsets);
     }
 }
 

@@ -3,16 +3,7 @@
 #![no_std]
 #![no_main]
 
-use glimpse_core::scan::{Memory, Scan};
-use glimpse_fits::Linear;
-use glimpse_fits::SAMPLES;
-use glimpse_fits::machine::only;
 use glimpse_fits::recipes::LINEAR;
-use glimpse_fits::report::fit;
+use glimpse_fits::{Linear, SAMPLES};
 
-glimpse_fits::firmware!({
-    static mut MEMORY: Memory<Linear, SAMPLES> = Memory::new();
-    static mut SCAN: Option<Scan<'static, 'static, Linear, SAMPLES>> = None;
-    // SAFETY: the entry point runs once, and nothing else knows of them.
-    unsafe { fit(LINEAR, only(&raw mut MEMORY), only(&raw mut SCAN)) }
-});
+glimpse_fits::fit!(Linear, SAMPLES, LINEAR);

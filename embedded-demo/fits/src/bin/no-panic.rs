@@ -356,6 +356,7 @@ fn completion() {
     let coefficients = completion.coefficients(state);
     start.activate(coefficients, units);
     black_box(start.offset(any(3), units));
+    start.offsets(any(3), units, by_state);
     let mut gradient = StartGradient {
         hidden: a,
         bias: b,
