@@ -160,14 +160,14 @@ fn what_is_required_is_missed_by_name() {
 #[test]
 fn an_unknown_kind_is_passed_over_or_refused_by_its_number() {
     let mut sections = sections_of(&written(&full()).unwrap());
-    sections.push((133, b"from the future".to_vec()));
+    sections.push((134, b"from the future".to_vec()));
     sections.push((u16::MAX, Vec::new()));
     let bytes = recipe_of(&sections);
     let recipe = Recipe::parse(&bytes).unwrap();
     assert!(recipe.statements().unwrap().materials.eq(MATERIALS));
-    let unknown = (Kind::new(133), &b"from the future"[..]);
+    let unknown = (Kind::new(134), &b"from the future"[..]);
     assert!(recipe.sections().any(|section| section == unknown));
-    assert_eq!(Kind::new(133).name(), None);
+    assert_eq!(Kind::new(134).name(), None);
 
     for kind in [5, 127] {
         let mut sections = sections.clone();
