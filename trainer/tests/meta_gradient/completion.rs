@@ -21,6 +21,7 @@ use glimpse_trainer::meta::completion::trainee::CompletionTrainee;
 use glimpse_trainer::meta::learned::Learned;
 use glimpse_trainer::meta::options::{Completing, Options, Parts};
 use glimpse_trainer::meta::outer::{Checkpoints, Outcome, Run};
+use glimpse_trainer::meta::pattern::Pattern;
 use glimpse_trainer::meta::phase::OuterStep;
 use glimpse_trainer::meta::plan::{Effort, Plan, Schedule, Weighing};
 use glimpse_trainer::meta::run::{TrainError, train};
@@ -59,6 +60,10 @@ fn with_trainee<T>(model: ModelKind, of: impl FnOnce(&CompletionTrainee<'_>, &Pl
         ModelKind::Neural => Some(&neural),
         ModelKind::Linear => None,
     };
+    let mut plan = Plan::new(Schedule::Prior, Effort::Quick, model, SAMPLES, 12);
+    for phase in &mut plan.phases {
+        (phase.steps, phase.batch, phase.outer) = (STEPS, 40, 512);
+    }
     let trainee = CompletionTrainee {
         dataset: &dataset,
         part: &part,
@@ -72,7 +77,7 @@ fn with_trainee<T>(model: ModelKind, of: impl FnOnce(&CompletionTrainee<'_>, &Pl
         weighing: Weighing::Relative,
         streams: RandomStreams { seed: 11 },
         refinement,
-        first_step_size: 0.1,
+        first_step_size: plan.first_step_size,
         auxiliary: 0.0,
         limits: Limits {
             max_theta_i: 1.4,
@@ -81,10 +86,6 @@ fn with_trainee<T>(model: ModelKind, of: impl FnOnce(&CompletionTrainee<'_>, &Pl
         },
         pattern: None,
     };
-    let mut plan = Plan::new(Schedule::Prior, Effort::Quick, model, SAMPLES, 12);
-    for phase in &mut plan.phases {
-        (phase.steps, phase.batch, phase.outer) = (STEPS, 40, 512);
-    }
     of(&trainee, &plan)
 }
 
@@ -100,6 +101,13 @@ fn gradient_is_that_of_the_loss(model: ModelKind) {
         let mut values = trainee.first_values(0);
         // A start that hears of the readings: steps by themselves jump where a sample changes sides.
         values.start.iter_mut().for_each(|weight| *weight *= 5.0);
+        // All samples where the arms get to: the barrier is in the gradient and not in the loss.
+        for logits in values.pattern.chunks_mut(3) {
+            logits[0] -= 1.0;
+            logits[1] -= 1.0;
+        }
+        let pattern = Pattern::within(&values.pattern, trainee.limits);
+        assert!(pattern.valid().iter().all(|valid| *valid));
         let mut compared = 0;
         for group in [0, 1, 3, 4, PATTERN] {
             // With a place, a descent's steps jump: where a sample changes sides. That is what they are
