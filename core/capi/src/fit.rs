@@ -109,6 +109,28 @@ pub unsafe extern "C" fn glimpse_fitted_residual(
     }))
 }
 
+/// The loss that the last fit is likely to have, by its readings: an error bar for this material, where
+/// the recipe predicts one, as those that complete readings do.
+///
+/// @param scan  The scan.
+/// @param loss  The mean of ln(1 + f cos(theta_i)) that is likely to be missed; NAN if the recipe
+///              predicts none.
+/// @return GLIMPSE_STATUS_NOT_FITTED if no fit has ended since the last reading.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn glimpse_fitted_predicted_loss(
+    scan: *const glimpse_scan,
+    loss: *mut f32,
+) -> glimpse_status {
+    // SAFETY: C keeps the contract in the header.
+    let (scan, out) = unsafe { (shared(scan.cast::<CScan>()), Out::new(loss)) };
+    status(scan.and_then(|scan| {
+        let fitted = scan.fitted().ok_or(glimpse_status::NotFitted);
+        let out = out?;
+        out.put(fitted?.predicted_loss().unwrap_or(f32::NAN));
+        Ok(())
+    }))
+}
+
 /// The fitted material's BRDF.
 ///
 /// @param scan        The scan.

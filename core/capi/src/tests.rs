@@ -97,8 +97,8 @@ pub(crate) fn record_all(scan: *mut glimpse_scan) -> usize {
     count
 }
 
-/// What core itself makes of the same readings.
-pub(crate) fn values_by_core(recipe: &[u8]) -> Vec<u32> {
+/// What core itself makes of the same readings: the values' bits, and the loss that is predicted.
+pub(crate) fn fitted_by_core(recipe: &[u8]) -> (Vec<u32>, Option<f32>) {
     use glimpse_core::recipe::Recipe;
     use glimpse_core::scan::Scan;
 
@@ -110,7 +110,13 @@ pub(crate) fn values_by_core(recipe: &[u8]) -> Vec<u32> {
     let mut fit = scan.fit().unwrap();
     while !fit.advance(u32::MAX).is_complete() {}
     let fitted = fit.finish().unwrap();
-    fitted.values().map(f32::to_bits).collect()
+    let values = fitted.values().map(f32::to_bits).collect();
+    (values, fitted.predicted_loss())
+}
+
+/// The values alone.
+pub(crate) fn values_by_core(recipe: &[u8]) -> Vec<u32> {
+    fitted_by_core(recipe).0
 }
 
 pub(crate) static MIRROR: glimpse_directions = glimpse_directions {

@@ -11,11 +11,13 @@ use super::{fail, succeed};
 
 const TEST: &str = "procedural:3:9";
 
-fn train(directory: &Path, model: &str, samples: &str, seed: &str, out: &str) {
+fn train(directory: &Path, [model, schedule]: [&str; 2], samples: &str, seed: &str, out: &str) {
     let arguments = [
         "train",
         "--model",
         model,
+        "--schedule",
+        schedule,
         "--samples",
         samples,
         "--data",
@@ -54,8 +56,8 @@ fn one_compact_basis_serves_every_n() {
         let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
         succeed(directory, &arguments)
     };
-    train(directory, "linear", "2", "0", "n2.recipe");
-    train(directory, "linear", "4", "0", "n4.recipe");
+    train(directory, ["linear", "joint"], "2", "0", "n2.recipe");
+    train(directory, ["linear", "joint"], "4", "0", "n4.recipe");
     run(&export("n2.recipe", "compact.basis"));
     run(&export("n4.recipe", "again.basis"));
     assert_eq!(read("compact.basis"), read("again.basis"));
@@ -77,6 +79,23 @@ fn one_compact_basis_serves_every_n() {
         );
     }
 
+    // By schedule prior coefficients are of another scale: the basis is another one, for every n too.
+    train(directory, ["linear", "prior"], "2", "0", "p2.recipe");
+    train(directory, ["linear", "prior"], "3", "0", "p3.recipe");
+    run(&export("p2.recipe", "prior.basis"));
+    run(&export("p3.recipe", "again.basis"));
+    assert_eq!(read("prior.basis"), read("again.basis"));
+    let whole = loss(directory, &["--recipe", "p3.recipe"]);
+    let compact = loss(
+        directory,
+        &["--recipe", "p3.recipe", "--basis", "prior.basis"],
+    );
+    println!("p3.recipe: {whole:.5} by the whole basis, {compact:.5} by the compact one");
+    assert!(
+        compact != whole && (compact - whole).abs() < 0.1 * whole,
+        "{compact}, {whole}"
+    );
+
     // Fewer components, when asked for.
     let mut fewer = export("n2.recipe", "fewer.basis");
     fewer.extend(["--components", "3"].map(str::to_owned));
@@ -85,7 +104,7 @@ fn one_compact_basis_serves_every_n() {
     assert_eq!(Basis::parse(&bytes).map(|basis| basis.components()), Ok(3));
 
     // Another seed shuffles the materials, and has a basis of its own.
-    train(directory, "linear", "2", "1", "other.recipe");
+    train(directory, ["linear", "joint"], "2", "1", "other.recipe");
     let arguments = [
         "evaluate",
         "--recipe",
@@ -155,7 +174,7 @@ fn one_compact_basis_serves_every_n() {
 fn a_compact_basis_is_for_linear() {
     let scratch = tempfile::tempdir().expect("a temporary directory");
     let directory = scratch.path();
-    train(directory, "phong", "1", "0", "phong.recipe");
+    train(directory, ["phong", "joint"], "1", "0", "phong.recipe");
     let message = fail(
         directory,
         &["export", "phong.recipe", "--format", "basis", "--out", "x"],

@@ -3,10 +3,10 @@
 use core::ptr::{null, null_mut};
 use std::vec;
 
-use super::{Bytes, MIRROR, RECIPES, begin, reading, record_all, values_by_core};
+use super::{Bytes, MIRROR, RECIPES, begin, fitted_by_core, reading, record_all, values_by_core};
 use crate::fit::{
     glimpse_fit_advance, glimpse_fit_begin, glimpse_fit_finish, glimpse_fitted_brdf,
-    glimpse_fitted_residual, glimpse_fitted_values,
+    glimpse_fitted_predicted_loss, glimpse_fitted_residual, glimpse_fitted_values,
 };
 use crate::recipe::glimpse_recipe_describe;
 use crate::scan::{
@@ -48,6 +48,7 @@ fn describe(recipe: &[u8]) -> glimpse_recipe {
 #[test]
 fn every_recipe_ends_in_the_same_bits_as_in_rust() {
     let mut memory = Bytes::for_scan();
+    let mut predicting = 0;
     for recipe in RECIPES {
         let (status, scan) = begin(&mut memory, recipe);
         assert_eq!(status, Status::Ok);
@@ -61,7 +62,16 @@ fn every_recipe_ends_in_the_same_bits_as_in_rust() {
         }
         assert_eq!(again, residual);
 
-        let expected = values_by_core(recipe);
+        let (expected, predicted) = fitted_by_core(recipe);
+        let mut loss = 0.0;
+        unsafe {
+            assert_eq!(
+                glimpse_fitted_predicted_loss(scan, &raw mut loss),
+                Status::Ok
+            );
+        }
+        assert_eq!(loss.to_bits(), predicted.unwrap_or(f32::NAN).to_bits());
+        predicting += usize::from(predicted.is_some());
         assert_eq!(expected.len(), usize::from(described.values));
         let mut values = vec![f32::NAN; expected.len() + 1];
         let mut count = 0;
@@ -92,6 +102,7 @@ fn every_recipe_ends_in_the_same_bits_as_in_rust() {
             assert!(brdf.iter().all(|value| value.is_finite() && *value >= 0.0));
         }
     }
+    assert!(predicting > 0 && predicting < RECIPES.len());
 }
 
 #[test]

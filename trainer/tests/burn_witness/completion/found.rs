@@ -7,7 +7,7 @@ use glimpse_core::fit::completion::{
 };
 use glimpse_core::numeric::Scalar;
 use glimpse_kernels::Dual;
-use glimpse_kernels::completion::{Batch, Weights};
+use glimpse_kernels::completion::{Batch, CompletionWeights};
 
 use super::Outcome;
 use super::case::{Case, Packed};
@@ -155,7 +155,7 @@ pub(super) fn side_by_side(case: &Case) -> Outcome {
     };
     let (completing, starting) = case.weights.split_at(3);
     let (completing, starting) = (narrow(completing), narrow(starting));
-    let weights = Weights {
+    let weights = CompletionWeights {
         shape: size,
         completion: &completing,
         start: &starting,
