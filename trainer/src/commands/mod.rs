@@ -87,8 +87,12 @@ impl PriorArgs {
     pub(crate) fn refuse_for_schedule(self, schedule: &str) -> anyhow::Result<()> {
         match (self.bases, self.eta) {
             (None, None) => Ok(()),
-            (Some(_), _) => bail!("--bases has no effect with --schedule {schedule}"),
-            (None, Some(_)) => bail!("--eta has no effect with --schedule {schedule}"),
+            (Some(_), _) => {
+                bail!("--bases has no effect with --schedule {schedule}: it is for joint and paper")
+            }
+            (None, Some(_)) => {
+                bail!("--eta has no effect with --schedule {schedule}: it is for joint and paper")
+            }
         }
     }
 

@@ -86,14 +86,14 @@ fn one_compact_basis_serves_every_n() {
     run(&export("p3.recipe", "again.basis"));
     assert_eq!(read("prior.basis"), read("again.basis"));
     let whole = loss(directory, &["--recipe", "p3.recipe"]);
-    let compact = loss(
+    let by_compact = loss(
         directory,
         &["--recipe", "p3.recipe", "--basis", "prior.basis"],
     );
-    println!("p3.recipe: {whole:.5} by the whole basis, {compact:.5} by the compact one");
+    println!("p3.recipe: {whole:.5} by the whole basis, {by_compact:.5} by the compact one");
     assert!(
-        compact != whole && (compact - whole).abs() < 0.1 * whole,
-        "{compact}, {whole}"
+        by_compact != whole && (by_compact - whole).abs() < 0.1 * whole,
+        "{by_compact}, {whole}"
     );
 
     // Fewer components, when asked for.

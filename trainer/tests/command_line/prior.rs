@@ -1,5 +1,6 @@
 //! Schedule prior, as a user meets it.
 
+use glimpse_core::recipe::Recipe;
 use serde_json::Value;
 
 use super::{fail, succeed};
@@ -10,15 +11,7 @@ fn a_recipe_that_completes_is_trained_shown_exported_and_judged() {
     let directory = scratch.path();
     for model in ["linear", "phong"] {
         let name = format!("{model}.recipe");
-        let train = [
-            "train",
-            "--model",
-            model,
-            "--samples",
-            "3",
-            "--schedule",
-            "prior",
-        ];
+        let train = ["train", "--model", model, "--samples", "3"];
         let rest = [
             "--effort",
             "brief",
@@ -26,6 +19,14 @@ fn a_recipe_that_completes_is_trained_shown_exported_and_judged() {
             "procedural:12",
             "--missing",
             "0.5",
+            "--noise",
+            "0.02",
+            "--additive",
+            "0.01",
+            "--max-theta-i",
+            "70",
+            "--min-separation",
+            "10",
         ];
         let arguments = [&train[..], &rest, &["--out", &name]].concat();
         succeed(directory, &arguments);
@@ -35,7 +36,9 @@ fn a_recipe_that_completes_is_trained_shown_exported_and_judged() {
             "(completed)",
             "3; any reading may be missing",
             "24 components, 64 hidden units",
-            "missing readings 0.5, noise 0, procedural 0.15",
+            "missing readings 0.5, noise 0.02 and 0.01 of white, procedural 0.15, theta_i to 70.0",
+            "theta_i to 70.0, theta_o to 90.0, 10.0 apart (degrees)",
+            "found on 12 materials of procedural:12 that it was trained on, each by what was trained without it",
         ] {
             assert!(shown.contains(part), "{part} in {shown}");
         }
@@ -77,6 +80,32 @@ fn a_recipe_that_completes_is_trained_shown_exported_and_judged() {
         assert_eq!(verdict["method"], "completed");
         let loss = verdict["loss"].as_f64().expect("a loss");
         assert!((0.001..0.06).contains(&loss), "{model}: {loss}");
+
+        // What is predicted stands beside it, and is another loss from fewer readings.
+        let predicted = |verdict: &Value| {
+            let each = verdict["materials"][0]["predicted_loss"].as_f64();
+            let mean = verdict["prediction"]["loss"].as_f64();
+            [each, mean].map(|loss| loss.expect("a loss"))
+        };
+        let few = [&evaluate[..], &["--first", "2", "--noise", "0.02"]].concat();
+        let few: Value = serde_json::from_str(&succeed(directory, &few)).expect("it is JSON");
+        for (all, few) in predicted(&verdict).into_iter().zip(predicted(&few)) {
+            assert!((0.0005..0.1).contains(&all) && all != few, "{all} {few}");
+        }
+        assert_ne!(few["loss"], verdict["loss"]);
+        assert_eq!((&verdict["seeds"], &few["seeds"]), (&1.into(), &5.into()));
+        let text = succeed(directory, &evaluate[..evaluate.len() - 1]);
+        assert!(
+            text.contains("predicted loss") && text.contains("from the readings have a mean of")
+        );
+
+        // All of its directions are where the machine gets to.
+        let recipe = std::fs::read(directory.join(&name)).expect("it was written");
+        let recipe = Recipe::parse(&recipe).expect("it is a recipe");
+        let limits = recipe.statements().expect("they make sense").limits;
+        let limits = limits.expect("they are stated");
+        assert_eq!(recipe.out_of_reach(&limits), None);
+        assert!((limits.min_separation.to_degrees() - 10.0).abs() < 1e-4);
     }
 }
 
@@ -94,20 +123,32 @@ fn options_of_schedule_prior_are_refused_where_they_have_no_effect() {
     ];
     for (arguments, expected) in [
         (
-            &["--missing", "0.5"][..],
+            &["--schedule", "joint", "--missing", "0.5"][..],
             "--missing has no effect: it is for --schedule prior",
         ),
         (
-            &["--noise", "0.02"],
+            &["--schedule", "paper", "--noise", "0.02"],
             "--noise has no effect: it is for --schedule prior",
         ),
         (
-            &["--procedural", "0"],
+            &["--schedule", "joint", "--procedural", "0"],
             "--procedural has no effect: it is for --schedule prior",
         ),
         (
-            &["--schedule", "prior", "--bases", "5"],
-            "--bases has no effect with --schedule prior",
+            &["--schedule", "joint", "--max-theta-o", "80"],
+            "--max-theta-o has no effect: it is for --schedule prior",
+        ),
+        (
+            &["--bases", "5"],
+            "--bases has no effect with --schedule prior: it is for joint and paper",
+        ),
+        (
+            &["--max-theta-i", "20", "--min-separation", "50"],
+            "--min-separation must be at most twice the lesser of",
+        ),
+        (
+            &["--max-theta-i", "120"],
+            "--max-theta-i must be 0 to 90, not 120",
         ),
         (
             &["--schedule", "prior", "--missing", "1.5"],
@@ -117,4 +158,59 @@ fn options_of_schedule_prior_are_refused_where_they_have_no_effect() {
         let message = fail(scratch.path(), &[&train[..], arguments].concat());
         assert!(message.contains(expected), "{message}");
     }
+}
+
+#[test]
+fn readings_are_lost_where_a_recipe_can_do_without_them() {
+    let scratch = tempfile::tempdir().expect("a temporary directory");
+    let recipe = |name: &str| {
+        let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../embedded-demo/recipes/");
+        format!("{folder}{name}")
+    };
+    let (all, masked) = (
+        recipe("completed/phong-n8.recipe"),
+        recipe("masked/neural-n16.recipe"),
+    );
+    for (recipe, arguments, expected) in [
+        (
+            &all,
+            &["--first", "4"][..],
+            "the recipe needs all of its readings: train one with --missing 0.5",
+        ),
+        (
+            &all,
+            &["--lose", "1"],
+            "the recipe needs all of its readings",
+        ),
+        (
+            &masked,
+            &["--first", "2", "--lose", "2"],
+            "--lose 2 of --first 2 leaves nothing to fit",
+        ),
+        (
+            &masked,
+            &["--method", "meta", "--noise", "0.1"],
+            "--first, --lose, --noise and --additive have no effect with --method meta",
+        ),
+    ] {
+        let evaluate = ["evaluate", "--recipe", recipe, "--test", "procedural:2:9"];
+        let message = fail(scratch.path(), &[&evaluate[..], arguments].concat());
+        assert!(message.contains(expected), "{message}");
+    }
+    let loss = |arguments: &[&str]| {
+        let evaluate = [
+            "evaluate",
+            "--recipe",
+            &masked,
+            "--test",
+            "procedural:4:9",
+            "--json",
+        ];
+        let verdict = succeed(scratch.path(), &[&evaluate[..], arguments].concat());
+        let verdict: Value = serde_json::from_str(&verdict).expect("it is JSON");
+        verdict["loss"].as_f64().expect("a loss")
+    };
+    let [all, eight, one] = [&[][..], &["--first", "8"], &["--first", "1"]].map(loss);
+    println!("16 readings {all:.4}, 8 {eight:.4}, 1 {one:.4}");
+    assert!(all < eight && eight < one && one < 0.1);
 }
