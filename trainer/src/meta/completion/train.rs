@@ -75,7 +75,10 @@ pub fn train(
     let whole = Part::whole(&dataset, COMPONENTS);
     let (trainee, Outcome { expected, values }) = session.run(&whole, plan, None, 0)?;
     let shape = trainee.shape;
+    let own: Vec<usize> = (0..dataset.own).collect();
+    let of_all = trainee.losses_of_materials(&values, &own);
     let mut witnesses = Vec::new();
+    let mut seen = Level::default();
     for (index, fold) in folds.iter().enumerate() {
         let part = Part::without(&dataset, COMPONENTS, fold);
         let (without, outcome) =
@@ -95,8 +98,17 @@ pub fn train(
                 fold: index,
             }));
         };
+        let others = own.iter().copied().filter(|index| !fold.contains(index));
+        let others: Vec<usize> = others.collect();
+        seen.add(
+            others.iter().map(|index| of_all[*index]),
+            without.losses_of_materials(&outcome.values, &others),
+        );
         testify(&plain, without.held_out(&outcome.values), true);
         testify(&varied, without.losses_of(&outcome.values, &varied), false);
+    }
+    for witness in &mut witnesses {
+        witness.loss *= seen.ratio();
     }
     let promise = promise(expected, &witnesses);
     let prediction = Prediction::new(witnesses.iter()).map(|prediction| LearnedPrediction {
@@ -131,6 +143,28 @@ pub fn train(
         promise,
         materials: identities,
     })
+}
+
+/// How much less the whole training loses than shorter ones of folds do, on materials that both saw: what
+/// losses of those that folds did not see are multiplied by.
+#[derive(Default)]
+struct Level {
+    of_all: f32,
+    of_folds: f32,
+}
+
+impl Level {
+    fn add(&mut self, of_all: impl Iterator<Item = f32>, of_fold: Vec<f32>) {
+        self.of_all += of_all.sum::<f32>();
+        self.of_folds += of_fold.iter().sum::<f32>();
+    }
+
+    fn ratio(&self) -> f32 {
+        match self.of_folds > 0.0 {
+            true => self.of_all / self.of_folds,
+            false => 1.0,
+        }
+    }
 }
 
 /// Variations of a fold's materials.

@@ -346,10 +346,26 @@ impl<'a> CompletionTrainee<'a> {
 
     /// The materials that it is judged on, as they are, at fresh directions.
     fn judged(&self, values: &Groups<Vec<f32>>, refines: Option<&dyn Refinement>) -> Vec<Judged> {
+        self.plain(values, &self.part.judged, refines)
+    }
+
+    /// The loss of other materials that are learned from, as they are, at fresh directions.
+    #[must_use]
+    pub fn losses_of_materials(&self, values: &Groups<Vec<f32>>, materials: &[usize]) -> Vec<f32> {
+        let judged = self.plain(values, materials, self.refinement);
+        judged.iter().map(|each| each.loss).collect()
+    }
+
+    fn plain(
+        &self,
+        values: &Groups<Vec<f32>>,
+        materials: &[usize],
+        refines: Option<&dyn Refinement>,
+    ) -> Vec<Judged> {
         let by = self.applied(values, self.reachable(values));
         let at = self.fresh();
         let plain = |material: &usize| Task::plain(*material, self.shape.samples, at.pool.octets());
-        let tasks: Vec<Task> = self.part.judged.iter().map(plain).collect();
+        let tasks: Vec<Task> = materials.iter().map(plain).collect();
         self.losses(&by, &tasks, refines, at)
     }
 }
