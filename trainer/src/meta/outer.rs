@@ -182,7 +182,7 @@ impl Run<'_> {
                 state.optimization = state
                     .optimization
                     .restore(found.record)
-                    .ok_or_else(|| CheckpointError::Damaged(path))?;
+                    .ok_or(CheckpointError::Damaged(path))?;
             }
         }
         Ok(state)
