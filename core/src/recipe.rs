@@ -111,7 +111,12 @@ impl<'a> Recipe<'a> {
         let mut writer = Writer::new(buffer);
         writer.ingredients(ingredients)?;
         let bytes = writer.finish()?;
-        Recipe::parse(bytes)?.statements()?;
+        let recipe = Recipe::parse(bytes)?;
+        recipe.statements()?;
+        // Of other learners it would say nothing. (A reader passes over it.)
+        if ingredients.prediction.is_some() && recipe.completed().is_none() {
+            return Err(RecipeError::Missing(Kind::COMPLETION));
+        }
         Ok(bytes)
     }
 

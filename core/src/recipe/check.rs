@@ -6,7 +6,6 @@ use super::format::{MAX_COMPONENTS, MAX_INNER_STEPS, MAX_SAMPLES};
 use super::ingredients::{
     PackedCompletion, PackedDescent, PackedLearner, PackedRidge, PackedStart,
 };
-use super::kind::Kind;
 use crate::fit::completion::Completion;
 use crate::fit::ridge::Problem;
 use crate::fit::{
@@ -55,9 +54,6 @@ pub(super) fn learner<'a>(
     samples: usize,
 ) -> Result<Learner<'a>, RecipeError> {
     match packed {
-        PackedLearner::Descent(_) | PackedLearner::Ridge(_) if prediction.is_some() => {
-            Err(RecipeError::Missing(Kind::COMPLETION))
-        }
         PackedLearner::Descent(packed) => descent(packed).map(Learner::Descent),
         PackedLearner::Ridge(packed) => ridge(packed, samples).map(Learner::Ridge),
         PackedLearner::Completed(packed, then) => {
