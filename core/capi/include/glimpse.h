@@ -894,6 +894,18 @@ glimpse_status glimpse_fitted_residual(const struct glimpse_scan *scan,
                                        struct glimpse_residual *residual);
 
 /**
+ * The loss that the last fit is likely to have, by its readings: an error bar for this material, where
+ * the recipe predicts one, as those that complete readings do.
+ *
+ * @param scan  The scan.
+ * @param loss  The mean of ln(1 + f cos(theta_i)) that is likely to be missed; NAN if the recipe
+ *              predicts none.
+ * @return GLIMPSE_STATUS_NOT_FITTED if no fit has ended since the last reading.
+ */
+glimpse_status glimpse_fitted_predicted_loss(const struct glimpse_scan *scan,
+                                             float *loss);
+
+/**
  * The fitted material's BRDF.
  *
  * @param scan        The scan.
