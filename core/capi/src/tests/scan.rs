@@ -3,7 +3,7 @@
 use core::ptr::{null, null_mut};
 use std::vec;
 
-use super::{Bytes, MIRROR, RECIPES, begin, fitted_by_core, reading, record_all, values_by_core};
+use super::{Bytes, MIRROR, RECIPES, begin, fitted_by_core, reading, record_all};
 use crate::fit::{
     glimpse_fit_advance, glimpse_fit_begin, glimpse_fit_finish, glimpse_fitted_brdf,
     glimpse_fitted_predicted_loss, glimpse_fitted_residual, glimpse_fitted_values,
