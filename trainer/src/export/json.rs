@@ -16,7 +16,8 @@ use serde_json::{Value, json};
 /// if there is none). Where readings are completed, `completion`: for each sample the weights `own`,
 /// `mean` and `missing` of m + h rows, `bias` (m + h), `output` (m rows of h), and `centre` (n) and
 /// `scale` of what enters; for Linear besides the basis (n rows of m), for a descent `start`: `hidden`
-/// (g rows of 3 m), `bias` (g) and `output` (a row of g for each parameter).
+/// (g rows of 3 m), `bias` (g) and `output` (a row of g for each parameter); and `prediction`, from the
+/// channels' mean coefficients to the logarithm of the likely loss (1 + m, null if there is none).
 ///
 /// # Errors
 /// If what it states about itself makes no sense.
@@ -99,6 +100,8 @@ fn add_descent(value: &mut Value, descent: &Descent<'_>) {
 }
 
 fn add_completed(value: &mut Value, completed: &Completed<'_>) {
+    let prediction = Some(completed.prediction()).filter(|list| !list.is_empty());
+    value["prediction"] = json!(prediction.map(list));
     let completion = completed.completion();
     let (rows, components) = (completion.rows(), completion.components);
     // Each weight is multiplied by the scale of its row: what comes out is what enters the fit.

@@ -55,6 +55,7 @@ fn a_recipe_that_completes_is_trained_shown_exported_and_judged() {
         assert_eq!(length(&completion["readings"]), 3);
         assert_eq!(length(&completion["readings"][0]["missing"]), 88);
         assert_eq!(length(&completion["output"]), 24);
+        assert_eq!(length(&value["prediction"]), 25);
         match model {
             "phong" => assert_eq!(length(&value["start"]["output"]), 7),
             _ => assert_eq!(length(&value["basis"]), 3),
