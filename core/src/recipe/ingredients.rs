@@ -212,7 +212,8 @@ pub struct Noise {
     pub multiplicative: f32,
     /// Standard deviation besides, in sr^-1 (of the BRDF, not times the cosine), none negative.
     pub additive: f32,
-    /// Levels that the sensor tells apart; 0 if quantisation was left out of account.
+    /// Levels that the sensor tells apart between darkness and a white surface (of BRDF 1/pi) that faces
+    /// the light; 0 if quantisation was left out of account.
     pub levels: u32,
 }
 

@@ -22,6 +22,10 @@ pub(crate) struct CompletingArgs {
     /// 1 % [default: 0]
     #[arg(long, value_name = "S")]
     additive: Option<f32>,
+    /// Schedule prior: how many levels the sensor tells apart between darkness and a white surface that
+    /// faces the light [default: 0, which leaves them out of account]
+    #[arg(long, value_name = "COUNT")]
+    levels: Option<u32>,
     /// Schedule prior: the share of procedural materials among those trained on, 0 to below 1
     /// [default: 0.15]
     #[arg(long, value_name = "SHARE")]
@@ -62,10 +66,14 @@ impl CompletingArgs {
                 bail!("{name} must be 0 to {most}, not {value}");
             }
         }
+        if self.levels.is_some() && schedule != Schedule::Prior {
+            bail!("--levels has no effect: it is for --schedule prior");
+        }
         Ok(Completing {
             missing: self.missing.unwrap_or(default.missing),
             noise: self.noise.unwrap_or(default.noise),
             additive: self.additive.unwrap_or(default.additive),
+            levels: self.levels.unwrap_or(default.levels),
             procedural: self.procedural.unwrap_or(default.procedural),
             limits: self.limits()?,
         })

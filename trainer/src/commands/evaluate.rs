@@ -103,6 +103,9 @@ pub(crate) struct Evaluate {
     /// The noise besides, as a share of a white surface, whose BRDF is 1/pi: 0.01 is 1 %
     #[arg(long, value_name = "S", requires = "recipe", value_parser = numbers::share)]
     additive: Option<f32>,
+    /// How many levels the sensor tells apart between darkness and a white surface that faces the light
+    #[arg(long, value_name = "COUNT", requires = "recipe")]
+    levels: Option<u32>,
     /// Repetitions of what is random: methods, and readings that are lost or noisy [default: 5]
     #[arg(long, allow_negative_numbers = true, value_parser = numbers::seeds)]
     seeds: Option<u64>,
@@ -204,7 +207,7 @@ impl Evaluate {
         }
         if name == MethodName::Meta && self.readings() != Readings::default() {
             bail!(
-                "--first, --lose, --noise and --additive have no effect with --method meta: they are \
+                "--first, --lose, --noise, --additive and --levels have no effect with --method meta: they are \
                  for a recipe's own readings"
             );
         }
@@ -285,6 +288,7 @@ impl Evaluate {
             lost: self.lose.unwrap_or(0),
             noise: self.noise.unwrap_or(0.0),
             additive: self.additive.unwrap_or(0.0),
+            levels: self.levels.unwrap_or(0),
         }
     }
 
@@ -315,6 +319,7 @@ impl Evaluate {
             },
             prior: self.prior.or(Prior::LEARNED)?,
             completing: Completing::default(),
+            portions: Vec::new(),
             seed,
             checkpoints: None,
         };
@@ -322,7 +327,7 @@ impl Evaluate {
         let learned = train_with_progress(&options, load(&train)?)?;
         let basis = learned.basis().map(Basis::from_bytes).transpose();
         let basis = basis.map_err(|what| anyhow!("the basis: {what}"))?;
-        Ok((recipe_of(&learned, &options, &train)?, basis))
+        Ok((recipe_of(&learned, &options, train.label())?, basis))
     }
 }
 

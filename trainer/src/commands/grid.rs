@@ -8,6 +8,7 @@ use anyhow::{Context, bail};
 use clap::ValueEnum;
 use glimpse_core::model::ModelKind;
 use glimpse_trainer::files::write_whole;
+use glimpse_trainer::material::Sources;
 use glimpse_trainer::report::{Best, Cell, Column, Compare, Table};
 
 use super::lock::Lock;
@@ -15,7 +16,7 @@ use super::message::message;
 use super::output::make_out;
 use super::progress::{catch_interrupts, interrupted};
 use super::train::{Found, Job, Train};
-use super::{ModelName, load, print};
+use super::{ModelName, load_all, print};
 
 /// One recipe of the grid.
 struct Row {
@@ -42,7 +43,8 @@ pub(crate) fn run(train: &Train, seed: u64) -> anyhow::Result<()> {
     };
     make_out(&train.out)?;
     let _lock = Lock::within(&train.out)?;
-    let materials = load(&train.data)?.len();
+    let sources = train.sources()?;
+    let materials = load_all(&sources)?.0.len();
     let csv = train.out.join("grid.csv");
     let mut rows = Vec::new();
     let known = seconds_of(&csv);
@@ -70,8 +72,8 @@ pub(crate) fn run(train: &Train, seed: u64) -> anyhow::Result<()> {
         let out = train.out.join(format!("{name}-n{samples}.recipe"));
         let begin = Instant::now();
         let outcome = train
-            .job(model, samples, out, seed)
-            .and_then(|job| finish(&job, train, materials));
+            .job(model, samples, out, sources.label(), seed)
+            .and_then(|job| finish(&job, train, &sources, materials));
         if interrupted() {
             bail!("stopped at {name}, n = {samples}; repeat the command to go on");
         }
@@ -102,7 +104,12 @@ pub(crate) fn run(train: &Train, seed: u64) -> anyhow::Result<()> {
 
 /// Trains a recipe if it is not there; returns the loss that it promises, and true if it was
 /// trained.
-fn finish(job: &Job<'_>, train: &Train, materials: usize) -> anyhow::Result<(f32, bool)> {
+fn finish(
+    job: &Job,
+    train: &Train,
+    sources: &Sources,
+    materials: usize,
+) -> anyhow::Result<(f32, bool)> {
     let _locks = job.lock()?;
     match job.find(materials) {
         Found::Done(expected_loss) => {
@@ -115,7 +122,7 @@ fn finish(job: &Job<'_>, train: &Train, materials: usize) -> anyhow::Result<(f32
         }
         found => {
             job.refuse_to_lose(&found, true, train.force)?;
-            let file = job.train(train.data.load()?, true)?;
+            let file = job.train(sources.load()?, true)?;
             let expected_loss = file.recipe()?.expected_loss();
             Ok((expected_loss.context("the recipe promises nothing")?, true))
         }

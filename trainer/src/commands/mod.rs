@@ -33,7 +33,7 @@ use glimpse_core::model::ModelKind;
 use glimpse_trainer::export::RecipeFile;
 use glimpse_trainer::linear::{Basis, Prior};
 
-use glimpse_trainer::material::{Material, Source};
+use glimpse_trainer::material::{Joined, Material, Source, Sources};
 use glimpse_trainer::render::Environment;
 pub(crate) use output::write_file;
 
@@ -146,6 +146,12 @@ pub(crate) fn load(source: &Source) -> anyhow::Result<Vec<Box<dyn Material>>> {
         more => eprintln!("{} materials from {source}", more.len()),
     }
     Ok(materials)
+}
+
+/// Loads the materials of several sources, and says so.
+pub(crate) fn load_all(sources: &Sources) -> anyhow::Result<Joined> {
+    let lists = sources.each().iter().map(load);
+    Ok(sources.join(lists.collect::<Result<_, _>>()?)?)
 }
 
 /// The light of spheres: a panorama, or the studio.

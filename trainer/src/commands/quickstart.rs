@@ -66,7 +66,7 @@ impl Quickstart {
         }
         let _lock = Lock::within(&self.out)?;
         let source = Source(format!("procedural:{TRAINING}:{seed}"));
-        let found = found_at(&recipe, &completing(seed), &source, TRAINING);
+        let found = found_at(&recipe, &completing(seed), source.label(), TRAINING);
         if let (Found::Other(what), false) = (found, self.force) {
             bail!("{what}: give --force to replace it, or another --out");
         }
@@ -140,6 +140,7 @@ fn options(seed: u64, parts: Parts) -> Options {
         parts,
         prior: Prior::LEARNED,
         completing: Completing::default(),
+        portions: Vec::new(),
         seed,
         checkpoints: None,
     }
@@ -165,7 +166,7 @@ fn completing(seed: u64) -> Options {
 
 fn learn(source: &Source, options: &Options) -> anyhow::Result<RecipeFile> {
     let learned = train_with_progress(options, load(source)?)?;
-    Ok(recipe_of(&learned, options, source)?)
+    Ok(recipe_of(&learned, options, source.label())?)
 }
 
 /// The method's name as the paper writes it.

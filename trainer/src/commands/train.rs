@@ -9,7 +9,7 @@ use glimpse_core::model::ModelKind;
 use glimpse_trainer::export::{RecipeFile, options_of, provenance, recipe_of, schedule_of};
 use glimpse_trainer::files::{is_stream, try_write};
 use glimpse_trainer::linear::{Basis, Prior};
-use glimpse_trainer::material::{Material, Source};
+use glimpse_trainer::material::{Joined, Portion, Source, Sources};
 use glimpse_trainer::meta::checkpoint::Checkpoint;
 use glimpse_trainer::meta::options::{Options, Parts};
 use glimpse_trainer::meta::outer::Checkpoints;
@@ -20,7 +20,7 @@ use super::lock::Lock;
 use super::output::write_file_forced;
 use super::progress::train_with_progress;
 use super::promise::promise;
-use super::{ModelName, PriorArgs, load, numbers};
+use super::{ModelName, PriorArgs, load_all, numbers};
 
 /// Train a recipe on materials, or many with --grid.
 ///
@@ -67,9 +67,18 @@ pub(crate) struct Train {
         required_unless_present = "grid"
     )]
     pub(super) samples: Vec<usize>,
-    /// Materials to train on
+    /// Materials to train on; may be given several times
     #[arg(long, default_value = "procedural:100")]
-    pub(super) data: Source,
+    data: Vec<Source>,
+    /// Schedule prior, several --data: in what proportion training takes materials of each, as 3,1
+    /// [default: all materials alike]
+    #[arg(
+        long,
+        value_name = "SHARE",
+        value_delimiter = ',',
+        allow_negative_numbers = true
+    )]
+    share: Vec<f32>,
     /// The recipe file to write; in a grid the directory
     #[arg(long, short)]
     pub(super) out: PathBuf,
@@ -108,16 +117,17 @@ fn seconds(text: &str) -> Result<Duration, String> {
 impl Train {
     pub(crate) fn run(&self, seed: u64) -> anyhow::Result<()> {
         self.prior.refuse_for_others(&self.model)?;
+        let sources = self.sources()?;
         let (&[model], &[samples]) = (&self.model[..], &self.samples[..]) else {
             bail!("several models, or several numbers of samples, take --grid");
         };
-        let job = self.job(model, samples, self.out.clone(), seed)?;
+        let job = self.job(model, samples, self.out.clone(), sources.label(), seed)?;
         job.refuse_streams(self.checkpoint.is_some())?;
         // Better now than after an hour.
         job.try_write()?;
         let _locks = job.lock()?;
-        let materials = load(&self.data)?;
-        let found = job.find(materials.len());
+        let materials = load_all(&sources)?;
+        let found = job.find(materials.0.len());
         job.refuse_to_lose(&found, self.resume, self.force)?;
         if self.resume && !Checkpoint::is_in(&job.checkpoint) {
             if matches!(found, Found::Done(_)) {
@@ -141,14 +151,26 @@ impl Train {
         Ok(())
     }
 
-    /// The training of one recipe.
+    /// Where materials come from.
+    pub(super) fn sources(&self) -> anyhow::Result<Sources> {
+        if !self.share.is_empty() && self.schedule != Schedule::Prior {
+            bail!("--share has no effect: it is for --schedule prior");
+        }
+        if !self.share.is_empty() && self.data.len() == 1 {
+            bail!("--share has no effect with a single --data");
+        }
+        Ok(Sources::new(self.data.clone(), &self.share)?)
+    }
+
+    /// The training of one recipe, of materials that are called `data`.
     pub(super) fn job(
         &self,
         model: ModelName,
         samples: usize,
         out: PathBuf,
+        data: String,
         seed: u64,
-    ) -> anyhow::Result<Job<'_>> {
+    ) -> anyhow::Result<Job> {
         let default = match self.schedule {
             Schedule::Paper => Prior::PAPER,
             Schedule::Joint | Schedule::Prior => Prior::LEARNED,
@@ -165,10 +187,11 @@ impl Train {
                 parts: Parts::All,
                 prior: self.prior.or(default)?,
                 completing: self.completing.of(self.schedule)?,
+                portions: Vec::new(),
                 seed,
                 checkpoints: None,
             },
-            data: &self.data,
+            data,
             checkpoint: match &self.checkpoint {
                 Some(directory) => directory.clone(),
                 None => beside(&out),
@@ -180,9 +203,9 @@ impl Train {
 }
 
 /// The training of one recipe.
-pub(super) struct Job<'a> {
+pub(super) struct Job {
     options: Options,
-    data: &'a Source,
+    data: String,
     pub(super) out: PathBuf,
     pub(super) checkpoint: PathBuf,
     every: Duration,
@@ -198,7 +221,7 @@ pub(super) enum Found {
     Other(String),
 }
 
-impl Job<'_> {
+impl Job {
     /// Refuses a recipe that goes to a pipe or a device where a file has to lie beside it.
     fn refuse_streams(&self, has_checkpoint: bool) -> anyhow::Result<()> {
         if !is_stream(&self.out) {
@@ -275,17 +298,18 @@ impl Job<'_> {
 
     /// Looks at what is there.
     pub(super) fn find(&self, materials: usize) -> Found {
-        found_at(&self.out, &self.options, self.data, materials)
+        found_at(&self.out, &self.options, &self.data, materials)
     }
 
     /// Trains and writes it; what is there is replaced.
     pub(super) fn train(
         &self,
-        materials: Vec<Box<dyn Material>>,
+        (materials, portions): Joined,
         resume: bool,
     ) -> anyhow::Result<RecipeFile> {
         self.try_write()?;
         let options = Options {
+            portions,
             checkpoints: Some(Checkpoints {
                 directory: self.checkpoint.clone(),
                 every: self.every,
@@ -293,8 +317,11 @@ impl Job<'_> {
             }),
             ..self.options.clone()
         };
+        if options.schedule == Schedule::Prior {
+            eprintln!("training takes {}", self.mixture(&options.portions));
+        }
         let learned = train_with_progress(&options, materials)?;
-        let file = recipe_of(&learned, &options, self.data)?;
+        let file = recipe_of(&learned, &options, &self.data)?;
         if let Some(basis) = learned.basis() {
             // First: a recipe without its basis would be of no use.
             write_file_forced(&Basis::beside(&self.out), basis, true)?;
@@ -304,6 +331,26 @@ impl Job<'_> {
         Ok(file)
     }
 
+    /// What tasks are of, in words.
+    fn mixture(&self, portions: &[Portion]) -> String {
+        let procedural = self.options.completing.procedural;
+        let percent = |share: f32| 100.0 * share;
+        let mut parts: Vec<String> = portions
+            .iter()
+            .map(|Portion { materials, share }| {
+                let share = percent(share * (1.0 - procedural));
+                format!("{share:.0} % of {materials} materials")
+            })
+            .collect();
+        if procedural > 0.0 {
+            parts.push(format!(
+                "{:.0} % of procedural ones (--procedural)",
+                percent(procedural)
+            ));
+        }
+        parts.join(", ")
+    }
+
     /// Removes the checkpoint.
     pub(super) fn clean_up(&self) {
         Checkpoint::remove(&self.checkpoint);
@@ -311,7 +358,7 @@ impl Job<'_> {
 }
 
 /// Looks at what is at a path before a recipe is trained, judged by its provenance.
-pub(super) fn found_at(out: &Path, options: &Options, data: &Source, materials: usize) -> Found {
+pub(super) fn found_at(out: &Path, options: &Options, data: &str, materials: usize) -> Found {
     // A pipe or a device holds no recipe, and may have no end.
     if !out.exists() || is_stream(out) {
         return Found::Nothing;

@@ -2,13 +2,13 @@
 
 use std::f32::consts::FRAC_1_PI;
 
-use glimpse_core::geometry::Angles;
+use glimpse_core::geometry::{Angles, HalfDifference};
 use rand::seq::SliceRandom;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 
-use crate::material::Material;
+use crate::material::{Material, quantised};
 
 /// What becomes of readings.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -21,6 +21,8 @@ pub struct Readings {
     pub noise: f32,
     /// Standard deviation of the noise besides, as a share of the BRDF of a white surface, 1/pi.
     pub additive: f32,
+    /// Levels that the sensor tells apart; see [`quantised`].
+    pub levels: u32,
 }
 
 impl Readings {
@@ -62,7 +64,8 @@ impl Readings {
                     *value += self.additive * FRAC_1_PI * added;
                 }
             }
-            Some(brdf)
+            let cos_theta_i = HalfDifference::from_angles(angles).cos_theta_i();
+            Some(brdf.map(|value| quantised(value, cos_theta_i, self.levels)))
         }
     }
 }

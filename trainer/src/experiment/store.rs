@@ -211,6 +211,7 @@ impl<'a> Store<'a> {
             parts: training.parts.clone(),
             prior: training.prior,
             completing: Completing::default(),
+            portions: Vec::new(),
             seed: self.settings.seed.wrapping_add(training.repetition),
             checkpoints: Some(Checkpoints {
                 directory: checkpoint.clone(),
@@ -223,7 +224,7 @@ impl<'a> Store<'a> {
             .with_context(|| format!("cannot write {}", checkpoint.display()))?;
         eprintln!("training {name}");
         let found = (self.train)(&options, materials)?;
-        let file = recipe_of(&found, &options, &self.settings.data)?;
+        let file = recipe_of(&found, &options, self.settings.data.label())?;
         Checkpoint::remove(&checkpoint);
         if let Some(bytes) = found.basis() {
             // First: a recipe without its basis would be of no use.

@@ -1,14 +1,11 @@
 //! The recipe of a training run: what was learned, and where it came from.
 
-use std::f32::consts::FRAC_1_PI;
-
 use glimpse_core::gonio::Limits;
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::{Expectation, Noise, Provenance, RecipeError};
 
 use super::recipe::{RecipeFile, Statements, to_completed_recipe, to_recipe, to_ridge_recipe};
 use crate::linear::Prior;
-use crate::material::Source;
 use crate::meta::learned::{Learned, Promise};
 use crate::meta::options::{Options, Parts};
 use crate::meta::plan::Schedule;
@@ -18,18 +15,14 @@ use crate::meta::plan::Schedule;
 #[error("training did not converge to a recipe")]
 pub struct NoRecipe(#[from] RecipeError);
 
-/// Writes down what was learned, with where it came from.
+/// Writes down what was learned, with where it came from: `data` is what the materials are called.
 ///
 /// # Errors
 /// If it is no recipe, as when a number is not finite.
-pub fn recipe_of(
-    learned: &Learned,
-    options: &Options,
-    data: &Source,
-) -> Result<RecipeFile, NoRecipe> {
+pub fn recipe_of(learned: &Learned, options: &Options, data: &str) -> Result<RecipeFile, NoRecipe> {
     let schedule = schedule_of(options);
     let Promise { expected, on } = learned.promise();
-    let on = format!("materials of {} {on}", data.label());
+    let on = format!("materials of {data} {on}");
     let materials = learned.materials();
     let completing = &options.completing;
     let completes = options.schedule == Schedule::Prior;
@@ -50,12 +43,7 @@ pub fn recipe_of(
             _ => None,
         },
         limits: Some(completing.limits).filter(|limits| completes && *limits != Limits::NONE),
-        noise: Some(Noise {
-            multiplicative: completing.noise,
-            additive: completing.additive * FRAC_1_PI,
-            levels: 0,
-        })
-        .filter(|noise| completes && noise.multiplicative + noise.additive > 0.0),
+        noise: Some(completing.noise()).filter(|noise| completes && !is_none(noise)),
     };
     let file = match learned {
         Learned::Descent(learned) => to_recipe(learned, &statements),
@@ -65,17 +53,21 @@ pub fn recipe_of(
     Ok(file?)
 }
 
+fn is_none(noise: &Noise) -> bool {
+    noise.multiplicative + noise.additive == 0.0 && noise.levels == 0
+}
+
 /// Where a recipe comes from that was trained so, by a [schedule](schedule_of).
 #[must_use]
 pub fn provenance<'a>(
     options: &Options,
-    data: &'a Source,
+    data: &'a str,
     materials: usize,
     schedule: &'a str,
 ) -> Provenance<'a> {
     Provenance {
         trainer: concat!("glimpse-trainer ", env!("CARGO_PKG_VERSION")),
-        data: data.label(),
+        data,
         materials: materials as u32,
         schedule,
         seed: options.seed,

@@ -58,6 +58,18 @@ pub enum SourceError {
         /// The other one.
         second: PathBuf,
     },
+    /// Two sources hold a material of the same name.
+    #[error(
+        "{first} and {second} both hold a material named {name}: take it away from one of them"
+    )]
+    InBoth {
+        /// The name.
+        name: String,
+        /// One source.
+        first: String,
+        /// The other one.
+        second: String,
+    },
     /// A directory without materials.
     #[error(
         "{} holds no materials: expected MERL (*.binary), RGL (*_rgb.bsdf) or NBRDF (NAME_fc1.npy \

@@ -8,7 +8,9 @@ mod merl;
 mod nbrdf;
 mod procedural;
 mod rgl;
+mod sensor;
 mod source;
+mod sources;
 
 pub use brdf::Brdf;
 pub use error::SourceError;
@@ -18,7 +20,9 @@ pub use merl::{MerlTable, write_merl};
 pub use nbrdf::NeuralBrdf;
 pub use procedural::Procedural;
 pub use rgl::RglMeasurement;
+pub use sensor::quantised;
 pub use source::Source;
+pub use sources::{Joined, Portion, ShareError, Sources};
 
 use std::f32::consts::TAU;
 

@@ -1,14 +1,16 @@
 //! What a training run is asked for.
 
+use std::f32::consts::FRAC_1_PI;
 use std::fmt;
 
 use glimpse_core::gonio::Limits;
 use glimpse_core::model::ModelKind;
+use glimpse_core::recipe::Noise;
 
 use super::outer::Checkpoints;
 use super::plan::{Effort, Known, Schedule};
 use crate::linear::Prior;
-use crate::material::Material;
+use crate::material::{Material, Portion};
 
 /// What to train.
 #[derive(Clone, Debug)]
@@ -27,6 +29,8 @@ pub struct Options {
     pub prior: Prior,
     /// What readings and materials a completion is trained on.
     pub completing: Completing,
+    /// How often a completion is trained on which materials; all alike where it is empty.
+    pub portions: Vec<Portion>,
     /// Seed of all random numbers.
     pub seed: u64,
     /// Where the run is saved, if it is.
@@ -42,6 +46,9 @@ pub struct Completing {
     pub noise: f32,
     /// The same besides, as a share of the BRDF of a white surface, 1/pi.
     pub additive: f32,
+    /// How many levels the sensor tells apart between darkness and a white surface that faces the light;
+    /// 0 leaves that out of account.
+    pub levels: u32,
     /// The share of tasks that are procedural materials.
     pub procedural: f32,
     /// The machine that the pattern is for.
@@ -54,8 +61,21 @@ impl Default for Completing {
             missing: 0.0,
             noise: 0.0,
             additive: 0.0,
+            levels: 0,
             procedural: 0.15,
             limits: Limits::NONE,
+        }
+    }
+}
+
+impl Completing {
+    /// The noise as recipes state it.
+    #[must_use]
+    pub fn noise(&self) -> Noise {
+        Noise {
+            multiplicative: self.noise,
+            additive: self.additive * FRAC_1_PI,
+            levels: self.levels,
         }
     }
 }
@@ -66,12 +86,16 @@ impl fmt::Display for Completing {
             missing,
             noise,
             additive,
+            levels,
             procedural,
             limits,
         } = self;
         write!(f, "missing readings {missing}, noise {noise}")?;
         if *additive > 0.0 {
             write!(f, " and {additive} of white")?;
+        }
+        if *levels > 0 {
+            write!(f, ", {levels} levels")?;
         }
         write!(f, ", procedural {procedural}")?;
         if *limits != Limits::NONE {
@@ -125,7 +149,11 @@ impl Options {
             _ => String::new(),
         };
         let completing = match self.schedule {
-            Schedule::Prior => format!(" {}", self.completing),
+            Schedule::Prior => {
+                let portions = self.portions.iter();
+                let portions = portions.map(|each| format!(" {}x{}", each.materials, each.share));
+                format!(" {}{}", self.completing, portions.collect::<String>())
+            }
             _ => String::new(),
         };
         format!(

@@ -21,7 +21,7 @@ use super::plan::{Plan, Schedule};
 use super::pool::Pool;
 use super::trainee::{RandomStreams, Trainee};
 use crate::linear::{Basis, Columns, ReducedBasis};
-use crate::material::{Identity, Material};
+use crate::material::{Identity, Material, Portion};
 use glimpse_kernels::LaneModel;
 use glimpse_kernels::with_model;
 
@@ -41,6 +41,16 @@ pub enum TrainError {
     /// n is out of range.
     #[error("{0} samples are out of range: a pattern has 1 to {max}", max = glimpse_core::recipe::MAX_SAMPLES)]
     Samples(usize),
+    /// Portions are not those of the materials, or their shares not positive numbers of a sum of 1.
+    #[error(
+        "portions of {portions} materials do not divide {materials}, each with a share above 0, 1 in all"
+    )]
+    Portions {
+        /// How many materials all portions have.
+        portions: usize,
+        /// How many there are.
+        materials: usize,
+    },
     /// A number of the finished recipe is no number.
     #[error("training did not converge: {0}")]
     Diverged(#[from] glimpse_core::fit::ridge::RidgeError),
@@ -79,6 +89,7 @@ pub fn train(
     if !(1..=glimpse_core::recipe::MAX_SAMPLES).contains(&options.samples) {
         return Err(TrainError::Samples(options.samples));
     }
+    check(&options.portions, materials.len())?;
     // On one of rayon's own threads: each parallel loop would else be handed over to one.
     rayon::scope(|_| {
         if options.schedule == Schedule::Prior {
@@ -91,6 +102,21 @@ pub fn train(
             _ => session.ridge(observer).map(Learned::Ridge),
         )
     })
+}
+
+/// Makes sure that every material is in a portion, and every portion is taken now and then.
+fn check(portions: &[Portion], materials: usize) -> Result<(), TrainError> {
+    let count: usize = portions.iter().map(|portion| portion.materials).sum();
+    let sum: f32 = portions.iter().map(|portion| portion.share).sum();
+    let each = |portion: &Portion| portion.materials > 0 && portion.share > 0.0;
+    let right = count == materials && (sum - 1.0).abs() < 1e-3 && portions.iter().all(each);
+    match right || portions.is_empty() {
+        true => Ok(()),
+        false => Err(TrainError::Portions {
+            portions: count,
+            materials,
+        }),
+    }
 }
 
 /// Readings completed, and a descent from there.

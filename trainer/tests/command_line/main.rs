@@ -346,6 +346,7 @@ fn a_stopped_run_goes_on_to_the_same_recipe() {
         parts: Parts::All,
         prior: glimpse_trainer::linear::Prior::LEARNED,
         completing: glimpse_trainer::meta::options::Completing::default(),
+        portions: Vec::new(),
         seed: 3,
         checkpoints: None,
     };

@@ -3,7 +3,7 @@
 use glimpse_core::recipe::Recipe;
 use serde_json::Value;
 
-use super::{fail, succeed};
+use super::{fail, succeed, trainer};
 
 #[test]
 fn a_recipe_that_completes_is_trained_shown_exported_and_judged() {
@@ -16,29 +16,38 @@ fn a_recipe_that_completes_is_trained_shown_exported_and_judged() {
             "--effort",
             "brief",
             "--data",
-            "procedural:12",
+            "procedural:9:1",
+            "--data",
+            "procedural:3:2",
+            "--share",
+            "2,8",
             "--missing",
             "0.5",
             "--noise",
             "0.02",
             "--additive",
             "0.01",
+            "--levels",
+            "4096",
             "--max-theta-i",
             "70",
             "--min-separation",
             "10",
         ];
         let arguments = [&train[..], &rest, &["--out", &name]].concat();
-        succeed(directory, &arguments);
+        let trained = trainer(directory, &arguments);
+        let told = String::from_utf8_lossy(&trained.stderr);
+        let mixture = "17 % of 9 materials, 68 % of 3 materials, 15 % of procedural ones";
+        assert!(trained.status.success() && told.contains(mixture), "{told}");
 
         let shown = succeed(directory, &["inspect", &name]);
         for part in [
             "(completed)",
             "3; any reading may be missing",
             "24 components, 64 hidden units",
-            "missing readings 0.5, noise 0.02 and 0.01 of white, procedural 0.15, theta_i to 70.0",
+            "missing readings 0.5, noise 0.02 and 0.01 of white, 4096 levels, procedural 0.15, theta_i to 70.0",
             "theta_i to 70.0, theta_o to 90.0, 10.0 apart (degrees)",
-            "found on 12 materials of procedural:12 that it was trained on, each by what was trained without it",
+            "found on 12 materials of procedural:9:1 (0.200) and procedural:3:2 (0.800) that it was trained on, each by what was trained without it",
         ] {
             assert!(shown.contains(part), "{part} in {shown}");
         }
@@ -140,6 +149,40 @@ fn options_of_schedule_prior_are_refused_where_they_have_no_effect() {
             "--max-theta-o has no effect: it is for --schedule prior",
         ),
         (
+            &["--schedule", "joint", "--levels", "256"],
+            "--levels has no effect: it is for --schedule prior",
+        ),
+        (
+            &["--data", "procedural:2", "--share", "1"],
+            "--share has no effect with a single --data",
+        ),
+        (
+            &[
+                "--data",
+                "procedural:2",
+                "--data",
+                "procedural:2:1",
+                "--share",
+                "1",
+            ],
+            "--share needs one number for each --data: 1 for 2 of them",
+        ),
+        (
+            &[
+                "--data",
+                "procedural:2",
+                "--data",
+                "procedural:2:1",
+                "--share",
+                "1,0",
+            ],
+            "--share must be above 0, and not 0: leave out the --data instead",
+        ),
+        (
+            &["--data", "procedural:2", "--data", "procedural:3"],
+            "procedural:2 and procedural:3 both hold a material named procedural-000",
+        ),
+        (
             &["--bases", "5"],
             "--bases has no effect with --schedule prior: it is for joint and paper",
         ),
@@ -191,7 +234,7 @@ fn readings_are_lost_where_a_recipe_can_do_without_them() {
         (
             &masked,
             &["--method", "meta", "--noise", "0.1"],
-            "--first, --lose, --noise and --additive have no effect with --method meta",
+            "--first, --lose, --noise, --additive and --levels have no effect with --method meta",
         ),
     ] {
         let evaluate = ["evaluate", "--recipe", recipe, "--test", "procedural:2:9"];
@@ -214,4 +257,7 @@ fn readings_are_lost_where_a_recipe_can_do_without_them() {
     let [all, eight, one] = [&[][..], &["--first", "8"], &["--first", "1"]].map(loss);
     println!("16 readings {all:.4}, 8 {eight:.4}, 1 {one:.4}");
     assert!(all < eight && eight < one && one < 0.1);
+    let [coarse, fine] = [&["--levels", "20"][..], &["--levels", "100000"]].map(loss);
+    println!("20 levels {coarse:.4}, 100,000 {fine:.4}");
+    assert!(all < coarse && coarse < 0.1 && (fine / all - 1.0).abs() < 0.02);
 }

@@ -255,6 +255,7 @@ fn a_disk_that_goes_away_costs_only_what_was_not_saved() {
         parts: Parts::All,
         prior: glimpse_trainer::linear::Prior::LEARNED,
         completing: glimpse_trainer::meta::options::Completing::default(),
+        portions: Vec::new(),
         seed: 3,
         checkpoints: None,
     };

@@ -223,6 +223,7 @@ fn a_resumed_run_comes_to_the_same_numbers() {
             procedural: 0.0,
             ..Completing::default()
         },
+        portions: Vec::new(),
         seed: 3,
         checkpoints,
     };
@@ -261,12 +262,13 @@ fn a_recipe_completes_as_what_was_trained() {
         parts: Parts::All,
         prior: Prior::LEARNED,
         completing: Completing::default(),
+        portions: Vec::new(),
         seed: 1,
         checkpoints: None,
     };
     let learned = train(&options, materials(12), &mut |_| ControlFlow::Continue(()));
     let learned = learned.expect("it is trained");
-    let file = recipe_of(&learned, &options, &Source("procedural:12:3".into()));
+    let file = recipe_of(&learned, &options, "procedural:12:3");
     let file = file.expect("it is a recipe");
     let recipe = file.recipe().expect("it is whole");
     let Learned::Completed(learned) = &learned else {

@@ -1,6 +1,7 @@
 //! What a training task is: a material that is like one that was measured, read with some noise, some
 //! of it not at all.
 
+use glimpse_core::recipe::Noise;
 use glimpse_kernels::lanes::WIDTH;
 use glimpse_kernels::samples::OctetRgb;
 use rand::Rng;
@@ -25,8 +26,8 @@ pub struct Variety {
     pub field: f32,
     /// The share of tasks with missing readings.
     pub missing: f32,
-    /// Noise of readings, relative and absolute (sr^-1).
-    pub noise: [f32; 2],
+    /// Noise of readings.
+    pub noise: Noise,
 }
 
 impl Default for Variety {
@@ -42,7 +43,11 @@ impl Default for Variety {
             coloured: 0.3,
             field: 0.1,
             missing: 0.0,
-            noise: [0.0; 2],
+            noise: Noise {
+                multiplicative: 0.0,
+                additive: 0.0,
+                levels: 0,
+            },
         }
     }
 }
@@ -148,12 +153,16 @@ impl Task {
                 }
             }
         }
-        let [relative, absolute] = variety.noise;
-        let noise = match relative + absolute > 0.0 {
+        let Noise {
+            multiplicative,
+            additive,
+            ..
+        } = variety.noise;
+        let noise = match multiplicative + additive > 0.0 {
             true => (0..samples)
                 .map(|_| {
-                    let factor = [(); 3].map(|()| 1.0 + relative * standard_normal(random));
-                    [factor, [(); 3].map(|()| absolute * standard_normal(random))]
+                    let factor = [(); 3].map(|()| 1.0 + multiplicative * standard_normal(random));
+                    [factor, [(); 3].map(|()| additive * standard_normal(random))]
                 })
                 .collect(),
             false => Vec::new(),

@@ -8,11 +8,11 @@ use glimpse_kernels::Dual;
 use glimpse_kernels::lanes::{InstructionSet, Octet, WIDTH};
 use glimpse_kernels::samples::{OctetRgb, SampleOctets, SampleWeights, transpose_rgb};
 
-use super::draw::Task;
+use super::draw::{Task, Variety};
 use super::field::field_at;
 use super::warp::Warp;
 use crate::linear::{Basis, widened};
-use crate::material::Material;
+use crate::material::{Material, quantised};
 use crate::meta::pattern::Pattern;
 
 /// What logarithms of readings are multiplied by, once centred.
@@ -28,6 +28,7 @@ pub struct Centres(Vec<Centre>);
 struct Centre {
     /// cos(theta_i) cos(theta_o).
     cosines: ByAngles,
+    cos_theta_i: f32,
     /// The mean of the basis's columns, as ln((f w + e) / e).
     mean: ByAngles,
 }
@@ -41,6 +42,7 @@ impl Centres {
             let [mean, by @ ..] = basis.look_up(widened(angles)).centre();
             Centre {
                 cosines: at.cos_theta_i() * at.cos_theta_o(),
+                cos_theta_i: at.cos_theta_i().value,
                 mean: Dual {
                     value: mean as f32,
                     tangent: by.map(|by| by as f32),
@@ -71,17 +73,22 @@ impl Reading {
     pub fn all(
         task: &Task,
         materials: &[Box<dyn Material>],
-        warps: &[Warp],
+        variety: &Variety,
         angles: &[Angles<f32>],
         centres: &Centres,
     ) -> Vec<Self> {
+        let warps = &variety.warps;
         let own = warped(&*materials[task.material], warps[task.warps[0]], angles);
         let partner = (!task.is_alone())
             .then(|| warped(&*materials[task.partner], warps[task.warps[1]], angles));
         let all = own.iter().enumerate().map(|(sample, own)| {
             let partner = partner.as_ref().map(|list| &list[sample]);
             let factor = factor(task, angles[sample]);
-            let Centre { cosines, mean } = centres.0[sample];
+            let Centre {
+                cosines,
+                cos_theta_i,
+                mean,
+            } = centres.0[sample];
             let mut brdf = [0.0; 3];
             let standardized = std::array::from_fn(|channel| {
                 let mut y = mixed(task, channel, own, partner) * factor;
@@ -93,6 +100,8 @@ impl Reading {
                         y = Dual::from_value(least);
                     }
                 }
+                // The sensor's steps are not seen by the derivative, which would be 0 or none.
+                y.value = quantised(y.value, cos_theta_i, variety.noise.levels);
                 brdf[channel] = y.value;
                 standardized(y, cosines, mean, Dual::from_value(SCALE))
             });

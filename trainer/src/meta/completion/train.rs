@@ -1,6 +1,5 @@
 //! A training run of schedule prior: all materials, and then folds of them to judge by.
 
-use std::f32::consts::FRAC_1_PI;
 use std::ops::ControlFlow;
 
 use glimpse_kernels::completion::Shape;
@@ -15,9 +14,9 @@ use super::reading::{Centres, SCALE};
 use super::refinement::Refinement;
 use super::trainee::CompletionTrainee;
 use crate::linear::ReducedBasis;
-use crate::material::{Identity, Material, Procedural};
+use crate::material::{Identity, Material, Portion, Procedural};
 use crate::meta::learned::{JudgedOn, LearnedCompleted, LearnedPrediction, LearnedTarget, Promise};
-use crate::meta::options::{Completing, Options};
+use crate::meta::options::Options;
 use crate::meta::outer::{Observer, Outcome, Progress, Run, RunError};
 use crate::meta::pattern::reachable;
 use crate::meta::plan::Plan;
@@ -59,7 +58,7 @@ pub fn train(
     observer: &mut Observer<'_>,
 ) -> Result<LearnedCompleted, RunError> {
     let identities: Vec<Identity> = materials.iter().map(|each| Identity::of(&**each)).collect();
-    let dataset = dataset(materials, &options.completing, options.seed);
+    let dataset = dataset(materials, options);
     let folds = folds(dataset.own, options.seed);
     let fold_plan = Plan::of_a_fold(options.effort, options.model, options.samples, dataset.own);
     let mut session = Session {
@@ -201,12 +200,25 @@ fn promise(of_training: Expected, witnesses: &[Witness]) -> Promise {
 }
 
 /// The materials at hand, and procedural ones.
-fn dataset(mut materials: Vec<Box<dyn Material>>, completing: &Completing, seed: u64) -> Dataset {
+fn dataset(mut materials: Vec<Box<dyn Material>>, options: &Options) -> Dataset {
+    let completing = &options.completing;
     let own = materials.len();
-    let mut groups = vec![Group {
-        materials: (0..own).collect(),
-        share: 1.0 - completing.procedural,
+    let all = [Portion {
+        materials: own,
+        share: 1.0,
     }];
+    let mut groups = Vec::new();
+    let mut first = 0;
+    for Portion { materials, share } in match &options.portions[..] {
+        [] => &all[..],
+        some => some,
+    } {
+        groups.push(Group {
+            materials: (first..first + materials).collect(),
+            share: share * (1.0 - completing.procedural),
+        });
+        first += materials;
+    }
     if completing.procedural > 0.0 {
         let set = Procedural::set(PROCEDURAL, PROCEDURAL_SEED).into_iter();
         materials.extend(set.map(|each| Box::new(each) as Box<dyn Material>));
@@ -217,10 +229,10 @@ fn dataset(mut materials: Vec<Box<dyn Material>>, completing: &Completing, seed:
     }
     let variety = Variety {
         missing: completing.missing,
-        noise: [completing.noise, completing.additive * FRAC_1_PI],
+        noise: completing.noise(),
         ..Variety::default()
     };
-    Dataset::new(materials, own, groups, variety, POOL, seed)
+    Dataset::new(materials, own, groups, variety, POOL, options.seed)
 }
 
 /// Which materials are left out together; no folds of too few materials.

@@ -156,7 +156,7 @@ impl<'a> CompletionTrainee<'a> {
             let readings = Reading::all(
                 task,
                 &self.dataset.materials,
-                &self.dataset.variety.warps,
+                &self.dataset.variety,
                 by.pattern.angles(),
                 &by.centres,
             );

@@ -1,0 +1,46 @@
+//! What a sensor makes of a BRDF.
+
+use std::f32::consts::PI;
+
+/// The BRDF that is read by a sensor which tells so many levels apart between darkness and a white
+/// surface (of BRDF 1/pi) that faces the light, and brighter ones by the same step; 0 levels are as many
+/// as one likes.
+///
+/// What it senses is the BRDF times the cosine of the light.
+#[must_use]
+pub fn quantised(brdf: f32, cos_theta_i: f32, levels: u32) -> f32 {
+    if levels == 0 {
+        return brdf;
+    }
+    let of_one = levels as f32 * PI * cos_theta_i.max(1e-6);
+    (brdf * of_one).round() / of_one
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn there_are_as_many_levels_as_are_asked_for() {
+        for (levels, cosine) in [(1_u32, 1.0_f32), (100, 1.0), (100, 0.3)] {
+            let white = PI.recip();
+            let read =
+                (0..=100_000).map(|step| quantised(white * step as f32 * 1e-5, cosine, levels));
+            let mut read: Vec<f32> = read.collect();
+            assert!(read.is_sorted());
+            read.dedup();
+            let expected = (levels as f32 * cosine).round() as usize + 1;
+            assert_eq!(read.len(), expected);
+        }
+        assert_eq!(quantised(0.123, 0.5, 0), 0.123);
+    }
+
+    #[test]
+    fn the_error_is_at_most_half_a_step() {
+        for step in 0..1000 {
+            let (brdf, cosine) = (0.01 * step as f32, 0.4);
+            let error = (quantised(brdf, cosine, 64) - brdf).abs() * cosine;
+            assert!(error <= 0.5001 / (64.0 * PI), "{brdf}: {error}");
+        }
+    }
+}
