@@ -2,9 +2,11 @@
 //!
 //! Each is a diffuse base with retro-reflection at grazing angles, two microfacet lobes of one
 //! highlight (a core and a wider haze, GTR), Schlick's Fresnel, sheen, a retro-reflective lobe,
-//! and noise that grows towards grazing angles, as gonioreflectometers show it. The kinds and
-//! their ranges follow what one finds among measured materials: metals, metallic paints, plastics
-//! and lacquers, rubbers and other rough ones, fabrics, woods.
+//! and noise that grows towards grazing angles, as gonioreflectometers show it. The kinds are those
+//! that one finds among measured materials: metals, metallic paints, plastics and lacquers, rubbers
+//! and other rough ones, fabrics, woods. Their ranges are wide enough that a set of them is spread
+//! as measured materials are: in brightness and width of highlights and their tails, in their rise
+//! towards grazing angles, in albedo and in saturation.
 
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::numeric::{Scalar, Trigonometry};
@@ -15,14 +17,89 @@ use std::f64::consts::PI;
 use super::Material;
 use glimpse_kernels::Dual;
 
-/// The kinds, each with its share of a set.
-const KINDS: [(&str, f64); 6] = [
-    ("metal", 0.22),
-    ("metallic-paint", 0.15),
-    ("plastic", 0.27),
-    ("rubber", 0.12),
-    ("fabric", 0.12),
-    ("wood", 0.12),
+/// What a number may be, from the lowest to the highest.
+type Range = [f64; 2];
+
+/// One kind of materials. Of roughness, width, reflectance and albedo all orders of magnitude are
+/// equally likely.
+struct Kind {
+    name: &'static str,
+    /// Its share of a set.
+    share: f64,
+    /// Roughness of the core, and how much wider the haze is.
+    roughness: Range,
+    wider: Range,
+    /// The haze's share of the highlight.
+    haze: Range,
+    /// Reflectance at normal incidence.
+    fresnel: Range,
+    /// Albedo of the diffuse part's brightest channel.
+    diffuse: Range,
+    /// The strongest retro-reflective lobe.
+    retro: f64,
+}
+
+const KINDS: [Kind; 6] = [
+    Kind {
+        name: "metal",
+        share: 0.22,
+        roughness: [0.003, 0.3],
+        wider: [1.5, 8.0],
+        haze: [0.1, 0.8],
+        fresnel: [0.1, 0.6],
+        diffuse: [1e-4, 0.1],
+        retro: 0.0,
+    },
+    Kind {
+        name: "metallic-paint",
+        share: 0.15,
+        roughness: [0.004, 0.2],
+        wider: [1.5, 16.0],
+        haze: [0.2, 0.95],
+        fresnel: [0.03, 0.25],
+        diffuse: [0.003, 0.3],
+        retro: 0.0,
+    },
+    Kind {
+        name: "plastic",
+        share: 0.27,
+        roughness: [0.002, 0.25],
+        wider: [1.5, 8.0],
+        haze: [0.1, 0.8],
+        fresnel: [0.015, 0.06],
+        diffuse: [0.002, 0.7],
+        retro: 0.0,
+    },
+    Kind {
+        name: "rubber",
+        share: 0.12,
+        roughness: [0.15, 0.6],
+        wider: [1.2, 2.5],
+        haze: [0.2, 0.9],
+        fresnel: [0.01, 0.06],
+        diffuse: [0.01, 0.6],
+        retro: 0.0,
+    },
+    Kind {
+        name: "fabric",
+        share: 0.12,
+        roughness: [0.25, 0.9],
+        wider: [1.1, 1.8],
+        haze: [0.2, 0.9],
+        fresnel: [0.01, 0.08],
+        diffuse: [0.01, 0.6],
+        retro: 0.15,
+    },
+    Kind {
+        name: "wood",
+        share: 0.12,
+        roughness: [0.05, 0.4],
+        wider: [1.3, 4.0],
+        haze: [0.1, 0.8],
+        fresnel: [0.015, 0.06],
+        diffuse: [0.05, 0.7],
+        retro: 0.05,
+    },
 ];
 
 /// A procedural material.
@@ -38,12 +115,11 @@ pub struct Procedural {
     fresnel: f64,
     /// How much of Schlick's rise to 1 at grazing angles is there.
     fresnel_rise: f64,
-    /// Roughness of the core, the same of the haze, and the haze's share.
-    core: f64,
-    haze: f64,
+    core: Lobe,
+    haze: Lobe,
     haze_share: f64,
-    /// How fast both fall off: the gamma of the GTR distribution; 2 is GGX, more has less tail.
-    falloff: f64,
+    /// What shadows at grazing angles besides roughness: dust, scratches, the edges of a light's cone.
+    shadow: f64,
     /// Sheen at large theta_d, in linear RGB.
     sheen: [f64; 3],
     /// Retro-reflective lobe at small theta_d: strength and width.
@@ -52,6 +128,14 @@ pub struct Procedural {
     /// Noise: amplitude at the horizon; frequencies of each angle and a phase for each wave.
     noise: f64,
     waves: [[f64; 4]; 4],
+}
+
+/// A microfacet lobe.
+#[derive(Clone, Copy, Debug)]
+struct Lobe {
+    roughness: f64,
+    /// How fast it falls off: the gamma of the GTR distribution; 2 is GGX, more has less tail.
+    falloff: f64,
 }
 
 impl Procedural {
@@ -70,10 +154,10 @@ impl Procedural {
         // Kinds come in a fixed proportion along a low-discrepancy sequence (golden ratio), so
         // that small sets are mixed well too.
         let mut share = (index as f64 * 0.618_033_988_749_895 + uniform(random, 0.0, 0.02)) % 1.0;
-        let mut kind = KINDS[0].0;
-        for (name, part) in KINDS {
-            kind = name;
-            share -= part;
+        let mut kind = &KINDS[0];
+        for each in &KINDS {
+            kind = each;
+            share -= kind.share;
             if share < 0.0 {
                 break;
             }
@@ -83,19 +167,47 @@ impl Procedural {
             0 => String::new(),
             seed => format!("{seed}-"),
         };
-        let mut material = Self {
-            name: format!("procedural-{set}{index:03}-{kind}"),
-            diffuse: [0.0; 3],
+        let name = format!("procedural-{set}{index:03}-{}", kind.name);
+        Self::of_kind(kind, name, random)
+    }
+
+    fn of_kind(kind: &Kind, name: String, random: &mut ChaCha8Rng) -> Self {
+        let hue = match kind.name {
+            "metal" => metal_tint(random),
+            "wood" => {
+                let stain = tint(random, 0.6);
+                mixed([0.75, 0.42, 0.2], stain, uniform(random, 0.0, 0.5))
+            }
+            _ => tint(random, 0.95),
+        };
+        // What reflects at its surface is white, unless the light has met pigments before.
+        let specular = match kind.name {
+            "metal" => hue,
+            "metallic-paint" | "fabric" => mixed(hue, [1.0; 3], uniform(random, 0.1, 0.9)),
+            _ => [1.0; 3],
+        };
+        let sheen = mixed(hue, [1.0; 3], uniform(random, 0.0, 1.0));
+        let core = log_uniform(random, kind.roughness);
+        let wider = log_uniform(random, kind.wider);
+        let mut lobe = |roughness| Lobe {
+            roughness,
+            falloff: log_uniform(random, [1.05, 3.0]),
+        };
+        let [core, haze] = [lobe(core), lobe((core * wider).min(0.99))];
+        Self {
+            name,
+            diffuse: scaled(hue, log_uniform(random, kind.diffuse)),
             diffuse_grazing: uniform(random, 0.4, 1.8),
-            specular: [1.0; 3],
-            fresnel: 0.04,
-            fresnel_rise: uniform(random, 0.1, 1.0),
-            core: 0.1,
-            haze: 0.3,
-            haze_share: 0.0,
-            falloff: uniform(random, 1.8, 4.5),
-            sheen: [0.0; 3],
-            retro: 0.0,
+            // Measured highlights are weaker than those of ideal interfaces.
+            specular: scaled(specular, log_uniform(random, [0.25, 1.0])),
+            fresnel: log_uniform(random, kind.fresnel),
+            fresnel_rise: uniform(random, 0.4, 1.0),
+            core,
+            haze,
+            haze_share: uniform(random, kind.haze[0], kind.haze[1]),
+            shadow: log_uniform(random, [0.02, 0.3]),
+            sheen: scaled(sheen, log_uniform(random, [0.001, 0.3])),
+            retro: uniform(random, 0.0, kind.retro),
             retro_width: uniform(random, 0.01, 0.1),
             noise: uniform(random, 0.0, 0.3),
             waves: std::array::from_fn(|_| {
@@ -106,67 +218,7 @@ impl Procedural {
                     uniform(random, 0.0, 2.0 * PI),
                 ]
             }),
-        };
-        material.dress(kind, random);
-        material
-    }
-
-    fn dress(&mut self, kind: &str, random: &mut ChaCha8Rng) {
-        let (core, wider) = match kind {
-            "metal" => {
-                self.specular = metal_tint(random);
-                self.fresnel = uniform(random, 0.1, 0.6);
-                self.diffuse = scaled(self.specular, log_uniform(random, 5e-4, 0.03));
-                self.haze_share = uniform(random, 0.02, 0.4);
-                (log_uniform(random, 0.03, 0.25), uniform(random, 1.3, 4.0))
-            }
-            "metallic-paint" => {
-                let hue = tint(random, 0.9);
-                self.specular = mixed(hue, [1.0; 3], uniform(random, 0.1, 0.9));
-                self.fresnel = uniform(random, 0.03, 0.25);
-                self.diffuse = scaled(hue, log_uniform(random, 0.005, 0.15));
-                self.haze_share = uniform(random, 0.3, 0.9);
-                (log_uniform(random, 0.05, 0.3), uniform(random, 1.5, 5.0))
-            }
-            "plastic" => {
-                self.fresnel = log_uniform(random, 0.02, 0.07);
-                self.diffuse = scaled(tint(random, 0.95), log_uniform(random, 0.001, 0.4));
-                self.haze_share = uniform(random, 0.05, 0.6);
-                (log_uniform(random, 0.025, 0.25), uniform(random, 1.3, 5.0))
-            }
-            "rubber" => {
-                self.fresnel = log_uniform(random, 0.015, 0.06);
-                self.diffuse = scaled(tint(random, 0.9), log_uniform(random, 0.01, 0.4));
-                self.haze_share = uniform(random, 0.2, 0.9);
-                (log_uniform(random, 0.2, 0.7), uniform(random, 1.2, 2.5))
-            }
-            "fabric" => {
-                let hue = tint(random, 0.9);
-                self.specular = mixed(hue, [1.0; 3], uniform(random, 0.2, 0.8));
-                self.fresnel = log_uniform(random, 0.01, 0.08);
-                self.diffuse = scaled(hue, log_uniform(random, 0.004, 0.4));
-                self.sheen = scaled(mixed(hue, [1.0; 3], 0.5), uniform(random, 0.0, 0.15));
-                self.retro = uniform(random, 0.0, 0.15);
-                self.haze_share = uniform(random, 0.2, 0.9);
-                (log_uniform(random, 0.3, 0.9), uniform(random, 1.1, 1.8))
-            }
-            _ => {
-                let hue = mixed(
-                    [0.75, 0.42, 0.2],
-                    tint(random, 0.6),
-                    uniform(random, 0.0, 0.5),
-                );
-                self.fresnel = log_uniform(random, 0.02, 0.07);
-                self.diffuse = scaled(hue, log_uniform(random, 0.05, 0.5));
-                self.retro = uniform(random, 0.0, 0.05);
-                self.haze_share = uniform(random, 0.1, 0.8);
-                (log_uniform(random, 0.08, 0.4), uniform(random, 1.3, 3.0))
-            }
-        };
-        // Measured highlights are weaker than those of ideal interfaces.
-        self.specular = scaled(self.specular, log_uniform(random, 0.25, 1.0));
-        self.core = core;
-        self.haze = (core * wider).min(0.99);
+        }
     }
 
     fn evaluate<S: Trigonometry>(&self, angles: Angles<S>) -> [S; 3] {
@@ -186,15 +238,15 @@ impl Procedural {
         let grazing_difference = fifth(one - at.dz);
         let fresnel =
             c(self.fresnel) + c(self.fresnel_rise * (1.0 - self.fresnel)) * grazing_difference;
-        let lobe = |roughness: f64| {
-            let squared = roughness * roughness;
+        let lobe = |lobe: Lobe| {
+            let squared = lobe.roughness * lobe.roughness;
             // (cos^2 (a^2 - 1) + 1), without the cancellation at sharp highlights.
             let bell = at.hx * at.hx + at.hz * at.hz * c(squared);
-            let gamma = self.falloff;
+            let gamma = lobe.falloff;
             // GTR's normalization, so that the distribution integrates to one.
             let scale = (gamma - 1.0) * (squared - 1.0) / (PI * (1.0 - squared.powf(1.0 - gamma)));
             let distribution = c(scale) * (-(bell.ln() * c(gamma))).exp();
-            let shadow = 0.5 * roughness;
+            let shadow = (0.5 * lobe.roughness + self.shadow).min(1.0);
             let visible = |cosine: S| cosine * c(1.0 - shadow) + c(shadow);
             distribution * c(0.25) / (visible(incoming) * visible(outgoing))
         };
@@ -246,7 +298,7 @@ fn uniform(random: &mut ChaCha8Rng, low: f64, high: f64) -> f64 {
     low + (high - low) * random.random::<f64>()
 }
 
-fn log_uniform(random: &mut ChaCha8Rng, low: f64, high: f64) -> f64 {
+fn log_uniform(random: &mut ChaCha8Rng, [low, high]: Range) -> f64 {
     uniform(random, low.ln(), high.ln()).exp()
 }
 
@@ -258,12 +310,13 @@ fn mixed(a: [f64; 3], b: [f64; 3], share: f64) -> [f64; 3] {
     std::array::from_fn(|i| a[i] + (b[i] - a[i]) * share)
 }
 
-/// A colour whose largest channel is 1; the saturation is at most `saturation`.
+/// A colour whose largest channel is 1. A pigment dims each channel by its own absorption; at a
+/// saturation of 1 it does so by up to a factor of e^6.
 fn tint(random: &mut ChaCha8Rng, saturation: f64) -> [f64; 3] {
-    let strength = saturation * uniform(random, 0.0, 1.0);
-    let colour: [f64; 3] = std::array::from_fn(|_| uniform(random, 0.0, 1.0));
-    let largest = colour.iter().copied().fold(1e-6, f64::max);
-    mixed([1.0; 3], scaled(colour, 1.0 / largest), strength)
+    let strength = 6.0 * saturation * uniform(random, 0.0, 1.0);
+    let colour: [f64; 3] = std::array::from_fn(|_| (-strength * uniform(random, 0.0, 1.0)).exp());
+    let largest = colour.iter().copied().fold(0.0, f64::max);
+    scaled(colour, 1.0 / largest)
 }
 
 /// From silver over nickel and brass to copper.
@@ -305,7 +358,7 @@ mod tests {
 
     #[test]
     fn derivatives_agree_with_differences() {
-        const STEP: f64 = 1e-4;
+        const STEP: f64 = 2e-5;
         let (mut compared, mut discarded, mut largest) = (0, 0, 0.0_f64);
         for material in Procedural::set(60, 3) {
             for angles in uniform_valid(100, 9).into_iter().map(place) {

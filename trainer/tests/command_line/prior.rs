@@ -89,7 +89,7 @@ fn a_recipe_that_completes_is_trained_shown_exported_and_judged() {
             serde_json::from_str(&succeed(directory, &evaluate)).expect("it is JSON");
         assert_eq!(verdict["method"], "completed");
         let loss = verdict["loss"].as_f64().expect("a loss");
-        assert!((0.001..0.06).contains(&loss), "{model}: {loss}");
+        assert!((0.001..0.08).contains(&loss), "{model}: {loss}");
 
         // What is predicted stands beside it, and is another loss from fewer readings.
         let predicted = |verdict: &Value| {
