@@ -123,8 +123,7 @@ impl Basis {
                         *sum += (value - mean) * entry;
                     }
                 }
-                values.sort_by(f32::total_cmp);
-                let median = 0.5 * (values[(count - 1) / 2] + values[count / 2]);
+                let median = median(&mut values);
                 head.copy_from_slice(&[mean - median, median + EPSILON.ln() as f32]);
             });
         Self { table, components }
@@ -295,5 +294,15 @@ impl Brdf for Reconstruction {
             let median = median_of(log_median, weight);
             *brdf = mapped.map(|mapped| unmap(mapped, median, weight) as f32);
         }
+    }
+}
+
+/// The median of some values, whose order it changes.
+fn median(values: &mut [f32]) -> f32 {
+    let (below, upper, _) = values.select_nth_unstable_by(values.len() / 2, f32::total_cmp);
+    let upper = *upper;
+    match below.iter().copied().max_by(f32::total_cmp) {
+        Some(lower) if values.len().is_multiple_of(2) => 0.5 * (lower + upper),
+        _ => upper,
     }
 }

@@ -56,8 +56,11 @@ impl Columns {
                 let mut brdf = [vec![[0.0; 3]; places.len()], vec![[0.0; 3]; places.len()]];
                 for (index, material) in materials.iter().enumerate() {
                     material.brdf_batch(&one, &mut brdf[0]);
-                    material.brdf_batch(&other, &mut brdf[1]);
-                    let measured = brdf[0].iter().zip(&brdf[1]).zip(places);
+                    let opposite = usize::from(!material.is_reciprocal());
+                    if opposite > 0 {
+                        material.brdf_batch(&other, &mut brdf[opposite]);
+                    }
+                    let measured = brdf[0].iter().zip(&brdf[opposite]).zip(places);
                     for (row, ((one, other), (_, _, weight))) in
                         rows.chunks_mut(count).zip(measured)
                     {

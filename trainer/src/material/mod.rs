@@ -50,6 +50,12 @@ pub trait Material: Send + Sync {
         }
     }
 
+    /// True if the BRDF is the same, but for rounding, wherever light and sensor are exchanged: at
+    /// phi_d + pi.
+    fn is_reciprocal(&self) -> bool {
+        false
+    }
+
     /// The BRDF at many places at once, for pictures and metrics.
     fn brdf_batch(&self, at: &[HalfDifference<f32>], brdf: &mut [[f32; 3]]) {
         for (at, brdf) in at.iter().zip(brdf) {

@@ -117,7 +117,6 @@ pub struct Procedural {
     fresnel_rise: f64,
     core: Lobe,
     haze: Lobe,
-    haze_share: f64,
     /// What shadows at grazing angles besides roughness: dust, scratches, the edges of a light's cone.
     shadow: f64,
     /// Sheen at large theta_d, in linear RGB.
@@ -125,17 +124,32 @@ pub struct Procedural {
     /// Retro-reflective lobe at small theta_d: strength and width.
     retro: f64,
     retro_width: f64,
-    /// Noise: amplitude at the horizon; frequencies of each angle and a phase for each wave.
+    /// Noise: amplitude at the horizon; of each wave its frequencies along h_x, d_z and d_x^2, and a phase.
     noise: f64,
     waves: [[f64; 4]; 4],
 }
 
 /// A microfacet lobe.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 struct Lobe {
     roughness: f64,
     /// How fast it falls off: the gamma of the GTR distribution; 2 is GGX, more has less tail.
     falloff: f64,
+    /// What the distribution is multiplied by.
+    scale: f64,
+}
+
+impl Lobe {
+    /// One whose distribution integrates to `share`.
+    fn new(roughness: f64, falloff: f64, share: f64) -> Self {
+        let squared = roughness * roughness;
+        let norm = (falloff - 1.0) * (squared - 1.0) / (PI * (1.0 - squared.powf(1.0 - falloff)));
+        Self {
+            roughness,
+            falloff,
+            scale: share * norm,
+        }
+    }
 }
 
 impl Procedural {
@@ -189,11 +203,13 @@ impl Procedural {
         let sheen = mixed(hue, [1.0; 3], uniform(random, 0.0, 1.0));
         let core = log_uniform(random, kind.roughness);
         let wider = log_uniform(random, kind.wider);
-        let mut lobe = |roughness| Lobe {
-            roughness,
-            falloff: log_uniform(random, [1.05, 3.0]),
+        let haze_share = uniform(random, kind.haze[0], kind.haze[1]);
+        let mut lobe = |roughness, share| {
+            let falloff = log_uniform(random, [1.05, 3.0]);
+            Lobe::new(roughness, falloff, share)
         };
-        let [core, haze] = [lobe(core), lobe((core * wider).min(0.99))];
+        let core_lobe = lobe(core, 1.0 - haze_share);
+        let haze_lobe = lobe((core * wider).min(0.99), haze_share);
         Self {
             name,
             diffuse: scaled(hue, log_uniform(random, kind.diffuse)),
@@ -202,9 +218,8 @@ impl Procedural {
             specular: scaled(specular, log_uniform(random, [0.25, 1.0])),
             fresnel: log_uniform(random, kind.fresnel),
             fresnel_rise: uniform(random, 0.4, 1.0),
-            core,
-            haze,
-            haze_share: uniform(random, kind.haze[0], kind.haze[1]),
+            core: core_lobe,
+            haze: haze_lobe,
             shadow: log_uniform(random, [0.02, 0.3]),
             sheen: scaled(sheen, log_uniform(random, [0.001, 0.3])),
             retro: uniform(random, 0.0, kind.retro),
@@ -212,53 +227,47 @@ impl Procedural {
             noise: uniform(random, 0.0, 0.3),
             waves: std::array::from_fn(|_| {
                 [
-                    uniform(random, -25.0, 25.0),
-                    uniform(random, -25.0, 25.0),
-                    2.0 * f64::from(random.random_range(0..8)),
+                    uniform(random, -40.0, 40.0),
+                    uniform(random, -40.0, 40.0),
+                    uniform(random, -40.0, 40.0),
                     uniform(random, 0.0, 2.0 * PI),
                 ]
             }),
         }
     }
 
-    fn evaluate<S: Trigonometry>(&self, angles: Angles<S>) -> [S; 3] {
+    fn evaluate<S: Trigonometry>(&self, at: &HalfDifference<S>) -> [S; 3] {
         let c = S::constant;
         let one = c(1.0);
-        let at = HalfDifference::from_angles(angles);
         // Just above the horizon at least, so that nothing diverges outside of the valid region.
         let floor = |cosine: S| (cosine - c(1e-3)).relu() + c(1e-3);
         let (incoming, outgoing) = (floor(at.cos_theta_i()), floor(at.cos_theta_o()));
 
         let grazing = c(self.diffuse_grazing - 1.0);
-        let base = (one + grazing * fifth(one - incoming))
+        let mut base = (one + grazing * fifth(one - incoming))
             * (one + grazing * fifth(one - outgoing))
             * c(1.0 / PI);
-        let retro = c(self.retro / PI) * ((at.dz * at.dz - one) * c(1.0 / self.retro_width)).exp();
+        if self.retro > 0.0 {
+            let apart = (one - at.dz * at.dz) * c(1.0 / self.retro_width);
+            base = base + c(self.retro / PI) * (-apart).exp();
+        }
 
         let grazing_difference = fifth(one - at.dz);
         let fresnel =
             c(self.fresnel) + c(self.fresnel_rise * (1.0 - self.fresnel)) * grazing_difference;
-        let lobe = |lobe: Lobe| {
-            let squared = lobe.roughness * lobe.roughness;
+        let lobe = |lobe: &Lobe| {
             // (cos^2 (a^2 - 1) + 1), without the cancellation at sharp highlights.
-            let bell = at.hx * at.hx + at.hz * at.hz * c(squared);
-            let gamma = lobe.falloff;
-            // GTR's normalization, so that the distribution integrates to one.
-            let scale = (gamma - 1.0) * (squared - 1.0) / (PI * (1.0 - squared.powf(1.0 - gamma)));
-            let distribution = c(scale) * (-(bell.ln() * c(gamma))).exp();
+            let bell = at.hx * at.hx + at.hz * at.hz * c(lobe.roughness * lobe.roughness);
+            let distribution = c(lobe.scale) * (-(bell.ln() * c(lobe.falloff))).exp();
             let shadow = (0.5 * lobe.roughness + self.shadow).min(1.0);
             let visible = |cosine: S| cosine * c(1.0 - shadow) + c(shadow);
             distribution * c(0.25) / (visible(incoming) * visible(outgoing))
         };
-        let highlight = fresnel
-            * (lobe(self.core) * c(1.0 - self.haze_share) + lobe(self.haze) * c(self.haze_share));
+        let highlight = fresnel * (lobe(&self.core) + lobe(&self.haze));
 
         let mut noise = c(0.0);
-        for [theta_h, theta_d, phi_d, phase] in self.waves {
-            let wave = angles.theta_h * c(theta_h)
-                + angles.theta_d * c(theta_d)
-                + angles.phi_d * c(phi_d)
-                + c(phase);
+        for [hx, dz, dx, phase] in self.waves {
+            let wave = at.hx * c(hx) + at.dz * c(dz) + at.dx * at.dx * c(dx) + c(phase);
             noise = noise + wave.sin_cos().0 * c(0.25);
         }
         let lower = (incoming - outgoing).if_positive(outgoing, incoming);
@@ -266,7 +275,7 @@ impl Procedural {
 
         let mut brdf = [c(0.0); 3];
         for (channel, f) in brdf.iter_mut().enumerate() {
-            let diffuse = (base + retro) * c(self.diffuse[channel]);
+            let diffuse = base * c(self.diffuse[channel]);
             let sheen = grazing_difference * c(self.sheen[channel] / PI);
             *f = (diffuse + sheen + highlight * c(self.specular[channel])) * noise;
         }
@@ -280,11 +289,22 @@ impl Material for Procedural {
     }
 
     fn brdf(&self, angles: Angles<f32>) -> [f32; 3] {
-        self.evaluate(angles)
+        self.evaluate(&HalfDifference::from_angles(angles))
     }
 
     fn brdf_with_derivative(&self, angles: Angles<f32>) -> ([f32; 3], [[f32; 3]; 3]) {
-        Dual::split(self.evaluate(Dual::variables(angles)))
+        let at = HalfDifference::from_angles(Dual::variables(angles));
+        Dual::split(self.evaluate(&at))
+    }
+
+    fn brdf_batch(&self, at: &[HalfDifference<f32>], brdf: &mut [[f32; 3]]) {
+        for (at, brdf) in at.iter().zip(brdf) {
+            *brdf = self.evaluate(at);
+        }
+    }
+
+    fn is_reciprocal(&self) -> bool {
+        true
     }
 }
 
@@ -366,11 +386,18 @@ mod tests {
                     discarded += 1;
                     continue;
                 }
-                let duals = material.evaluate(Dual::<f64, 3>::variables(angles));
+                let duals = material.evaluate(&HalfDifference::from_angles(
+                    Dual::<f64, 3>::variables(angles),
+                ));
                 let (values, derivative) = Dual::split(duals);
                 for angle in [0, 1, 2] {
-                    let [far_low, low, high, far_high] = [-2.0, -1.0, 1.0, 2.0]
-                        .map(|steps| material.evaluate(moved(angles, angle, steps * STEP)));
+                    let [far_low, low, high, far_high] = [-2.0, -1.0, 1.0, 2.0].map(|steps| {
+                        material.evaluate(&HalfDifference::from_angles(moved(
+                            angles,
+                            angle,
+                            steps * STEP,
+                        )))
+                    });
                     for channel in 0..3 {
                         let difference = (far_low[channel] - far_high[channel]
                             + 8.0 * (high[channel] - low[channel]))
@@ -400,7 +427,9 @@ mod tests {
         let mut largest = [0.0_f64; 2];
         for material in Procedural::set(60, 4) {
             for angles in uniform_valid(100, 10) {
-                let duals = material.evaluate(Dual::<f64, 3>::variables(place(angles)));
+                let duals = material.evaluate(&HalfDifference::from_angles(
+                    Dual::<f64, 3>::variables(place(angles)),
+                ));
                 let (exact, exact_derivative) = Dual::split(duals);
                 let (beside, derivative) = material.brdf_with_derivative(angles);
                 let found = material.brdf(angles);
@@ -425,8 +454,9 @@ mod tests {
     fn materials_are_reciprocal_and_positive() {
         for material in Procedural::set(60, 5) {
             for angles in uniform_valid(100, 11).into_iter().map(place) {
-                let found = material.evaluate(angles);
-                let exchanged = material.evaluate(moved(angles, 2, PI));
+                let found = material.evaluate(&HalfDifference::from_angles(angles));
+                let exchanged =
+                    material.evaluate(&HalfDifference::from_angles(moved(angles, 2, PI)));
                 for (f, exchanged) in found.into_iter().zip(exchanged) {
                     assert!(f > 0.0 && f.is_finite(), "{}: {f}", material.name());
                     assert!(
