@@ -8,12 +8,13 @@ use glimpse_core::fit::completion::standardized;
 use glimpse_core::geometry::HalfDifference;
 use glimpse_core::gonio::Limits;
 use glimpse_core::model::{CookTorrance, ModelKind, Neural, Phong};
+use glimpse_core::recipe::Noise;
 use glimpse_kernels::completion::{Batch, CompletionWeights, Shape};
 use glimpse_kernels::scan::scan;
 use glimpse_optimizer::Groups;
 use glimpse_trainer::export::recipe_of;
 use glimpse_trainer::linear::Prior;
-use glimpse_trainer::material::{Material, Procedural, Source};
+use glimpse_trainer::material::{Material, Procedural};
 use glimpse_trainer::meta::completion::dataset::{Dataset, Part};
 use glimpse_trainer::meta::completion::draw::{Group, Variety};
 use glimpse_trainer::meta::completion::refinement::{Refinement, Steps};
@@ -42,7 +43,12 @@ fn materials(count: usize) -> Vec<Box<dyn Material>> {
 fn with_trainee<T>(model: ModelKind, of: impl FnOnce(&CompletionTrainee<'_>, &Plan) -> T) -> T {
     let variety = Variety {
         missing: 0.5,
-        noise: [0.02, 0.001],
+        noise: Noise {
+            multiplicative: 0.02,
+            additive: 0.001,
+            // The derivative does not see a sensor's steps.
+            levels: 0,
+        },
         ..Variety::default()
     };
     let group = |materials: Range<usize>, share| Group {
