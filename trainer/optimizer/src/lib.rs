@@ -84,16 +84,18 @@ pub struct Optimization {
 }
 
 /// Some parameters, and what Adam remembers of their gradients: nothing before the first step.
-type Group = (Tensor<B, 1>, Option<AdamState<B, 1>>);
+///
+/// They are a tensor only while they are stepped: reading a tensor that somebody else holds as well goes
+/// number by number, and takes longer than the step.
+type Group = (Vec<f32>, Option<AdamState<B, 1>>);
 
 fn tensor(values: Vec<f32>) -> Tensor<B, 1> {
     let length = values.len();
     Tensor::from_data(TensorData::new(values, [length]), &DEVICE)
 }
 
-fn list(tensor: &Tensor<B, 1>) -> Vec<f32> {
-    let data = tensor.to_data();
-    // As a slice: one by one takes longer than the step itself.
+fn list(tensor: Tensor<B, 1>) -> Vec<f32> {
+    let data = tensor.into_data();
     match data.as_slice() {
         Ok(numbers) => numbers.to_vec(),
         Err(_) => data.iter::<f32>().collect(),
@@ -122,11 +124,11 @@ impl GroupRecord {
     fn of((values, state): &Group) -> Self {
         let moments = state.as_ref().map(|AdamState { momentum }| Moments {
             steps: momentum.time as u64,
-            first: list(&momentum.moment_1),
-            second: list(&momentum.moment_2),
+            first: list(momentum.moment_1.clone()),
+            second: list(momentum.moment_2.clone()),
         });
         Self {
-            values: list(values),
+            values: values.clone(),
             moments,
         }
     }
@@ -144,7 +146,7 @@ impl GroupRecord {
                 tensor(moments.second),
             ))),
         };
-        Some((tensor(self.values), state))
+        Some((self.values, state))
     }
 }
 
@@ -154,14 +156,14 @@ impl Optimization {
     pub fn new(values: Groups<Vec<f32>>) -> Self {
         Self {
             adam: AdamConfig::new().with_epsilon(1e-8).build(),
-            groups: values.map(|values| (tensor(values), None)),
+            groups: values.map(|values| (values, None)),
         }
     }
 
     /// The values as they are now.
     #[must_use]
     pub fn values(&self) -> Groups<Vec<f32>> {
-        self.groups.as_ref().map(|(values, _)| list(values))
+        self.groups.as_ref().map(|(values, _)| values.clone())
     }
 
     /// One step of Adam, each group at its own rate; a rate of 0 leaves a group alone.
@@ -172,9 +174,10 @@ impl Optimization {
                 continue;
             }
             // Taken out, and not cloned: what nobody else holds is changed in place.
-            let (values, state) = std::mem::replace(group, (tensor(Vec::new()), None));
+            let (values, state) = std::mem::take(group);
             let gradient = tensor(gradient.clone());
-            *group = self.adam.step(*rate, values, gradient, state);
+            let (values, state) = self.adam.step(*rate, tensor(values), gradient, state);
+            *group = (list(values), state);
         }
     }
 
