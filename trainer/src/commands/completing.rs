@@ -27,7 +27,7 @@ pub(crate) struct CompletingArgs {
     #[arg(long, value_name = "COUNT")]
     levels: Option<u32>,
     /// Schedule prior: the share of procedural materials among those trained on, 0 to below 1
-    /// [default: 0.15]
+    /// [default: 0.4]
     #[arg(long, value_name = "SHARE")]
     procedural: Option<f32>,
     /// Schedule prior: how far the light's arm gets from the normal [default: 90]

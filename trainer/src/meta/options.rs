@@ -62,7 +62,7 @@ impl Default for Completing {
             noise: 0.0,
             additive: 0.0,
             levels: 0,
-            procedural: 0.15,
+            procedural: 0.4,
             limits: Limits::NONE,
         }
     }

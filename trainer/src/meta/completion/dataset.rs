@@ -7,6 +7,11 @@ use super::pool::WarpedPool;
 use super::warp::Warp;
 use crate::linear::{Basis, Columns};
 use crate::material::Material;
+use crate::sampling::{seen_on_spheres, uniform_valid};
+
+/// The share of directions that tasks are judged at as pictures see them; the others are uniform, as the
+/// loss has them.
+const SEEN: f32 = 0.25;
 
 /// Materials to train on, with their BRDF at many directions.
 pub struct Dataset {
@@ -39,10 +44,12 @@ impl Dataset {
         seed: u64,
     ) -> Self {
         let learned = &materials[..own];
+        let few = (SEEN * size as f32) as usize;
+        let places = [uniform_valid(size - few, seed), seen_on_spheres(few, seed)];
         Self {
             columns: Columns::new(learned),
-            pool: WarpedPool::new(&materials, own, &variety.warps, size, seed),
-            fresh: WarpedPool::new(learned, 0, &[Warp::NONE], size, !seed),
+            pool: WarpedPool::new(&materials, own, &variety.warps, places.concat()),
+            fresh: WarpedPool::new(learned, 0, &[Warp::NONE], uniform_valid(size, !seed)),
             materials,
             own,
             groups,

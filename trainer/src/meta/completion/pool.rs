@@ -10,7 +10,6 @@ use super::field::{FIELD, field_at};
 use super::warp::Warp;
 use crate::linear::{Basis, widened};
 use crate::material::Material;
-use crate::sampling::uniform_valid;
 
 /// Materials at uniform valid directions, each with every warp.
 pub struct WarpedPool {
@@ -24,17 +23,16 @@ pub struct WarpedPool {
 }
 
 impl WarpedPool {
-    /// Evaluates all materials at `size` (rounded up to octets) directions: the first `warped` of
-    /// them with every warp, the others with the first one alone.
+    /// Evaluates all materials at some directions, cut to octets: the first `warped` of them with every
+    /// warp, the others with the first one alone.
     #[must_use]
     pub fn new(
         materials: &[Box<dyn Material>],
         warped: usize,
         warps: &[Warp],
-        size: usize,
-        seed: u64,
+        mut angles: Vec<Angles<f32>>,
     ) -> Self {
-        let angles = uniform_valid(size.next_multiple_of(WIDTH), seed);
+        angles.truncate(angles.len() / WIDTH * WIDTH);
         let places: Vec<Vec<HalfDifference<f32>>> = warps
             .iter()
             .map(|warp| {

@@ -24,7 +24,7 @@ impl Steps {
     fn of(effort: Effort, model: ModelKind) -> Self {
         let (patterns, trying, completing, starting, fold) = match (effort, descends(model)) {
             (Effort::Brief, _) => (1, 0, 1_000, 800, [250, 200]),
-            (Effort::Quick, true) => (2, 500, 4_000, 2_500, [600, 400]),
+            (Effort::Quick, true) => (2, 500, 4_000, 2_500, [400, 300]),
             (Effort::Quick, false) => (2, 500, 6_000, 0, [1_500, 0]),
             (Effort::Standard, true) => (6, 1_500, 20_000, 20_000, [4_000, 3_000]),
             (Effort::Standard, false) => (16, 3_000, 40_000, 0, [10_000, 0]),
