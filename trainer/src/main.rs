@@ -84,7 +84,7 @@ fn main() -> ExitCode {
         Command::Export(command) => command.run(),
         Command::Reproduce(command) => command.run(common.seed),
         Command::VirtualScanner(command) => command.run(common.seed),
-        Command::Bench(command) => command.run(),
+        Command::Bench(command) => command.run(common.seed),
         Command::Completion(command) => command.run(&mut <Cli as clap::CommandFactory>::command()),
     };
     match outcome {

@@ -1,14 +1,17 @@
 //! `trainer bench`
 
 use anyhow::ensure;
-use clap::Args;
+use clap::{Args, ValueEnum};
 use glimpse_core::model::ModelKind;
 use glimpse_kernels::lanes::InstructionSet;
 use glimpse_trainer::benchmark::{Ground, Item, Peak, Threads, Timing, materials, measure, peak};
+use glimpse_trainer::material::Source;
+use glimpse_trainer::meta::plan::Effort;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::{Value, json};
 
-use super::{ModelName, print};
+use super::curve::{Curve, Point, table};
+use super::{ModelName, numbers, print};
 
 /// Time the work of meta-learning, and hold it against what this machine can do.
 ///
@@ -23,8 +26,13 @@ use super::{ModelName, print};
 /// measured in the same run: independent multiply-adds in registers, the fastest of many bursts,
 /// on as many threads as the line has.
 ///
+/// With --curve it times whole trainings instead, by each effort up to --effort, and says what loss each
+/// comes to on materials that it never saw: quality against seconds, which is what a faster training
+/// is for. Recipes are thrown away.
+///
 /// Example: trainer bench
 ///          trainer bench --model neural --seconds 5 --threads 1
+///          trainer bench --curve --model neural --data MERL/ --test MERL-test/
 #[derive(Args)]
 #[command(verbatim_doc_comment)]
 pub(crate) struct Bench {
@@ -32,8 +40,23 @@ pub(crate) struct Bench {
     #[arg(long, value_enum)]
     model: Option<ModelName>,
     /// Seconds for each line
-    #[arg(long, default_value_t = 1.0)]
+    #[arg(long, default_value_t = 1.0, conflicts_with = "curve")]
     seconds: f64,
+    /// Time whole trainings by --schedule prior, and judge what they come to
+    #[arg(long)]
+    curve: bool,
+    /// The longest effort of the curve
+    #[arg(long, value_enum, default_value_t = Effort::Quick, requires = "curve")]
+    effort: Effort,
+    /// How many directions are measured
+    #[arg(long, short = 'n', default_value_t = 8, requires = "curve", value_parser = numbers::samples)]
+    samples: usize,
+    /// Materials to train on
+    #[arg(long, default_value = "procedural:100", requires = "curve")]
+    data: Source,
+    /// Materials to judge on
+    #[arg(long, default_value = "procedural:20:1", requires = "curve")]
+    test: Source,
     /// Print JSON
     #[arg(long)]
     json: bool,
@@ -43,7 +66,10 @@ pub(crate) struct Bench {
 type Peaks = [Peak; 2];
 
 impl Bench {
-    pub(crate) fn run(&self) -> anyhow::Result<()> {
+    pub(crate) fn run(&self, seed: u64) -> anyhow::Result<()> {
+        if self.curve {
+            return self.run_curve(seed);
+        }
         ensure!(
             self.seconds > 0.0 && self.seconds <= 3600.0,
             "--seconds {} is out of range: more than 0, and at most 3600",
@@ -54,6 +80,26 @@ impl Bench {
         match self.json {
             true => print(&(serde_json::to_string_pretty(&to_json(&peaks, &lines))? + "\n")),
             false => print(&to_text(&peaks, &lines)),
+        }
+    }
+
+    fn run_curve(&self, seed: u64) -> anyhow::Result<()> {
+        let models = match &self.model {
+            Some(model) => std::slice::from_ref(model),
+            None => ModelName::value_variants(),
+        };
+        let curve = Curve {
+            models,
+            samples: self.samples,
+            effort: self.effort,
+            data: &self.data,
+            test: &self.test,
+            seed,
+        };
+        let points = curve.points()?;
+        match self.json {
+            true => print(&(serde_json::to_string_pretty(&curve_to_json(&points))? + "\n")),
+            false => print(&table(&points).to_text()),
         }
     }
 
@@ -188,6 +234,19 @@ fn to_json(peaks: &[Peaks], lines: &[Line]) -> Value {
         "peaks": peaks.iter().flatten().map(peak).collect::<Vec<_>>(),
         "items": lines.iter().map(line).collect::<Vec<_>>(),
     })
+}
+
+fn curve_to_json(points: &[Point]) -> Value {
+    let point = |point: &Point| {
+        json!({
+            "model": point.model,
+            "effort": point.effort,
+            "seconds": point.seconds,
+            "loss": point.loss,
+            "standard_error": point.standard_error,
+        })
+    };
+    json!({ "curve": points.iter().map(point).collect::<Vec<_>>() })
 }
 
 /// Says what is being measured: in a bar on a terminal, line by line elsewhere.

@@ -4,6 +4,7 @@ mod angles_csv;
 pub(crate) mod bench;
 mod completing;
 pub(crate) mod completion;
+mod curve;
 pub(crate) mod evaluate;
 pub(crate) mod export;
 mod export_basis;

@@ -206,3 +206,42 @@ fn the_version_names_the_commit_where_there_is_one() {
         "{printed}"
     );
 }
+
+#[test]
+fn a_curve_says_what_each_effort_takes_and_comes_to() {
+    let scratch = tempfile::tempdir().expect("a temporary directory");
+    let curve = [
+        "bench",
+        "--curve",
+        "--model",
+        "linear",
+        "-n",
+        "2",
+        "--effort",
+        "brief",
+        "--data",
+        "procedural:4",
+        "--test",
+        "procedural:2:1",
+        "--json",
+    ];
+    let found = succeed(scratch.path(), &curve);
+    let found: serde_json::Value = serde_json::from_str(&found).expect("it is JSON");
+    let points = found["curve"].as_array().expect("a list");
+    assert_eq!(points.len(), 1);
+    assert_eq!(
+        (&points[0]["model"], &points[0]["effort"]),
+        (&"linear".into(), &"brief".into())
+    );
+    let [seconds, loss] =
+        ["seconds", "loss"].map(|name| points[0][name].as_f64().expect("a number"));
+    assert!(
+        seconds > 0.0 && (0.001..0.1).contains(&loss),
+        "{seconds} {loss}"
+    );
+
+    let message = fail(scratch.path(), &["bench", "--curve", "--seconds", "2"]);
+    assert!(message.contains("--seconds"), "{message}");
+    let message = fail(scratch.path(), &["bench", "--test", "procedural:2"]);
+    assert!(message.contains("--curve"), "{message}");
+}
