@@ -122,8 +122,8 @@ fn finish(
         }
         found => {
             job.refuse_to_lose(&found, true, train.force)?;
-            let file = job.train(sources.load()?, true)?;
-            let expected_loss = file.recipe()?.expected_loss();
+            let trained = job.train(sources.load()?, true)?;
+            let expected_loss = trained.file.recipe()?.expected_loss();
             Ok((expected_loss.context("the recipe promises nothing")?, true))
         }
     }

@@ -167,6 +167,16 @@ impl Learned {
         }
     }
 
+    /// How well materials are ranked by the losses that are predicted for them; see
+    /// [`LearnedPrediction`].
+    #[must_use]
+    pub fn rank_correlation(&self) -> Option<f64> {
+        match self {
+            Self::Completed(learned) => learned.prediction.as_ref()?.rank_correlation,
+            Self::Descent(_) | Self::Ridge(_) => None,
+        }
+    }
+
     /// The file of the whole basis that has to lie beside the recipe, for the model Linear.
     #[must_use]
     pub fn basis(&self) -> Option<&[u8]> {

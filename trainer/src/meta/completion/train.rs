@@ -82,29 +82,39 @@ pub fn train(
         let part = Part::without(&dataset, COMPONENTS, fold);
         let (without, outcome) =
             session.run(&part, &fold_plan, Some(&values.pattern), index + 1)?;
+        let others: Vec<usize> = own
+            .iter()
+            .copied()
+            .filter(|at| !fold.contains(at))
+            .collect();
+        seen.add(
+            others.iter().map(|index| of_all[*index]),
+            without.losses_of_materials(&outcome.values, &others),
+        );
         let plain = fold
             .iter()
             .map(|each| Task::plain(*each, options.samples, 0));
         let plain: Vec<Task> = plain.collect();
         let varied = varied(&dataset, fold, index, options);
-        let mut testify = |tasks: &[Task], losses: Vec<f32>, plain| {
-            let coefficients = trainee.mean_coefficients(&values, tasks);
-            let each = coefficients.into_iter().zip(losses);
+        for (tasks, losses, plain) in [
+            (
+                &plain,
+                without.losses_of_materials(&outcome.values, fold),
+                true,
+            ),
+            (&varied, without.losses_of(&outcome.values, &varied), false),
+        ] {
+            let each = trainee
+                .mean_coefficients(&values, tasks)
+                .into_iter()
+                .zip(losses);
             witnesses.extend(each.map(|(coefficients, loss)| Witness {
                 coefficients,
                 loss,
                 plain,
                 fold: index,
             }));
-        };
-        let others = own.iter().copied().filter(|index| !fold.contains(index));
-        let others: Vec<usize> = others.collect();
-        seen.add(
-            others.iter().map(|index| of_all[*index]),
-            without.losses_of_materials(&outcome.values, &others),
-        );
-        testify(&plain, without.held_out(&outcome.values), true);
-        testify(&varied, without.losses_of(&outcome.values, &varied), false);
+        }
     }
     for witness in &mut witnesses {
         witness.loss *= seen.ratio();

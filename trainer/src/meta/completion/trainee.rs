@@ -337,36 +337,24 @@ impl<'a> CompletionTrainee<'a> {
         tasks.par_chunks(BATCH).flat_map_iter(of_some).collect()
     }
 
-    /// The loss of each material that it is judged on, as it is, at fresh directions.
-    #[must_use]
-    pub fn held_out(&self, values: &Groups<Vec<f32>>) -> Vec<f32> {
-        let judged = self.judged(values, self.refinement);
-        judged.iter().map(|each| each.loss).collect()
-    }
-
-    /// The materials that it is judged on, as they are, at fresh directions.
-    fn judged(&self, values: &Groups<Vec<f32>>, refines: Option<&dyn Refinement>) -> Vec<Judged> {
-        self.plain(values, &self.part.judged, refines)
-    }
-
-    /// The loss of other materials that are learned from, as they are, at fresh directions.
+    /// The loss of some of the materials that are learned from, as they are, at fresh directions.
     #[must_use]
     pub fn losses_of_materials(&self, values: &Groups<Vec<f32>>, materials: &[usize]) -> Vec<f32> {
-        let judged = self.plain(values, materials, self.refinement);
+        let judged = self.judged(values, materials, self.refinement);
         judged.iter().map(|each| each.loss).collect()
     }
 
-    fn plain(
+    fn judged(
         &self,
         values: &Groups<Vec<f32>>,
         materials: &[usize],
-        refines: Option<&dyn Refinement>,
+        refinement: Option<&dyn Refinement>,
     ) -> Vec<Judged> {
         let by = self.applied(values, self.reachable(values));
         let at = self.fresh();
         let plain = |material: &usize| Task::plain(*material, self.shape.samples, at.pool.octets());
         let tasks: Vec<Task> = materials.iter().map(plain).collect();
-        self.losses(&by, &tasks, refines, at)
+        self.losses(&by, &tasks, refinement, at)
     }
 }
 
@@ -460,12 +448,12 @@ impl Trainee for CompletionTrainee<'_> {
 
     /// Of the completed coefficients: a start is trained only after patterns were tried.
     fn judge(&self, values: &Groups<Vec<f32>>) -> f32 {
-        let judged = self.judged(values, None);
+        let judged = self.judged(values, &self.part.judged, None);
         mean(judged.iter().map(|each| each.weight * each.loss))
     }
 
     fn expected(&self, values: &Groups<Vec<f32>>) -> Expected {
-        let losses = self.held_out(values);
+        let losses = self.losses_of_materials(values, &self.part.judged);
         let losses = losses.iter().copied();
         Expected::new(mean(losses.clone()), losses.map(f64::from))
     }
