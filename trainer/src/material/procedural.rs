@@ -124,7 +124,8 @@ pub struct Procedural {
     /// Retro-reflective lobe at small theta_d: strength and width.
     retro: f64,
     retro_width: f64,
-    /// Noise: amplitude at the horizon; of each wave its frequencies along h_x, d_z and d_x^2, and a phase.
+    /// Noise: amplitude at the horizon; of each wave its frequencies along h_x, d_z and (h_x d_x)^2, and a
+    /// phase.
     noise: f64,
     waves: [[f64; 4]; 4],
 }
@@ -229,7 +230,7 @@ impl Procedural {
                 [
                     uniform(random, -40.0, 40.0),
                     uniform(random, -40.0, 40.0),
-                    uniform(random, -40.0, 40.0),
+                    uniform(random, -100.0, 100.0),
                     uniform(random, 0.0, 2.0 * PI),
                 ]
             }),
@@ -266,8 +267,11 @@ impl Procedural {
         let highlight = fresnel * (lobe(&self.core) + lobe(&self.haze));
 
         let mut noise = c(0.0);
-        for [hx, dz, dx, phase] in self.waves {
-            let wave = at.hx * c(hx) + at.dz * c(dz) + at.dx * at.dx * c(dx) + c(phase);
+        // Of phi_d there is none at the pole, and the same on the other side.
+        let turn = at.hx * at.dx;
+        let turn = turn * turn;
+        for [hx, dz, by_turn, phase] in self.waves {
+            let wave = at.hx * c(hx) + at.dz * c(dz) + turn * c(by_turn) + c(phase);
             noise = noise + wave.sin_cos().0 * c(0.25);
         }
         let lower = (incoming - outgoing).if_positive(outgoing, incoming);
@@ -451,12 +455,21 @@ mod tests {
     }
 
     #[test]
-    fn materials_are_reciprocal_and_positive() {
+    fn materials_are_reciprocal_isotropic_and_positive() {
         for material in Procedural::set(60, 5) {
             for angles in uniform_valid(100, 11).into_iter().map(place) {
                 let found = material.evaluate(&HalfDifference::from_angles(angles));
                 let exchanged =
                     material.evaluate(&HalfDifference::from_angles(moved(angles, 2, PI)));
+                let pole = |phi_d| {
+                    let angles = Angles {
+                        theta_h: 0.0,
+                        phi_d,
+                        ..angles
+                    };
+                    material.evaluate(&HalfDifference::from_angles(angles))[0]
+                };
+                assert!((pole(0.0) / pole(angles.phi_d) - 1.0).abs() < 1e-9);
                 for (f, exchanged) in found.into_iter().zip(exchanged) {
                     assert!(f > 0.0 && f.is_finite(), "{}: {f}", material.name());
                     assert!(
