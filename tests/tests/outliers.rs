@@ -55,8 +55,8 @@ fn an_outlier_raises_the_residual_nine_times_in_ten_neural() {
     let tally = tally(NEURAL);
     println!("{tally:?}");
     assert_eq!(tally.outliers, 800);
-    assert!(tally.raised > 720, "{tally:?}"); // 742
-    assert!(tally.named > 368, "{tally:?}"); // 381
+    assert!(tally.raised > 720, "{tally:?}"); // 724
+    assert!(tally.named > 368, "{tally:?}"); // 377
 }
 
 /// The ridge solve bends less.
@@ -66,6 +66,6 @@ fn an_outlier_doubles_the_residual_seven_times_in_ten_linear() {
     println!("{tally:?}");
     assert_eq!(tally.outliers, 800);
     assert!(tally.raised > 712, "{tally:?}"); // 728
-    assert!(tally.doubled > 560, "{tally:?}"); // 574
-    assert!(tally.named > 528, "{tally:?}"); // 543
+    assert!(tally.doubled > 560, "{tally:?}"); // 571
+    assert!(tally.named > 528, "{tally:?}"); // 538
 }
