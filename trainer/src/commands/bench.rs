@@ -45,16 +45,16 @@ pub(crate) struct Bench {
     /// Time whole trainings by --schedule prior, and judge what they come to
     #[arg(long)]
     curve: bool,
-    /// The longest effort of the curve
+    /// With --curve: the longest effort; all that are shorter come before it
     #[arg(long, value_enum, default_value_t = Effort::Quick, requires = "curve")]
     effort: Effort,
-    /// How many directions are measured
+    /// With --curve: how many directions are measured
     #[arg(long, short = 'n', default_value_t = 8, requires = "curve", value_parser = numbers::samples)]
     samples: usize,
-    /// Materials to train on
+    /// With --curve: materials to train on
     #[arg(long, default_value = "procedural:100", requires = "curve")]
     data: Source,
-    /// Materials to judge on
+    /// With --curve: materials to judge on
     #[arg(long, default_value = "procedural:20:1", requires = "curve")]
     test: Source,
     /// Print JSON
