@@ -5,10 +5,8 @@
 //! and FMA. The type is private to `lanes`, so nobody else can make one.
 
 use std::arch::x86_64::*;
-use std::ops::{Add, Div, Mul, Neg, Sub};
 
-use glimpse_core::numeric::Scalar;
-
+use super::arithmetic::arithmetic;
 use super::elementary::{self, Elementary};
 use super::{Kernel, Lanes, Octet, Octets, RegisterPair, WIDTH};
 
@@ -32,71 +30,18 @@ pub(super) fn run<K: Kernel>(kernel: K) -> K::Output {
     unsafe { with_features(kernel) }
 }
 
-macro_rules! operator {
-    ($trait:ident, $method:ident, $intrinsic:ident) => {
-        impl $trait for Avx2Lanes {
-            type Output = Self;
-            #[inline(always)]
-            fn $method(self, other: Self) -> Self {
-                // SAFETY: see the file's head.
-                Self(unsafe { $intrinsic(self.0, other.0) })
-            }
-        }
-    };
-}
-operator!(Add, add, _mm256_add_ps);
-operator!(Sub, sub, _mm256_sub_ps);
-operator!(Mul, mul, _mm256_mul_ps);
-operator!(Div, div, _mm256_div_ps);
-
-impl Neg for Avx2Lanes {
-    type Output = Self;
-    #[inline(always)]
-    fn neg(self) -> Self {
-        // SAFETY: see the file's head.
-        Self(unsafe { _mm256_xor_ps(self.0, _mm256_set1_ps(-0.0)) })
-    }
-}
-
-impl Scalar for Avx2Lanes {
-    type Parameter = f32;
-    type Sum = Self;
-
-    #[inline(always)]
-    fn constant(value: f64) -> Self {
-        Self::splat(value as f32)
-    }
-    #[inline(always)]
-    fn broadcast(parameter: f32) -> Self {
-        Self::splat(parameter)
-    }
-    #[inline(always)]
-    fn add_product(sum: &mut Self, a: Self, b: Self) {
-        *sum = sum.plus_product(a, b);
-    }
-    #[inline(always)]
-    fn add_to(sum: &mut Self, a: Self) {
-        *sum = *sum + a;
-    }
-    #[inline(always)]
-    fn plus_product(self, a: Self, b: Self) -> Self {
-        a.multiply_add(b, self)
-    }
-    #[inline(always)]
-    fn if_positive(self, then: Self, otherwise: Self) -> Self {
-        // SAFETY: see the file's head.
-        Self(unsafe {
-            let mask = _mm256_cmp_ps::<_CMP_GT_OQ>(self.0, _mm256_setzero_ps());
-            _mm256_blendv_ps(otherwise.0, then.0, mask)
-        })
-    }
-    #[inline(always)]
-    fn exp(self) -> Self {
-        elementary::exp(self)
-    }
-    #[inline(always)]
-    fn ln(self) -> Self {
-        elementary::ln(self)
+arithmetic! {
+    Avx2Lanes:
+    _mm256_add_ps, _mm256_sub_ps, _mm256_mul_ps, _mm256_div_ps,
+    _mm256_xor_ps, _mm256_fmadd_ps, _mm256_min_ps, _mm256_max_ps,
+    splat _mm256_set1_ps,
+    integers _mm256_set1_epi32, _mm256_add_epi32, _mm256_sub_epi32, _mm256_slli_epi32, _mm256_srai_epi32,
+    conversions _mm256_cvtps_epi32, _mm256_cvtepi32_ps,
+    casts _mm256_castps_si256, _mm256_castsi256_ps,
+    round _mm256_round_ps,
+    select(value, then, otherwise) {
+        let mask = _mm256_cmp_ps::<_CMP_GT_OQ>(value, _mm256_setzero_ps());
+        _mm256_blendv_ps(otherwise, then, mask)
     }
 }
 
@@ -122,29 +67,54 @@ impl Lanes for Avx2Lanes {
     }
     #[inline(always)]
     fn totals(sums: &[Self], totals: &mut [f32]) {
-        let (chunks, rest) = sums.as_chunks::<WIDTH>();
-        let (outputs, tail) = totals.as_chunks_mut::<WIDTH>();
-        for (sums, output) in chunks.iter().zip(outputs) {
-            totals_of_eight(sums, output);
-        }
-        if !rest.is_empty() {
-            let mut sums = [Self::splat(0.0); WIDTH];
-            for (sum, rest) in sums.iter_mut().zip(rest) {
-                *sum = *rest;
-            }
-            let mut output = [0.0; WIDTH];
-            totals_of_eight(&sums, &mut output);
-            for (total, output) in tail.iter_mut().zip(output) {
-                *total = output;
-            }
+        totals_of_each(sums, totals);
+    }
+}
+
+/// Lanes whose sums come to those of eight.
+pub(super) trait Fold: Copy {
+    /// Lanes beyond eight added to those below.
+    fn fold(self) -> Avx2Lanes;
+}
+
+impl Fold for Avx2Lanes {
+    #[inline(always)]
+    fn fold(self) -> Self {
+        self
+    }
+}
+
+/// The sums over the lanes of registers, each of them first folded to eight.
+#[inline(always)]
+pub(super) fn totals_of_each(sums: &[impl Fold], totals: &mut [f32]) {
+    let (chunks, rest) = sums.as_chunks::<WIDTH>();
+    let (outputs, tail) = totals.as_chunks_mut::<WIDTH>();
+    for (sums, output) in chunks.iter().zip(outputs) {
+        totals_of_eight(&folded(sums), output);
+    }
+    if !rest.is_empty() {
+        let mut output = [0.0; WIDTH];
+        totals_of_eight(&folded(rest), &mut output);
+        for (total, output) in tail.iter_mut().zip(output) {
+            *total = output;
         }
     }
+}
+
+/// Eight at most; the others are 0.
+#[inline(always)]
+fn folded(sums: &[impl Fold]) -> [Avx2Lanes; WIDTH] {
+    let mut folded = [Avx2Lanes::splat(0.0); WIDTH];
+    for (folded, sum) in folded.iter_mut().zip(sums) {
+        *folded = sum.fold();
+    }
+    folded
 }
 
 /// The sums over the lanes of eight registers: halves are added pair by pair, so that no lane is
 /// taken out by itself.
 #[inline(always)]
-pub(super) fn totals_of_eight(sums: &[Avx2Lanes; WIDTH], totals: &mut [f32; WIDTH]) {
+fn totals_of_eight(sums: &[Avx2Lanes; WIDTH], totals: &mut [f32; WIDTH]) {
     let [a, b, c, d, e, f, g, h] = sums;
     // SAFETY: see the file's head; the store needs no alignment.
     unsafe {
@@ -157,65 +127,5 @@ pub(super) fn totals_of_eight(sums: &[Avx2Lanes; WIDTH], totals: &mut [f32; WIDT
         let lower = _mm256_permute2f128_ps::<0x20>(abcd, efgh);
         let upper = _mm256_permute2f128_ps::<0x31>(abcd, efgh);
         _mm256_storeu_ps(totals.as_mut_ptr(), _mm256_add_ps(lower, upper));
-    }
-}
-
-impl Elementary for Avx2Lanes {
-    #[inline(always)]
-    fn splat(value: f32) -> Self {
-        // SAFETY: see the file's head.
-        Self(unsafe { _mm256_set1_ps(value) })
-    }
-    #[inline(always)]
-    fn multiply_add(self, b: Self, c: Self) -> Self {
-        // SAFETY: see the file's head.
-        Self(unsafe { _mm256_fmadd_ps(self.0, b.0, c.0) })
-    }
-    #[inline(always)]
-    fn multiply(self, b: Self) -> Self {
-        self * b
-    }
-    #[inline(always)]
-    fn add(self, b: Self) -> Self {
-        self + b
-    }
-    #[inline(always)]
-    fn clamp(self, low: f32, high: f32) -> Self {
-        // SAFETY: see the file's head.
-        Self(unsafe {
-            _mm256_min_ps(
-                _mm256_max_ps(self.0, _mm256_set1_ps(low)),
-                _mm256_set1_ps(high),
-            )
-        })
-    }
-    #[inline(always)]
-    fn round(self) -> Self {
-        // SAFETY: see the file's head.
-        Self(unsafe {
-            _mm256_round_ps::<{ _MM_FROUND_TO_NEAREST_INT | _MM_FROUND_NO_EXC }>(self.0)
-        })
-    }
-    #[inline(always)]
-    fn power_of_two(self) -> Self {
-        // SAFETY: see the file's head.
-        Self(unsafe {
-            let biased = _mm256_add_epi32(_mm256_cvtps_epi32(self.0), _mm256_set1_epi32(127));
-            _mm256_castsi256_ps(_mm256_slli_epi32::<23>(biased))
-        })
-    }
-    #[inline(always)]
-    fn split(self) -> (Self, Self) {
-        // SAFETY: see the file's head.
-        unsafe {
-            let bits = _mm256_castps_si256(self.0);
-            let above = _mm256_sub_epi32(bits, _mm256_set1_epi32(elementary::SQRT_HALF_BITS));
-            let exponent = _mm256_srai_epi32::<23>(above);
-            let mantissa = _mm256_sub_epi32(bits, _mm256_slli_epi32::<23>(exponent));
-            (
-                Self(_mm256_castsi256_ps(mantissa)),
-                Self(_mm256_cvtepi32_ps(exponent)),
-            )
-        }
     }
 }

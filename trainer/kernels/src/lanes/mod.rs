@@ -7,6 +7,8 @@
 //! `array::map` or `from_fn`, whose closures the compiler leaves out of line.
 
 #[cfg(target_arch = "x86_64")]
+mod arithmetic;
+#[cfg(target_arch = "x86_64")]
 mod avx2;
 #[cfg(target_arch = "x86_64")]
 mod avx512;

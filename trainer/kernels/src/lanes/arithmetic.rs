@@ -1,0 +1,156 @@
+//! What AVX2 and AVX-512 do alike: the same arithmetic by instructions of other names.
+//!
+//! Safety of every `unsafe` here: that of the file where the macro is used.
+
+/// The traits [`Scalar`](glimpse_core::numeric::Scalar) and
+/// [`Elementary`](super::elementary::Elementary), and operators, of a type that wraps a register, by
+/// the instructions given.
+macro_rules! arithmetic {
+    (
+        $lanes:ident:
+        $add:ident, $sub:ident, $mul:ident, $div:ident, $xor:ident, $fused:ident, $min:ident, $max:ident,
+        splat $splat:ident,
+        integers $splat_integer:ident, $add_integer:ident, $sub_integer:ident, $left:ident, $right:ident,
+        conversions $to_integer:ident, $from_integer:ident,
+        casts $bits:ident, $from_bits:ident,
+        round $round:ident,
+        select($value:ident, $then:ident, $otherwise:ident) $select:expr
+    ) => {
+        impl std::ops::Add for $lanes {
+            type Output = Self;
+            #[inline(always)]
+            fn add(self, other: Self) -> Self {
+                // SAFETY: see the file's head.
+                Self(unsafe { $add(self.0, other.0) })
+            }
+        }
+
+        impl std::ops::Sub for $lanes {
+            type Output = Self;
+            #[inline(always)]
+            fn sub(self, other: Self) -> Self {
+                // SAFETY: see the file's head.
+                Self(unsafe { $sub(self.0, other.0) })
+            }
+        }
+
+        impl std::ops::Mul for $lanes {
+            type Output = Self;
+            #[inline(always)]
+            fn mul(self, other: Self) -> Self {
+                // SAFETY: see the file's head.
+                Self(unsafe { $mul(self.0, other.0) })
+            }
+        }
+
+        impl std::ops::Div for $lanes {
+            type Output = Self;
+            #[inline(always)]
+            fn div(self, other: Self) -> Self {
+                // SAFETY: see the file's head.
+                Self(unsafe { $div(self.0, other.0) })
+            }
+        }
+
+        impl std::ops::Neg for $lanes {
+            type Output = Self;
+            #[inline(always)]
+            fn neg(self) -> Self {
+                // SAFETY: see the file's head.
+                Self(unsafe { $xor(self.0, $splat(-0.0)) })
+            }
+        }
+
+        impl glimpse_core::numeric::Scalar for $lanes {
+            type Parameter = f32;
+            type Sum = Self;
+
+            #[inline(always)]
+            fn constant(value: f64) -> Self {
+                Self::splat(value as f32)
+            }
+            #[inline(always)]
+            fn broadcast(parameter: f32) -> Self {
+                Self::splat(parameter)
+            }
+            #[inline(always)]
+            fn add_product(sum: &mut Self, a: Self, b: Self) {
+                *sum = sum.plus_product(a, b);
+            }
+            #[inline(always)]
+            fn add_to(sum: &mut Self, a: Self) {
+                *sum = *sum + a;
+            }
+            #[inline(always)]
+            fn plus_product(self, a: Self, b: Self) -> Self {
+                a.multiply_add(b, self)
+            }
+            #[inline(always)]
+            fn if_positive(self, then: Self, otherwise: Self) -> Self {
+                let ($value, $then, $otherwise) = (self.0, then.0, otherwise.0);
+                // SAFETY: see the file's head.
+                Self(unsafe { $select })
+            }
+            #[inline(always)]
+            fn exp(self) -> Self {
+                elementary::exp(self)
+            }
+            #[inline(always)]
+            fn ln(self) -> Self {
+                elementary::ln(self)
+            }
+        }
+
+        impl Elementary for $lanes {
+            #[inline(always)]
+            fn splat(value: f32) -> Self {
+                // SAFETY: see the file's head.
+                Self(unsafe { $splat(value) })
+            }
+            #[inline(always)]
+            fn multiply_add(self, b: Self, c: Self) -> Self {
+                // SAFETY: see the file's head.
+                Self(unsafe { $fused(self.0, b.0, c.0) })
+            }
+            #[inline(always)]
+            fn multiply(self, b: Self) -> Self {
+                self * b
+            }
+            #[inline(always)]
+            fn add(self, b: Self) -> Self {
+                self + b
+            }
+            #[inline(always)]
+            fn clamp(self, low: f32, high: f32) -> Self {
+                // SAFETY: see the file's head.
+                Self(unsafe { $min($max(self.0, $splat(low)), $splat(high)) })
+            }
+            #[inline(always)]
+            fn round(self) -> Self {
+                // SAFETY: see the file's head.
+                Self(unsafe { $round::<{ _MM_FROUND_TO_NEAREST_INT | _MM_FROUND_NO_EXC }>(self.0) })
+            }
+            #[inline(always)]
+            fn power_of_two(self) -> Self {
+                // SAFETY: see the file's head.
+                Self(unsafe {
+                    let biased = $add_integer($to_integer(self.0), $splat_integer(127));
+                    $from_bits($left::<23>(biased))
+                })
+            }
+            #[inline(always)]
+            fn split(self) -> (Self, Self) {
+                // SAFETY: see the file's head.
+                unsafe {
+                    let bits = $bits(self.0);
+                    let above = $sub_integer(bits, $splat_integer(elementary::SQRT_HALF_BITS));
+                    let exponent = $right::<23>(above);
+                    let mantissa = $sub_integer(bits, $left::<23>(exponent));
+                    (Self($from_bits(mantissa)), Self($from_integer(exponent)))
+                }
+            }
+        }
+    };
+}
+
+pub(super) use arithmetic;
