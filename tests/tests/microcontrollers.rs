@@ -5,7 +5,9 @@ use glimpse_core::geometry::HalfDifference;
 use glimpse_core::model::loss::cosine_weighted_log_error;
 use glimpse_core::model::{CookTorrance, ModelKind, Neural, Phong};
 use glimpse_core::recipe::Recipe;
-use glimpse_fits::{Linear, measure};
+use glimpse_fits::recipes::masked;
+use glimpse_fits::{Linear, is_lost, measure};
+use glimpse_kernels::scan::scan_some;
 use glimpse_tests::budgets::Budgets;
 use glimpse_tests::figures::{FITS, Fit, figures};
 use glimpse_tests::microcontroller::{Binary, Functions, TARGETS};
@@ -62,6 +64,25 @@ fn all_targets_agree_with_the_host_bit_for_bit() {
                 target.triple
             );
         }
+    }
+}
+
+/// A recipe that was trained for it fits what there is when every third reading is lost, and ends
+/// elsewhere than with all of them.
+#[test]
+fn the_board_agrees_with_the_host_where_readings_are_lost() {
+    for (name, recipe) in [
+        ("linear-lost", masked::LINEAR),
+        ("neural-lost", masked::NEURAL),
+    ] {
+        let recipe = Recipe::parse(recipe).unwrap();
+        let mut some = |index, angles| (!is_lost(index)).then(|| measure(angles).brdf);
+        let expected = scan_some(&recipe, &mut some).unwrap().values;
+        let found = Binary::new(TARGETS[0], Functions::Libm, name).run();
+        let found = found.numbers("parameters");
+        let bits = |list: &[f32]| list.iter().map(|value| value.to_bits()).collect::<Vec<_>>();
+        assert_eq!(bits(&found), bits(&expected), "{name}");
+        assert_ne!(bits(&found), bits(&host(&recipe)), "{name}");
     }
 }
 

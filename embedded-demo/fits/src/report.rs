@@ -8,25 +8,31 @@ use glimpse_core::scan::{Memory, Scan};
 use semihosting::{print, println};
 
 use crate::machine::{counter, stack};
-use crate::{Refused, measure, residual_bits};
+use crate::{Refused, is_lost, measure, residual_bits};
 
-/// Fits a model. Memory and scan lie in statics: the stack is for what is going on.
+/// Fits a model, of all readings or of those that are not [lost](is_lost). Memory and scan lie in
+/// statics: the stack is for what is going on.
 ///
 /// # Errors
 /// If the recipe is refused.
-pub fn fit<'a, K: Fitter, const N: usize>(
+pub fn fit<'a, K: Fitter, const N: usize, const LOSES: bool>(
     recipe: &'a [u8],
     memory: &'a mut Memory<K, N>,
     place: &'a mut Option<Scan<'a, 'a, K, N>>,
 ) -> Result<(), Refused> {
     stack::paint();
-    advance(begin(recipe, memory, place)?)
+    advance::<K, N, LOSES>(begin(recipe, memory, place)?)
 }
 
 /// Out of line, as is [`begin`]: neither's frame is there while the other one's is.
 #[inline(never)]
-fn advance<K: Fitter, const N: usize>(scan: &mut Scan<'_, '_, K, N>) -> Result<(), Refused> {
+fn advance<K: Fitter, const N: usize, const LOSES: bool>(
+    scan: &mut Scan<'_, '_, K, N>,
+) -> Result<(), Refused> {
     for (index, angles) in (0..).zip(scan.recipe().pattern()) {
+        if LOSES && is_lost(index) {
+            continue;
+        }
         scan.record(index, measure(angles)).map_err(|_| Refused)?;
     }
     let mut fit = scan.fit().map_err(|_| Refused)?;
@@ -116,10 +122,14 @@ macro_rules! firmware {
     };
 }
 
-/// A firmware that fits a model by a recipe: `fit!(model, the largest n, recipe)`.
+/// A firmware that fits a model by a recipe: `fit!(model, the largest n, recipe)`, or, where readings
+/// are lost, `fit!(model, the largest n, recipe, true)`.
 #[macro_export]
 macro_rules! fit {
     ($model:ty, $samples:expr, $recipe:expr) => {
+        $crate::fit!($model, $samples, $recipe, false);
+    };
+    ($model:ty, $samples:expr, $recipe:expr, $loses:literal) => {
         $crate::firmware!({
             use glimpse_core::scan::{Memory, Scan};
             use $crate::machine::only;
@@ -127,7 +137,13 @@ macro_rules! fit {
             static mut MEMORY: Memory<$model, { $samples }> = Memory::new();
             static mut SCAN: Option<Scan<'static, 'static, $model, { $samples }>> = None;
             // SAFETY: the entry point runs once, and nothing else knows of them.
-            unsafe { $crate::report::fit($recipe, only(&raw mut MEMORY), only(&raw mut SCAN)) }
+            unsafe {
+                $crate::report::fit::<_, _, $loses>(
+                    $recipe,
+                    only(&raw mut MEMORY),
+                    only(&raw mut SCAN),
+                )
+            }
         });
     };
 }
