@@ -7,9 +7,9 @@ use clap::ValueEnum;
 use glimpse_core::model::ModelKind;
 use glimpse_trainer::evaluation::{Judge, Method};
 use glimpse_trainer::export::recipe_of;
-use glimpse_trainer::linear::{Basis, Prior};
+use glimpse_trainer::linear::Basis;
 use glimpse_trainer::material::Source;
-use glimpse_trainer::meta::options::{Completing, Options, Parts};
+use glimpse_trainer::meta::options::Options;
 use glimpse_trainer::meta::plan::{Effort, Schedule};
 use glimpse_trainer::report::{Best, Cell, Column, Compare, Table};
 
@@ -49,18 +49,8 @@ impl Curve<'_> {
                 let name = value.map_or_else(String::new, |value| value.get_name().to_owned());
                 let model = ModelKind::from(*model);
                 eprintln!("{}, {name} effort", model.name());
-                let options = Options {
-                    model,
-                    samples: self.samples,
-                    schedule: Schedule::Prior,
-                    effort: *effort,
-                    parts: Parts::All,
-                    prior: Prior::LEARNED,
-                    completing: Completing::default(),
-                    portions: Vec::new(),
-                    seed: self.seed,
-                    checkpoints: None,
-                };
+                let options =
+                    Options::new(model, self.samples, Schedule::Prior, *effort, self.seed);
                 let materials = load(self.data)?;
                 let begin = Instant::now();
                 let learned = train_with_progress(&options, materials)?;

@@ -9,7 +9,7 @@ use glimpse_trainer::evaluation::{Judge, Method, OPTIMUM_STEPS, Readings, Traine
 use glimpse_trainer::export::{RecipeFile, recipe_of};
 use glimpse_trainer::linear::{Basis, Columns, Prior, least_condition};
 use glimpse_trainer::material::Source;
-use glimpse_trainer::meta::options::{Completing, Options, Parts};
+use glimpse_trainer::meta::options::{Options, Parts};
 use glimpse_trainer::meta::plan::{Effort, Schedule};
 use glimpse_trainer::meta::run::INNER_STEPS;
 
@@ -308,20 +308,20 @@ impl Evaluate {
 
     /// Trains what the method needs.
     fn learn(&self, name: MethodName, seed: u64) -> anyhow::Result<Learned> {
+        let effort = self.effort.unwrap_or(Effort::Standard);
         let options = Options {
-            model: self.model()?,
-            samples: self.samples()?,
-            schedule: Schedule::Joint,
-            effort: self.effort.unwrap_or(Effort::Standard),
             parts: match name {
                 MethodName::Meta => Parts::WithoutPattern,
                 _ => Parts::All,
             },
             prior: self.prior.or(Prior::LEARNED)?,
-            completing: Completing::default(),
-            portions: Vec::new(),
-            seed,
-            checkpoints: None,
+            ..Options::new(
+                self.model()?,
+                self.samples()?,
+                Schedule::Joint,
+                effort,
+                seed,
+            )
         };
         let train = self.train();
         let learned = train_with_progress(&options, load(&train)?)?;

@@ -11,7 +11,6 @@ use glimpse_kernels::lanes::InstructionSet;
 use glimpse_trainer::evaluation::{Judge, Method};
 use glimpse_trainer::export::{RecipeFile, recipe_of};
 use glimpse_trainer::files::try_write;
-use glimpse_trainer::linear::Prior;
 use glimpse_trainer::material::{Material, Procedural, Source};
 use glimpse_trainer::meta::options::{Completing, Options, Parts};
 use glimpse_trainer::meta::plan::{Effort, Schedule};
@@ -133,16 +132,14 @@ impl Quickstart {
 
 fn options(seed: u64, parts: Parts) -> Options {
     Options {
-        model: ModelKind::Neural,
-        samples: SAMPLES,
-        schedule: Schedule::Joint,
-        effort: Effort::Brief,
         parts,
-        prior: Prior::LEARNED,
-        completing: Completing::default(),
-        portions: Vec::new(),
-        seed,
-        checkpoints: None,
+        ..Options::new(
+            ModelKind::Neural,
+            SAMPLES,
+            Schedule::Joint,
+            Effort::Brief,
+            seed,
+        )
     }
 }
 

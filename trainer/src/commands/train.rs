@@ -11,7 +11,7 @@ use glimpse_trainer::files::{is_stream, try_write};
 use glimpse_trainer::linear::{Basis, Prior};
 use glimpse_trainer::material::{Joined, Portion, Source, Sources};
 use glimpse_trainer::meta::checkpoint::Checkpoint;
-use glimpse_trainer::meta::options::{Options, Parts};
+use glimpse_trainer::meta::options::Options;
 use glimpse_trainer::meta::outer::Checkpoints;
 use glimpse_trainer::meta::plan::{Effort, Schedule};
 
@@ -186,16 +186,9 @@ impl Train {
         }
         Ok(Job {
             options: Options {
-                model: model.into(),
-                samples,
-                schedule: self.schedule,
-                effort: self.effort,
-                parts: Parts::All,
                 prior: self.prior.or(default)?,
                 completing: self.completing.of(self.schedule)?,
-                portions: Vec::new(),
-                seed,
-                checkpoints: None,
+                ..Options::new(model.into(), samples, self.schedule, self.effort, seed)
             },
             data,
             checkpoint: match &self.checkpoint {

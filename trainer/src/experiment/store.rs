@@ -19,7 +19,7 @@ use glimpse_trainer::linear::{Basis, Columns, least_condition};
 use glimpse_trainer::material::{Material, Source};
 use glimpse_trainer::meta;
 use glimpse_trainer::meta::checkpoint::Checkpoint;
-use glimpse_trainer::meta::options::{Completing, Options};
+use glimpse_trainer::meta::options::Options;
 use glimpse_trainer::meta::outer::Checkpoints;
 use glimpse_trainer::meta::plan::Effort;
 use glimpse_trainer::meta::run::INNER_STEPS;
@@ -203,21 +203,22 @@ impl<'a> Store<'a> {
         if let Some((_, names)) = &training.only {
             materials.retain(|material| names.iter().any(|name| name == material.name()));
         }
+        let seed = self.settings.seed.wrapping_add(training.repetition);
         let options = Options {
-            model: training.model,
-            samples: training.samples,
-            schedule: training.schedule,
-            effort: self.settings.effort,
             parts: training.parts.clone(),
             prior: training.prior,
-            completing: Completing::default(),
-            portions: Vec::new(),
-            seed: self.settings.seed.wrapping_add(training.repetition),
             checkpoints: Some(Checkpoints {
                 directory: checkpoint.clone(),
                 every: SAVED_EVERY,
                 resume: true,
             }),
+            ..Options::new(
+                training.model,
+                training.samples,
+                training.schedule,
+                self.settings.effort,
+                seed,
+            )
         };
         let folder = checkpoint.parent().unwrap_or(Path::new(""));
         fs::create_dir_all(folder)

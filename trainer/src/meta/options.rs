@@ -37,6 +37,31 @@ pub struct Options {
     pub checkpoints: Option<Checkpoints>,
 }
 
+impl Options {
+    /// All parts of a recipe, by a prior that is learned and what else is the default, not saved.
+    #[must_use]
+    pub fn new(
+        model: ModelKind,
+        samples: usize,
+        schedule: Schedule,
+        effort: Effort,
+        seed: u64,
+    ) -> Self {
+        Self {
+            model,
+            samples,
+            schedule,
+            effort,
+            parts: Parts::All,
+            prior: Prior::LEARNED,
+            completing: Completing::default(),
+            portions: Vec::new(),
+            seed,
+            checkpoints: None,
+        }
+    }
+}
+
 /// What readings and materials a completion is trained on, besides those given.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Completing {

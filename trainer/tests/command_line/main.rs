@@ -331,25 +331,14 @@ fn a_stopped_run_goes_on_to_the_same_recipe() {
 
     use glimpse_core::model::ModelKind;
     use glimpse_trainer::material::Source;
-    use glimpse_trainer::meta::options::{Options, Parts};
+    use glimpse_trainer::meta::options::Options;
     use glimpse_trainer::meta::outer::Checkpoints;
     use glimpse_trainer::meta::plan::{Effort, Schedule};
     use glimpse_trainer::meta::run::{TrainError, train};
 
     let scratch = tempfile::tempdir().expect("a temporary directory");
     let materials = || Source("procedural:12".into()).load().expect("materials");
-    let mut options = Options {
-        model: ModelKind::Phong,
-        samples: 4,
-        schedule: Schedule::Joint,
-        effort: Effort::Quick,
-        parts: Parts::All,
-        prior: glimpse_trainer::linear::Prior::LEARNED,
-        completing: glimpse_trainer::meta::options::Completing::default(),
-        portions: Vec::new(),
-        seed: 3,
-        checkpoints: None,
-    };
+    let mut options = Options::new(ModelKind::Phong, 4, Schedule::Joint, Effort::Quick, 3);
     let whole =
         train(&options, materials(), &mut |_| ControlFlow::Continue(())).expect("it is trained");
     let mut checkpoints = Checkpoints {

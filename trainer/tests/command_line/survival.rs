@@ -238,7 +238,7 @@ fn a_disk_that_goes_away_costs_only_what_was_not_saved() {
 
     use glimpse_core::model::ModelKind;
     use glimpse_trainer::material::Source;
-    use glimpse_trainer::meta::options::{Options, Parts};
+    use glimpse_trainer::meta::options::Options;
     use glimpse_trainer::meta::outer::Checkpoints;
     use glimpse_trainer::meta::plan::{Effort, Schedule};
     use glimpse_trainer::meta::run::train;
@@ -247,18 +247,7 @@ fn a_disk_that_goes_away_costs_only_what_was_not_saved() {
     let directory = scratch.path().join("checkpoint");
     let away = scratch.path().join("away");
     let materials = || Source("procedural:5".into()).load().expect("materials");
-    let mut options = Options {
-        model: ModelKind::Phong,
-        samples: 3,
-        schedule: Schedule::Paper,
-        effort: Effort::Quick,
-        parts: Parts::All,
-        prior: glimpse_trainer::linear::Prior::LEARNED,
-        completing: glimpse_trainer::meta::options::Completing::default(),
-        portions: Vec::new(),
-        seed: 3,
-        checkpoints: None,
-    };
+    let mut options = Options::new(ModelKind::Phong, 3, Schedule::Paper, Effort::Quick, 3);
     let go_on = &mut |_: &_| ControlFlow::Continue(());
     let whole = train(&options, materials(), go_on).expect("it is trained");
     options.checkpoints = Some(Checkpoints {
