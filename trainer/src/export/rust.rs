@@ -123,6 +123,11 @@ fn add_completed(source: &mut String, completed: &Completed<'_>) {
         "TAKES_MISSING: bool",
         &missing,
     );
+    if !completed.prediction().is_empty() {
+        let predicted = "The loss to expect is the exponential of the first number, plus a weight for \
+             each coefficient's mean over channels.";
+        list(source, predicted, "PREDICTION", completed.prediction());
+    }
     match completed.target() {
         Target::Linear(components) => {
             let basis = "The components at the directions of `PATTERN`.";

@@ -303,6 +303,9 @@ impl Run<'_> {
         match (phase.start, &state.run.best) {
             (Start::Guess(guess), _) => state.restart(self.trainee.first_values(guess)),
             (Start::Best, Some(best)) => state.restart(best.values.clone()),
+            (Start::BestInOrder, Some(best)) => {
+                state.restart(self.trainee.in_order(best.values.clone()));
+            }
             _ => {}
         }
         let mut values = state.optimization.values();

@@ -24,6 +24,9 @@ pub enum Start {
     Previous,
     /// The best meta-parameters so far; see [`Keep`].
     Best,
+    /// The same, the samples in the order in which they tell most; see
+    /// [`Trainee::in_order`](super::trainee::Trainee::in_order).
+    BestInOrder,
     /// The phase before, but for the pattern: another random one at each epoch.
     Patterns,
 }

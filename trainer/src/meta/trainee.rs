@@ -14,6 +14,12 @@ pub trait Trainee: Sync {
     /// The meta-parameters that a first guess begins with.
     fn first_values(&self, guess: u64) -> Groups<Vec<f32>>;
 
+    /// The same meta-parameters, the samples in the order in which they tell most of a material that is
+    /// not read to the end; as they are where all of them are always read.
+    fn in_order(&self, values: Groups<Vec<f32>>) -> Groups<Vec<f32>> {
+        values
+    }
+
     /// The mean outer loss over a step's batch of tasks, each weighed, and its gradient by the values
     /// (the gradient includes the [barrier](super::pattern::Pattern::barrier); the loss does not).
     fn gradient(&self, values: &Groups<Vec<f32>>, at: OuterStep<'_>) -> (f32, Groups<Vec<f32>>);

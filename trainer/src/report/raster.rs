@@ -22,7 +22,8 @@ pub enum RasterError {
     Encode(String),
 }
 
-/// The one font of drawings, so that they look the same on every machine.
+/// The font of drawings, so that they look the same on every machine, and one for the signs that it
+/// lacks, as the minus of an exponent.
 fn fonts() -> Arc<fontdb::Database> {
     static FONTS: OnceLock<Arc<fontdb::Database>> = OnceLock::new();
     let load = || {
@@ -37,6 +38,7 @@ fn fonts() -> Arc<fontdb::Database> {
             fonts.set_sans_serif_family(&family);
             fonts.set_serif_family(family);
         }
+        fonts.load_font_data(epaint_default_fonts::HACK_REGULAR.to_vec());
         Arc::new(fonts)
     };
     FONTS.get_or_init(load).clone()
@@ -88,17 +90,19 @@ mod tests {
     }
 
     #[test]
-    fn letters_are_drawn() {
-        let svg = |text: &str| {
-            format!(
+    fn letters_and_exponents_are_drawn() {
+        let drawn = |text: &str| {
+            svg_to_png(&format!(
                 "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"60\" height=\"20\">\
                  <text x=\"2\" y=\"15\" font-family=\"system-ui, sans-serif\">{text}</text></svg>"
-            )
+            ))
+            .unwrap()
         };
-        assert_ne!(
-            svg_to_png(&svg("Ours")).unwrap(),
-            svg_to_png(&svg("")).unwrap()
-        );
+        let (nothing, no_sign) = (drawn(""), drawn("\u{e000}"));
+        for text in ["Ours", "⁻", "³", "°", "θ"] {
+            assert_ne!(drawn(text), nothing, "{text}");
+            assert_ne!(drawn(text), no_sign, "{text}");
+        }
     }
 
     #[test]

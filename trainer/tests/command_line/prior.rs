@@ -75,7 +75,9 @@ fn a_recipe_that_completes_is_trained_shown_exported_and_judged() {
             &["export", &name, "--format", "rust", "--out", &rust],
         );
         let source = std::fs::read_to_string(directory.join(&rust)).expect("it was written");
-        assert!(source.contains("pub const READINGS: [i8; 792]"), "{source}");
+        for list in ["READINGS: [i8; 792]", "PREDICTION: [f32; 25]"] {
+            assert!(source.contains(&format!("pub const {list}")), "{source}");
+        }
 
         let evaluate = [
             "evaluate",

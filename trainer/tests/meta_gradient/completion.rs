@@ -13,14 +13,13 @@ use glimpse_kernels::completion::{Batch, CompletionWeights, Shape};
 use glimpse_kernels::scan::scan;
 use glimpse_optimizer::Groups;
 use glimpse_trainer::export::recipe_of;
-use glimpse_trainer::linear::Prior;
 use glimpse_trainer::material::{Material, Procedural};
 use glimpse_trainer::meta::completion::dataset::{Dataset, Part};
 use glimpse_trainer::meta::completion::draw::{Group, Variety};
 use glimpse_trainer::meta::completion::refinement::{Refinement, Steps};
 use glimpse_trainer::meta::completion::trainee::CompletionTrainee;
 use glimpse_trainer::meta::learned::Learned;
-use glimpse_trainer::meta::options::{Completing, Options, Parts};
+use glimpse_trainer::meta::options::{Completing, Options};
 use glimpse_trainer::meta::outer::{Checkpoints, Outcome, Run};
 use glimpse_trainer::meta::pattern::Pattern;
 use glimpse_trainer::meta::phase::OuterStep;
@@ -90,6 +89,7 @@ fn with_trainee<T>(model: ModelKind, of: impl FnOnce(&CompletionTrainee<'_>, &Pl
             min_separation: 0.2,
             ..Limits::NONE
         },
+        first_in_order: plan.first_in_order(),
         pattern: None,
     };
     of(&trainee, &plan)
@@ -170,6 +170,37 @@ fn neural_s_gradient_is_that_of_the_loss() {
     gradient_is_that_of_the_loss(ModelKind::Neural);
 }
 
+/// Samples change places, and what each of them says of a material goes with them.
+#[test]
+fn samples_in_order_say_together_what_they_said_before() {
+    with_trainee(ModelKind::Linear, |trainee, plan| {
+        assert!(plan.first_in_order() > 0);
+        let mut values = trainee.first_values(0);
+        for logits in values.pattern.chunks_mut(3) {
+            logits[0] -= 1.0;
+            logits[1] -= 1.0;
+        }
+        let ordered = trainee.in_order(values.clone());
+        assert_ne!(ordered.pattern, values.pattern);
+        let places = |values: &Groups<Vec<f32>>| {
+            let mut places: Vec<[u32; 3]> = values
+                .pattern
+                .as_chunks()
+                .0
+                .iter()
+                .map(|logits: &[f32; 3]| logits.map(f32::to_bits))
+                .collect();
+            places.sort_unstable();
+            places
+        };
+        assert_eq!(places(&ordered), places(&values));
+        let (before, after) = (trainee.judge(&values), trainee.judge(&ordered));
+        assert!((after / before - 1.0).abs() < 1e-4, "{before} and {after}");
+        // What comes first is what tells most by itself, and once in order they stay so.
+        assert_eq!(trainee.in_order(ordered.clone()), ordered);
+    });
+}
+
 /// The bits of each step's loss, and of what is learned in the end.
 fn bits(model: ModelKind) -> Vec<u32> {
     with_trainee(model, |trainee, plan| {
@@ -217,21 +248,14 @@ fn every_model_trains_the_same_on_any_number_of_threads() {
 fn a_resumed_run_comes_to_the_same_numbers() {
     let scratch = tempfile::tempdir().expect("a temporary directory");
     let options = |checkpoints| Options {
-        model: ModelKind::Phong,
-        samples: 2,
-        schedule: Schedule::Prior,
-        effort: Effort::Brief,
-        parts: Parts::All,
-        prior: Prior::LEARNED,
         completing: Completing {
             missing: 0.5,
             noise: 0.02,
             procedural: 0.0,
             ..Completing::default()
         },
-        portions: Vec::new(),
-        seed: 3,
         checkpoints,
+        ..Options::new(ModelKind::Phong, 2, Schedule::Prior, Effort::Brief, 3)
     };
     let whole = train(&options(None), materials(10), &mut |_| {
         ControlFlow::Continue(())
@@ -260,18 +284,13 @@ fn a_resumed_run_comes_to_the_same_numbers() {
 /// hundredth.
 #[test]
 fn a_recipe_completes_as_what_was_trained() {
-    let options = Options {
-        model: ModelKind::Linear,
-        samples: SAMPLES,
-        schedule: Schedule::Prior,
-        effort: Effort::Brief,
-        parts: Parts::All,
-        prior: Prior::LEARNED,
-        completing: Completing::default(),
-        portions: Vec::new(),
-        seed: 1,
-        checkpoints: None,
-    };
+    let options = Options::new(
+        ModelKind::Linear,
+        SAMPLES,
+        Schedule::Prior,
+        Effort::Brief,
+        1,
+    );
     let learned = train(&options, materials(12), &mut |_| ControlFlow::Continue(()));
     let learned = learned.expect("it is trained");
     let file = recipe_of(&learned, &options, "procedural:12:3");

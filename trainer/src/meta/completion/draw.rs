@@ -5,6 +5,7 @@ use glimpse_core::recipe::Noise;
 use glimpse_kernels::lanes::WIDTH;
 use glimpse_kernels::samples::OctetRgb;
 use rand::Rng;
+use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
 
 use super::field::FIELD;
@@ -75,6 +76,26 @@ fn any_of(groups: &[Group], random: &mut ChaCha8Rng) -> usize {
     chosen[random.random_range(0..chosen.len())]
 }
 
+/// Which readings are there. Where some are missing, it is any number of any of them while samples have
+/// no order yet; then two times in three only the first ones were taken, else one or two were lost.
+fn present(samples: usize, missing: f32, in_order: bool, random: &mut ChaCha8Rng) -> Vec<bool> {
+    let mut present = vec![true; samples];
+    if samples < 2 || random.random::<f32>() >= missing {
+        return present;
+    }
+    if in_order && random.random_range(0..3) == 0 {
+        for _ in 0..random.random_range(1..=2.min(samples - 1)) {
+            present[random.random_range(0..samples)] = false;
+        }
+        return present;
+    }
+    present[random.random_range(1..samples)..].fill(false);
+    if !in_order {
+        present.shuffle(random);
+    }
+    present
+}
+
 /// A task.
 #[derive(Clone, Debug)]
 pub struct Task {
@@ -118,13 +139,14 @@ impl Task {
         }
     }
 
-    /// A random one.
+    /// A random one. `in_order` says that samples have an order, in which a scan may end early.
     #[must_use]
     pub fn random(
         pool: &WarpedPool,
         groups: &[Group],
         variety: &Variety,
         [samples, outer]: [usize; 2],
+        in_order: bool,
         random: &mut ChaCha8Rng,
     ) -> Self {
         let octets = pool.octets();
@@ -141,18 +163,7 @@ impl Task {
             (share + apart).clamp(0.0, 1.0)
         });
         let field = [(); FIELD].map(|()| variety.field * standard_normal(random));
-        let mut present = vec![true; samples];
-        if samples > 1 && random.random::<f32>() < variety.missing {
-            if random.random::<bool>() {
-                // A prefix.
-                let length = random.random_range(1..samples);
-                present[length..].fill(false);
-            } else {
-                for _ in 0..random.random_range(1..=2.min(samples - 1)) {
-                    present[random.random_range(0..samples)] = false;
-                }
-            }
-        }
+        let present = present(samples, variety.missing, in_order, random);
         let Noise {
             multiplicative,
             additive,

@@ -8,6 +8,7 @@
 pub mod dataset;
 pub mod draw;
 pub mod field;
+pub mod order;
 pub mod pool;
 pub mod prediction;
 pub mod reading;

@@ -120,9 +120,9 @@ pub fn train(
         witness.loss *= seen.ratio();
     }
     let promise = promise(expected, &witnesses);
-    let prediction = Prediction::new(witnesses.iter()).map(|prediction| LearnedPrediction {
-        weights: prediction.weights,
-        rank_correlation: Prediction::rank_correlation(&witnesses, FOLDS),
+    let prediction = Prediction::new(&witnesses, FOLDS).map(|found| LearnedPrediction {
+        weights: found.weights,
+        rank_correlation: found.rank_correlation,
     });
 
     let pattern = reachable(&values.pattern, &options.completing.limits);
@@ -187,7 +187,14 @@ fn varied(dataset: &Dataset, fold: &[usize], index: usize, options: &Options) ->
     let sizes = [options.samples, VARIED_OUTER];
     let one = |_| {
         let groups = std::slice::from_ref(&group);
-        Task::random(&dataset.pool, groups, &dataset.variety, sizes, &mut random)
+        Task::random(
+            &dataset.pool,
+            groups,
+            &dataset.variety,
+            sizes,
+            true,
+            &mut random,
+        )
     };
     (0..VARIED).map(one).collect()
 }
@@ -301,6 +308,7 @@ impl<'s> Session<'s, '_> {
             first_step_size: plan.first_step_size,
             auxiliary: AUXILIARY,
             limits: self.options.completing.limits,
+            first_in_order: plan.first_in_order(),
             pattern,
         };
         let run = Run {

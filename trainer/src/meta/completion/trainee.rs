@@ -12,6 +12,7 @@ use rayon::prelude::*;
 
 use super::dataset::{Dataset, Part};
 use super::draw::Task;
+use super::order::{greedy_order, reorder};
 use super::pool::WarpedPool;
 use super::reading::{Centres, Present, Reading};
 use super::refinement::{Refinement, RefinementGradient};
@@ -25,6 +26,9 @@ use crate::meta::trainee::{Expected, RandomStreams, Trainee};
 const BATCH: usize = 16;
 /// Step sizes stay positive.
 const FORM: StepSizeForm = StepSizeForm::Logarithm;
+/// Fewer readings leave a larger loss: were it to count in full, the gradient would be all theirs. Of
+/// n readings, the share that is there to this power is what a task counts for.
+const COUNT_OF_MISSING: f32 = 0.5;
 /// The reach of a start's first weights.
 const FIRST_OFFSETS: f32 = 0.02;
 
@@ -48,6 +52,8 @@ pub struct CompletionTrainee<'a> {
     pub auxiliary: f32,
     /// The machine that the pattern is for.
     pub limits: Limits,
+    /// The first phase in which samples have an order.
+    pub first_in_order: usize,
     /// The pattern that all guesses begin with; each has one of its own where there is none.
     pub pattern: Option<&'a [f32]>,
 }
@@ -202,7 +208,9 @@ impl<'a> CompletionTrainee<'a> {
             weight_of_each(values.len()),
             Some(&mut by_coefficients),
         );
-        let weight = self.weighing.weight(black);
+        let there = task.present.iter().filter(|present| **present).count();
+        let there = there as f32 / self.shape.samples as f32;
+        let weight = self.weighing.weight(black) * there.powf(COUNT_OF_MISSING);
         let share = match refinement {
             Some(_) => self.auxiliary,
             None => 1.0,
@@ -340,21 +348,23 @@ impl<'a> CompletionTrainee<'a> {
     /// The loss of some of the materials that are learned from, as they are, at fresh directions.
     #[must_use]
     pub fn losses_of_materials(&self, values: &Groups<Vec<f32>>, materials: &[usize]) -> Vec<f32> {
-        let judged = self.judged(values, materials, self.refinement);
+        let tasks = self.plain_tasks(materials);
+        let by = self.applied(values, self.reachable(values));
+        let judged = self.losses(&by, &tasks, self.refinement, self.fresh());
         judged.iter().map(|each| each.loss).collect()
     }
 
-    fn judged(
-        &self,
-        values: &Groups<Vec<f32>>,
-        materials: &[usize],
-        refinement: Option<&dyn Refinement>,
-    ) -> Vec<Judged> {
-        let by = self.applied(values, self.reachable(values));
-        let at = self.fresh();
-        let plain = |material: &usize| Task::plain(*material, self.shape.samples, at.pool.octets());
-        let tasks: Vec<Task> = materials.iter().map(plain).collect();
-        self.losses(&by, &tasks, refinement, at)
+    /// Materials as they are, at all fresh directions.
+    fn plain_tasks(&self, materials: &[usize]) -> Vec<Task> {
+        let octets = self.fresh().pool.octets();
+        let plain = |material: &usize| Task::plain(*material, self.shape.samples, octets);
+        materials.iter().map(plain).collect()
+    }
+
+    /// The mean loss of completed coefficients, each weighed.
+    fn weighed_loss(&self, by: &Applied<'_>, tasks: &[Task]) -> f32 {
+        let judged = self.losses(by, tasks, None, self.fresh());
+        mean(judged.iter().map(|each| each.weight * each.loss))
     }
 }
 
@@ -406,6 +416,24 @@ impl Trainee for CompletionTrainee<'_> {
         }
     }
 
+    /// By the completed coefficients of the materials judged.
+    fn in_order(&self, mut values: Groups<Vec<f32>>) -> Groups<Vec<f32>> {
+        if self.dataset.variety.missing == 0.0 {
+            return values;
+        }
+        let by = self.applied(&values, self.reachable(&values));
+        let mut tasks = self.plain_tasks(&self.part.judged);
+        let order = greedy_order(self.shape.samples, |present| {
+            for task in &mut tasks {
+                task.present.copy_from_slice(present);
+            }
+            self.weighed_loss(&by, &tasks)
+        });
+        reorder(&mut values.pattern, 3, &order);
+        reorder(&mut values.completion, 3 * self.shape.rows(), &order);
+        values
+    }
+
     fn gradient(&self, values: &Groups<Vec<f32>>, at: OuterStep<'_>) -> (f32, Groups<Vec<f32>>) {
         let by = self.applied(values, Pattern::within(&values.pattern, self.limits));
         let tasks: Vec<Task> = (0..at.phase.batch)
@@ -416,6 +444,7 @@ impl Trainee for CompletionTrainee<'_> {
                     &self.part.groups,
                     &self.dataset.variety,
                     [self.shape.samples, at.phase.outer],
+                    at.number >= self.first_in_order,
                     &mut random,
                 )
             })
@@ -448,8 +477,8 @@ impl Trainee for CompletionTrainee<'_> {
 
     /// Of the completed coefficients: a start is trained only after patterns were tried.
     fn judge(&self, values: &Groups<Vec<f32>>) -> f32 {
-        let judged = self.judged(values, &self.part.judged, None);
-        mean(judged.iter().map(|each| each.weight * each.loss))
+        let by = self.applied(values, self.reachable(values));
+        self.weighed_loss(&by, &self.plain_tasks(&self.part.judged))
     }
 
     fn expected(&self, values: &Groups<Vec<f32>>) -> Expected {

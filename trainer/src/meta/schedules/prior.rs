@@ -114,7 +114,8 @@ fn plan_of(phases: Vec<Phase>, model: ModelKind, tasks: usize) -> Plan {
     }
 }
 
-/// Several patterns are tried, each with a completion of its own; the best goes on. For a model that
+/// Several patterns are tried, each with a completion of its own; the best goes on, in the order that
+/// serves readings that end early. For a model that
 /// descends its start is trained then, and all that was there before with it.
 pub(super) fn plan(effort: Effort, model: ModelKind, samples: usize, tasks: usize) -> Plan {
     let steps = Steps::of(effort, model);
@@ -126,7 +127,7 @@ pub(super) fn plan(effort: Effort, model: ModelKind, samples: usize, tasks: usiz
         })
         .collect();
     phases.push(Phase {
-        start: Start::Best,
+        start: Start::BestInOrder,
         ..completing(model, samples, steps.completing)
     });
     if descends(model) {
