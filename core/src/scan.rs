@@ -123,7 +123,9 @@ impl<'r, 'm, K: Fitter, const CAPACITY: usize> Scan<'r, 'm, K, CAPACITY> {
 
     /// Where to read yet, in the recipe's order: index of the sample, and directions.
     ///
-    /// Any of them may be next: [`Machine::nearest`](crate::gonio::Machine::nearest) chooses.
+    /// Any of them may be next: [`Machine::nearest`](crate::gonio::Machine::nearest) chooses. Where a scan
+    /// may end early, by a recipe that [takes missing readings](crate::fit::Learner::takes_missing), the
+    /// first ones tell most.
     pub fn pending(&self) -> impl Iterator<Item = (u16, Directions<f32>)> {
         memory::pending(&self.memory.samples, &self.memory.status, &self.recipe)
     }

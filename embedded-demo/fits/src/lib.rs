@@ -1,6 +1,6 @@
 //! A firmware without a board: it fits measurements that every machine computes alike, and prints
-//! the result and what it took. One binary for each recipe; `tests/run firmware` builds and runs
-//! them.
+//! the result and what it took. One binary for each recipe, and two where readings are lost;
+//! `tests/run firmware` builds and runs them.
 //!
 //! On a host the library alone is built: tests compare the device's numbers with its.
 

@@ -12,7 +12,8 @@ use super::numbers;
 #[derive(Args, Clone, Copy)]
 pub(crate) struct CompletingArgs {
     /// Schedule prior: the share of training in which readings are missing, 0 to 1. Above 0, say 0.5,
-    /// the recipe fits whatever was read, at some loss where all was [default: 0, all are needed]
+    /// the recipe fits whatever was read; its samples come most telling first, for scans that end
+    /// early [default: 0, all are needed]
     #[arg(long, value_name = "SHARE")]
     missing: Option<f32>,
     /// Schedule prior: the noise of readings to train for, relative: 0.02 is 2 % [default: 0]

@@ -124,8 +124,8 @@ fn add_completed(source: &mut String, completed: &Completed<'_>) {
         &missing,
     );
     if !completed.prediction().is_empty() {
-        let predicted = "The loss to expect is the exponential of the first number, plus a weight for \
-             each coefficient's mean over channels.";
+        let predicted = "The loss to expect is exp(first number + sum over coefficients of weight times \
+             the mean over channels).";
         list(source, predicted, "PREDICTION", completed.prediction());
     }
     match completed.target() {

@@ -73,7 +73,8 @@ pub struct LearnedCompleted {
 pub struct LearnedPrediction {
     /// A bias, and a weight for each coefficient, to the logarithm of the loss.
     pub weights: Vec<f32>,
-    /// How well it ranks materials that it was not made from (Spearman), if they differ.
+    /// How well ones made alike rank materials of folds that they were not made from (Spearman), if they
+    /// differ.
     pub rank_correlation: Option<f64>,
 }
 

@@ -38,7 +38,8 @@ pub struct Options {
 }
 
 impl Options {
-    /// All parts of a recipe, by a prior that is learned and what else is the default, not saved.
+    /// Trains all parts for n = `samples`, 1 to 4,096, with a learned prior of Linear and the defaults of
+    /// [`Completing`]; nothing is saved on the way.
     #[must_use]
     pub fn new(
         model: ModelKind,

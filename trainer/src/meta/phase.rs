@@ -85,6 +85,9 @@ pub struct Phase {
     pub samples: usize,
     /// Those that it begins with.
     pub added: Added,
+    /// Whether a scan that ends early has the first samples. Before samples are in order, it may have any
+    /// of them. (By schedule prior, where readings may be missing.)
+    pub in_order: bool,
     /// Outer steps.
     pub steps: usize,
     /// Tasks in each.

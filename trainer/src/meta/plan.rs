@@ -4,7 +4,7 @@
 use glimpse_core::model::ModelKind;
 use rand_chacha::ChaCha8Rng;
 
-use super::phase::{OuterStep, Phase, Start, StepSizeForm};
+use super::phase::{OuterStep, Phase, StepSizeForm};
 use glimpse_kernels::samples::SampleOctets;
 use glimpse_kernels::sums::loss_of_black;
 
@@ -101,14 +101,6 @@ impl Plan {
     #[must_use]
     pub fn steps(&self) -> usize {
         self.phases.iter().map(|phase| phase.steps).sum()
-    }
-
-    /// The first phase, by number, in which samples have an order: the one that gives them one, or where
-    /// none does, as in folds, which take over a pattern, the very first.
-    #[must_use]
-    pub fn first_in_order(&self) -> usize {
-        let orders = |phase: &Phase| phase.start == Start::BestInOrder;
-        self.phases.iter().position(orders).unwrap_or(0)
     }
 
     /// The step that comes after so many outer steps; None at the end.

@@ -2,6 +2,7 @@
 //! threads, and a recipe that fits as what was trained does.
 
 use std::ops::{ControlFlow, Range};
+use std::path::Path;
 use std::time::Duration;
 
 use glimpse_core::fit::completion::standardized;
@@ -20,9 +21,9 @@ use glimpse_trainer::meta::completion::refinement::{Refinement, Steps};
 use glimpse_trainer::meta::completion::trainee::CompletionTrainee;
 use glimpse_trainer::meta::learned::Learned;
 use glimpse_trainer::meta::options::{Completing, Options};
-use glimpse_trainer::meta::outer::{Checkpoints, Outcome, Run};
+use glimpse_trainer::meta::outer::{Checkpoints, Outcome, Run, RunError};
 use glimpse_trainer::meta::pattern::Pattern;
-use glimpse_trainer::meta::phase::OuterStep;
+use glimpse_trainer::meta::phase::{OuterStep, Start};
 use glimpse_trainer::meta::plan::{Effort, Plan, Schedule, Weighing};
 use glimpse_trainer::meta::run::{TrainError, train};
 use glimpse_trainer::meta::trainee::{RandomStreams, Trainee};
@@ -89,7 +90,6 @@ fn with_trainee<T>(model: ModelKind, of: impl FnOnce(&CompletionTrainee<'_>, &Pl
             min_separation: 0.2,
             ..Limits::NONE
         },
-        first_in_order: plan.first_in_order(),
         pattern: None,
     };
     of(&trainee, &plan)
@@ -173,8 +173,7 @@ fn neural_s_gradient_is_that_of_the_loss() {
 /// Samples change places, and what each of them says of a material goes with them.
 #[test]
 fn samples_in_order_say_together_what_they_said_before() {
-    with_trainee(ModelKind::Linear, |trainee, plan| {
-        assert!(plan.first_in_order() > 0);
+    with_trainee(ModelKind::Linear, |trainee, _| {
         let mut values = trainee.first_values(0);
         for logits in values.pattern.chunks_mut(3) {
             logits[0] -= 1.0;
@@ -278,6 +277,42 @@ fn a_resumed_run_comes_to_the_same_numbers() {
     assert!(matches!(stopped, Err(TrainError::Stopped(_))));
     let resumed = train(&options, materials(10), &mut |_| ControlFlow::Continue(()));
     assert_eq!(resumed.expect("it is trained"), whole);
+}
+
+/// Stopped where patterns were tried and samples are about to be put in order, or just after that.
+#[test]
+fn a_run_resumed_where_samples_are_put_in_order_comes_to_the_same_numbers() {
+    with_trainee(ModelKind::Linear, |trainee, plan| {
+        let tried = plan.phases.len() - 1;
+        assert!(plan.phases[tried].start == Start::BestInOrder && plan.phases[tried].in_order);
+        let run = |directory: Option<&Path>, until| {
+            let checkpoints = directory.map(|directory| Checkpoints {
+                directory: directory.to_owned(),
+                every: Duration::from_secs(3600),
+                resume: true,
+            });
+            let run = Run {
+                trainee,
+                plan,
+                name: String::new(),
+                seed: 11,
+                checkpoints,
+                stage: 0,
+            };
+            run.finish(&mut |progress| match progress.done == until {
+                true => ControlFlow::Break(()),
+                false => ControlFlow::Continue(()),
+            })
+        };
+        let whole = run(None, usize::MAX).expect("nothing stops it");
+        for until in [tried * STEPS, tried * STEPS + 1] {
+            let scratch = tempfile::tempdir().expect("a temporary directory");
+            let stopped = run(Some(scratch.path()), until);
+            assert!(matches!(stopped, Err(RunError::Stopped(done)) if done == until));
+            let resumed = run(Some(scratch.path()), usize::MAX).expect("nothing stops it");
+            assert_eq!(resumed.values, whole.values, "stopped after {until} steps");
+        }
+    });
 }
 
 /// What bytes cost: a recipe's coefficients are those of the weights that were trained, but for a

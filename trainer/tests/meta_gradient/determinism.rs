@@ -34,6 +34,7 @@ fn train<M: LaneModel>(inner: InnerSamples) -> Vec<u32> {
         keep: Keep::BestValidation,
         samples: 8,
         added: Added::Sobol,
+        in_order: false,
         steps: STEPS,
         batch: 9,
         inner,

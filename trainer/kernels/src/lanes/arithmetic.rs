@@ -8,12 +8,11 @@
 macro_rules! arithmetic {
     (
         $lanes:ident:
-        $add:ident, $sub:ident, $mul:ident, $div:ident, $xor:ident, $fused:ident, $min:ident, $max:ident,
-        splat $splat:ident,
-        integers $splat_integer:ident, $add_integer:ident, $sub_integer:ident, $left:ident, $right:ident,
-        conversions $to_integer:ident, $from_integer:ident,
-        casts $bits:ident, $from_bits:ident,
-        round $round:ident,
+        splat $splat:ident, add $add:ident, sub $sub:ident, mul $mul:ident, div $div:ident,
+        fused $fused:ident, min $min:ident, max $max:ident, xor $xor:ident, round $round:ident,
+        integers: splat $splat_integer:ident, add $add_integer:ident, sub $sub_integer:ident,
+        left $left:ident, right $right:ident, to $to_integer:ident, from $from_integer:ident,
+        bits: to $bits:ident, from $from_bits:ident,
         select($value:ident, $then:ident, $otherwise:ident) $select:expr
     ) => {
         impl std::ops::Add for $lanes {
@@ -93,15 +92,15 @@ macro_rules! arithmetic {
             }
             #[inline(always)]
             fn exp(self) -> Self {
-                elementary::exp(self)
+                $crate::lanes::elementary::exp(self)
             }
             #[inline(always)]
             fn ln(self) -> Self {
-                elementary::ln(self)
+                $crate::lanes::elementary::ln(self)
             }
         }
 
-        impl Elementary for $lanes {
+        impl $crate::lanes::elementary::Elementary for $lanes {
             #[inline(always)]
             fn splat(value: f32) -> Self {
                 // SAFETY: see the file's head.
@@ -127,8 +126,10 @@ macro_rules! arithmetic {
             }
             #[inline(always)]
             fn round(self) -> Self {
+                use std::arch::x86_64::{_MM_FROUND_NO_EXC, _MM_FROUND_TO_NEAREST_INT};
+                const NEAREST: i32 = _MM_FROUND_TO_NEAREST_INT | _MM_FROUND_NO_EXC;
                 // SAFETY: see the file's head.
-                Self(unsafe { $round::<{ _MM_FROUND_TO_NEAREST_INT | _MM_FROUND_NO_EXC }>(self.0) })
+                Self(unsafe { $round::<NEAREST>(self.0) })
             }
             #[inline(always)]
             fn power_of_two(self) -> Self {
@@ -143,7 +144,10 @@ macro_rules! arithmetic {
                 // SAFETY: see the file's head.
                 unsafe {
                     let bits = $bits(self.0);
-                    let above = $sub_integer(bits, $splat_integer(elementary::SQRT_HALF_BITS));
+                    let above = $sub_integer(
+                        bits,
+                        $splat_integer($crate::lanes::elementary::SQRT_HALF_BITS),
+                    );
                     let exponent = $right::<23>(above);
                     let mantissa = $sub_integer(bits, $left::<23>(exponent));
                     (Self($from_bits(mantissa)), Self($from_integer(exponent)))

@@ -7,7 +7,7 @@
 use std::arch::x86_64::*;
 
 use super::arithmetic::arithmetic;
-use super::elementary::{self, Elementary};
+use super::elementary::Elementary;
 use super::{Kernel, Lanes, Octet, Octets, RegisterPair, WIDTH};
 
 #[derive(Clone, Copy)]
@@ -32,13 +32,11 @@ pub(super) fn run<K: Kernel>(kernel: K) -> K::Output {
 
 arithmetic! {
     Avx2Lanes:
-    _mm256_add_ps, _mm256_sub_ps, _mm256_mul_ps, _mm256_div_ps,
-    _mm256_xor_ps, _mm256_fmadd_ps, _mm256_min_ps, _mm256_max_ps,
-    splat _mm256_set1_ps,
-    integers _mm256_set1_epi32, _mm256_add_epi32, _mm256_sub_epi32, _mm256_slli_epi32, _mm256_srai_epi32,
-    conversions _mm256_cvtps_epi32, _mm256_cvtepi32_ps,
-    casts _mm256_castps_si256, _mm256_castsi256_ps,
-    round _mm256_round_ps,
+    splat _mm256_set1_ps, add _mm256_add_ps, sub _mm256_sub_ps, mul _mm256_mul_ps, div _mm256_div_ps,
+    fused _mm256_fmadd_ps, min _mm256_min_ps, max _mm256_max_ps, xor _mm256_xor_ps, round _mm256_round_ps,
+    integers: splat _mm256_set1_epi32, add _mm256_add_epi32, sub _mm256_sub_epi32,
+    left _mm256_slli_epi32, right _mm256_srai_epi32, to _mm256_cvtps_epi32, from _mm256_cvtepi32_ps,
+    bits: to _mm256_castps_si256, from _mm256_castsi256_ps,
     select(value, then, otherwise) {
         let mask = _mm256_cmp_ps::<_CMP_GT_OQ>(value, _mm256_setzero_ps());
         _mm256_blendv_ps(otherwise, then, mask)
@@ -71,7 +69,7 @@ impl Lanes for Avx2Lanes {
     }
 }
 
-/// Lanes whose sums come to those of eight.
+/// Registers that can be added up into eight lanes.
 pub(super) trait Fold: Copy {
     /// Lanes beyond eight added to those below.
     fn fold(self) -> Avx2Lanes;

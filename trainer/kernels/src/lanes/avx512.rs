@@ -8,7 +8,7 @@ use std::arch::x86_64::*;
 
 use super::arithmetic::arithmetic;
 use super::avx2::{self, Avx2Lanes, Fold};
-use super::elementary::{self, Elementary};
+use super::elementary::Elementary;
 use super::{Kernel, Lanes, Octet, Octets, RegisterPair};
 
 #[derive(Clone, Copy)]
@@ -36,13 +36,11 @@ pub(super) fn run<K: Kernel>(kernel: K) -> K::Output {
 
 arithmetic! {
     Avx512Lanes:
-    _mm512_add_ps, _mm512_sub_ps, _mm512_mul_ps, _mm512_div_ps,
-    _mm512_xor_ps, _mm512_fmadd_ps, _mm512_min_ps, _mm512_max_ps,
-    splat _mm512_set1_ps,
-    integers _mm512_set1_epi32, _mm512_add_epi32, _mm512_sub_epi32, _mm512_slli_epi32, _mm512_srai_epi32,
-    conversions _mm512_cvtps_epi32, _mm512_cvtepi32_ps,
-    casts _mm512_castps_si512, _mm512_castsi512_ps,
-    round _mm512_roundscale_ps,
+    splat _mm512_set1_ps, add _mm512_add_ps, sub _mm512_sub_ps, mul _mm512_mul_ps, div _mm512_div_ps,
+    fused _mm512_fmadd_ps, min _mm512_min_ps, max _mm512_max_ps, xor _mm512_xor_ps, round _mm512_roundscale_ps,
+    integers: splat _mm512_set1_epi32, add _mm512_add_epi32, sub _mm512_sub_epi32,
+    left _mm512_slli_epi32, right _mm512_srai_epi32, to _mm512_cvtps_epi32, from _mm512_cvtepi32_ps,
+    bits: to _mm512_castps_si512, from _mm512_castsi512_ps,
     select(value, then, otherwise) {
         let mask = _mm512_cmp_ps_mask::<_CMP_GT_OQ>(value, _mm512_setzero_ps());
         _mm512_mask_blend_ps(mask, otherwise, then)

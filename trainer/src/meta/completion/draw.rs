@@ -76,21 +76,29 @@ fn any_of(groups: &[Group], random: &mut ChaCha8Rng) -> usize {
     chosen[random.random_range(0..chosen.len())]
 }
 
-/// Which readings are there. Where some are missing, it is any number of any of them while samples have
-/// no order yet; then two times in three only the first ones were taken, else one or two were lost.
-fn present(samples: usize, missing: f32, in_order: bool, random: &mut ChaCha8Rng) -> Vec<bool> {
+/// Which readings are missing, where some are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Missing {
+    /// Any number of any of them: samples have no order yet.
+    Any,
+    /// Two times in three those after the first few, as the scan ended early; else one or two were lost.
+    LastOrFew,
+}
+
+/// Which readings are there; some are missing in a share `missing` of all tasks.
+fn present(samples: usize, missing: f32, which: Missing, random: &mut ChaCha8Rng) -> Vec<bool> {
     let mut present = vec![true; samples];
     if samples < 2 || random.random::<f32>() >= missing {
         return present;
     }
-    if in_order && random.random_range(0..3) == 0 {
+    if which == Missing::LastOrFew && random.random_range(0..3) == 0 {
         for _ in 0..random.random_range(1..=2.min(samples - 1)) {
             present[random.random_range(0..samples)] = false;
         }
         return present;
     }
     present[random.random_range(1..samples)..].fill(false);
-    if !in_order {
+    if which == Missing::Any {
         present.shuffle(random);
     }
     present
@@ -139,14 +147,14 @@ impl Task {
         }
     }
 
-    /// A random one. `in_order` says that samples have an order, in which a scan may end early.
+    /// A random one.
     #[must_use]
     pub fn random(
         pool: &WarpedPool,
         groups: &[Group],
         variety: &Variety,
         [samples, outer]: [usize; 2],
-        in_order: bool,
+        missing: Missing,
         random: &mut ChaCha8Rng,
     ) -> Self {
         let octets = pool.octets();
@@ -163,7 +171,7 @@ impl Task {
             (share + apart).clamp(0.0, 1.0)
         });
         let field = [(); FIELD].map(|()| variety.field * standard_normal(random));
-        let present = present(samples, variety.missing, in_order, random);
+        let present = present(samples, variety.missing, missing, random);
         let Noise {
             multiplicative,
             additive,

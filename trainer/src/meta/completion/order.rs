@@ -1,25 +1,28 @@
 //! In which order samples are taken, where a scan may end before the last one.
 
-/// How many samples have an order; who takes more than these takes nearly all of them.
+/// How many samples come in order, and among how many they are looked for: what it takes grows with the
+/// product, and by the sixteenth reading the next one hardly matters.
 const ORDERED: usize = 16;
+const CANDIDATES: usize = 64;
 
 /// An order of samples, by index: each next one leaves the least loss together with those before it.
 /// `loss` is told which samples there are.
-pub fn greedy_order(samples: usize, mut loss: impl FnMut(&[bool]) -> f32) -> Vec<usize> {
+pub(super) fn greedy_order(samples: usize, mut loss: impl FnMut(&[bool]) -> f32) -> Vec<usize> {
     let mut present = vec![false; samples];
     let mut order = Vec::with_capacity(samples);
     let mut left: Vec<usize> = (0..samples).collect();
-    for _ in 0..samples.min(ORDERED) {
-        let with = left.iter().enumerate().map(|(place, sample)| {
+    while order.len() < ORDERED && !left.is_empty() {
+        let (mut best, mut least) = (0, f32::INFINITY);
+        for (place, sample) in left.iter().enumerate().take(CANDIDATES) {
             present[*sample] = true;
             let loss = loss(&present);
             present[*sample] = false;
-            (place, loss)
-        });
-        let Some((place, _)) = with.min_by(|(_, a), (_, b)| a.total_cmp(b)) else {
-            break;
-        };
-        let sample = left.remove(place);
+            // Never true of what is no number.
+            if loss < least {
+                (best, least) = (place, loss);
+            }
+        }
+        let sample = left.remove(best);
         present[sample] = true;
         order.push(sample);
     }
@@ -28,7 +31,7 @@ pub fn greedy_order(samples: usize, mut loss: impl FnMut(&[bool]) -> f32) -> Vec
 }
 
 /// Puts the entries of samples, `width` of each, into an order.
-pub fn reorder(list: &mut [f32], width: usize, order: &[usize]) {
+pub(super) fn reorder(list: &mut [f32], width: usize, order: &[usize]) {
     let before = list.to_vec();
     let entries = order.iter().zip(list.chunks_exact_mut(width));
     for (sample, entry) in entries {
@@ -40,35 +43,38 @@ pub fn reorder(list: &mut [f32], width: usize, order: &[usize]) {
 mod tests {
     use super::*;
 
-    /// Sample 2 tells most; 0 tells nothing that 2 does not tell, 1 a little.
-    fn told(present: &[bool]) -> f32 {
-        let [first, second, third] = [0, 1, 2].map(|sample| f32::from(u8::from(present[sample])));
-        1.0 - (0.6 * third).max(0.5 * first) - 0.3 * second
+    #[test]
+    fn each_next_sample_tells_most_besides_those_before_it() {
+        // Sample 2 tells most; 0 tells nothing that 2 does not tell, 1 a little.
+        let told = |present: &[bool]| {
+            let [first, second, third] =
+                [0, 1, 2].map(|sample| f32::from(u8::from(present[sample])));
+            1.0 - (0.6 * third).max(0.5 * first) - 0.3 * second
+        };
+        assert_eq!(greedy_order(3, told), [2, 1, 0]);
+        assert_eq!(greedy_order(0, told), [0; 0]);
     }
 
     #[test]
-    fn each_next_sample_tells_most_besides_those_before_it() {
-        assert_eq!(greedy_order(3, told), [2, 1, 0]);
+    fn what_is_no_number_is_taken_last() {
+        for no_number in [f32::NAN, -f32::NAN] {
+            let told = |present: &[bool]| if present[0] { no_number } else { 1.0 };
+            assert_eq!(greedy_order(3, told), [1, 2, 0]);
+        }
     }
 
     #[test]
     fn beyond_the_first_ones_samples_stay_as_they_are() {
-        let samples = ORDERED + 3;
-        let order = greedy_order(samples, |present| {
-            let of_each = present.iter().enumerate();
-            of_each
-                .map(|(at, there)| if *there { at as f32 } else { 0.0 })
-                .sum()
-        });
-        assert!(order.iter().copied().eq(0..samples));
-        let backwards = greedy_order(samples, |present| {
-            let of_each = present.iter().enumerate();
-            of_each
-                .map(|(at, there)| if *there { -(at as f32) } else { 0.0 })
-                .sum()
-        });
-        assert!(backwards[..ORDERED].iter().copied().eq((3..samples).rev()));
-        assert_eq!(backwards[ORDERED..], [0, 1, 2]);
+        let samples = CANDIDATES + 3;
+        let last_first = |present: &[bool]| {
+            let there = present.iter().enumerate().filter(|(_, there)| **there);
+            -there.map(|(at, _)| at as f32).sum::<f32>()
+        };
+        let order = greedy_order(samples, last_first);
+        // Each time one more comes into sight.
+        let (first, rest) = order.split_at(ORDERED);
+        assert_eq!(first[..4], [63, 64, 65, 66]);
+        assert!(rest.is_sorted() && rest.len() == samples - ORDERED);
     }
 
     #[test]

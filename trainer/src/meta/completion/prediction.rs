@@ -1,9 +1,10 @@
 //! The error bar of a completion: from its coefficients to the loss that a fit is likely to have.
 
+use glimpse_core::recipe::MAX_PREDICTION;
 use nalgebra::{DMatrix, DVector};
 
-/// What may hold weights near 0, beside a mean square of 1 that features have.
-const RIDGES: [f64; 4] = [0.01, 0.03, 0.1, 0.3];
+/// What holds weights near 0, beside a mean square of 1 that features have.
+const RIDGE: f64 = 0.01;
 
 /// What was completed of one material, and the loss of its fit by what was trained without it.
 #[derive(Clone, Debug)]
@@ -23,42 +24,27 @@ pub struct Witness {
 pub struct Prediction {
     /// The bias, and a weight for each coefficient.
     pub weights: Vec<f32>,
-    /// How well it ranks losses of materials that it does not go by: Spearman's rank correlation, each
-    /// fold's plain materials predicted by the witnesses of the others. None for too few of them.
+    /// How well slopes that were found like these rank losses of materials that they were not found by:
+    /// Spearman's rank correlation, each fold's plain materials predicted by the witnesses of the others.
+    /// None for too few of them.
     pub rank_correlation: Option<f64>,
 }
 
-/// Losses of plain materials as they are predicted by the witnesses of other folds, and as they are.
-struct Unseen {
-    predicted: Vec<f64>,
-    found: Vec<f64>,
-}
-
 impl Prediction {
-    /// By ridge regression on logarithms of losses. How near to 0 weights are held, and the bias, are
-    /// such that plain materials of folds are predicted best by the others, and right in the mean. None
-    /// if there is nothing to go by.
+    /// By ridge regression on logarithms of losses; the bias such that the plain materials of each fold,
+    /// predicted by the witnesses of the others, have the mean loss that is predicted. None if there is
+    /// nothing to go by, or if a weight is none that a recipe can have.
     #[must_use]
     pub fn new(witnesses: &[Witness], folds: usize) -> Option<Self> {
-        let tried = RIDGES.iter().filter_map(|ridge| {
-            let unseen = Unseen::new(witnesses, folds, *ridge)?;
-            Some((*ridge, unseen))
-        });
-        let best = tried.min_by(|(_, a), (_, b)| a.square_error().total_cmp(&b.square_error()));
-        let ridge = best.as_ref().map_or(RIDGES[0], |(ridge, _)| *ridge);
-        let mut weights = regression(witnesses.iter(), ridge)?;
-        let unseen = best.map(|(_, unseen)| unseen);
-        if let Some(unseen) = &unseen {
-            weights[0] += unseen.ratio_of_means().ln() as f32;
-        }
-        weights
-            .iter()
-            .all(|weight| weight.is_finite())
-            .then(|| Self {
-                rank_correlation: unseen
-                    .and_then(|unseen| rank_correlation(&unseen.predicted, &unseen.found)),
-                weights,
-            })
+        let mut weights = regression(witnesses.iter())?;
+        let (unseen, found) = unseen(witnesses, folds)?;
+        let ratio = found.iter().sum::<f64>() / unseen.iter().sum::<f64>();
+        weights[0] += ratio.ln() as f32;
+        let kept = |weight: &f32| weight.abs() <= MAX_PREDICTION;
+        weights.iter().all(kept).then(|| Self {
+            rank_correlation: rank_correlation(&unseen, &found),
+            weights,
+        })
     }
 
     /// The loss that it predicts.
@@ -68,38 +54,20 @@ impl Prediction {
     }
 }
 
-impl Unseen {
-    /// None if a fold has no witnesses outside.
-    fn new(witnesses: &[Witness], folds: usize, ridge: f64) -> Option<Self> {
-        let (mut predictions, mut found) = (Vec::new(), Vec::new());
-        for fold in 0..folds {
-            let weights = regression(witnesses.iter().filter(|each| each.fold != fold), ridge)?;
-            let own = witnesses
-                .iter()
-                .filter(|each| each.fold == fold && each.plain && each.loss > 0.0);
-            for each in own {
-                predictions.push(predicted(&weights, &each.coefficients));
-                found.push(f64::from(each.loss));
-            }
-        }
-        (!found.is_empty()).then_some(Self {
-            predicted: predictions,
-            found,
-        })
+/// Losses of plain materials as witnesses of the other folds predict them, and as they are.
+fn unseen(witnesses: &[Witness], folds: usize) -> Option<(Vec<f64>, Vec<f64>)> {
+    let mut pairs = Vec::new();
+    for fold in 0..folds {
+        let weights = regression(witnesses.iter().filter(|each| each.fold != fold))?;
+        let own = witnesses
+            .iter()
+            .filter(|each| each.fold == fold && each.plain);
+        pairs.extend(own.map(|each| {
+            let loss = predicted(&weights, &each.coefficients);
+            (loss, f64::from(each.loss))
+        }));
     }
-
-    /// Of logarithms.
-    fn square_error(&self) -> f64 {
-        let pairs = self.predicted.iter().zip(&self.found);
-        pairs
-            .map(|(predicted, found)| (predicted / found).ln().powi(2))
-            .sum()
-    }
-
-    /// What was found, as a share of what is predicted.
-    fn ratio_of_means(&self) -> f64 {
-        self.found.iter().sum::<f64>() / self.predicted.iter().sum::<f64>()
-    }
+    Some(pairs.into_iter().unzip())
 }
 
 /// The loss that weights predict.
@@ -111,7 +79,7 @@ fn predicted(weights: &[f32], coefficients: &[f32]) -> f64 {
 
 /// A bias and slopes by ridge regression on logarithms of losses; the bias such that the losses of the
 /// plain materials among the witnesses have the mean that is predicted.
-fn regression<'w>(witnesses: impl Iterator<Item = &'w Witness>, ridge: f64) -> Option<Vec<f32>> {
+fn regression<'w>(witnesses: impl Iterator<Item = &'w Witness>) -> Option<Vec<f32>> {
     let rows: Vec<&Witness> = witnesses.filter(|each| each.loss > 0.0).collect();
     let width = rows.first()?.coefficients.len();
     let count = rows.len() as f64;
@@ -128,7 +96,7 @@ fn regression<'w>(witnesses: impl Iterator<Item = &'w Witness>, ridge: f64) -> O
     }
     let mut normal = features.tr_mul(&features) / count;
     for k in 0..width {
-        normal[(k, k)] += ridge;
+        normal[(k, k)] += RIDGE;
     }
     let solved = normal
         .cholesky()?
@@ -230,31 +198,13 @@ mod tests {
         assert!((0.6..0.95).contains(&rank), "{rank}");
     }
 
-    /// Few witnesses fit well in sample and badly outside: what is predicted goes by outside.
-    #[test]
-    fn few_witnesses_are_held_back() {
-        let few: Vec<Witness> = witnesses(0.6)
-            .into_iter()
-            .filter(|each| each.plain)
-            .take(24)
-            .collect();
-        let unseen = |ridge| Unseen::new(&few, 4, ridge).expect("four folds");
-        let errors = RIDGES.map(|ridge| unseen(ridge).square_error());
-        let found = Prediction::new(&few, 4).expect("there is something to go by");
-        let least = errors.iter().copied().fold(f64::INFINITY, f64::min);
-        let chosen = RIDGES
-            .into_iter()
-            .zip(errors)
-            .find(|(_, error)| *error == least);
-        let (ridge, _) = chosen.expect("one is the least");
-        let by_it = regression(few.iter(), ridge).expect("there is something to go by");
-        assert_eq!(found.weights[1..], by_it[1..]);
-        let moved = f64::from(found.weights[0] - by_it[0]).exp();
-        assert!((moved / unseen(ridge).ratio_of_means() - 1.0).abs() < 1e-5);
-    }
-
     #[test]
     fn nothing_is_predicted_of_nothing() {
+        let mut wild = witnesses(0.0);
+        for each in &mut wild {
+            each.coefficients[0] *= 1e-6;
+        }
+        assert_eq!(Prediction::new(&wild, 4), None, "weights beyond a recipe's");
         assert_eq!(Prediction::new(&[], 4), None);
         assert_eq!(ranks(&[3.0, 1.0, 2.0]), [2.0, 0.0, 1.0]);
     }

@@ -8,7 +8,7 @@ use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
 
 use super::dataset::{Dataset, Part};
-use super::draw::{Group, Task, Variety};
+use super::draw::{Group, Missing, Task, Variety};
 use super::prediction::{Prediction, Witness};
 use super::reading::{Centres, SCALE};
 use super::refinement::Refinement;
@@ -187,12 +187,13 @@ fn varied(dataset: &Dataset, fold: &[usize], index: usize, options: &Options) ->
     let sizes = [options.samples, VARIED_OUTER];
     let one = |_| {
         let groups = std::slice::from_ref(&group);
+        let (pool, variety) = (&dataset.pool, &dataset.variety);
         Task::random(
-            &dataset.pool,
+            pool,
             groups,
-            &dataset.variety,
+            variety,
             sizes,
-            true,
+            Missing::LastOrFew,
             &mut random,
         )
     };
@@ -308,7 +309,6 @@ impl<'s> Session<'s, '_> {
             first_step_size: plan.first_step_size,
             auxiliary: AUXILIARY,
             limits: self.options.completing.limits,
-            first_in_order: plan.first_in_order(),
             pattern,
         };
         let run = Run {

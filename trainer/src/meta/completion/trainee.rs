@@ -11,7 +11,7 @@ use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
 use super::dataset::{Dataset, Part};
-use super::draw::Task;
+use super::draw::{Missing, Task};
 use super::order::{greedy_order, reorder};
 use super::pool::WarpedPool;
 use super::reading::{Centres, Present, Reading};
@@ -26,9 +26,8 @@ use crate::meta::trainee::{Expected, RandomStreams, Trainee};
 const BATCH: usize = 16;
 /// Step sizes stay positive.
 const FORM: StepSizeForm = StepSizeForm::Logarithm;
-/// Fewer readings leave a larger loss: were it to count in full, the gradient would be all theirs. Of
-/// n readings, the share that is there to this power is what a task counts for.
-const COUNT_OF_MISSING: f32 = 0.5;
+/// Of so many fresh octets of directions one is enough to put samples in order.
+const ORDERED_BY: usize = 8;
 /// The reach of a start's first weights.
 const FIRST_OFFSETS: f32 = 0.02;
 
@@ -52,8 +51,6 @@ pub struct CompletionTrainee<'a> {
     pub auxiliary: f32,
     /// The machine that the pattern is for.
     pub limits: Limits,
-    /// The first phase in which samples have an order.
-    pub first_in_order: usize,
     /// The pattern that all guesses begin with; each has one of its own where there is none.
     pub pattern: Option<&'a [f32]>,
 }
@@ -77,7 +74,6 @@ struct Applied<'v> {
 /// Some tasks that were read and completed.
 struct Completed {
     batch: Batch,
-    readings: Vec<Vec<Reading>>,
     present: Vec<Vec<bool>>,
 }
 
@@ -108,6 +104,13 @@ fn evenly<'s>(at: &'s [OctetAt], values: &'s [OctetRgb]) -> SampleOctets<'s> {
 /// What a value counts for in a mean over so many octets of directions.
 fn weight_of_each(octets: usize) -> f32 {
     1.0 / (3 * WIDTH * octets) as f32
+}
+
+/// A task counts for the square root of the share of its readings that are taken: fewer of them leave a
+/// larger loss, and the gradient would be mostly theirs.
+fn weight_of_readings(present: &[bool]) -> f32 {
+    let taken = present.iter().filter(|present| **present).count();
+    (taken as f32 / present.len() as f32).sqrt()
 }
 
 /// sum += factor * vector
@@ -151,32 +154,37 @@ impl<'a> CompletionTrainee<'a> {
         }
     }
 
-    /// Reads some tasks, and completes what was read.
-    fn complete(&self, by: &Applied<'_>, tasks: &[Task]) -> Completed {
+    /// Reads a task wherever the pattern says, whatever is missing.
+    fn read(&self, by: &Applied<'_>, task: &Task) -> Vec<Reading> {
+        Reading::all(
+            task,
+            &self.dataset.materials,
+            &self.dataset.variety,
+            by.pattern.angles(),
+            &by.centres,
+        )
+    }
+
+    fn read_all(&self, by: &Applied<'_>, tasks: &[Task]) -> Vec<Vec<Reading>> {
+        tasks.iter().map(|task| self.read(by, task)).collect()
+    }
+
+    /// Completes readings of some tasks.
+    fn complete(&self, by: &Applied<'_>, tasks: &[Task], readings: &[Vec<Reading>]) -> Completed {
         let mut batch = Batch::new(self.shape, tasks.len());
-        let mut all = Vec::with_capacity(tasks.len());
         let mut there = Vec::with_capacity(tasks.len());
-        for (index, task) in tasks.iter().enumerate() {
+        for (index, (task, readings)) in tasks.iter().zip(readings).enumerate() {
             let present = task.present.iter().zip(by.pattern.valid());
             let present: Vec<bool> = present.map(|(there, valid)| *there && *valid).collect();
-            let readings = Reading::all(
-                task,
-                &self.dataset.materials,
-                &self.dataset.variety,
-                by.pattern.angles(),
-                &by.centres,
-            );
             for (sample, reading) in readings.iter().enumerate() {
                 let values = reading.standardized.map(|dual| dual.value);
                 batch.set(index, sample, present[sample].then_some(values));
             }
-            all.push(readings);
             there.push(present);
         }
         batch.complete(&by.weights);
         Completed {
             batch,
-            readings: all,
             present: there,
         }
     }
@@ -193,6 +201,7 @@ impl<'a> CompletionTrainee<'a> {
         &self,
         by: &Applied<'_>,
         completed: &Completed,
+        readings: &[Reading],
         index: usize,
         task: &Task,
         refinement: Option<&dyn Refinement>,
@@ -208,9 +217,7 @@ impl<'a> CompletionTrainee<'a> {
             weight_of_each(values.len()),
             Some(&mut by_coefficients),
         );
-        let there = task.present.iter().filter(|present| **present).count();
-        let there = there as f32 / self.shape.samples as f32;
-        let weight = self.weighing.weight(black) * there.powf(COUNT_OF_MISSING);
+        let weight = self.weighing.weight(black) * weight_of_readings(&task.present);
         let share = match refinement {
             Some(_) => self.auxiliary,
             None => 1.0,
@@ -221,7 +228,7 @@ impl<'a> CompletionTrainee<'a> {
         let refined = refinement.map(|refinement| {
             let at = task.octets.iter().map(|octet| pool.at[*octet as usize]);
             let at: Vec<_> = at.collect();
-            let read = Present::new(&completed.readings[index], &completed.present[index]);
+            let read = Present::new(readings, &completed.present[index]);
             refinement.gradient(
                 &Self::start_of(by, completed, index),
                 &by.step_sizes,
@@ -244,12 +251,13 @@ impl<'a> CompletionTrainee<'a> {
         tasks: &[Task],
         refinement: Option<&dyn Refinement>,
     ) -> (f32, Groups<Vec<f32>>, Vec<[f32; 3]>) {
-        let mut completed = self.complete(by, tasks);
+        let readings = self.read_all(by, tasks);
+        let mut completed = self.complete(by, tasks, &readings);
         let mut loss = 0.0;
         let mut gradient = by.values.as_ref().map(|list| vec![0.0; list.len()]);
         let mut by_angles = vec![[0.0; 3]; self.shape.samples];
-        for (index, task) in tasks.iter().enumerate() {
-            let found = self.outcome(by, &completed, index, task, refinement);
+        for (index, (task, readings)) in tasks.iter().zip(&readings).enumerate() {
+            let found = self.outcome(by, &completed, readings, index, task, refinement);
             loss += found.loss;
             let batch = &mut completed.batch;
             batch.set_gradient(index, &found.by_coefficients);
@@ -267,11 +275,7 @@ impl<'a> CompletionTrainee<'a> {
                 }
             }
         }
-        let Completed {
-            mut batch,
-            readings,
-            present,
-        } = completed;
+        let Completed { mut batch, present } = completed;
         batch.adjoint(&by.weights, &mut gradient.completion, &mut gradient.start);
         for (index, readings) in readings.iter().enumerate() {
             let samples = readings.iter().zip(&present[index]).enumerate();
@@ -294,30 +298,44 @@ impl<'a> CompletionTrainee<'a> {
         refinement: Option<&dyn Refinement>,
         at: Directions<'_>,
     ) -> Vec<Judged> {
-        let of_some = |tasks: &[Task]| -> Vec<Judged> {
-            let completed = self.complete(by, tasks);
-            let each = tasks.iter().enumerate().map(|(index, task)| {
-                let values = task.values(at.pool);
-                let coefficients = completed.batch.coefficients(index);
-                let count = weight_of_each(values.len());
-                let [lost, black] =
-                    at.table
-                        .loss(&coefficients, &task.octets, &values, count, None);
-                let weight = self.weighing.weight(black);
-                let Some(refinement) = refinement else {
-                    return Judged { loss: lost, weight };
-                };
-                let start = Self::start_of(by, &completed, index);
-                let read = Present::new(&completed.readings[index], &completed.present[index]);
-                let parameters = refinement.fit(&start, &by.step_sizes, &read.octets(&by.pattern));
-                let places = task.octets.iter().map(|octet| at.pool.at[*octet as usize]);
-                let places: Vec<_> = places.collect();
-                let loss = refinement.loss(&parameters, &evenly(&places, &values));
-                Judged { loss, weight }
-            });
-            each.collect()
+        let of_some = |tasks: &[Task]| {
+            let readings = self.read_all(by, tasks);
+            self.losses_of_read(by, tasks, &readings, refinement, at)
         };
         tasks.par_chunks(BATCH).flat_map_iter(of_some).collect()
+    }
+
+    /// The same of tasks that were read.
+    fn losses_of_read(
+        &self,
+        by: &Applied<'_>,
+        tasks: &[Task],
+        readings: &[Vec<Reading>],
+        refinement: Option<&dyn Refinement>,
+        at: Directions<'_>,
+    ) -> Vec<Judged> {
+        let completed = self.complete(by, tasks, readings);
+        let each = tasks.iter().zip(readings).enumerate();
+        let each = each.map(|(index, (task, readings))| {
+            let values = task.values(at.pool);
+            let coefficients = completed.batch.coefficients(index);
+            let count = weight_of_each(values.len());
+            let [lost, black] = at
+                .table
+                .loss(&coefficients, &task.octets, &values, count, None);
+            let weight = self.weighing.weight(black);
+            let Some(refinement) = refinement else {
+                return Judged { loss: lost, weight };
+            };
+            let start = Self::start_of(by, &completed, index);
+            let read = Present::new(readings, &completed.present[index]);
+            let parameters = refinement.fit(&start, &by.step_sizes, &read.octets(&by.pattern));
+            let places = task.octets.iter().map(|octet| at.pool.at[*octet as usize]);
+            let places: Vec<_> = places.collect();
+            let loss = refinement.loss(&parameters, &evenly(&places, &values));
+            Judged { loss, weight }
+        });
+        each.collect()
     }
 
     /// The loss of tasks, not weighed, where training judges them.
@@ -333,7 +351,7 @@ impl<'a> CompletionTrainee<'a> {
     pub fn mean_coefficients(&self, values: &Groups<Vec<f32>>, tasks: &[Task]) -> Vec<Vec<f32>> {
         let by = self.applied(values, self.reachable(values));
         let of_some = |tasks: &[Task]| -> Vec<Vec<f32>> {
-            let completed = self.complete(&by, tasks);
+            let completed = self.complete(&by, tasks, &self.read_all(&by, tasks));
             let components = self.shape.components;
             let each = (0..tasks.len()).map(|index| {
                 let all = completed.batch.coefficients(index);
@@ -359,12 +377,6 @@ impl<'a> CompletionTrainee<'a> {
         let octets = self.fresh().pool.octets();
         let plain = |material: &usize| Task::plain(*material, self.shape.samples, octets);
         materials.iter().map(plain).collect()
-    }
-
-    /// The mean loss of completed coefficients, each weighed.
-    fn weighed_loss(&self, by: &Applied<'_>, tasks: &[Task]) -> f32 {
-        let judged = self.losses(by, tasks, None, self.fresh());
-        mean(judged.iter().map(|each| each.weight * each.loss))
     }
 }
 
@@ -423,11 +435,20 @@ impl Trainee for CompletionTrainee<'_> {
         }
         let by = self.applied(&values, self.reachable(&values));
         let mut tasks = self.plain_tasks(&self.part.judged);
+        for task in &mut tasks {
+            task.octets = task.octets.iter().copied().step_by(ORDERED_BY).collect();
+        }
+        let readings = tasks.par_iter().map(|task| self.read(&by, task));
+        let readings: Vec<Vec<Reading>> = readings.collect();
         let order = greedy_order(self.shape.samples, |present| {
             for task in &mut tasks {
                 task.present.copy_from_slice(present);
             }
-            self.weighed_loss(&by, &tasks)
+            let parts = tasks.par_chunks(BATCH).zip(readings.par_chunks(BATCH));
+            let judged = parts.flat_map_iter(|(tasks, readings)| {
+                self.losses_of_read(&by, tasks, readings, None, self.fresh())
+            });
+            mean_weighed(&judged.collect::<Vec<_>>())
         });
         reorder(&mut values.pattern, 3, &order);
         reorder(&mut values.completion, 3 * self.shape.rows(), &order);
@@ -436,6 +457,10 @@ impl Trainee for CompletionTrainee<'_> {
 
     fn gradient(&self, values: &Groups<Vec<f32>>, at: OuterStep<'_>) -> (f32, Groups<Vec<f32>>) {
         let by = self.applied(values, Pattern::within(&values.pattern, self.limits));
+        let missing = match at.phase.in_order {
+            true => Missing::LastOrFew,
+            false => Missing::Any,
+        };
         let tasks: Vec<Task> = (0..at.phase.batch)
             .map(|slot| {
                 let mut random = self.streams.slot(at, slot + 1);
@@ -444,7 +469,7 @@ impl Trainee for CompletionTrainee<'_> {
                     &self.part.groups,
                     &self.dataset.variety,
                     [self.shape.samples, at.phase.outer],
-                    at.number >= self.first_in_order,
+                    missing,
                     &mut random,
                 )
             })
@@ -478,7 +503,8 @@ impl Trainee for CompletionTrainee<'_> {
     /// Of the completed coefficients: a start is trained only after patterns were tried.
     fn judge(&self, values: &Groups<Vec<f32>>) -> f32 {
         let by = self.applied(values, self.reachable(values));
-        self.weighed_loss(&by, &self.plain_tasks(&self.part.judged))
+        let tasks = self.plain_tasks(&self.part.judged);
+        mean_weighed(&self.losses(&by, &tasks, None, self.fresh()))
     }
 
     fn expected(&self, values: &Groups<Vec<f32>>) -> Expected {
@@ -486,6 +512,10 @@ impl Trainee for CompletionTrainee<'_> {
         let losses = losses.iter().copied();
         Expected::new(mean(losses.clone()), losses.map(f64::from))
     }
+}
+
+fn mean_weighed(judged: &[Judged]) -> f32 {
+    mean(judged.iter().map(|each| each.weight * each.loss))
 }
 
 fn mean(losses: impl ExactSizeIterator<Item = f32>) -> f32 {

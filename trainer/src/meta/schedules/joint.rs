@@ -25,6 +25,7 @@ pub(super) fn plan(effort: Effort, samples: usize, tasks: usize) -> Plan {
         keep: Keep::Nothing,
         samples,
         added: Added::Sobol,
+        in_order: false,
         steps: first,
         batch: 32,
         // More than n: a few random samples alone say too little to begin on.

@@ -21,6 +21,7 @@ pub(super) fn plan(effort: Effort, samples: usize, tasks: usize) -> Plan {
         keep: Keep::BestValidation,
         samples,
         added: Added::Sobol,
+        in_order: false,
         steps: first,
         batch: 16,
         inner: InnerSamples::Pattern,

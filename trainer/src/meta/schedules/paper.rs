@@ -34,6 +34,7 @@ pub(super) fn plan(effort: Effort, model: ModelKind, samples: usize, tasks: usiz
         // No pattern yet, but Meta is judged on one.
         samples,
         added: Added::Sobol,
+        in_order: false,
         steps: 10_000 / share * tasks,
         batch: 1,
         inner: InnerSamples::Fresh(512),

@@ -53,6 +53,7 @@ fn trying(samples: usize, steps: usize) -> Phase {
         keep: Keep::BestValidation,
         samples,
         added: Added::Sobol,
+        in_order: false,
         steps,
         batch: 32,
         inner: InnerSamples::Pattern,
@@ -74,6 +75,7 @@ fn trying(samples: usize, steps: usize) -> Phase {
 fn completing(model: ModelKind, samples: usize, steps: usize) -> Phase {
     Phase {
         name: "completing readings",
+        in_order: true,
         keep: Keep::Last,
         steps: if descends(model) { steps / 2 } else { steps },
         final_rate: if descends(model) { 0.3 } else { 0.01 },
@@ -86,6 +88,7 @@ fn starting(samples: usize, steps: usize) -> Phase {
     Phase {
         name: "starting descents",
         start: Start::Best,
+        in_order: true,
         keep: Keep::Last,
         rates: Groups {
             initial: 1e-3,
@@ -115,7 +118,7 @@ fn plan_of(phases: Vec<Phase>, model: ModelKind, tasks: usize) -> Plan {
 }
 
 /// Several patterns are tried, each with a completion of its own; the best goes on, in the order that
-/// serves readings that end early. For a model that
+/// serves scans that end early. (Where none is tried, samples stay as they come.) For a model that
 /// descends its start is trained then, and all that was there before with it.
 pub(super) fn plan(effort: Effort, model: ModelKind, samples: usize, tasks: usize) -> Plan {
     let steps = Steps::of(effort, model);
@@ -127,7 +130,10 @@ pub(super) fn plan(effort: Effort, model: ModelKind, samples: usize, tasks: usiz
         })
         .collect();
     phases.push(Phase {
-        start: Start::BestInOrder,
+        start: match phases.is_empty() {
+            true => Start::Previous,
+            false => Start::BestInOrder,
+        },
         ..completing(model, samples, steps.completing)
     });
     if descends(model) {

@@ -25,6 +25,7 @@ pub(super) fn plan(effort: Effort, samples: usize, tasks: usize) -> Plan {
         keep: Keep::Nothing,
         samples,
         added: Added::Sobol,
+        in_order: false,
         steps: descent,
         batch: 16,
         inner: InnerSamples::Pattern,
