@@ -201,6 +201,14 @@ impl Task {
         }
     }
 
+    /// What it counts for by its readings: the square root of the share that is taken. Fewer of them leave
+    /// a larger loss, and the gradient would be mostly theirs.
+    #[must_use]
+    pub fn weight_of_readings(&self) -> f32 {
+        let taken = self.present.iter().filter(|present| **present).count();
+        (taken as f32 / self.present.len() as f32).sqrt()
+    }
+
     /// True if there is no smooth field.
     #[must_use]
     pub fn is_flat(&self) -> bool {

@@ -8,6 +8,7 @@
 pub mod dataset;
 pub mod draw;
 pub mod field;
+mod first_weights;
 pub mod order;
 pub mod pool;
 pub mod prediction;

@@ -6,12 +6,13 @@ use glimpse_kernels::components::ComponentTable;
 use glimpse_kernels::lanes::{InstructionSet, Octet, OctetAt, WIDTH};
 use glimpse_kernels::samples::{OctetRgb, SampleOctets, SampleWeights};
 use glimpse_optimizer::Groups;
-use rand::{Rng, SeedableRng};
+use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
 use super::dataset::{Dataset, Part};
 use super::draw::{Missing, Task};
+use super::first_weights::first_weights;
 use super::order::{greedy_order, reorder};
 use super::pool::WarpedPool;
 use super::reading::{Centres, Present, Reading};
@@ -28,8 +29,6 @@ const BATCH: usize = 16;
 const FORM: StepSizeForm = StepSizeForm::Logarithm;
 /// Of so many fresh octets of directions one is enough to put samples in order.
 const ORDERED_BY: usize = 8;
-/// The reach of a start's first weights.
-const FIRST_OFFSETS: f32 = 0.02;
 
 /// A completion of readings: by itself for the model Linear, else with the descent that it starts.
 pub struct CompletionTrainee<'a> {
@@ -104,13 +103,6 @@ fn evenly<'s>(at: &'s [OctetAt], values: &'s [OctetRgb]) -> SampleOctets<'s> {
 /// What a value counts for in a mean over so many octets of directions.
 fn weight_of_each(octets: usize) -> f32 {
     1.0 / (3 * WIDTH * octets) as f32
-}
-
-/// A task counts for the square root of the share of its readings that are taken: fewer of them leave a
-/// larger loss, and the gradient would be mostly theirs.
-fn weight_of_readings(present: &[bool]) -> f32 {
-    let taken = present.iter().filter(|present| **present).count();
-    (taken as f32 / present.len() as f32).sqrt()
 }
 
 /// sum += factor * vector
@@ -217,7 +209,7 @@ impl<'a> CompletionTrainee<'a> {
             weight_of_each(values.len()),
             Some(&mut by_coefficients),
         );
-        let weight = self.weighing.weight(black) * weight_of_readings(&task.present);
+        let weight = self.weighing.weight(black) * task.weight_of_readings();
         let share = match refinement {
             Some(_) => self.auxiliary,
             None => 1.0,
@@ -389,29 +381,8 @@ struct Judged {
 
 impl Trainee for CompletionTrainee<'_> {
     fn first_values(&self, guess: u64) -> Groups<Vec<f32>> {
-        let shape = self.shape;
         let mut random = ChaCha8Rng::seed_from_u64(self.streams.guess(guess));
-        let [readings, bias, output] = shape.completion_lengths();
-        let mut uniform = |reach: f32| reach * (2.0 * random.random::<f32>() - 1.0);
-        let mut completion = Vec::with_capacity(readings + bias + output);
-        let rows = shape.rows();
-        let few = 1.0 / (shape.samples as f32).sqrt();
-        for index in 0..readings {
-            let (column, row) = (index / rows, index % rows);
-            completion.push(match (row < shape.components, column % 3) {
-                (_, 2) => 0.0,
-                (true, _) => uniform(0.3 * few),
-                (false, _) => uniform(few),
-            });
-        }
-        completion.extend(std::iter::repeat_n(0.0, bias));
-        let reach = 0.3 / (shape.hidden.max(1) as f32).sqrt();
-        completion.extend((0..output).map(|_| uniform(reach)));
-        let [hidden, bias, output] = shape.start_lengths();
-        let reach = 1.0 / (3.0 * shape.components as f32).sqrt();
-        let mut start: Vec<f32> = (0..hidden).map(|_| uniform(reach)).collect();
-        start.extend(std::iter::repeat_n(0.0, bias));
-        start.extend((0..output).map(|_| uniform(FIRST_OFFSETS)));
+        let [completion, start] = first_weights(self.shape, &mut random);
         let initial = match self.refinement {
             Some(refinement) => first_guess(refinement.model(), &mut random),
             None => Vec::new(),
@@ -421,7 +392,7 @@ impl Trainee for CompletionTrainee<'_> {
             initial,
             pattern: match self.pattern {
                 Some(pattern) => pattern.to_vec(),
-                None => self.streams.first_pattern(guess, shape.samples),
+                None => self.streams.first_pattern(guess, self.shape.samples),
             },
             completion,
             start,
