@@ -1,6 +1,6 @@
 //! What a recipe completes readings by, and in which slices.
 
-use super::completion::{CHANNELS, Completion, Input, Packed, standardized};
+use super::completion::{CHANNELS, Completion, Input, Missing, Packed, standardized};
 use super::learned::Descent;
 use crate::model::{ModelKind, Sample};
 use crate::numeric::Floats;
@@ -22,7 +22,7 @@ pub struct Completed<'a> {
     pub(crate) completion: Completion<'a, f32, Packed>,
     pub(crate) centre: Floats<'a>,
     pub(crate) scale: f32,
-    pub(crate) takes_missing: bool,
+    pub(crate) missing: Missing,
     /// A bias, and a weight for each component; empty where nothing is predicted.
     pub(crate) prediction: Floats<'a>,
     pub(crate) target: Target<'a>,
@@ -67,10 +67,16 @@ impl<'a> Completed<'a> {
         self.scale
     }
 
+    /// What it was trained to do where readings are missing.
+    #[must_use]
+    pub fn missing(&self) -> Missing {
+        self.missing
+    }
+
     /// Whether it was trained to do without some of the readings.
     #[must_use]
     pub fn takes_missing(&self) -> bool {
-        self.takes_missing
+        self.missing != Missing::NoFit
     }
 
     /// What predicts the logarithm of a fit's loss: a bias, and a weight for each component, which
@@ -119,7 +125,9 @@ impl<'a> Completed<'a> {
         let unit = unit as usize;
         if let Some(sample) = samples.get(unit) {
             let centre = self.centre.iter().nth(unit).unwrap_or_default();
-            let input = self.input(sample, centre);
+            let present = samples.iter().filter(|sample| is_there(sample)).count();
+            let scale = self.scale * self.missing.gain(samples.len(), present);
+            let input = input(sample, centre, scale);
             self.completion.add(unit, &input, state);
             return;
         }
@@ -128,24 +136,28 @@ impl<'a> Completed<'a> {
             Some(channel) => self.completion.complete(channel, state),
         }
     }
+}
 
-    /// A sample's reading as it enters; one that counts for nothing is missing.
-    fn input(&self, sample: &Sample<f32>, centre: f32) -> Input<f32> {
-        if sample.weight <= 0.0 {
-            return Input {
-                channels: [0.0; 3],
-                missing: 1.0,
-            };
-        }
-        let weight = sample.at.cos_theta_i() * sample.at.cos_theta_o();
-        let mut channels = sample.measured;
-        for channel in &mut channels {
-            *channel = standardized(*channel, weight, centre, self.scale);
-        }
-        Input {
-            channels,
-            missing: 0.0,
-        }
+/// Whether a sample's reading counts for anything; if not, it is missing.
+fn is_there(sample: &Sample<f32>) -> bool {
+    sample.weight > 0.0
+}
+
+/// A sample's reading as it enters.
+fn input(sample: &Sample<f32>, centre: f32, scale: f32) -> Input<f32> {
+    if !is_there(sample) {
+        return Input {
+            channels: [0.0; 3],
+            missing: 1.0,
+        };
+    }
+    let weight = sample.at.cos_theta_i() * sample.at.cos_theta_o();
+    let channels = sample
+        .measured
+        .map(|channel| standardized(channel, weight, centre, scale));
+    Input {
+        channels,
+        missing: 0.0,
     }
 }
 

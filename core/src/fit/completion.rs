@@ -4,22 +4,24 @@
 //! sample i. With ū_i the mean of the three channels,
 //!
 //! ```text
-//! z_c = bias + sum over readings (own_i u_ic + mean_i ū_i) + sum over missing ones missing_i
+//! z_c = bias + g sum over readings (own_i u_ic + mean_i ū_i) + sum over missing ones missing_i
 //! a_c = z_c[..m] + W tanh(z_c[m..])
 //! ```
 //!
-//! so that channels are treated alike, any reading may be missing, and each one can be added as soon
-//! as it is there. A [`Start`] makes initial parameters of a model of all a_c.
+//! so that channels are treated alike and any reading may be missing; g is 1, or the [gain] of those that
+//! are there. A [`Start`] makes initial parameters of a model of all a_c.
 //!
 //! The forward pass is written once, over [`Scalar`] and over how weights are [kept](Encoding): bytes
 //! in a recipe, plain numbers in training, whose [adjoint](CompletionGradient) stands beside it.
 
 mod adjoint;
 mod encoding;
+mod missing;
 mod start;
 
 pub use adjoint::CompletionGradient;
 pub use encoding::{Encoding, Packed, Plain};
+pub use missing::{Missing, gain};
 pub use start::{Start, StartGradient};
 
 use crate::model::linear::map;
@@ -44,7 +46,7 @@ pub fn standardized<S: Scalar>(brdf: S, weight: S, centre: S, scale: S) -> S {
 /// A reading, or that it is missing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Input<S> {
-    /// Its [standardized] channels; 0 if it is missing.
+    /// Its [standardized] channels, times the gain; 0 if it is missing.
     pub channels: [S; 3],
     /// 0 if it is there, 1 if it is missing.
     pub missing: S,

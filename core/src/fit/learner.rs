@@ -33,7 +33,7 @@ impl Learner<'_> {
     #[must_use]
     pub fn takes_missing(&self) -> bool {
         match self {
-            Self::Completed(completed) => completed.takes_missing,
+            Self::Completed(completed) => completed.takes_missing(),
             _ => false,
         }
     }

@@ -6,7 +6,7 @@ use super::format::{MAX_COMPONENTS, MAX_INNER_STEPS, MAX_SAMPLES};
 use super::ingredients::{
     PackedCompletion, PackedDescent, PackedLearner, PackedRidge, PackedStart,
 };
-use crate::fit::completion::Completion;
+use crate::fit::completion::{Completion, Missing};
 use crate::fit::ridge::Problem;
 use crate::fit::{
     Completed, Components, Descent, Learner, MAX_ROWS, MAX_UNITS, Ridge, Start, Target,
@@ -157,7 +157,7 @@ fn completed<'a>(
         },
         centre: list(packed.centre, samples, Field::Centre, in_range)?,
         scale: packed.scale,
-        takes_missing: packed.takes_missing,
+        missing: Missing::of_number(packed.missing).ok_or(RecipeError::Range(Field::Missing))?,
         prediction: match prediction {
             None => Floats::EMPTY,
             Some(list) => {

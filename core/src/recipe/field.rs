@@ -72,6 +72,8 @@ pub enum Field {
     StartOutputScales,
     /// From a completion to the loss that a fit is likely to have.
     Prediction,
+    /// Of a completion: what it was trained to do where readings are missing.
+    Missing,
 }
 
 impl Field {
@@ -111,6 +113,7 @@ impl Field {
             Self::StartOutput => "start.output",
             Self::StartOutputScales => "start.output_scales",
             Self::Prediction => "prediction",
+            Self::Missing => "completion.missing",
         }
     }
 
@@ -121,6 +124,7 @@ impl Field {
         match self {
             Self::Basis => (-MAX_BASIS, MAX_BASIS),
             Self::Prediction => (-MAX_PREDICTION, MAX_PREDICTION),
+            Self::Missing => (0.0, 2.0),
             Self::Mean | Self::Centre => (-MAX_MEAN, MAX_MEAN),
             Self::Median => (0.0, MAX_MEDIAN),
             Self::Weight => (0.0, MAX_WEIGHT),

@@ -99,8 +99,9 @@ pub struct PackedRidge<'a> {
 pub struct PackedCompletion<'a> {
     /// m, the number of coefficients of a channel.
     pub components: u16,
-    /// Whether it was trained to do without some of the readings.
-    pub takes_missing: bool,
+    /// What it was trained to do where readings are missing: the number of a
+    /// [`Missing`](crate::fit::completion::Missing).
+    pub missing: u8,
     /// What each sample's logarithm is centred by, n.
     pub centre: &'a [u8],
     /// What it is multiplied by then.
@@ -176,7 +177,7 @@ impl<'a> From<Learner<'a>> for PackedLearner<'a> {
                 let packed = PackedCompletion {
                     // At most MAX_ROWS, which a u16 holds.
                     components: completion.components as u16,
-                    takes_missing: completed.takes_missing(),
+                    missing: completed.missing() as u8,
                     centre: completed.centre().words().as_flattened(),
                     scale: completed.scale(),
                     readings: completion.readings,

@@ -1,6 +1,6 @@
 //! The device's forward pass agrees with the formulas, number by number.
 
-use glimpse_core::fit::completion::{Input, standardized};
+use glimpse_core::fit::completion::{Input, Missing, standardized};
 use glimpse_core::fit::{MAX_ROWS, MAX_UNITS, Target};
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::Recipe;
@@ -102,7 +102,10 @@ fn compare(made: &Made, readings: &Readings) {
 fn it_is_what_the_formulas_say() {
     for model in [ModelKind::Linear, ModelKind::Phong, ModelKind::Neural] {
         for shape in SHAPES {
-            compare(&Made::new(model, shape, true), &all(shape.samples));
+            compare(
+                &Made::new(model, shape, Missing::CountForMore),
+                &all(shape.samples),
+            );
         }
     }
 }
@@ -111,7 +114,7 @@ fn it_is_what_the_formulas_say() {
 fn it_is_what_the_formulas_say_with_missing_readings() {
     // Every subset of six samples, none and all of them included.
     for present in 0..64_u32 {
-        let made = Made::small(ModelKind::Phong, true);
+        let made = Made::small(ModelKind::Phong, Missing::CountForMore);
         let mut readings = all(6);
         for (sample, reading) in readings.iter_mut().enumerate() {
             if present >> sample & 1 == 0 {
@@ -127,7 +130,10 @@ fn it_is_what_the_formulas_say_with_missing_readings() {
             .skip(1)
             .step_by(3)
             .for_each(|reading| *reading = None);
-        compare(&Made::new(ModelKind::Linear, shape, true), &readings);
+        compare(
+            &Made::new(ModelKind::Linear, shape, Missing::CountForMore),
+            &readings,
+        );
     }
 }
 
@@ -148,7 +154,7 @@ fn a_reading_is_standardized_as_the_formula_says() {
 /// The formulas themselves say something: a weight out of place, or a reading, is told apart.
 #[test]
 fn the_comparison_would_notice() {
-    let made = Made::small(ModelKind::Phong, true);
+    let made = Made::small(ModelKind::Phong, Missing::CountForMore);
     let bytes = made.write().unwrap();
     let recipe = Recipe::parse(&bytes).unwrap();
     let before = fitted(&made, &recipe, &all(6));

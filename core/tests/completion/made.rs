@@ -1,5 +1,6 @@
 //! Recipes of made-up numbers, with every ingredient in the open.
 
+use glimpse_core::fit::completion::Missing;
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::{
     Expectation, Ingredients, PackedCompletion, PackedDescent, PackedLearner, PackedStart, Recipe,
@@ -71,7 +72,8 @@ pub(crate) struct Made {
     /// (theta_h, theta_d, phi_d), n of them.
     pub(crate) pattern: Vec<f32>,
     pub(crate) components: usize,
-    pub(crate) takes_missing: bool,
+    /// The number of a [`Missing`], or none.
+    pub(crate) missing: u8,
     pub(crate) centre: Vec<f32>,
     pub(crate) scale: f32,
     pub(crate) readings: Vec<i8>,
@@ -114,7 +116,7 @@ pub(crate) const WORDS: usize = 36;
 
 impl Made {
     /// Of pseudo-random numbers.
-    pub(crate) fn new(model: ModelKind, shape: Shape, takes_missing: bool) -> Self {
+    pub(crate) fn new(model: ModelKind, shape: Shape, missing: Missing) -> Self {
         let Shape {
             samples: n,
             components: m,
@@ -132,7 +134,7 @@ impl Made {
         Self {
             pattern: pattern.collect(),
             components: m,
-            takes_missing,
+            missing: missing as u8,
             centre: random.numbers(n, 2.0).iter().map(|x| x + 4.0).collect(),
             scale: 0.6,
             readings: random.weights(n * 3 * (m + h)),
@@ -164,8 +166,8 @@ impl Made {
     }
 
     /// A small one.
-    pub(crate) fn small(model: ModelKind, takes_missing: bool) -> Self {
-        Self::new(model, SMALL, takes_missing)
+    pub(crate) fn small(model: ModelKind, missing: Missing) -> Self {
+        Self::new(model, SMALL, missing)
     }
 
     /// h.
@@ -201,7 +203,7 @@ impl Made {
         });
         let completion = PackedCompletion {
             components: self.components as u16,
-            takes_missing: self.takes_missing,
+            missing: self.missing,
             centre: &bytes(&self.centre),
             scale: self.scale,
             readings: &signed(&self.readings),

@@ -1,5 +1,6 @@
 //! Readings that are missing or saturated: which recipes can do without them, and what is left.
 
+use glimpse_core::fit::completion::{Missing, gain};
 use glimpse_core::fit::{AnyModel, Fitter};
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::Recipe;
@@ -23,12 +24,11 @@ fn subset(present: u32) -> Readings {
 }
 
 /// Calls `check` with an empty scan by a recipe of each model.
-fn each(takes_missing: bool, check: impl Fn(&Made, &mut Scan<'_, '_, Any, SAMPLES>)) {
+fn each(missing: Missing, check: impl Fn(&Made, &mut Scan<'_, '_, Any, SAMPLES>)) {
     for kind in MODELS {
-        let made = Made::small(kind, takes_missing);
+        let made = Made::small(kind, missing);
         let bytes = made.write().unwrap();
         let recipe = Recipe::parse(&bytes).unwrap();
-        assert_eq!(recipe.learner().takes_missing(), takes_missing);
         let mut memory = Memory::<Any, SAMPLES>::new();
         check(&made, &mut Scan::new(recipe, &mut memory).unwrap());
     }
@@ -36,7 +36,7 @@ fn each(takes_missing: bool, check: impl Fn(&Made, &mut Scan<'_, '_, Any, SAMPLE
 
 #[test]
 fn a_recipe_that_needs_all_readings_says_which_is_missing() {
-    each(false, |made, scan| {
+    each(Missing::NoFit, |made, scan| {
         for index in [0, 2, 1, 5, 4, 3] {
             let (first, _) = scan.next_pending().unwrap();
             let missing = scan.pending().count() as u16;
@@ -51,21 +51,19 @@ fn a_recipe_that_needs_all_readings_says_which_is_missing() {
 
 /// That it was trained without some makes no difference where all are there.
 #[test]
-fn with_all_readings_both_fit_alike() {
+fn with_all_readings_all_fit_alike() {
     for kind in MODELS {
-        let [with, without] = [true, false].map(|takes| Made::small(kind, takes));
-        let readings = all(SAMPLES);
-        assert_eq!(
-            whole_by_name(&with, &readings),
-            whole_by_name(&without, &readings)
-        );
+        let [without, alike, more] = [Missing::NoFit, Missing::CountAlike, Missing::CountForMore]
+            .map(|missing| whole_by_name(&Made::small(kind, missing), &all(SAMPLES)));
+        assert_eq!(alike, without);
+        assert_eq!(more, without);
     }
 }
 
 /// After each reading the fit goes by those that are there; the order does not count.
 #[test]
 fn one_reading_is_enough_and_each_further_one_counts() {
-    each(true, |made, scan| {
+    each(Missing::CountForMore, |made, scan| {
         let (missing, first) = (SAMPLES as u16, 0);
         let error = FitError::Incomplete { missing, first };
         assert_eq!(scan.fit().err(), Some(error));
@@ -88,14 +86,31 @@ fn one_reading_is_enough_and_each_further_one_counts() {
 
 #[test]
 fn any_subset_is_what_the_formulas_say() {
-    let made = Made::small(ModelKind::Linear, true);
-    let bytes = made.write().unwrap();
-    let recipe = Recipe::parse(&bytes).unwrap();
-    for present in 1..64 {
-        let readings = subset(present);
-        let (values, _) = whole::<Any>(&made, &readings);
-        let expected = fitted(&made, &recipe, &readings);
-        assert_close("coefficient", values.into_iter(), &expected);
+    for missing in [Missing::CountAlike, Missing::CountForMore] {
+        let made = Made::small(ModelKind::Linear, missing);
+        let bytes = made.write().unwrap();
+        let recipe = Recipe::parse(&bytes).unwrap();
+        for present in 1..64 {
+            let readings = subset(present);
+            let (values, _) = whole::<Any>(&made, &readings);
+            let expected = fitted(&made, &recipe, &readings);
+            assert_close("coefficient", values.into_iter(), &expected);
+        }
+    }
+}
+
+/// sqrt(n / k).
+#[test]
+fn the_gain_is_the_root_of_the_share_that_is_missing() {
+    for samples in 1..=64_usize {
+        for present in 1..=samples {
+            let expected = (samples as f64 / present as f64).sqrt();
+            assert_close("gain", [gain(samples, present)].into_iter(), &[expected]);
+            let alike = [Missing::NoFit, Missing::CountAlike];
+            assert_eq!(alike.map(|each| each.gain(samples, present)), [1.0; 2]);
+        }
+        // No more than what there is, and nothing to multiply.
+        assert_eq!([gain(samples, samples), gain(samples, 0)], [1.0; 2]);
     }
 }
 
@@ -108,7 +123,7 @@ fn saturated(index: u16) -> Reading {
 
 #[test]
 fn a_saturated_reading_is_left_out_where_others_are_there() {
-    each(true, |made, scan| {
+    each(Missing::CountForMore, |made, scan| {
         for index in 0..SAMPLES as u16 {
             let reading = match index {
                 1 | 4 => saturated(index),
@@ -130,7 +145,7 @@ fn a_saturated_reading_is_left_out_where_others_are_there() {
 
 #[test]
 fn if_all_are_saturated_they_count() {
-    each(true, |made, scan| {
+    each(Missing::CountForMore, |made, scan| {
         for index in [2, 3] {
             scan.record(index, saturated(index)).unwrap();
         }
@@ -147,7 +162,7 @@ fn if_all_are_saturated_they_count() {
 /// A recipe that needs all readings counts them all, saturated or not.
 #[test]
 fn a_recipe_that_needs_all_readings_counts_saturated_ones() {
-    each(false, |made, scan| {
+    each(Missing::NoFit, |made, scan| {
         for index in 0..SAMPLES as u16 {
             scan.record(index, saturated(index)).unwrap();
         }
@@ -160,7 +175,7 @@ fn a_recipe_that_needs_all_readings_counts_saturated_ones() {
 
 #[test]
 fn a_restart_forgets() {
-    each(true, |made, scan| {
+    each(Missing::CountForMore, |made, scan| {
         // Readings so large that a fit of them is refused.
         for index in 0..SAMPLES as u16 {
             scan.record(index, Reading::new([1e4; 3])).unwrap();
@@ -183,7 +198,7 @@ fn a_restart_forgets() {
 /// Counts instead of BRDFs are refused among few readings as among all of them.
 #[test]
 fn implausible_readings_are_told_from_those_that_are_there() {
-    each(true, |_, scan| {
+    each(Missing::CountForMore, |_, scan| {
         for index in [0, 2, 3, 5] {
             assert!(scan.fit().is_ok() || index == 0);
             scan.record(index, Reading::new([1e4; 3])).unwrap();
@@ -198,7 +213,7 @@ fn implausible_readings_are_told_from_those_that_are_there() {
 /// The mean is over the readings that are there, not over the pattern.
 #[test]
 fn the_residual_counts_what_was_read() {
-    each(true, |_, scan| {
+    each(Missing::CountForMore, |_, scan| {
         scan.record(4, Reading::new(colour(4))).unwrap();
         let (_, residual) = fit(scan, &[5]);
         assert_eq!((residual.mean, residual.worst_index), (residual.worst, 4));
@@ -238,6 +253,6 @@ fn dark_readings_are_brought_up() {
         assert_eq!(whole::<K>(made, &readings).0, values);
     }
     for kind in MODELS {
-        check::<Any>(&Made::small(kind, true));
+        check::<Any>(&Made::small(kind, Missing::CountForMore));
     }
 }

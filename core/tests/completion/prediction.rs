@@ -1,6 +1,7 @@
 //! The loss that a fit is likely to have: what the formula says, for every model and whatever is
 //! missing.
 
+use glimpse_core::fit::completion::Missing;
 use glimpse_core::fit::{AnyModel, Fitter, Linear};
 use glimpse_core::model::{CookTorrance, ModelKind, Neural, Phong};
 use glimpse_core::recipe::{Field, Kind, MAX_PREDICTION, PackedDescent, PackedLearner};
@@ -18,7 +19,7 @@ const PREDICTION: [f32; 5] = [-4.0, 0.3, -0.2, 0.5, 0.1];
 fn made(model: ModelKind) -> Made {
     Made {
         prediction: Some(PREDICTION.to_vec()),
-        ..Made::small(model, true)
+        ..Made::small(model, Missing::CountForMore)
     }
 }
 
@@ -78,7 +79,7 @@ fn it_is_what_the_formula_says() {
 #[test]
 fn without_it_nothing_is_predicted() {
     for model in MODELS {
-        let made = Made::small(model, true);
+        let made = Made::small(model, Missing::CountForMore);
         assert_eq!(by_name(&made, &all(SAMPLES), 5), None);
     }
 }

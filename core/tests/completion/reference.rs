@@ -26,18 +26,23 @@ fn cosines(recipe: &Recipe<'_>) -> Vec<f64> {
     cosines.collect()
 }
 
-/// u_ic of each sample that was read.
+/// u_ic of each sample that was read, times the gain.
 pub(crate) fn entering(
     made: &Made,
     recipe: &Recipe<'_>,
     readings: &Readings,
 ) -> Vec<Option<[f64; 3]>> {
+    let present = readings.iter().flatten().count() as f64;
+    let gain = match made.missing {
+        2 => (readings.len() as f64 / present).sqrt(),
+        _ => 1.0,
+    };
     let samples = readings.iter().zip(&made.centre).zip(cosines(recipe));
     let entering = samples.map(|((reading, centre), w)| {
         reading.map(|brdf| {
             brdf.map(|y| {
                 let logarithm = ((f64::from(y) * w + 0.001) / 0.001).ln();
-                (logarithm - f64::from(*centre)) * f64::from(made.scale)
+                (logarithm - f64::from(*centre)) * f64::from(made.scale) * gain
             })
         })
     });

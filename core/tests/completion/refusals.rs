@@ -1,5 +1,6 @@
 //! What is no recipe that completes readings is refused, by the name of what is wrong.
 
+use glimpse_core::fit::completion::Missing;
 use glimpse_core::fit::{MAX_ROWS, MAX_UNITS};
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::{Field, HEADER_BYTES, Kind, Recipe, RecipeError, VERSION};
@@ -11,7 +12,7 @@ use super::made::{Descends, Made, SMALL, Shape, Starts};
 type Change<T> = (Field, fn(&mut T));
 
 fn refused(model: ModelKind, change: impl Fn(&mut Made)) -> RecipeError {
-    let mut made = Made::small(model, true);
+    let mut made = Made::small(model, Missing::CountForMore);
     change(&mut made);
     made.write().unwrap_err()
 }
@@ -156,7 +157,11 @@ fn the_largest_counts_are_not_refused() {
             ..SMALL
         };
         for model in [ModelKind::Linear, ModelKind::Phong] {
-            assert!(Made::new(model, shape, true).write().is_ok());
+            assert!(
+                Made::new(model, shape, Missing::CountForMore)
+                    .write()
+                    .is_ok()
+            );
         }
     }
 }
@@ -214,8 +219,10 @@ fn numbers_out_of_their_range_are_refused() {
     for change in centres {
         assert_eq!(in_completion(change), RecipeError::Range(Field::Centre));
     }
+    let missing = in_completion(|made| made.missing = 3);
+    assert_eq!(missing, RecipeError::Range(Field::Missing));
     // Scales of a row may be of either sign, and 0 for a row that says nothing.
-    let mut made = Made::small(ModelKind::Phong, true);
+    let mut made = Made::small(ModelKind::Phong, Missing::CountForMore);
     made.reading_scales.fill(0.0);
     made.output_scales.fill(-1.0);
     assert!(made.write().is_ok());
@@ -223,7 +230,7 @@ fn numbers_out_of_their_range_are_refused() {
 
 /// A recipe's sections.
 fn sections(model: ModelKind) -> Vec<(Kind, Vec<u8>)> {
-    let bytes = Made::small(model, true).write().unwrap();
+    let bytes = Made::small(model, Missing::CountForMore).write().unwrap();
     let sections = Recipe::parse(&bytes).unwrap().sections();
     sections
         .map(|(kind, bytes)| (kind, bytes.to_vec()))
@@ -320,7 +327,7 @@ fn sections_of_the_wrong_bytes_are_named() {
 #[test]
 fn truncations_are_refused() {
     for model in [ModelKind::Linear, ModelKind::Phong] {
-        let bytes = Made::small(model, true).write().unwrap();
+        let bytes = Made::small(model, Missing::CountForMore).write().unwrap();
         for length in 0..bytes.len() {
             let error = Recipe::parse(&bytes[..length]).map(drop).unwrap_err();
             let is_named = matches!(error, RecipeError::Magic | RecipeError::Length { .. });

@@ -1,6 +1,7 @@
 //! Whole scans: the values are those of the formulas, whatever the slices, and for the descents those
 //! of their steps from there.
 
+use glimpse_core::fit::completion::Missing;
 use glimpse_core::fit::{AnyModel, Fitter, Linear};
 use glimpse_core::geometry::HalfDifference;
 use glimpse_core::model::{CookTorrance, Model, ModelKind, Neural, ParameterSet, Phong, Sample};
@@ -89,7 +90,7 @@ fn without_steps(made: &Made) -> Made {
 #[test]
 fn a_fit_begins_with_what_the_formulas_say() {
     for kind in MODELS {
-        let made = without_steps(&Made::small(kind, true));
+        let made = without_steps(&Made::small(kind, Missing::CountForMore));
         let bytes = made.write().unwrap();
         let recipe = Recipe::parse(&bytes).unwrap();
         assert_eq!(recipe.model(), kind);
@@ -103,7 +104,7 @@ fn a_fit_begins_with_what_the_formulas_say() {
 
 /// K steps from there, each by the gradient of all readings at once: the same bits.
 fn descends<M: Model>() {
-    let made = Made::small(M::KIND, true);
+    let made = Made::small(M::KIND, Missing::CountForMore);
     let bytes = made.write().unwrap();
     let recipe = Recipe::parse(&bytes).unwrap();
     for readings in cases() {
@@ -146,7 +147,7 @@ fn a_descent_goes_on_from_there() {
 }
 
 fn sliced<K: Fitter>(kind: ModelKind) {
-    let made = Made::small(kind, true);
+    let made = Made::small(kind, Missing::CountForMore);
     let bytes = made.write().unwrap();
     let recipe = Recipe::parse(&bytes).unwrap();
     let mut memory = Memory::<K, SAMPLES>::new();
@@ -197,7 +198,11 @@ fn one_memory_serves_one_recipe_after_the_other() {
     let recipes: Vec<(Made, Vec<u8>)> = MODELS
         .into_iter()
         .map(|kind| {
-            let made = Made::small(kind, kind != ModelKind::Phong);
+            let missing = match kind {
+                ModelKind::Phong => Missing::NoFit,
+                _ => Missing::CountForMore,
+            };
+            let made = Made::small(kind, missing);
             let bytes = made.write().unwrap();
             (made, bytes)
         })
@@ -216,7 +221,7 @@ fn one_memory_serves_one_recipe_after_the_other() {
 
 #[test]
 fn linears_residual_is_that_of_the_formulas() {
-    let made = Made::small(ModelKind::Linear, true);
+    let made = Made::small(ModelKind::Linear, Missing::CountForMore);
     let bytes = made.write().unwrap();
     let recipe = Recipe::parse(&bytes).unwrap();
     for readings in cases() {
@@ -238,7 +243,9 @@ fn linears_residual_is_that_of_the_formulas() {
 /// Where it does not fit, the scan says so before it begins.
 #[test]
 fn what_there_is_no_room_for_is_refused() {
-    let bytes = Made::small(ModelKind::Linear, true).write().unwrap();
+    let bytes = Made::small(ModelKind::Linear, Missing::CountForMore)
+        .write()
+        .unwrap();
     let recipe = Recipe::parse(&bytes).unwrap();
     let mut memory = Memory::<Linear<{ WORDS - 1 }>, SAMPLES>::new();
     let (needed, found) = (WORDS, WORDS - 1);
@@ -256,7 +263,9 @@ fn what_there_is_no_room_for_is_refused() {
         recipe: recipe_model,
     };
     assert_eq!(Scan::new(recipe, &mut memory).err(), Some(error));
-    let bytes = Made::small(ModelKind::Phong, true).write().unwrap();
+    let bytes = Made::small(ModelKind::Phong, Missing::CountForMore)
+        .write()
+        .unwrap();
     let recipe = Recipe::parse(&bytes).unwrap();
     let mut memory = Memory::<Linear<WORDS>, SAMPLES>::new();
     let (firmware, recipe_model) = (ModelKind::Linear, ModelKind::Phong);

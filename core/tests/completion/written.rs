@@ -1,6 +1,7 @@
 //! What is written is read, and copied, to the bit.
 
 use glimpse_core::fit::Target;
+use glimpse_core::fit::completion::Missing;
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::{Ingredients, Kind, Recipe};
 
@@ -12,8 +13,14 @@ fn numbers(sections: &Recipe<'_>) -> Vec<u16> {
 
 #[test]
 fn what_is_written_is_read() {
-    for kind in MODELS {
-        let made = Made::small(kind, kind == ModelKind::Neural);
+    let by_model = [
+        Missing::NoFit,
+        Missing::CountAlike,
+        Missing::CountForMore,
+        Missing::NoFit,
+    ];
+    for (kind, missing) in MODELS.into_iter().zip(by_model) {
+        let made = Made::small(kind, missing);
         let bytes = made.write().unwrap();
         let recipe = Recipe::parse(&bytes).unwrap();
         assert_eq!(recipe.model(), kind);
@@ -22,7 +29,8 @@ fn what_is_written_is_read() {
         assert!(recipe.descent().is_none() && recipe.ridge().is_none());
         let completed = recipe.completed().unwrap();
         assert_eq!(completed.model(), kind);
-        assert_eq!(completed.takes_missing(), made.takes_missing);
+        assert_eq!(completed.missing(), missing);
+        assert_eq!(completed.takes_missing(), missing != Missing::NoFit);
         assert_eq!(completed.scale(), made.scale);
         assert!(completed.centre().iter().eq(made.centre));
         let weights = completed.completion().readings.iter();
@@ -53,7 +61,7 @@ fn what_is_written_is_read() {
 
 #[test]
 fn a_basis_is_named_or_not() {
-    let mut made = Made::small(ModelKind::Linear, true);
+    let mut made = Made::small(ModelKind::Linear, Missing::CountForMore);
     made.basis_checksum = 0;
     let bytes = made.write().unwrap();
     let recipe = Recipe::parse(&bytes).unwrap();
@@ -63,7 +71,7 @@ fn a_basis_is_named_or_not() {
 #[test]
 fn what_is_read_is_written_again() {
     for kind in MODELS {
-        let bytes = Made::small(kind, true).write().unwrap();
+        let bytes = Made::small(kind, Missing::CountForMore).write().unwrap();
         let recipe = Recipe::parse(&bytes).unwrap();
         let pattern = recipe.pattern();
         let pattern: Vec<u8> = pattern

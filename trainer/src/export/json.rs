@@ -1,6 +1,7 @@
 //! A recipe as JSON: complete enough to redo the fit elsewhere.
 
 use glimpse_core::fit::Target;
+use glimpse_core::fit::completion::Missing;
 use glimpse_core::gonio::Limits;
 use glimpse_core::recipe::{
     Completed, Descent, Expectation, Floats, Learner, Materials, Noise, Provenance, Recipe,
@@ -127,6 +128,7 @@ fn add_completed(value: &mut Value, completed: &Completed<'_>) {
     value["completion"] = json!({
         "components": components,
         "takes_missing": completed.takes_missing(),
+        "gain": completed.missing() == Missing::CountForMore,
         "centre": list(completed.centre()),
         "scale": completed.scale(),
         "readings": samples,

@@ -211,7 +211,7 @@ pub fn to_completed_recipe(
         [&learned.centre[..], &reading_scales, bias, &output_scales].map(packed);
     let mut completion = PackedCompletion {
         components: u16::try_from(components).map_err(|_| RecipeError::Count(Field::Components))?,
-        takes_missing: learned.takes_missing,
+        missing: learned.missing as u8,
         centre: &centre,
         scale: learned.scale,
         readings: &readings,

@@ -3,6 +3,7 @@
 use std::fmt::Write;
 
 use glimpse_core::fit::Target;
+use glimpse_core::fit::completion::Missing;
 use glimpse_core::recipe::{Completed, Descent, Floats, Learner, Recipe, RecipeError, Ridge};
 
 /// A module of constants; floats are written so that they read back to the same bits.
@@ -122,6 +123,13 @@ fn add_completed(source: &mut String, completed: &Completed<'_>) {
         "Whether readings may be missing.",
         "TAKES_MISSING: bool",
         &missing,
+    );
+    let gain = (completed.missing() == Missing::CountForMore).to_string();
+    constant(
+        source,
+        "Whether readings are multiplied by sqrt(n / k) where k of n are there.",
+        "GAIN: bool",
+        &gain,
     );
     if !completed.prediction().is_empty() {
         let predicted = "The loss to expect is exp(first number + sum over coefficients of weight times \

@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use glimpse_core::fit::completion::Missing;
 use glimpse_core::geometry::Angles;
 use glimpse_core::model::ModelKind;
 use glimpse_kernels::completion::Shape;
@@ -49,8 +50,8 @@ pub struct LearnedCompleted {
     pub pattern: Vec<Angles<f32>>,
     /// How large the completion is, and the start.
     pub shape: Shape,
-    /// Whether it was trained to do without some of the readings.
-    pub takes_missing: bool,
+    /// What it was trained to do where readings are missing.
+    pub missing: Missing,
     /// What each sample's logarithm is centred by, n.
     pub centre: Vec<f32>,
     /// What it is multiplied by then.

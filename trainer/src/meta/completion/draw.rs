@@ -1,6 +1,7 @@
 //! What a training task is: a material that is like one that was measured, read with some noise, some
 //! of it not at all.
 
+use glimpse_core::fit::completion::Missing;
 use glimpse_core::recipe::Noise;
 use glimpse_kernels::lanes::WIDTH;
 use glimpse_kernels::samples::OctetRgb;
@@ -53,6 +54,17 @@ impl Default for Variety {
     }
 }
 
+impl Variety {
+    /// What is learned to do where readings are missing.
+    #[must_use]
+    pub fn where_missing(&self) -> Missing {
+        match self.missing > 0.0 {
+            true => Missing::CountForMore,
+            false => Missing::NoFit,
+        }
+    }
+}
+
 /// Some materials, and their share of all tasks.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Group {
@@ -76,9 +88,9 @@ fn any_of(groups: &[Group], random: &mut ChaCha8Rng) -> usize {
     chosen[random.random_range(0..chosen.len())]
 }
 
-/// Which readings are missing, where some are.
+/// Which readings are lost, where some are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Missing {
+pub enum Lost {
     /// Any number of any of them: samples have no order yet.
     Any,
     /// Two times in three those after the first few, as the scan ended early; else one or two were lost.
@@ -86,19 +98,19 @@ pub enum Missing {
 }
 
 /// Which readings are there; some are missing in a share `missing` of all tasks.
-fn present(samples: usize, missing: f32, which: Missing, random: &mut ChaCha8Rng) -> Vec<bool> {
+fn present(samples: usize, missing: f32, which: Lost, random: &mut ChaCha8Rng) -> Vec<bool> {
     let mut present = vec![true; samples];
     if samples < 2 || random.random::<f32>() >= missing {
         return present;
     }
-    if which == Missing::LastOrFew && random.random_range(0..3) == 0 {
+    if which == Lost::LastOrFew && random.random_range(0..3) == 0 {
         for _ in 0..random.random_range(1..=2.min(samples - 1)) {
             present[random.random_range(0..samples)] = false;
         }
         return present;
     }
     present[random.random_range(1..samples)..].fill(false);
-    if which == Missing::Any {
+    if which == Lost::Any {
         present.shuffle(random);
     }
     present
@@ -154,7 +166,7 @@ impl Task {
         groups: &[Group],
         variety: &Variety,
         [samples, outer]: [usize; 2],
-        missing: Missing,
+        lost: Lost,
         random: &mut ChaCha8Rng,
     ) -> Self {
         let octets = pool.octets();
@@ -171,7 +183,7 @@ impl Task {
             (share + apart).clamp(0.0, 1.0)
         });
         let field = [(); FIELD].map(|()| variety.field * standard_normal(random));
-        let present = present(samples, variety.missing, missing, random);
+        let present = present(samples, variety.missing, lost, random);
         let Noise {
             multiplicative,
             additive,

@@ -8,7 +8,7 @@ use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
 
 use super::dataset::{Dataset, Part};
-use super::draw::{Group, Missing, Task, Variety};
+use super::draw::{Group, Lost, Task, Variety};
 use super::prediction::{Prediction, Witness};
 use super::reading::{Centres, SCALE};
 use super::refinement::Refinement;
@@ -143,7 +143,7 @@ pub fn train(
         model: options.model,
         pattern,
         shape,
-        takes_missing: options.completing.missing > 0.0,
+        missing: dataset.variety.where_missing(),
         centre: centres.means(),
         scale: SCALE,
         completion: values.completion,
@@ -188,14 +188,7 @@ fn varied(dataset: &Dataset, fold: &[usize], index: usize, options: &Options) ->
     let one = |_| {
         let groups = std::slice::from_ref(&group);
         let (pool, variety) = (&dataset.pool, &dataset.variety);
-        Task::random(
-            pool,
-            groups,
-            variety,
-            sizes,
-            Missing::LastOrFew,
-            &mut random,
-        )
+        Task::random(pool, groups, variety, sizes, Lost::LastOrFew, &mut random)
     };
     (0..VARIED).map(one).collect()
 }

@@ -11,7 +11,7 @@ use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
 use super::dataset::{Dataset, Part};
-use super::draw::{Missing, Task};
+use super::draw::{Lost, Task};
 use super::first_weights::first_weights;
 use super::order::{greedy_order, reorder};
 use super::pool::WarpedPool;
@@ -161,6 +161,15 @@ impl<'a> CompletionTrainee<'a> {
         tasks.iter().map(|task| self.read(by, task)).collect()
     }
 
+    /// What readings are multiplied by that are there.
+    fn gain(&self, present: &[bool]) -> f32 {
+        let taken = present.iter().filter(|present| **present).count();
+        self.dataset
+            .variety
+            .where_missing()
+            .gain(present.len(), taken)
+    }
+
     /// Completes readings of some tasks.
     fn complete(&self, by: &Applied<'_>, tasks: &[Task], readings: &[Vec<Reading>]) -> Completed {
         let mut batch = Batch::new(self.shape, tasks.len());
@@ -168,8 +177,9 @@ impl<'a> CompletionTrainee<'a> {
         for (index, (task, readings)) in tasks.iter().zip(readings).enumerate() {
             let present = task.present.iter().zip(by.pattern.valid());
             let present: Vec<bool> = present.map(|(there, valid)| *there && *valid).collect();
+            let gain = self.gain(&present);
             for (sample, reading) in readings.iter().enumerate() {
-                let values = reading.standardized.map(|dual| dual.value);
+                let values = reading.standardized.map(|dual| gain * dual.value);
                 batch.set(index, sample, present[sample].then_some(values));
             }
             there.push(present);
@@ -270,11 +280,12 @@ impl<'a> CompletionTrainee<'a> {
         let Completed { mut batch, present } = completed;
         batch.adjoint(&by.weights, &mut gradient.completion, &mut gradient.start);
         for (index, readings) in readings.iter().enumerate() {
+            let gain = self.gain(&present[index]);
             let samples = readings.iter().zip(&present[index]).enumerate();
             for (sample, (reading, _)) in samples.filter(|(_, (_, present))| **present) {
                 let by_reading = batch.by_reading(index, sample);
                 for (by_value, dual) in by_reading.iter().zip(&reading.standardized) {
-                    add_scaled(&mut by_angles[sample], *by_value, &dual.tangent);
+                    add_scaled(&mut by_angles[sample], gain * by_value, &dual.tangent);
                 }
             }
         }
@@ -428,9 +439,9 @@ impl Trainee for CompletionTrainee<'_> {
 
     fn gradient(&self, values: &Groups<Vec<f32>>, at: OuterStep<'_>) -> (f32, Groups<Vec<f32>>) {
         let by = self.applied(values, Pattern::within(&values.pattern, self.limits));
-        let missing = match at.phase.in_order {
-            true => Missing::LastOrFew,
-            false => Missing::Any,
+        let lost = match at.phase.in_order {
+            true => Lost::LastOrFew,
+            false => Lost::Any,
         };
         let tasks: Vec<Task> = (0..at.phase.batch)
             .map(|slot| {
@@ -440,7 +451,7 @@ impl Trainee for CompletionTrainee<'_> {
                     &self.part.groups,
                     &self.dataset.variety,
                     [self.shape.samples, at.phase.outer],
-                    missing,
+                    lost,
                     &mut random,
                 )
             })

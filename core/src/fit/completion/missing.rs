@@ -1,0 +1,42 @@
+//! Readings that are missing.
+
+use crate::numeric::math::{exp, ln};
+
+/// What a completion was trained to do where readings are missing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Missing {
+    /// Nothing: a fit needs all of them.
+    NoFit = 0,
+    /// Those that are there count as they do among all.
+    CountAlike = 1,
+    /// Those that are there count for more, by their [`gain`].
+    CountForMore = 2,
+}
+
+impl Missing {
+    /// By its number in a recipe.
+    pub(crate) fn of_number(number: u8) -> Option<Self> {
+        let all = [Self::NoFit, Self::CountAlike, Self::CountForMore];
+        all.get(usize::from(number)).copied()
+    }
+
+    /// What the readings are multiplied by that are there, once [standardized](super::standardized):
+    /// `present` of `samples`.
+    #[must_use]
+    pub fn gain(self, samples: usize, present: usize) -> f32 {
+        match self {
+            Self::CountForMore => gain(samples, present),
+            _ => 1.0,
+        }
+    }
+}
+
+/// sqrt(n / k) where k of n readings are there, at least one: few readings then enter a sum over all samples with
+/// the variance that many independent ones would, between their mean (gain n / k) and their sum (gain 1).
+#[must_use]
+pub fn gain(samples: usize, present: usize) -> f32 {
+    if present == 0 || present >= samples {
+        return 1.0;
+    }
+    exp(0.5 * ln(samples as f32 / present as f32))
+}
