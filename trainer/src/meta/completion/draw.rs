@@ -97,6 +97,10 @@ pub enum Lost {
     LastOrFew,
 }
 
+/// In how many scans that end early half of the readings are there: one recipe is to serve in place of that of
+/// half as many samples, and a length that is one among many is hardly learned.
+const HALVED: f32 = 0.2;
+
 /// Which readings are there; some are missing in a share `missing` of all tasks.
 fn present(samples: usize, missing: f32, which: Lost, random: &mut ChaCha8Rng) -> Vec<bool> {
     let mut present = vec![true; samples];
@@ -109,7 +113,11 @@ fn present(samples: usize, missing: f32, which: Lost, random: &mut ChaCha8Rng) -
         }
         return present;
     }
-    present[random.random_range(1..samples)..].fill(false);
+    let first = match which == Lost::LastOrFew && random.random::<f32>() < HALVED {
+        true => samples / 2,
+        false => random.random_range(1..samples),
+    };
+    present[first..].fill(false);
     if which == Lost::Any {
         present.shuffle(random);
     }
@@ -262,5 +270,68 @@ impl Task {
             values
         });
         octets.collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::SeedableRng;
+
+    use super::*;
+
+    const SAMPLES: usize = 12;
+
+    fn drawn(missing: f32, which: Lost) -> Vec<Vec<bool>> {
+        let mut random = ChaCha8Rng::seed_from_u64(1);
+        let one = |_| present(SAMPLES, missing, which, &mut random);
+        (0..6_000).map(one).collect()
+    }
+
+    fn is_first_few(present: &[bool]) -> bool {
+        present.is_sorted_by(|one, next| one >= next)
+    }
+
+    #[test]
+    fn scans_end_early_or_lose_a_reading_or_two() {
+        let mut first = [0; SAMPLES + 1];
+        for present in drawn(1.0, Lost::LastOrFew) {
+            let there = present.iter().filter(|there| **there).count();
+            match is_first_few(&present) {
+                true => first[there] += 1,
+                false => assert!(there + 2 >= SAMPLES, "{present:?}"),
+            }
+        }
+        // 4,000 times in all: a fifth of them at half of the samples, and the others at any number.
+        let others = (4_000.0 * (1.0 - HALVED) / 11.0) as i32;
+        let halved = (4_000.0 * HALVED) as i32 + others;
+        assert_eq!((first[0], first[SAMPLES]), (0, 0));
+        for (there, times) in first.into_iter().enumerate().take(10).skip(1) {
+            let expected = if there == SAMPLES / 2 { halved } else { others };
+            let error = f64::from((times - expected).abs());
+            assert!(error < 4.0 * f64::from(expected).sqrt(), "{there}: {times}");
+        }
+    }
+
+    #[test]
+    fn any_may_be_missing_as_often_as_is_asked_for() {
+        let all = |there: &Vec<bool>| there.iter().all(|there| *there);
+        let whole = drawn(0.25, Lost::Any)
+            .iter()
+            .filter(|each| all(each))
+            .count();
+        assert!((4_300..4_700).contains(&whole), "{whole}");
+        let mut there = [0; SAMPLES];
+        for present in drawn(1.0, Lost::Any) {
+            assert!(present.contains(&true) && present.contains(&false));
+            for (count, present) in there.iter_mut().zip(present) {
+                *count += i32::from(present);
+            }
+        }
+        // Half of them in the mean, wherever they are.
+        assert!(
+            there.iter().all(|count| (count - 3_000).abs() < 200),
+            "{there:?}"
+        );
+        assert!(present(1, 1.0, Lost::Any, &mut ChaCha8Rng::seed_from_u64(1))[0]);
     }
 }
