@@ -13,6 +13,7 @@
 //! - [`metrics`]: how far a fit is from its material
 //! - [`evaluation`]: methods, and how well they do
 //! - [`scanner`]: the virtual scanner
+//! - [`route`]: in which order a machine's arms go to a recipe's samples
 //! - [`report`]: tables, plots, pages
 //! - [`benchmark`]: the work that training spends its time on
 //! - `commit`, of the program: its version
@@ -33,5 +34,6 @@ pub mod meta;
 pub mod metrics;
 pub mod render;
 pub mod report;
+pub mod route;
 pub mod sampling;
 pub mod scanner;

@@ -4,34 +4,40 @@ use std::path::PathBuf;
 
 use clap::Args;
 use glimpse_core::fit::Target;
-use glimpse_core::geometry::HalfDifference;
-use glimpse_core::gonio::Limits;
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::{
     Completed, Descent, Floats, Learner, Materials, Noise, Recipe, RecipeError, Ridge,
 };
-use glimpse_trainer::export::{RecipeFile, eta};
+use glimpse_trainer::export::{RecipeFile, eta, to_json};
+use glimpse_trainer::route::arms_of;
 
+use super::limits::describe;
 use super::print;
 use super::promise::promise;
 
 /// Show what is in a recipe: model, what it promises and for which machine, where it came from, and
-/// where it measures.
+/// where it measures: by the angles of half and difference vector, and by where the arms stand.
 ///
-/// `trainer render pattern` draws where it measures.
+/// `trainer render pattern` draws where it measures, `trainer plan` says in which order.
 #[derive(Args)]
 pub(crate) struct Inspect {
     /// The recipe file
     recipe: PathBuf,
+    /// Print JSON, all of the recipe, as export --format json writes it
+    #[arg(long)]
+    json: bool,
 }
 
 impl Inspect {
     pub(crate) fn run(&self) -> anyhow::Result<()> {
         let file = RecipeFile::read(&self.recipe)?;
         let recipe = file.recipe()?;
+        if self.json {
+            return print(&(serde_json::to_string_pretty(&to_json(&recipe)?)? + "\n"));
+        }
         let mut text = format!(
             "recipe {:08x}, {} bytes\n{}{}\n\
-             sample  theta_h  theta_d    phi_d  theta_i  theta_o  (degrees)\n",
+             sample  theta_h  theta_d    phi_d  theta_i    phi_i  theta_o    phi_o  (degrees)\n",
             recipe.checksum(),
             file.bytes().len(),
             match recipe.learner() {
@@ -42,14 +48,12 @@ impl Inspect {
             describe_statements(&recipe)?,
         );
         for (index, angles) in recipe.pattern().enumerate() {
-            let at = HalfDifference::from_angles(angles);
+            let [theta_i, phi_i, theta_o, phi_o] = arms_of(angles).values();
             text += &format!(
-                "{index:6} {:8.2} {:8.2} {:8.2} {:8.2} {:8.2}\n",
+                "{index:6} {:8.2} {:8.2} {:8.2} {theta_i:8.2} {phi_i:8.2} {theta_o:8.2} {phi_o:8.2}\n",
                 angles.theta_h.to_degrees(),
                 angles.theta_d.to_degrees(),
                 angles.phi_d.to_degrees(),
-                at.cos_theta_i().acos().to_degrees(),
-                at.cos_theta_o().acos().to_degrees(),
             );
         }
         print(&text)
@@ -133,7 +137,7 @@ fn describe_statements(recipe: &Recipe<'_>) -> Result<String, RecipeError> {
             "expected loss",
             statements.expectation.map_or_else(unstated, promise),
         ),
-        ("limits", statements.limits.map_or_else(unstated, limits)),
+        ("limits", statements.limits.map_or_else(unstated, describe)),
         ("noise", statements.noise.map_or_else(unstated, noise)),
     ];
     match statements.provenance {
@@ -164,19 +168,6 @@ fn describe_statements(recipe: &Recipe<'_>) -> Result<String, RecipeError> {
     Ok(stated
         .map(|(name, text)| format!("{name:15}{text}\n"))
         .collect())
-}
-
-fn limits(limits: Limits) -> String {
-    let plane = match limits.in_plane {
-        true => ", in one plane with the normal",
-        false => "",
-    };
-    format!(
-        "theta_i to {:.1}, theta_o to {:.1}, {:.1} apart (degrees){plane}",
-        limits.max_theta_i.to_degrees(),
-        limits.max_theta_o.to_degrees(),
-        limits.min_separation.to_degrees(),
-    )
 }
 
 fn noise(noise: Noise) -> String {

@@ -50,6 +50,15 @@ pub(crate) fn degrees(text: &str) -> Result<f32, String> {
         .ok_or_else(|| "give degrees above 0, at most 180".to_owned())
 }
 
+/// Numbers separated by commas; None where one is not finite.
+pub(crate) fn list(text: &str) -> Vec<Option<f64>> {
+    let number = |text: &str| text.trim().parse().ok();
+    let numbers = text.split(',').map(number);
+    numbers
+        .map(|found| found.filter(|number: &f64| number.is_finite()))
+        .collect()
+}
+
 fn whole(text: &str, most: usize) -> Result<usize, String> {
     let number = text.parse().ok();
     number

@@ -80,7 +80,7 @@ pub(super) fn refuse_source(out: &Path, source: &Source) -> anyhow::Result<()> {
 }
 
 /// True if both are the same regular file, by whatever names.
-fn is_same_file(one: &Path, other: &Path) -> bool {
+pub(super) fn is_same_file(one: &Path, other: &Path) -> bool {
     if !(one.is_file() && other.is_file()) {
         return false;
     }

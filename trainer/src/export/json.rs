@@ -2,6 +2,7 @@
 
 use glimpse_core::fit::Target;
 use glimpse_core::fit::completion::Missing;
+use glimpse_core::geometry::ArmAngles;
 use glimpse_core::gonio::Limits;
 use glimpse_core::recipe::{
     Completed, Descent, Expectation, Floats, Learner, Materials, Noise, Provenance, Recipe,
@@ -9,8 +10,9 @@ use glimpse_core::recipe::{
 };
 use serde_json::{Value, json};
 
-/// Model, n, pattern (rows of theta_h, theta_d, phi_d in radians), expected loss and checksum; what
-/// the recipe states about itself, null where it does not: `limits` (radians), `noise`, `expectation`,
+/// Model, n, pattern (rows of theta_h, theta_d, phi_d in radians), `arms`, the same as spherical angles
+/// of both directions (rows of theta_i, phi_i, theta_o, phi_o in radians), expected loss and checksum;
+/// what the recipe states about itself, null where it does not: `limits` (radians), `noise`, `expectation`,
 /// `provenance` and `materials`, names with digests in hex; besides, for a descent, inner steps, initial parameters and step sizes in the model's
 /// order; for a ridge solve, the basis (n rows of m), mean, median BRDF and weight (each n), `eta` if
 /// all precisions are equal and otherwise `precision` (m), and the checksum of the whole basis (null
@@ -28,10 +30,18 @@ pub fn to_json(recipe: &Recipe<'_>) -> Result<Value, RecipeError> {
         .pattern()
         .map(|angles| [angles.theta_h, angles.theta_d, angles.phi_d])
         .collect();
+    let arms: Vec<[f32; 4]> = recipe
+        .directions()
+        .map(|(_, directions)| {
+            let ArmAngles { incoming, outgoing } = ArmAngles::from_directions(&directions);
+            [incoming.theta, incoming.phi, outgoing.theta, outgoing.phi]
+        })
+        .collect();
     let mut value = json!({
         "model": recipe.model().name(),
         "samples": recipe.samples(),
         "pattern": pattern,
+        "arms": arms,
         "expected_loss": recipe.expected_loss(),
         "checksum": format!("{:08x}", recipe.checksum()),
         "limits": statements.limits.map(limits),

@@ -1,0 +1,138 @@
+//! A route as CSV and JSON, and the sheet that is filled in along it.
+
+use std::fmt::Write as _;
+
+use serde_json::{Value, json};
+
+use super::axes::Axes;
+use super::machine::Machine;
+use super::visits::{Route, Visit};
+
+/// An angle in degrees with four decimals, finer than arms are; 0 without a sign.
+fn degrees(angle: f64) -> f64 {
+    (1e4 * angle).round() / 1e4 + 0.0
+}
+
+fn angles(arms: &Axes) -> String {
+    arms.values()
+        .map(|angle| format!("{:.4}", degrees(angle)))
+        .join(",")
+}
+
+fn rows(header: &str, visits: &[Visit], rest: impl Fn(&Visit) -> String) -> String {
+    let mut csv = format!("index,{},{header}\n", Axes::NAMES.join(","));
+    for visit in visits {
+        // Writing to a string cannot fail.
+        let _ = writeln!(
+            csv,
+            "{},{},{}",
+            visit.index,
+            angles(&visit.arms),
+            rest(visit)
+        );
+    }
+    csv
+}
+
+/// The sheet to fill in: `index,theta_i,phi_i,theta_o,phi_o,red,green,blue`, a row for each visit, with
+/// the sample's number, from 0, where the arms stand, degrees, and three empty cells for the reading.
+#[must_use]
+pub fn blank(visits: &[Visit]) -> String {
+    rows("red,green,blue", visits, |_| ",,".to_owned())
+}
+
+impl Route {
+    /// `index,theta_i,phi_i,theta_o,phi_o,swapped,seconds`, a row for each visit: the sample's number,
+    /// from 0, where the arms stand, degrees, whether light and sensor are exchanged, and when it is
+    /// read, in seconds after the start.
+    #[must_use]
+    pub fn to_csv(&self) -> String {
+        rows("swapped,seconds", &self.visits, |visit| {
+            format!("{},{:.3}", visit.swapped, visit.seconds)
+        })
+    }
+
+    /// The same, with what the route takes beside the naive one, and the machine. Angles are in degrees,
+    /// times in seconds.
+    #[must_use]
+    pub fn to_json(&self, machine: &Machine) -> Value {
+        let axes = |axes: &Axes| -> Value {
+            let named = Axes::NAMES.into_iter().zip(axes.values());
+            named
+                .map(|(name, value)| (name.to_owned(), json!(degrees(value))))
+                .collect()
+        };
+        let limits = &machine.limits;
+        let limit = |radians: f32| degrees(f64::from(radians).to_degrees());
+        let visits: Vec<Value> = self
+            .visits
+            .iter()
+            .map(|visit| {
+                let mut row = axes(&visit.arms);
+                row["index"] = json!(visit.index);
+                row["swapped"] = json!(visit.swapped);
+                row["seconds"] = json!(visit.seconds);
+                row
+            })
+            .collect();
+        json!({
+            "order": self.order.name(),
+            "is_best": self.is_best,
+            "samples": self.visits.len(),
+            "travel_seconds": self.travel,
+            "settling_seconds": self.settling,
+            "total_seconds": self.total(),
+            "naive_travel_seconds": self.naive_travel,
+            "naive_total_seconds": self.naive_total(),
+            "machine": {
+                "degrees_per_second": axes(&machine.speeds),
+                "settle_seconds": machine.settle,
+                "start": axes(&machine.start),
+                "isotropic": machine.isotropic,
+                "full_turns": machine.full_turns,
+                "max_theta_i": limit(limits.max_theta_i),
+                "max_theta_o": limit(limits.max_theta_o),
+                "min_separation": limit(limits.min_separation),
+                "in_plane": limits.in_plane,
+            },
+            "visits": visits,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glimpse_core::recipe::Recipe;
+
+    use super::super::stop::stops;
+    use super::super::visits::Order;
+    use super::*;
+
+    const NEURAL: &[u8] = include_bytes!("../../../core/examples/recipes/neural-n8.recipe");
+
+    #[test]
+    fn a_sheet_has_a_row_for_each_visit() {
+        let recipe = Recipe::parse(NEURAL).expect("it is a recipe");
+        let machine = Machine::default();
+        let stops = stops(&recipe, &machine.limits, false).expect("all are within reach");
+        let route = Route::new(&machine, &stops, Order::Travel, 0);
+        let sheet = blank(&route.visits);
+        let mut reader = csv::Reader::from_reader(sheet.as_bytes());
+        let header = reader.headers().expect("it has one").clone();
+        assert_eq!(
+            header.iter().collect::<Vec<_>>(),
+            [
+                "index", "theta_i", "phi_i", "theta_o", "phi_o", "red", "green", "blue"
+            ]
+        );
+        for (row, visit) in reader.records().zip(&route.visits) {
+            let row = row.expect("a row");
+            assert_eq!(row[0], visit.index.to_string());
+            let theta_o: f64 = row[3].parse().expect("a number");
+            assert!((theta_o - visit.arms.theta_o).abs() < 1e-4);
+            assert!(row.iter().skip(5).all(str::is_empty));
+        }
+        assert_eq!(route.to_csv().lines().count(), 9);
+        assert!(!sheet.contains("-0.0000"));
+    }
+}
