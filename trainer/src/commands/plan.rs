@@ -17,8 +17,8 @@ use super::{numbers, print};
 /// Orders, as named on the command line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 enum OrderName {
-    /// Least time: the best of all orders for up to 16 samples, otherwise the best that a search of a
-    /// second or two finds.
+    /// Least time: the best of all orders for up to 16 samples, otherwise the best that a search of
+    /// about a second finds.
     Travel,
     /// The recipe's own: of a recipe trained with --missing the samples that tell most come first, so
     /// that a scan may end early.
@@ -52,7 +52,8 @@ pub(crate) struct Plan {
     #[arg(long, value_enum, default_value_t = OrderName::Travel)]
     order: OrderName,
     /// How fast the axes theta_i, phi_i, theta_o, phi_o turn, degrees per second, one number for all or
-    /// four, as 20,10,20,10. An azimuth of speed 0 is an axis that the machine does not have
+    /// four, as 20,10,20,10. An azimuth of speed 0 is an axis that the machine does not
+    /// have, as that of a lamp which only swings
     #[arg(
         long,
         value_name = "DEGREES/S",

@@ -10,9 +10,9 @@ use rand_chacha::ChaCha8Rng;
 use super::points::Points;
 use super::ways::choose;
 
-/// How many changes of the path are looked at, unless told: a second or two. Counted and not timed, so
+/// How many changes of the path are looked at, unless told: about a second. Counted and not timed, so
 /// that the same seed gives the same route.
-pub(super) const EFFORT: u64 = 40_000_000;
+pub(super) const EFFORT: u64 = 100_000_000;
 /// What is less than that, seconds, is rounding and no gain.
 const GAIN: f64 = 1e-9;
 /// The most stops that are moved together.

@@ -7,6 +7,7 @@ mod left_out;
 mod linear;
 mod options;
 mod output;
+mod plan;
 mod prior;
 mod query;
 mod render;
