@@ -16,6 +16,8 @@ use super::axes::{Axes, wrapped};
 /// share of the speed, and both arrive together. No choice of azimuths takes less time, since the
 /// difference cannot change faster than both axes turn, and none of them depends on where the arms
 /// stood before. A difference is changed the short way around.
+/// (An arm along the normal could have any azimuth; it is given
+/// the pattern's, so that what a move takes never depends on the moves before.)
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Machine {
     /// Degrees per second, above 0. The speed of one azimuth may be 0 where the sample is isotropic:
