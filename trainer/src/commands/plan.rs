@@ -96,7 +96,7 @@ pub(crate) struct Plan {
     /// Write the plan here, as CSV: index, theta_i, phi_i, theta_o, phi_o (degrees), swapped, seconds
     #[arg(long, short, value_name = "FILE.csv")]
     out: Option<PathBuf>,
-    /// Write a CSV file to fill in: index, theta_i, phi_i, theta_o, phi_o (degrees), red, green, blue
+    /// Write a CSV file to fill in: index, theta_i, phi_i, theta_o, phi_o (degrees), r, g, b
     #[arg(long, value_name = "FILE.csv")]
     blank: Option<PathBuf>,
     /// Replace files that are there and differ, as sheets do that somebody has filled in

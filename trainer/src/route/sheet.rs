@@ -34,11 +34,11 @@ fn rows(header: &str, visits: &[Visit], rest: impl Fn(&Visit) -> String) -> Stri
     csv
 }
 
-/// The sheet to fill in: `index,theta_i,phi_i,theta_o,phi_o,red,green,blue`, a row for each visit, with
+/// The sheet to fill in: `index,theta_i,phi_i,theta_o,phi_o,r,g,b`, a row for each visit, with
 /// the sample's number, from 0, where the arms stand, degrees, and three empty cells for the reading.
 #[must_use]
 pub fn blank(visits: &[Visit]) -> String {
-    rows("red,green,blue", visits, |_| ",,".to_owned())
+    rows("r,g,b", visits, |_| ",,".to_owned())
 }
 
 impl Route {
@@ -122,7 +122,7 @@ mod tests {
         assert_eq!(
             header.iter().collect::<Vec<_>>(),
             [
-                "index", "theta_i", "phi_i", "theta_o", "phi_o", "red", "green", "blue"
+                "index", "theta_i", "phi_i", "theta_o", "phi_o", "r", "g", "b"
             ]
         );
         for (row, visit) in reader.records().zip(&route.visits) {

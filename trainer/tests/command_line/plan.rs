@@ -98,7 +98,7 @@ fn a_plan_is_quicker_than_the_naive_order_and_visits_every_sample() {
     }
 
     let sheet = fs::read_to_string(directory.join("sheet.csv")).expect("it is there");
-    assert!(sheet.starts_with("index,theta_i,phi_i,theta_o,phi_o,red,green,blue\n"));
+    assert!(sheet.starts_with("index,theta_i,phi_i,theta_o,phi_o,r,g,b\n"));
     for (row, planned) in sheet.lines().zip(csv.lines()).skip(1) {
         let angles: Vec<&str> = planned.split(',').take(5).collect();
         assert_eq!(row, angles.join(",") + ",,,");
