@@ -18,7 +18,7 @@ pub use uncertainty::Estimate;
 use glimpse_core::geometry::HalfDifference;
 use rayon::prelude::*;
 
-use crate::material::Material;
+use crate::material::{Brdf, Material};
 use crate::metrics::{CompareError, PictureErrors, Scores, mean_log_error};
 use crate::render::{Environment, Picture, render_sphere};
 
@@ -76,6 +76,21 @@ pub struct Judge<'a> {
 struct Reference {
     values: Vec<[f32; 3]>,
     sphere: Picture,
+}
+
+/// The loss of a BRDF against a material: what [`Judge`] finds of a fit, and nothing of pictures.
+#[must_use]
+pub fn loss_between(brdf: &(impl Brdf + ?Sized), material: &dyn Material) -> f64 {
+    let at = places();
+    let mut values = vec![[0.0; 3]; at.len()];
+    material.brdf_batch(&at, &mut values);
+    mean_log_error(brdf, &at, &values)
+}
+
+/// Where fits are compared with their materials.
+fn places() -> Vec<HalfDifference<f32>> {
+    let angles = directions().into_iter();
+    angles.map(HalfDifference::from_angles).collect()
 }
 
 /// A material's name and how well it was fitted.
@@ -139,10 +154,7 @@ impl<'a> Judge<'a> {
     /// The same under another environment.
     #[must_use]
     pub fn under(environment: Environment, materials: &'a [Box<dyn Material>]) -> Self {
-        let at: Vec<_> = directions()
-            .into_iter()
-            .map(HalfDifference::from_angles)
-            .collect();
+        let at = places();
         let references = materials
             .par_iter()
             .map(|material| {

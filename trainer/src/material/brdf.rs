@@ -1,6 +1,6 @@
 //! A BRDF, whatever it comes from.
 
-use glimpse_core::geometry::HalfDifference;
+use glimpse_core::geometry::{Angles, HalfDifference};
 
 use super::Material;
 
@@ -9,11 +9,23 @@ use super::Material;
 pub trait Brdf: Sync {
     /// The BRDF in linear RGB, sr^-1 (not times the cosine), at each of `at`; `brdf` is as long.
     fn evaluate(&self, at: &[HalfDifference<f32>], brdf: &mut [[f32; 3]]);
+
+    /// The same at angles in radians. (Where a table has values that no pair of directions tells
+    /// apart, as at theta_d = 0, these do.)
+    fn at_angles(&self, angles: Angles<f32>) -> [f32; 3] {
+        let mut brdf = [[0.0; 3]];
+        self.evaluate(&[HalfDifference::from_angles(angles)], &mut brdf);
+        brdf[0]
+    }
 }
 
 impl Brdf for dyn Material + '_ {
     fn evaluate(&self, at: &[HalfDifference<f32>], brdf: &mut [[f32; 3]]) {
         self.brdf_batch(at, brdf);
+    }
+
+    fn at_angles(&self, angles: Angles<f32>) -> [f32; 3] {
+        self.brdf(angles)
     }
 }
 

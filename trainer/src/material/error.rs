@@ -3,6 +3,8 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
+use glimpse_core::geometry::Angles;
+
 /// The largest COUNT of `procedural:COUNT`.
 pub(super) const MOST_PROCEDURAL: usize = 100_000;
 
@@ -82,6 +84,33 @@ pub enum SourceError {
          with a COUNT of 1 to {MOST_PROCEDURAL}"
     )]
     Procedural(String),
+}
+
+/// Why a BRDF cannot be written as a material: it is infinite or no number somewhere.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[error(
+    "the BRDF is {} at theta_h {:.2}, theta_d {:.2} and phi_d {:.2} degrees, and only a finite one \
+     can be written; fit it again, or from other readings", .value, .angles[0], .angles[1], .angles[2]
+)]
+pub struct NotFinite {
+    /// What it is there.
+    pub value: f32,
+    /// theta_h, theta_d and phi_d, in degrees.
+    pub angles: [f32; 3],
+}
+
+impl NotFinite {
+    /// Looks at a BRDF's value at angles in radians.
+    pub(super) fn check(angles: Angles<f32>, brdf: [f32; 3]) -> Result<(), Self> {
+        let Some(value) = brdf.into_iter().find(|value| !value.is_finite()) else {
+            return Ok(());
+        };
+        let angles = [angles.theta_h, angles.theta_d, angles.phi_d];
+        Err(Self {
+            value,
+            angles: angles.map(f32::to_degrees),
+        })
+    }
 }
 
 /// What becomes of the operating system's refusal to read a path.

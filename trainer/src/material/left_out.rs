@@ -5,7 +5,8 @@ use std::fmt;
 use std::path::Path;
 
 use super::error::refused;
-use super::{MerlTable, NeuralBrdf, RglMeasurement, SourceError};
+use super::name::name_by_ending;
+use super::{NeuralBrdf, SourceError};
 
 /// How the names of materials' files end.
 const ENDINGS: [&str; 3] = ["binary", "bsdf", "npy"];
@@ -49,10 +50,7 @@ impl LeftOut {
                 all.not_utf8.push(shown);
             } else if ending != *known {
                 all.capitals.push(shown);
-            } else if NeuralBrdf::name_of(&path).is_none()
-                && MerlTable::name_of(&path).is_none()
-                && RglMeasurement::name_of(&path).is_none()
-            {
+            } else if NeuralBrdf::name_of(&path).is_none() && name_by_ending(&path).is_none() {
                 all.unnamed.push(shown);
             }
         }

@@ -2,9 +2,12 @@
 
 mod brdf;
 mod error;
+mod format;
 mod identity;
 mod left_out;
+mod mapped;
 mod merl;
+mod name;
 mod nbrdf;
 mod procedural;
 mod rgl;
@@ -13,13 +16,14 @@ mod source;
 mod sources;
 
 pub use brdf::Brdf;
-pub use error::SourceError;
+pub use error::{NotFinite, SourceError};
+pub use format::Format;
 pub use identity::{Identity, digest};
 pub use left_out::LeftOut;
-pub use merl::{MerlTable, write_merl};
-pub use nbrdf::NeuralBrdf;
+pub use merl::{MerlTable, to_merl, write_merl};
+pub use nbrdf::{NeuralBrdf, to_nbrdf};
 pub use procedural::Procedural;
-pub use rgl::RglMeasurement;
+pub use rgl::{RglMeasurement, to_rgl};
 pub use sensor::quantised;
 pub use source::Source;
 pub use sources::{Joined, Portion, ShareError, Sources};

@@ -24,6 +24,12 @@ const ARRAYS: [(&str, &[u64]); 6] = [
     ("b3", &[3]),
 ];
 
+/// How a NumPy array begins.
+const NPY_MAGIC: &[u8] = b"\x93NUMPY";
+
+/// The longest header that is read, magic and lengths included; NumPy writes 128 bytes.
+const LONGEST_HEADER: u64 = 4096;
+
 /// A material that is a network.
 #[derive(Clone, Debug)]
 pub struct NeuralBrdf {
@@ -108,13 +114,42 @@ impl Material for NeuralBrdf {
     }
 }
 
+/// The six files of a network: what follows NAME in each one's name, and its bytes.
+#[must_use]
+pub fn to_nbrdf(parameters: &NeuralParameters<f32>) -> [(String, Vec<u8>); 6] {
+    let mut runs = parameters.runs();
+    ARRAYS.map(|(array, shape)| {
+        let run = runs.next().unwrap_or_default();
+        (format!("_{array}.npy"), to_npy(shape, run))
+    })
+}
+
+/// A `.npy` file of version 1.0: magic, version, the length of a header that is a Python dictionary and
+/// ends at a multiple of 64 bytes, values.
+fn to_npy(shape: &[u64], values: &[f32]) -> Vec<u8> {
+    const ALIGNMENT: usize = 64;
+    let lengths: String = shape.iter().map(|length| format!("{length},")).collect();
+    let mut header = format!("{{'descr': '<f4', 'fortran_order': False, 'shape': ({lengths}), }}");
+    let before = NPY_MAGIC.len() + 4;
+    // A line break is the header's last byte.
+    let padded = (before + header.len() + 1).next_multiple_of(ALIGNMENT) - before;
+    header += &" ".repeat(padded - 1 - header.len());
+    header.push('\n');
+    let mut bytes = NPY_MAGIC.to_vec();
+    bytes.extend([1, 0]);
+    bytes.extend((header.len() as u16).to_le_bytes());
+    bytes.extend(header.as_bytes());
+    bytes.extend(values.iter().flat_map(|value| value.to_le_bytes()));
+    bytes
+}
+
 /// Reads a `.npy` file of little-endian f32 in C order with the given shape.
 fn read_npy(path: &Path, shape: &[u64]) -> Result<Vec<f32>, SourceError> {
     let damaged = |what| SourceError::Damaged {
         path: path.into(),
         what,
     };
-    let bytes = fs::read(path).map_err(|source| match source.kind() {
+    let missing_or_refused = |source: io::Error| match source.kind() {
         io::ErrorKind::NotFound => damaged(
             "it is missing: an NBRDF material is six files, NAME_fc1.npy, _b1, _fc2, _b2, _fc3 \
              and _b3; put it beside the others"
@@ -124,7 +159,16 @@ fn read_npy(path: &Path, shape: &[u64]) -> Result<Vec<f32>, SourceError> {
             path: path.into(),
             source,
         },
-    })?;
+    };
+    let most = LONGEST_HEADER + shape.iter().product::<u64>() * size_of::<f32>() as u64;
+    let length = fs::metadata(path).map_err(missing_or_refused)?.len();
+    if length > most {
+        return Err(damaged(format!(
+            "it has {length} bytes where an array of shape {shape:?} has {most} at most; get it again"
+        )));
+    }
+    let bytes = fs::read(path).map_err(missing_or_refused)?;
+    check_npy_header(&bytes).map_err(damaged)?;
     let array = npyz::NpyFile::new(&bytes[..]).map_err(|error| {
         damaged(format!(
             "it is not a whole NumPy array ({error}); get it again"
@@ -149,4 +193,24 @@ fn read_npy(path: &Path, shape: &[u64]) -> Result<Vec<f32>, SourceError> {
         ))),
         None => Ok(values),
     }
+}
+
+/// Makes sure that a `.npy` file is as long as its header says that this is: the header is read into
+/// memory of the length that it states, up to 4 GB of it.
+fn check_npy_header(bytes: &[u8]) -> Result<(), String> {
+    let Some(rest) = bytes.strip_prefix(NPY_MAGIC) else {
+        return Ok(());
+    };
+    // From version 2 on the length has four bytes.
+    let (begin, length) = match rest {
+        [0 | 1, _, low, high, ..] => (4, u32::from(u16::from_le_bytes([*low, *high]))),
+        [_, _, a, b, c, d, ..] => (6, u32::from_le_bytes([*a, *b, *c, *d])),
+        _ => return Ok(()),
+    };
+    if (rest.len() - begin) as u64 >= u64::from(length) {
+        return Ok(());
+    }
+    Err(format!(
+        "its header states {length} bytes of itself, more than the file has; get it again"
+    ))
 }

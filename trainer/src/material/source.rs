@@ -9,12 +9,15 @@ use std::str::FromStr;
 use rayon::prelude::*;
 
 use super::error::{MOST_PROCEDURAL, SourceError, refused};
+use super::format::Format;
 use super::left_out::LeftOut;
+use super::name::name_by_ending;
 use super::{Material, MerlTable, NeuralBrdf, Procedural, RglMeasurement};
 
 /// Where to take materials from, as written on the command line: a directory with any mix of
 /// MERL tables, RGL measurements and NBRDF networks (other files in it are passed over), a single
-/// one of them, or `procedural[:COUNT[:SEED]]`, 100 materials and seed 0 unless told.
+/// one of them, or `procedural[:COUNT[:SEED]]`, 100 materials and seed 0 unless told. Which format a
+/// file has is told by what is in it: see [`Format`].
 ///
 /// Every `.bsdf` of a directory is meant to be read: one that is spectral or anisotropic is an
 /// error, so that nobody trains on fewer materials than the directory holds. No two materials may
@@ -129,16 +132,11 @@ fn procedural(text: &str) -> Result<Option<(usize, u64)>, SourceError> {
 
 /// Reads one material.
 fn read(path: &Path) -> Result<Box<dyn Material>, SourceError> {
-    if NeuralBrdf::name_of(path).is_some() {
-        return Ok(Box::new(NeuralBrdf::read(path)?));
-    }
-    if MerlTable::name_of(path).is_some() {
-        return Ok(Box::new(MerlTable::read(path)?));
-    }
-    if RglMeasurement::name_of(path).is_some() {
-        return Ok(Box::new(RglMeasurement::read(path)?));
-    }
-    Err(SourceError::Unknown(path.into()))
+    Ok(match Format::of(path)? {
+        Format::Nbrdf => Box::new(NeuralBrdf::read(path)?),
+        Format::Merl => Box::new(MerlTable::read(path)?),
+        Format::Rgl => Box::new(RglMeasurement::read(path)?),
+    })
 }
 
 /// One file for each material in a directory, sorted by the materials' names.
@@ -160,7 +158,7 @@ fn list(directory: &Path) -> Result<Vec<PathBuf>, SourceError> {
         let (name, file) = if let Some(name) = NeuralBrdf::name_of(&path) {
             let first = path.with_file_name(format!("{name}_fc1.npy"));
             (name, first)
-        } else if let Some(name) = MerlTable::name_of(&path).or(RglMeasurement::name_of(&path)) {
+        } else if let Some(name) = name_by_ending(&path) {
             (name, path)
         } else {
             continue;

@@ -4,7 +4,7 @@ use std::cell::Cell;
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::fs::{self, File, OpenOptions};
 use std::io::{Seek, SeekFrom, Write};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_trainer::material::{Material, MerlTable, SourceError, write_merl};
@@ -397,7 +397,7 @@ fn damaged_tables_are_refused_by_name() {
         tabulated.patch(0, &dimensions.map(i32::to_le_bytes).concat());
         let expected = format!(
             "{path}: its header gives the dimensions {dimensions:?} where a MERL table has \
-             [90, 90, 180]; if it is of another kind, rename it"
+             [90, 90, 180]; only isotropic materials of that size are read; take it away"
         );
         assert_eq!(tabulated.complaint(), expected);
     }
@@ -429,10 +429,6 @@ fn damaged_tables_are_refused_by_name() {
         MerlTable::read(&tabulated.path),
         Err(SourceError::Read { .. })
     ));
-    assert!(matches!(
-        MerlTable::read(Path::new("a.table")),
-        Err(SourceError::Unknown(_))
-    ));
 }
 
 #[test]
@@ -445,7 +441,8 @@ fn what_cannot_be_tabulated_leaves_the_old_file_alone() {
     for number in [f32::NAN, f32::INFINITY] {
         let error = write_merl(&path, &Made(|_| [0.1, number, 0.1])).expect_err("not finite");
         let expected = format!(
-            "cannot write {}: made is not finite everywhere",
+            "cannot write {}: the BRDF is {number} at theta_h 0.00, theta_d 0.00 and phi_d 0.00 \
+             degrees, and only a finite one can be written; fit it again, or from other readings",
             path.display()
         );
         assert_eq!(error.to_string(), expected);

@@ -180,6 +180,17 @@ pub(crate) fn write_anisotropic(path: &Path) {
     fs::write(path, tensor_file(&fields, |_, at| at)).expect("it is written");
 }
 
+/// Writes one that is spectral.
+pub(crate) fn write_spectral(path: &Path) {
+    let mut fields = Formula::fields(&[0.0]);
+    for field in &mut fields {
+        if field.name == "rgb" {
+            field.name = "spectra";
+        }
+    }
+    fs::write(path, tensor_file(&fields, |_, at| at)).expect("it is written");
+}
+
 #[test]
 fn look_ups_are_the_formula() {
     let written = Written::new(&tensor_file(&Formula::fields(&[0.0]), |_, at| at));

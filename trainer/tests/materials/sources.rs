@@ -7,7 +7,7 @@ use glimpse_core::model::ParameterSet;
 use glimpse_trainer::material::{NeuralBrdf, Source, write_merl};
 use tempfile::TempDir;
 
-use crate::rgl::{write_anisotropic, write_rgl};
+use crate::rgl::{write_anisotropic, write_rgl, write_spectral};
 use crate::{angles, network};
 
 const ARRAYS: [(&str, &[u64]); 6] = [
@@ -148,9 +148,8 @@ fn measurements_of_other_kinds_are_not_left_out_in_silence() {
         assert_eq!(found, expected);
     }
     fs::remove_file(&brushed).expect("it can be removed");
-    // By its name alone.
     let spectral = at.join("a_spec.bsdf");
-    fs::write(&spectral, b"large").expect("it is written");
+    write_spectral(&spectral);
     for path in [at, &spectral] {
         let found = load(path).expect_err("it is spectral");
         let expected = format!(

@@ -1,5 +1,7 @@
 //! What angles need beside sine and cosine, for numbers and for dual numbers.
 
+use std::f64::consts::PI;
+
 use glimpse_core::numeric::{Scalar, Trigonometry};
 
 use glimpse_kernels::Dual;
@@ -58,4 +60,10 @@ impl<const N: usize> Angular for Dual<f64, N> {
         }
         angle
     }
+}
+
+/// An angle of \[0, pi/2\], brought to \[0, 1\].
+#[inline(always)]
+pub(super) fn unit_theta<S: Angular>(theta: S) -> S {
+    (theta.relu() * S::constant(2.0 / PI)).sqrt()
 }

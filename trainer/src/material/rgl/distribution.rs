@@ -189,6 +189,53 @@ impl Densities {
         let safe = whole.if_positive(whole, S::constant(1.0));
         [share / safe, below + cell.y * trapezoid(low, high, cell.y)]
     }
+
+    /// The points that the first slice's mapping takes to the nodes of a square grid with so many in
+    /// each direction, x fastest. Every row must have some density.
+    pub(super) fn points_of_grid(&self, side: usize) -> Vec<[f64; 2]> {
+        let TableShape { columns, rows } = self.grid;
+        let coordinate = |node: usize| node as f64 / (side - 1) as f64;
+        let row_of = |values: &[f32], row: usize, share: f64| -> Vec<f64> {
+            let columns = (0..columns).map(|column| column + row * columns);
+            let mixed =
+                columns.map(|low| mix(at(values, low), at(values, low + self.grid.columns), share));
+            mixed.collect()
+        };
+        let below: Vec<f64> = (0..rows).map(|row| at(&self.marginal, row)).collect();
+        let wholes: Vec<f64> = (0..rows)
+            .map(|row| at(&self.conditional, (row + 1) * columns - 1))
+            .collect();
+        let mut points = Vec::with_capacity(side * side);
+        for y in (0..side).map(coordinate) {
+            let (row, share) = place_of(y, &below, &wholes);
+            let integral = row_of(&self.conditional, row, share);
+            let density = row_of(&self.density, row, share);
+            let whole = integral.last().copied().unwrap_or(0.0);
+            let v = (row as f64 + share) / (rows - 1) as f64;
+            points.extend((0..side).map(coordinate).map(|x| {
+                let (column, share) = place_of(x * whole, &integral, &density);
+                [(column as f64 + share) / (columns - 1) as f64, v]
+            }));
+        }
+        points
+    }
+}
+
+/// Where the integral of what is linear between `values` reaches `area`, and is `integrals` up to each
+/// value: index of the value before, and the share of the way to the next one.
+fn place_of(area: f64, integrals: &[f64], values: &[f64]) -> (usize, f64) {
+    let after = integrals.partition_point(|integral| *integral <= area);
+    let low = after.saturating_sub(1).min(integrals.len() - 2);
+    let (left, right) = (values[low], values[low + 1]);
+    let rest = (area - integrals[low]).max(0.0);
+    // left s + (right - left) s^2 / 2 = rest, solved so that equal values divide nothing by 0.
+    let root = (left * left + 2.0 * (right - left) * rest).max(0.0).sqrt();
+    let share = if left + root > 0.0 {
+        2.0 * rest / (left + root)
+    } else {
+        0.0
+    };
+    (low, share.min(1.0))
 }
 
 /// The mean, from a node to `share` of the way to the next, of what is linear between them.

@@ -21,16 +21,20 @@ mod distribution;
 mod tensor_file;
 #[cfg(test)]
 mod tests;
+mod write;
+
+pub use write::to_rgl;
 
 use std::f64::consts::{PI, TAU};
-use std::fs;
 use std::path::Path;
 
 use glimpse_core::geometry::{Angles, HalfDifference};
 
-use self::angular::Angular;
+use self::angular::{Angular, unit_theta};
 use self::distribution::{Between, Cell, Densities, TableShape};
 use self::tensor_file::{Complaint, TensorFile};
+use super::mapped::map;
+use super::name;
 use super::{Material, SourceError};
 use glimpse_kernels::Dual;
 
@@ -53,28 +57,21 @@ impl RglMeasurement {
     /// If the file cannot be read, is damaged, holds a number that is not finite, or is of a
     /// spectral or an anisotropic measurement.
     pub fn read(path: &Path) -> Result<Self, SourceError> {
-        let name = Self::name_of(path).ok_or_else(|| SourceError::Unknown(path.into()))?;
+        let name = name::name_of(path).ok_or_else(|| SourceError::Unknown(path.into()))?;
         let damaged = |what| SourceError::Damaged {
             path: path.into(),
             what,
         };
-        // By its name, since spectral files are large.
-        if name.ends_with("_spec") {
-            return Err(damaged(spectral()));
-        }
-        let bytes = fs::read(path).map_err(|source| SourceError::Read {
-            path: path.into(),
-            source,
-        })?;
+        // Spectral files are large, and refused by their header.
+        let bytes = map(path)?;
         let tensors = Tensors::parse(&bytes).map_err(damaged)?;
         Ok(Self { name, tensors })
     }
 
-    /// `NAME_rgb` of a path `.../NAME_rgb.bsdf`; None for any that is no `.bsdf`.
+    /// True of bytes that begin as a tensor file does.
     #[must_use]
-    pub fn name_of(path: &Path) -> Option<String> {
-        let name = path.file_name()?.to_str()?.strip_suffix(".bsdf")?;
-        (!name.is_empty()).then(|| name.to_owned())
+    pub fn begins(bytes: &[u8]) -> bool {
+        bytes.starts_with(tensor_file::MAGIC)
     }
 }
 
@@ -227,12 +224,6 @@ impl Tensors {
             (measured * factor).relu()
         })
     }
-}
-
-/// An angle of \[0, pi/2\], brought to \[0, 1\].
-#[inline(always)]
-fn unit_theta<S: Angular>(theta: S) -> S {
-    (theta.relu() * S::constant(2.0 / PI)).sqrt()
 }
 
 /// The nodes of a field with so many rows and columns.

@@ -8,7 +8,7 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-const MAGIC: &[u8] = b"tensor_file\0";
+pub(super) const MAGIC: &[u8] = b"tensor_file\0";
 const VERSION: [u8; 2] = [1, 0];
 /// Bytes of a value, by type: 1 to 8 are integers (unsigned and signed in turn), 9 to 11 floats.
 const WIDTHS: [usize; 12] = [0, 1, 1, 2, 2, 4, 4, 8, 8, 2, 4, 8];
@@ -128,6 +128,57 @@ impl<'a> TensorFile<'a> {
             )),
         }
     }
+}
+
+/// Values of a field that is written.
+pub(super) enum Values<'a> {
+    Bytes(&'a [u8]),
+    Floats(&'a [f32]),
+}
+
+impl Values<'_> {
+    fn kind(&self) -> u8 {
+        match self {
+            Self::Bytes(_) => UNSIGNED_8,
+            Self::Floats(_) => FLOAT_32,
+        }
+    }
+
+    fn bytes(&self) -> usize {
+        match self {
+            Self::Bytes(bytes) => bytes.len(),
+            Self::Floats(floats) => size_of_val(*floats),
+        }
+    }
+}
+
+/// A file of fields: name, shape and values of each.
+pub(super) fn write(fields: &[(&str, &[usize], Values<'_>)]) -> Vec<u8> {
+    let mut bytes = MAGIC.to_vec();
+    bytes.extend(VERSION);
+    bytes.extend((fields.len() as u32).to_le_bytes());
+    // Of each field: lengths of name and shape, its type, where it begins.
+    let header = |name: &str, shape: &[usize]| 2 + name.len() + 2 + 1 + 8 + 8 * shape.len();
+    let headers = fields.iter().map(|(name, shape, _)| header(name, shape));
+    let mut begin = bytes.len() + headers.sum::<usize>();
+    for (name, shape, values) in fields {
+        bytes.extend((name.len() as u16).to_le_bytes());
+        bytes.extend(name.as_bytes());
+        bytes.extend((shape.len() as u16).to_le_bytes());
+        bytes.push(values.kind());
+        bytes.extend((begin as u64).to_le_bytes());
+        for length in *shape {
+            bytes.extend((*length as u64).to_le_bytes());
+        }
+        begin += values.bytes();
+    }
+    for (_, _, values) in fields {
+        match values {
+            Values::Bytes(own) => bytes.extend_from_slice(own),
+            Values::Floats(floats) => bytes.extend(floats.iter().flat_map(|f| f.to_le_bytes())),
+        }
+    }
+    bytes
 }
 
 /// What is left of the header.

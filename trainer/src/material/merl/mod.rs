@@ -7,18 +7,20 @@
 //!
 //! A negative value was not measured; neither was one that is not a finite f32.
 
+mod write;
+
+pub use write::{to_merl, write_merl};
+
 use std::f64::consts::{FRAC_PI_2, PI};
-use std::fs::File;
-use std::io;
 use std::path::Path;
 
-use glimpse_core::geometry::{Angles, HalfDifference};
+use glimpse_core::geometry::Angles;
 use glimpse_core::numeric::Scalar;
 use memmap2::Mmap;
-use rayon::prelude::*;
 
+use super::mapped::map;
+use super::name;
 use super::{Material, SourceError};
-use crate::files::write_whole;
 use glimpse_kernels::Dual;
 
 /// Nodes of theta_h, theta_d and phi_d.
@@ -29,8 +31,6 @@ const HEADER_BYTES: usize = 3 * size_of::<i32>();
 const FILE_BYTES: usize = HEADER_BYTES + 3 * PLANE * size_of::<f64>();
 /// What values are multiplied by, in red, green and blue.
 const SCALE: [f64; 3] = [1.0 / 1500.0, 1.15 / 1500.0, 1.66 / 1500.0];
-/// What the writer puts where a direction is below the horizon.
-const NOT_MEASURED: f64 = -1.0;
 
 /// A material that is a table, read in place.
 ///
@@ -51,20 +51,12 @@ impl MerlTable {
     /// If the file cannot be read, has other dimensions or another length, a value is not finite
     /// (in f32, as look-ups are), or no value of a colour was measured.
     pub fn read(path: &Path) -> Result<Self, SourceError> {
-        let refused = |source| SourceError::Read {
-            path: path.into(),
-            source,
-        };
         let damaged = |what| SourceError::Damaged {
             path: path.into(),
             what,
         };
-        let name = Self::name_of(path).ok_or_else(|| SourceError::Unknown(path.into()))?;
-        let file = File::open(path).map_err(refused)?;
-        // SAFETY: nothing is assumed of the mapped bytes but that they can be read: every use
-        // copies them out and accepts any value. What remains is what no reader of a mapped file
-        // can exclude: if another program truncates it, this one is stopped by the system.
-        let bytes = unsafe { Mmap::map(&file) }.map_err(refused)?;
+        let name = name::name_of(path).ok_or_else(|| SourceError::Unknown(path.into()))?;
+        let bytes = map(path)?;
 
         let header = bytes.first_chunk::<HEADER_BYTES>().ok_or_else(|| {
             damaged(format!(
@@ -72,12 +64,20 @@ impl MerlTable {
                 bytes.len()
             ))
         })?;
-        let (words, _) = header.as_chunks();
-        let found: Vec<i32> = words.iter().copied().map(i32::from_le_bytes).collect();
-        if found != NODES.map(|nodes| nodes as i32) {
+        if !Self::begins(header) {
+            let (words, _) = header.as_chunks();
+            let found: Vec<i32> = words.iter().copied().map(i32::from_le_bytes).collect();
+            let swapped: Vec<u8> = found.iter().flat_map(|word| word.to_be_bytes()).collect();
+            if Self::begins(&swapped) {
+                return Err(damaged(
+                    "its numbers are big-endian, and a MERL table's are little-endian; swap the \
+                     bytes of the three 32-bit dimensions and of the 64-bit values"
+                        .to_owned(),
+                ));
+            }
             return Err(damaged(format!(
-                "its header gives the dimensions {found:?} where a MERL table has {NODES:?}; if \
-                 it is of another kind, rename it"
+                "its header gives the dimensions {found:?} where a MERL table has {NODES:?}; \
+                 only isotropic materials of that size are read; take it away"
             )));
         }
         if bytes.len() != FILE_BYTES {
@@ -122,11 +122,11 @@ impl MerlTable {
         Ok(())
     }
 
-    /// `NAME` of a path `.../NAME.binary`; None for any other.
+    /// True of bytes that begin as a table does: with its dimensions.
     #[must_use]
-    pub fn name_of(path: &Path) -> Option<String> {
-        let name = path.file_name()?.to_str()?.strip_suffix(".binary")?;
-        Some(name.to_owned())
+    pub fn begins(bytes: &[u8]) -> bool {
+        let dimensions = NODES.map(|nodes| (nodes as i32).to_le_bytes());
+        bytes.starts_with(dimensions.as_flattened())
     }
 
     /// A stored value; 0 past the table's end, which `read` has excluded.
@@ -274,57 +274,4 @@ impl Cell {
         };
         [(self.nodes[0], rest), (self.nodes[1], share)]
     }
-}
-
-/// Tabulates a material at MERL's nodes. Below the horizon it writes "not measured", and 0 for
-/// what is less, which would read as that.
-///
-/// The file appears whole or not at all.
-///
-/// # Errors
-/// If the material is not finite somewhere, or the file cannot be written.
-pub fn write_merl(path: &Path, material: &dyn Material) -> Result<(), SourceError> {
-    let rows: Vec<Vec<[f64; 3]>> = (0..NODES[0] * NODES[1])
-        .into_par_iter()
-        .map(|row| tabulate_row(material, theta_h(row / NODES[1]), degrees(row % NODES[1])))
-        .collect();
-    let fail = |source| SourceError::Write {
-        path: path.into(),
-        source,
-    };
-    let mut bytes = Vec::with_capacity(FILE_BYTES);
-    for nodes in NODES {
-        bytes.extend_from_slice(&(nodes as i32).to_le_bytes());
-    }
-    for channel in 0..SCALE.len() {
-        for values in rows.iter().flatten() {
-            let value = values[channel];
-            if !value.is_finite() {
-                let what = format!("{} is not finite everywhere", material.name());
-                return Err(fail(io::Error::new(io::ErrorKind::InvalidData, what)));
-            }
-            bytes.extend_from_slice(&value.to_le_bytes());
-        }
-    }
-    write_whole(path, &bytes).map_err(fail)
-}
-
-/// A material's stored values at all phi_d.
-fn tabulate_row(material: &dyn Material, theta_h: f64, theta_d: f64) -> Vec<[f64; 3]> {
-    let value = |phi: usize| {
-        let angles = Angles {
-            theta_h: theta_h as f32,
-            theta_d: theta_d as f32,
-            phi_d: degrees(phi) as f32,
-        };
-        if !HalfDifference::from_angles(angles).is_valid() {
-            return [NOT_MEASURED; 3];
-        }
-        let brdf = material.brdf(angles).map(f64::from);
-        std::array::from_fn(|channel| match brdf[channel] {
-            negative if negative < 0.0 => 0.0,
-            f => f / SCALE[channel],
-        })
-    };
-    (0..NODES[2]).map(value).collect()
 }

@@ -1,0 +1,18 @@
+//! Files read in place, whatever their size.
+
+use std::fs::File;
+use std::path::Path;
+
+use memmap2::Mmap;
+
+use super::SourceError;
+use super::error::refused;
+
+/// Maps a file: nothing is allocated, and nothing of it is read before it is looked at.
+pub(super) fn map(path: &Path) -> Result<Mmap, SourceError> {
+    let file = File::open(path).map_err(refused(path))?;
+    // SAFETY: nothing is assumed of the mapped bytes but that they can be read: every use copies
+    // them out and accepts any value. What remains is what no reader of a mapped file can exclude:
+    // if another program truncates it, this one is stopped by the system.
+    unsafe { Mmap::map(&file) }.map_err(refused(path))
+}
