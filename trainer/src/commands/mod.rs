@@ -4,6 +4,7 @@ mod angles_csv;
 pub(crate) mod bench;
 mod completing;
 pub(crate) mod completion;
+pub(crate) mod convert;
 mod curve;
 pub(crate) mod evaluate;
 pub(crate) mod export;

@@ -2,7 +2,7 @@
 
 use std::fs::{self, File};
 use std::io::Read;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail, ensure};
 use glimpse_core::recipe::MAGIC;
@@ -24,13 +24,21 @@ pub(crate) fn write_file(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
 
 /// The same for commands with an option --force: with it, whatever is there goes.
 pub(super) fn write_file_forced(path: &Path, bytes: &[u8], force: bool) -> anyhow::Result<()> {
-    if !force && let Some(what) = work_at(path, bytes) {
-        bail!(
-            "{} is {what} that would be lost: give --force to replace it, or another --out",
-            path.display()
-        );
+    write_files_forced(&[(path.to_owned(), bytes.to_vec())], force)
+}
+
+/// The same for files that belong together: none of them is written if one has to stay.
+pub(super) fn write_files_forced(files: &[(PathBuf, Vec<u8>)], force: bool) -> anyhow::Result<()> {
+    for (path, bytes) in files {
+        if !force && let Some(what) = work_at(path, bytes) {
+            bail!(
+                "{} is {what} that would be lost: give --force to replace it, or another output",
+                path.display()
+            );
+        }
     }
-    write_over(path, bytes)
+    let mut files = files.iter();
+    files.try_for_each(|(path, bytes)| write_over(path, bytes))
 }
 
 fn write_over(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
@@ -39,16 +47,18 @@ fn write_over(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// What training has left at a path and these bytes would replace, in words; None if nothing.
+/// What training or a scanner has left at a path and these bytes would replace, in words; None if nothing.
 fn work_at(path: &Path, bytes: &[u8]) -> Option<&'static str> {
     if !path.is_file() {
         return None;
     }
     let mut head = [0; 4];
     File::open(path).ok()?.read_exact(&mut head).ok()?;
-    let what = match head {
-        MAGIC => "a recipe",
-        BASIS_MAGIC => "the basis of a recipe",
+    let what = match &head {
+        head if *head == MAGIC => "a recipe",
+        head if *head == BASIS_MAGIC => "the basis of a recipe",
+        // A tensor file, a table whose first dimension is 90, an array of NumPy's.
+        b"tens" | b"\x5a\0\0\0" | b"\x93NUM" => "another material",
         _ => return None,
     };
     fs::read(path).is_ok_and(|old| old != bytes).then_some(what)
@@ -63,7 +73,7 @@ pub(super) fn make_out(folder: &Path) -> anyhow::Result<()> {
 pub(super) fn refuse_input(out: &Path, input: &Path) -> anyhow::Result<()> {
     ensure!(
         !is_same_file(out, input),
-        "--out {} is what is read ({}), and would be lost: give another --out",
+        "{} is what is read ({}), and would be lost: give another output",
         out.display(),
         input.display()
     );

@@ -1,6 +1,7 @@
 //! The command line as a user meets it: what it writes, what it says, how it ends.
 
 mod basis;
+mod convert;
 mod evaluate;
 mod grid;
 mod left_out;

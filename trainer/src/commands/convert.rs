@@ -1,0 +1,181 @@
+//! `trainer convert`
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, bail, ensure};
+use clap::Args;
+use glimpse_core::model::{ModelKind, Neural, NeuralParameters, ParameterSet};
+use glimpse_trainer::evaluation::{Fitted, Method, OPTIMUM_STEPS, loss_between};
+use glimpse_trainer::material::{Format, Material, NeuralBrdf, Source, to_merl, to_nbrdf, to_rgl};
+
+use super::output::{refuse_source, write_files_forced};
+use super::{load, print};
+
+/// The formats.
+#[derive(Clone, Copy, Debug, clap::ValueEnum)]
+enum FormatName {
+    /// NAME.binary: MERL's table of 90 x 90 x 180 values, 33 MiB.
+    Merl,
+    /// NAME_fc1.npy and its five siblings: a network of 675 weights.
+    Nbrdf,
+    /// NAME_rgb.bsdf: a tensor file that Mitsuba 3 renders as its `measured`, 12 MB.
+    Rgl,
+}
+
+impl From<FormatName> for Format {
+    fn from(name: FormatName) -> Self {
+        match name {
+            FormatName::Merl => Self::Merl,
+            FormatName::Nbrdf => Self::Nbrdf,
+            FormatName::Rgl => Self::Rgl,
+        }
+    }
+}
+
+/// Write a material in another format.
+///
+/// What is written is read again and compared with IN: its loss (mean cosine-weighted logarithmic
+/// error, as `trainer evaluate` has it) is the answer, 0 where both are the same. IN's own format is
+/// copied. A network is fitted to anything that is none, which takes some seconds.
+///
+/// Example: trainer convert aurora_white_rgb.bsdf aurora_white.binary
+///          trainer convert gold.binary gold_rgb.bsdf
+///          trainer convert gold.binary gold --format nbrdf
+#[derive(Args)]
+#[command(verbatim_doc_comment)]
+pub(crate) struct Convert {
+    /// The material: a source of one
+    #[arg(value_name = "IN")]
+    source: Source,
+    /// The file to write; for NBRDF one of the six, or NAME alone
+    #[arg(value_name = "OUT")]
+    out: PathBuf,
+    /// The format to write [default: by OUT's ending, .binary, .bsdf or .npy]
+    #[arg(long, value_enum)]
+    format: Option<FormatName>,
+    /// Replace another material that is there
+    #[arg(long)]
+    force: bool,
+}
+
+impl Convert {
+    pub(crate) fn run(&self, seed: u64) -> anyhow::Result<()> {
+        let format = self.format()?;
+        let outs = self.outs(format)?;
+        for out in &outs {
+            refuse_source(out, &self.source)?;
+        }
+        let materials = load(&self.source)?;
+        let [material] = &materials[..] else {
+            bail!(
+                "{} holds {} materials, and one is converted at a time: name its file",
+                self.source,
+                materials.len()
+            );
+        };
+        let own = self.source.files()?;
+        let files: Vec<Vec<u8>> = match own.first() {
+            Some(first) if Format::of(first)? == format => {
+                eprintln!("{} has that format already: it is copied", self.source);
+                let read = own.iter().map(|path| {
+                    fs::read(path).with_context(|| format!("cannot read {}", path.display()))
+                });
+                read.collect::<anyhow::Result<_>>()?
+            }
+            _ => tabulate(&**material, format, seed)?,
+        };
+        let files: Vec<(PathBuf, Vec<u8>)> = outs.into_iter().zip(files).collect();
+        write_files_forced(&files, self.force)?;
+        let (first, _) = &files[0];
+        tell_loss(&**material, first)
+    }
+
+    /// What was asked for, or what the output's ending stands for; both are the same if both are
+    /// there, since other people's programs go by endings.
+    fn format(&self) -> anyhow::Result<Format> {
+        let by_ending = match self.out.extension().and_then(|ending| ending.to_str()) {
+            Some("binary") => Some((Format::Merl, "merl")),
+            Some("bsdf") => Some((Format::Rgl, "rgl")),
+            Some("npy") => Some((Format::Nbrdf, "nbrdf")),
+            _ => None,
+        };
+        let out = self.out.display();
+        match (self.format.map(Format::from), by_ending) {
+            (Some(format), None) => Ok(format),
+            (None, Some((format, _))) => Ok(format),
+            (Some(format), Some((meant, _))) if format == meant => Ok(format),
+            (Some(_), Some((_, name))) => bail!(
+                "{out} ends as --format {name} does, and another one is asked for: give OUT that \
+                 one's ending, or leave out --format"
+            ),
+            (None, None) => bail!(
+                "{out} does not say in which format to write: end it with .binary, .bsdf or \
+                 _fc1.npy, or give --format"
+            ),
+        }
+    }
+
+    /// The files to write.
+    fn outs(&self, format: Format) -> anyhow::Result<Vec<PathBuf>> {
+        if format != Format::Nbrdf {
+            return Ok(vec![self.out.clone()]);
+        }
+        if let Some(six) = NeuralBrdf::files_of(&self.out) {
+            return Ok(six.to_vec());
+        }
+        let out = self.out.display();
+        ensure!(
+            self.out.extension().is_none_or(|ending| ending != "npy"),
+            "{out} is none of a network's six files: name OUT NAME_fc1.npy, or NAME"
+        );
+        let name = self.out.file_name().and_then(|name| name.to_str());
+        let name = name.with_context(|| format!("{out} is no name of files: give DIR/NAME"))?;
+        let six = NeuralBrdf::files_of(&self.out.with_file_name(format!("{name}_fc1.npy")));
+        Ok(six.into_iter().flatten().collect())
+    }
+}
+
+/// Reads what was written and compares. (A pipe cannot be read again.)
+fn tell_loss(material: &dyn Material, out: &Path) -> anyhow::Result<()> {
+    if !out.is_file() {
+        return Ok(());
+    }
+    let written = Source(out.display().to_string()).load()?;
+    let written = written.first().context("nothing was written")?;
+    print(&format!("loss {:.6}\n", loss_between(&**written, material)))
+}
+
+/// A material's files in a format.
+fn tabulate(material: &dyn Material, format: Format, seed: u64) -> anyhow::Result<Vec<Vec<u8>>> {
+    Ok(match format {
+        Format::Merl => vec![to_merl(material)?],
+        Format::Rgl => {
+            let version = env!("CARGO_PKG_VERSION");
+            let description = format!("{}, by glimpse-trainer {version}", material.name());
+            vec![to_rgl(&description, material)?]
+        }
+        Format::Nbrdf => {
+            let six = to_nbrdf(&fit_network(material, seed)?);
+            six.into_iter().map(|(_, bytes)| bytes).collect()
+        }
+    })
+}
+
+/// The best network that descent finds for a material.
+fn fit_network(material: &dyn Material, seed: u64) -> anyhow::Result<NeuralParameters<f32>> {
+    eprintln!("fitting a network");
+    let fitted = Method::optimum(ModelKind::Neural, OPTIMUM_STEPS).fit(material, seed)?;
+    let Fitted::Parameters { parameters, .. } = fitted else {
+        bail!("the fit has no parameters");
+    };
+    ensure!(
+        parameters.iter().all(|weight| weight.is_finite()),
+        "no network could be fitted: give another --seed"
+    );
+    let mut network = <Neural as glimpse_core::model::Model>::Parameters::filled(0.0);
+    for (weight, fitted) in network.iter_mut().zip(parameters) {
+        *weight = fitted;
+    }
+    Ok(network)
+}

@@ -1,0 +1,93 @@
+//! Materials from one format to another.
+
+use std::fs;
+
+use super::{fail, succeed};
+
+/// The loss that a conversion says it comes to.
+fn loss(printed: &str) -> f64 {
+    let number = printed.strip_prefix("loss ").expect("it says the loss");
+    number.trim_end().parse().expect("it is a number")
+}
+
+#[test]
+fn a_material_goes_from_format_to_format() {
+    let scratch = tempfile::tempdir().expect("a temporary directory");
+    let run = |arguments: &[&str]| loss(&succeed(scratch.path(), arguments));
+    let bytes = |name: &str| fs::read(scratch.path().join(name)).expect("it is there");
+    let table = run(&["convert", "procedural:1:3", "made.binary"]);
+    assert!(table < 0.005, "{table}");
+    let tensors = run(&["convert", "made.binary", "made_rgb.bsdf"]);
+    assert!(tensors < 0.002, "{tensors}");
+    // Its own format is copied, also where the name does not tell it.
+    assert_eq!(
+        run(&["convert", "made.binary", "copy", "--format", "merl"]),
+        0.0
+    );
+    assert_eq!(bytes("copy"), bytes("made.binary"));
+    assert_eq!(run(&["convert", "copy", "again.binary"]), 0.0);
+
+    let network = run(&["convert", "made_rgb.bsdf", "net", "--format", "nbrdf"]);
+    assert!(network < 0.02, "{network}");
+    let names = ["fc1", "b1", "fc2", "b2", "fc3", "b3"];
+    for name in names {
+        assert!(bytes(&format!("net_{name}.npy")).starts_with(b"\x93NUMPY"));
+    }
+    assert_eq!(run(&["convert", "net_b1.npy", "other_fc3.npy"]), 0.0);
+    for name in names {
+        assert_eq!(
+            bytes(&format!("net_{name}.npy")),
+            bytes(&format!("other_{name}.npy"))
+        );
+    }
+}
+
+#[test]
+fn what_cannot_be_meant_is_refused() {
+    let scratch = tempfile::tempdir().expect("a temporary directory");
+    let at = |name: &str| scratch.path().join(name);
+    succeed(
+        scratch.path(),
+        &["convert", "procedural:1:3", "made_rgb.bsdf"],
+    );
+    for (arguments, part) in [
+        (
+            &["convert", "procedural:2", "made.binary"][..],
+            "holds 2 materials",
+        ),
+        (
+            &["convert", "procedural:1", "made"],
+            "does not say in which format",
+        ),
+        (
+            &["convert", "procedural:1", "made.binary", "--format", "rgl"],
+            "made.binary ends as --format merl does",
+        ),
+        (
+            &["convert", "procedural:1", "made.npy"],
+            "is none of a network's six files",
+        ),
+        (
+            &["convert", "made_rgb.bsdf", "made_rgb.bsdf"],
+            "is what is read",
+        ),
+        (
+            &["convert", "procedural:1", "made_rgb.bsdf"],
+            "is another material that would be lost",
+        ),
+        (
+            &["convert", "procedural:1", "none/made.binary"],
+            "there is no folder none",
+        ),
+    ] {
+        let message = fail(scratch.path(), arguments);
+        assert!(message.contains(part), "{arguments:?}: {message}");
+        assert_eq!(message.matches("error: ").count(), 1, "{message}");
+    }
+    let before = fs::read(at("made_rgb.bsdf")).expect("it is there");
+    succeed(
+        scratch.path(),
+        &["convert", "procedural:1", "made_rgb.bsdf", "--force"],
+    );
+    assert_ne!(fs::read(at("made_rgb.bsdf")).expect("it is there"), before);
+}
