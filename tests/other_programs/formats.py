@@ -1,0 +1,129 @@
+"""Checks by other people's programs of what `trainer convert` writes and reads.
+
+    python3 tests/other_programs/formats.py [TRAINER]
+
+Mitsuba 3 and NumPy are installed from PyPI into an environment of their own in target/. The programs of
+trainer/docs/formats.md run as they stand there; what they write is read by the trainer; and Mitsuba's values
+are compared with the trainer's, at grazing angles too, and its samples with a sum over all directions.
+"""
+import csv, math, os, re, subprocess, sys, tempfile, venv
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+ENVIRONMENT = ROOT / "target" / "other_programs"
+PACKAGES = ["mitsuba==3.9.1", "numpy"]
+
+
+def enter_environment():
+    """Goes on in the environment, which is made if it is not there."""
+    python = ENVIRONMENT / "bin" / "python"
+    if not python.exists():
+        venv.create(ENVIRONMENT, with_pip=True)
+    subprocess.run([python, "-m", "pip", "install", "--quiet", *PACKAGES], check=True)
+    os.execv(python, [str(python), __file__, *sys.argv[1:], "--inside"])
+
+
+def run(*words):
+    """A command's output; the check fails if it does."""
+    print("==", *words, flush=True)
+    return subprocess.run([str(word) for word in words], check=True, text=True, stdout=subprocess.PIPE).stdout
+
+
+def loss(printed):
+    return float(printed.removeprefix("loss "))
+
+
+def programs_of_the_document(trainer):
+    """Every program of the document runs, and what it writes is read."""
+    text = (ROOT / "trainer/docs/formats.md").read_text()
+    programs = re.findall(r"```python\n(.*?)```", text, re.S)
+    assert len(programs) == 6, len(programs)
+    for program in programs:
+        run(sys.executable, "-c", program)
+    mirror = Path("mirror.csv")
+    mirror.write_text("theta_i,phi_i,theta_o,phi_o\n30,0,30,180\n")
+    for name in ("matt.binary", "matt_fc1.npy"):
+        row = next(csv.DictReader(run(trainer, "query", name, "--angles", mirror).splitlines()))
+        for colour, albedo in zip("rgb", (0.8, 0.4, 0.2)):
+            assert abs(float(row[colour]) * math.pi / albedo - 1) < 1e-5, (name, row)
+    run(trainer, "query", "hand_rgb.bsdf", "--angles", mirror)
+
+
+def compare_with_mitsuba(trainer, name, count=20_000):
+    """The trainer's reader and Mitsuba agree on a file."""
+    import mitsuba as mi
+    import numpy as np
+
+    mi.set_variant("scalar_rgb")
+    random = np.random.default_rng(1)
+    theta = np.arccos(random.uniform(0, 1, (2, count)))
+    phi = random.uniform(0, 2 * np.pi, (2, count))
+    # A third near the mirror direction; of the rest half with a grazing theta_i or theta_o.
+    phi[1, ::3] = phi[0, ::3] + np.pi + random.normal(0, 0.1, len(phi[0, ::3]))
+    theta[1, ::3] = np.clip(theta[0, ::3] + random.normal(0, 0.03, len(phi[0, ::3])), 0, 1.569)
+    theta[0, 1::6] = np.radians(random.uniform(80, 89.9, len(theta[0, 1::6])))
+    theta[1, 4::6] = np.radians(random.uniform(80, 89.9, len(theta[1, 4::6])))
+    angles = np.degrees(np.stack([theta[0], phi[0], theta[1], phi[1]], -1))
+    np.savetxt("angles.csv", angles, delimiter=",", comments="", header="theta_i,phi_i,theta_o,phi_o", fmt="%.9g")
+    run(trainer, "query", name, "--angles", "angles.csv", "--out", "values.csv")
+    ours = np.loadtxt("values.csv", delimiter=",", skiprows=1)[:, 4:] * np.cos(theta[1])[:, None]
+
+    vector = lambda t, p: mi.Vector3f(math.sin(t) * math.cos(p), math.sin(t) * math.sin(p), math.cos(t))
+    bsdf = mi.load_dict({"type": "measured", "filename": name})
+    at, context, theirs = mi.SurfaceInteraction3f(), mi.BSDFContext(), np.empty_like(ours)
+    for k in range(count):
+        at.wi = vector(theta[0, k], phi[0, k])
+        theirs[k] = bsdf.eval(context, at, vector(theta[1, k], phi[1, k]))
+    # Mitsuba does not clamp what interpolation leaves below 0.
+    theirs = np.maximum(theirs, 0)
+    seen = theirs > 1e-4
+    error = np.abs(ours / np.where(seen, theirs, 1) - 1)[seen]
+    absolute = np.abs(ours - theirs).max()
+    print(f"{name}: {seen.sum()} values of BRDF times cosine differ by {np.median(error):.1e}, at most "
+          f"{error.max():.1e}; absolutely by {absolute:.1e}, where the largest is {theirs.max():.3g}")
+    assert error.max() < 0.01, "the trainer and Mitsuba differ by 1 % and more"
+
+    # What sampling finds is the integral, whatever density it has.
+    for degrees in (0, 45, 80):
+        at.wi = vector(math.radians(degrees), 0)
+        mean = np.mean([
+            bsdf.sample(context, at, 0.5, mi.Point2f((k + 0.5) / 4096, (k * 0.6180339887) % 1))[1] for k in range(4096)
+        ], 0)
+        whole = integral(lambda wo: bsdf.eval(context, at, wo), mi, at.wi)
+        print(f"{name}: reflects {whole} at {degrees} degrees, by samples {mean}")
+        assert np.allclose(mean, whole, rtol=0.05), "samples do not find the integral"
+
+
+def integral(of_outgoing, mi, wi, steps=200):
+    """Over all directions w_o, by half vectors: they are evenly spread where theta_m is the square of an even step."""
+    import numpy as np
+
+    whole = np.zeros(3)
+    for u in (np.arange(steps) + 0.5) / steps:
+        theta = math.pi / 2 * u * u
+        for v in (np.arange(steps) + 0.5) / steps:
+            phi = 2 * math.pi * v
+            m = mi.Vector3f(math.sin(theta) * math.cos(phi), math.sin(theta) * math.sin(phi), math.cos(theta))
+            cosine = m.x * wi.x + m.y * wi.y + m.z * wi.z
+            if cosine > 0:
+                solid_angle = 4 * cosine * 2 * math.pi**2 * u * math.sin(theta)
+                whole += np.array(of_outgoing(2 * cosine * m - wi)) * solid_angle
+    return whole / steps**2
+
+
+def main():
+    trainer = Path(next((word for word in sys.argv[1:] if word != "--inside"), ROOT / "target/release/trainer")).resolve()
+    with tempfile.TemporaryDirectory() as folder:
+        os.chdir(folder)
+        assert loss(run(trainer, "convert", "procedural:1:3", "made.binary")) < 0.005
+        assert loss(run(trainer, "convert", "procedural:1:3", "made_rgb.bsdf")) < 0.001
+        assert loss(run(trainer, "convert", "made.binary", "made", "--format", "nbrdf")) < 0.02
+        programs_of_the_document(trainer)
+        compare_with_mitsuba(trainer, "made_rgb.bsdf")
+        run(trainer, "convert", "made_fc1.npy", "network_rgb.bsdf")
+        compare_with_mitsuba(trainer, "network_rgb.bsdf")
+    print("all agree")
+
+
+if __name__ == "__main__":
+    main() if "--inside" in sys.argv else enter_environment()
