@@ -2,16 +2,16 @@
 
     python3 tests/other_programs/formats.py [TRAINER]
 
-Mitsuba 3 and NumPy are installed from PyPI into an environment of their own in target/. The programs of
+Mitsuba 3, NumPy and Radiance's programs are installed from PyPI into an environment of their own in target/. The programs of
 trainer/docs/formats.md run as they stand there; what they write is read by the trainer; and Mitsuba's values
-are compared with the trainer's, at grazing angles too, and its samples with a sum over all directions.
+are compared with the trainer's, at grazing angles too, and its samples with a sum over all directions. Radiance makes of PAB-Opto's text a BSDF whose reflectance is compared.
 """
 import csv, math, os, re, subprocess, sys, tempfile, venv
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 ENVIRONMENT = ROOT / "target" / "other_programs"
-PACKAGES = ["mitsuba==3.9.1", "numpy"]
+PACKAGES = ["mitsuba==3.9.1", "numpy", "pyradiance==1.3.1"]
 
 
 def enter_environment():
@@ -37,7 +37,7 @@ def programs_of_the_document(trainer):
     """Every program of the document runs, and what it writes is read."""
     text = (ROOT / "trainer/docs/formats.md").read_text()
     programs = re.findall(r"```python\n(.*?)```", text, re.S)
-    assert len(programs) == 6, len(programs)
+    assert len(programs) == 8, len(programs)
     for program in programs:
         run(sys.executable, "-c", program)
     mirror = Path("mirror.csv")
@@ -47,6 +47,9 @@ def programs_of_the_document(trainer):
         for colour, albedo in zip("rgb", (0.8, 0.4, 0.2)):
             assert abs(float(row[colour]) * math.pi / albedo - 1) < 1e-5, (name, row)
     run(trainer, "query", "hand_rgb.bsdf", "--angles", mirror)
+    row = next(csv.DictReader(run(trainer, "query", "card_30.dat", "--angles", mirror).splitlines()))
+    for colour in "rgb":
+        assert abs(float(row[colour]) * math.pi / 0.5 - 1) < 0.1, row
 
 
 def compare_with_mitsuba(trainer, name, count=20_000):
@@ -111,6 +114,48 @@ def integral(of_outgoing, mi, wi, steps=200):
     return whole / steps**2
 
 
+# Klems' patches: borders of theta in degrees, and how many there are around.
+BORDERS = (0, 5, 15, 25, 35, 45, 55, 65, 75, 90)
+AROUND = (1, 8, 16, 20, 24, 24, 24, 16, 12)
+
+
+def read_by_radiance(trainer):
+    """Radiance makes of the text a BSDF that reflects as much, and to where a mirror would."""
+    import numpy as np
+    import pyradiance
+
+    programs = Path(pyradiance.__file__).parent / "bin"
+    run(trainer, "convert", "procedural:1:18", "radiance", "--format", "pab")
+    with open("radiance.sir", "wb") as file:
+        subprocess.run([programs / "pabopto2bsdf", *sorted(Path().glob("radiance_in*.txt"))], check=True, stdout=file)
+    # In place of the program that packs matrices as XML, for which the package lacks a template: their text.
+    Path("stand-in").mkdir()
+    stand_in = Path("stand-in/wrapBSDF")
+    stand_in.write_text('#!/bin/sh\nfor file in "$@"; do [ -f "$file" ] && echo "MATRIX" && cat "$file"; done; true\n')
+    stand_in.chmod(0o755)
+    path = {**os.environ, "PATH": f"{stand_in.parent.resolve()}:{os.environ['PATH']}"}
+    text = subprocess.run([programs / "bsdf2klems", "-n", "500", "radiance.sir"], check=True, text=True, env=path,
+                          stdout=subprocess.PIPE, stderr=subprocess.DEVNULL).stdout
+    luminance = [float(word) for word in text.split("MATRIX")[1].split() if word[0] in "-.0123456789"]
+    matrix = np.array(luminance).reshape(145, 145)
+    patches = [(k, phi) for k, count in enumerate(AROUND) for phi in range(count)]
+    sines = np.sin(np.radians(BORDERS)) ** 2
+    projected = np.array([math.pi * (sines[k + 1] - sines[k]) / AROUND[k] for k, _ in patches])
+
+    cosine, phi = (grid.ravel() for grid in np.meshgrid((np.arange(90) + 0.5) / 90, (np.arange(90) + 0.5) * 4))
+    for degrees, first in ((20, 9), (40, 45), (60, 93)):
+        angles = np.stack([0 * phi + degrees, 0 * phi, np.degrees(np.arccos(cosine)), phi], -1)
+        np.savetxt("angles.csv", angles, delimiter=",", comments="", header="theta_i,phi_i,theta_o,phi_o")
+        run(trainer, "query", "procedural:1:18", "--angles", "angles.csv", "--out", "values.csv")
+        values = np.loadtxt("values.csv", delimiter=",", skiprows=1)[:, 4:] @ (0.2126, 0.7152, 0.0722)
+        ours, theirs = (values * cosine).mean() * 2 * math.pi, (matrix[:, first] * projected).sum()
+        print(f"reflectance at {degrees} degrees: {ours:.4f}, by Radiance {theirs:.4f}")
+        assert abs(theirs / ours - 1) < 0.1, "Radiance finds another reflectance"
+        # Klems' patches are numbered so that a mirror's matrix is diagonal; half around is where the light came from.
+        back = first + AROUND[patches[first][0]] // 2
+        assert matrix[first, first] > 1.2 * matrix[back, first], "Radiance finds the highlight elsewhere"
+
+
 def main():
     trainer = Path(next((word for word in sys.argv[1:] if word != "--inside"), ROOT / "target/release/trainer")).resolve()
     with tempfile.TemporaryDirectory() as folder:
@@ -118,7 +163,9 @@ def main():
         assert loss(run(trainer, "convert", "procedural:1:3", "made.binary")) < 0.005
         assert loss(run(trainer, "convert", "procedural:1:3", "made_rgb.bsdf")) < 0.001
         assert loss(run(trainer, "convert", "made.binary", "made", "--format", "nbrdf")) < 0.02
+        run(trainer, "convert", "procedural:1:3", "made", "--format", "pab")
         programs_of_the_document(trainer)
+        read_by_radiance(trainer)
         compare_with_mitsuba(trainer, "made_rgb.bsdf")
         run(trainer, "convert", "made_fc1.npy", "network_rgb.bsdf")
         compare_with_mitsuba(trainer, "network_rgb.bsdf")

@@ -7,7 +7,9 @@ use anyhow::{Context, bail, ensure};
 use clap::Args;
 use glimpse_core::model::{ModelKind, Neural, NeuralParameters, ParameterSet};
 use glimpse_trainer::evaluation::{Fitted, Method, OPTIMUM_STEPS, loss_between};
-use glimpse_trainer::material::{Format, Material, NeuralBrdf, Source, to_merl, to_nbrdf, to_rgl};
+use glimpse_trainer::material::{
+    Format, Material, NeuralBrdf, Source, pab_endings, to_merl, to_nbrdf, to_pab, to_rgl,
+};
 
 use super::output::{refuse_source, write_files_forced};
 use super::{load, print};
@@ -21,6 +23,9 @@ enum FormatName {
     Nbrdf,
     /// NAME_rgb.bsdf: a tensor file that Mitsuba 3 renders as its `measured`, 12 MB.
     Rgl,
+    /// NAME_in00.txt, NAME_in10.txt, ...: PAB-Opto's text, of which pabopto2bsdf makes what Radiance
+    /// reads.
+    Pab,
 }
 
 impl From<FormatName> for Format {
@@ -29,6 +34,7 @@ impl From<FormatName> for Format {
             FormatName::Merl => Self::Merl,
             FormatName::Nbrdf => Self::Nbrdf,
             FormatName::Rgl => Self::Rgl,
+            FormatName::Pab => Self::Pab,
         }
     }
 }
@@ -48,7 +54,7 @@ pub(crate) struct Convert {
     /// The material: a source of one
     #[arg(value_name = "IN")]
     source: Source,
-    /// The file to write; for NBRDF one of the six, or NAME alone
+    /// The file to write; for NBRDF one of the six, or NAME alone; for pab NAME
     #[arg(value_name = "OUT")]
     out: PathBuf,
     /// The format to write [default: by OUT's ending, .binary, .bsdf or .npy]
@@ -77,13 +83,19 @@ impl Convert {
         let own = self.source.files()?;
         let files: Vec<Vec<u8>> = match own.first() {
             Some(first) if Format::of(first)? == format => {
+                // Its directions are those of whoever measured it, and its files as many.
+                ensure!(
+                    format != Format::Pab,
+                    "{} is PAB-Opto's text already: copy its files",
+                    self.source
+                );
                 eprintln!("{} has that format already: it is copied", self.source);
                 let read = own.iter().map(|path| {
                     fs::read(path).with_context(|| format!("cannot read {}", path.display()))
                 });
                 read.collect::<anyhow::Result<_>>()?
             }
-            _ => tabulate(&**material, format, seed)?,
+            _ => self.tabulate(&**material, format, seed)?,
         };
         let files: Vec<(PathBuf, Vec<u8>)> = outs.into_iter().zip(files).collect();
         write_files_forced(&files, self.force)?;
@@ -118,8 +130,13 @@ impl Convert {
 
     /// The files to write.
     fn outs(&self, format: Format) -> anyhow::Result<Vec<PathBuf>> {
-        if format != Format::Nbrdf {
+        if let Format::Merl | Format::Rgl = format {
             return Ok(vec![self.out.clone()]);
+        }
+        if format == Format::Pab {
+            let name = self.name()?;
+            let names = pab_endings().map(|ending| format!("{name}{ending}"));
+            return Ok(names.map(|name| self.out.with_file_name(name)).collect());
         }
         if let Some(six) = NeuralBrdf::files_of(&self.out) {
             return Ok(six.to_vec());
@@ -129,10 +146,40 @@ impl Convert {
             self.out.extension().is_none_or(|ending| ending != "npy"),
             "{out} is none of a network's six files: name OUT NAME_fc1.npy, or NAME"
         );
-        let name = self.out.file_name().and_then(|name| name.to_str());
-        let name = name.with_context(|| format!("{out} is no name of files: give DIR/NAME"))?;
-        let six = NeuralBrdf::files_of(&self.out.with_file_name(format!("{name}_fc1.npy")));
+        let first = format!("{}_fc1.npy", self.name()?);
+        let six = NeuralBrdf::files_of(&self.out.with_file_name(first));
         Ok(six.into_iter().flatten().collect())
+    }
+
+    /// What the names of several files begin with.
+    fn name(&self) -> anyhow::Result<&str> {
+        let name = self.out.file_name().and_then(|name| name.to_str());
+        name.with_context(|| format!("{} is no name of files: give DIR/NAME", self.out.display()))
+    }
+
+    /// A material's files in a format.
+    fn tabulate(
+        &self,
+        material: &dyn Material,
+        format: Format,
+        seed: u64,
+    ) -> anyhow::Result<Vec<Vec<u8>>> {
+        Ok(match format {
+            Format::Merl => vec![to_merl(material)?],
+            Format::Rgl => {
+                let version = env!("CARGO_PKG_VERSION");
+                let description = format!("{}, by glimpse-trainer {version}", material.name());
+                vec![to_rgl(&description, material)?]
+            }
+            Format::Nbrdf => {
+                let six = to_nbrdf(&fit_network(material, seed)?);
+                six.into_iter().map(|(_, bytes)| bytes).collect()
+            }
+            Format::Pab => {
+                let texts = to_pab(self.name()?, material)?.into_iter();
+                texts.map(String::into_bytes).collect()
+            }
+        })
     }
 }
 
@@ -144,22 +191,6 @@ fn tell_loss(material: &dyn Material, out: &Path) -> anyhow::Result<()> {
     let written = Source(out.display().to_string()).load()?;
     let written = written.first().context("nothing was written")?;
     print(&format!("loss {:.6}\n", loss_between(&**written, material)))
-}
-
-/// A material's files in a format.
-fn tabulate(material: &dyn Material, format: Format, seed: u64) -> anyhow::Result<Vec<Vec<u8>>> {
-    Ok(match format {
-        Format::Merl => vec![to_merl(material)?],
-        Format::Rgl => {
-            let version = env!("CARGO_PKG_VERSION");
-            let description = format!("{}, by glimpse-trainer {version}", material.name());
-            vec![to_rgl(&description, material)?]
-        }
-        Format::Nbrdf => {
-            let six = to_nbrdf(&fit_network(material, seed)?);
-            six.into_iter().map(|(_, bytes)| bytes).collect()
-        }
-    })
 }
 
 /// The best network that descent finds for a material.

@@ -5,10 +5,11 @@ use std::io::Read;
 use std::path::Path;
 
 use super::error::refused;
+use super::pab;
 use super::{MerlTable, NeuralBrdf, RglMeasurement, SourceError};
 
 /// How many bytes of a file are looked at.
-const HEAD: u64 = 256;
+const HEAD: u64 = 2048;
 
 /// A format that materials are read and written in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -19,6 +20,8 @@ pub enum Format {
     Rgl,
     /// NBRDF: a network in six arrays of NumPy's.
     Nbrdf,
+    /// PAB-Opto's text, a file for each incoming direction.
+    Pab,
 }
 
 impl Format {
@@ -45,6 +48,9 @@ impl Format {
         }
         if MerlTable::begins(&head) {
             return Ok(Self::Merl);
+        }
+        if pab::begins(&head) {
+            return Ok(Self::Pab);
         }
         if let Some(what) = dialect(&head) {
             return Err(SourceError::Damaged {

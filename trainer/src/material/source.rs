@@ -12,12 +12,13 @@ use super::error::{MOST_PROCEDURAL, SourceError, refused};
 use super::format::Format;
 use super::left_out::LeftOut;
 use super::name::name_by_ending;
-use super::{Material, MerlTable, NeuralBrdf, Procedural, RglMeasurement};
+use super::{Material, MerlTable, NeuralBrdf, Procedural, RglMeasurement, pab, read_pab};
 
 /// Where to take materials from, as written on the command line: a directory with any mix of
 /// MERL tables, RGL measurements and NBRDF networks (other files in it are passed over), a single
 /// one of them, or `procedural[:COUNT[:SEED]]`, 100 materials and seed 0 unless told. Which format a
-/// file has is told by what is in it: see [`Format`].
+/// file has is told by what is in it: see [`Format`]. A single file of PAB-Opto's text stands for all
+/// of its sample that lie beside it.
 ///
 /// Every `.bsdf` of a directory is meant to be read: one that is spectral or anisotropic is an
 /// error, so that nobody trains on fewer materials than the directory holds. No two materials may
@@ -85,6 +86,9 @@ impl Source {
         let found = match (procedural(&self.0)?, path.is_dir()) {
             (Some(_), _) => Vec::new(),
             (None, true) => list(path)?,
+            (None, false) if Format::of(path).is_ok_and(|format| format == Format::Pab) => {
+                pab::files_of(path)?
+            }
             (None, false) => vec![path.to_owned()],
         };
         let all = found
@@ -136,6 +140,7 @@ fn read(path: &Path) -> Result<Box<dyn Material>, SourceError> {
         Format::Nbrdf => Box::new(NeuralBrdf::read(path)?),
         Format::Merl => Box::new(MerlTable::read(path)?),
         Format::Rgl => Box::new(RglMeasurement::read(path)?),
+        Format::Pab => Box::new(read_pab(path)?),
     })
 }
 

@@ -27,6 +27,11 @@ fn a_material_goes_from_format_to_format() {
     assert_eq!(bytes("copy"), bytes("made.binary"));
     assert_eq!(run(&["convert", "copy", "again.binary"]), 0.0);
 
+    let text = run(&["convert", "made.binary", "made", "--format", "pab"]);
+    assert!(text < 0.2, "{text}");
+    let again = run(&["convert", "made_in30.txt", "text.bsdf"]);
+    assert!(again < 0.002, "{again}");
+
     let network = run(&["convert", "made_rgb.bsdf", "net", "--format", "nbrdf"]);
     assert!(network < 0.02, "{network}");
     let names = ["fc1", "b1", "fc2", "b2", "fc3", "b3"];

@@ -3,6 +3,7 @@
 mod derivatives;
 mod formats;
 mod merl;
+mod pab;
 mod rgl;
 mod sources;
 

@@ -18,6 +18,8 @@
 
 mod angular;
 mod distribution;
+mod normals;
+mod place;
 mod tensor_file;
 #[cfg(test)]
 mod tests;
@@ -64,7 +66,12 @@ impl RglMeasurement {
         };
         // Spectral files are large, and refused by their header.
         let bytes = map(path)?;
-        let tensors = Tensors::parse(&bytes).map_err(damaged)?;
+        Self::parse(name, &bytes).map_err(damaged)
+    }
+
+    /// Of a file's bytes, under a name.
+    pub(super) fn parse(name: String, bytes: &[u8]) -> Result<Self, Complaint> {
+        let tensors = Tensors::parse(bytes)?;
         Ok(Self { name, tensors })
     }
 

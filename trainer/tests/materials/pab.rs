@@ -1,0 +1,121 @@
+//! PAB-Opto's text: read as it is written, and refused by field and line.
+
+use std::fs;
+use std::path::Path;
+
+use glimpse_trainer::evaluation::loss_between;
+use glimpse_trainer::material::{Material, Procedural, Source, pab_endings, to_pab};
+use tempfile::TempDir;
+
+use crate::Made;
+
+/// A set of files in a folder of its own.
+fn written(name: &str, material: &dyn Material) -> TempDir {
+    let directory = tempfile::tempdir().expect("a temporary directory");
+    let texts = to_pab(name, material).expect("it is finite");
+    for (ending, text) in pab_endings().zip(texts) {
+        fs::write(directory.path().join(format!("{name}{ending}")), text).expect("it is written");
+    }
+    directory
+}
+
+fn load(path: &Path) -> Result<Vec<Box<dyn Material>>, String> {
+    let loaded = Source(path.display().to_string()).load();
+    loaded.map_err(|error| error.to_string())
+}
+
+#[test]
+fn what_is_written_is_read() {
+    let grey = Made(|_| [0.3, 0.2, 0.1]);
+    let directory = written("grey", &grey);
+    let read = load(&directory.path().join("grey_in40.txt")).expect("it is read");
+    assert_eq!(read[0].name(), "grey");
+    let loss = loss_between(&*read[0], &grey);
+    assert!(loss < 1e-3, "{loss}");
+
+    // A fabric, and a highlight.
+    let set = Procedural::set(40, 2);
+    for (kind, most) in [("fabric", 0.01), ("rubber", 0.02)] {
+        let material = set
+            .iter()
+            .find(|each| each.name().contains(kind))
+            .expect("there is one");
+        let directory = written(kind, material);
+        let path = directory.path().join(format!("{kind}_in00.txt"));
+        let loss = loss_between(&*load(&path).expect("it is read")[0], material);
+        assert!(loss < most, "{kind}: {loss}");
+        let files = Source(path.display().to_string())
+            .files()
+            .expect("they are listed");
+        assert_eq!(files.len(), pab_endings().count());
+    }
+}
+
+#[test]
+fn only_files_of_the_same_sample_are_read_together() {
+    let directory = written("one", &Made(|_| [0.3; 3]));
+    let other = to_pab("other", &Made(|_| [0.1_f32; 3]) as &dyn Material).expect("it is finite");
+    for (ending, text) in pab_endings().zip(&other) {
+        fs::write(directory.path().join(format!("other{ending}")), text).expect("it is written");
+    }
+    fs::write(directory.path().join("notes.txt"), "notes").expect("it is written");
+    fs::write(directory.path().join("broken.txt"), b"\xff\xfe").expect("it is written");
+    for (name, value) in [("one", 0.3), ("other", 0.1)] {
+        let read = load(&directory.path().join(format!("{name}_in00.txt"))).expect("it is read");
+        let loss = loss_between(&*read[0], &Made(move |_| [value; 3]));
+        assert!(loss < 1e-3, "{name}: {loss}");
+    }
+}
+
+#[test]
+fn damage_is_told_by_field_and_line() {
+    const HEADER: &str = "#colorimetry: CIE-XYZ\n#format: theta phi BRDF\n#intheta 30\n#inphi 0\n";
+    let line = "10 0 0.1 0.1 0.1\n";
+    let with = |from: &str, to: &str| HEADER.replace(from, to) + line;
+    for (text, part) in [
+        (with("CIE-XYZ", "spectral"), "its colorimetry is spectral"),
+        (with("BRDF", "BTDF"), "its format is BTDF"),
+        (with("#intheta 30\n", ""), "no line #intheta DEGREES"),
+        (with("#inphi 0\n", ""), "no line #inphi DEGREES"),
+        (
+            with("#format: theta phi BRDF\n", ""),
+            "no line #format: theta phi BRDF",
+        ),
+        (with("intheta 30", "intheta inf"), "intheta is `inf`"),
+        (with("intheta 30", "intheta 120"), "its intheta is 120"),
+        (
+            format!("{HEADER}{line}10 0 0.1 NaN 0.1\n"),
+            "line 6: a value is `NaN`",
+        ),
+        (
+            format!("{HEADER}{line}10 0 0.1\n"),
+            "line 6: it has 3 words",
+        ),
+        (
+            format!("{HEADER}120 0 0.1 0.1 0.1\n"),
+            "no value above the horizon",
+        ),
+        (HEADER.to_owned(), "no value above the horizon"),
+    ] {
+        let directory = tempfile::tempdir().expect("a temporary directory");
+        let path = directory.path().join("a.dat");
+        fs::write(&path, &text).expect("it is written");
+        let message = load(&path).err().expect("it is damaged");
+        assert!(
+            message.contains(part) && message.contains("a.dat: "),
+            "{text}: {message}"
+        );
+    }
+    // Two azimuths, and one incidence twice.
+    for (second, part) in [
+        (with("inphi 0", "inphi 90"), "it may be anisotropic"),
+        (HEADER.to_owned() + line, "two files of"),
+    ] {
+        let directory = tempfile::tempdir().expect("a temporary directory");
+        let path = directory.path().join("a.dat");
+        fs::write(&path, HEADER.to_owned() + line).expect("it is written");
+        fs::write(directory.path().join("b.dat"), second).expect("it is written");
+        let message = load(&path).err().expect("it is refused");
+        assert!(message.contains(part), "{message}");
+    }
+}
