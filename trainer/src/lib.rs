@@ -4,6 +4,7 @@
 //! two files import each other. `tests/arrows.py` checks it by this list.
 //!
 //! - [`files`]: files that are written whole or not at all
+//! - [`basis`]: what makes a BRDF of the model Linear's coefficients
 //! - [`material`]: sources of BRDFs
 //! - [`sampling`]: places to look
 //! - [`linear`]: principal components of materials
@@ -24,6 +25,7 @@
 //! [`glimpse_kernels`], sums over samples on lanes and the adjoint of the fit, and
 //! [`glimpse_optimizer`], the meta-parameters as burn holds and steps them.
 
+pub mod basis;
 pub mod benchmark;
 pub mod evaluation;
 pub mod export;

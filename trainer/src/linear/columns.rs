@@ -4,7 +4,7 @@ use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::linear::map;
 use rayon::prelude::*;
 
-use super::Grid;
+use crate::basis::Grid;
 use crate::material::Material;
 
 /// Columns of one or more materials, three each (red, green, blue), node by node.

@@ -11,9 +11,8 @@ use glimpse_core::model::linear::Nodes;
 use glimpse_core::model::linear::format::{MAGIC, VERSION, checksum_of};
 use rayon::prelude::*;
 
-use super::basis::Basis;
 use super::least_squares::LeastSquares;
-use super::values::widened;
+use crate::basis::{Basis, widened};
 use crate::sampling::uniform_valid;
 
 /// Components of a compact basis, where nothing else is asked for.

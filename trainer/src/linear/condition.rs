@@ -5,8 +5,8 @@ use nalgebra::{DMatrix, DVector};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use super::values::widened;
-use super::{Basis, Reduced};
+use super::Reduced;
+use crate::basis::{Basis, widened};
 use crate::sampling::uniform_valid;
 
 /// Directions to choose from.

@@ -7,25 +7,22 @@
 //! turns the device's coefficients into a BRDF again; its file lies beside the recipe, as it is
 //! far too large for a device. The ridge solve and its adjoint are core's.
 
-mod basis;
-mod coefficients;
 mod columns;
 mod compact;
+mod components;
 mod condition;
-mod grid;
 mod least_squares;
 mod prior;
 mod recipe_basis;
 mod reduced;
-mod values;
 
-pub use basis::{Basis, BasisError, MAGIC as BASIS_MAGIC, Reconstruction, Tabulated};
-pub use coefficients::CountError;
+pub use crate::basis::{
+    BASIS_MAGIC, Basis, BasisError, ByAngles, Coefficients, CountError, Grid, Reconstruction,
+    Tabulated, widened,
+};
 pub use columns::Columns;
 pub use compact::{COMPACT_COMPONENTS, COMPACT_NODES};
 pub use condition::least_condition;
-pub use grid::Grid;
 pub use prior::Prior;
 pub use recipe_basis::ReducedBasis;
 pub use reduced::Reduced;
-pub use values::{ByAngles, Coefficients, widened};

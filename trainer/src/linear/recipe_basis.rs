@@ -2,8 +2,8 @@
 
 use glimpse_core::geometry::Angles;
 
-use super::values::{ByAngles, widened};
-use super::{Basis, Reduced};
+use super::Reduced;
+use crate::basis::{Basis, ByAngles, widened};
 
 /// The model Linear, reduced to the directions that are measured.
 #[derive(Clone, Debug, PartialEq)]

@@ -4,8 +4,7 @@ use glimpse_core::fit::ridge::{Factors, Problem, RidgeError, factor_length, scra
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::linear::map;
 
-use super::Basis;
-use super::values::{ByAngles, Coefficients, median_of};
+use crate::basis::{Basis, ByAngles, Coefficients, median_of};
 
 /// The rows of a basis at n directions.
 #[derive(Clone, Debug)]

@@ -3,6 +3,7 @@
 use glimpse_core::geometry::{Angles, HalfDifference};
 
 use super::Material;
+use crate::basis::{Reconstruction, angles_of};
 
 /// A BRDF that can be looked up at many places at once, as metrics and pictures do: a material, what
 /// a fit has found, or a function of one place.
@@ -33,6 +34,15 @@ impl<F: Fn(&HalfDifference<f32>) -> [f32; 3] + Sync + ?Sized> Brdf for F {
     fn evaluate(&self, at: &[HalfDifference<f32>], brdf: &mut [[f32; 3]]) {
         for (at, brdf) in at.iter().zip(brdf) {
             *brdf = self(at);
+        }
+    }
+}
+
+impl Brdf for Reconstruction {
+    fn evaluate(&self, at: &[HalfDifference<f32>], brdf: &mut [[f32; 3]]) {
+        for (at, brdf) in at.iter().zip(brdf) {
+            let weight = f64::from(at.cos_theta_i()) * f64::from(at.cos_theta_o());
+            *brdf = self.brdf(&angles_of(at), weight);
         }
     }
 }

@@ -16,6 +16,7 @@ mod sensor;
 mod source;
 mod sources;
 
+pub use crate::basis::angles_of;
 pub use brdf::Brdf;
 pub use error::{NotFinite, SourceError};
 pub use format::Format;
@@ -29,8 +30,6 @@ pub use rgl::{RglMeasurement, to_rgl};
 pub use sensor::quantised;
 pub use source::Source;
 pub use sources::{Joined, Portion, ShareError, Sources};
-
-use std::f32::consts::TAU;
 
 use glimpse_core::geometry::{Angles, HalfDifference};
 
@@ -67,16 +66,5 @@ pub trait Material: Send + Sync {
         for (at, brdf) in at.iter().zip(brdf) {
             *brdf = self.brdf(angles_of(at));
         }
-    }
-}
-
-/// Angles of a half and difference vector; phi_d in \[0, 2 pi).
-#[must_use]
-pub fn angles_of(at: &HalfDifference<f32>) -> Angles<f32> {
-    let phi_d = at.dy.atan2(at.dx);
-    Angles {
-        theta_h: at.hx.atan2(at.hz),
-        theta_d: at.dx.hypot(at.dy).atan2(at.dz),
-        phi_d: if phi_d < 0.0 { phi_d + TAU } else { phi_d },
     }
 }

@@ -1,18 +1,17 @@
-//! Mean, median and principal components of mapped materials, tabulated.
+//! Mean, median and principal components of mapped materials, tabulated: what a recipe's coefficients
+//! become a BRDF by.
 
 use std::path::{Path, PathBuf};
 
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::linear::{EPSILON, unmap};
-use nalgebra::{DMatrix, SymmetricEigen};
 use rayon::prelude::*;
 
-use super::values::{Coefficients, median_of, widened};
-use super::{Columns, Grid};
-use crate::material::{Brdf, angles_of};
+use super::Grid;
+use super::values::{ByAngles, Coefficients, median_of, widened};
 
 /// Numbers before the components of a node: mean of the mapped columns, and ln(median w + e).
-const HEAD: usize = 2;
+pub(crate) const HEAD: usize = 2;
 /// The first bytes of a basis file.
 pub const MAGIC: [u8; 4] = *b"GLMB";
 /// The format of basis files.
@@ -76,56 +75,8 @@ impl Tabulated {
 }
 
 impl Basis {
-    /// The first m principal components of some columns about their mean, scaled by their singular
-    /// values; at most one less than there are columns.
-    #[must_use]
-    pub fn new(columns: &Columns, chosen: &[usize], components: usize) -> Self {
-        let count = chosen.len();
-        let components = components.min(count.saturating_sub(1)).max(1);
-        // The products of centred columns, from those of the columns as they are.
-        let raw = DMatrix::from_fn(count, count, |i, j| columns.product(chosen[i], chosen[j]));
-        let row_means: Vec<f64> = (0..count).map(|i| raw.row(i).mean()).collect();
-        let mean = raw.mean();
-        let centred = DMatrix::from_fn(count, count, |i, j| {
-            raw[(i, j)] - row_means[i] - row_means[j] + mean
-        });
-        let eigen = SymmetricEigen::new(centred);
-        let mut order: Vec<usize> = (0..count).collect();
-        order.sort_by(|a, b| eigen.eigenvalues[*b].total_cmp(&eigen.eigenvalues[*a]));
-        // X v = (singular value) u: a component scaled by its singular value. Its sign is free.
-        let mut vectors = vec![0.0_f32; count * components];
-        for (k, index) in order.into_iter().take(components).enumerate() {
-            let vector = eigen.eigenvectors.column(index);
-            let largest =
-                vector
-                    .iter()
-                    .fold(0.0_f64, |most, entry| match entry.abs() > most.abs() {
-                        true => *entry,
-                        false => most,
-                    });
-            for (column, entry) in vector.iter().enumerate() {
-                vectors[column * components + k] = (entry * largest.signum()) as f32;
-            }
-        }
-        let row = HEAD + components;
-        let mut table = vec![0.0_f32; Grid::LEN * row];
-        table
-            .par_chunks_mut(row)
-            .enumerate()
-            .for_each(|(node, entries)| {
-                let all = columns.at(node);
-                let mut values: Vec<f32> = chosen.iter().map(|index| all[*index]).collect();
-                let sum: f64 = values.iter().copied().map(f64::from).sum();
-                let mean = (sum / count as f64) as f32;
-                let (head, sums) = entries.split_at_mut(HEAD);
-                for (value, vector) in values.iter().zip(vectors.chunks(components)) {
-                    for (sum, entry) in sums.iter_mut().zip(vector) {
-                        *sum += (value - mean) * entry;
-                    }
-                }
-                let median = median(&mut values);
-                head.copy_from_slice(&[mean - median, median + EPSILON.ln() as f32]);
-            });
+    /// Of a table, node by node: mean, ln(median w + e), and m components.
+    pub(crate) fn of_table(table: Vec<f32>, components: usize) -> Self {
         Self { table, components }
     }
 
@@ -277,32 +228,43 @@ pub struct Reconstruction {
     log_medians: Vec<f32>,
 }
 
-impl Brdf for Reconstruction {
-    fn evaluate(&self, at: &[HalfDifference<f32>], brdf: &mut [[f32; 3]]) {
-        for (at, brdf) in at.iter().zip(brdf) {
-            let angles = angles_of(at);
-            let corners = Grid::corners(widened(&angles));
-            let mut mapped = [0.0; 3];
-            let mut log_median = 0.0;
-            for corner in corners {
-                log_median += corner.weight * f64::from(self.log_medians[corner.node]);
-                for (sum, value) in mapped.iter_mut().zip(self.table[corner.node]) {
-                    *sum += corner.weight * f64::from(value);
-                }
+impl Reconstruction {
+    /// The BRDF in linear RGB, sr^-1 (not times the cosine), at angles in radians whose cosines
+    /// multiply to `weight`.
+    #[must_use]
+    pub fn brdf(&self, angles: &Angles<f32>, weight: f64) -> [f32; 3] {
+        let mut mapped = [0.0; 3];
+        let mut log_median = 0.0;
+        for corner in Grid::corners(widened(angles)) {
+            log_median += corner.weight * f64::from(self.log_medians[corner.node]);
+            for (sum, value) in mapped.iter_mut().zip(self.table[corner.node]) {
+                *sum += corner.weight * f64::from(value);
             }
-            let weight = f64::from(at.cos_theta_i()) * f64::from(at.cos_theta_o());
-            let median = median_of(log_median, weight);
-            *brdf = mapped.map(|mapped| unmap(mapped, median, weight) as f32);
         }
+        let median = median_of(log_median, weight);
+        mapped.map(|mapped| unmap(mapped, median, weight) as f32)
     }
-}
 
-/// The median of some values, whose order it changes.
-fn median(values: &mut [f32]) -> f32 {
-    let (below, upper, _) = values.select_nth_unstable_by(values.len() / 2, f32::total_cmp);
-    let upper = *upper;
-    match below.iter().copied().max_by(f32::total_cmp) {
-        Some(lower) if values.len().is_multiple_of(2) => 0.5 * (lower + upper),
-        _ => upper,
+    /// The same, and its derivatives by theta_h, theta_d and phi_d, as the interpolation has them.
+    #[must_use]
+    pub fn brdf_with_derivative(&self, angles: &Angles<f32>) -> [ByAngles; 3] {
+        let angles = widened(angles);
+        let mut mapped = [ByAngles::from_value(0.0); 3];
+        let mut log_median = ByAngles::from_value(0.0);
+        for corner in Grid::corners(angles) {
+            let share = ByAngles {
+                value: corner.weight,
+                tangent: corner.derivatives,
+            };
+            let times = |value: f32| share * ByAngles::from_value(f64::from(value));
+            log_median = log_median + times(self.log_medians[corner.node]);
+            for (sum, value) in mapped.iter_mut().zip(self.table[corner.node]) {
+                *sum = *sum + times(value);
+            }
+        }
+        let at = HalfDifference::from_angles(ByAngles::variables(angles));
+        let weight = at.cos_theta_i() * at.cos_theta_o();
+        let median = median_of(log_median, weight);
+        mapped.map(|mapped| unmap(mapped, median, weight))
     }
 }

@@ -1,7 +1,7 @@
 //! From what a device ends in to a BRDF.
 
 use super::Coefficients;
-use super::basis::{Basis, Reconstruction};
+use super::table::{Basis, Reconstruction};
 
 /// Another number of coefficients than the basis has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]

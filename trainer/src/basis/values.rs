@@ -22,7 +22,7 @@ pub fn widened(angles: &Angles<f32>) -> Angles<f64> {
 }
 
 /// The median BRDF from ln(median w + e); at least 0.
-pub(super) fn median_of<S: Scalar>(log_median: S, weight: S) -> S {
+pub(crate) fn median_of<S: Scalar>(log_median: S, weight: S) -> S {
     // unmap(x, 0, w) = max((e exp(x) - e) / w, 0)
     unmap(
         log_median - S::constant(EPSILON.ln()),
