@@ -17,10 +17,11 @@ use clap::{Args, Parser, Subcommand};
 /// Start with `trainer quickstart`.
 ///
 /// SOURCES. Wherever a command takes materials (--data, --test, --train, --material, SRC) it takes
-/// a directory holding any mix of MERL *.binary, isotropic RGL *_rgb.bsdf and NBRDF sets
-/// (NAME_fc1.npy and its five siblings), a single such file, or procedural, procedural:COUNT or
-/// procedural:COUNT:SEED, the built-in set. A material is named by its file (NBRDF: by NAME), and
-/// no two of a directory may have the same name. What of a directory may have been meant and is not
+/// a directory holding any mix of MERL *.binary, isotropic RGL *_rgb.bsdf, NBRDF sets
+/// (NAME_fc1.npy and its five siblings) and fitted materials (material.json, as `trainer fit` leaves
+/// it, in a folder of its own too), a single such file, or procedural, procedural:COUNT or
+/// procedural:COUNT:SEED, the built-in set. A material is named by its file (NBRDF: by NAME; a
+/// fitted one: by what its file says), and no two of a directory may have the same name. What of a directory may have been meant and is not
 /// read (folders, endings in capitals, names that are no UTF-8) is told; *.bsdf that are spectral or
 /// anisotropic are an error, so that no material is left out unnoticed.
 #[derive(Parser)]

@@ -71,16 +71,25 @@ impl<M: Model> Evaluate<'_, M> {
     }
 }
 
-/// The BRDF of the model Neural at angles in radians, and its derivative by theta_h, theta_d and
-/// phi_d for each channel.
+/// A model's BRDF at angles in radians, and its derivative by theta_h, theta_d and phi_d for each
+/// channel.
+#[must_use]
+pub fn with_derivative<M: Model>(
+    parameters: &M::Parameters<f32>,
+    angles: Angles<f32>,
+) -> ([f32; 3], [[f32; 3]; 3]) {
+    let parameters = Dual::constants::<M>(parameters);
+    let at = HalfDifference::from_angles(Dual::variables(angles));
+    Dual::split(M::brdf::<Dual<f32, 3>>(&parameters, &at))
+}
+
+/// The same of the model Neural.
 #[must_use]
 pub fn neural_with_derivative(
     parameters: &NeuralParameters<f32>,
     angles: Angles<f32>,
 ) -> ([f32; 3], [[f32; 3]; 3]) {
-    let parameters = Dual::constants::<Neural>(parameters);
-    let at = HalfDifference::from_angles(Dual::variables(angles));
-    Dual::split(Neural::brdf::<Dual<f32, 3>>(&parameters, &at))
+    with_derivative::<Neural>(parameters, angles)
 }
 
 /// The same at many places, eight and more at once.

@@ -38,13 +38,13 @@ pub enum SourceError {
     /// Neither a file nor a directory.
     #[error(
         "{} does not exist: give a directory of materials, a single one (MERL *.binary, RGL \
-         *_rgb.bsdf or NBRDF NAME_fc1.npy), or procedural[:COUNT[:SEED]]", .0.display()
+         *_rgb.bsdf, NBRDF NAME_fc1.npy or a fitted material.json), or procedural[:COUNT[:SEED]]", .0.display()
     )]
     Missing(PathBuf),
     /// A file of no known kind.
     #[error(
         "{} is no material: expected MERL (*.binary), RGL (*_rgb.bsdf), NBRDF (NAME_fc1.npy and \
-         its five siblings), a directory of those, or procedural[:COUNT[:SEED]]", .0.display()
+         its five siblings), a fitted material.json, a directory of those, or procedural[:COUNT[:SEED]]", .0.display()
     )]
     Unknown(PathBuf),
     /// Two materials of a directory have the same name.
@@ -75,7 +75,7 @@ pub enum SourceError {
     /// A directory without materials.
     #[error(
         "{} holds no materials: expected MERL (*.binary), RGL (*_rgb.bsdf) or NBRDF (NAME_fc1.npy \
-         and its five siblings) in it", .0.display()
+         and its five siblings) in it, or the material.json of a fit", .0.display()
     )]
     Empty(PathBuf),
     /// `procedural:...` with something that is not a number.

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use super::error::refused;
 use super::name::name_by_ending;
-use super::{NeuralBrdf, SourceError};
+use super::{FittedMaterial, NeuralBrdf, SourceError};
 
 /// How the names of materials' files end.
 const ENDINGS: [&str; 3] = ["binary", "bsdf", "npy"];
@@ -16,7 +16,7 @@ const SHOWN: usize = 3;
 /// What is not read of a directory. Files of other kinds, such as a README, are none of it.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct LeftOut {
-    /// Directories within it: they are not entered.
+    /// Directories within it: they are not entered, but for the `material.json` of a fit.
     pub directories: Vec<String>,
     /// Files whose names are no UTF-8, as far as they can be shown.
     pub not_utf8: Vec<String>,
@@ -36,7 +36,9 @@ impl LeftOut {
             let name = path.file_name().unwrap_or_default();
             let shown = name.to_string_lossy().into_owned();
             if path.is_dir() {
-                all.directories.push(shown);
+                if FittedMaterial::within(&path).is_none() {
+                    all.directories.push(shown);
+                }
                 continue;
             }
             let ending = ending(name);

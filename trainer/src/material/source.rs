@@ -12,13 +12,15 @@ use super::error::{MOST_PROCEDURAL, SourceError, refused};
 use super::format::Format;
 use super::left_out::LeftOut;
 use super::name::name_by_ending;
-use super::{Material, MerlTable, NeuralBrdf, Procedural, RglMeasurement, pab, read_pab};
+use super::{
+    FittedMaterial, Material, MerlTable, NeuralBrdf, Procedural, RglMeasurement, pab, read_pab,
+};
 
 /// Where to take materials from, as written on the command line: a directory with any mix of
-/// MERL tables, RGL measurements and NBRDF networks (other files in it are passed over), a single
-/// one of them, or `procedural[:COUNT[:SEED]]`, 100 materials and seed 0 unless told. Which format a
-/// file has is told by what is in it: see [`Format`]. A single file of PAB-Opto's text stands for all
-/// of its sample that lie beside it.
+/// MERL tables, RGL measurements, NBRDF networks and fitted materials (`material.json`, in a folder of
+/// its own too; other files are passed over), a single one of them, or `procedural[:COUNT[:SEED]]`,
+/// 100 materials and seed 0 unless told. Which format a file has is told by what is in it: see
+/// [`Format`]. A single file of PAB-Opto's text stands for all of its sample that lie beside it.
 ///
 /// Every `.bsdf` of a directory is meant to be read: one that is spectral or anisotropic is an
 /// error, so that nobody trains on fewer materials than the directory holds. No two materials may
@@ -95,6 +97,7 @@ impl Source {
             .into_iter()
             .flat_map(|file| match NeuralBrdf::files_of(&file) {
                 Some(six) => six.to_vec(),
+                None if FittedMaterial::is_named(&file) => FittedMaterial::files_of(&file),
                 None => vec![file],
             });
         Ok(all.collect())
@@ -136,6 +139,9 @@ fn procedural(text: &str) -> Result<Option<(usize, u64)>, SourceError> {
 
 /// Reads one material.
 fn read(path: &Path) -> Result<Box<dyn Material>, SourceError> {
+    if FittedMaterial::is_named(path) {
+        return Ok(Box::new(FittedMaterial::read(path)?));
+    }
     Ok(match Format::of(path)? {
         Format::Nbrdf => Box::new(NeuralBrdf::read(path)?),
         Format::Merl => Box::new(MerlTable::read(path)?),
@@ -146,11 +152,13 @@ fn read(path: &Path) -> Result<Box<dyn Material>, SourceError> {
 
 /// One file for each material in a directory, sorted by the materials' names.
 fn list(directory: &Path) -> Result<Vec<PathBuf>, SourceError> {
-    let mut files = Vec::new();
+    let mut files: Vec<PathBuf> = FittedMaterial::within(directory).into_iter().collect();
     for entry in directory.read_dir().map_err(refused(directory))? {
         let path = entry.map_err(refused(directory))?.path();
-        if path.is_file() {
+        if path.is_file() && !FittedMaterial::is_named(&path) {
             files.push(path);
+        } else if path.is_dir() {
+            files.extend(FittedMaterial::within(&path));
         }
     }
     // In order, so that messages do not depend on the file system's.
@@ -165,6 +173,8 @@ fn list(directory: &Path) -> Result<Vec<PathBuf>, SourceError> {
             (name, first)
         } else if let Some(name) = name_by_ending(&path) {
             (name, path)
+        } else if FittedMaterial::is_named(&path) {
+            (FittedMaterial::name_in(&path)?, path)
         } else {
             continue;
         };
