@@ -6,6 +6,7 @@
 //! - [`files`]: files that are written whole or not at all
 //! - [`basis`]: what makes a BRDF of the model Linear's coefficients
 //! - [`material`]: sources of BRDFs
+//! - [`measurement`]: readings from a lab, matched to a pattern, looked at and fitted
 //! - [`sampling`]: places to look
 //! - [`linear`]: principal components of materials
 //! - [`meta`]: what is meta-learned, by which plan, saved how
@@ -32,6 +33,7 @@ pub mod export;
 pub mod files;
 pub mod linear;
 pub mod material;
+pub mod measurement;
 pub mod meta;
 pub mod metrics;
 pub mod render;

@@ -1,6 +1,5 @@
 //! The subcommands, one file each; results go to stdout or --out, talk goes to stderr.
 
-mod angles_csv;
 pub(crate) mod bench;
 mod completing;
 pub(crate) mod completion;

@@ -5,9 +5,9 @@ use std::path::PathBuf;
 use anyhow::Context;
 use clap::Args;
 use glimpse_trainer::material::{Material, Source};
+use glimpse_trainer::measurement::AngleTable;
 use rayon::prelude::*;
 
-use super::angles_csv::{AngleTable, read_angles};
 use super::output::{refuse_input, refuse_source};
 use super::{load, print, write_file};
 
@@ -47,7 +47,7 @@ impl Query {
             refuse_input(out, &self.angles)?;
             refuse_source(out, &self.source)?;
         }
-        let table = read_angles(&self.angles)?;
+        let table = AngleTable::read(&self.angles)?;
         let materials = load(&self.source)?;
         let csv = to_csv(&materials, &table).context("cannot write the table")?;
         match &self.out {

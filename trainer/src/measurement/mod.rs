@@ -1,0 +1,18 @@
+//! Readings from a lab: matched to a recipe's pattern, turned into BRDFs, looked at, and fitted.
+
+mod angles;
+mod fit;
+mod matching;
+mod measured;
+mod outliers;
+mod quantity;
+mod rows;
+mod table;
+
+pub use angles::{AngleRow, AngleTable};
+pub use fit::{Fate, Fit, FitFailure, fit};
+pub use matching::{Arms, Distance};
+pub use measured::{Measured, spread};
+pub use outliers::{Distribution, Examined, LOOKS_WRONG, MOST_SAMPLES, Opinion, Suspect};
+pub use quantity::{Counts, Meaning, White};
+pub use table::TableError;
