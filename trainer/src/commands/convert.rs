@@ -82,7 +82,7 @@ impl Convert {
         };
         let own = self.source.files()?;
         let files: Vec<Vec<u8>> = match own.first() {
-            Some(first) if Format::of(first)? == format => {
+            Some(first) if Format::of(first).is_ok_and(|own| own == format) => {
                 // Its directions are those of whoever measured it, and its files as many.
                 ensure!(
                     format != Format::Pab,

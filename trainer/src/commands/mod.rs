@@ -8,6 +8,7 @@ mod curve;
 pub(crate) mod evaluate;
 pub(crate) mod export;
 mod export_basis;
+pub(crate) mod fit;
 pub(crate) mod grid;
 pub(crate) mod inspect;
 mod known;

@@ -59,6 +59,15 @@ pub(crate) fn list(text: &str) -> Vec<Option<f64>> {
         .collect()
 }
 
+/// One number for all channels, or one for each.
+pub(crate) fn channels(text: &str) -> Result<[f32; 3], String> {
+    match list(text)[..] {
+        [Some(one)] => Ok([one as f32; 3]),
+        [Some(r), Some(g), Some(b)] => Ok([r, g, b].map(|number| number as f32)),
+        _ => Err("give one number, or three with commas between them".to_owned()),
+    }
+}
+
 fn whole(text: &str, most: usize) -> Result<usize, String> {
     let number = text.parse().ok();
     number
@@ -90,5 +99,14 @@ mod tests {
         }
         assert_eq!(seeds("5"), Ok(5));
         assert!(seeds("0").is_err());
+    }
+
+    #[test]
+    fn one_number_counts_for_all_channels() {
+        assert_eq!(channels("96"), Ok([96.0; 3]));
+        assert_eq!(channels("96, 98.5,-1"), Ok([96.0, 98.5, -1.0]));
+        for text in ["", "1,2", "1,2,3,4", "nan", "a", "1,inf,2"] {
+            assert!(channels(text).is_err(), "{text}");
+        }
     }
 }

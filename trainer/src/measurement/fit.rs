@@ -1,11 +1,12 @@
 //! From what was measured to a fitted material.
 
+use glimpse_core::gonio::Repeated;
 use glimpse_core::recipe::Recipe;
-use glimpse_core::scan::LEAST_READING;
-use glimpse_kernels::scan::{Found, HostScanError, scan_some};
+use glimpse_core::scan::Residual;
+use glimpse_kernels::scan::{HostScanError, scan_some};
 
 use super::measured::Measured;
-use super::outliers::{Distribution, Opinion, Suspect};
+use super::outliers::{Distribution, Examined};
 
 /// What becomes of a sample's reading.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -33,19 +34,20 @@ impl Fate {
     }
 }
 
-/// What a fit of measurements has found.
+/// What was found from what was read.
 #[derive(Clone, Debug)]
 pub struct Fit {
-    /// The values, the residual and what is predicted.
-    pub found: Found,
+    /// A model's parameters in its order, or Linear's coefficients, m for red, m for green, m for
+    /// blue.
+    pub values: Vec<f32>,
+    /// How well they explain the readings that were used, if that is told.
+    pub residual: Option<Residual>,
+    /// The loss that the fit is likely to have, where the recipe predicts one from readings.
+    pub predicted_loss: Option<f32>,
     /// What became of each sample's reading.
     pub fates: Vec<Fate>,
-    /// What the others say of each reading; None where there is none that can be looked at.
-    pub opinions: Vec<Option<Opinion>>,
-    /// Readings that look wrong, the worst first, whether they were left out or not.
-    pub suspects: Vec<Suspect>,
-    /// False if there are too many samples to look at.
-    pub examined: bool,
+    /// What the other readings say of them.
+    pub examined: Examined,
 }
 
 /// Why measurements are not fitted.
@@ -53,7 +55,7 @@ pub struct Fit {
 pub enum FitFailure {
     /// Readings are missing that the recipe cannot do without.
     #[error(
-        "sample {} not measured, and this recipe needs all {samples}: read {} too, or scan by a \
+        "{} not measured, and this recipe needs all {samples}: read {} too, or scan by a \
          recipe that can do without, as `trainer train --missing 0.5` makes them",
         list(missing), if missing.len() == 1 { "it" } else { "them" }
     )]
@@ -71,8 +73,8 @@ pub enum FitFailure {
 fn list(missing: &[usize]) -> String {
     let names: Vec<String> = missing.iter().map(usize::to_string).collect();
     match missing.len() {
-        1 => format!("{} was", names.join(", ")),
-        _ => format!("{} were", names.join(", ")),
+        1 => format!("sample {} was", names.join(", ")),
+        _ => format!("samples {} were", names.join(", ")),
     }
 }
 
@@ -90,41 +92,37 @@ pub fn fit(recipe: &Recipe<'_>, measured: &Measured, keep_all: bool) -> Result<F
             samples: recipe.samples(),
         });
     }
-    // What a saturated reading is, is not known.
-    let readings: Vec<Option<[f32; 3]>> = measured
-        .samples
-        .iter()
-        .map(|sample| sample.mean().filter(|_| !sample.saturated()))
-        .collect();
-    let distribution = Distribution::new(recipe);
-    let examined = distribution.as_ref().map(|all| all.examine(&readings));
-    let is_examined = examined.is_some();
-    let (opinions, suspects) = examined.map_or_else(
-        || (vec![None; readings.len()], Vec::new()),
-        |examined| (examined.opinions, examined.suspects),
-    );
-    let fate = |(index, sample): (usize, &glimpse_core::gonio::Repeated)| {
-        let is_suspect = suspects.iter().any(|suspect| suspect.sample == index);
-        match () {
-            () if sample.count() == 0 => Fate::Missing,
-            () if can_do_without && sample.saturated() => Fate::Saturated,
-            () if can_do_without && is_suspect && !keep_all => Fate::LeftOut,
-            () => Fate::Used,
-        }
+    let examined = examine(recipe, measured);
+    let fate = |(index, sample): (usize, &Repeated)| match () {
+        () if sample.count() == 0 => Fate::Missing,
+        () if can_do_without && sample.saturated() => Fate::Saturated,
+        () if can_do_without && !keep_all && examined.suspects(index) => Fate::LeftOut,
+        () => Fate::Used,
     };
     let fates: Vec<Fate> = measured.samples.iter().enumerate().map(fate).collect();
     let found = scan_some(recipe, &mut |index, _| {
         let index = usize::from(index);
         let mean = measured.samples.get(index)?.mean()?;
-        // A mean of readings that are no further below 0 than they may be is not either, but for
-        // rounding.
-        (fates.get(index) == Some(&Fate::Used)).then(|| mean.map(|f| f.max(LEAST_READING)))
+        (fates.get(index) == Some(&Fate::Used)).then_some(mean)
     })?;
     Ok(Fit {
-        found,
+        values: found.values,
+        residual: Some(found.residual),
+        predicted_loss: found.predicted_loss,
         fates,
-        opinions,
-        suspects,
-        examined: is_examined,
+        examined,
     })
+}
+
+/// What the readings say of each other; nothing of those that are saturated, since what they are is
+/// not known, nor where there are too many samples to look at.
+pub(super) fn examine(recipe: &Recipe<'_>, measured: &Measured) -> Examined {
+    let samples = measured.samples.iter();
+    let readings: Vec<Option<[f32; 3]>> = samples
+        .map(|sample| sample.mean().filter(|_| !sample.saturated()))
+        .collect();
+    match Distribution::new(recipe) {
+        Some(distribution) => distribution.examine(&readings),
+        None => Examined::nothing(readings.len()),
+    }
 }

@@ -69,22 +69,6 @@ impl Measured {
         Ok(measured)
     }
 
-    /// Readings that a device took, by their samples.
-    #[must_use]
-    pub fn of_readings(readings: &[Reading]) -> Self {
-        let samples = readings.iter().map(|reading| {
-            let mut repeated = Repeated::new();
-            // One that is no number is none.
-            let _ = repeated.add(reading.brdf, reading.saturated);
-            repeated
-        });
-        Self {
-            samples: samples.collect(),
-            rows: readings.len(),
-            furthest: None,
-        }
-    }
-
     /// Which samples are missing.
     #[must_use]
     pub fn missing(&self) -> Vec<usize> {

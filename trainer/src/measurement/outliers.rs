@@ -8,8 +8,9 @@
 //! The distribution is a mixture of two parts that count alike, so that a material has to be like one
 //! of them only:
 //! - the built-in procedural materials, whatever the recipe: a normal distribution about each of them,
-//!   drawn towards their mean so that together they have the mean and the covariance of all of them.
-//!   A material is compared with those that are like it, and highlights have no normal distribution;
+//!   drawn towards their mean so that together they have the covariance of all of them. A material is
+//!   compared with those that are like it, and highlights have no normal distribution. All of them
+//!   are moved so that their mean is that of the recipe's training, where the recipe says that;
 //! - what the recipe was trained on, where it says so: the components of the model Linear about their
 //!   mean, coefficients having the variance 1.
 //!
@@ -28,11 +29,6 @@ use rayon::prelude::*;
 use crate::basis::widened;
 use crate::material::{Material, Procedural};
 
-/// How many deviations from what the others say of it a reading looks wrong.
-///
-/// Tuned on networks of MERL's materials and RGL's: lower, more readings that are right are named;
-/// higher, fewer of those that are ten times too large.
-pub const LOOKS_WRONG: f64 = 2.5;
 /// The most samples that are looked at: the work grows with their cube.
 pub const MOST_SAMPLES: usize = 512;
 /// At most one in so many readings looks wrong: of more, the others would not be known to be right.
@@ -44,8 +40,19 @@ const SEED: u64 = 11;
 const WIDTH: f64 = 0.7;
 /// Deviations of a logarithm that no material is known better by: of the procedural materials, which
 /// measured ones are like only, and of the materials of a recipe's training.
-const PROCEDURAL_FLOOR: f64 = 0.25;
+const PROCEDURAL_FLOOR: f64 = 0.3;
 const TRAINED_FLOOR: f64 = 0.2;
+
+/// How many deviations from what the others say of it one of so many readings looks wrong:
+/// sqrt(1 + 2 ln k). The largest of k normal numbers is about sqrt(2 ln k), so that among many readings
+/// no more that are right are named than among few.
+///
+/// The 1 was chosen by networks of MERL's materials: with less, more readings that are right are named;
+/// with more, fewer of those that are ten times too large.
+#[must_use]
+pub fn looks_wrong(readings: usize) -> f64 {
+    (1.0 + 2.0 * (readings.max(1) as f64).ln()).sqrt()
+}
 
 /// What the other readings say of one.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -73,6 +80,24 @@ pub struct Examined {
     pub opinions: Vec<Option<Opinion>>,
     /// Readings that look wrong, the worst first.
     pub suspects: Vec<Suspect>,
+    /// The z from which on they do.
+    pub limit: f64,
+}
+
+impl Examined {
+    /// Where so many samples are not looked at.
+    pub(super) fn nothing(samples: usize) -> Self {
+        Self {
+            opinions: vec![None; samples],
+            suspects: Vec::new(),
+            limit: f64::INFINITY,
+        }
+    }
+
+    /// True if a sample's reading looks wrong.
+    pub(super) fn suspects(&self, sample: usize) -> bool {
+        self.suspects.iter().any(|suspect| suspect.sample == sample)
+    }
 }
 
 /// How logarithms of readings are distributed at a recipe's pattern.
@@ -113,7 +138,7 @@ impl Distribution {
             })
             .collect();
         let parts = [
-            Some(Part::procedural(&pattern, &weights)),
+            Some(Part::procedural(&pattern, &weights, centre(recipe))),
             Part::trained(recipe),
         ];
         Some(Self {
@@ -134,12 +159,13 @@ impl Distribution {
             .map(|sample| reading(sample).map(|f| logarithm(f, self.weights[sample])))
             .collect();
         let most = there.len() / ONE_IN;
+        let limit = looks_wrong(there.len());
         let mut suspects: Vec<Suspect> = Vec::new();
         loop {
             let opinions = self.opinions(&there, &logarithms);
             let worst = there.iter().copied().zip(&opinions).enumerate();
             let worst = worst.max_by(|(_, (_, a)), (_, (_, b))| a.z.abs().total_cmp(&b.z.abs()));
-            let found = worst.filter(|(_, (_, opinion))| opinion.z.abs() > LOOKS_WRONG);
+            let found = worst.filter(|(_, (_, opinion))| opinion.z.abs() > limit);
             match found {
                 Some((place, (sample, opinion))) if suspects.len() < most => {
                     suspects.push(Suspect {
@@ -159,6 +185,7 @@ impl Distribution {
                     return Examined {
                         opinions: all,
                         suspects,
+                        limit,
                     };
                 }
             }
@@ -248,8 +275,9 @@ fn moments(parts: &[Conditioned<'_>], there: &[usize], list: &DVector<f64>) -> V
 }
 
 impl Part {
-    /// The built-in materials: their channels' mean, as of a grey material.
-    fn procedural(pattern: &[Angles<f32>], weights: &[f64]) -> Self {
+    /// The built-in materials, their channels' mean, as of a grey material; about `centre`, if there is
+    /// one.
+    fn procedural(pattern: &[Angles<f32>], weights: &[f64], centre: Option<DVector<f64>>) -> Self {
         let set = Procedural::set(MATERIALS, SEED);
         let points: Vec<DVector<f64>> = set
             .par_iter()
@@ -268,7 +296,8 @@ impl Part {
             covariance.ger(1.0 / points.len() as f64, &apart, &apart, 1.0);
         }
         let drawn = (1.0 - WIDTH * WIDTH).sqrt();
-        let means = points.iter().map(|point| &mean + (point - &mean) * drawn);
+        let centre = centre.as_ref().unwrap_or(&mean);
+        let means = points.iter().map(|point| centre + (point - &mean) * drawn);
         Self {
             means: means.collect(),
             covariance: with_floor(covariance * (WIDTH * WIDTH), PROCEDURAL_FLOOR),
@@ -289,9 +318,8 @@ impl Part {
             f64::from(byte.copied().unwrap_or_default().cast_signed()) * scales[component]
         };
         let rows = DMatrix::from_fn(recipe.samples(), scales.len(), entry);
-        let centre = completed.centre().iter().map(f64::from);
         Some(Self {
-            means: vec![DVector::from_iterator(recipe.samples(), centre)],
+            means: vec![centre(recipe)?],
             covariance: with_floor(&rows * rows.transpose(), TRAINED_FLOOR),
         })
     }
@@ -306,6 +334,15 @@ impl Part {
             log_determinant: factors.ln_determinant(),
         })
     }
+}
+
+/// The mean logarithms of a recipe's training, where it says them.
+fn centre(recipe: &Recipe<'_>) -> Option<DVector<f64>> {
+    let Learner::Completed(completed) = recipe.learner() else {
+        return None;
+    };
+    let centre = completed.centre().iter().map(f64::from);
+    Some(DVector::from_iterator(recipe.samples(), centre))
 }
 
 fn with_floor(mut covariance: DMatrix<f64>, floor: f64) -> DMatrix<f64> {

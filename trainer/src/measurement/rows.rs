@@ -1,5 +1,6 @@
 //! Rows of readings, as a file has them, and the samples of a pattern that they belong to.
 
+use std::f64::consts::TAU;
 use std::path::Path;
 
 use glimpse_core::geometry::{Angles, Directions, HalfDifference};
@@ -269,9 +270,13 @@ impl Rows {
         if distance.largest <= tolerance {
             return Ok((sample, Some(distance)));
         }
+        let Arms {
+            theta_i,
+            theta_o,
+            phi,
+        } = arms[sample];
         let [theta_i, theta_o, phi] =
-            [arms[sample].theta_i, arms[sample].theta_o, arms[sample].phi]
-                .map(|angle| round(angle.to_degrees()));
+            [theta_i, theta_o, phi.rem_euclid(TAU)].map(|angle| round(angle.to_degrees()));
         let whose = match row.index {
             Some(_) if nearest != sample => {
                 format!("sample {sample}, which it names (sample {nearest} is nearer)")

@@ -3,6 +3,7 @@
 mod basis;
 mod convert;
 mod evaluate;
+mod fit;
 mod grid;
 mod left_out;
 mod linear;

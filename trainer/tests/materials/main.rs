@@ -1,6 +1,7 @@
 //! Materials: look-ups, their derivatives, files, and what is said of files that are damaged.
 
 mod derivatives;
+mod fitted;
 mod formats;
 mod merl;
 mod pab;

@@ -1,0 +1,293 @@
+//! What is known of a fit, for people, for machines, and for its file.
+
+use std::path::Path;
+
+use glimpse_core::recipe::Recipe;
+use glimpse_core::scan::Residual;
+use glimpse_trainer::measurement::{
+    Distance, Examined, Fate, Fit, MOST_SAMPLES, Meaning, Measured, spread,
+};
+use serde::Serialize;
+
+use super::super::promise::promise;
+use crate::commit;
+
+/// What is known of a fit.
+#[derive(Serialize)]
+pub(super) struct About {
+    trainer: &'static str,
+    recipe: AboutRecipe,
+    measured: AboutMeasured,
+    readings: Readings,
+    residual: Option<AboutResidual>,
+    expected_loss: Option<ExpectedLoss>,
+}
+
+#[derive(Serialize)]
+struct AboutRecipe {
+    file: String,
+    checksum: String,
+    model: &'static str,
+    samples: usize,
+    takes_missing: bool,
+}
+
+#[derive(Serialize)]
+struct AboutMeasured {
+    /// The input, without the directories that lead to it.
+    file: String,
+    /// What its numbers are.
+    quantity: String,
+    rows: usize,
+    #[serde(skip)]
+    furthest: Option<Distance>,
+    /// How far a row was from its sample at most.
+    furthest_degrees: Option<f64>,
+}
+
+#[derive(Serialize)]
+struct Readings {
+    /// How many the fit went by.
+    used: usize,
+    missing: Vec<usize>,
+    saturated: Vec<usize>,
+    left_out: Vec<usize>,
+    /// How many were taken several times, and the largest of their spreads, relative to the value.
+    repeated: usize,
+    largest_spread: Option<f32>,
+    looks_wrong: Vec<LooksWrong>,
+}
+
+/// A reading that the others make improbable.
+#[derive(Serialize)]
+struct LooksWrong {
+    sample: usize,
+    z: f32,
+    /// From what z on a reading looks wrong.
+    limit: f32,
+    /// BRDFs, sr^-1.
+    read: [f32; 3],
+    expected: [f32; 3],
+}
+
+#[derive(Serialize)]
+struct AboutResidual {
+    mean: f32,
+    worst: f32,
+    worst_index: u16,
+}
+
+#[derive(Serialize)]
+struct ExpectedLoss {
+    loss: f32,
+    /// Where it comes from.
+    from: String,
+}
+
+/// What is known of a fit, and where it went, for machines.
+#[derive(Serialize)]
+pub(super) struct Named<'a> {
+    name: &'a str,
+    folder: String,
+    #[serde(flatten)]
+    about: &'a About,
+}
+
+impl About {
+    /// Of a fit by a recipe whose file has this name.
+    ///
+    /// # Errors
+    /// If what the recipe states about itself makes no sense.
+    pub(super) fn new(
+        recipe_file: String,
+        recipe: &Recipe<'_>,
+        input: &Path,
+        meaning: &Meaning,
+        measured: &Measured,
+        fit: &Fit,
+    ) -> anyhow::Result<Self> {
+        let name = input.file_name().unwrap_or_default();
+        let spreads = measured.samples.iter().filter_map(spread);
+        Ok(Self {
+            trainer: commit::VERSION,
+            recipe: AboutRecipe {
+                file: recipe_file,
+                checksum: format!("{:08x}", recipe.checksum()),
+                model: recipe.model().name(),
+                samples: recipe.samples(),
+                takes_missing: recipe.learner().takes_missing(),
+            },
+            measured: AboutMeasured {
+                file: name.to_string_lossy().into_owned(),
+                quantity: match meaning {
+                    Meaning::Values(quantity) => quantity.to_string(),
+                    Meaning::Counts(_) => "counts, by a white".to_owned(),
+                },
+                rows: measured.rows,
+                furthest: measured.furthest,
+                furthest_degrees: measured.furthest.map(|far| far.largest.to_degrees()),
+            },
+            readings: Readings {
+                used: of(fit, Fate::Used).len(),
+                missing: of(fit, Fate::Missing),
+                saturated: of(fit, Fate::Saturated),
+                left_out: of(fit, Fate::LeftOut),
+                repeated: measured.samples.iter().filter(|s| s.count() > 1).count(),
+                largest_spread: spreads.reduce(f32::max),
+                looks_wrong: looks_wrong(measured, &fit.examined),
+            },
+            residual: fit.residual.map(|residual| {
+                let Residual {
+                    mean,
+                    worst,
+                    worst_index,
+                    ..
+                } = residual;
+                AboutResidual {
+                    mean,
+                    worst,
+                    worst_index,
+                }
+            }),
+            expected_loss: expected_loss(recipe, fit)?,
+        })
+    }
+
+    /// With the name of its material and its folder.
+    pub(super) fn named<'a>(&'a self, name: &'a str, folder: &Path) -> Named<'a> {
+        Named {
+            name,
+            folder: folder.display().to_string(),
+            about: self,
+        }
+    }
+
+    /// In words, line by line.
+    pub(super) fn to_text(&self, name: &str, keep_all: bool) -> String {
+        let Self {
+            recipe,
+            measured,
+            readings,
+            ..
+        } = self;
+        let far = match &measured.furthest {
+            Some(far) => format!(
+                ", none further off than {:.2} degrees",
+                far.largest.to_degrees()
+            ),
+            None => String::new(),
+        };
+        let mut lines = vec![
+            (
+                "read",
+                format!(
+                    "{} of {} samples of {} in {} rows of {} ({}){far}",
+                    recipe.samples - readings.missing.len(),
+                    recipe.samples,
+                    recipe.file,
+                    measured.rows,
+                    measured.file,
+                    measured.quantity,
+                ),
+            ),
+            ("missing", samples(&readings.missing)),
+            ("saturated", samples(&readings.saturated)),
+        ];
+        if let Some(spread) = readings.largest_spread {
+            let repeated = readings.repeated;
+            let text = format!("{repeated} samples, by {:.1} % at most", 100.0 * spread);
+            lines.push(("repeated", text));
+        }
+        for wrong in &readings.looks_wrong {
+            let why = match (readings.left_out.contains(&wrong.sample), keep_all) {
+                (true, _) => "left out",
+                (false, true) => "kept by --keep-all",
+                (false, false) if recipe.takes_missing => "and it was not left out",
+                (false, false) => "and the recipe cannot do without: read it again",
+            };
+            lines.push(("looks wrong", format!("{}, {why}", wrong.to_text())));
+        }
+        if recipe.samples > MOST_SAMPLES {
+            let text = format!("no reading was looked at, of more than {MOST_SAMPLES} samples");
+            lines.push(("looks wrong", text));
+        }
+        lines.push(("used", format!("{} readings", readings.used)));
+        if let Some(residual) = &self.residual {
+            lines.push((
+                "residual",
+                format!(
+                    "{:.4} at the readings, the largest {:.4} at sample {}",
+                    residual.mean, residual.worst, residual.worst_index
+                ),
+            ));
+        }
+        lines.push((
+            "expected loss",
+            match &self.expected_loss {
+                Some(expected) => expected.from.clone(),
+                None => "not stated by the recipe".to_owned(),
+            },
+        ));
+        let lines = lines.iter().filter(|(_, text)| !text.is_empty());
+        let lines: String = lines
+            .map(|(what, text)| format!("  {what:15}{text}\n"))
+            .collect();
+        format!("{name}\n{lines}")
+    }
+}
+
+impl LooksWrong {
+    fn to_text(&self) -> String {
+        let rgb = |brdf: [f32; 3]| brdf.map(|f| format!("{f:.3}")).join(" ");
+        format!(
+            "sample {}: read {}, expected about {} (z {:+.1}, wrong from {:.1})",
+            self.sample,
+            rgb(self.read),
+            rgb(self.expected),
+            self.z,
+            self.limit
+        )
+    }
+}
+
+fn of(fit: &Fit, fate: Fate) -> Vec<usize> {
+    let all = fit.fates.iter().enumerate();
+    let such = all.filter(|(_, found)| **found == fate);
+    such.map(|(index, _)| index).collect()
+}
+
+/// Numbers of samples in words; empty if there are none.
+fn samples(list: &[usize]) -> String {
+    let names: Vec<String> = list.iter().map(usize::to_string).collect();
+    match list.len() {
+        0 => String::new(),
+        1 => format!("sample {}", names.join(", ")),
+        _ => format!("samples {}", names.join(", ")),
+    }
+}
+
+fn looks_wrong(measured: &Measured, examined: &Examined) -> Vec<LooksWrong> {
+    let suspects = examined.suspects.iter().map(|suspect| LooksWrong {
+        sample: suspect.sample,
+        z: suspect.opinion.z as f32,
+        limit: examined.limit as f32,
+        read: measured.samples[suspect.sample].mean().unwrap_or_default(),
+        expected: suspect.opinion.expected,
+    });
+    suspects.collect()
+}
+
+/// What the recipe predicts from these readings, or else what it promises.
+fn expected_loss(recipe: &Recipe<'_>, fit: &Fit) -> anyhow::Result<Option<ExpectedLoss>> {
+    if let Some(loss) = fit.predicted_loss {
+        return Ok(Some(ExpectedLoss {
+            loss,
+            from: format!("{loss:.4}, as the recipe predicts from these readings"),
+        }));
+    }
+    let expectation = recipe.statements()?.expectation;
+    Ok(expectation.map(|expectation| ExpectedLoss {
+        loss: expectation.loss,
+        from: format!("{}, as the recipe promises", promise(expectation)),
+    }))
+}

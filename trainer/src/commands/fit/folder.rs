@@ -1,0 +1,124 @@
+//! The files of a fit.
+
+use std::path::Path;
+
+use anyhow::Context;
+use glimpse_core::geometry::Angles;
+use glimpse_trainer::linear::widened;
+use glimpse_trainer::material::{BasisFile, FittedMaterial, Material};
+use glimpse_trainer::measurement::{Arms, Fit, Measured, spread};
+use glimpse_trainer::render::{Environment, render_sphere};
+use glimpse_trainer::report::{Lobe, lobe, lobe_svg};
+
+use super::super::output::write_file_forced;
+use super::about::About;
+
+/// Width and height of the picture, pixels.
+const SPHERE: usize = 256;
+/// Polar angles of the light for which lobes are drawn, degrees.
+const LIGHTS: [f32; 3] = [15.0, 45.0, 75.0];
+
+/// A fit, ready to be written.
+pub(super) struct Folder<'a> {
+    pub(super) material: FittedMaterial,
+    pub(super) pattern: &'a [Angles<f32>],
+    pub(super) measured: Measured,
+    pub(super) found: Fit,
+    pub(super) about: About,
+}
+
+impl Folder<'_> {
+    /// The names of all files.
+    pub(super) const FILES: [&'static str; 4] =
+        ["material.json", "sphere.png", "lobe.svg", "readings.csv"];
+
+    /// Writes them.
+    pub(super) fn write(
+        &self,
+        folder: &Path,
+        basis: Option<&BasisFile>,
+        force: bool,
+    ) -> anyhow::Result<()> {
+        let sphere = render_sphere(
+            &self.material as &dyn Material,
+            &Environment::studio(),
+            SPHERE,
+        );
+        let contents = [
+            self.material.to_json(basis, &self.about)?.into_bytes(),
+            sphere.tone_map().to_png()?,
+            self.lobes().into_bytes(),
+            self.readings().context("cannot write the readings")?,
+        ];
+        for (name, bytes) in Self::FILES.iter().zip(contents) {
+            write_file_forced(&folder.join(name), &bytes, force)?;
+        }
+        Ok(())
+    }
+
+    fn lobes(&self) -> String {
+        let lobes = LIGHTS.map(|degrees| {
+            let theta_i = degrees.to_radians();
+            Lobe {
+                name: format!("{}, light at {degrees}\u{b0}", self.material.name()),
+                theta_i,
+                curve: lobe(&self.material as &dyn Material, theta_i),
+                dashed: None,
+            }
+        });
+        lobe_svg(&lobes)
+    }
+
+    /// A row for each sample of the pattern. It can be corrected, and measured by again.
+    fn readings(&self) -> anyhow::Result<Vec<u8>> {
+        let mut csv = csv::Writer::from_writer(Vec::new());
+        csv.write_record([
+            "index",
+            "theta_i",
+            "phi_i",
+            "theta_o",
+            "phi_o",
+            "r",
+            "g",
+            "b",
+            "saturated",
+            "times",
+            "spread",
+            "fitted_r",
+            "fitted_g",
+            "fitted_b",
+            "expected_r",
+            "expected_g",
+            "expected_b",
+            "z",
+            "fate",
+        ])?;
+        for (index, angles) in self.pattern.iter().enumerate() {
+            let arms = Arms::of(widened(angles));
+            let degrees = |angle: f64| format!("{:.5}", angle.to_degrees());
+            let sample = &self.measured.samples[index];
+            let opinion = self.found.examined.opinions[index];
+            let rgb = |rgb: Option<[f32; 3]>| match rgb {
+                Some(rgb) => rgb.map(|value| value.to_string()),
+                None => Default::default(),
+            };
+            let mut row = vec![
+                index.to_string(),
+                degrees(arms.theta_i),
+                "0".to_owned(),
+                degrees(arms.theta_o),
+                degrees(arms.phi.rem_euclid(std::f64::consts::TAU)),
+            ];
+            row.extend(rgb(sample.mean()));
+            row.push(u8::from(sample.saturated()).to_string());
+            row.push(sample.count().to_string());
+            row.push(spread(sample).map_or_else(String::new, |spread| format!("{spread:.4}")));
+            row.extend(rgb(Some(self.material.brdf(*angles))));
+            row.extend(rgb(opinion.map(|opinion| opinion.expected)));
+            row.push(opinion.map_or_else(String::new, |opinion| format!("{:.2}", opinion.z)));
+            row.push(self.found.fates[index].name().to_owned());
+            csv.write_record(row)?;
+        }
+        Ok(csv.into_inner().map_err(|error| error.into_error())?)
+    }
+}

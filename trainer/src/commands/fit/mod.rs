@@ -1,0 +1,293 @@
+//! `trainer fit`
+
+mod about;
+mod folder;
+mod options;
+
+use std::collections::HashSet;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, bail, ensure};
+use clap::Args;
+use glimpse_core::recipe::Recipe;
+use glimpse_trainer::linear::Basis;
+use glimpse_trainer::material::{BasisFile, FittedMaterial};
+use glimpse_trainer::measurement::{DeviceReport, Fit as Found, Meaning, Measured, fit};
+
+use super::lock::Lock;
+use super::output::{make_out, refuse_input, write_file_forced};
+use super::{print, read_recipe};
+use about::About;
+use folder::Folder;
+use options::MeaningArgs;
+
+/// Fit readings from a lab by a recipe, as a device would, without one.
+///
+/// Each --measurements is a CSV file of one material whose first line names its columns, in any order:
+/// where a reading was taken, theta_i, phi_i, theta_o, phi_o or theta_h, theta_d, phi_d in degrees
+/// (as for `trainer query`), or index, the number of the recipe's sample, from 0; what was read, r, g, b,
+/// or value of a sensor with one channel; and perhaps saturated, 0 or 1. Other columns are passed
+/// over. Rows may come in any order; a sample may be missing (no row, or empty cells) if the recipe was
+/// trained with --missing, and be read several times: then the mean counts, and the spread is shown.
+/// A row belongs to the nearest of the recipe's samples, no more than --tolerance away in any angle.
+///
+/// Readings that the others make improbable are named. A recipe that can do without leaves them out of
+/// the fit, at most a quarter of them; with --keep-all it does not.
+///
+/// DIR gets material.json, which every command takes as a material; sphere.png; lobe.svg; and
+/// readings.csv: each sample, what was read, what is fitted there, and how far it is from what the others
+/// say of it (z, in standard deviations). Of the model linear it gets the basis too, so that the folder
+/// can be moved. Of several files each gets a folder DIR/NAME. Results go to stdout.
+///
+/// Example: trainer inspect n16.recipe                   # where to read
+///          trainer fit n16.recipe --measurements gold.csv --out gold/
+///          trainer fit n16.recipe --measurements lab/*.csv --quantity reflectance-factor --out fits/
+///          trainer fit n16.recipe --measurements counts.csv --white white.csv --dark 96 --out felt/
+///          trainer fit n16.recipe --values scan.json --out scanned/     # what a device has found
+///          trainer render sphere fits/ --out fits.png
+#[derive(Args)]
+#[command(verbatim_doc_comment)]
+pub(crate) struct Fit {
+    /// The recipe; of the model linear with its basis beside it
+    recipe: PathBuf,
+    /// Readings, CSV: a file for each material
+    #[arg(long, value_name = "FILE.csv", num_args = 1..)]
+    measurements: Vec<PathBuf>,
+    /// Instead: what a device has found, as `trainer virtual-scanner --out` writes it
+    #[arg(long, value_name = "FILE.json")]
+    values: Option<PathBuf>,
+    /// Where to leave the results: made, but none above it
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+    /// How far a row may be from its sample, degrees [default: 0.5]
+    #[arg(long, value_name = "DEGREES", value_parser = super::numbers::degrees)]
+    tolerance: Option<f32>,
+    #[command(flatten)]
+    meaning: MeaningArgs,
+    /// Leave no reading out that looks wrong
+    #[arg(long)]
+    keep_all: bool,
+    /// Replace the results of an earlier run in DIR
+    #[arg(long)]
+    force: bool,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// How far a row may be from its sample unless told, degrees: what arms of a lab are off by.
+const TOLERANCE: f32 = 0.5;
+
+/// A fit, and where it goes.
+struct Job<'a> {
+    name: String,
+    input: &'a Path,
+    folder: PathBuf,
+}
+
+impl Fit {
+    pub(crate) fn run(&self) -> anyhow::Result<()> {
+        self.refuse_what_has_no_effect()?;
+        let (file, basis) = read_recipe(&self.recipe)?;
+        let recipe = file.recipe()?;
+        let jobs = self.jobs()?;
+        self.refuse_inputs(&jobs, basis.is_some())?;
+        let pattern: Vec<_> = recipe.pattern().collect();
+        let meaning = self.meaning.read(&pattern, self.tolerance())?;
+
+        // All of it before anything is written.
+        let mut folders = Vec::new();
+        for job in &jobs {
+            let (measured, found) = self.find(&recipe, job, &meaning)?;
+            let material = FittedMaterial::new(
+                job.name.clone(),
+                recipe.model(),
+                found.values.clone(),
+                basis.as_ref(),
+            );
+            let material = material.with_context(|| {
+                format!(
+                    "{}: {} values are not what the recipe's model has",
+                    job.input.display(),
+                    found.values.len()
+                )
+            })?;
+            let about = About::new(
+                self.label(),
+                &recipe,
+                job.input,
+                &meaning,
+                &measured,
+                &found,
+            )?;
+            folders.push(Folder {
+                material,
+                pattern: &pattern,
+                measured,
+                found,
+                about,
+            });
+        }
+
+        make_out(&self.out)?;
+        let _lock = Lock::within(&self.out)?;
+        let basis = self.copy_basis(&recipe, basis.is_some())?;
+        for (job, folder) in jobs.iter().zip(&folders) {
+            make_out(&job.folder)?;
+            let basis = basis.as_ref().map(|(name, checksum)| {
+                let up = if job.folder == self.out { "" } else { "../" };
+                BasisFile::new(format!("{up}{name}"), *checksum)
+            });
+            folder.write(&job.folder, basis.as_ref(), self.force)?;
+        }
+        self.show(&jobs, &folders)
+    }
+
+    /// Reads and fits, or takes what a device has found.
+    fn find(
+        &self,
+        recipe: &Recipe<'_>,
+        job: &Job<'_>,
+        meaning: &Meaning,
+    ) -> anyhow::Result<(Measured, Found)> {
+        if self.values.is_some() {
+            let report = DeviceReport::read(job.input, recipe)?;
+            return Ok(report.fit(job.input, recipe)?);
+        }
+        let pattern: Vec<_> = recipe.pattern().collect();
+        let measured = Measured::read(job.input, &pattern, self.tolerance(), meaning)?;
+        let found = fit(recipe, &measured, self.keep_all);
+        let found = found.with_context(|| job.input.display().to_string())?;
+        Ok((measured, found))
+    }
+
+    /// In radians.
+    fn tolerance(&self) -> f64 {
+        f64::from(self.tolerance.unwrap_or(TOLERANCE)).to_radians()
+    }
+
+    /// The recipe's name without the directories that lead to it.
+    fn label(&self) -> String {
+        let name = self.recipe.file_name().unwrap_or_default();
+        name.to_string_lossy().into_owned()
+    }
+
+    fn refuse_what_has_no_effect(&self) -> anyhow::Result<()> {
+        self.meaning.refuse_what_has_no_effect()?;
+        match (&self.measurements[..], &self.values) {
+            ([], None) => bail!("give --measurements, or --values that a device has found"),
+            ([_, ..], Some(_)) => {
+                bail!("--values is what a device has fitted already: give no --measurements")
+            }
+            ([_, ..], None) => return Ok(()),
+            ([], Some(_)) => {}
+        }
+        let given = [
+            ("--tolerance", self.tolerance.is_some()),
+            ("--keep-all", self.keep_all),
+        ];
+        let given = given
+            .into_iter()
+            .find_map(|(name, given)| given.then_some(name));
+        match given.or(self.meaning.given()) {
+            Some(name) => {
+                bail!("{name} has no effect with --values, which a device has fitted already")
+            }
+            None => Ok(()),
+        }
+    }
+
+    /// Each input, its material's name and its folder.
+    fn jobs(&self) -> anyhow::Result<Vec<Job<'_>>> {
+        let inputs: Vec<&PathBuf> = self.measurements.iter().chain(&self.values).collect();
+        let mut names = HashSet::new();
+        let job = |input: &&'_ PathBuf| -> anyhow::Result<(String, PathBuf)> {
+            let name = input.file_stem().unwrap_or_default();
+            let name = name.to_string_lossy().into_owned();
+            ensure!(
+                names.insert(name.clone()),
+                "two --measurements are named {name}, as their folders would be: rename one of them"
+            );
+            let folder = match inputs.len() {
+                1 => self.out.clone(),
+                _ => self.out.join(&name),
+            };
+            Ok((name, folder))
+        };
+        let named: Vec<(String, PathBuf)> = inputs.iter().map(job).collect::<Result<_, _>>()?;
+        let jobs = inputs.into_iter().zip(named);
+        Ok(jobs
+            .map(|(input, (name, folder))| Job {
+                name,
+                input,
+                folder,
+            })
+            .collect())
+    }
+
+    /// Refuses to write over what is read, or what an earlier run has left.
+    fn refuse_inputs(&self, jobs: &[Job<'_>], has_basis: bool) -> anyhow::Result<()> {
+        let mut inputs: Vec<&Path> = vec![&self.recipe];
+        inputs.extend(jobs.iter().map(|job| job.input));
+        inputs.extend(self.meaning.white());
+        for job in jobs {
+            for name in Folder::FILES {
+                let path = job.folder.join(name);
+                for input in &inputs {
+                    refuse_input(&path, input)?;
+                }
+                ensure!(
+                    self.force || !path.exists(),
+                    "{} is there already, as of an earlier run: give --force to replace it, or \
+                     another --out",
+                    path.display()
+                );
+            }
+        }
+        if has_basis {
+            for input in &inputs {
+                refuse_input(&self.basis_copy(), input)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn basis_copy(&self) -> PathBuf {
+        self.out.join(Basis::beside(Path::new(&self.label())))
+    }
+
+    /// Copies the whole basis into the folder, once for all fits: its name and its checksum.
+    fn copy_basis(
+        &self,
+        recipe: &Recipe<'_>,
+        has_basis: bool,
+    ) -> anyhow::Result<Option<(String, u32)>> {
+        let checksum = recipe.learner().basis_checksum().filter(|_| has_basis);
+        let Some(checksum) = checksum else {
+            return Ok(None);
+        };
+        let (from, to) = (Basis::beside(&self.recipe), self.basis_copy());
+        let bytes =
+            std::fs::read(&from).with_context(|| format!("cannot read {}", from.display()))?;
+        // A recipe may lie in the folder itself.
+        if !std::fs::read(&to).is_ok_and(|old| old == bytes) {
+            write_file_forced(&to, &bytes, self.force)?;
+        }
+        let name = to.file_name().unwrap_or_default();
+        Ok(Some((name.to_string_lossy().into_owned(), checksum)))
+    }
+
+    fn show(&self, jobs: &[Job<'_>], folders: &[Folder<'_>]) -> anyhow::Result<()> {
+        let all = jobs.iter().zip(folders);
+        if self.json {
+            let list: Vec<_> = all
+                .map(|(job, folder)| folder.about.named(&job.name, &job.folder))
+                .collect();
+            return print(&(serde_json::to_string_pretty(&list)? + "\n"));
+        }
+        let text: Vec<String> = all
+            .map(|(job, folder)| folder.about.to_text(&job.name, self.keep_all))
+            .collect();
+        print(&text.join("\n"))
+    }
+}

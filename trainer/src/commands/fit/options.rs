@@ -1,0 +1,127 @@
+//! What the numbers of a file are, by options.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{bail, ensure};
+use clap::{Args, ValueEnum};
+use glimpse_core::geometry::Angles;
+use glimpse_core::gonio::{Footprint, Quantity};
+use glimpse_trainer::measurement::{Counts, Meaning, White};
+
+use super::super::numbers::channels;
+
+/// What numbers are, as named on the command line.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum QuantityName {
+    /// The BRDF, sr^-1.
+    Brdf,
+    /// The BRDF times cos(theta_i): radiance under a lamp that lights all that is seen.
+    BrdfCosI,
+    /// The BRDF times cos(theta_o), ASTM's cosine-corrected BSDF.
+    #[value(alias = "brdf-cos")]
+    BrdfCosO,
+    /// pi times the BRDF: relative to a white of reflectance 1.
+    ReflectanceFactor,
+}
+
+/// Whose spot on the sample is the larger, as named on the command line.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum FootprintName {
+    /// The light's: all that the sensor sees is lit.
+    Light,
+    /// The sensor's: it sees all that is lit.
+    Sensor,
+}
+
+/// What the numbers of a file are.
+#[derive(Args)]
+pub(super) struct MeaningArgs {
+    /// What the numbers are [default: brdf]
+    #[arg(long, value_enum)]
+    quantity: Option<QuantityName>,
+    /// The numbers are counts, and here are those of a white tile: at the same directions, or one row
+    /// and --footprint
+    #[arg(long, value_name = "FILE.csv")]
+    white: Option<PathBuf>,
+    /// With --white: counts without light, of all channels or of each [default: 0]
+    #[arg(long, value_name = "V[,V,V]", value_parser = channels, allow_hyphen_values = true)]
+    dark: Option<[f32; 3]>,
+    /// With --white: the tile's reflectance, a fraction [default: 0.99]
+    #[arg(long, value_name = "R[,R,R]", value_parser = channels)]
+    white_reflectance: Option<[f32; 3]>,
+    /// With --white: counts from which on the sensor is saturated
+    #[arg(long, value_name = "LEVEL")]
+    saturation: Option<f32>,
+    /// With --white of one row: whose spot on the sample is the larger at all angles, which tells
+    /// by which cosine counts go
+    #[arg(long, value_enum)]
+    footprint: Option<FootprintName>,
+}
+
+impl MeaningArgs {
+    /// The file of white readings.
+    pub(super) fn white(&self) -> Option<&Path> {
+        self.white.as_deref()
+    }
+
+    /// The first of these options that was given.
+    pub(super) fn given(&self) -> Option<&'static str> {
+        let quantity = [
+            ("--quantity", self.quantity.is_some()),
+            ("--white", self.white.is_some()),
+        ];
+        let given = quantity.into_iter().chain(self.with_white());
+        given
+            .filter_map(|(name, given)| given.then_some(name))
+            .next()
+    }
+
+    /// Those that are for counts, and whether they were given.
+    fn with_white(&self) -> [(&'static str, bool); 4] {
+        [
+            ("--dark", self.dark.is_some()),
+            ("--white-reflectance", self.white_reflectance.is_some()),
+            ("--saturation", self.saturation.is_some()),
+            ("--footprint", self.footprint.is_some()),
+        ]
+    }
+
+    /// Refuses what has no effect, by name.
+    pub(super) fn refuse_what_has_no_effect(&self) -> anyhow::Result<()> {
+        if self.white.is_some() {
+            ensure!(
+                self.quantity.is_none(),
+                "--quantity has no effect with --white: the numbers are counts then"
+            );
+            return Ok(());
+        }
+        for (name, given) in self.with_white() {
+            if given {
+                bail!("{name} has no effect without --white, by which counts become a BRDF");
+            }
+        }
+        Ok(())
+    }
+
+    /// Reads what is needed.
+    pub(super) fn read(&self, pattern: &[Angles<f32>], tolerance: f64) -> anyhow::Result<Meaning> {
+        let Some(white) = &self.white else {
+            return Ok(Meaning::Values(match self.quantity {
+                None | Some(QuantityName::Brdf) => Quantity::Brdf,
+                Some(QuantityName::BrdfCosI) => Quantity::BrdfTimesCosThetaI,
+                Some(QuantityName::BrdfCosO) => Quantity::BrdfTimesCosThetaO,
+                Some(QuantityName::ReflectanceFactor) => Quantity::ReflectanceFactor,
+            }));
+        };
+        let footprint = self.footprint.map(|footprint| match footprint {
+            FootprintName::Light => Footprint::LightLarger,
+            FootprintName::Sensor => Footprint::SensorLarger,
+        });
+        Ok(Meaning::Counts(Counts {
+            dark: self.dark.unwrap_or([0.0; 3]),
+            reflectance: self.white_reflectance.unwrap_or([0.99; 3]),
+            saturation: self.saturation,
+            white: White::read(white, pattern, tolerance, footprint)?,
+        }))
+    }
+}

@@ -1,0 +1,398 @@
+//! `trainer fit`
+
+use std::fs;
+use std::path::Path;
+
+use glimpse_core::geometry::Angles;
+use glimpse_core::recipe::Recipe;
+use glimpse_trainer::material::{Material, Procedural};
+use serde_json::{Value, json};
+
+use super::{fail, succeed};
+
+const MASKED: &str = concat!(
+    env!("CARGO_MANIFEST_DIR"),
+    "/../embedded-demo/recipes/masked/neural-n16.recipe"
+);
+const WHOLE: &str = concat!(
+    env!("CARGO_MANIFEST_DIR"),
+    "/../embedded-demo/recipes/cook-torrance-n8.recipe"
+);
+
+fn material() -> Procedural {
+    Procedural::new(1, 9)
+}
+
+fn pattern(recipe: &Path) -> Vec<Angles<f32>> {
+    let bytes = fs::read(recipe).expect("the recipe is there");
+    let recipe = Recipe::parse(&bytes).expect("it is a recipe");
+    recipe.pattern().collect()
+}
+
+/// The readings of some samples, each times a number, in this order.
+fn csv(recipe: &Path, samples: &[(usize, f32)]) -> String {
+    let pattern = pattern(recipe);
+    let rows = samples.iter().map(|(sample, factor)| {
+        let angles = pattern[*sample];
+        let [r, g, b] = material().brdf(angles).map(|f| f * factor);
+        let [theta_h, theta_d, phi_d] =
+            [angles.theta_h, angles.theta_d, angles.phi_d].map(f32::to_degrees);
+        format!("{g},{theta_d},{theta_h},{b},{r},{phi_d}\n")
+    });
+    "g,theta_d,theta_h,b,r,phi_d\n".to_owned() + &rows.collect::<String>()
+}
+
+fn names(folder: &Path) -> Vec<String> {
+    let entries = fs::read_dir(folder).expect("it can be listed");
+    let names = entries.map(|entry| entry.expect("an entry").file_name());
+    let mut names: Vec<String> = names
+        .map(|name| name.to_string_lossy().into_owned())
+        .collect();
+    names.sort();
+    names
+}
+
+fn json(text: &str) -> Value {
+    serde_json::from_str(text).expect("it is JSON")
+}
+
+/// All but the third sample, from the last to the first.
+fn shuffled(wrong: Option<usize>) -> Vec<(usize, f32)> {
+    let all = (0..16).rev().filter(|sample| *sample != 3);
+    let factor = |sample| match Some(sample) == wrong {
+        true => 10.0,
+        false => 1.0,
+    };
+    all.map(|sample| (sample, factor(sample))).collect()
+}
+
+#[test]
+fn readings_are_matched_looked_at_and_fitted() {
+    let scratch = tempfile::tempdir().expect("a temporary directory");
+    let directory = scratch.path();
+    let masked = Path::new(MASKED);
+    fs::write(directory.join("wrong.csv"), csv(masked, &shuffled(Some(1)))).expect("written");
+    let without: Vec<_> = shuffled(None)
+        .into_iter()
+        .filter(|(s, _)| *s != 1)
+        .collect();
+    fs::write(directory.join("right.csv"), csv(masked, &without)).expect("written");
+
+    let fit = [
+        "fit",
+        MASKED,
+        "--measurements",
+        "wrong.csv",
+        "right.csv",
+        "--out",
+        "fits",
+    ];
+    let text = succeed(directory, &fit);
+    for part in [
+        "wrong\n  read           15 of 16 samples of neural-n16.recipe in 15 rows of wrong.csv (BRDF)",
+        "  missing        sample 3\n",
+        "  looks wrong    sample 1: read ",
+        "left out\n  used           14 readings\n",
+        "as the recipe predicts from these readings",
+        "right\n  read           14 of 16 samples",
+        "  missing        samples 1, 3\n",
+    ] {
+        assert!(text.contains(part), "no {part} in {text}");
+    }
+    let files = ["lobe.svg", "material.json", "readings.csv", "sphere.png"];
+    assert_eq!(names(&directory.join("fits")), ["right", "wrong"]);
+    assert_eq!(names(&directory.join("fits/wrong")), files);
+    // What was left out is as good as missing.
+    let values = |name: &str| {
+        let path = directory.join("fits").join(name).join("material.json");
+        json(&fs::read_to_string(path).expect("it is there"))["values"].clone()
+    };
+    assert_eq!(values("wrong"), values("right"));
+    let readings = fs::read_to_string(directory.join("fits/wrong/readings.csv")).expect("there");
+    let fates: Vec<&str> = readings
+        .lines()
+        .skip(1)
+        .map(|line| line.rsplit(',').next().unwrap_or_default())
+        .collect();
+    assert_eq!(
+        (fates.len(), fates[1], fates[3], fates[0]),
+        (16, "left out", "missing", "used")
+    );
+
+    // A table of readings can be measured by again, and a fit is a material.
+    let again = [
+        "fit",
+        MASKED,
+        "--measurements",
+        "fits/right/readings.csv",
+        "--out",
+        "again",
+    ];
+    succeed(directory, &again);
+    let json_of = |path: &str| json(&fs::read_to_string(directory.join(path)).expect("there"));
+    assert_eq!(json_of("again/material.json")["values"], values("right"));
+    let query = ["query", "fits", "--angles", "right.csv"];
+    let found = succeed(directory, &query);
+    assert_eq!(found.lines().count(), 1 + 2 * 14, "{found}");
+    succeed(
+        directory,
+        &["render", "sphere", "fits", "--size", "16", "--out", "s.png"],
+    );
+
+    // All are kept if that is asked for, and it is said.
+    let kept = [
+        "fit",
+        MASKED,
+        "--measurements",
+        "wrong.csv",
+        "--keep-all",
+        "--out",
+        "kept",
+    ];
+    let text = succeed(directory, &kept);
+    assert!(
+        text.contains("kept by --keep-all") && text.contains("used           15"),
+        "{text}"
+    );
+    let machine = [&kept[..4], &["--json", "--out", "machine"]].concat();
+    let told = json(&succeed(directory, &machine));
+    assert_eq!(told[0]["readings"]["left_out"], json!([1]));
+    assert_eq!(told[0]["readings"]["looks_wrong"][0]["sample"], 1);
+    assert_eq!(told[0]["name"], "wrong");
+}
+
+#[test]
+fn a_recipe_that_needs_all_readings_says_so() {
+    let scratch = tempfile::tempdir().expect("a temporary directory");
+    let directory = scratch.path();
+    let whole = Path::new(WHOLE);
+    let some: Vec<(usize, f32)> =
+        [(7, 1.0), (1, 1.0), (2, 1.0), (4, 1.0), (5, 1.0), (6, 1.0)].into();
+    fs::write(directory.join("some.csv"), csv(whole, &some)).expect("written");
+    let message = fail(
+        directory,
+        &["fit", WHOLE, "--measurements", "some.csv", "--out", "out"],
+    );
+    assert!(
+        message.contains("some.csv: samples 0, 3 were not measured, and this recipe needs all 8")
+            && message.contains("trainer train --missing"),
+        "{message}"
+    );
+    assert!(!directory.join("out").exists());
+
+    let all: Vec<(usize, f32)> = (0..8)
+        .map(|s| (s, if s == 0 { 30.0 } else { 1.0 }))
+        .collect();
+    fs::write(directory.join("all.csv"), csv(whole, &all)).expect("written");
+    let fit = ["fit", WHOLE, "--measurements", "all.csv", "--out", "out"];
+    let text = succeed(directory, &fit);
+    assert!(
+        text.contains("sample 0: read") && text.contains("the recipe cannot do without"),
+        "{text}"
+    );
+    assert!(
+        text.contains("as the recipe promises") || text.contains("not stated"),
+        "{text}"
+    );
+}
+
+#[test]
+fn nothing_is_written_over_unless_it_is_forced() {
+    let scratch = tempfile::tempdir().expect("a temporary directory");
+    let directory = scratch.path();
+    let masked = Path::new(MASKED);
+    let text = csv(masked, &shuffled(None));
+    fs::write(directory.join("a.csv"), &text).expect("written");
+    let fit = ["fit", MASKED, "--measurements", "a.csv", "--out", "out"];
+    succeed(directory, &fit);
+    let message = fail(directory, &fit);
+    assert!(message.contains("out/material.json is there already") && message.contains("--force"));
+    succeed(directory, &[&fit[..], &["--force"]].concat());
+
+    // Not what is read, and no folder above the one that is named.
+    fs::write(directory.join("readings.csv"), &text).expect("written");
+    let here = [
+        "fit",
+        MASKED,
+        "--measurements",
+        "readings.csv",
+        "--out",
+        ".",
+        "--force",
+    ];
+    assert!(fail(directory, &here).contains("is what is read"));
+    assert_eq!(
+        fs::read_to_string(directory.join("readings.csv")).expect("there"),
+        text
+    );
+    let deep = [
+        "fit",
+        MASKED,
+        "--measurements",
+        "a.csv",
+        "--out",
+        "none/deeper",
+    ];
+    assert!(fail(directory, &deep).contains("there is no folder"));
+    fs::create_dir(directory.join("b")).expect("it is made");
+    fs::copy(directory.join("a.csv"), directory.join("b/a.csv")).expect("copied");
+    let twice = [
+        "fit",
+        MASKED,
+        "--measurements",
+        "a.csv",
+        "b/a.csv",
+        "--out",
+        "two",
+    ];
+    assert!(fail(directory, &twice).contains("two --measurements are named a"));
+}
+
+#[test]
+fn an_option_without_effect_is_refused() {
+    let scratch = tempfile::tempdir().expect("a temporary directory");
+    for (arguments, expected) in [
+        (&[][..], "give --measurements, or --values"),
+        (
+            &["--measurements", "a.csv", "--values", "b.json"],
+            "give no --measurements",
+        ),
+        (
+            &["--measurements", "a.csv", "--dark", "9"],
+            "--dark has no effect without --white",
+        ),
+        (
+            &["--measurements", "a.csv", "--footprint", "light"],
+            "--footprint has no effect",
+        ),
+        (
+            &[
+                "--measurements",
+                "a.csv",
+                "--white",
+                "w.csv",
+                "--quantity",
+                "brdf",
+            ],
+            "--quantity has no effect with --white",
+        ),
+        (
+            &["--values", "b.json", "--keep-all"],
+            "--keep-all has no effect with --values",
+        ),
+        (
+            &["--values", "b.json", "--quantity", "brdf-cos"],
+            "--quantity has no effect with --values",
+        ),
+        (
+            &["--values", "b.json", "--tolerance", "1"],
+            "--tolerance has no effect with --values",
+        ),
+    ] {
+        let all = [&["fit", MASKED, "--out", "out"], arguments].concat();
+        let message = fail(scratch.path(), &all);
+        assert!(message.contains(expected), "{message}");
+    }
+}
+
+#[test]
+fn what_a_device_has_found_becomes_the_same_folder() {
+    let scratch = tempfile::tempdir().expect("a temporary directory");
+    let directory = scratch.path();
+    let masked = Path::new(MASKED);
+    fs::write(directory.join("a.csv"), csv(masked, &shuffled(None))).expect("written");
+    succeed(
+        directory,
+        &["fit", MASKED, "--measurements", "a.csv", "--out", "lab"],
+    );
+    let text = fs::read_to_string(directory.join("lab/material.json")).expect("it is there");
+    let lab = json(&text);
+    let pattern = pattern(masked);
+    let readings: Vec<Value> = pattern
+        .iter()
+        .map(|angles| {
+            json!({
+                "theta_h": angles.theta_h,
+                "theta_d": angles.theta_d,
+                "phi_d": angles.phi_d,
+                "brdf": material().brdf(*angles),
+                "saturated": false,
+            })
+        })
+        .collect();
+    let mut sent = json!({
+        "model": "neural",
+        "recipe": lab["recipe"]["checksum"],
+        "values": lab["values"],
+        "readings": readings,
+    });
+    let write = |sent: &Value| fs::write(directory.join("scan.json"), sent.to_string());
+    write(&sent).expect("written");
+    let values = ["fit", MASKED, "--values", "scan.json", "--out", "device"];
+    let text = succeed(directory, &values);
+    assert!(
+        text.contains("16 of 16 samples") && text.contains("as the recipe promises"),
+        "{text}"
+    );
+    assert_eq!(
+        names(&directory.join("device")),
+        names(&directory.join("lab"))
+    );
+    let device = fs::read_to_string(directory.join("device/material.json")).expect("there");
+    assert_eq!(json(&device)["values"], lab["values"]);
+
+    for (field, value, expected) in [
+        (
+            "recipe",
+            json!("00000000"),
+            "give the recipe that the device has",
+        ),
+        (
+            "values",
+            json!([1.0]),
+            "1 values are not what the recipe's model has",
+        ),
+    ] {
+        sent = json!({ "model": "neural", "recipe": lab["recipe"]["checksum"], "values": [] });
+        sent[field] = value;
+        write(&sent).expect("written");
+        let message = fail(directory, &[&values[..4], &["--out", "other"]].concat());
+        assert!(message.contains(expected), "{message}");
+    }
+}
+
+#[test]
+fn a_fit_of_linear_has_its_basis_beside_it() {
+    let scratch = tempfile::tempdir().expect("a temporary directory");
+    let directory = scratch.path();
+    let train = "train --model linear --schedule joint --samples 4 --data procedural:6 --effort quick \
+                 --out l.recipe";
+    succeed(directory, &train.split_whitespace().collect::<Vec<_>>());
+    let all: Vec<(usize, f32)> = (0..4).map(|sample| (sample, 1.0)).collect();
+    let text = csv(&directory.join("l.recipe"), &all);
+    fs::write(directory.join("a.csv"), &text).expect("written");
+    fs::write(directory.join("b.csv"), &text).expect("written");
+    succeed(
+        directory,
+        &["fit", "l.recipe", "--measurements", "a.csv", "--out", "one"],
+    );
+    let two = [
+        "fit",
+        "l.recipe",
+        "--measurements",
+        "a.csv",
+        "b.csv",
+        "--out",
+        "two",
+    ];
+    succeed(directory, &two);
+    assert_eq!(names(&directory.join("two")), ["a", "b", "l.basis"]);
+    // Both can be moved, and say the same.
+    fs::rename(directory.join("two"), directory.join("moved")).expect("it is moved");
+    fs::remove_file(directory.join("l.basis")).expect("it is removed");
+    let query = |source| succeed(directory, &["query", source, "--angles", "a.csv"]);
+    assert_eq!(query("one"), query("moved/b"));
+    fs::remove_file(directory.join("one/l.basis")).expect("it is removed");
+    let message = fail(directory, &["query", "one", "--angles", "a.csv"]);
+    assert!(message.contains("l.basis"), "{message}");
+}

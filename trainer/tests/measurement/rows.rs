@@ -1,0 +1,139 @@
+//! Rows in any order, missing, repeated, by angles or by number; and what is said of those that are wrong.
+
+use glimpse_trainer::measurement::spread;
+
+use super::{measured, mistake};
+
+#[test]
+fn rows_come_in_any_order_and_some_are_missing_or_repeated() {
+    // The samples 0, 1 and 2 at theta_i, theta_o: 30 30, ~22.3 22.3, and not at all. Turned about the
+    // normal, and a little off.
+    let read = measured(
+        "b,note,theta_o,phi_o,theta_i,phi_i,g,r\n\
+         0.3,x,30.1,10,30,190.2,0.2,0.1\n\
+         ,,30,10,30,190,,\n\
+         0.5,\"a, b\",29.9,10,30,190,0.4,0.3\n\
+         nan,,30,10,30,190,NaN,nan\n",
+    )
+    .expect("it is read");
+    assert_eq!((read.rows, read.missing()), (2, vec![1, 2]));
+    let mean = read.samples[0].mean().expect("it was read");
+    for (mean, expected) in mean.into_iter().zip([0.2, 0.3, 0.4]) {
+        assert!((mean - expected).abs() < 1e-6);
+    }
+    // Deviations of 0.1414 in each channel, by means of 0.9 together.
+    let varies = spread(&read.samples[0]).expect("it was read twice");
+    assert!((varies - 3.0 * 0.141_421 / 0.9).abs() < 1e-4, "{varies}");
+    assert_eq!(spread(&read.samples[1]), None);
+    let far = read.furthest.expect("it says its directions");
+    assert!((far.largest.to_degrees() - 0.1).abs() < 1e-3, "{far}");
+}
+
+#[test]
+fn a_sensor_with_one_channel_and_samples_by_number() {
+    let read = measured("index,value,saturated\n2,0.5,1\n0,0.25,0\n").expect("it is read");
+    assert_eq!(read.samples[2].mean(), Some([0.5; 3]));
+    assert!(read.samples[2].saturated() && !read.samples[0].saturated());
+    assert_eq!((read.missing(), read.furthest), (vec![1], None));
+    // Angles may be left out where the number is given; where they are there, they are checked.
+    let text = "theta_h,index,theta_d,phi_d,value\n,1,,,0.5\n20,1,10,90.2,0.7\n";
+    let read = measured(text).expect("it is read");
+    assert_eq!(read.samples[1].count(), 2);
+}
+
+#[test]
+fn mistakes_name_the_line_the_column_and_the_remedy() {
+    for (text, expected) in [
+        (
+            "r,g,b\n1,2,3\n",
+            "its first line should say where each reading was taken",
+        ),
+        (
+            "index,r,g\n",
+            "its first line should name what was read: r, g, b, or value",
+        ),
+        (
+            "index,r,g,b,value\n",
+            "it has columns r, g, b as well as value; remove or rename",
+        ),
+        (
+            "index,value,value\n0,1,1\n",
+            "it has two columns value; remove or rename one",
+        ),
+        ("index,value\n", "it has no rows below its first line"),
+        (
+            "index,value\n0,\n1,nan\n",
+            "nothing was read in any of its rows",
+        ),
+        (
+            "index,value\n0,1\n\n3,1\n",
+            "line 4, column index: there is no sample 3, the recipe has 3, from 0 to 2",
+        ),
+        (
+            "index,value\n-1,1\n",
+            "line 2, column index: `-1` is no sample's number; give 0, 1, 2, ...",
+        ),
+        (
+            "index,value\n,1\n",
+            "line 2, column index: it is empty; give the sample's number, from 0",
+        ),
+        (
+            "index,r,g,b\n0,1,,1\n",
+            "line 2, column g: it is empty while the others are not",
+        ),
+        (
+            "index,r,g,b\n0,1,inf,1\n",
+            "line 2, column g: inf is not finite; leave it empty if nothing was read",
+        ),
+        (
+            "index,r,g,b\n0,1,x,1\n",
+            "line 2, column g: `x` is no number; leave it empty if nothing was read",
+        ),
+        (
+            "index,value,saturated\n0,1,yes\n",
+            "line 2, column saturated: `yes` is neither 0 nor 1",
+        ),
+        (
+            "index,value\n0,-1.5\n",
+            "line 2, channel 0 is below -1 sr^-1, further than noise can be",
+        ),
+        (
+            "theta_h,theta_d,phi_d,value\n0,x,0,1\n",
+            "line 2, column theta_d: `x` is no number; give an angle in degrees",
+        ),
+    ] {
+        let told = mistake(measured(text));
+        assert!(told.starts_with(expected), "{told}");
+    }
+}
+
+#[test]
+fn a_near_miss_is_named() {
+    let told = mistake(measured(
+        "theta_i,phi_i,theta_o,phi_o,value\n30,0,30,180,1\n30,0,31.2,180,1\n",
+    ));
+    let expected = "line 3, its directions are 1.20 degrees off in theta_o from sample 0, the \
+                    nearest (theta_i 30, theta_o 30, phi_o - phi_i 180 degrees); --tolerance is \
+                    0.5 degrees; see `trainer inspect`";
+    assert!(told.starts_with(expected), "{told}");
+    let told = mistake(measured("theta_h,theta_d,phi_d,index,value\n0,30,0,1,1\n"));
+    assert!(
+        told.contains("from sample 1, which it names (sample 0 is nearer)"),
+        "{told}"
+    );
+}
+
+#[test]
+fn radians_are_suspected_aloud() {
+    let in_radians = "theta_h,theta_d,phi_d,value\n\
+                      0,0.5235988,0,1\n\
+                      0.3490659,0.1745329,1.5707963,1\n";
+    let told = mistake(measured(in_radians));
+    assert!(
+        told.contains("If they are taken for radians, all 2 rows match: give degrees"),
+        "{told}"
+    );
+    // Not of a file in which only some would match.
+    let told = mistake(measured(&format!("{in_radians}0.7,0.2,0.1,1\n")));
+    assert!(!told.contains("radians"), "{told}");
+}
