@@ -69,12 +69,22 @@ impl Arms {
             of: parts[0].0,
         };
         for (of, part) in parts {
-            // Written so that what is no number is far away.
-            if !(part <= found.largest) {
+            // What is no number is far away.
+            if part > found.largest || part.is_nan() {
                 found = Distance { largest: part, of };
             }
         }
         found
+    }
+
+    /// Light and sensor exchanged: to a reciprocal material the same.
+    #[must_use]
+    pub fn exchanged(&self) -> Self {
+        Self {
+            theta_i: self.theta_o,
+            theta_o: self.theta_i,
+            phi: -self.phi,
+        }
     }
 
     /// The nearest sample of a pattern, and how far it is; None of an empty one.
@@ -113,6 +123,9 @@ mod tests {
         let azimuths = Some("the difference of azimuths");
         assert_eq!(far(arms(30.0, 60.0, -179.0)), (1.0, azimuths));
         assert_eq!(far(arms(30.0, 60.0, 179.0 + 720.0)).0, 0.0);
+        // The other way round it is the same to a reciprocal material only.
+        let there_and_back = arms(60.0, 30.0, -179.0).exchanged();
+        assert_eq!(from.distance(&there_and_back).largest, 0.0);
         // At the normal there is no azimuth.
         assert!(
             arms(0.0, 60.0, 0.0)

@@ -264,7 +264,13 @@ impl Rows {
             return Err(self.damaged("the recipe has no samples".to_owned()));
         };
         let (sample, distance) = match row.index {
-            Some(index) => (index, place.distance(&arms[index])),
+            // A plan with --swap exchanges light and sensor where that is sooner, and names the sample.
+            Some(index) => {
+                let own = place.distance(&arms[index]);
+                let exchanged = place.exchanged().distance(&arms[index]);
+                let nearer = exchanged.largest < own.largest && exchanged.largest <= tolerance;
+                (index, if nearer { exchanged } else { own })
+            }
             None => (nearest, near),
         };
         if distance.largest <= tolerance {
