@@ -87,18 +87,21 @@ fn derivatives_agree_with_differences() {
                 }
                 material.brdf(angles)
             };
-            for axis in 0..3 {
+            let differences = [0, 1, 2].map(|axis| {
                 let (up, down) = (moved(axis, step), moved(axis, -step));
-                for (channel, slopes) in slopes.iter().enumerate() {
-                    let difference = (up[channel] - down[channel]) / (2.0 * step);
-                    let slope = slopes[axis];
-                    let apart = (difference - slope).abs();
-                    // Interpolation and networks have kinks, and highlights bend.
-                    wrong += usize::from(apart > 0.05 * (slope.abs() + 10.0 * scale));
+                [0, 1, 2].map(|channel: usize| (up[channel] - down[channel]) / (2.0 * step))
+            });
+            for (axis, by_axis) in differences.into_iter().enumerate() {
+                for (difference, slopes) in by_axis.into_iter().zip(slopes) {
+                    let apart = (difference - slopes[axis]).abs();
+                    wrong += usize::from(apart > 0.02 * (slopes[axis].abs() + scale));
                 }
             }
         }
-        assert!(wrong < 60, "{model}: {wrong} of 1800");
+        println!("{model}: {wrong} of 1800");
+        // Where a step leads over a kink: of a network, and of an interpolation, which has many.
+        let most = if model == ModelKind::Linear { 450 } else { 90 };
+        assert!(wrong < most, "{model}: {wrong} of 1800");
     }
 }
 

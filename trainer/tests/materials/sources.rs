@@ -218,7 +218,7 @@ fn what_is_not_there_is_said_so() {
         );
         let expected = format!(
             "{path} does not exist: give a directory of materials, a single one (MERL *.binary, \
-             RGL *_rgb.bsdf or NBRDF NAME_fc1.npy), or procedural[:COUNT[:SEED]]"
+             RGL *_rgb.bsdf, NBRDF NAME_fc1.npy or a fitted material.json), or procedural[:COUNT[:SEED]]"
         );
         assert_eq!(load(Path::new(path)), Err(expected));
     }
@@ -230,7 +230,7 @@ fn what_is_no_material_is_said_so() {
     let at = directory.path().display().to_string();
     let empty = format!(
         "{at} holds no materials: expected MERL (*.binary), RGL (*_rgb.bsdf) or NBRDF \
-         (NAME_fc1.npy and its five siblings) in it"
+         (NAME_fc1.npy and its five siblings) in it, or the material.json of a fit"
     );
     assert_eq!(load(directory.path()), Err(empty.clone()));
     let notes = directory.path().join("notes.txt");
@@ -238,7 +238,7 @@ fn what_is_no_material_is_said_so() {
     assert_eq!(load(directory.path()), Err(empty));
     let unknown = format!(
         "{at}/notes.txt is no material: expected MERL (*.binary), RGL (*_rgb.bsdf), NBRDF \
-         (NAME_fc1.npy and its five siblings), a directory of those, or \
+         (NAME_fc1.npy and its five siblings), a fitted material.json, a directory of those, or \
          procedural[:COUNT[:SEED]]"
     );
     assert_eq!(load(&notes), Err(unknown));
