@@ -82,7 +82,7 @@ fn main() -> ExitCode {
         Command::Train(command) if command.grid => commands::grid::run(&command, common.seed),
         Command::Train(command) => command.run(common.seed),
         Command::Evaluate(command) => command.run(common.seed),
-        Command::Fit(command) => command.run(),
+        Command::Fit(command) => command.run(common.seed),
         Command::Inspect(command) => command.run(),
         Command::Plan(command) => command.run(common.seed),
         Command::Query(command) => command.run(),

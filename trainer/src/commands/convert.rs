@@ -5,45 +5,18 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail, ensure};
 use clap::Args;
-use glimpse_core::model::{ModelKind, Neural, NeuralParameters, ParameterSet};
-use glimpse_trainer::evaluation::{Fitted, Method, OPTIMUM_STEPS, loss_between};
-use glimpse_trainer::material::{
-    Format, Material, NeuralBrdf, Source, pab_endings, to_merl, to_nbrdf, to_pab, to_rgl,
-};
+use glimpse_trainer::material::{Format, Material, NeuralBrdf, Source, pab_endings};
 
+use super::formats::{FormatName, files_of, loss_of};
 use super::output::{refuse_source, write_files_forced};
 use super::{load, print};
-
-/// The formats.
-#[derive(Clone, Copy, Debug, clap::ValueEnum)]
-enum FormatName {
-    /// NAME.binary: MERL's table of 90 x 90 x 180 values, 33 MiB.
-    Merl,
-    /// NAME_fc1.npy and its five siblings: a network of 675 weights.
-    Nbrdf,
-    /// NAME_rgb.bsdf: a tensor file that Mitsuba 3 renders as its `measured`, 12 MB.
-    Rgl,
-    /// NAME_in00.txt, NAME_in10.txt, ...: PAB-Opto's text, of which pabopto2bsdf makes what Radiance
-    /// reads.
-    Pab,
-}
-
-impl From<FormatName> for Format {
-    fn from(name: FormatName) -> Self {
-        match name {
-            FormatName::Merl => Self::Merl,
-            FormatName::Nbrdf => Self::Nbrdf,
-            FormatName::Rgl => Self::Rgl,
-            FormatName::Pab => Self::Pab,
-        }
-    }
-}
 
 /// Write a material in another format.
 ///
 /// What is written is read again and compared with IN: its loss (mean cosine-weighted logarithmic
 /// error, as `trainer evaluate` has it) is the answer, 0 where both are the same. IN's own format is
-/// copied. A network is fitted to anything that is none, which takes some seconds.
+/// copied. A network is fitted to anything that is none, which takes some seconds; what `trainer fit`
+/// found by the model neural is one.
 ///
 /// Example: trainer convert aurora_white_rgb.bsdf aurora_white.binary
 ///          trainer convert gold.binary gold_rgb.bsdf
@@ -95,7 +68,15 @@ impl Convert {
                 });
                 read.collect::<anyhow::Result<_>>()?
             }
-            _ => self.tabulate(&**material, format, seed)?,
+            _ => {
+                // A single file has whatever name was given.
+                let name = match format {
+                    Format::Pab => self.name()?,
+                    _ => material.name(),
+                };
+                let files = files_of(&**material, format, name, seed)?.into_iter();
+                files.map(|(_, bytes)| bytes).collect()
+            }
         };
         let files: Vec<(PathBuf, Vec<u8>)> = outs.into_iter().zip(files).collect();
         write_files_forced(&files, self.force)?;
@@ -156,57 +137,12 @@ impl Convert {
         let name = self.out.file_name().and_then(|name| name.to_str());
         name.with_context(|| format!("{} is no name of files: give DIR/NAME", self.out.display()))
     }
-
-    /// A material's files in a format.
-    fn tabulate(
-        &self,
-        material: &dyn Material,
-        format: Format,
-        seed: u64,
-    ) -> anyhow::Result<Vec<Vec<u8>>> {
-        Ok(match format {
-            Format::Merl => vec![to_merl(material)?],
-            Format::Rgl => {
-                let version = env!("CARGO_PKG_VERSION");
-                let description = format!("{}, by glimpse-trainer {version}", material.name());
-                vec![to_rgl(&description, material)?]
-            }
-            Format::Nbrdf => {
-                let six = to_nbrdf(&fit_network(material, seed)?);
-                six.into_iter().map(|(_, bytes)| bytes).collect()
-            }
-            Format::Pab => {
-                let texts = to_pab(self.name()?, material)?.into_iter();
-                texts.map(String::into_bytes).collect()
-            }
-        })
-    }
 }
 
 /// Reads what was written and compares. (A pipe cannot be read again.)
 fn tell_loss(material: &dyn Material, out: &Path) -> anyhow::Result<()> {
-    if !out.is_file() {
-        return Ok(());
+    match out.is_file() {
+        true => print(&format!("loss {:.6}\n", loss_of(material, out)?)),
+        false => Ok(()),
     }
-    let written = Source(out.display().to_string()).load()?;
-    let written = written.first().context("nothing was written")?;
-    print(&format!("loss {:.6}\n", loss_between(&**written, material)))
-}
-
-/// The best network that descent finds for a material.
-fn fit_network(material: &dyn Material, seed: u64) -> anyhow::Result<NeuralParameters<f32>> {
-    eprintln!("fitting a network");
-    let fitted = Method::optimum(ModelKind::Neural, OPTIMUM_STEPS).fit(material, seed)?;
-    let Fitted::Parameters { parameters, .. } = fitted else {
-        bail!("the fit has no parameters");
-    };
-    ensure!(
-        parameters.iter().all(|weight| weight.is_finite()),
-        "no network could be fitted: give another --seed"
-    );
-    let mut network = <Neural as glimpse_core::model::Model>::Parameters::filled(0.0);
-    for (weight, fitted) in network.iter_mut().zip(parameters) {
-        *weight = fitted;
-    }
-    Ok(network)
 }

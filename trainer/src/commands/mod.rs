@@ -9,6 +9,7 @@ pub(crate) mod evaluate;
 pub(crate) mod export;
 mod export_basis;
 pub(crate) mod fit;
+mod formats;
 pub(crate) mod grid;
 pub(crate) mod inspect;
 mod known;

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use glimpse_core::geometry::{Angles, HalfDifference};
-use glimpse_core::model::{Model, ModelKind, ParameterSet};
+use glimpse_core::model::{Model, ModelKind, NeuralParameters, ParameterSet};
 use glimpse_kernels::brdf::with_derivative;
 use glimpse_kernels::inner_loop::unflatten;
 use glimpse_kernels::{LaneModel, with_model};
@@ -273,6 +273,14 @@ impl Material for FittedMaterial {
         let mut brdf = [[0.0; 3]];
         self.evaluate(&[HalfDifference::from_angles(angles)], &mut brdf);
         brdf[0]
+    }
+
+    fn network(&self) -> Option<NeuralParameters<f32>> {
+        (self.model == ModelKind::Neural).then(|| {
+            let mut network = NeuralParameters::filled(0.0);
+            unflatten(&self.values, &mut network);
+            network
+        })
     }
 
     fn brdf_with_derivative(&self, angles: Angles<f32>) -> ([f32; 3], [[f32; 3]; 3]) {

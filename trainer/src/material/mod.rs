@@ -34,6 +34,7 @@ pub use source::Source;
 pub use sources::{Joined, Portion, ShareError, Sources};
 
 use glimpse_core::geometry::{Angles, HalfDifference};
+use glimpse_core::model::NeuralParameters;
 
 /// A measured material: a BRDF that can be looked up anywhere, with its derivative.
 pub trait Material: Send + Sync {
@@ -61,6 +62,11 @@ pub trait Material: Send + Sync {
     /// phi_d + pi.
     fn is_reciprocal(&self) -> bool {
         false
+    }
+
+    /// The weights, if it is a network of the model Neural, which files of networks hold to the bit.
+    fn network(&self) -> Option<NeuralParameters<f32>> {
+        None
     }
 
     /// The BRDF at many places at once, for pictures and metrics.

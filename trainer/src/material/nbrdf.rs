@@ -109,6 +109,10 @@ impl Material for NeuralBrdf {
         neural_with_derivatives(&self.constants, angles, found);
     }
 
+    fn network(&self) -> Option<NeuralParameters<f32>> {
+        Some(self.parameters)
+    }
+
     fn brdf_batch(&self, at: &[HalfDifference<f32>], brdf: &mut [[f32; 3]]) {
         <Neural as LaneModel>::evaluate(&self.parameters, at, brdf);
     }

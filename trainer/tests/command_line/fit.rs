@@ -396,3 +396,47 @@ fn a_fit_of_linear_has_its_basis_beside_it() {
     let message = fail(directory, &["query", "one", "--angles", "a.csv"]);
     assert!(message.contains("l.basis"), "{message}");
 }
+
+/// What another program reads stands in a folder of its own, so that the fit is one material still.
+#[test]
+fn a_fit_goes_out_in_other_formats() {
+    let scratch = tempfile::tempdir().expect("a temporary directory");
+    let directory = scratch.path();
+    fs::write(
+        directory.join("a.csv"),
+        csv(Path::new(MASKED), &shuffled(None)),
+    )
+    .expect("written");
+    let fit = [
+        "fit",
+        MASKED,
+        "--measurements",
+        "a.csv",
+        "--format",
+        "nbrdf,rgl",
+        "--out",
+        "fits",
+    ];
+    succeed(directory, &fit);
+    let formats = directory.join("fits/formats");
+    let mut expected: Vec<String> = ["b1", "b2", "b3", "fc1", "fc2", "fc3"]
+        .map(|name| format!("a_{name}.npy"))
+        .to_vec();
+    expected.push("a_rgb.bsdf".to_owned());
+    assert_eq!(names(&formats), expected);
+    // A network that was fitted is written to the bit.
+    let loss = |file: &str| {
+        let arguments = ["convert", "fits", file, "--format", "nbrdf"];
+        succeed(directory, &arguments)
+    };
+    assert_eq!(loss("again"), "loss 0.000000\n");
+    for name in ["fc1", "b1", "fc2", "b2", "fc3", "b3"] {
+        let read = |path: &Path| fs::read(path).expect("it is there");
+        assert_eq!(
+            read(&directory.join(format!("again_{name}.npy"))),
+            read(&formats.join(format!("a_{name}.npy")))
+        );
+    }
+    let again = fail(directory, &fit);
+    assert!(again.contains("--force"), "{again}");
+}

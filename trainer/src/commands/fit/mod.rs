@@ -11,11 +11,12 @@ use anyhow::{Context, bail, ensure};
 use clap::Args;
 use glimpse_core::recipe::Recipe;
 use glimpse_trainer::linear::Basis;
-use glimpse_trainer::material::{BasisFile, FittedMaterial};
+use glimpse_trainer::material::{BasisFile, FittedMaterial, Material};
 use glimpse_trainer::measurement::{DeviceReport, Fit as Found, Meaning, Measured, fit};
 
+use super::formats::{FormatName, files_of, loss_of};
 use super::lock::Lock;
-use super::output::{make_out, refuse_input, write_file_forced};
+use super::output::{make_out, refuse_input, write_file_forced, write_files_forced};
 use super::{print, read_recipe};
 use about::About;
 use folder::Folder;
@@ -37,10 +38,10 @@ use options::MeaningArgs;
 /// DIR gets material.json, which every command takes as a material; sphere.png; lobe.svg; and
 /// readings.csv: each sample, what was read, what is fitted there, and how far it is from what the others
 /// say of it (z, in standard deviations). Of the model linear it gets the basis too, so that the folder
-/// can be moved. Of several files each gets a folder DIR/NAME. Results go to stdout.
+/// can be moved. --format adds what other programs read. Of several files each gets a folder DIR/NAME. Results go to stdout.
 ///
 /// Example: trainer inspect n16.recipe                   # where to read
-///          trainer fit n16.recipe --measurements gold.csv --out gold/
+///          trainer fit n16.recipe --measurements gold.csv --format rgl --out gold/
 ///          trainer fit n16.recipe --measurements lab/*.csv --quantity reflectance-factor --out fits/
 ///          trainer fit n16.recipe --measurements counts.csv --white white.csv --dark 96 --out felt/
 ///          trainer fit n16.recipe --values scan.json --out scanned/     # what a device has found
@@ -64,6 +65,9 @@ pub(crate) struct Fit {
     tolerance: Option<f32>,
     #[command(flatten)]
     meaning: MeaningArgs,
+    /// Other formats to write the material in, into DIR/formats
+    #[arg(long, value_enum, value_delimiter = ',', value_name = "FORMAT,...")]
+    format: Vec<FormatName>,
     /// Leave no reading out that looks wrong
     #[arg(long)]
     keep_all: bool,
@@ -78,6 +82,9 @@ pub(crate) struct Fit {
 /// How far a row may be from its sample unless told, degrees: what arms of a lab are off by.
 const TOLERANCE: f32 = 0.5;
 
+/// The folder of other formats: a folder of materials is read without it.
+const FORMATS: &str = "formats";
+
 /// A fit, and where it goes.
 struct Job<'a> {
     name: String,
@@ -86,7 +93,7 @@ struct Job<'a> {
 }
 
 impl Fit {
-    pub(crate) fn run(&self) -> anyhow::Result<()> {
+    pub(crate) fn run(&self, seed: u64) -> anyhow::Result<()> {
         self.refuse_what_has_no_effect()?;
         let (file, basis) = read_recipe(&self.recipe)?;
         let recipe = file.recipe()?;
@@ -139,6 +146,7 @@ impl Fit {
                 BasisFile::new(format!("{up}{name}"), *checksum)
             });
             folder.write(&job.folder, basis.as_ref(), self.force)?;
+            self.write_formats(&folder.material, &job.folder, seed)?;
         }
         self.show(&jobs, &folders)
     }
@@ -159,6 +167,30 @@ impl Fit {
         let found = fit(recipe, &measured, self.keep_all);
         let found = found.with_context(|| job.input.display().to_string())?;
         Ok((measured, found))
+    }
+
+    /// Writes a material in the formats that are asked for, and says what each loses.
+    fn write_formats(
+        &self,
+        material: &FittedMaterial,
+        folder: &Path,
+        seed: u64,
+    ) -> anyhow::Result<()> {
+        let folder = folder.join(FORMATS);
+        for format in &self.format {
+            make_out(&folder)?;
+            let files = files_of(material, (*format).into(), material.name(), seed)?;
+            let files = files.into_iter();
+            let files: Vec<(PathBuf, Vec<u8>)> = files
+                .map(|(name, bytes)| (folder.join(name), bytes))
+                .collect();
+            write_files_forced(&files, self.force)?;
+            if let Some((first, _)) = files.first() {
+                let loss = loss_of(material, first)?;
+                eprintln!("{}: loss {loss:.6} against the fit", first.display());
+            }
+        }
+        Ok(())
     }
 
     /// In radians.
