@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use anyhow::bail;
 use clap::Args;
-use glimpse_trainer::export::{RecipeFile, to_json, to_rust};
+use glimpse_trainer::export::{RecipeFile, to_c, to_csv, to_json, to_rust};
 use glimpse_trainer::linear::Basis;
 
 use super::export_basis::compact_basis;
@@ -17,6 +17,10 @@ enum Format {
     Postcard,
     /// A module of Rust constants.
     Rust,
+    /// A C header with the recipe's bytes, for the C library.
+    C,
+    /// Where to measure: the samples' angles, in degrees.
+    Csv,
     /// Everything that is needed to redo the fit elsewhere.
     Json,
     /// Model linear: the compact basis, by which a device makes a BRDF of its coefficients.
@@ -27,6 +31,7 @@ enum Format {
 ///
 /// Examples: trainer export neural-n8.recipe --format rust --out recipe.rs
 ///           trainer export neural-n8.recipe --format postcard --strip --out flash.recipe
+///           trainer export neural-n8.recipe --format c --strip --out recipe.h
 #[derive(Args)]
 #[command(verbatim_doc_comment)]
 pub(crate) struct Export {
@@ -44,15 +49,15 @@ pub(crate) struct Export {
     /// Replace another recipe, or the basis of one
     #[arg(long)]
     force: bool,
-    /// Leave out the names of the materials, which nobody reads on a device (postcard only)
+    /// Leave out the names of the materials, which nobody reads on a device (postcard and c)
     #[arg(long)]
     strip: bool,
 }
 
 impl Export {
     pub(crate) fn run(&self) -> anyhow::Result<()> {
-        if self.strip && !matches!(self.format, Format::Postcard) {
-            bail!("--strip is for what is flashed: it takes --format postcard");
+        if self.strip && !matches!(self.format, Format::Postcard | Format::C) {
+            bail!("--strip is for what is flashed: it takes --format postcard or c");
         }
         if self.components.is_some() && !matches!(self.format, Format::Basis) {
             bail!("--components is for --format basis: a recipe keeps all of its components");
@@ -63,6 +68,9 @@ impl Export {
         let recipe = file.recipe()?;
         let bytes = match self.format {
             Format::Postcard if self.strip => file.stripped()?.bytes().to_vec(),
+            Format::C if self.strip => to_c(file.stripped()?.bytes())?.into_bytes(),
+            Format::C => to_c(file.bytes())?.into_bytes(),
+            Format::Csv => to_csv(&recipe).into_bytes(),
             Format::Postcard => file.bytes().to_vec(),
             Format::Rust => to_rust(&recipe)?.into_bytes(),
             Format::Basis => compact_basis(&self.recipe, self.components)?,

@@ -255,7 +255,19 @@ fn names_of_materials_are_left_out_for_flash() {
     let shown = succeed(directory, &["inspect", "flash.recipe"]);
     assert!(shown.contains("materials      not named"), "{shown}");
 
-    for format in ["json", "rust"] {
+    // The same bytes, as C has them.
+    succeed(directory, &strip("whole.recipe", "c", "flash.h"));
+    let source = fs::read_to_string(directory.join("flash.h")).expect("it is there");
+    let (_, array) = source.split_once("= {").expect("an array");
+    let listed = array.split(',').filter_map(|byte| {
+        let byte = byte.trim().strip_prefix("0x")?;
+        Some(u8::from_str_radix(byte, 16).expect("a byte"))
+    });
+    assert!(listed.eq(bytes.iter().copied()));
+    let declared = format!("glimpse_recipe_bytes[{}]", bytes.len());
+    assert!(source.contains(&declared), "{source}");
+
+    for format in ["json", "rust", "csv"] {
         let message = fail(directory, &strip("whole.recipe", format, "out"));
         assert!(message.contains("--strip") && message.contains("postcard"));
         assert!(!directory.join("out").exists());
