@@ -4,6 +4,7 @@ mod commands;
 mod commit;
 mod experiment;
 
+use std::io::Write;
 use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand};
@@ -97,7 +98,9 @@ fn main() -> ExitCode {
     match outcome {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("error: {}", commands::message::message(&error));
+            // Nobody may be listening any more.
+            let message = commands::message::message(&error);
+            let _ = writeln!(std::io::stderr(), "error: {message}");
             ExitCode::FAILURE
         }
     }

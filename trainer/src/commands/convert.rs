@@ -7,7 +7,7 @@ use anyhow::{Context, bail, ensure};
 use clap::Args;
 use glimpse_trainer::material::{Format, Material, NeuralBrdf, Source, pab_endings};
 
-use super::formats::{FormatName, files_of, loss_of};
+use super::formats::{Files, FormatName, files_of, loss_of};
 use super::output::{refuse_source, write_files_forced};
 use super::{load, print};
 
@@ -33,7 +33,7 @@ pub(crate) struct Convert {
     /// The format to write [default: by OUT's ending, .binary, .bsdf or .npy]
     #[arg(long, value_enum)]
     format: Option<FormatName>,
-    /// Replace another material that is there
+    /// Replace files that are there
     #[arg(long)]
     force: bool,
 }
@@ -78,7 +78,15 @@ impl Convert {
                 files.map(|(_, bytes)| bytes).collect()
             }
         };
-        let files: Vec<(PathBuf, Vec<u8>)> = outs.into_iter().zip(files).collect();
+        let files: Files = outs.into_iter().zip(files).collect();
+        for (path, bytes) in &files {
+            let differs = || !fs::read(path).is_ok_and(|old| old == *bytes);
+            ensure!(
+                self.force || !path.is_file() || !differs(),
+                "{} is there: give --force to replace it, or another OUT",
+                path.display()
+            );
+        }
         write_files_forced(&files, self.force)?;
         let (first, _) = &files[0];
         tell_loss(&**material, first)

@@ -1,6 +1,6 @@
 //! Formats that materials are written in, as named on the command line.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail, ensure};
 use glimpse_core::model::{ModelKind, Neural, NeuralParameters, ParameterSet};
@@ -33,6 +33,9 @@ impl From<FormatName> for Format {
         }
     }
 }
+
+/// Files that belong together, ready to be written.
+pub(super) type Files = Vec<(PathBuf, Vec<u8>)>;
 
 /// A material's files in a format: their names, as of a material of that name, and their bytes.
 pub(super) fn files_of(

@@ -1,7 +1,7 @@
 //! What commands write: never over what they read, and not over hours of work without a word.
 
 use std::fs::{self, File};
-use std::io::Read;
+use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail, ensure};
@@ -43,7 +43,8 @@ pub(super) fn write_files_forced(files: &[(PathBuf, Vec<u8>)], force: bool) -> a
 
 fn write_over(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
     write_whole(path, bytes).with_context(|| format!("cannot write {}", path.display()))?;
-    eprintln!("wrote {}", path.display());
+    // Whoever has stopped listening does not stop what is half done.
+    let _ = writeln!(io::stderr(), "wrote {}", path.display());
     Ok(())
 }
 

@@ -93,9 +93,12 @@ pub fn fit(recipe: &Recipe<'_>, measured: &Measured, keep_all: bool) -> Result<F
         });
     }
     let examined = examine(recipe, measured);
+    // If all are saturated they count nevertheless, as on a device.
+    let is_clear = |sample: &Repeated| sample.count() > 0 && !sample.saturated();
+    let some_are_clear = measured.samples.iter().any(is_clear);
     let fate = |(index, sample): (usize, &Repeated)| match () {
         () if sample.count() == 0 => Fate::Missing,
-        () if can_do_without && sample.saturated() => Fate::Saturated,
+        () if can_do_without && some_are_clear && sample.saturated() => Fate::Saturated,
         () if can_do_without && !keep_all && examined.suspects(index) => Fate::LeftOut,
         () => Fate::Used,
     };

@@ -5,7 +5,7 @@ use std::path::Path;
 use glimpse_core::geometry::{Angles, Directions};
 use glimpse_core::gonio::{Calibrated, Calibration, Footprint, Quantity, Repeated};
 
-use super::rows::{Matched, Rows};
+use super::rows::{Matched, Rows, SATURATED_WHITE};
 use super::table::TableError;
 
 /// What numbers are.
@@ -33,8 +33,9 @@ pub struct Counts {
 /// Counts of a white tile.
 #[derive(Clone, Debug)]
 pub enum White {
-    /// At the directions of each sample; None where it was not read.
-    Each(Vec<Option<[f32; 3]>>),
+    /// At the directions of each sample, and at the same with light and sensor exchanged, under which
+    /// counts are others; None where it was not read.
+    Each(Vec<[Option<[f32; 3]>; 2]>),
     /// Once, at these directions, with one spot on the sample larger than the other.
     Once([f32; 3], Directions<f32>, Footprint),
 }
@@ -67,14 +68,21 @@ impl White {
                 },
                 other => other,
             })?;
-        let mut whites = vec![Repeated::new(); pattern.len()];
+        let mut whites = vec![[Repeated::new(); 2]; pattern.len()];
         for row in &matched {
             if let Some(values) = row.values {
-                let added = whites[row.sample].add(values, row.saturated);
+                if row.saturated {
+                    return Err(rows.wrong(row.line, SATURATED_WHITE));
+                }
+                let white = &mut whites[row.sample][usize::from(row.exchanged)];
+                let added = white.add(values, false);
                 added.map_err(|error| rows.wrong(row.line, &error.to_string()))?;
             }
         }
-        Ok(Self::Each(whites.iter().map(Repeated::mean).collect()))
+        let means = whites
+            .iter()
+            .map(|white| white.each_ref().map(Repeated::mean));
+        Ok(Self::Each(means.collect()))
     }
 }
 
@@ -100,13 +108,20 @@ impl Counts {
     fn brdf(&self, row: &Matched, values: [f32; 3]) -> Result<Calibrated, String> {
         let white = match &self.white {
             White::Once(white, ..) => *white,
-            White::Each(all) => all.get(row.sample).copied().flatten().ok_or_else(|| {
-                format!(
-                    "it is of sample {}, at whose directions there is no white reading: read the \
-                     white there too",
-                    row.sample
-                )
-            })?,
+            White::Each(all) => {
+                let white = all.get(row.sample).copied().unwrap_or_default();
+                white[usize::from(row.exchanged)].ok_or_else(|| {
+                    let exchanged = match row.exchanged {
+                        true => ", with light and sensor exchanged",
+                        false => "",
+                    };
+                    format!(
+                        "it is of sample {}{exchanged}, at whose directions there is no white \
+                         reading: read the white there too",
+                        row.sample
+                    )
+                })?
+            }
         };
         let calibrate = || {
             let calibration = Calibration::new(self.dark, white, self.reflectance)?;

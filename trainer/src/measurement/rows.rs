@@ -15,6 +15,9 @@ const CHANNELS: [&str; 3] = ["r", "g", "b"];
 /// The column of a sensor with one.
 const MONOCHROME: &str = "value";
 
+/// What is said of a white that says nothing.
+pub(super) const SATURATED_WHITE: &str = "column saturated: the white is, so that nothing can be compared with it; read it with less light";
+
 /// A file of readings.
 pub(super) struct Rows {
     table: Table,
@@ -37,6 +40,8 @@ pub(super) struct Matched {
     pub(super) sample: usize,
     /// Where the row says that it was read, or else the sample's own directions.
     pub(super) at: Directions<f32>,
+    /// Whether light and sensor are exchanged.
+    pub(super) exchanged: bool,
     /// None where nothing was read.
     pub(super) values: Option<[f32; 3]>,
     pub(super) saturated: bool,
@@ -95,9 +100,13 @@ impl Columns {
     fn row(&self, row: &Row) -> Result<ReadRow, String> {
         let index = self.index.map(|column| row.cell(column));
         let index = index.filter(|cell| !cell.is_empty()).map(|cell| {
-            cell.parse().map_err(|_| {
-                format!("column index: `{cell}` is no sample's number; give 0, 1, 2, ...")
-            })
+            // Programs write whole numbers as 3.0, too.
+            cell.strip_suffix(".0")
+                .unwrap_or(cell)
+                .parse()
+                .map_err(|_| {
+                    format!("column index: `{cell}` is no sample's number; give 0, 1, 2, ...")
+                })
         });
         let index = index.transpose()?;
         let given = match &self.angles {
@@ -199,12 +208,13 @@ impl Rows {
         let places: Vec<Angles<f64>> = pattern.iter().map(widened).collect();
         let arms: Vec<Arms> = places.iter().copied().map(Arms::of).collect();
         let matched = self.rows.iter().map(|row| {
-            let (sample, distance) = self.sample(row, &arms, tolerance)?;
+            let (sample, distance, exchanged) = self.sample(row, &arms, tolerance)?;
             let angles = row.given.map_or(places[sample], Given::angles);
             Ok(Matched {
                 line: row.line,
                 sample,
                 at: directions(angles),
+                exchanged,
                 values: row.values,
                 saturated: row.saturated,
                 distance,
@@ -237,6 +247,9 @@ impl Rows {
                 "it should hold directions and what was read there",
             ));
         };
+        if row.saturated {
+            return Err(self.wrong(row.line, SATURATED_WHITE));
+        }
         Ok((directions(angles), values))
     }
 
@@ -245,7 +258,7 @@ impl Rows {
         row: &ReadRow,
         arms: &[Arms],
         tolerance: f64,
-    ) -> Result<(usize, Option<Distance>), TableError> {
+    ) -> Result<(usize, Option<Distance>, bool), TableError> {
         let count = arms.len();
         if let Some(index) = row.index.filter(|index| *index >= count) {
             return Err(self.wrong(
@@ -257,24 +270,24 @@ impl Rows {
             ));
         }
         let Some(given) = row.given else {
-            return Ok((row.index.unwrap_or_default(), None));
+            return Ok((row.index.unwrap_or_default(), None, false));
         };
         let place = Arms::of(given.angles());
         let Some((nearest, near)) = place.nearest(arms) else {
             return Err(self.damaged("the recipe has no samples".to_owned()));
         };
-        let (sample, distance) = match row.index {
+        let (sample, distance, exchanged) = match row.index {
             // A plan with --swap exchanges light and sensor where that is sooner, and names the sample.
             Some(index) => {
                 let own = place.distance(&arms[index]);
                 let exchanged = place.exchanged().distance(&arms[index]);
                 let nearer = exchanged.largest < own.largest && exchanged.largest <= tolerance;
-                (index, if nearer { exchanged } else { own })
+                (index, if nearer { exchanged } else { own }, nearer)
             }
-            None => (nearest, near),
+            None => (nearest, near, false),
         };
         if distance.largest <= tolerance {
-            return Ok((sample, Some(distance)));
+            return Ok((sample, Some(distance), exchanged));
         }
         let Arms {
             theta_i,

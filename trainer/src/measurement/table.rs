@@ -61,6 +61,9 @@ impl Table {
             |error: csv::Error| damaged(unreadable(&error, line(&bytes, error.position())));
         let mut reader = ReaderBuilder::new().trim(Trim::All).from_reader(&bytes[..]);
         let header = reader.headers().map_err(unreadable)?.clone();
+        if let Some(what) = not_separated(&header) {
+            return Err(damaged(what));
+        }
         let rows = reader.records().map(|cells| {
             let cells = cells.map_err(unreadable)?;
             let line = line(&bytes, cells.position());
@@ -87,7 +90,7 @@ impl Table {
     /// Where the column of a name is, if there is one.
     pub(super) fn column(&self, name: &str) -> Result<Option<usize>, TableError> {
         let mut places = self.header.iter().enumerate();
-        let mut next = || places.find(|(_, found)| *found == name);
+        let mut next = || places.find(|(_, found)| found.eq_ignore_ascii_case(name));
         let first = next().map(|(place, _)| place);
         match next() {
             None => Ok(first),
@@ -137,6 +140,24 @@ fn line(bytes: &[u8], position: Option<&Position>) -> u64 {
     position.line() + ends.filter(|byte| **byte == b'\n').count() as u64
 }
 
+/// What is said of a first line that does not name columns with commas between them.
+fn not_separated(header: &StringRecord) -> Option<String> {
+    let only = match header.len() {
+        0 => "",
+        1 => header.get(0).unwrap_or_default(),
+        _ => return None,
+    };
+    let separator = match only {
+        "" => return Some("its first line is empty, and should name the columns".to_owned()),
+        only if only.contains(';') => "semicolons",
+        only if only.contains('\t') => "tabs",
+        _ => return None,
+    };
+    Some(format!(
+        "its columns have {separator} between them; save it with commas, and with decimal points"
+    ))
+}
+
 /// Says what is wrong with the file as CSV.
 fn unreadable(error: &csv::Error, line: u64) -> String {
     match error.kind() {
@@ -144,7 +165,7 @@ fn unreadable(error: &csv::Error, line: u64) -> String {
             expected_len, len, ..
         } => format!(
             "line {line} has {len} cells where the first line names {expected_len}; give every \
-             row as many"
+             row as many, and numbers points instead of decimal commas"
         ),
         csv::ErrorKind::Utf8 { .. } => format!("line {line} is not UTF-8; save the file as that"),
         _ => format!("line {line} cannot be read: {error}"),

@@ -1,5 +1,7 @@
 //! A machine with two arms: how long it takes from one place to another.
 
+use std::ops::RangeInclusive;
+
 use glimpse_core::gonio::Limits;
 
 use super::axes::{Axes, wrapped};
@@ -20,10 +22,10 @@ use super::axes::{Axes, wrapped};
 /// the pattern's, so that what a move takes never depends on the moves before.)
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Machine {
-    /// Degrees per second, above 0. The speed of one azimuth may be 0 where the sample is isotropic:
+    /// Degrees per second, 0.001 to 1,000,000. The speed of one azimuth may be 0 where the sample is isotropic:
     /// an axis that the machine does not have.
     pub speeds: Axes,
-    /// Seconds at each sample, to come to rest and to read; not negative.
+    /// Seconds at each sample, to come to rest and to read: 0 to 86,400.
     pub settle: f64,
     /// Where the arms stand at first, degrees; polar angles of -180 to 180.
     pub start: Axes,
@@ -51,11 +53,16 @@ impl Default for Machine {
     }
 }
 
+/// Speeds that a machine may have, degrees per second: what is beyond is a slip of the pen.
+const SPEEDS: RangeInclusive<f64> = 1e-3..=1e6;
+/// The longest time at a sample, seconds: a day.
+const LONGEST: f64 = 86_400.0;
+
 /// Why there is no such [`Machine`].
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum MachineError {
     /// A speed is negative or no number.
-    #[error("the speed of {axis} is {value}: give degrees per second above 0")]
+    #[error("the speed of {axis} is {value}: give degrees per second, 0.001 to 1,000,000")]
     Speed {
         /// The axis.
         axis: &'static str,
@@ -78,7 +85,7 @@ pub enum MachineError {
         axis: &'static str,
     },
     /// The time at each sample is negative or no number.
-    #[error("the time at each sample is {0}: give seconds, 0 or more")]
+    #[error("the time at each sample is {0}: give seconds, 0 to 86,400")]
     Settle(f64),
     /// A starting position is no angle.
     #[error("the start of {axis} is {value}: give {range}")]
@@ -110,7 +117,7 @@ impl Machine {
         self.limits.validate()?;
         for (axis, value) in Axes::NAMES.into_iter().zip(self.speeds.values()) {
             let may_be_absent = axis.starts_with("phi") && value == 0.0;
-            if !(value.is_finite() && value > 0.0 || may_be_absent) {
+            if !(SPEEDS.contains(&value) || may_be_absent) {
                 return Err(MachineError::Speed { axis, value });
             }
             if may_be_absent && !self.isotropic {
@@ -120,7 +127,7 @@ impl Machine {
         if self.speeds.phi_i + self.speeds.phi_o == 0.0 {
             return Err(MachineError::NoAzimuth);
         }
-        if !(self.settle.is_finite() && self.settle >= 0.0) {
+        if !(0.0..=LONGEST).contains(&self.settle) {
             return Err(MachineError::Settle(self.settle));
         }
         // More turns than a machine has are a slip of the pen, and would cost digits.

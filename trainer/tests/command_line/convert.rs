@@ -78,7 +78,7 @@ fn what_cannot_be_meant_is_refused() {
         ),
         (
             &["convert", "procedural:1", "made_rgb.bsdf"],
-            "is another material that would be lost",
+            "is there: give --force to replace it",
         ),
         (
             &["convert", "procedural:1", "none/made.binary"],

@@ -138,11 +138,7 @@ fn mistakes_name_the_file_the_line_and_the_column() {
             "its first line should name columns theta_h, theta_d, phi_d, or theta_i, phi_i, \
              theta_o, phi_o (angles in degrees), but names theta_h, theta_d",
         ),
-        (
-            "",
-            "its first line should name columns theta_h, theta_d, phi_d, or theta_i, phi_i, \
-             theta_o, phi_o (angles in degrees), but names ",
-        ),
+        ("", "its first line is empty, and should name the columns"),
         (
             "theta_h,theta_d,phi_d,theta_i,phi_i,theta_o,phi_o\n",
             "it has columns theta_h, theta_d, phi_d as well as theta_i, phi_i, theta_o, phi_o; \
@@ -178,7 +174,8 @@ fn mistakes_name_the_file_the_line_and_the_column() {
         ),
         (
             "theta_h,theta_d,phi_d\n1,2,3\n1,2,3,4\n",
-            "line 3 has 4 cells where the first line names 3; give every row as many",
+            "line 3 has 4 cells where the first line names 3; give every row as many, and numbers points \
+             instead of decimal commas",
         ),
     ] {
         let file = directory.join("a.csv");

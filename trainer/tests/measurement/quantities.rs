@@ -102,8 +102,47 @@ fn counts_become_brdfs_by_a_white() {
     );
 }
 
+/// Under light that comes from elsewhere counts of the white are others.
+#[test]
+fn a_white_is_read_the_way_round_that_the_sample_is() {
+    // Sample 2, in degrees, with light and sensor exchanged.
+    let [theta_i, theta_o] = cosines(2).map(|cosine| cosine.acos().to_degrees());
+    let pair = HalfDifference::from_angles(pattern()[2]).directions();
+    let phi = |[x, y, _]: [f32; 3]| y.atan2(x).to_degrees();
+    let exchanged = format!(
+        "2,{theta_o},{},{theta_i},{}",
+        phi(pair.outgoing),
+        phi(pair.incoming)
+    );
+    let head = "index,theta_i,phi_i,theta_o,phi_o,value\n";
+    let row = |counts: f32| format!("{head}{exchanged},{counts}\n");
+    let counts = 100.0 + BRDF * PI / 0.5 * 1_000.0;
+    let turned = white(&row(1_100.0), None).expect("it is read");
+    let read = measured_as(&row(counts), &turned).expect("it is read");
+    close(read.samples[2].mean());
+    let straight = white("index,value\n2,1100\n", None).expect("it is read");
+    let told = mistake(measured_as(&row(counts), &straight));
+    assert!(
+        told.contains("it is of sample 2, with light and sensor exchanged, at whose directions"),
+        "{told}"
+    );
+}
+
 #[test]
 fn a_white_that_is_none_is_named() {
+    for (text, footprint) in [
+        ("index,value,saturated\n0,1100,1\n", None),
+        (
+            "index,value,saturated\n0,1100,1\n",
+            Some(Footprint::LightLarger),
+        ),
+    ] {
+        let told = white(text, footprint).expect_err("it says nothing");
+        assert!(
+            told.contains("line 2, column saturated: the white is"),
+            "{told}"
+        );
+    }
     let dark = white("index,value\n0,90\n", None).expect("it is read");
     let told = mistake(measured_as("index,value\n0,500\n", &dark));
     assert!(

@@ -41,6 +41,13 @@ fn a_sensor_with_one_channel_and_samples_by_number() {
     assert_eq!(read.samples[1].count(), 2);
 }
 
+/// Spreadsheets write capitals, and numbers of samples with a point.
+#[test]
+fn names_and_numbers_are_taken_as_programs_write_them() {
+    let read = measured("Index,Value\n2.0,0.5\n").expect("it is read");
+    assert_eq!(read.samples[2].mean(), Some([0.5; 3]));
+}
+
 #[test]
 fn mistakes_name_the_line_the_column_and_the_remedy() {
     for (text, expected) in [
@@ -61,6 +68,16 @@ fn mistakes_name_the_line_the_column_and_the_remedy() {
             "it has two columns value; remove or rename one",
         ),
         ("index,value\n", "it has no rows below its first line"),
+        ("", "its first line is empty, and should name the columns"),
+        (
+            "index;value\n0;1,5\n",
+            "its columns have semicolons between them; save it with commas",
+        ),
+        ("index\tvalue\n0\t1\n", "its columns have tabs between them"),
+        (
+            "index,value\n0,1,5\n",
+            "line 2 has 3 cells where the first line names 2; give every row as many, and numbers points",
+        ),
         (
             "index,value\n0,\n1,nan\n",
             "nothing was read in any of its rows",

@@ -12,6 +12,9 @@ use serde::Serialize;
 use super::super::promise::promise;
 use crate::commit;
 
+/// The spread of repeated readings, relative to their mean, from which on something is wrong with one.
+const MUCH_SPREAD: f32 = 0.2;
+
 /// What is known of a fit.
 #[derive(Serialize)]
 pub(super) struct About {
@@ -50,11 +53,14 @@ struct Readings {
     /// How many the fit went by.
     used: usize,
     missing: Vec<usize>,
+    /// Whether the fit went by them or not.
     saturated: Vec<usize>,
     left_out: Vec<usize>,
     /// How many were taken several times, and the largest of their spreads, relative to the value.
     repeated: usize,
     largest_spread: Option<f32>,
+    /// The sample that has it.
+    most_spread: Option<usize>,
     looks_wrong: Vec<LooksWrong>,
 }
 
@@ -107,7 +113,9 @@ impl About {
         fit: &Fit,
     ) -> anyhow::Result<Self> {
         let name = input.file_name().unwrap_or_default();
-        let spreads = measured.samples.iter().filter_map(spread);
+        let spreads = measured.samples.iter().enumerate();
+        let spreads = spreads.filter_map(|(index, sample)| Some((index, spread(sample)?)));
+        let most_spread = spreads.max_by(|(_, one), (_, other)| one.total_cmp(other));
         Ok(Self {
             trainer: commit::VERSION,
             recipe: AboutRecipe {
@@ -130,10 +138,11 @@ impl About {
             readings: Readings {
                 used: of(fit, Fate::Used).len(),
                 missing: of(fit, Fate::Missing),
-                saturated: of(fit, Fate::Saturated),
+                saturated: saturated(measured),
                 left_out: of(fit, Fate::LeftOut),
                 repeated: measured.samples.iter().filter(|s| s.count() > 1).count(),
-                largest_spread: spreads.reduce(f32::max),
+                largest_spread: most_spread.map(|(_, spread)| spread),
+                most_spread: most_spread.map(|(index, _)| index),
                 looks_wrong: looks_wrong(measured, &fit.examined),
             },
             residual: fit.residual.map(|residual| {
@@ -191,11 +200,18 @@ impl About {
                 ),
             ),
             ("missing", samples(&readings.missing)),
-            ("saturated", samples(&readings.saturated)),
+            ("saturated", self.saturated()),
         ];
-        if let Some(spread) = readings.largest_spread {
+        if let (Some(spread), Some(sample)) = (readings.largest_spread, readings.most_spread) {
             let repeated = readings.repeated;
-            let text = format!("{repeated} samples, by {:.1} % at most", 100.0 * spread);
+            let look = match spread > MUCH_SPREAD {
+                true => ": look at its rows, one may be wrong",
+                false => "",
+            };
+            let text = format!(
+                "in {repeated} of the samples, spread by {:.1} % at most, in sample {sample}{look}",
+                100.0 * spread
+            );
             lines.push(("repeated", text));
         }
         for wrong in &readings.looks_wrong {
@@ -225,6 +241,9 @@ impl About {
             "expected loss",
             match &self.expected_loss {
                 Some(expected) => expected.from.clone(),
+                None if too_few(readings.used, recipe.samples) => {
+                    "not known from so few readings".to_owned()
+                }
                 None => "not stated by the recipe".to_owned(),
             },
         ));
@@ -234,6 +253,32 @@ impl About {
             .collect();
         format!("{name}\n{lines}")
     }
+}
+
+impl About {
+    /// Which readings are saturated, in words, and what comes of it.
+    fn saturated(&self) -> String {
+        let list = &self.readings.saturated;
+        let what = match self.recipe.takes_missing {
+            _ if list.is_empty() => "",
+            true => ", left out if others are not",
+            false => ", too small, and the recipe cannot do without: read again with less light",
+        };
+        samples(list) + what
+    }
+}
+
+/// Samples with a saturated reading.
+fn saturated(measured: &Measured) -> Vec<usize> {
+    let all = measured.samples.iter().enumerate();
+    let saturated = all.filter(|(_, sample)| sample.saturated());
+    saturated.map(|(index, _)| index).collect()
+}
+
+/// True if a fit goes by less than half of the readings: then neither what a recipe predicts nor what it
+/// promises is known to hold.
+fn too_few(used: usize, samples: usize) -> bool {
+    2 * used < samples
 }
 
 impl LooksWrong {
@@ -279,6 +324,9 @@ fn looks_wrong(measured: &Measured, examined: &Examined) -> Vec<LooksWrong> {
 
 /// What the recipe predicts from these readings, or else what it promises.
 fn expected_loss(recipe: &Recipe<'_>, fit: &Fit) -> anyhow::Result<Option<ExpectedLoss>> {
+    if too_few(of(fit, Fate::Used).len(), recipe.samples()) {
+        return Ok(None);
+    }
     if let Some(loss) = fit.predicted_loss {
         return Ok(Some(ExpectedLoss {
             loss,

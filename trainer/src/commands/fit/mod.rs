@@ -14,7 +14,7 @@ use glimpse_trainer::linear::Basis;
 use glimpse_trainer::material::{BasisFile, FittedMaterial, Material};
 use glimpse_trainer::measurement::{DeviceReport, Fit as Found, Meaning, Measured, fit};
 
-use super::formats::{FormatName, files_of, loss_of};
+use super::formats::{Files, FormatName, files_of, loss_of};
 use super::lock::Lock;
 use super::output::{make_out, refuse_input, write_file_forced, write_files_forced};
 use super::{print, read_recipe};
@@ -136,17 +136,29 @@ impl Fit {
             });
         }
 
+        let formats = jobs.iter().zip(&folders);
+        let formats =
+            formats.map(|(job, folder)| self.formats(&folder.material, &job.folder, seed));
+        let formats: Vec<_> = formats.collect::<anyhow::Result<_>>()?;
+
         make_out(&self.out)?;
         let _lock = Lock::within(&self.out)?;
         let basis = self.copy_basis(&recipe, basis.is_some())?;
-        for (job, folder) in jobs.iter().zip(&folders) {
+        for ((job, folder), formats) in jobs.iter().zip(&folders).zip(&formats) {
             make_out(&job.folder)?;
             let basis = basis.as_ref().map(|(name, checksum)| {
                 let up = if job.folder == self.out { "" } else { "../" };
                 BasisFile::new(format!("{up}{name}"), *checksum)
             });
             folder.write(&job.folder, basis.as_ref(), self.force)?;
-            self.write_formats(&folder.material, &job.folder, seed)?;
+            for files in formats {
+                make_out(&job.folder.join(FORMATS))?;
+                write_files_forced(files, self.force)?;
+                if let Some((first, _)) = files.first() {
+                    let loss = loss_of(&folder.material, first)?;
+                    eprintln!("{}: loss {loss:.6} against the fit", first.display());
+                }
+            }
         }
         self.show(&jobs, &folders)
     }
@@ -169,28 +181,24 @@ impl Fit {
         Ok((measured, found))
     }
 
-    /// Writes a material in the formats that are asked for, and says what each loses.
-    fn write_formats(
+    /// A material's files in the formats that are asked for, each once.
+    fn formats(
         &self,
         material: &FittedMaterial,
         folder: &Path,
         seed: u64,
-    ) -> anyhow::Result<()> {
+    ) -> anyhow::Result<Vec<Files>> {
         let folder = folder.join(FORMATS);
-        for format in &self.format {
-            make_out(&folder)?;
-            let files = files_of(material, (*format).into(), material.name(), seed)?;
-            let files = files.into_iter();
-            let files: Vec<(PathBuf, Vec<u8>)> = files
+        let first =
+            |(place, format): &(usize, &FormatName)| !self.format[..*place].contains(format);
+        let once = self.format.iter().enumerate().filter(first);
+        let each = once.map(|(_, format)| {
+            let files = files_of(material, (*format).into(), material.name(), seed)?.into_iter();
+            Ok(files
                 .map(|(name, bytes)| (folder.join(name), bytes))
-                .collect();
-            write_files_forced(&files, self.force)?;
-            if let Some((first, _)) = files.first() {
-                let loss = loss_of(material, first)?;
-                eprintln!("{}: loss {loss:.6} against the fit", first.display());
-            }
-        }
-        Ok(())
+                .collect())
+        });
+        each.collect()
     }
 
     /// In radians.
@@ -263,6 +271,13 @@ impl Fit {
         inputs.extend(jobs.iter().map(|job| job.input));
         inputs.extend(self.meaning.white());
         for job in jobs {
+            let formats = job.folder.join(FORMATS);
+            // What else it holds would be taken for this material's.
+            ensure!(
+                !formats.exists(),
+                "{} is there already, with formats of an earlier run: remove it, or give another --out",
+                formats.display()
+            );
             for name in Folder::FILES {
                 let path = job.folder.join(name);
                 for input in &inputs {

@@ -105,6 +105,10 @@ impl MeaningArgs {
 
     /// Reads what is needed.
     pub(super) fn read(&self, pattern: &[Angles<f32>], tolerance: f64) -> anyhow::Result<Meaning> {
+        ensure!(
+            self.saturation.is_none_or(f32::is_finite),
+            "--saturation must be a finite number of counts"
+        );
         let Some(white) = &self.white else {
             return Ok(Meaning::Values(match self.quantity {
                 None | Some(QuantityName::Brdf) => Quantity::Brdf,
