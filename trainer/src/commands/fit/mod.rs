@@ -24,21 +24,23 @@ use options::MeaningArgs;
 
 /// Fit readings from a lab by a recipe, as a device would, without one.
 ///
-/// Each --measurements is a CSV file of one material whose first line names its columns, in any order:
-/// where a reading was taken, theta_i, phi_i, theta_o, phi_o or theta_h, theta_d, phi_d in degrees
-/// (as for `trainer query`), or index, the number of the recipe's sample, from 0; what was read, r, g, b,
-/// or value of a sensor with one channel; and perhaps saturated, 0 or 1. Other columns are passed
-/// over. Rows may come in any order; a sample may be missing (no row, or empty cells) if the recipe was
-/// trained with --missing, and be read several times: then the mean counts, and the spread is shown.
-/// A row belongs to the nearest of the recipe's samples, no more than --tolerance away in any angle.
+/// Each --measurements is a CSV file of one material whose first line names its columns, in any
+/// order: where a reading was taken, theta_i, phi_i, theta_o, phi_o or theta_h, theta_d, phi_d in
+/// degrees (as for `trainer query`), or index, the number of the recipe's sample, from 0; what
+/// was read, r, g, b, or value of a sensor with one channel; and perhaps saturated, 0 or 1. Other
+/// columns are passed over. Rows may come in any order; a sample may be missing (no row, or empty
+/// cells) if the recipe was trained with --missing, and be read several times: then the mean
+/// counts, and the spread is shown. A row belongs to the nearest of the recipe's samples, no more
+/// than --tolerance away in any angle.
 ///
-/// Readings that the others make improbable are named. A recipe that can do without leaves them out of
-/// the fit, at most a quarter of them; with --keep-all it does not.
+/// Readings that the others make improbable are named. A recipe that can do without leaves them
+/// out of the fit, at most a quarter of them; with --keep-all it does not.
 ///
 /// DIR gets material.json, which every command takes as a material; sphere.png; lobe.svg; and
-/// readings.csv: each sample, what was read, what is fitted there, and how far it is from what the others
-/// say of it (z, in standard deviations). Of the model linear it gets the basis too, so that the folder
-/// can be moved. --format adds what other programs read. Of several files each gets a folder DIR/NAME. Results go to stdout.
+/// readings.csv: each sample, what was read, what is fitted there, and how far it is from what
+/// the others say of it (z, in standard deviations). Of the model linear it gets the basis too,
+/// so that the folder can be moved. --format adds what other programs read. Of several files each
+/// gets a folder DIR/NAME. Results go to stdout.
 ///
 /// Example: trainer inspect n16.recipe                   # where to read
 ///          trainer fit n16.recipe --measurements gold.csv --format rgl --out gold/
