@@ -9,6 +9,7 @@ pub mod dataset;
 pub mod draw;
 pub mod field;
 mod first_weights;
+mod judged;
 pub mod order;
 pub mod pool;
 pub mod prediction;

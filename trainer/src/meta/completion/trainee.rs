@@ -13,6 +13,7 @@ use rayon::prelude::*;
 use super::dataset::{Dataset, Part};
 use super::draw::{Lost, Task};
 use super::first_weights::first_weights;
+use super::judged::{Judged, mean, mean_weighed};
 use super::order::{greedy_order, reorder};
 use super::pool::WarpedPool;
 use super::reading::{Centres, Present, Reading};
@@ -383,13 +384,6 @@ impl<'a> CompletionTrainee<'a> {
     }
 }
 
-/// The loss of a task, and what it counts for in a weighed mean.
-#[derive(Clone, Copy)]
-struct Judged {
-    loss: f32,
-    weight: f32,
-}
-
 impl Trainee for CompletionTrainee<'_> {
     fn first_values(&self, guess: u64) -> Groups<Vec<f32>> {
         let mut random = ChaCha8Rng::seed_from_u64(self.streams.guess(guess));
@@ -494,13 +488,4 @@ impl Trainee for CompletionTrainee<'_> {
         let losses = losses.iter().copied();
         Expected::new(mean(losses.clone()), losses.map(f64::from))
     }
-}
-
-fn mean_weighed(judged: &[Judged]) -> f32 {
-    mean(judged.iter().map(|each| each.weight * each.loss))
-}
-
-fn mean(losses: impl ExactSizeIterator<Item = f32>) -> f32 {
-    let count = losses.len() as f32;
-    losses.sum::<f32>() / count
 }
