@@ -125,8 +125,7 @@ impl<'a> Completed<'a> {
         let unit = unit as usize;
         if let Some(sample) = samples.get(unit) {
             let centre = self.centre.iter().nth(unit).unwrap_or_default();
-            let present = samples.iter().filter(|sample| is_there(sample)).count();
-            let scale = self.scale * self.missing.gain(samples.len(), present);
+            let scale = self.scale * self.missing.gain(samples.iter().map(is_there));
             let input = input(sample, centre, scale);
             self.completion.add(unit, &input, state);
             return;

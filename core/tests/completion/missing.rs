@@ -106,8 +106,11 @@ fn the_gain_is_the_root_of_the_share_that_is_missing() {
         for present in 1..=samples {
             let expected = (samples as f64 / present as f64).sqrt();
             assert_close("gain", [gain(samples, present)].into_iter(), &[expected]);
+            let there = (0..samples).map(|sample| sample < present);
             let alike = [Missing::NoFit, Missing::CountAlike];
-            assert_eq!(alike.map(|each| each.gain(samples, present)), [1.0; 2]);
+            assert_eq!(alike.map(|each| each.gain(there.clone())), [1.0; 2]);
+            let more = Missing::CountForMore.gain(there);
+            assert_eq!(more, gain(samples, present));
         }
         // No more than what there is, and nothing to multiply.
         assert_eq!([gain(samples, samples), gain(samples, 0)], [1.0; 2]);

@@ -20,12 +20,12 @@ impl Missing {
         all.get(usize::from(number)).copied()
     }
 
-    /// What the readings are multiplied by that are there, once [standardized](super::standardized):
-    /// `present` of `samples`.
+    /// What the readings are multiplied by that are there, once [standardized](super::standardized);
+    /// of each it is told whether it is there. They are counted only where it matters.
     #[must_use]
-    pub fn gain(self, samples: usize, present: usize) -> f32 {
+    pub fn gain(self, present: impl ExactSizeIterator<Item = bool>) -> f32 {
         match self {
-            Self::CountForMore => gain(samples, present),
+            Self::CountForMore => gain(present.len(), present.filter(|there| *there).count()),
             _ => 1.0,
         }
     }

@@ -164,11 +164,8 @@ impl<'a> CompletionTrainee<'a> {
 
     /// What readings are multiplied by that are there.
     fn gain(&self, present: &[bool]) -> f32 {
-        let taken = present.iter().filter(|present| **present).count();
-        self.dataset
-            .variety
-            .where_missing()
-            .gain(present.len(), taken)
+        let missing = self.dataset.variety.where_missing();
+        missing.gain(present.iter().copied())
     }
 
     /// Completes readings of some tasks.
