@@ -13,7 +13,7 @@ use super::numbers;
 pub(crate) struct CompletingArgs {
     /// Schedule prior: the share of training in which readings are missing, 0 to 1. Above 0, say 0.5,
     /// the recipe fits whatever was read; its samples come most telling first, for scans that end
-    /// early [default: 0, all are needed]
+    /// early [default: 0, all are needed; 0.5 for more than 32 samples, which lose less for it]
     #[arg(long, value_name = "SHARE")]
     missing: Option<f32>,
     /// Schedule prior: the noise of readings to train for, relative: 0.02 is 2 % [default: 0]
@@ -44,9 +44,10 @@ pub(crate) struct CompletingArgs {
 }
 
 impl CompletingArgs {
-    /// What was asked for, and the defaults where nothing was; refused for other schedules, by name.
-    pub(crate) fn of(self, schedule: Schedule) -> anyhow::Result<Completing> {
-        let default = Completing::default();
+    /// What was asked for, and the defaults for so many samples where nothing was; refused for other
+    /// schedules, by name.
+    pub(crate) fn of(self, schedule: Schedule, samples: usize) -> anyhow::Result<Completing> {
+        let default = Completing::of(samples);
         let given = [
             ("--missing", self.missing, 1.0),
             ("--noise", self.noise, 0.5),

@@ -187,7 +187,7 @@ impl Train {
         Ok(Job {
             options: Options {
                 prior: self.prior.or(default)?,
-                completing: self.completing.of(self.schedule)?,
+                completing: self.completing.of(self.schedule, samples)?,
                 ..Options::new(model.into(), samples, self.schedule, self.effort, seed)
             },
             data,

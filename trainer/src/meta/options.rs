@@ -38,8 +38,8 @@ pub struct Options {
 }
 
 impl Options {
-    /// Trains all parts for n = `samples`, 1 to 4,096, with a learned prior of Linear and the defaults of
-    /// [`Completing`]; nothing is saved on the way.
+    /// Trains all parts for n = `samples`, 1 to 4,096, with a learned prior of Linear and
+    /// [`Completing::of`] so many samples; nothing is saved on the way.
     #[must_use]
     pub fn new(
         model: ModelKind,
@@ -55,7 +55,7 @@ impl Options {
             effort,
             parts: Parts::All,
             prior: Prior::LEARNED,
-            completing: Completing::default(),
+            completing: Completing::of(samples),
             portions: Vec::new(),
             seed,
             checkpoints: None,
@@ -95,6 +95,19 @@ impl Default for Completing {
 }
 
 impl Completing {
+    /// Up to how many samples all of them are there in training, unless it is asked otherwise.
+    pub const ALL_THERE: usize = 32;
+
+    /// The defaults, and beyond [`Completing::ALL_THERE`] samples a share of tasks with missing readings: a map that
+    /// always sees so many of them learns the training's materials by heart.
+    #[must_use]
+    pub fn of(samples: usize) -> Self {
+        Self {
+            missing: if samples > Self::ALL_THERE { 0.5 } else { 0.0 },
+            ..Self::default()
+        }
+    }
+
     /// The noise as recipes state it.
     #[must_use]
     pub fn noise(&self) -> Noise {

@@ -263,3 +263,23 @@ fn readings_are_lost_where_a_recipe_can_do_without_them() {
     println!("20 levels {coarse:.4}, 100,000 {fine:.4}");
     assert!(all < coarse && coarse < 0.1 && (fine / all - 1.0).abs() < 0.02);
 }
+
+/// A map that always sees many readings learns the training's materials by heart.
+#[test]
+fn of_many_readings_some_may_be_missing_unless_it_is_asked_otherwise() {
+    let scratch = tempfile::tempdir().expect("a temporary directory");
+    let directory = scratch.path();
+    for (samples, more, takes_missing) in [
+        ("32", &[][..], false),
+        ("33", &[][..], true),
+        ("33", &["--missing", "0"][..], false),
+    ] {
+        let train = ["train", "--model", "linear", "--samples", samples];
+        let rest = ["--effort", "brief", "--data", "procedural:3:1"];
+        let out = ["--out", "many.recipe", "--force"];
+        succeed(directory, &[&train[..], &rest, &out, more].concat());
+        let bytes = std::fs::read(directory.join("many.recipe")).expect("it was written");
+        let recipe = Recipe::parse(&bytes).expect("it is whole");
+        assert_eq!(recipe.learner().takes_missing(), takes_missing, "{more:?}");
+    }
+}
