@@ -31,6 +31,7 @@ pub mod benchmark;
 pub mod evaluation;
 pub mod export;
 pub mod files;
+mod foreign;
 pub mod linear;
 pub mod material;
 pub mod measurement;

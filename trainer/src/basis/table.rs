@@ -9,6 +9,7 @@ use rayon::prelude::*;
 
 use super::Grid;
 use super::values::{ByAngles, Coefficients, median_of, widened};
+use crate::foreign::read_at_most;
 
 /// Numbers before the components of a node: mean of the mapped columns, and ln(median w + e).
 pub(crate) const HEAD: usize = 2;
@@ -18,6 +19,8 @@ pub const MAGIC: [u8; 4] = *b"GLMB";
 const VERSION: u32 = 1;
 /// Words before a file's table: magic, version, shape of the grid, number of components.
 const HEADER: usize = 6;
+/// The longest file that is read: of 2000 components, many more than scans have samples.
+const MOST_BYTES: u64 = 1 << 30;
 
 /// Why a basis file cannot be used.
 #[derive(Debug, thiserror::Error)]
@@ -179,7 +182,7 @@ impl Basis {
             path: path.into(),
             what,
         };
-        let bytes = std::fs::read(path).map_err(|source| BasisError::Read {
+        let bytes = read_at_most(path, MOST_BYTES).map_err(|source| BasisError::Read {
             path: path.into(),
             source,
         })?;
@@ -210,13 +213,16 @@ impl Basis {
         if components == 0 {
             return Err("it has no components");
         }
-        let table: Vec<f32> = words.map(f32::from_bits).collect();
-        match components
+        let length = components
             .checked_add(HEAD)
-            .and_then(|row| row.checked_mul(Grid::LEN))
-        {
-            Some(length) if length == table.len() => Ok(Self { table, components }),
-            _ => Err("its length is wrong"),
+            .and_then(|row| row.checked_mul(Grid::LEN));
+        if length != Some(words.len()) {
+            return Err("its length is wrong");
+        }
+        let table: Vec<f32> = words.map(f32::from_bits).collect();
+        match table.iter().all(|number| number.is_finite()) {
+            true => Ok(Self { table, components }),
+            false => Err("a number of its table is not finite"),
         }
     }
 }

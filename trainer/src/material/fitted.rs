@@ -1,6 +1,5 @@
 //! A material that a scan has found, as a file: `material.json`.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use glimpse_core::geometry::{Angles, HalfDifference};
@@ -11,13 +10,17 @@ use glimpse_kernels::{LaneModel, with_model};
 use serde::{Deserialize, Serialize};
 
 use super::error::refused;
+use super::name::is_name;
 use super::{Brdf, Material, SourceError};
 use crate::basis::{Basis, Reconstruction};
+use crate::foreign::{in_short, read_at_most, shown};
 
 /// What such a file says it is.
 const FORMAT: &str = "glimpse-material";
 /// The version of the format that is written, and the only one that is read.
 const VERSION: u32 = 1;
+/// The longest file that is read: many times what `trainer fit` writes.
+const MOST_BYTES: u64 = 1 << 26;
 /// The name that a directory is searched for.
 const FILE: &str = "material.json";
 /// All models, by which a file's is found.
@@ -46,11 +49,16 @@ impl BasisFile {
     }
 }
 
+/// What a file says it is, whatever else a version has in it.
+#[derive(Deserialize)]
+struct Kind {
+    format: String,
+    version: u32,
+}
+
 /// What of a file makes the material; all else in it is for people.
 #[derive(Deserialize)]
 struct Contents {
-    format: String,
-    version: u32,
     name: String,
     model: String,
     values: Vec<f32>,
@@ -147,24 +155,33 @@ impl FittedMaterial {
         let damaged = damaged(path);
         let contents = contents(path)?;
         let name = contents.name;
-        if name.is_empty() || name.contains(|c: char| c.is_control() || "/\\".contains(c)) {
-            return Err(damaged(
-                "its `name` should be the name of a material, without slashes; correct it".into(),
-            ));
+        if !is_name(&name) {
+            return Err(damaged(format!(
+                "its `name` is `{}`, and should be the name of a material, without slashes; correct \
+                 it",
+                shown(&name)
+            )));
         }
         let model = MODELS
             .into_iter()
             .find(|model| model.name() == contents.model);
         let Some(model) = model else {
             return Err(damaged(format!(
-                "its `model` is `{}`, which is none of phong, cook-torrance, neural and linear",
-                contents.model
+                "its `model` is `{}`, which is none of phong, cook-torrance, neural and linear; use \
+                 the trainer that wrote it",
+                shown(&contents.model)
             )));
         };
         let basis = match (model, &contents.basis) {
             (ModelKind::Linear, Some(named)) => Some(read_basis(path, named)?),
             _ => None,
         };
+        if let Some(index) = contents.values.iter().position(|value| !value.is_finite()) {
+            return Err(damaged(format!(
+                "number {index} of its `values` is beyond what 32-bit floats hold; write it again \
+                 with `trainer fit`"
+            )));
+        }
         let count = contents.values.len();
         Self::new(name, model, contents.values, basis.as_ref()).ok_or_else(|| {
             let expected = match (model.parameters(), &basis) {
@@ -219,23 +236,23 @@ fn damaged(path: &Path) -> impl Fn(String) -> SourceError {
 }
 
 fn contents(path: &Path) -> Result<Contents, SourceError> {
-    let bytes = fs::read(path).map_err(refused(path))?;
-    let contents: Contents = serde_json::from_slice(&bytes).map_err(|error| {
+    let bytes = read_at_most(path, MOST_BYTES).map_err(refused(path))?;
+    let unlike = |error: serde_json::Error| {
         damaged(path)(format!(
-            "it is no fitted material as `trainer fit` writes it ({error})"
+            "it is no fitted material as `trainer fit` writes it ({}); write it again",
+            in_short(&error)
         ))
-    })?;
-    let Contents {
-        format, version, ..
-    } = &contents;
-    match (format.as_str(), *version) {
-        (FORMAT, VERSION) => Ok(contents),
+    };
+    let Kind { format, version } = serde_json::from_slice(&bytes).map_err(unlike)?;
+    match (format.as_str(), version) {
+        (FORMAT, VERSION) => serde_json::from_slice(&bytes).map_err(unlike),
         (FORMAT, newer) => Err(damaged(path)(format!(
             "it is of version {newer}, and this trainer reads version {VERSION}; use the trainer \
              that wrote it"
         ))),
         _ => Err(damaged(path)(format!(
-            "its `format` should be `{FORMAT}`, and is `{format}`"
+            "its `format` should be `{FORMAT}`, and is `{}`; give a file of `trainer fit`",
+            shown(&format)
         ))),
     }
 }
@@ -243,12 +260,20 @@ fn contents(path: &Path) -> Result<Contents, SourceError> {
 fn read_basis(path: &Path, named: &BasisFile) -> Result<Basis, SourceError> {
     let checksum = u32::from_str_radix(&named.checksum, 16).map_err(|_| {
         damaged(path)(format!(
-            "the `checksum` of its `basis` should be eight digits of hex, and is `{}`",
-            named.checksum
+            "the `checksum` of its `basis` should be eight digits of hex, and is `{}`; write it \
+             again with `trainer fit`",
+            shown(&named.checksum)
         ))
     })?;
-    Basis::read(&path.with_file_name(&named.file), checksum)
-        .map_err(|error| damaged(path)(error.to_string()))
+    let basis = path.with_file_name(&named.file);
+    if named.file.is_empty() || named.file.contains(char::is_control) {
+        return Err(damaged(path)(format!(
+            "the `file` of its `basis` is `{}`, and should be where that is; write it again with \
+             `trainer fit`",
+            shown(&named.file)
+        )));
+    }
+    Basis::read(&basis, checksum).map_err(|error| damaged(path)(error.to_string()))
 }
 
 impl Brdf for FittedMaterial {

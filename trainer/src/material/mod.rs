@@ -26,7 +26,7 @@ pub use identity::{Identity, digest};
 pub use left_out::LeftOut;
 pub use merl::{MerlTable, to_merl, write_merl};
 pub use nbrdf::{NeuralBrdf, to_nbrdf};
-pub use pab::{pab_endings, read_pab, to_pab};
+pub use pab::{PabSet, pab_endings, read_pab, to_pab};
 pub use procedural::Procedural;
 pub use rgl::{RglMeasurement, to_rgl};
 pub use sensor::quantised;

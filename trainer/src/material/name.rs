@@ -19,3 +19,8 @@ pub(super) fn name_of(path: &Path) -> Option<String> {
     let whole = || Some(path.file_name()?.to_str()?.to_owned());
     name_by_ending(path).or_else(whole)
 }
+
+/// True of what a file may call its material: files may be named by it.
+pub(super) fn is_name(name: &str) -> bool {
+    !name.is_empty() && !name.contains(|c: char| c.is_control() || "/\\".contains(c))
+}

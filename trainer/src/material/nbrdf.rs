@@ -10,6 +10,7 @@ use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::{Model, Neural, NeuralParameters, ParameterSet};
 
 use super::{Material, SourceError};
+use crate::foreign::{read_at_most, shown};
 use glimpse_kernels::Dual;
 use glimpse_kernels::LaneModel;
 use glimpse_kernels::brdf::{neural_with_derivative, neural_with_derivatives};
@@ -171,48 +172,80 @@ fn read_npy(path: &Path, shape: &[u64]) -> Result<Vec<f32>, SourceError> {
             "it has {length} bytes where an array of shape {shape:?} has {most} at most; get it again"
         )));
     }
-    let bytes = fs::read(path).map_err(missing_or_refused)?;
-    check_npy_header(&bytes).map_err(damaged)?;
+    let bytes = read_at_most(path, most).map_err(missing_or_refused)?;
+    let header = check_npy_header(&bytes).map_err(damaged)?;
     let array = npyz::NpyFile::new(&bytes[..]).map_err(|error| {
         damaged(format!(
-            "it is not a whole NumPy array ({error}); get it again"
+            "it is not a whole NumPy array ({}); get it again",
+            shown(&error.to_string())
         ))
     })?;
     if array.shape() != shape || array.order() != npyz::Order::C {
         return Err(damaged(format!(
-            "it should hold an array of shape {shape:?} in C order, not {:?} in {:?} order; save \
-             it so with numpy.save",
-            array.shape(),
+            "it should hold an array of shape {shape:?} in C order, not {} in {:?} order; save \
+             it so with numpy.save(NAME, numpy.ascontiguousarray(array))",
+            shown(&format!("{:?}", array.shape())),
             array.order()
+        )));
+    }
+    let kind = array.dtype().descr();
+    // The header says the order of bytes, and big-endian values are turned.
+    if !["'<f4'", "'>f4'"].contains(&&kind[..]) {
+        return Err(damaged(format!(
+            "its `descr` is {}, and should be '<f4', 32-bit floats; save it so with \
+             numpy.save(NAME, array.astype(\"<f4\"))",
+            shown(&kind)
+        )));
+    }
+    let values = shape.iter().product::<u64>() as usize * size_of::<f32>();
+    if bytes.len() != header + values {
+        let complaint = match bytes.len() < header + values {
+            true => "it was cut short",
+            false => "something was appended",
+        };
+        return Err(damaged(format!(
+            "{complaint}: it has {} bytes where its header and an array of shape {shape:?} have {}; \
+             get it again",
+            bytes.len(),
+            header + values
         )));
     }
     let values: Vec<f32> = array.into_vec().map_err(|error| {
         damaged(format!(
-            "it should hold 32-bit floats ({error}); save it so with numpy.save"
+            "it should hold 32-bit floats ({}); save it so with numpy.save",
+            shown(&error.to_string())
         ))
     })?;
     match values.iter().position(|value| !value.is_finite()) {
         Some(index) => Err(damaged(format!(
-            "number {index} is not finite; get it again"
+            "number {index} is {}, and should be finite; get it again",
+            values[index]
         ))),
         None => Ok(values),
     }
 }
 
 /// Makes sure that a `.npy` file is as long as its header says that this is: the header is read into
-/// memory of the length that it states, up to 4 GB of it.
-fn check_npy_header(bytes: &[u8]) -> Result<(), String> {
+/// memory of the length that it states, up to 4 GB of it. Gives where the values begin.
+fn check_npy_header(bytes: &[u8]) -> Result<usize, String> {
     let Some(rest) = bytes.strip_prefix(NPY_MAGIC) else {
-        return Ok(());
+        return Err(
+            "it does not begin as an array of NumPy's does; save it with numpy.save".to_owned(),
+        );
     };
     // From version 2 on the length has four bytes.
     let (begin, length) = match rest {
         [0 | 1, _, low, high, ..] => (4, u32::from(u16::from_le_bytes([*low, *high]))),
         [_, _, a, b, c, d, ..] => (6, u32::from_le_bytes([*a, *b, *c, *d])),
-        _ => return Ok(()),
+        _ => {
+            return Err(format!(
+                "it was cut short: it has {} bytes, too few even for its header; get it again",
+                bytes.len()
+            ));
+        }
     };
     if (rest.len() - begin) as u64 >= u64::from(length) {
-        return Ok(());
+        return Ok(NPY_MAGIC.len() + begin + length as usize);
     }
     Err(format!(
         "its header states {length} bytes of itself, more than the file has; get it again"

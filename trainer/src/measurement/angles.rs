@@ -5,6 +5,7 @@ use std::path::Path;
 use glimpse_core::geometry::{Angles, HalfDifference};
 
 use super::table::{Row, Table, TableError};
+use crate::foreign::shown;
 
 /// Rusinkiewicz angles.
 const HALF_DIFFERENCE: [&str; 3] = ["theta_h", "theta_d", "phi_d"];
@@ -162,19 +163,20 @@ fn cells<const N: usize>(
     let mut angles = [0.0; N];
     for ((angle, name), column) in angles.iter_mut().zip(names).zip(columns) {
         let cell = row.cell(column);
+        let shown = shown(cell);
         let Ok(degrees) = cell.parse::<f64>() else {
             return Err(format!(
-                "column {name}: `{cell}` is no number; give an angle in degrees"
+                "column {name}: `{shown}` is no number; give an angle in degrees"
             ));
         };
         if !degrees.is_finite() {
             return Err(format!(
-                "column {name}: `{cell}` is no angle; give it in degrees"
+                "column {name}: `{shown}` is no angle; give it in degrees"
             ));
         }
         if !name.starts_with("phi") && !(0.0..=largest_theta).contains(&degrees) {
             return Err(format!(
-                "column {name}: {cell} is out of range; give 0 to {largest_theta} degrees"
+                "column {name}: {shown} is out of range; give 0 to {largest_theta} degrees"
             ));
         }
         *angle = degrees.to_radians();

@@ -12,9 +12,12 @@ use super::fit::{Fate, Fit, examine};
 use super::matching::Arms;
 use super::measured::Measured;
 use crate::basis::widened;
+use crate::foreign::{in_short, read_at_most, shown};
 
 /// How far the directions that a device asked for may be from its recipe's, radians: rounding.
 const ROUNDING: f64 = 1e-3;
+/// The longest file that is read: many times what the longest scan leaves.
+const MOST_BYTES: u64 = 1 << 26;
 
 /// What a device has found, as `trainer virtual-scanner --out` writes it.
 #[derive(Clone, Debug, Deserialize)]
@@ -58,9 +61,9 @@ pub enum DeviceError {
     },
     /// It is not what `trainer virtual-scanner --out` writes.
     #[error(
-        "{}: it is not what a device sent ({source}): expected JSON with model, recipe (a \
+        "{}: it is not what a device sent ({}): expected JSON with model, recipe (a \
          checksum), values, and perhaps readings and residual, as `trainer virtual-scanner --out` \
-         writes it", path.display()
+         writes it", path.display(), in_short(source)
     )]
     Damaged {
         /// The file.
@@ -81,13 +84,31 @@ pub enum DeviceError {
         /// The one that is named.
         found: String,
     },
+    /// A number is too large to be one.
+    #[error(
+        "{}: number {index} (from 0) of its {field} is beyond what 32-bit floats hold; send it again",
+        path.display()
+    )]
+    NotFinite {
+        /// The file.
+        path: PathBuf,
+        /// The entry of the JSON.
+        field: &'static str,
+        /// Which number.
+        index: usize,
+    },
     /// A reading is not of the recipe's pattern, or no number.
-    #[error("{}: reading {reading} (from 0) is none of the recipe's samples", path.display())]
+    #[error(
+        "{}: reading {reading} (from 0) is none of the recipe's samples: {what}; give the recipe \
+         that the device has, or leave the reading out", path.display()
+    )]
     Reading {
         /// The file.
         path: PathBuf,
         /// Which one.
         reading: usize,
+        /// What is wrong with it.
+        what: String,
     },
 }
 
@@ -97,7 +118,7 @@ impl DeviceReport {
     /// # Errors
     /// If it cannot be read, or is of another recipe.
     pub fn read(path: &Path, recipe: &Recipe<'_>) -> Result<Self, DeviceError> {
-        let bytes = std::fs::read(path).map_err(|source| DeviceError::Read {
+        let bytes = read_at_most(path, MOST_BYTES).map_err(|source| DeviceError::Read {
             path: path.into(),
             source,
         })?;
@@ -111,8 +132,27 @@ impl DeviceReport {
             return Err(DeviceError::Recipe {
                 path: path.into(),
                 expected,
-                found: format!("{} of the model {}", report.recipe, report.model),
+                found: format!(
+                    "{} of the model {}",
+                    shown(&report.recipe),
+                    shown(&report.model)
+                ),
             });
+        }
+        let residual = report
+            .residual
+            .map(|residual| vec![residual.mean, residual.worst]);
+        for (field, numbers) in [
+            ("values", &report.values),
+            ("residual", &residual.unwrap_or_default()),
+        ] {
+            if let Some(index) = numbers.iter().position(|number| !number.is_finite()) {
+                return Err(DeviceError::NotFinite {
+                    path: path.into(),
+                    field,
+                    index,
+                });
+            }
         }
         Ok(report)
     }
@@ -130,9 +170,10 @@ impl DeviceReport {
             furthest: None,
         };
         for (reading, taken) in self.readings.iter().enumerate() {
-            let none = || DeviceError::Reading {
+            let none = |what: String| DeviceError::Reading {
                 path: path.into(),
                 reading,
+                what,
             };
             let place = Arms::of(Angles {
                 theta_h: taken.theta_h,
@@ -141,9 +182,14 @@ impl DeviceReport {
             });
             let nearest = place.nearest(&pattern);
             let sample = nearest.filter(|(_, far)| far.largest <= ROUNDING);
-            let (sample, _) = sample.ok_or_else(none)?;
+            let (sample, _) = sample.ok_or_else(|| {
+                none(format!(
+                    "none is within {ROUNDING} radians of theta_h {:.4}, theta_d {:.4}, phi_d {:.4}",
+                    taken.theta_h, taken.theta_d, taken.phi_d
+                ))
+            })?;
             let added = measured.samples[sample].add(taken.brdf, taken.saturated);
-            added.map_err(|_| none())?;
+            added.map_err(|error| none(error.to_string()))?;
         }
         let fates = measured
             .samples

@@ -9,6 +9,7 @@ use super::angles::{AngleColumns, Given};
 use super::matching::{Arms, Distance};
 use super::table::{Row, Table, TableError};
 use crate::basis::widened;
+use crate::foreign::shown;
 
 /// The columns of a sensor with three channels.
 const CHANNELS: [&str; 3] = ["r", "g", "b"];
@@ -105,7 +106,8 @@ impl Columns {
                 .unwrap_or(cell)
                 .parse()
                 .map_err(|_| {
-                    format!("column index: `{cell}` is no sample's number; give 0, 1, 2, ...")
+                    let shown = shown(cell);
+                    format!("column index: `{shown}` is no sample's number; give 0, 1, 2, ...")
                 })
         });
         let index = index.transpose()?;
@@ -139,11 +141,15 @@ impl Columns {
                 continue;
             }
             values[channel] = cell.parse().map_err(|_| {
-                format!("column {name}: `{cell}` is no number; leave it empty if nothing was read")
+                format!(
+                    "column {name}: `{}` is no number; leave it empty if nothing was read",
+                    shown(cell)
+                )
             })?;
             if !values[channel].is_finite() {
                 return Err(format!(
-                    "column {name}: {cell} is not finite; leave it empty if nothing was read"
+                    "column {name}: {} is not finite; leave it empty if nothing was read",
+                    shown(cell)
                 ));
             }
         }
@@ -165,7 +171,10 @@ impl Columns {
         match self.saturated.map_or("", |column| row.cell(column)) {
             "" | "0" => Ok(false),
             "1" => Ok(true),
-            cell => Err(format!("column saturated: `{cell}` is neither 0 nor 1")),
+            cell => Err(format!(
+                "column saturated: `{}` is neither 0 nor 1; give 1 where the sensor was at its end",
+                shown(cell)
+            )),
         }
     }
 }

@@ -1,9 +1,13 @@
 //! A CSV file whose first line names its columns, in any order.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use csv::{Position, ReaderBuilder, StringRecord, Trim};
+
+use crate::foreign::{read_at_most, shown};
+
+/// The longest file that is read: a million rows and more.
+const MOST_BYTES: u64 = 1 << 28;
 
 /// Why a file of measurements cannot be used.
 #[derive(Debug, thiserror::Error)]
@@ -49,7 +53,7 @@ impl Row {
 impl Table {
     /// Reads a whole file.
     pub(super) fn read(path: &Path) -> Result<Self, TableError> {
-        let bytes = fs::read(path).map_err(|source| TableError::Read {
+        let bytes = read_at_most(path, MOST_BYTES).map_err(|source| TableError::Read {
             path: path.into(),
             source,
         })?;
@@ -79,7 +83,7 @@ impl Table {
 
     /// The names of all columns.
     pub(super) fn names(&self) -> String {
-        self.header.iter().collect::<Vec<_>>().join(", ")
+        shown(&self.header.iter().collect::<Vec<_>>().join(", "))
     }
 
     /// All rows.
@@ -148,7 +152,13 @@ fn not_separated(header: &StringRecord) -> Option<String> {
         _ => return None,
     };
     let separator = match only {
-        "" => return Some("its first line is empty, and should name the columns".to_owned()),
+        "" => {
+            return Some(
+                "its first line is empty, and should name the columns; name them, with commas \
+                 between them"
+                    .to_owned(),
+            );
+        }
         only if only.contains(';') => "semicolons",
         only if only.contains('\t') => "tabs",
         _ => return None,

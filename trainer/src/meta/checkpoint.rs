@@ -10,10 +10,17 @@ use glimpse_optimizer::Record;
 
 use super::state::RunState;
 use crate::files;
+use crate::foreign::read_at_most;
 
 /// The name of the first stage's file within the checkpoint directory, and the ending of all files.
 const FIRST: &str = "checkpoint";
 const ENDING: &str = "bin";
+/// How a file begins: with these bytes, of which the last counts formats, and the CRC-32 of all that
+/// follows, little-endian.
+const MAGIC: [u8; 4] = *b"GLC2";
+const CHECKSUM: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
+/// The longest file that is read: hundreds of times the largest network's.
+const MOST_BYTES: u64 = 1 << 30;
 
 /// Why a checkpoint cannot be written or read.
 #[derive(Debug, thiserror::Error)]
@@ -39,8 +46,13 @@ pub enum CheckpointError {
         source: io::Error,
     },
     /// The bytes are not a checkpoint of this program's version.
-    #[error("{} is damaged or of another version; remove it to start anew", .0.display())]
-    Damaged(PathBuf),
+    #[error("{} is damaged or of another version: {what}; remove it to start anew", path.display())]
+    Damaged {
+        /// The file.
+        path: PathBuf,
+        /// In what way.
+        what: &'static str,
+    },
     /// It is of another training run.
     #[error(
         "{} belongs to another run ({found}, not {expected}); repeat that run's options, or \
@@ -102,7 +114,28 @@ impl Checkpoint {
     }
 
     fn bytes(&self) -> Result<Vec<u8>, CheckpointError> {
-        postcard::to_stdvec(self).map_err(|error| CheckpointError::Record(error.to_string()))
+        let body = postcard::to_stdvec(self)
+            .map_err(|error| CheckpointError::Record(error.to_string()))?;
+        let checksum = CHECKSUM.checksum(&body).to_le_bytes();
+        Ok([&MAGIC[..], &checksum, &body].concat())
+    }
+
+    /// The one of a file's bytes, none of which may be another or missing; or what is wrong with them.
+    fn parse(bytes: &[u8]) -> Result<Self, &'static str> {
+        let Some((checksum, body)) = bytes
+            .strip_prefix(&MAGIC)
+            .and_then(|rest| rest.split_first_chunk())
+        else {
+            return Err("it does not begin as this version's do");
+        };
+        if CHECKSUM.checksum(body) != u32::from_le_bytes(*checksum) {
+            return Err("its checksum is another");
+        }
+        match postcard::take_from_bytes(body) {
+            Ok((checkpoint, [])) => Ok(checkpoint),
+            Ok(_) => Err("something was appended"),
+            Err(_) => Err("it is not what this version writes"),
+        }
     }
 
     /// Writes it into a file, replacing an older one in one step.
@@ -125,19 +158,19 @@ impl Checkpoint {
     /// If it is damaged, or of another run.
     pub fn read(path: &Path, run: &str) -> Result<Option<Self>, CheckpointError> {
         let path = path.to_owned();
-        let bytes = match fs::read(&path) {
+        let bytes = match read_at_most(&path, MOST_BYTES) {
             Ok(bytes) => bytes,
             Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
             Err(source) => return Err(CheckpointError::Read { path, source }),
         };
-        match postcard::from_bytes::<Self>(&bytes) {
+        match Self::parse(&bytes) {
             Ok(checkpoint) if checkpoint.run == run => Ok(Some(checkpoint)),
             Ok(checkpoint) => Err(CheckpointError::OtherRun {
                 path,
                 expected: run.into(),
                 found: checkpoint.run,
             }),
-            Err(_) => Err(CheckpointError::Damaged(path)),
+            Err(what) => Err(CheckpointError::Damaged { path, what }),
         }
     }
 
@@ -164,7 +197,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_checkpoint_that_is_cut_off_is_damaged_and_not_another_one() {
+    fn a_checkpoint_is_whole_or_damaged_and_not_another_one() {
         let values = Groups {
             initial: vec![0.5; 7],
             hyperparameters: vec![-1.0; 7],
@@ -193,7 +226,17 @@ mod tests {
         for length in 0..bytes.len() {
             fs::write(&path, &bytes[..length]).expect("it is written");
             let error = Checkpoint::read(&path, "a run").expect_err("a part of it");
-            assert!(matches!(error, CheckpointError::Damaged(_)), "{error}");
+            assert!(matches!(error, CheckpointError::Damaged { .. }), "{error}");
         }
+        for place in 0..bytes.len() {
+            let mut other = bytes.clone();
+            other[place] ^= 0x40;
+            fs::write(&path, other).expect("it is written");
+            let error = Checkpoint::read(&path, "a run").expect_err("another byte");
+            assert!(matches!(error, CheckpointError::Damaged { .. }), "{error}");
+        }
+        fs::write(&path, [&bytes[..], &[0]].concat()).expect("it is written");
+        let error = Checkpoint::read(&path, "a run").expect_err("a byte more");
+        assert!(matches!(error, CheckpointError::Damaged { .. }), "{error}");
     }
 }

@@ -179,10 +179,14 @@ impl Run<'_> {
                 && let Some(found) = Checkpoint::read(&path, &self.name)?
             {
                 state.run = found.state;
-                state.optimization = state
-                    .optimization
-                    .restore(found.record)
-                    .ok_or(CheckpointError::Damaged(path))?;
+                state.optimization =
+                    state
+                        .optimization
+                        .restore(found.record)
+                        .ok_or(CheckpointError::Damaged {
+                            path,
+                            what: "it has other numbers of values than the run",
+                        })?;
             }
         }
         Ok(state)

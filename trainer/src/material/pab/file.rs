@@ -1,6 +1,7 @@
 //! One file: a header, and values by outgoing direction.
 
 use super::{FROM_XYZ, times};
+use crate::foreign::shown;
 
 /// What a line of the header may begin with; others are passed over.
 const KEYS: [&str; 4] = [
@@ -10,6 +11,11 @@ const KEYS: [&str; 4] = [
     "#colorimetry:",
 ];
 
+/// Where the header says how many lines of values follow, and all theta_i of the set, in degrees. They
+/// are this program's own.
+pub(super) const VALUES: &str = "#values";
+pub(super) const SET: &str = "#set_intheta";
+
 /// True of bytes that begin as such a file does.
 pub(in crate::material) fn begins(head: &[u8]) -> bool {
     let text = String::from_utf8_lossy(head);
@@ -18,9 +24,14 @@ pub(in crate::material) fn begins(head: &[u8]) -> bool {
 
 /// The name of the sample that a file says it is of.
 pub(super) fn sample_of(text: &str) -> Option<&str> {
+    entry_of(text, "#sample_name")
+}
+
+/// What follows a key in a file's header.
+fn entry_of<'a>(text: &'a str, key: &str) -> Option<&'a str> {
     let lines = text.lines().take_while(|line| line.starts_with('#'));
     lines
-        .filter_map(|line| line.strip_prefix("#sample_name"))
+        .filter_map(|line| line.strip_prefix(key))
         .map(str::trim)
         .next()
 }
@@ -34,6 +45,8 @@ pub(super) struct Incidence {
     pub(super) theta_i: f64,
     pub(super) phi_i: f64,
     pub(super) values: Vec<Value>,
+    /// All theta_i of its set, if it says them: this program's files do.
+    pub(super) set: Option<Vec<f64>>,
 }
 
 /// Numbers of a line beside its angles.
@@ -46,6 +59,15 @@ enum Colours {
 impl Incidence {
     /// Reads a file's text.
     pub(super) fn parse(text: &str) -> Result<Self, String> {
+        // What is cut in a number is a number still.
+        if !text.ends_with('\n') {
+            let last = text.lines().last().unwrap_or_default();
+            return Err(format!(
+                "its last line, `{}`, has no end: it was cut short; get it again, or end the line if \
+                 it is whole",
+                shown(last)
+            ));
+        }
         let (mut colours, mut times_cosine) = (Colours::Grey, None);
         let (mut theta_i, mut phi_i) = (None, None);
         let header = text.lines().take_while(|line| line.starts_with('#'));
@@ -60,7 +82,8 @@ impl Incidence {
                         "CIE-Y" => Colours::Grey,
                         _ => {
                             return Err(format!(
-                                "its colorimetry is {kind}, and CIE-XYZ and CIE-Y are read; convert its values"
+                                "its colorimetry is {}, and CIE-XYZ and CIE-Y are read; convert its values",
+                                shown(kind)
                             ));
                         }
                     }
@@ -71,7 +94,8 @@ impl Incidence {
                         "DSF" => Some(true),
                         _ => {
                             return Err(format!(
-                                "its format is {kind}, and BRDF, BSDF and DSF are read; take it away"
+                                "its format is {}, and BRDF, BSDF and DSF are read; take it away",
+                                shown(kind)
                             ));
                         }
                     }
@@ -107,10 +131,29 @@ impl Incidence {
         if values.is_empty() {
             return Err("it has no value above the horizon; get it again".to_owned());
         }
+        let lines = text
+            .lines()
+            .skip(first)
+            .filter(|line| !line.trim().is_empty())
+            .count();
+        if let Some(promised) = entry_of(text, VALUES)
+            && promised != lines.to_string()
+        {
+            return Err(format!(
+                "it has {lines} lines of values where its {VALUES} says {}: it was cut short or \
+                 added to; get it again",
+                shown(promised)
+            ));
+        }
+        let set = entry_of(text, SET).map(|set| {
+            let each = set.split_whitespace();
+            each.map(|word| number(SET, word)).collect()
+        });
         Ok(Self {
             theta_i,
             phi_i,
             values,
+            set: set.transpose()?,
         })
     }
 }
@@ -118,7 +161,12 @@ impl Incidence {
 /// A finite number.
 fn number(what: &str, word: &str) -> Result<f64, String> {
     let number = word.parse().ok().filter(|number: &f64| number.is_finite());
-    number.ok_or_else(|| format!("{what} is `{word}`, which is no finite number; get it again"))
+    number.ok_or_else(|| {
+        format!(
+            "{what} is `{}`, which is no finite number; get it again",
+            shown(word)
+        )
+    })
 }
 
 /// Angles and BRDF of a line; None where it is of light that goes through.

@@ -11,7 +11,7 @@ mod write;
 
 pub(super) use file::begins;
 pub(super) use read::files_of;
-pub use read::read_pab;
+pub use read::{PabSet, read_pab};
 pub use write::{pab_endings, to_pab};
 
 /// From linear RGB (Rec. 709, D65) to CIE XYZ, row by row.

@@ -1,14 +1,16 @@
 //! A set of files, read: scattered directions become the functions of a tensor file.
 
-use std::fs;
+use std::fs::File;
+use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
 use glimpse_core::geometry::HalfDifference;
 
 use super::direction;
-use super::file::{Incidence, sample_of};
+use super::file::{Incidence, SET, sample_of};
+use crate::foreign::{read_at_most, shown};
 use crate::material::error::refused;
-use crate::material::name::name_of;
+use crate::material::name::{is_name, name_of};
 use crate::material::{Brdf, RglMeasurement, SourceError, to_rgl};
 
 /// Cells of the plane in each direction; see [`Scattered`].
@@ -17,49 +19,86 @@ const CELLS: usize = 60;
 const NEAREST: usize = 4;
 /// Degrees within which two phi_i, or two theta_i, are the same.
 const SAME: f64 = 0.01;
+/// The longest file that is read: a million directions and more. This program's have 300 kB.
+const MOST_BYTES: u64 = 1 << 26;
+/// Where the header of another file beside it, which says its sample, ends at the latest.
+const HEAD: u64 = 1 << 14;
 
-/// Reads the material of whose files `path` is one: those beside it of the same ending that name the
-/// same sample. It is named by that.
-///
-/// What lies between the directions measured is interpolated: between outgoing ones the nearest four
-/// by their distance, between two theta_i at the same half vector; all of it is tabulated as
+/// Reads the material of whose files `path` is one, as [`PabSet::read`] does: all of it is tabulated as
 /// [`to_rgl`] does, and looked up there.
 ///
 /// # Errors
-/// If a file cannot be read or is damaged, or light came from more than one phi_i.
+/// As [`PabSet::read`].
 pub fn read_pab(path: &Path) -> Result<RglMeasurement, SourceError> {
-    let damaged = |path: &Path, what: String| SourceError::Damaged {
+    let set = PabSet::read(path)?;
+    let bytes = to_rgl(&set.sample, &set).map_err(|error| damaged(path)(error.to_string()))?;
+    RglMeasurement::parse(set.sample, &bytes).map_err(damaged(path))
+}
+
+/// What becomes of something that is wrong with a file.
+fn damaged(path: &Path) -> impl Fn(String) -> SourceError {
+    move |what| SourceError::Damaged {
         path: path.into(),
         what,
-    };
-    let (sample, files) = set_of(path)?;
-    let mut slices: Vec<(f64, Scattered)> = Vec::new();
-    let mut phi_i = None;
-    for file in &files {
-        let incidence = Incidence::parse(&text_of(file)?).map_err(|what| damaged(file, what))?;
-        if incidence.theta_i > SAME {
-            let first = *phi_i.get_or_insert(incidence.phi_i);
-            if (incidence.phi_i - first).abs() > SAME {
-                return Err(damaged(
-                    file,
-                    format!(
-                        "its inphi is {}, and {first} in others of {sample}: it may be anisotropic, and \
+    }
+}
+
+/// A material at the directions that it was measured at.
+///
+/// What lies between them is interpolated: between outgoing ones the nearest four by their distance,
+/// between two theta_i at the same half vector.
+pub struct PabSet {
+    sample: String,
+    /// By increasing theta_i in degrees.
+    slices: Vec<(f64, Scattered)>,
+}
+
+impl PabSet {
+    /// Reads the material of whose files `path` is one: those beside it of the same ending that name
+    /// the same sample. It is named by that.
+    ///
+    /// # Errors
+    /// If a file cannot be read or is damaged, light came from more than one phi_i, or a file is
+    /// missing of a set that says which it has.
+    pub fn read(path: &Path) -> Result<Self, SourceError> {
+        let (sample, files) = set_of(path)?;
+        let mut slices: Vec<(f64, Scattered)> = Vec::new();
+        let mut phi_i = None;
+        let mut promised = None;
+        for file in &files {
+            let incidence = Incidence::parse(&text_of(file)?).map_err(damaged(file))?;
+            if incidence.theta_i > SAME {
+                let first = *phi_i.get_or_insert(incidence.phi_i);
+                if (incidence.phi_i - first).abs() > SAME {
+                    return Err(damaged(file)(format!(
+                        "its inphi is {}, and {first} in others of {}: it may be anisotropic, and \
                          only isotropic materials (one inphi) are read; take it away",
-                        incidence.phi_i
-                    ),
-                ));
+                        incidence.phi_i,
+                        shown(&sample)
+                    )));
+                }
             }
+            slices.push((incidence.theta_i, Scattered::of(&incidence)));
+            promised = promised.or(incidence.set);
         }
-        slices.push((incidence.theta_i, Scattered::of(&incidence)));
+        slices.sort_by(|(a, _), (b, _)| a.total_cmp(b));
+        if let Some([(theta, _), _]) = slices.array_windows().find(|[a, b]| b.0 - a.0 < SAME) {
+            return Err(damaged(path)(format!(
+                "two files of {} have an intheta of {theta}; take one away",
+                shown(&sample)
+            )));
+        }
+        let is_there = |theta: &f64| slices.iter().any(|(other, _)| (other - theta).abs() < SAME);
+        if let Some(theta) = promised.iter().flatten().find(|theta| !is_there(theta)) {
+            return Err(damaged(path)(format!(
+                "its {SET} names an intheta of {theta}, and of the {} files of {} beside it none \
+                 has that; put the missing one back",
+                files.len(),
+                shown(&sample)
+            )));
+        }
+        Ok(Self { sample, slices })
     }
-    slices.sort_by(|(a, _), (b, _)| a.total_cmp(b));
-    if let Some([(theta, _), _]) = slices.array_windows().find(|[a, b]| b.0 - a.0 < SAME) {
-        let what = format!("two files of {sample} have an intheta of {theta}; take one away");
-        return Err(damaged(path, what));
-    }
-    let bytes =
-        to_rgl(&sample, &Measured(slices)).map_err(|error| damaged(path, error.to_string()))?;
-    RglMeasurement::parse(sample, &bytes).map_err(|what| damaged(path, what))
 }
 
 /// The files of the material of which `path` is one.
@@ -83,7 +122,7 @@ fn set_of(path: &Path) -> Result<(String, Vec<PathBuf>), SourceError> {
             continue;
         }
         // What is no text is not of the set either.
-        let of_same = text_of(&beside)
+        let of_same = head_of(&beside)
             .is_ok_and(|text| super::begins(text.as_bytes()) && sample_of(&text) == sample);
         if of_same || beside == path {
             files.push(beside);
@@ -91,6 +130,12 @@ fn set_of(path: &Path) -> Result<(String, Vec<PathBuf>), SourceError> {
     }
     files.sort();
     let named = sample.map(|name| name.trim_matches('"').to_owned());
+    if let Some(name) = named.iter().find(|name| !name.is_empty() && !is_name(name)) {
+        return Err(damaged(path)(format!(
+            "its sample_name is {}, and should be a name without slashes; correct it",
+            shown(name)
+        )));
+    }
     let name = named
         .filter(|name| !name.is_empty())
         .or_else(|| name_of(path));
@@ -101,11 +146,20 @@ fn set_of(path: &Path) -> Result<(String, Vec<PathBuf>), SourceError> {
 }
 
 fn text_of(path: &Path) -> Result<String, SourceError> {
-    let bytes = fs::read(path).map_err(refused(path))?;
-    String::from_utf8(bytes).map_err(|_| SourceError::Damaged {
-        path: path.into(),
-        what: "it is no text; get it again".to_owned(),
+    let bytes = read_at_most(path, MOST_BYTES).map_err(refused(path))?;
+    String::from_utf8(bytes).map_err(|error| {
+        damaged(path)(format!(
+            "it is no text: byte {} is none of UTF-8; get it again",
+            error.utf8_error().valid_up_to()
+        ))
     })
+}
+
+/// How a file begins that may be of the same set, or a film of a holiday.
+fn head_of(path: &Path) -> io::Result<String> {
+    let mut head = Vec::new();
+    File::open(path)?.take(HEAD).read_to_end(&mut head)?;
+    Ok(String::from_utf8_lossy(&head).into_owned())
 }
 
 /// Values at scattered outgoing directions, found by place: theta_o (cos phi, sin phi) in units of 90
@@ -180,10 +234,7 @@ fn on_ring(column: usize, row: usize, ring: usize) -> impl Iterator<Item = (usiz
         .filter(move |(r, c)| r.abs_diff(row).max(c.abs_diff(column)) == ring)
 }
 
-/// By increasing theta_i in degrees.
-struct Measured(Vec<(f64, Scattered)>);
-
-impl Brdf for Measured {
+impl Brdf for PabSet {
     fn evaluate(&self, at: &[HalfDifference<f32>], brdf: &mut [[f32; 3]]) {
         for (at, brdf) in at.iter().zip(brdf) {
             *brdf = self.value(at).map(|value| value as f32);
@@ -191,7 +242,7 @@ impl Brdf for Measured {
     }
 }
 
-impl Measured {
+impl PabSet {
     fn value(&self, at: &HalfDifference<f32>) -> [f64; 3] {
         let [x, y, z] = at.directions().incoming.map(f64::from);
         let theta_i = x.hypot(y).atan2(z);
@@ -200,18 +251,18 @@ impl Measured {
         let phi = -y.atan2(x);
         let half = [sin_h * phi.cos(), sin_h * phi.sin(), cos_h];
         let value = |index: usize| {
-            let (degrees, scattered) = &self.0[index];
+            let (degrees, scattered) = &self.slices[index];
             let incoming = direction(*degrees, 0.0);
             let cosine: f64 = incoming.iter().zip(half).map(|(a, b)| a * b).sum();
             let [x, y, z]: [f64; 3] = std::array::from_fn(|i| 2.0 * cosine * half[i] - incoming[i]);
             scattered.at([x, y, z.max(0.0)])
         };
         let degrees = theta_i.to_degrees();
-        let after = self.0.partition_point(|(theta, _)| *theta <= degrees);
-        if after == 0 || after == self.0.len() {
+        let after = self.slices.partition_point(|(theta, _)| *theta <= degrees);
+        if after == 0 || after == self.slices.len() {
             return value(after.saturating_sub(1));
         }
-        let [low, high] = [self.0[after - 1].0, self.0[after].0];
+        let [low, high] = [self.slices[after - 1].0, self.slices[after].0];
         let share = (degrees - low) / (high - low);
         let (low, high) = (value(after - 1), value(after));
         std::array::from_fn(|i| low[i] + share * (high[i] - low[i]))

@@ -6,6 +6,7 @@ use std::fmt::Write;
 use glimpse_core::geometry::{Directions, HalfDifference};
 use rayon::prelude::*;
 
+use super::file::{SET, VALUES};
 use super::{TO_XYZ, direction, times};
 use crate::material::{Brdf, NotFinite, angles_of};
 
@@ -36,13 +37,16 @@ pub fn to_pab(name: &str, brdf: &(impl Brdf + ?Sized)) -> Result<Vec<String>, No
 fn text(name: &str, brdf: &(impl Brdf + ?Sized), theta_i: u32) -> Result<String, NotFinite> {
     // A quotation mark would end the name.
     let name = name.replace(['"', '\n'], "_");
+    let outgoing = outgoing(f64::from(theta_i));
+    let set = THETA_I.map(|theta_i| theta_i.to_string()).join(" ");
     let mut text = format!(
         "#sample_name \"{name}\"\n#colorimetry: CIE-XYZ\n#format: theta phi BRDF\n#intheta {theta_i}\n\
-         #inphi 0\n#upphi 0\n"
+         #inphi 0\n#upphi 0\n{SET} {set}\n{VALUES} {}\n",
+        outgoing.len()
     );
     let narrow = |theta: f64, phi: f64| direction(theta, phi).map(|value| value as f32);
     let incoming = narrow(f64::from(theta_i), 0.0);
-    for [theta_o, phi_o] in outgoing(f64::from(theta_i)) {
+    for [theta_o, phi_o] in outgoing {
         let directions = Directions {
             incoming,
             outgoing: narrow(theta_o, phi_o),

@@ -27,6 +27,7 @@ mod write;
 
 pub use write::to_rgl;
 
+use std::f32::consts::FRAC_PI_2;
 use std::f64::consts::{PI, TAU};
 use std::path::Path;
 
@@ -156,9 +157,16 @@ impl Tensors {
         if nodes == 0 || !theta_i.is_sorted_by(|a, b| a < b) {
             return Err("its theta_i do not increase; get it again".to_owned());
         }
+        // The last one may be pi/2, rounded.
+        let outside = |theta: &&f32| !(0.0..=FRAC_PI_2).contains(*theta);
+        if let Some(theta) = theta_i.iter().find(outside) {
+            return Err(format!(
+                "its field theta_i holds {theta}, and should hold radians from 0 to pi/2; get it again"
+            ));
+        }
 
         let (shape, ndf) = file.floats::<2>("ndf")?;
-        let ndf = (grid("ndf", shape)?, ndf);
+        let ndf = (grid("ndf", shape)?, densities("ndf", ndf)?);
         let (shape, sigma) = file.floats::<2>("sigma")?;
         let sigma = (grid("sigma", shape)?, sigma);
         if let Some(area) = sigma.1.iter().find(|area| **area <= 0.0) {
@@ -168,6 +176,7 @@ impl Tensors {
         }
 
         let ([vndf_phis, vndf_nodes, rows, columns], vndf) = file.floats("vndf")?;
+        let vndf = densities("vndf", vndf)?;
         let vndf_grid = grid("vndf", [rows, columns])?;
         let ([rgb_phis, rgb_nodes, channels, rows, columns], rgb) = file.floats("rgb")?;
         let rgb_grid = grid("rgb", [rows, columns])?;
@@ -230,6 +239,18 @@ impl Tensors {
             });
             (measured * factor).relu()
         })
+    }
+}
+
+/// The values of a field of densities, of which none is less than 0. (Factors of `rgb` may be: that is
+/// noise.)
+fn densities(field: &str, values: Vec<f32>) -> Result<Vec<f32>, Complaint> {
+    match values.iter().position(|value| *value < 0.0) {
+        Some(index) => Err(format!(
+            "number {index} of its field {field} is {}, and a density is 0 or more; get it again",
+            values[index]
+        )),
+        None => Ok(values),
     }
 }
 

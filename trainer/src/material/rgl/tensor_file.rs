@@ -8,10 +8,24 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
+use crate::foreign::shown;
+
 pub(super) const MAGIC: &[u8] = b"tensor_file\0";
 const VERSION: [u8; 2] = [1, 0];
-/// Bytes of a value, by type: 1 to 8 are integers (unsigned and signed in turn), 9 to 11 floats.
-const WIDTHS: [usize; 12] = [0, 1, 1, 2, 2, 4, 4, 8, 8, 2, 4, 8];
+/// Bytes of a value, and what it is, by type less 1.
+const TYPES: [(usize, &str); 11] = [
+    (1, "8-bit unsigned integers"),
+    (1, "8-bit signed integers"),
+    (2, "16-bit unsigned integers"),
+    (2, "16-bit signed integers"),
+    (4, "32-bit unsigned integers"),
+    (4, "32-bit signed integers"),
+    (8, "64-bit unsigned integers"),
+    (8, "64-bit signed integers"),
+    (2, "16-bit floats"),
+    (4, "32-bit floats"),
+    (8, "64-bit floats"),
+];
 const UNSIGNED_8: u8 = 1;
 const FLOAT_32: u8 = 10;
 
@@ -33,7 +47,7 @@ struct Field {
 
 impl<'a> TensorFile<'a> {
     /// Reads the header. Every field's values are in the file after it, and no two fields share
-    /// any; nothing is allocated on the header's word.
+    /// any, and the file ends with the last of them; nothing is allocated on the header's word.
     pub(super) fn parse(bytes: &'a [u8]) -> Result<Self, Complaint> {
         let mut header = Header { rest: bytes };
         if header.take(MAGIC.len())? != MAGIC {
@@ -48,11 +62,20 @@ impl<'a> TensorFile<'a> {
             ));
         }
         let count = u32::from_le_bytes(header.array()?);
+        // Of a field of no length the header takes 13 bytes.
+        let possible = |count: u32| count as usize <= header.rest.len() / 13;
+        if !possible(count) && possible(count.swap_bytes()) {
+            return Err(format!(
+                "it counts {count} fields, or {} if its numbers are big-endian, and a tensor \
+                 file's are little-endian; get it again, or swap the bytes of all of them",
+                count.swap_bytes()
+            ));
+        }
         let mut fields = BTreeMap::new();
         for _ in 0..count {
             let (name, field) = header.field(bytes.len())?;
             if fields.insert(name, field).is_some() {
-                return Err(format!("it has two fields {name}; get it again"));
+                return Err(format!("it has two fields {}; get it again", shown(name)));
             }
         }
         let file = Self { bytes, fields };
@@ -60,7 +83,8 @@ impl<'a> TensorFile<'a> {
         Ok(file)
     }
 
-    /// Makes sure that no field begins before the header's end or another one's.
+    /// Makes sure that no field begins before the header's end or another one's, and that nothing
+    /// follows the last one.
     fn check_places(&self, header_end: usize) -> Result<(), Complaint> {
         let mut places: Vec<_> = self.fields.iter().collect();
         places.sort_by_key(|(_, field)| (field.place.start, field.place.end));
@@ -70,11 +94,22 @@ impl<'a> TensorFile<'a> {
                 continue;
             }
             if field.place.start < end {
-                return Err(format!("its field {name} overlaps {before}; get it again"));
+                return Err(format!(
+                    "its field {} overlaps {}; get it again",
+                    shown(name),
+                    shown(before)
+                ));
             }
             (end, before) = (field.place.end, *name);
         }
-        Ok(())
+        match self.bytes.len() - end {
+            0 => Ok(()),
+            more => Err(format!(
+                "something was appended: {more} bytes follow {}, which ends at byte {end}; get it \
+                 again",
+                shown(before)
+            )),
+        }
     }
 
     /// True if there is a field of this name.
@@ -87,12 +122,13 @@ impl<'a> TensorFile<'a> {
         &self,
         name: &str,
     ) -> Result<([usize; N], Vec<f32>), Complaint> {
-        let (shape, bytes) = self.values(name, FLOAT_32, "32-bit floats")?;
+        let (shape, bytes) = self.values(name, FLOAT_32)?;
         let (values, _) = bytes.as_chunks();
         let values: Vec<f32> = values.iter().copied().map(f32::from_le_bytes).collect();
         match values.iter().position(|value| !value.is_finite()) {
             Some(index) => Err(format!(
-                "number {index} of its field {name} is not finite; get it again"
+                "number {index} of its field {name} is {}, and should be finite; get it again",
+                values[index]
             )),
             None => Ok((shape, values)),
         }
@@ -100,7 +136,7 @@ impl<'a> TensorFile<'a> {
 
     /// The only value of a field of one byte.
     pub(super) fn byte(&self, name: &str) -> Result<u8, Complaint> {
-        match self.values::<1>(name, UNSIGNED_8, "8-bit unsigned integers")? {
+        match self.values::<1>(name, UNSIGNED_8)? {
             (_, [byte]) => Ok(*byte),
             ([length], _) => Err(format!(
                 "its field {name} has {length} values where there should be 1; get it again"
@@ -112,7 +148,6 @@ impl<'a> TensorFile<'a> {
         &self,
         name: &str,
         kind: u8,
-        described: &str,
     ) -> Result<([usize; N], &'a [u8]), Complaint> {
         let field = self
             .fields
@@ -122,9 +157,10 @@ impl<'a> TensorFile<'a> {
         match (shape, self.bytes.get(field.place.clone())) {
             (Ok(shape), Some(bytes)) if field.kind == kind => Ok((shape, bytes)),
             _ => Err(format!(
-                "its field {name} should be {described} in {N} dimensions, not of type {} and \
-                 shape {:?}; get it again",
-                field.kind, field.shape
+                "its field {name} should be {} in {N} dimensions, not {} of shape {}; get it again",
+                of_type(kind).map_or("", |(_, named)| named),
+                of_type(field.kind).map_or("", |(_, named)| named),
+                shown(&format!("{:?}", field.shape))
             )),
         }
     }
@@ -216,25 +252,30 @@ impl<'a> Header<'a> {
             .as_chunks();
         let shape: Vec<u64> = shape.iter().copied().map(u64::from_le_bytes).collect();
 
-        let width = match WIDTHS.get(usize::from(kind)) {
-            Some(width) if *width > 0 => *width,
-            _ => {
-                return Err(format!(
-                    "its field {name} has the unknown type {kind}; get it again"
-                ));
-            }
+        let Some((width, _)) = of_type(kind) else {
+            return Err(format!(
+                "its field {} has the unknown type {kind}; get it again",
+                shown(name)
+            ));
         };
         let place = place(begin, &shape, width).filter(|place| place.end <= file_bytes);
         let place = place.ok_or_else(|| {
             format!(
-                "its field {name} of shape {shape:?}, from byte {begin} on, ends past the file's \
-                 {file_bytes} bytes: it was cut short or is damaged; get it again"
+                "its field {} of shape {}, from byte {begin} on, ends past the file's \
+                 {file_bytes} bytes: it was cut short or is damaged; get it again",
+                shown(name),
+                shown(&format!("{shape:?}"))
             )
         })?;
         // None of the dimensions is longer than the file, or there are no values at all.
         let shape = shape.into_iter().map(|length| length as usize).collect();
         Ok((name, Field { kind, shape, place }))
     }
+}
+
+/// Width and name of a type; None of an unknown one.
+fn of_type(kind: u8) -> Option<(usize, &'static str)> {
+    TYPES.get(usize::from(kind).checked_sub(1)?).copied()
 }
 
 /// Where values of this shape are; None past the end of any file.

@@ -1,0 +1,90 @@
+//! Files of other people: read no further than makes sense, and quoted in messages without harm.
+
+use std::fs::File;
+use std::io::{self, Read};
+use std::path::Path;
+
+/// How many characters of a file's text a message shows.
+const SHOWN: usize = 120;
+
+/// Reads a whole file, a pipe or a device, unless it has more than so many bytes: then nothing that
+/// is read there can be what was meant, and memory is not filled with it.
+///
+/// # Errors
+/// If the operating system refuses, or it has more.
+pub(crate) fn read_at_most(path: &Path, most: u64) -> io::Result<Vec<u8>> {
+    let file = File::open(path)?;
+    let metadata = file.metadata()?;
+    if metadata.is_dir() {
+        return Err(io::ErrorKind::IsADirectory.into());
+    }
+    if metadata.len() > most {
+        return Err(too_long(&format!("{}", metadata.len()), most));
+    }
+    let mut bytes = Vec::new();
+    file.take(most + 1).read_to_end(&mut bytes)?;
+    match bytes.len() as u64 > most {
+        true => Err(too_long("more", most)),
+        false => Ok(bytes),
+    }
+}
+
+fn too_long(bytes: &str, most: u64) -> io::Error {
+    let what = format!(
+        "it has {bytes} bytes, and such a file has {most} at most; look whether it is the one meant"
+    );
+    io::Error::new(io::ErrorKind::InvalidData, what)
+}
+
+/// A file's text as a message shows it: its beginning, in one line, without what a terminal would
+/// take for an order.
+pub(crate) fn shown(text: &str) -> String {
+    let mut shown: String = text
+        .chars()
+        .take(SHOWN)
+        .flat_map(|c| match c.is_control() {
+            true => c.escape_default().collect::<Vec<char>>(),
+            false => vec![c],
+        })
+        .collect();
+    if text.chars().nth(SHOWN).is_some() {
+        shown += "...";
+    }
+    shown
+}
+
+/// The same of what is wrong with JSON, which may quote any length of it, and where that is.
+pub(crate) fn in_short(error: &serde_json::Error) -> String {
+    let whole = error.to_string();
+    let place = format!(" at line {} column {}", error.line(), error.column());
+    match whole.strip_suffix(&place) {
+        Some(what) => shown(what) + &place,
+        None => shown(&whole),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_more_is_read_than_is_allowed() {
+        let scratch = tempfile::tempdir().unwrap();
+        let path = scratch.path().join("file");
+        std::fs::write(&path, [7; 10]).unwrap();
+        assert_eq!(read_at_most(&path, 10).unwrap(), [7; 10]);
+        let message = read_at_most(&path, 9).unwrap_err().to_string();
+        assert!(message.contains("10 bytes") && message.contains("9 at most"));
+        assert!(read_at_most(scratch.path(), 9).is_err());
+        // A device without an end says that it has no bytes.
+        #[cfg(unix)]
+        assert!(read_at_most(Path::new("/dev/zero"), 1000).is_err());
+    }
+
+    #[test]
+    fn a_message_is_one_short_line() {
+        assert_eq!(shown("grün"), "grün");
+        assert_eq!(shown("a\n\u{1b}[2J"), "a\\n\\u{1b}[2J");
+        assert_eq!(shown(&"x".repeat(1 << 20)).len(), SHOWN + 3);
+    }
+}
