@@ -39,15 +39,20 @@ fn too_long(bytes: &str, most: u64) -> io::Error {
 /// A file's text as a message shows it: its beginning, in one line, without what a terminal would
 /// take for an order.
 pub(crate) fn shown(text: &str) -> String {
+    shown_up_to(SHOWN, text)
+}
+
+/// The same, up to so many characters.
+pub(crate) fn shown_up_to(most: usize, text: &str) -> String {
     let mut shown: String = text
         .chars()
-        .take(SHOWN)
+        .take(most)
         .flat_map(|c| match c.is_control() {
             true => c.escape_default().collect::<Vec<char>>(),
             false => vec![c],
         })
         .collect();
-    if text.chars().nth(SHOWN).is_some() {
+    if text.chars().nth(most).is_some() {
         shown += "...";
     }
     shown

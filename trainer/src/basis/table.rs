@@ -1,6 +1,7 @@
 //! Mean, median and principal components of mapped materials, tabulated: what a recipe's coefficients
 //! become a BRDF by.
 
+use std::io;
 use std::path::{Path, PathBuf};
 
 use glimpse_core::geometry::{Angles, HalfDifference};
@@ -19,8 +20,8 @@ pub const MAGIC: [u8; 4] = *b"GLMB";
 const VERSION: u32 = 1;
 /// Words before a file's table: magic, version, shape of the grid, number of components.
 const HEADER: usize = 6;
-/// The longest file that is read: of 2000 components, many more than scans have samples.
-const MOST_BYTES: u64 = 1 << 30;
+/// The longest file that is read: of 500 components, more than any completion takes.
+const MOST_BYTES: u64 = 1 << 28;
 
 /// Why a basis file cannot be used.
 #[derive(Debug, thiserror::Error)]
@@ -182,7 +183,12 @@ impl Basis {
             path: path.into(),
             what,
         };
-        let bytes = read_at_most(path, MOST_BYTES).map_err(|source| BasisError::Read {
+        // Somebody else's material.json may name anything: a device has no end.
+        let read = match path.exists() && !path.is_file() {
+            true => Err(io::Error::other("it is no regular file")),
+            false => read_at_most(path, MOST_BYTES),
+        };
+        let bytes = read.map_err(|source| BasisError::Read {
             path: path.into(),
             source,
         })?;

@@ -178,7 +178,7 @@ impl FittedMaterial {
         };
         if let Some(index) = contents.values.iter().position(|value| !value.is_finite()) {
             return Err(damaged(format!(
-                "number {index} of its `values` is beyond what 32-bit floats hold; write it again \
+                "number {index} of its `values` is not finite as a 32-bit float; write it again \
                  with `trainer fit`"
             )));
         }

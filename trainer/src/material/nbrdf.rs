@@ -244,10 +244,17 @@ fn check_npy_header(bytes: &[u8]) -> Result<usize, String> {
             ));
         }
     };
-    if (rest.len() - begin) as u64 >= u64::from(length) {
-        return Ok(NPY_MAGIC.len() + begin + length as usize);
+    let Some(header) = rest[begin..].get(..length as usize) else {
+        return Err(format!(
+            "its header states {length} bytes of itself, more than the file has; get it again"
+        ));
+    };
+    // A dictionary, and the shape in it. What is nested deeply is read for hours.
+    let brackets = header.iter().filter(|byte| b"{[(".contains(byte)).count();
+    match brackets {
+        0..=2 => Ok(NPY_MAGIC.len() + begin + header.len()),
+        more => Err(format!(
+            "its header opens {more} brackets, and that of a plain array 2; save it so with numpy.save"
+        )),
     }
-    Err(format!(
-        "its header states {length} bytes of itself, more than the file has; get it again"
-    ))
 }

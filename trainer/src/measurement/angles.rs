@@ -43,7 +43,8 @@ impl AngleTable {
         let table = Table::read(path)?;
         let Some(columns) = AngleColumns::of(&table)? else {
             return Err(table.damaged(format!(
-                "its first line should name columns {}, or {} (angles in degrees), but names {}",
+                "its first line should name columns {}, or {} (angles in degrees), but names {}; \
+                 correct it",
                 HALF_DIFFERENCE.join(", "),
                 DIRECTIONS.join(", "),
                 table.names()

@@ -46,9 +46,11 @@ impl Measured {
                 continue;
             };
             let read = meaning.brdf(&row, values);
-            let read = read.map_err(|what| rows.wrong(row.line, &what))?;
+            let wrong = |what: String| {
+                rows.wrong(row.line, &format!("{what}; correct the row or remove it"))
+            };
+            let read = read.map_err(wrong)?;
             let reading = Reading::from(read);
-            let wrong = |what: String| rows.wrong(row.line, &what);
             reading.check().map_err(|error| wrong(error.to_string()))?;
             measured.samples[row.sample]
                 .add(reading.brdf, reading.saturated)
@@ -64,7 +66,9 @@ impl Measured {
             }
         }
         if measured.rows == 0 {
-            return Err(rows.damaged("nothing was read in any of its rows".to_owned()));
+            return Err(rows.damaged(
+                "nothing was read in any of its rows; give a file with readings".to_owned(),
+            ));
         }
         Ok(measured)
     }

@@ -76,7 +76,9 @@ impl White {
                 }
                 let white = &mut whites[row.sample][usize::from(row.exchanged)];
                 let added = white.add(values, false);
-                added.map_err(|error| rows.wrong(row.line, &error.to_string()))?;
+                added.map_err(|error| {
+                    rows.wrong(row.line, &format!("{error}; correct the row or remove it"))
+                })?;
             }
         }
         let means = whites

@@ -67,7 +67,7 @@ impl Columns {
             return Err(table.damaged(format!(
                 "its first line should say where each reading was taken: theta_h, theta_d, phi_d, \
                  or theta_i, phi_i, theta_o, phi_o (degrees), or index (the sample's number, from \
-                 0); it names {}",
+                 0), and names {}; correct it",
                 table.names()
             )));
         }
@@ -83,7 +83,7 @@ impl Columns {
             (None, None) => {
                 return Err(table.damaged(format!(
                     "its first line should name what was read: r, g, b, or value of a sensor with \
-                     one channel; it names {}",
+                     one channel, and names {}; correct it",
                     table.names()
                 )));
             }
@@ -190,7 +190,9 @@ impl Rows {
         });
         let rows: Vec<ReadRow> = rows.collect::<Result<_, _>>()?;
         if rows.is_empty() {
-            return Err(table.damaged("it has no rows below its first line".to_owned()));
+            return Err(
+                table.damaged("it has no rows below its first line; add what was read".to_owned())
+            );
         }
         Ok(Self { table, rows })
     }
@@ -253,7 +255,7 @@ impl Rows {
         else {
             return Err(self.wrong(
                 row.line,
-                "it should hold directions and what was read there",
+                "it should hold directions and what was read there; give both",
             ));
         };
         if row.saturated {

@@ -10,7 +10,7 @@ use glimpse_optimizer::Record;
 
 use super::state::RunState;
 use crate::files;
-use crate::foreign::read_at_most;
+use crate::foreign::{read_at_most, shown_up_to};
 
 /// The name of the first stage's file within the checkpoint directory, and the ending of all files.
 const FIRST: &str = "checkpoint";
@@ -55,8 +55,8 @@ pub enum CheckpointError {
     },
     /// It is of another training run.
     #[error(
-        "{} belongs to another run ({found}, not {expected}); repeat that run's options, or \
-         remove it to start anew", path.display()
+        "{} belongs to another run ({}, not {expected}); repeat that run's options, or \
+         remove it to start anew", path.display(), shown_up_to(400, found)
     )]
     OtherRun {
         /// The file.

@@ -9,6 +9,7 @@ use ::image::codecs::hdr::HdrDecoder;
 use exr::prelude::{ReadChannels, ReadLayers, Vec2};
 
 use super::{Environment, Image};
+use crate::foreign::shown;
 
 /// The largest panorama: 8192 x 4096.
 const MOST_PIXELS: u64 = 1 << 25;
@@ -59,6 +60,20 @@ impl Environment {
     /// If the file cannot be read or is damaged, its sides are not 2:1 or it has more than 2^25
     /// pixels, a pixel is infinite or not a number, or all of it is black.
     pub fn read(path: &Path) -> Result<Self, EnvironmentError> {
+        let damaged = |what| EnvironmentError::Damaged {
+            path: path.into(),
+            what,
+        };
+        Self::from_panorama(&Image::read_panorama(path)?).map_err(damaged)
+    }
+}
+
+impl Image {
+    /// The panorama of such a file, as it stands there: see [`Environment::read`].
+    ///
+    /// # Errors
+    /// If the file cannot be read or is damaged, or it has more than 2^25 pixels.
+    pub fn read_panorama(path: &Path) -> Result<Self, EnvironmentError> {
         let refused = |source| EnvironmentError::Read {
             path: path.into(),
             source,
@@ -71,12 +86,10 @@ impl Environment {
         };
         let file = File::open(path).map_err(refused)?;
         let bytes = file.metadata().map_err(refused)?.len();
-        decode(BufReader::new(file), bytes)
-            .and_then(|panorama| Self::from_panorama(&panorama))
-            .map_err(|what| EnvironmentError::Damaged {
-                path: path.into(),
-                what,
-            })
+        decode(BufReader::new(file), bytes).map_err(|what| EnvironmentError::Damaged {
+            path: path.into(),
+            what,
+        })
     }
 }
 
@@ -100,6 +113,7 @@ fn check_size(width: u64, height: u64, bytes: u64) -> Result<(), String> {
 /// A Radiance file. Its EXPOSURE is left aside, because exposure is chosen anew.
 fn radiance<R: BufRead + Seek>(mut file: R, bytes: u64) -> Result<Image, String> {
     let damaged = |error: &dyn std::fmt::Display| {
+        let error = shown(&error.to_string());
         format!("not a whole Radiance file (*.hdr): {error}; fetch it or save it again, as RGBE")
     };
     let mut magic = [0; 2];
@@ -131,10 +145,11 @@ fn radiance<R: BufRead + Seek>(mut file: R, bytes: u64) -> Result<Image, String>
 
 /// An OpenEXR file.
 fn open_exr<R: BufRead + Seek>(file: R, bytes: u64) -> Result<Image, String> {
-    let damaged = |error| {
+    let damaged = |error: exr::error::Error| {
         format!(
-            "not a whole OpenEXR file with channels R, G and B: {error}; save it again, with ZIP \
-             compression"
+            "not a whole OpenEXR file with channels R, G and B: {}; save it again, with ZIP \
+             compression",
+            shown(&error.to_string())
         )
     };
     let reader = exr::block::read(file, false).map_err(damaged)?;

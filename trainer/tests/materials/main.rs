@@ -1,5 +1,6 @@
 //! Materials: look-ups, their derivatives, files, and what is said of files that are damaged.
 
+mod damage;
 mod derivatives;
 mod fitted;
 mod formats;

@@ -282,14 +282,14 @@ fn what_its_fields_must_be_is_said() {
         (
             "ndf",
             floats("ndf", &[24], 1.0),
-            "its field ndf should be 32-bit floats in 2 dimensions, not of type 10 and shape \
-             [24]; get it again",
+            "its field ndf should be 32-bit floats in 2 dimensions, not 32-bit floats \
+             of shape [24]; get it again",
         ),
         (
             "jacobian",
             floats("jacobian", &[1], 1.0),
-            "its field jacobian should be 8-bit unsigned integers in 1 dimensions, not of type 10 \
-             and shape [1]; get it again",
+            "its field jacobian should be 8-bit unsigned integers in 1 dimensions, not 32-bit \
+             floats of shape [1]; get it again",
         ),
         (
             "jacobian",
@@ -305,7 +305,7 @@ fn what_its_fields_must_be_is_said() {
         (
             "ndf",
             floats("ndf", &[3, 8], f32::NAN),
-            "number 0 of its field ndf is not finite; get it again",
+            "number 0 of its field ndf is NaN, and should be finite; get it again",
         ),
         (
             "sigma",

@@ -256,7 +256,7 @@ fn a_damaged_network_is_refused_by_its_file() {
     for (bytes, beginning, remedy) in [
         (
             npy("<f4", &[21], false, &floats(&values)),
-            "number 4 is not finite",
+            "number 4 is NaN, and should be finite",
             "get it again",
         ),
         (
