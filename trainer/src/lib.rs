@@ -4,6 +4,7 @@
 //! two files import each other. `tests/arrows.py` checks it by this list.
 //!
 //! - [`files`]: files that are written whole or not at all
+//! - `foreign`: files of other people, read within bounds and quoted without harm
 //! - [`basis`]: what makes a BRDF of the model Linear's coefficients
 //! - [`material`]: sources of BRDFs
 //! - [`measurement`]: readings from a lab, matched to a pattern, looked at and fitted

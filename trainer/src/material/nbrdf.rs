@@ -183,7 +183,7 @@ fn read_npy(path: &Path, shape: &[u64]) -> Result<Vec<f32>, SourceError> {
     if array.shape() != shape || array.order() != npyz::Order::C {
         return Err(damaged(format!(
             "it should hold an array of shape {shape:?} in C order, not {} in {:?} order; save \
-             it so with numpy.save(NAME, numpy.ascontiguousarray(array))",
+             it so with numpy.save",
             shown(&format!("{:?}", array.shape())),
             array.order()
         )));
@@ -192,8 +192,7 @@ fn read_npy(path: &Path, shape: &[u64]) -> Result<Vec<f32>, SourceError> {
     // The header says the order of bytes, and big-endian values are turned.
     if !["'<f4'", "'>f4'"].contains(&&kind[..]) {
         return Err(damaged(format!(
-            "its `descr` is {}, and should be '<f4', 32-bit floats; save it so with \
-             numpy.save(NAME, array.astype(\"<f4\"))",
+            "it should hold 32-bit floats ('<f4'), and its `descr` is {}; save it so with numpy.save",
             shown(&kind)
         )));
     }
@@ -230,7 +229,7 @@ fn read_npy(path: &Path, shape: &[u64]) -> Result<Vec<f32>, SourceError> {
 fn check_npy_header(bytes: &[u8]) -> Result<usize, String> {
     let Some(rest) = bytes.strip_prefix(NPY_MAGIC) else {
         return Err(
-            "it does not begin as an array of NumPy's does; save it with numpy.save".to_owned(),
+            "it is not a whole NumPy array (it does not begin as one); get it again".to_owned(),
         );
     };
     // From version 2 on the length has four bytes.
@@ -239,7 +238,7 @@ fn check_npy_header(bytes: &[u8]) -> Result<usize, String> {
         [_, _, a, b, c, d, ..] => (6, u32::from_le_bytes([*a, *b, *c, *d])),
         _ => {
             return Err(format!(
-                "it was cut short: it has {} bytes, too few even for its header; get it again",
+                "it is not a whole NumPy array (it has {} bytes, too few for a header); get it again",
                 bytes.len()
             ));
         }

@@ -161,7 +161,7 @@ fn other_dialects_are_named_with_what_they_say() {
         (
             "felt_b1.npy",
             array("<f4", "<f8"),
-            "its `descr` is '<f8', and should be '<f4'",
+            "('<f4'), and its `descr` is '<f8'",
         ),
         (
             "felt_b1.npy",

@@ -131,7 +131,7 @@ fn what_is_damaged_is_named() {
         ),
         (
             good.replace("phong 1", "../phong"),
-            "its `name` should be the name of a material",
+            "its `name` is `../phong`, and should be the name of a material",
         ),
         (
             good.replace("\"phong\"", "\"blinn\""),

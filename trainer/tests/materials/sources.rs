@@ -286,8 +286,8 @@ fn a_damaged_network_is_refused_by_its_file() {
         ),
         (
             short,
-            "it should hold 32-bit floats (",
-            "save it so with numpy.save",
+            "it was cut short: it has 211 bytes where its header and an array of shape [21] have 212",
+            "get it again",
         ),
         (
             b"not NumPy at all".to_vec(),

@@ -154,3 +154,67 @@ fn radians_are_suspected_aloud() {
     let told = mistake(measured(&format!("{in_radians}0.7,0.2,0.1,1\n")));
     assert!(!told.contains("radians"), "{told}");
 }
+
+#[test]
+fn other_dialects_are_taken_or_named() {
+    let whole = "theta_h,theta_d,phi_d,r,g,b\n0,30,0,0.25,0.5,0.75\n20,10,90,1,2,3\n";
+    for same in [
+        whole.replace('\n', "\r\n"),
+        whole.replace('\n', "\r"),
+        format!("\u{feff}{whole}"),
+        whole.trim_end().to_owned(),
+    ] {
+        let read = measured(&same).expect("it is read");
+        assert_eq!(read.rows, 2);
+        assert_eq!(read.samples[0].mean(), Some([0.25, 0.5, 0.75]));
+    }
+    let long = "x".repeat(100_000);
+    for (text, part) in [
+        (whole.replace(',', ";"), "semicolons between them; save it"),
+        (whole.replace(',', "\t"), "tabs between them; save it"),
+        (
+            whole.replace("0.25", "0,25"),
+            "line 2 has 7 cells where the first line names 6",
+        ),
+        (whole.replace("0.25", "1e39"), "1e39 is not finite; leave"),
+        (whole.replace("0.25", "-9"), "noise can be; correct the row"),
+        (
+            whole.replace("0,30,0", "0,0.5236,0"),
+            "line 2, its directions are",
+        ),
+        (whole.replace("0.25", &long), "`xxx"),
+        (whole.replace("r,g", "\u{1b}[2J,g"), "\\u{1b}[2J"),
+        (
+            whole[..28].to_owned(),
+            "it has no rows below its first line; ",
+        ),
+        (String::new(), "its first line is empty"),
+    ] {
+        let told = mistake(measured(&text));
+        assert!(told.contains(part), "{told}");
+        assert!(
+            !told.contains(char::is_control) && told.len() < 600,
+            "{told}"
+        );
+    }
+}
+
+/// A CSV need not end its last line, so that a cut within a number leaves another one: then a sample is
+/// missing, or it is one row that is wrong.
+#[test]
+fn a_cut_leaves_fewer_rows_or_a_message() {
+    let whole = "index,r,g,b\n0,0.25,0.5,0.75\n1,1.5,2.5,3.5\n2,0.1,0.2,0.3\n";
+    for length in 0..whole.len() {
+        match measured(&whole[..length]) {
+            Ok(read) => {
+                let ends = whole[..length].matches('\n').count();
+                assert!(read.rows == ends || read.rows + 1 == ends, "{length}");
+            }
+            Err(error) => {
+                let message = error.to_string();
+                assert!(message.contains("a.csv: "), "{message}");
+                assert!(message.contains("; "), "no remedy: {message}");
+            }
+        }
+    }
+}
