@@ -177,7 +177,10 @@ fn other_dialects_are_taken_or_named() {
             "line 2 has 7 cells where the first line names 6",
         ),
         (whole.replace("0.25", "1e39"), "1e39 is not finite; leave"),
-        (whole.replace("0.25", "-9"), "noise can be; correct the row"),
+        (
+            whole.replace("0.25", "-9"),
+            "look at the dark reading; correct the row",
+        ),
         (
             whole.replace("0,30,0", "0,0.5236,0"),
             "line 2, its directions are",
