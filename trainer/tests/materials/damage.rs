@@ -288,8 +288,7 @@ fn a_device_is_no_basis() {
         "basis": {"file": "/dev/zero", "checksum": "00000001"}, "values": [1, 1, 1]}"#;
     fs::write(&path, text).expect("it is written");
     let message = FittedMaterial::read(&path)
-        .err()
-        .expect("it is refused")
+        .expect_err("it is refused")
         .to_string();
     assert!(
         message.contains("/dev/zero: it is no regular file"),
