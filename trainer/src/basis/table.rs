@@ -5,7 +5,8 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use glimpse_core::geometry::{Angles, HalfDifference};
-use glimpse_core::model::linear::{EPSILON, unmap};
+use glimpse_core::model::linear::format::MAGIC as COMPACT_MAGIC;
+use glimpse_core::model::linear::{Basis as CompactBasis, EPSILON, unmap};
 use rayon::prelude::*;
 
 use super::Grid;
@@ -174,10 +175,10 @@ impl Basis {
         recipe.with_extension("basis")
     }
 
-    /// Reads the basis that lies beside a recipe.
+    /// Reads the basis that lies beside a recipe, the whole one or a compact one that was made of it.
     ///
     /// # Errors
-    /// If it cannot be read or is another one than `checksum` names.
+    /// If it cannot be read, or is another one than `checksum` names or made of another one.
     pub fn read(path: &Path, checksum: u32) -> Result<Self, BasisError> {
         let damaged = |what| BasisError::Damaged {
             path: path.into(),
@@ -192,10 +193,46 @@ impl Basis {
             path: path.into(),
             source,
         })?;
+        if bytes.starts_with(&COMPACT_MAGIC) {
+            let compact = CompactBasis::parse(&bytes)
+                .map_err(|_| damaged("a compact basis that was cut or altered"))?;
+            return match compact.of() == checksum {
+                true => Ok(Self::of_compact(&compact)),
+                false => Err(damaged("it was made of another basis")),
+            };
+        }
         if Self::checksum(&bytes) != checksum {
             return Err(damaged("its checksum is another"));
         }
         Self::from_bytes(&bytes).map_err(damaged)
+    }
+
+    /// A compact basis, tabulated again: what lies below the horizon is as at the horizon.
+    #[must_use]
+    pub fn of_compact(compact: &CompactBasis<'_>) -> Self {
+        let components = compact.components();
+        let row = |node| {
+            let Angles {
+                theta_h,
+                theta_d,
+                phi_d,
+            } = Grid::angles(node);
+            let at = HalfDifference::from_angles(Angles {
+                theta_h: theta_h as f32,
+                theta_d: theta_d as f32,
+                phi_d: phi_d as f32,
+            });
+            let mut row = Vec::with_capacity(HEAD + components);
+            if let Some((mean, components)) = compact.look_up(&at) {
+                // Its mean is that of the mapping with a median of 0.
+                row.extend([mean, EPSILON.ln() as f32]);
+                row.extend(components);
+            }
+            row.resize(HEAD + components, 0.0);
+            row
+        };
+        let rows: Vec<Vec<f32>> = (0..Grid::LEN).into_par_iter().map(row).collect();
+        Self::of_table(rows.concat(), components)
     }
 
     /// The basis of a file's bytes; or what is wrong with them.

@@ -171,6 +171,26 @@ impl<'a> Basis<'a> {
         if !(at.is_valid() && is_unit(at)) {
             return None;
         }
+        let (mean, components) = self.look_up(at)?;
+        let mut mapped = [mean; 3];
+        let mut channels = coefficients.map(<[f32]>::iter);
+        for component in components {
+            for (mapped, channel) in mapped.iter_mut().zip(&mut channels) {
+                *mapped += component * channel.next().copied().unwrap_or_default();
+            }
+        }
+        let weight = at.cos_theta_i() * at.cos_theta_o();
+        // The mean is that of ln(1 + f w / e), which is the mapping with a median of 0.
+        let brdf = mapped.map(|mapped| unmap(mapped, 0.0, weight));
+        brdf.iter().all(|value| value.is_finite()).then_some(brdf)
+    }
+
+    /// What it holds at a half and difference vector of unit length: the mean of ln(1 + f w / e) over the
+    /// training columns, f the BRDF, w = cos(theta_i) cos(theta_o); and the components, one after the
+    /// other. Below the horizon it is as at the horizon. None never comes of a basis that was parsed.
+    #[must_use]
+    #[inline]
+    pub fn look_up(&self, at: &HalfDifference<f32>) -> Option<(f32, impl Iterator<Item = f32>)> {
         let mut mean = 0.0;
         let [a, b, c, d, e, f, g, h] = self.nodes.corners(at).map(|corner| {
             let (value, scale, row) = self.node(corner.node)?;
@@ -181,23 +201,15 @@ impl<'a> Basis<'a> {
             })
         });
         let mut rows = [a?, b?, c?, d?, e?, f?, g?, h?];
-        let mut mapped = [mean; 3];
-        let mut channels = coefficients.map(<[f32]>::iter);
-        for scale in self.scales.iter() {
+        let components = self.scales.iter().map(move |scale| {
             let mut component = 0.0;
             for row in &mut rows {
                 let entry = row.entries.next().copied().unwrap_or_default();
                 component += row.share * f32::from(entry.cast_signed());
             }
-            component *= scale;
-            for (mapped, channel) in mapped.iter_mut().zip(&mut channels) {
-                *mapped += component * channel.next().copied().unwrap_or_default();
-            }
-        }
-        let weight = at.cos_theta_i() * at.cos_theta_o();
-        // The mean is that of ln(1 + f w / e), which is the mapping with a median of 0.
-        let brdf = mapped.map(|mapped| unmap(mapped, 0.0, weight));
-        brdf.iter().all(|value| value.is_finite()).then_some(brdf)
+            component * scale
+        });
+        Some((mean, components))
     }
 
     /// A node's mean, its row's scale, and its row.
