@@ -8,7 +8,7 @@ mod readings;
 mod uncertainty;
 
 pub use adam::OPTIMUM_STEPS;
-pub use directions::{DIRECTIONS, directions};
+pub use directions::{DIRECTIONS, directions, fewer_directions};
 pub use glimpse_kernels::scan::{Found, scan};
 pub use leakage::{Known, TrainedOn};
 pub use method::{Fitted, Method, measure};

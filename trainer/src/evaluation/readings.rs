@@ -38,8 +38,10 @@ impl Readings {
         self.lost > 0 || self.noise > 0.0 || self.additive > 0.0
     }
 
-    /// What is read of a material at so many samples, by their index and angles.
-    pub(super) fn of<'m>(
+    /// What is read of a material at so many samples, by their index and angles, asked for in order: the
+    /// BRDF in linear RGB, sr^-1, not times the cosine, or None where a reading is lost. The same seed
+    /// loses the same ones, with the same noise.
+    pub fn of<'m>(
         self,
         material: &'m dyn Material,
         samples: usize,

@@ -44,44 +44,7 @@ impl Basis {
     pub fn compact(&self, components: usize, nodes: Nodes) -> Vec<u8> {
         let components = components.clamp(1, self.components());
         let columns = self.columns_at_nodes(components, nodes);
-        let (means, columns) = columns.split_at(1);
-        let largest = |values: &[f64]| values.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
-        let mean_scale = (largest(&means[0]) / MEAN) as f32;
-        let spans: Vec<f64> = columns.iter().map(|column| largest(column)).collect();
-
-        let whole = Self::checksum(&self.to_bytes());
-        let mut body = whole.to_le_bytes().to_vec();
-        let shape = [nodes.theta_h, nodes.theta_d, nodes.phi_d];
-        for count in [components as u16].iter().chain(&shape) {
-            body.extend(count.to_le_bytes());
-        }
-        body.extend(mean_scale.to_le_bytes());
-        for span in &spans {
-            body.extend(((span / (ENTRY * ROW_SCALE)) as f32).to_le_bytes());
-        }
-        for (node, mean) in means[0].iter().enumerate() {
-            let mean = ratio(*mean, f64::from(mean_scale)).round() as i16;
-            let row: Vec<f64> = columns
-                .iter()
-                .zip(&spans)
-                .map(|(column, span)| ratio(column[node], *span))
-                .collect();
-            // Rounded up, so that no entry is cut.
-            let scale = (largest(&row) * ROW_SCALE).ceil().min(ROW_SCALE);
-            body.extend(mean.to_le_bytes());
-            body.extend((scale as u16).to_le_bytes());
-            for entry in row {
-                let entry = ratio(entry * ENTRY * ROW_SCALE, scale).round() as i8;
-                body.push(entry.cast_unsigned());
-            }
-        }
-        let length = body.len() as u32;
-        let mut bytes = MAGIC.to_vec();
-        bytes.extend(VERSION.to_le_bytes());
-        bytes.extend(length.to_le_bytes());
-        bytes.extend(checksum_of(VERSION, length, &body).to_le_bytes());
-        bytes.extend(body);
-        bytes
+        pack(Self::checksum(&self.to_bytes()), nodes, &columns)
     }
 
     /// The mean of ln(1 + f w / e), then components, each at all nodes.
@@ -128,6 +91,48 @@ impl Basis {
             .map(|value| value as f32)
             .collect()
     }
+}
+
+/// A compact basis's file: the checksum of what it was made of, and the mean of ln(1 + f w / e), then
+/// components, each at all nodes.
+pub(super) fn pack(of: u32, nodes: Nodes, columns: &[Vec<f64>]) -> Vec<u8> {
+    let (means, columns) = columns.split_at(1);
+    let largest = |values: &[f64]| values.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+    let mean_scale = (largest(&means[0]) / MEAN) as f32;
+    let spans: Vec<f64> = columns.iter().map(|column| largest(column)).collect();
+
+    let mut body = of.to_le_bytes().to_vec();
+    let shape = [nodes.theta_h, nodes.theta_d, nodes.phi_d];
+    for count in [columns.len() as u16].iter().chain(&shape) {
+        body.extend(count.to_le_bytes());
+    }
+    body.extend(mean_scale.to_le_bytes());
+    for span in &spans {
+        body.extend(((span / (ENTRY * ROW_SCALE)) as f32).to_le_bytes());
+    }
+    for (node, mean) in means[0].iter().enumerate() {
+        let mean = ratio(*mean, f64::from(mean_scale)).round() as i16;
+        let row: Vec<f64> = columns
+            .iter()
+            .zip(&spans)
+            .map(|(column, span)| ratio(column[node], *span))
+            .collect();
+        // Rounded up, so that no entry is cut.
+        let scale = (largest(&row) * ROW_SCALE).ceil().min(ROW_SCALE);
+        body.extend(mean.to_le_bytes());
+        body.extend((scale as u16).to_le_bytes());
+        for entry in row {
+            let entry = ratio(entry * ENTRY * ROW_SCALE, scale).round() as i8;
+            body.push(entry.cast_unsigned());
+        }
+    }
+    let length = body.len() as u32;
+    let mut bytes = MAGIC.to_vec();
+    bytes.extend(VERSION.to_le_bytes());
+    bytes.extend(length.to_le_bytes());
+    bytes.extend(checksum_of(VERSION, length, &body).to_le_bytes());
+    bytes.extend(body);
+    bytes
 }
 
 /// Which nodes stand for the same place: where the half vector is the normal, or both directions

@@ -15,6 +15,7 @@ mod least_squares;
 mod prior;
 mod recipe_basis;
 mod reduced;
+mod single;
 
 pub use crate::basis::{
     BASIS_MAGIC, Basis, BasisError, ByAngles, Coefficients, CountError, Grid, Reconstruction,
@@ -26,3 +27,4 @@ pub use condition::least_condition;
 pub use prior::Prior;
 pub use recipe_basis::ReducedBasis;
 pub use reduced::Reduced;
+pub use single::{CHANNELS, SINGLE_NODES, single_material};

@@ -10,6 +10,7 @@ mod plot;
 mod raster;
 mod svg;
 mod table;
+mod view;
 
 pub use gallery::{Gallery, GalleryRow, Tile};
 pub use lobe::{Lobe, MOST_LOBES, lobe, lobe_svg};
@@ -18,3 +19,4 @@ pub use pattern::pattern_svg;
 pub use plot::{Axis, Hue, Mark, Plot, PlotError, Scale, Series};
 pub use raster::{RasterError, svg_to_png};
 pub use table::{Best, Cell, Column, Compare, Table};
+pub use view::{Reference, Shown, View, WASM};

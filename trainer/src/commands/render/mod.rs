@@ -4,10 +4,11 @@ mod lobe;
 mod pattern;
 mod shared;
 mod sphere;
+mod view;
 
 use clap::{Args, Subcommand};
 
-/// Draw materials, as spheres or as lobes, and where a recipe measures.
+/// Draw materials, as spheres or as lobes, where a recipe measures, and a page that fits in the browser.
 #[derive(Args)]
 pub(crate) struct Render {
     #[command(subcommand)]
@@ -20,6 +21,7 @@ enum What {
     Sphere(sphere::Sphere),
     Lobe(lobe::Lobe),
     Pattern(pattern::Pattern),
+    View(view::View),
 }
 
 impl Render {
@@ -28,6 +30,7 @@ impl Render {
             What::Sphere(sphere) => sphere.run(seed),
             What::Lobe(lobe) => lobe.run(seed),
             What::Pattern(pattern) => pattern.run(),
+            What::View(view) => view.run(seed),
         }
     }
 }

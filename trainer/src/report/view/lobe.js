@@ -1,0 +1,104 @@
+// The BRDF in the plane of incidence at the marked point, whose normal is z.
+const STEPS = 361;
+const DECADES = 6; // at most
+const luminance = (rgb, i) => 0.2126 * rgb[i] + 0.7152 * rgb[i + 1] + 0.0722 * rgb[i + 2];
+const POWERS = "⁰¹²³⁴⁵⁶⁷⁸⁹";
+const power = (n) => "10" + (n < 0 ? "⁻" : "") + [...String(Math.abs(n))].map((digit) => POWERS[digit]).join("");
+
+const thetaOf = (a) => Math.acos(Math.max(-1, Math.min(1, a[2])));
+// The camera's angle in the plane of incidence: positive across the normal from the light.
+const cameraAngle = () => {
+  const towards = scene.camera[2];
+  const across = -(towards[0] * scene.light[0] + towards[1] * scene.light[1]);
+  return across < 0 ? -thetaOf(towards) : thetaOf(towards);
+};
+// Brings the light to another angle to the marked point's normal, in the same plane.
+const lightAt = (theta) => {
+  let [x, y] = scene.light;
+  const length = Math.hypot(x, y);
+  [x, y] = length > 1e-3 ? [x / length, y / length] : [-1, 0];
+  scene.light = [Math.sin(theta) * x, Math.sin(theta) * y, Math.cos(theta)];
+};
+
+// `curves` are {core, colour, dash, width}; returns where things were drawn, for fingers.
+const drawLobe = (canvas, curves, scale) => {
+  const ratio = Math.min(devicePixelRatio, 2), width = canvas.clientWidth, height = canvas.clientHeight;
+  if (canvas.width !== Math.round(width * ratio)) [canvas.width, canvas.height] = [width * ratio, height * ratio].map(Math.round);
+  const pen = canvas.getContext("2d"), style = getComputedStyle(document.body);
+  const colour = (name) => style.getPropertyValue(name).trim();
+  pen.setTransform(ratio, 0, 0, ratio, 0, 0);
+  pen.clearRect(0, 0, width, height);
+  pen.font = "12px system-ui, 'DejaVu Sans', sans-serif";
+  pen.textAlign = "center";
+  pen.textBaseline = "middle";
+  const radius = Math.min(width / 2 - 26, height - 46), centre = [width / 2, height - 24];
+  const place = (theta, share) => [centre[0] + radius * share * Math.sin(theta), centre[1] - radius * share * Math.cos(theta)];
+  const line = (points, close) => {
+    pen.beginPath();
+    points.forEach(([x, y], i) => (i ? pen.lineTo(x, y) : pen.moveTo(x, y)));
+    if (close) pen.closePath();
+  };
+
+  const theta = thetaOf(scene.light), isLit = theta < 1.55;
+  const found = curves.map((curve) => {
+    const rgb = isLit ? curve.core.lobe(theta, STEPS) : new Float32Array(3 * STEPS);
+    return Float32Array.from({ length: STEPS }, (_, i) => luminance(rgb, 3 * i));
+  });
+  let [least, most] = [Infinity, 0];
+  for (const values of found) for (const value of values) {
+    if (value > 0) [least, most] = [Math.min(least, value), Math.max(most, value)];
+  }
+  const high = most > 0 ? Math.ceil(Math.log10(most)) : 0;
+  const low = Math.min(high - 2, Math.max(high - DECADES, Number.isFinite(least) ? Math.floor(Math.log10(least)) : -2));
+  const share = scale === "log"
+    ? (value) => (value > 0 ? Math.max(0, Math.min(1, (Math.log10(value) - low) / (high - low))) : 0)
+    : (value) => Math.cbrt(Math.max(0, value) / (most || 1));
+
+  // Rings and rays.
+  pen.strokeStyle = colour("--line");
+  pen.fillStyle = colour("--dim");
+  pen.lineWidth = 1;
+  const rings = scale === "log"
+    ? Array.from({ length: high - low }, (_, i) => [(i + 1) / (high - low), power(low + i + 1)])
+    : [0.001, 0.01, 0.1, 0.3, 1].map((part) => [Math.cbrt(part), (part * most).toPrecision(2).replace(/\.?0+$/, "")]);
+  for (const [at, label] of rings) {
+    pen.beginPath();
+    pen.arc(...centre, radius * at, Math.PI, 0);
+    pen.stroke();
+    pen.fillText(label, centre[0] + radius * at, centre[1] + 13);
+  }
+  for (let degrees = -90; degrees <= 90; degrees += 30) {
+    const angle = (degrees * Math.PI) / 180;
+    line([centre, place(angle, 1)]);
+    pen.stroke();
+    if (Math.abs(degrees) < 90) pen.fillText(`${degrees < 0 ? "−" : ""}${Math.abs(degrees)}°`, ...place(angle, 1 + 13 / radius));
+  }
+
+  // The reference comes first, below the others.
+  found.forEach((values, index) => {
+    const { colour: stroke, dash, width: thick } = curves[index];
+    if (!isLit) return;
+    pen.strokeStyle = colour(stroke);
+    pen.lineWidth = thick;
+    pen.lineJoin = "round";
+    pen.setLineDash(dash);
+    line(Array.from(values, (value, i) => place((((2 * i + 1) / STEPS - 1) * Math.PI) / 2, share(value))));
+    pen.stroke();
+  });
+  pen.setLineDash([]);
+
+  const mark = (angle, filled) => {
+    line([place(angle, 1 - 14 / radius), place(angle + 7 / radius, 1), place(angle - 7 / radius, 1)], true);
+    pen.fillStyle = pen.strokeStyle = colour("--text");
+    pen.lineWidth = 1.5;
+    if (filled) pen.fill();
+    else pen.stroke();
+  };
+  if (isLit) mark(-theta, true);
+  if (Math.abs(cameraAngle()) <= Math.PI / 2) mark(cameraAngle(), false);
+  if (!isLit) {
+    pen.fillStyle = colour("--dim");
+    pen.fillText("The light is below the horizon of the marked point.", centre[0], centre[1] - radius / 2);
+  }
+  return { centre };
+};
