@@ -28,7 +28,11 @@ pub fn single_material(material: &dyn Material, nodes: Nodes) -> Vec<u8> {
     let values: Vec<[f64; 3]> = (0..nodes.count().unwrap_or_default())
         .into_par_iter()
         .map(|node| {
-            let at = [node / (rows * columns), node / columns % rows, node % columns];
+            let at = [
+                node / (rows * columns),
+                node / columns % rows,
+                node % columns,
+            ];
             mapped(material, angles_at(nodes, at))
         })
         .collect();
@@ -75,7 +79,11 @@ fn mapped(material: &dyn Material, at: Angles<f64>) -> [f64; 3] {
             phi_d: phi_d as f32,
         });
         for (sum, value) in sum.iter_mut().zip(brdf) {
-            let value = if value.is_finite() { value.max(0.0) } else { 0.0 };
+            let value = if value.is_finite() {
+                value.max(0.0)
+            } else {
+                0.0
+            };
             *sum += 0.25 * map(f64::from(value), 0.0, weight);
         }
     }
@@ -110,7 +118,8 @@ mod tests {
                 phi_d: phi_d as f32,
             });
             // Light and sensor at the very horizon, or an azimuth that means nothing.
-            if node / 40 == 0 || node / 5 % 8 == 0 || at.cos_theta_i().min(at.cos_theta_o()) < 1e-4 {
+            if node / 40 == 0 || node / 5 % 8 == 0 || at.cos_theta_i().min(at.cos_theta_o()) < 1e-4
+            {
                 continue;
             }
             let share: f32 = nodes
@@ -134,7 +143,9 @@ mod tests {
                 let found = table.brdf(CHANNELS, &at).expect("it is above the horizon");
                 let cosine = at.cos_theta_i();
                 for (found, known) in found.into_iter().zip(material.brdf(angles)) {
-                    errors.push(f64::from(((1.0 + found * cosine) / (1.0 + known * cosine)).ln().abs()));
+                    errors.push(f64::from(
+                        ((1.0 + found * cosine) / (1.0 + known * cosine)).ln().abs(),
+                    ));
                 }
             }
             let mean = errors.iter().sum::<f64>() / errors.len() as f64;

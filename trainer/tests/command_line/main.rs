@@ -15,6 +15,7 @@ mod query;
 mod render;
 mod reproduce;
 mod survival;
+mod view;
 
 use std::fs;
 use std::path::Path;

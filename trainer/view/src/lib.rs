@@ -10,6 +10,7 @@
 #![no_std]
 #![cfg(target_arch = "wasm32")]
 
+mod error;
 mod room;
 mod scene;
 mod shading;

@@ -1,6 +1,6 @@
 //! The material that an instance stands for, and the rooms that a page shares with it.
 
-use core::fmt::{Display, Write};
+use core::fmt::Write;
 
 use glimpse_core::fit::{AnyModel, linear_words};
 use glimpse_core::geometry::{Angles, Directions, HalfDifference};
@@ -10,6 +10,7 @@ use glimpse_core::model::loss::cosine_weighted_log_error;
 use glimpse_core::recipe::{MAX_COMPONENTS, MAX_SAMPLES, Recipe};
 use glimpse_core::scan::{Fitted, Memory, Reading, Scan};
 
+use crate::error::SceneError;
 use crate::room::Room;
 use crate::single::Single;
 
@@ -21,8 +22,6 @@ static MEMORY: Single<Memory<Fitter, MAX_SAMPLES>> = Single::new(Memory::new());
 
 /// The coefficients that make a table's components channels.
 const CHANNELS: [&[f32]; 3] = [&[1.0], &[0.0, 1.0], &[0.0, 0.0, 1.0]];
-const NO_ROOM: &str = "the room for it was not asked for, or is too small";
-const NO_SCAN: &str = "no scan was begun";
 
 /// Numbers of a direction that a loss is judged at: three angles, three channels.
 const JUDGED: usize = 6;
@@ -82,7 +81,7 @@ impl Scene {
     }
 
     /// Keeps what went wrong as a sentence, and says whether something did.
-    pub(crate) fn told<E: Display>(&mut self, outcome: Result<(), E>) -> u32 {
+    pub(crate) fn told(&mut self, outcome: Result<(), SceneError>) -> u32 {
         self.message.clear();
         let Err(error) = outcome else {
             return 0;
@@ -96,27 +95,26 @@ impl Scene {
         &self.message
     }
 
-    pub(crate) fn begin(&mut self) -> Result<(), String<400>> {
-        let recipe = self.rooms[RECIPE].take().ok_or_else(|| text(&NO_ROOM))?;
-        let recipe = Recipe::parse(recipe.into_bytes()).map_err(|error| text(&error))?;
+    pub(crate) fn begin(&mut self) -> Result<(), SceneError> {
+        let recipe = self.rooms[RECIPE].take().ok_or(SceneError::NoRoom)?;
+        let recipe = Recipe::parse(recipe.into_bytes())?;
         let basis = self.rooms[BASIS].take().map(Room::into_bytes);
-        let basis = basis.map(Basis::parse).transpose();
-        let basis = basis.map_err(|error| text(&error))?;
+        let basis = basis.map(Basis::parse).transpose()?;
         let memory = match self.scan.take() {
             Some(scan) => scan.into_memory(),
             None => MEMORY.with(|memory| memory),
         };
-        let mut scan = Scan::new(recipe, memory).map_err(|error| text(&error))?;
+        let mut scan = Scan::new(recipe, memory)?;
         if let Some(basis) = basis {
-            scan = scan.with_basis(basis).map_err(|error| text(&error))?;
+            scan = scan.with_basis(basis)?;
         }
         self.scan = Some(scan);
         Ok(())
     }
 
-    pub(crate) fn look_at_table(&mut self) -> Result<(), String<400>> {
-        let table = self.rooms[TABLE].take().ok_or_else(|| text(&NO_ROOM))?;
-        let table = Basis::parse(table.into_bytes()).map_err(|error| text(&error))?;
+    pub(crate) fn look_at_table(&mut self) -> Result<(), SceneError> {
+        let table = self.rooms[TABLE].take().ok_or(SceneError::NoRoom)?;
+        let table = Basis::parse(table.into_bytes())?;
         self.table = Some(table);
         Ok(())
     }
@@ -125,23 +123,21 @@ impl Scene {
         self.scan.as_ref().map_or(0, |scan| scan.recipe().samples())
     }
 
-    pub(crate) fn fit(&mut self) -> Result<(), String<400>> {
-        let scan = self.scan.as_mut().ok_or_else(|| text(&NO_SCAN))?;
+    pub(crate) fn fit(&mut self) -> Result<(), SceneError> {
+        let scan = self.scan.as_mut().ok_or(SceneError::NoScan)?;
         let samples = scan.recipe().samples();
         let readings = self.rooms[NUMBERS].as_mut().map(Room::numbers);
         let readings = readings.and_then(|numbers| numbers.get(..READING * samples));
-        let (readings, _) = readings.ok_or_else(|| text(&NO_ROOM))?.as_chunks();
+        let (readings, _) = readings.ok_or(SceneError::NoRoom)?.as_chunks::<READING>();
         scan.restart();
         for (index, &[red, green, blue, is_there]) in (0..).zip(readings) {
-            let _: [f32; READING] = [red, green, blue, is_there];
             if is_there != 0.0 {
-                scan.record(index, Reading::new([red, green, blue]))
-                    .map_err(|error| text(&error))?;
+                scan.record(index, Reading::new([red, green, blue]))?;
             }
         }
-        let mut fit = scan.fit().map_err(|error| text(&error))?;
+        let mut fit = scan.fit()?;
         fit.advance(u32::MAX);
-        fit.finish().map_err(|error| text(&error))?;
+        fit.finish()?;
         Ok(())
     }
 
@@ -238,10 +234,4 @@ fn shown<'a>(
         Some(table) => Some(Shown::Table(table)),
         None => scan?.fitted().map(Shown::Fitted),
     }
-}
-
-fn text(error: &dyn Display) -> String<400> {
-    let mut text = String::new();
-    let _ = write!(text, "{error}");
-    text
 }

@@ -114,7 +114,9 @@ impl View {
         let reference = material.map(Reference::new);
         if let Some(reference) = &reference {
             let loss = reference.table_loss();
-            eprintln!("the reference is shown by a table, whose loss is {loss:.5}; fits are judged without");
+            eprintln!(
+                "the reference is shown by a table, whose loss is {loss:.5}; fits are judged without"
+            );
         }
         let title = match (material, self.measurements.first()) {
             (Some(material), _) => material.name().to_owned(),
@@ -159,7 +161,11 @@ impl View {
     }
 
     fn refuse_inputs(&self) -> anyhow::Result<()> {
-        let inputs = self.recipes.iter().chain(&self.measurements).chain(&self.basis);
+        let inputs = self
+            .recipes
+            .iter()
+            .chain(&self.measurements)
+            .chain(&self.basis);
         for input in inputs {
             refuse_input(&self.out, input)?;
         }

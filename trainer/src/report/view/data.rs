@@ -44,7 +44,9 @@ impl Reference {
         let parsed = Basis::parse(&table).ok();
         let tabulated = |at: &HalfDifference<f32>| {
             let basis = parsed.as_ref();
-            basis.and_then(|basis| basis.brdf(CHANNELS, at)).unwrap_or_default()
+            basis
+                .and_then(|basis| basis.brdf(CHANNELS, at))
+                .unwrap_or_default()
         };
         let table_loss = loss_between(&tabulated, material);
         let mut judge = Vec::new();
@@ -67,7 +69,11 @@ impl Reference {
     }
 
     fn to_json(&self) -> Value {
-        let judge: Vec<u8> = self.judge.iter().flat_map(|number| number.to_le_bytes()).collect();
+        let judge: Vec<u8> = self
+            .judge
+            .iter()
+            .flat_map(|number| number.to_le_bytes())
+            .collect();
         json!({
             "name": self.name,
             "table": STANDARD.encode(&self.table),
@@ -112,7 +118,11 @@ impl View {
     /// What the page's scripts read; no markup can come of it.
     pub(super) fn to_json(&self) -> String {
         // Recipes were parsed by whoever made this; one that is none is not shown.
-        let shown: Vec<Value> = self.shown.iter().filter_map(|shown| shown.to_json().ok()).collect();
+        let shown: Vec<Value> = self
+            .shown
+            .iter()
+            .filter_map(|shown| shown.to_json().ok())
+            .collect();
         let data = json!({
             "title": self.title,
             "wasm": STANDARD.encode(WASM),

@@ -61,11 +61,15 @@ const drawLobe = (canvas, curves, scale) => {
   const rings = scale === "log"
     ? Array.from({ length: high - low }, (_, i) => [(i + 1) / (high - low), power(low + i + 1)])
     : [0.001, 0.01, 0.1, 0.3, 1].map((part) => [Math.cbrt(part), (part * most).toPrecision(2).replace(/\.?0+$/, "")]);
-  for (const [at, label] of rings) {
+  let free = Infinity; // labels keep clear of each other, the outermost first
+  for (const [at, label] of rings.reverse()) {
     pen.beginPath();
     pen.arc(...centre, radius * at, Math.PI, 0);
     pen.stroke();
-    pen.fillText(label, centre[0] + radius * at, centre[1] + 13);
+    const half = pen.measureText(label).width / 2 + 3, x = centre[0] + radius * at;
+    if (x + half > free) continue;
+    pen.fillText(label, x, centre[1] + 13);
+    free = x - half;
   }
   for (let degrees = -90; degrees <= 90; degrees += 30) {
     const angle = (degrees * Math.PI) / 180;

@@ -1,7 +1,7 @@
 //! A page in which light and camera move, readings change, and fits are done anew, by core itself.
 //!
-//! `glimpse.wasm` is `trainer/view` as `trainer/view/build.sh` compiles it; `tests/run firmware` builds it
-//! once more and compares what both compute with what core does on the host.
+//! `glimpse.wasm` is `trainer/view` as `tests/run wasm` compiles it; `tests/run firmware` builds it once more
+//! and compares what both compute with what core does on the host.
 
 mod data;
 

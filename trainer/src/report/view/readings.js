@@ -44,7 +44,7 @@ class Readings {
       const degrees = (angle) => `${Math.round(angle)}°`;
       const turn = ((sample.phi + 180) % 360 + 360) % 360 - 180;
       const swatch = part("b");
-      part("span", "where", `${index}: θi ${degrees(sample.theta_i)}, θo ${degrees(sample.theta_o)}, φ ${degrees(turn).replace("-", "−")}`);
+      part("span", "where", `${index}: θi ${degrees(sample.theta_i)} θo ${degrees(sample.theta_o)} φ ${degrees(turn).replace("-", "−")}`);
       const what = part("span", "what");
       const slider = part("input");
       Object.assign(slider, { type: "range", min: -STOPS, max: STOPS, step: 0.01, value: this.stops[index] });
@@ -53,7 +53,8 @@ class Readings {
         this.stops[index] = Number(slider.value);
         changed();
       });
-      const reset = part("button", "", "↺");
+      const switches = part("span", "switches"), reset = document.createElement("button");
+      reset.textContent = "↺";
       Object.assign(reset, { type: "button", title: "As it was read" });
       reset.setAttribute("aria-label", `Reading ${index} as it was read`);
       reset.addEventListener("click", () => {
@@ -61,18 +62,20 @@ class Readings {
         this.isThere[index] = sample.brdf !== null;
         changed();
       });
-      const label = part("label");
       let box = null;
       if (this.takesMissing) {
+        const label = document.createElement("label");
         box = document.createElement("input");
         box.type = "checkbox";
         box.setAttribute("aria-label", `Reading ${index} is there`);
         label.append(box, "read");
+        switches.append(label);
         box.addEventListener("change", () => {
           this.isThere[index] = box.checked;
           changed();
         });
       }
+      switches.append(reset);
       return { row, swatch, what, slider, box };
     });
     list.replaceChildren(...this.rows.map(({ row }) => row));

@@ -102,8 +102,8 @@ const movingSize = (spheres) => {
 // The stops by which a material is neither dark nor glaring.
 const fittingStops = (core) => {
   const seen = Array.from(core.shade(48, 0, 48, unit(toCamera(scene.light)))).filter((x) => x > 0);
-  const bright = seen.sort((a, b) => a - b)[Math.floor(0.85 * seen.length)] || 1;
-  return Math.max(-3, Math.min(5, Math.round(10 * Math.log2(0.55 / bright)) / 10));
+  const bright = seen.sort((a, b) => a - b)[Math.floor(0.97 * seen.length)] || 1;
+  return Math.max(-4, Math.min(6, Math.round(10 * Math.log2(0.9 / bright)) / 10));
 };
 
 // Makes a sphere answer to fingers, mouse and keys.

@@ -1,0 +1,283 @@
+//! The module in pages of `trainer render view` computes what core does on the host. With the feature
+//! `firmware` the one that `tests/run firmware` has just built is looked at, too.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use glimpse_core::fit::{AnyModel, linear_words};
+use glimpse_core::geometry::{Directions, HalfDifference, Spherical};
+use glimpse_core::model::linear::Basis;
+use glimpse_core::model::loss::cosine_weighted_log_error;
+use glimpse_core::recipe::Recipe;
+use glimpse_core::scan::{Memory, Reading, Scan};
+use glimpse_trainer::linear::{CHANNELS, SINGLE_NODES, single_material};
+use glimpse_trainer::material::{Material, Procedural};
+use glimpse_trainer::report::WASM;
+use glimpse_trainer::sampling::uniform_valid;
+use wasmi::{Engine, Instance, Linker, Module, Store, WasmParams, WasmResults};
+
+/// What results may differ by, relative to the largest of them.
+const TOLERANCE: f32 = 1e-5;
+const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
+
+const RECIPE: u32 = 0;
+const TABLE: u32 = 2;
+const JUDGE: u32 = 3;
+const NUMBERS: u32 = 4;
+
+/// An instance of the module.
+struct Core {
+    store: Store<()>,
+    instance: Instance,
+}
+
+impl Core {
+    fn new(wasm: &[u8]) -> Self {
+        let engine = Engine::default();
+        let module = Module::new(&engine, wasm).expect("it is a module");
+        assert_eq!(module.imports().len(), 0, "it needs nothing of a page");
+        let mut store = Store::new(&engine, ());
+        let instance = Linker::new(&engine)
+            .instantiate_and_start(&mut store, &module)
+            .expect("it starts");
+        Self { store, instance }
+    }
+
+    fn call<P: WasmParams, R: WasmResults>(&mut self, name: &str, with: P) -> R {
+        let function = self.instance.get_typed_func::<P, R>(&self.store, name);
+        let function = function.expect("the module has it");
+        function
+            .call(&mut self.store, with)
+            .expect("nothing panics")
+    }
+
+    fn put(&mut self, slot: u32, bytes: &[u8]) {
+        let at: u32 = self.call("room", (slot, bytes.len() as u32));
+        assert_ne!(at, 0, "there is memory");
+        let memory = self.instance.get_memory(&self.store, "memory");
+        let memory = memory.expect("the module has it");
+        memory
+            .write(&mut self.store, at as usize, bytes)
+            .expect("the room is there");
+    }
+
+    fn put_numbers(&mut self, slot: u32, numbers: &[f32]) {
+        let bytes: Vec<u8> = numbers.iter().flat_map(|x| x.to_le_bytes()).collect();
+        self.put(slot, &bytes);
+    }
+
+    fn numbers(&mut self, count: usize) -> Vec<f32> {
+        let at: u32 = self.call("room", (NUMBERS, 4 * count as u32));
+        let memory = self.instance.get_memory(&self.store, "memory");
+        let memory = memory.expect("the module has it");
+        let bytes = &memory.data(&self.store)[at as usize..][..4 * count];
+        let (numbers, _) = bytes.as_chunks();
+        numbers.iter().map(|x| f32::from_le_bytes(*x)).collect()
+    }
+
+    fn message(&mut self) -> String {
+        let [at, count] =
+            ["message_at", "message_bytes"].map(|name| self.call::<(), u32>(name, ()));
+        let memory = self.instance.get_memory(&self.store, "memory");
+        let memory = memory.expect("the module has it");
+        let bytes = &memory.data(&self.store)[at as usize..][..count as usize];
+        String::from_utf8(bytes.to_vec()).expect("it is text")
+    }
+}
+
+/// The module that is committed, and the one that was just built.
+fn modules() -> Vec<Vec<u8>> {
+    let mut all = vec![WASM.to_vec()];
+    if cfg!(feature = "firmware") {
+        let built = "trainer/view/target/wasm32-unknown-unknown/release/glimpse_view.wasm";
+        let built = Path::new(ROOT).join(built);
+        all.push(fs::read(built).expect("`tests/run firmware` has built it"));
+    }
+    all
+}
+
+/// Recipes of every model and every kind.
+fn recipes() -> Vec<PathBuf> {
+    let folder = Path::new(ROOT).join("embedded-demo/recipes");
+    let of = |folder: PathBuf| {
+        let all = fs::read_dir(folder).expect("it can be listed");
+        all.map(|entry| entry.expect("it can be listed").path())
+    };
+    let folders = ["", "completed", "masked"].map(|name| folder.join(name));
+    let all = folders.into_iter().flat_map(of);
+    all.filter(|path| path.extension().is_some_and(|ending| ending == "recipe"))
+        .collect()
+}
+
+fn assert_close(found: &[f32], expected: &[f32], what: &str) {
+    assert_eq!(found.len(), expected.len(), "{what}");
+    let largest = expected.iter().fold(0.0_f32, |most, x| most.max(x.abs()));
+    for (found, expected) in found.iter().zip(expected) {
+        let off = (found - expected).abs();
+        assert!(
+            off <= TOLERANCE * largest,
+            "{what}: {found}, and {expected} on the host"
+        );
+    }
+}
+
+#[test]
+fn fits_and_pictures_are_those_of_core_on_the_host() {
+    const WORDS: usize = linear_words(16, 60);
+    let material = &Procedural::set(4, 77)[3];
+    let recipes = recipes();
+    assert_eq!(recipes.len(), 10);
+    for (wasm, path) in modules()
+        .iter()
+        .flat_map(|wasm| recipes.iter().map(move |path| (wasm, path)))
+    {
+        let name = path.display().to_string();
+        let bytes = fs::read(path).expect("it is there");
+        let recipe = Recipe::parse(&bytes).expect("it is a recipe");
+        let mut readings: Vec<Option<[f32; 3]>> = recipe
+            .pattern()
+            .map(|angles| Some(material.brdf(angles)))
+            .collect();
+        if recipe.learner().takes_missing() {
+            (readings[1], readings[4]) = (None, None);
+        }
+
+        let mut memory = Box::new(Memory::<AnyModel<WORDS>, 16>::new());
+        let mut scan = Scan::new(recipe, &mut memory).expect("there is room");
+        for (index, reading) in (0..).zip(&readings) {
+            if let Some(brdf) = reading {
+                scan.record(index, Reading::new(*brdf))
+                    .expect("it is a reading");
+            }
+        }
+        let mut fit = scan.fit().expect("there are enough of them");
+        fit.advance(u32::MAX);
+        let fitted = fit.finish().expect("it does not diverge");
+
+        let mut core = Core::new(wasm);
+        core.put(RECIPE, &bytes);
+        assert_eq!(core.call::<(), u32>("begin", ()), 0, "{}", core.message());
+        assert_eq!(core.call::<(), u32>("samples", ()), readings.len() as u32);
+        let numbers = readings.iter().flat_map(|reading| match reading {
+            Some([red, green, blue]) => [*red, *green, *blue, 1.0],
+            None => [0.0; 4],
+        });
+        core.put_numbers(NUMBERS, &numbers.collect::<Vec<_>>());
+        assert_eq!(core.call::<(), u32>("fit", ()), 0, "{}", core.message());
+
+        let expected: Vec<f32> = fitted.values().collect();
+        core.numbers(1 << 13);
+        let count: u32 = core.call("values", ());
+        assert_close(&core.numbers(count as usize), &expected, &name);
+        let predicted: f32 = core.call("predicted_loss", ());
+        let expected = fitted.predicted_loss().unwrap_or(f32::NAN);
+        assert_eq!(predicted.is_nan(), expected.is_nan(), "{name}");
+        if !expected.is_nan() {
+            assert_close(&[predicted], &[expected], &name);
+        }
+        let residual: f32 = core.call("residual", ());
+        assert_close(&[residual], &[fitted.residual().mean], &name);
+
+        let brdf = |directions: &Directions<f32>| fitted.brdf(directions).unwrap_or_default();
+        let each = recipe.directions().map(|(_, directions)| brdf(&directions));
+        let expected = each.collect::<Vec<_>>().concat();
+        core.numbers(expected.len());
+        assert_eq!(
+            core.call::<(), u32>("at_samples", ()),
+            readings.len() as u32
+        );
+        assert_close(&core.numbers(expected.len()), &expected, &name);
+
+        let towards = |theta: f32| Spherical { theta, phi: 0.0 }.direction();
+        let lobe = |step: u8| {
+            let theta_o = ((f32::from(step) + 0.5) / 45.0 - 1.0) * std::f32::consts::FRAC_PI_2;
+            brdf(&Directions {
+                incoming: towards(-0.7),
+                outgoing: towards(theta_o),
+            })
+        };
+        let expected = (0..90).map(lobe).collect::<Vec<_>>().concat();
+        core.numbers(expected.len());
+        assert_eq!(core.call::<_, u32>("lobe", (0.7_f32, 90_u32)), 90);
+        let found = core.numbers(expected.len());
+        // Angles are rounded differently, which a steep lobe notices.
+        for (found, expected) in found.iter().zip(&expected) {
+            assert!(
+                (found - expected).abs() <= 1e-3 * expected.abs().max(1e-3),
+                "{name}: {found} {expected}"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_table_is_looked_at_lit_and_judged() {
+    let material = &Procedural::set(4, 77)[1];
+    let table = single_material(material, SINGLE_NODES);
+    let basis = Basis::parse(&table).expect("it is one");
+    let places = uniform_valid(500, 3);
+    let mut judge = Vec::new();
+    let mut expected = 0.0;
+    for angles in &places {
+        let known = material.brdf(*angles);
+        let at = HalfDifference::from_angles(*angles);
+        let found = basis.brdf(CHANNELS, &at).expect("it is above the horizon");
+        let error = cosine_weighted_log_error(known, found, at.cos_theta_i(), 1.0);
+        expected += f64::from(error.error.value()) / 1_500.0;
+        judge.extend([angles.theta_h, angles.theta_d, angles.phi_d]);
+        judge.extend(known);
+    }
+    for wasm in modules() {
+        let mut core = Core::new(&wasm);
+        assert!(
+            core.call::<(), f64>("loss", ()).is_nan(),
+            "there is nothing yet"
+        );
+        core.put(TABLE, &table);
+        assert_eq!(
+            core.call::<(), u32>("look_at_table", ()),
+            0,
+            "{}",
+            core.message()
+        );
+        core.put_numbers(JUDGE, &judge);
+        let loss: f64 = core.call("loss", ());
+        assert!((loss / expected - 1.0).abs() < 1e-3, "{loss} {expected}");
+
+        // Light and camera above the middle of 33 x 33 pixels, and a light behind.
+        core.numbers(3 * 33 * 33);
+        let shade = |core: &mut Core, z: f32| -> [f32; 3] {
+            let light = (33_u32, 0_u32, 33_u32, 0.0_f32, 0.0_f32, z);
+            assert_eq!(core.call::<_, u32>("shade", light), 33 * 33);
+            let pixels = core.numbers(3 * 33 * 33);
+            [0, 1, 2].map(|channel| pixels[3 * (16 * 33 + 16) + channel])
+        };
+        let at = HalfDifference::from_angles(Default::default());
+        let expected = basis.brdf(CHANNELS, &at).expect("it is above the horizon");
+        let expected = expected.map(|f| std::f32::consts::PI * f);
+        assert_close(&shade(&mut core, 1.0), &expected, "head on");
+        assert_eq!(shade(&mut core, -1.0), [0.0; 3]);
+    }
+}
+
+#[test]
+fn what_cannot_be_is_said_in_a_sentence() {
+    for wasm in modules() {
+        let mut core = Core::new(&wasm);
+        assert_eq!(core.call::<(), u32>("fit", ()), 1);
+        assert_eq!(core.message(), "no scan was begun");
+        core.put(RECIPE, b"GLMP");
+        assert_eq!(core.call::<(), u32>("begin", ()), 1);
+        assert!(core.message().contains("recipe"), "{}", core.message());
+        assert_eq!(core.call::<_, u32>("room", (5_u32, 8_u32)), 0);
+        assert_eq!(core.call::<_, u32>("room", (NUMBERS, u32::MAX)), 0);
+
+        let bytes = fs::read(&recipes()[0]).expect("it is there");
+        core.put(RECIPE, &bytes);
+        assert_eq!(core.call::<(), u32>("begin", ()), 0, "{}", core.message());
+        let samples: u32 = core.call("samples", ());
+        core.put_numbers(NUMBERS, &vec![0.0; 4 * samples as usize]);
+        assert_eq!(core.call::<(), u32>("fit", ()), 1);
+        assert!(core.message().contains("reading"), "{}", core.message());
+    }
+}
