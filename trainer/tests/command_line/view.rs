@@ -53,6 +53,10 @@ fn a_page_has_every_recipe_and_what_was_read() {
     for outside in ["http://", "https://", "src=", "@import", "fetch("] {
         assert!(!html.contains(outside), "{outside}");
     }
+    assert!(
+        html.contains("<script>\"use strict\";"),
+        "scripts are not to be escaped"
+    );
     let data = data(&directory.join("view.html"));
     assert_eq!(data["title"], "procedural-77-000-metal");
     assert!(data["reference"]["table_loss"].as_f64().expect("a number") < 2e-3);

@@ -8,6 +8,7 @@ use clap::Args;
 use glimpse_core::gonio::Quantity;
 use glimpse_core::model::linear;
 use glimpse_core::recipe::Recipe;
+use glimpse_kernels::scan::scan_some;
 use glimpse_trainer::evaluation::Readings;
 use glimpse_trainer::export::RecipeFile;
 use glimpse_trainer::linear::Basis;
@@ -98,7 +99,9 @@ impl View {
             };
             let readings = match self.measurements.get(index) {
                 Some(file) => measured(&recipe, file)?,
-                None => self.scanned(&recipe, material, seed),
+                None => self
+                    .scanned(&recipe, material, seed)
+                    .with_context(|| format!("a scan by {}", path.display()))?,
             };
             shown.push(Shown {
                 name: name_of(path),
@@ -173,25 +176,28 @@ impl View {
         sources.try_for_each(|source| refuse_source(&self.out, source))
     }
 
-    /// What a virtual scanner reads.
+    /// What a virtual scanner reads, if it can be fitted.
     fn scanned(
         &self,
         recipe: &Recipe<'_>,
         material: Option<&dyn Material>,
         seed: u64,
-    ) -> Vec<Option<[f32; 3]>> {
-        let readings = Readings {
+    ) -> anyhow::Result<Vec<Option<[f32; 3]>>> {
+        let noise = Readings {
             noise: self.noise.unwrap_or(0.0),
             ..Readings::default()
         };
         let Some(material) = material else {
-            return Vec::new();
+            return Ok(Vec::new());
         };
-        let mut read = readings.of(material, recipe.samples(), seed);
-        (0..)
-            .zip(recipe.pattern())
-            .map(|(index, angles)| read(index, angles))
-            .collect()
+        let mut read = noise.of(material, recipe.samples(), seed);
+        let mut readings = Vec::new();
+        scan_some(recipe, &mut |index, angles| {
+            let reading = read(index, angles);
+            readings.push(reading);
+            reading
+        })?;
+        Ok(readings)
     }
 }
 

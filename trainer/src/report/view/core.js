@@ -1,3 +1,4 @@
+"use strict";
 // Core, in an instance for each material: numbers in, numbers out. See trainer/view/src/lib.rs.
 const ROOM = { recipe: 0, basis: 1, table: 2, judge: 3, numbers: 4 };
 const bytesOf = (text) => Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));

@@ -20,7 +20,7 @@ const lightAt = (theta) => {
   scene.light = [Math.sin(theta) * x, Math.sin(theta) * y, Math.cos(theta)];
 };
 
-// `curves` are {core, colour, dash, width}; returns where things were drawn, for fingers.
+// `curves` are {core, colour, dash, width}.
 const drawLobe = (canvas, curves, scale) => {
   const ratio = Math.min(devicePixelRatio, 2), width = canvas.clientWidth, height = canvas.clientHeight;
   if (canvas.width !== Math.round(width * ratio)) [canvas.width, canvas.height] = [width * ratio, height * ratio].map(Math.round);
@@ -32,6 +32,7 @@ const drawLobe = (canvas, curves, scale) => {
   pen.textAlign = "center";
   pen.textBaseline = "middle";
   const radius = Math.min(width / 2 - 26, height - 46), centre = [width / 2, height - 24];
+  if (radius <= 0) return; // not laid out yet
   const place = (theta, share) => [centre[0] + radius * share * Math.sin(theta), centre[1] - radius * share * Math.cos(theta)];
   const line = (points, close) => {
     pen.beginPath();
@@ -104,5 +105,4 @@ const drawLobe = (canvas, curves, scale) => {
     pen.fillStyle = colour("--dim");
     pen.fillText("The light is below the horizon of the marked point.", centre[0], centre[1] - radius / 2);
   }
-  return { centre };
 };

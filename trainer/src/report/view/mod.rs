@@ -53,7 +53,7 @@ impl View {
                 body {
                     main.view { (PreEscaped(include_str!("view.html"))) }
                     script type="application/json" id="data" { (PreEscaped(self.to_json())) }
-                    script { "\"use strict\";\n" @for script in SCRIPTS { (PreEscaped(script)) } }
+                    script { @for script in SCRIPTS { (PreEscaped(script)) } }
                 }
             }
         };

@@ -1,7 +1,7 @@
 // Spheres: what is seen of each material, and how light and camera move.
 const FULL = 384; // the most pixels along a side, at rest
 const LEAST = 64; // while something moves
-const BUDGET = 40; // milliseconds of shading in a frame that shall be smooth
+const BUDGET = 30; // milliseconds of shading in a frame that shall be smooth
 const HOME = { light: [-0.42, 0.5, 0.757], camera: [[1, 0, 0], [0, 1, 0], [0, 0, 1]] };
 
 const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];

@@ -194,7 +194,7 @@ const start = async () => {
     aim(event);
   });
   lobe.addEventListener("pointermove", (event) => event.buttons && aim(event));
-  addEventListener("resize", changed);
+  new ResizeObserver(changed).observe(lobe);
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", changed);
   changed();
 
