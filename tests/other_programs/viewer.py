@@ -133,6 +133,7 @@ def look_at_desktop(page, trainer, recipes, masked):
     for index in range(boxes.count()):
         if boxes.nth(index).is_checked():
             boxes.nth(index).click()
+    settle(page)
     assert "missing" in page.locator("#refused").inner_text(), "a fit of nothing is not refused"
     page.locator("#reset").click()
     settle(page)

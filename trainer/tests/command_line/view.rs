@@ -75,8 +75,10 @@ fn a_page_has_every_recipe_and_what_was_read() {
         let samples = shown["samples"].as_array().expect("a list");
         assert_eq!(samples.len(), recipe.samples());
         for (sample, angles) in samples.iter().zip(recipe.pattern()) {
-            let read = material.brdf(angles).map(Value::from);
-            assert_eq!(sample["brdf"], Value::from(read.to_vec()));
+            // Text that gives the same 32-bit floats back.
+            let read: [f32; 3] =
+                serde_json::from_value(sample["brdf"].clone()).expect("three numbers");
+            assert_eq!(read, material.brdf(angles));
         }
     }
 
@@ -168,7 +170,7 @@ fn what_cannot_be_shown_is_refused_with_a_remedy() {
             &["--noise has no effect"],
         ),
         (
-            vec![neural, "--material", "procedural:1", "--noise", "-1"],
+            vec![neural, "--material", "procedural:1", "--noise", "1.5"],
             &["0 to 1"],
         ),
         (
