@@ -15,6 +15,7 @@
 //! - [`render`]: spheres under light
 //! - [`metrics`]: how far a fit is from its material
 //! - [`evaluation`]: methods, and how well they do
+//! - [`conversion`]: materials in the formats of other programs
 //! - [`scanner`]: the virtual scanner
 //! - [`route`]: in which order a machine's arms go to a recipe's samples
 //! - [`report`]: tables, plots, pages
@@ -29,6 +30,7 @@
 
 pub mod basis;
 pub mod benchmark;
+pub mod conversion;
 pub mod evaluation;
 pub mod export;
 pub mod files;

@@ -3,7 +3,7 @@
 use anyhow::{Context, bail};
 use clap::Args;
 use glimpse_core::gonio::Limits;
-use glimpse_trainer::meta::options::Completing;
+use glimpse_trainer::meta::options::{Completing, CompletingError};
 use glimpse_trainer::meta::plan::Schedule;
 
 use super::numbers;
@@ -49,60 +49,58 @@ impl CompletingArgs {
     pub(crate) fn of(self, schedule: Schedule, samples: usize) -> anyhow::Result<Completing> {
         let default = Completing::of(samples);
         let given = [
-            ("--missing", self.missing, 1.0),
-            ("--noise", self.noise, 0.5),
-            ("--additive", self.additive, 0.5),
-            ("--procedural", self.procedural, 0.99),
-            ("--max-theta-i", self.max_theta_i, 90.0),
-            ("--max-theta-o", self.max_theta_o, 90.0),
-            ("--min-separation", self.min_separation, 180.0),
+            ("--missing", self.missing.is_some()),
+            ("--noise", self.noise.is_some()),
+            ("--additive", self.additive.is_some()),
+            ("--levels", self.levels.is_some()),
+            ("--procedural", self.procedural.is_some()),
+            ("--max-theta-i", self.max_theta_i.is_some()),
+            ("--max-theta-o", self.max_theta_o.is_some()),
+            ("--min-separation", self.min_separation.is_some()),
         ];
-        for (name, value, most) in given {
-            let Some(value) = value else {
-                continue;
-            };
-            if schedule != Schedule::Prior {
-                bail!("{name} has no effect: it is for --schedule prior");
-            }
-            if !(0.0..=most).contains(&value) {
-                bail!("{name} must be 0 to {most}, not {value}");
+        if schedule != Schedule::Prior
+            && let Some((name, _)) = given.iter().find(|(_, given)| *given)
+        {
+            bail!("{name} has no effect: it is for --schedule prior");
+        }
+        let degrees = [
+            ("--max-theta-i", self.max_theta_i),
+            ("--max-theta-o", self.max_theta_o),
+        ];
+        for (name, value) in degrees {
+            if let Some(value) = value.filter(|value| !(0.0..=90.0).contains(value)) {
+                bail!("{name} must be 0 to 90, not {value}");
             }
         }
-        if self.levels.is_some() && schedule != Schedule::Prior {
-            bail!("--levels has no effect: it is for --schedule prior");
-        }
-        Ok(Completing {
+        let completing = Completing {
             missing: self.missing.unwrap_or(default.missing),
             noise: self.noise.unwrap_or(default.noise),
             additive: self.additive.unwrap_or(default.additive),
             levels: self.levels.unwrap_or(default.levels),
             procedural: self.procedural.unwrap_or(default.procedural),
-            limits: self.limits()?,
-        })
+            limits: self.limits(),
+        };
+        match completing.validate() {
+            Ok(()) => Ok(completing),
+            Err(error @ CompletingError::Range { .. }) => bail!("--{error}"),
+            Err(CompletingError::Limits(error)) => Err(error)
+                .context("--max-theta-i, --max-theta-o and --min-separation do not go together"),
+            Err(CompletingError::Separation(most)) => bail!(
+                "--min-separation must be at most twice the lesser of --max-theta-i and \
+                 --max-theta-o, {most:.1} degrees here"
+            ),
+        }
     }
 
-    fn limits(&self) -> anyhow::Result<Limits> {
+    fn limits(&self) -> Limits {
         let angle = |degrees: Option<f32>, default: f32| degrees.map_or(default, f32::to_radians);
-        let limits = Limits {
+        Limits {
             max_theta_i: angle(self.max_theta_i, Limits::NONE.max_theta_i)
                 .min(Limits::NONE.max_theta_i),
             max_theta_o: angle(self.max_theta_o, Limits::NONE.max_theta_o)
                 .min(Limits::NONE.max_theta_o),
             min_separation: angle(self.min_separation, 0.0),
             in_plane: false,
-        };
-        limits
-            .validate()
-            .context("--max-theta-i, --max-theta-o and --min-separation do not go together")?;
-        // A pattern is brought within limits by bringing both arms to equal polar angles.
-        let least = limits.max_theta_i.min(limits.max_theta_o);
-        if limits.min_separation > 2.0 * least {
-            bail!(
-                "--min-separation must be at most twice the lesser of --max-theta-i and \
-                 --max-theta-o, {:.1} degrees here",
-                2.0 * least.to_degrees()
-            );
         }
-        Ok(limits)
     }
 }

@@ -5,9 +5,10 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail, ensure};
 use clap::Args;
-use glimpse_trainer::material::{Format, Material, NeuralBrdf, Source, pab_endings};
+use glimpse_trainer::conversion::{format_of_ending, loss_of, name_of, paths};
+use glimpse_trainer::material::{Format, Material, Source};
 
-use super::formats::{Files, FormatName, files_of, loss_of};
+use super::formats::{Files, FormatName, files_of};
 use super::output::{refuse_source, write_files_forced};
 use super::{load, print};
 
@@ -41,7 +42,7 @@ pub(crate) struct Convert {
 impl Convert {
     pub(crate) fn run(&self, seed: u64) -> anyhow::Result<()> {
         let format = self.format()?;
-        let outs = self.outs(format)?;
+        let outs = paths(format, &self.out)?;
         for out in &outs {
             refuse_source(out, &self.source)?;
         }
@@ -71,7 +72,7 @@ impl Convert {
             _ => {
                 // A single file has whatever name was given.
                 let name = match format {
-                    Format::Pab => self.name()?,
+                    Format::Pab => name_of(&self.out)?,
                     _ => material.name(),
                 };
                 let files = files_of(&**material, format, name, seed)?.into_iter();
@@ -95,55 +96,22 @@ impl Convert {
     /// What was asked for, or what the output's ending stands for; both are the same if both are
     /// there, since other people's programs go by endings.
     fn format(&self) -> anyhow::Result<Format> {
-        let by_ending = match self.out.extension().and_then(|ending| ending.to_str()) {
-            Some("binary") => Some((Format::Merl, "merl")),
-            Some("bsdf") => Some((Format::Rgl, "rgl")),
-            Some("npy") => Some((Format::Nbrdf, "nbrdf")),
-            _ => None,
-        };
+        let by_ending = format_of_ending(&self.out);
         let out = self.out.display();
         match (self.format.map(Format::from), by_ending) {
             (Some(format), None) => Ok(format),
-            (None, Some((format, _))) => Ok(format),
-            (Some(format), Some((meant, _))) if format == meant => Ok(format),
-            (Some(_), Some((_, name))) => bail!(
-                "{out} ends as --format {name} does, and another one is asked for: give OUT that \
-                 one's ending, or leave out --format"
+            (None, Some(format)) => Ok(format),
+            (Some(format), Some(meant)) if format == meant => Ok(format),
+            (Some(_), Some(meant)) => bail!(
+                "{out} ends as --format {} does, and another one is asked for: give OUT that \
+                 one's ending, or leave out --format",
+                meant.name()
             ),
             (None, None) => bail!(
                 "{out} does not say in which format to write: end it with .binary, .bsdf or \
                  _fc1.npy, or give --format"
             ),
         }
-    }
-
-    /// The files to write.
-    fn outs(&self, format: Format) -> anyhow::Result<Vec<PathBuf>> {
-        if let Format::Merl | Format::Rgl = format {
-            return Ok(vec![self.out.clone()]);
-        }
-        if format == Format::Pab {
-            let name = self.name()?;
-            let names = pab_endings().map(|ending| format!("{name}{ending}"));
-            return Ok(names.map(|name| self.out.with_file_name(name)).collect());
-        }
-        if let Some(six) = NeuralBrdf::files_of(&self.out) {
-            return Ok(six.to_vec());
-        }
-        let out = self.out.display();
-        ensure!(
-            self.out.extension().is_none_or(|ending| ending != "npy"),
-            "{out} is none of a network's six files: name OUT NAME_fc1.npy, or NAME"
-        );
-        let first = format!("{}_fc1.npy", self.name()?);
-        let six = NeuralBrdf::files_of(&self.out.with_file_name(first));
-        Ok(six.into_iter().flatten().collect())
-    }
-
-    /// What the names of several files begin with.
-    fn name(&self) -> anyhow::Result<&str> {
-        let name = self.out.file_name().and_then(|name| name.to_str());
-        name.with_context(|| format!("{} is no name of files: give DIR/NAME", self.out.display()))
     }
 }
 

@@ -1,5 +1,6 @@
 //! `trainer evaluate`
 
+use std::ops::ControlFlow;
 use std::path::PathBuf;
 
 use anyhow::{Context, anyhow, bail};
@@ -146,7 +147,11 @@ impl Evaluate {
         let judge = |method: &Method<'_>| -> anyhow::Result<Verdict> {
             let steps = Steps::new("judging", materials.len());
             let seeds = self.seeds.unwrap_or(SEEDS);
-            Ok(judge.judge_telling(method, seed, seeds, &|| steps.done())?)
+            let done = || {
+                steps.done();
+                ControlFlow::Continue(())
+            };
+            Ok(judge.judge_telling(method, seed, seeds, &done)?)
         };
         let mut all = Vec::new();
         for (path, (file, basis)) in &recipes {

@@ -118,10 +118,7 @@ impl PriorArgs {
 
 /// Reads a recipe and, for the model linear, the basis that was written beside it.
 pub(crate) fn read_recipe(path: &Path) -> anyhow::Result<(RecipeFile, Option<Basis>)> {
-    let file = RecipeFile::read(path)?;
-    let checksum = file.recipe()?.learner().basis_checksum();
-    let basis = checksum.map(|checksum| Basis::read(&Basis::beside(path), checksum));
-    Ok((file, basis.transpose()?))
+    Ok(RecipeFile::read_with_basis(path)?)
 }
 
 impl From<ModelName> for ModelKind {

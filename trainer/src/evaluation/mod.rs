@@ -15,6 +15,9 @@ pub use method::{Fitted, Method, measure};
 pub use readings::Readings;
 pub use uncertainty::Estimate;
 
+use std::ops::ControlFlow;
+use std::sync::atomic::{AtomicBool, Ordering};
+
 use glimpse_core::geometry::HalfDifference;
 use rayon::prelude::*;
 
@@ -60,6 +63,9 @@ pub enum JudgeError {
     /// A material cannot be scanned by a recipe.
     #[error(transparent)]
     Scan(#[from] glimpse_kernels::scan::HostScanError),
+    /// Whoever was told of each material asked to stop.
+    #[error("stopped before all materials were judged")]
+    Stopped,
     /// Pictures cannot be compared: never in practice, all have the same size.
     #[error(transparent)]
     Compare(#[from] CompareError),
@@ -211,24 +217,29 @@ impl<'a> Judge<'a> {
     /// # Errors
     /// [`JudgeError::Ridge`]
     pub fn judge(&self, method: &Method<'_>, seed: u64, seeds: u64) -> Result<Verdict, JudgeError> {
-        self.judge_telling(method, seed, seeds, &|| {})
+        self.judge_telling(method, seed, seeds, &|| ControlFlow::Continue(()))
     }
 
-    /// The same, and calls `done` after every material, from whichever thread has judged it.
+    /// The same, and calls `done` after every material, from whichever thread has judged it; no other one
+    /// is begun after it has said break.
     ///
     /// # Errors
-    /// [`JudgeError::Ridge`]
+    /// [`JudgeError::Ridge`], [`JudgeError::Stopped`]
     pub fn judge_telling(
         &self,
         method: &Method<'_>,
         seed: u64,
         seeds: u64,
-        done: &(dyn Fn() + Sync),
+        done: &(dyn Fn() -> ControlFlow<()> + Sync),
     ) -> Result<Verdict, JudgeError> {
+        let stopped = AtomicBool::new(false);
         let seeds = if method.is_random() { seeds.max(1) } else { 1 };
         let all: Vec<Vec<(Scores, Option<f64>)>> = (0..self.materials.len())
             .into_par_iter()
             .map(|material| {
+                if stopped.load(Ordering::Relaxed) {
+                    return Err(JudgeError::Stopped);
+                }
                 let scores = (0..seeds)
                     .map(|offset| {
                         // Each material and each repetition draws samples of its own.
@@ -239,7 +250,10 @@ impl<'a> Judge<'a> {
                         Ok((scores, predicted.map(f64::from)))
                     })
                     .collect();
-                done();
+                if done().is_break() {
+                    stopped.store(true, Ordering::Relaxed);
+                    return Err(JudgeError::Stopped);
+                }
                 scores
             })
             .collect::<Result<_, JudgeError>>()?;

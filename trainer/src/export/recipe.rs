@@ -12,7 +12,7 @@ use glimpse_core::recipe::{
 };
 
 use super::quantise::quantised;
-use crate::linear::{Basis, ReducedBasis};
+use crate::linear::{Basis, BasisError, ReducedBasis};
 use crate::meta::learned::{LearnedCompleted, LearnedDescent, LearnedTarget};
 use glimpse_kernels::completion::split_lists;
 
@@ -35,6 +35,9 @@ pub enum RecipeFileError {
         /// Why.
         source: RecipeError,
     },
+    /// The basis that belongs to it cannot be used.
+    #[error(transparent)]
+    Basis(#[from] BasisError),
 }
 
 /// A recipe's bytes, checked.
@@ -57,6 +60,21 @@ impl RecipeFile {
             path: path.into(),
             source,
         })
+    }
+
+    /// The same, and, of the model Linear, the basis that was written beside it.
+    ///
+    /// # Errors
+    /// If one of them cannot be read, or they do not belong together.
+    pub fn read_with_basis(path: &Path) -> Result<(Self, Option<Basis>), RecipeFileError> {
+        let file = Self::read(path)?;
+        let recipe = file.recipe().map_err(|source| RecipeFileError::Damaged {
+            path: path.into(),
+            source,
+        })?;
+        let checksum = recipe.learner().basis_checksum();
+        let basis = checksum.map(|checksum| Basis::read(&Basis::beside(path), checksum));
+        Ok((file, basis.transpose()?))
     }
 
     /// Checks a recipe's bytes.

@@ -25,6 +25,17 @@ pub enum Format {
 }
 
 impl Format {
+    /// In a word: merl, rgl, nbrdf or pab.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Merl => "merl",
+            Self::Rgl => "rgl",
+            Self::Nbrdf => "nbrdf",
+            Self::Pab => "pab",
+        }
+    }
+
     /// By the first bytes of a file, whatever it is called. One that begins like none of them is taken
     /// at its ending's word, so that its reader says what is wrong with it. (Arrays of a network
     /// belong together by their names alone.)

@@ -24,7 +24,7 @@ pub use fitted::{BasisFile, FittedMaterial};
 pub use format::Format;
 pub use identity::{Identity, digest};
 pub use left_out::LeftOut;
-pub use merl::{MerlTable, to_merl, write_merl};
+pub use merl::{MerlTable, TabulateError, table_nodes, to_merl, write_merl};
 pub use nbrdf::{NeuralBrdf, to_nbrdf};
 pub use pab::{PabSet, pab_endings, read_pab, to_pab};
 pub use procedural::Procedural;

@@ -133,6 +133,16 @@ impl AngleColumns {
 }
 
 impl Given {
+    /// Of two directions of length 1.
+    pub(super) fn of_pair([incoming, outgoing]: [[f64; 3]; 2]) -> Self {
+        let Angles {
+            theta_h,
+            theta_d,
+            phi_d,
+        } = between(incoming, outgoing);
+        Self::HalfDifference([theta_h, theta_d, phi_d])
+    }
+
     /// As Rusinkiewicz angles, in radians.
     pub(super) fn angles(self) -> Angles<f64> {
         match self {
@@ -185,13 +195,24 @@ fn cells<const N: usize>(
     Ok(angles)
 }
 
-/// Rusinkiewicz angles of two directions.
+/// Rusinkiewicz angles of two directions by their angles.
 fn angles_between([theta_i, phi_i, theta_o, phi_o]: [f64; 4]) -> Angles<f64> {
     let direction = |theta: f64, phi: f64| {
         let (sin, cos) = theta.sin_cos();
         [sin * phi.cos(), sin * phi.sin(), cos]
     };
-    let (incoming, outgoing) = (direction(theta_i, phi_i), direction(theta_o, phi_o));
+    between(direction(theta_i, phi_i), direction(theta_o, phi_o))
+}
+
+/// Rusinkiewicz angles, radians, of two directions of length 1 from the surface, z along its normal;
+/// None where one of them is not above the horizon. phi_d is in \[0, 2 pi).
+#[must_use]
+pub fn angles_of_pair(incoming: [f64; 3], outgoing: [f64; 3]) -> Option<Angles<f32>> {
+    above_horizon(between(incoming, outgoing))
+}
+
+/// Rusinkiewicz angles of two directions.
+fn between(incoming: [f64; 3], outgoing: [f64; 3]) -> Angles<f64> {
     let sum: [f64; 3] = std::array::from_fn(|i| incoming[i] + outgoing[i]);
     let difference: [f64; 3] = std::array::from_fn(|i| incoming[i] - outgoing[i]);
     let length = |[x, y, z]: [f64; 3]| x.hypot(y).hypot(z);

@@ -8,7 +8,7 @@ use glimpse_core::scan::Reading;
 
 use super::matching::Distance;
 use super::quantity::Meaning;
-use super::rows::Rows;
+use super::rows::{Rows, Taken};
 use super::table::TableError;
 
 /// What was read of each sample of a pattern.
@@ -35,7 +35,28 @@ impl Measured {
         tolerance: f64,
         meaning: &Meaning,
     ) -> Result<Self, TableError> {
-        let rows = Rows::read(path)?;
+        Self::matched(&Rows::read(path)?, pattern, tolerance, meaning)
+    }
+
+    /// The same of readings that stand in no file; errors name them by their places among all, from 0.
+    ///
+    /// # Errors
+    /// If a reading is of no sample, or its numbers are no reading, or there is none.
+    pub fn of(
+        taken: &[Taken],
+        pattern: &[Angles<f32>],
+        tolerance: f64,
+        meaning: &Meaning,
+    ) -> Result<Self, TableError> {
+        Self::matched(&Rows::of(taken), pattern, tolerance, meaning)
+    }
+
+    fn matched(
+        rows: &Rows,
+        pattern: &[Angles<f32>],
+        tolerance: f64,
+        meaning: &Meaning,
+    ) -> Result<Self, TableError> {
         let mut measured = Self {
             samples: vec![Repeated::new(); pattern.len()],
             rows: 0,

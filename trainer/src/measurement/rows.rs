@@ -1,38 +1,39 @@
-//! Rows of readings, as a file has them, and the samples of a pattern that they belong to.
+//! Rows of readings, as a file or an array has them, and the samples of a pattern that they belong to.
 
 use std::f64::consts::TAU;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use glimpse_core::geometry::{Angles, Directions, HalfDifference};
 
-use super::angles::{AngleColumns, Given};
+use super::angles::Given;
+use super::columns::{Columns, ReadRow};
 use super::matching::{Arms, Distance};
-use super::table::{Row, Table, TableError};
+use super::table::{Table, TableError};
 use crate::basis::widened;
-use crate::foreign::shown;
-
-/// The columns of a sensor with three channels.
-const CHANNELS: [&str; 3] = ["r", "g", "b"];
-/// The column of a sensor with one.
-const MONOCHROME: &str = "value";
 
 /// What is said of a white that says nothing.
 pub(super) const SATURATED_WHITE: &str = "column saturated: the white is, so that nothing can be compared with it; read it with less light";
 
-/// A file of readings.
-pub(super) struct Rows {
-    table: Table,
-    rows: Vec<ReadRow>,
+/// A reading that stands in no file.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Taken {
+    /// The sample that it is of, from 0, if that is known.
+    pub sample: Option<usize>,
+    /// The incoming and the outgoing direction, of length 1, z along the normal, if they are known.
+    pub at: Option<[[f64; 3]; 2]>,
+    /// What was read; None if nothing was.
+    pub values: Option<[f32; 3]>,
+    /// True if the sensor was at its end.
+    pub saturated: bool,
 }
 
-/// A row: where, as far as it says so, and what.
-struct ReadRow {
-    line: u64,
-    index: Option<usize>,
-    given: Option<Given>,
-    /// None where the cells are empty: nothing was read.
-    values: Option<[f32; 3]>,
-    saturated: bool,
+/// Readings of a file or of an array.
+pub(super) struct Rows {
+    /// The file, or what stands for it in errors.
+    path: PathBuf,
+    /// What its rows are called.
+    unit: &'static str,
+    rows: Vec<ReadRow>,
 }
 
 /// A row of a sample of the pattern.
@@ -50,135 +51,6 @@ pub(super) struct Matched {
     pub(super) distance: Option<Distance>,
 }
 
-/// Where the columns are.
-struct Columns {
-    index: Option<usize>,
-    angles: Option<AngleColumns>,
-    values: [usize; 3],
-    names: [&'static str; 3],
-    saturated: Option<usize>,
-}
-
-impl Columns {
-    fn of(table: &Table) -> Result<Self, TableError> {
-        let index = table.column("index")?;
-        let angles = AngleColumns::of(table)?;
-        if index.is_none() && angles.is_none() {
-            return Err(table.damaged(format!(
-                "its first line should say where each reading was taken: theta_h, theta_d, phi_d, \
-                 or theta_i, phi_i, theta_o, phi_o (degrees), or index (the sample's number, from \
-                 0), and names {}; correct it",
-                table.names()
-            )));
-        }
-        let (values, names) = match (table.columns(CHANNELS)?, table.column(MONOCHROME)?) {
-            (Some(columns), None) => (columns, CHANNELS),
-            (None, Some(column)) => ([column; 3], [MONOCHROME; 3]),
-            (Some(_), Some(_)) => {
-                return Err(table.damaged(
-                    "it has columns r, g, b as well as value; remove or rename what is not meant"
-                        .to_owned(),
-                ));
-            }
-            (None, None) => {
-                return Err(table.damaged(format!(
-                    "its first line should name what was read: r, g, b, or value of a sensor with \
-                     one channel, and names {}; correct it",
-                    table.names()
-                )));
-            }
-        };
-        Ok(Self {
-            index,
-            angles,
-            values,
-            names,
-            saturated: table.column("saturated")?,
-        })
-    }
-
-    /// A row; or what is wrong with one of its cells.
-    fn row(&self, row: &Row) -> Result<ReadRow, String> {
-        let index = self.index.map(|column| row.cell(column));
-        let index = index.filter(|cell| !cell.is_empty()).map(|cell| {
-            // Programs write whole numbers as 3.0, too.
-            cell.strip_suffix(".0")
-                .unwrap_or(cell)
-                .parse()
-                .map_err(|_| {
-                    let shown = shown(cell);
-                    format!("column index: `{shown}` is no sample's number; give 0, 1, 2, ...")
-                })
-        });
-        let index = index.transpose()?;
-        let given = match &self.angles {
-            // A row that says which sample it is of may leave its angles out.
-            Some(columns) if index.is_none() || !columns.are_empty(row) => {
-                Some(columns.given(row)?)
-            }
-            _ => None,
-        };
-        if index.is_none() && given.is_none() {
-            return Err("column index: it is empty; give the sample's number, from 0".to_owned());
-        }
-        Ok(ReadRow {
-            line: row.line,
-            index,
-            given,
-            values: self.values(row)?,
-            saturated: self.saturated(row)?,
-        })
-    }
-
-    fn values(&self, row: &Row) -> Result<Option<[f32; 3]>, String> {
-        let mut values = [0.0_f32; 3];
-        let mut absent = [false; 3];
-        for channel in 0..3 {
-            let (cell, name) = (row.cell(self.values[channel]), self.names[channel]);
-            // Programs write what is not there as either.
-            absent[channel] = cell.is_empty() || cell.eq_ignore_ascii_case("nan");
-            if absent[channel] {
-                continue;
-            }
-            values[channel] = cell.parse().map_err(|_| {
-                format!(
-                    "column {name}: `{}` is no number; leave it empty if nothing was read",
-                    shown(cell)
-                )
-            })?;
-            if !values[channel].is_finite() {
-                return Err(format!(
-                    "column {name}: {} is not finite; leave it empty if nothing was read",
-                    shown(cell)
-                ));
-            }
-        }
-        match absent {
-            [false, false, false] => Ok(Some(values)),
-            [true, true, true] => Ok(None),
-            _ => {
-                let missing = absent.iter().position(|absent| *absent).unwrap_or_default();
-                Err(format!(
-                    "column {}: it is empty while the others are not; give all three, or none if \
-                     nothing was read",
-                    self.names[missing]
-                ))
-            }
-        }
-    }
-
-    fn saturated(&self, row: &Row) -> Result<bool, String> {
-        match self.saturated.map_or("", |column| row.cell(column)) {
-            "" | "0" => Ok(false),
-            "1" => Ok(true),
-            cell => Err(format!(
-                "column saturated: `{}` is neither 0 nor 1; give 1 where the sensor was at its end",
-                shown(cell)
-            )),
-        }
-    }
-}
-
 impl Rows {
     /// Reads a file.
     pub(super) fn read(path: &Path) -> Result<Self, TableError> {
@@ -194,17 +66,40 @@ impl Rows {
                 table.damaged("it has no rows below its first line; add what was read".to_owned())
             );
         }
-        Ok(Self { table, rows })
+        Ok(Self {
+            path: table.path().to_owned(),
+            unit: "line",
+            rows,
+        })
+    }
+
+    /// Of an array.
+    pub(super) fn of(taken: &[Taken]) -> Self {
+        let rows = (0..).zip(taken).map(|(line, taken)| ReadRow {
+            line,
+            index: taken.sample,
+            given: taken.at.map(Given::of_pair),
+            values: taken.values,
+            saturated: taken.saturated,
+        });
+        Self {
+            path: "readings".into(),
+            unit: "row",
+            rows: rows.collect(),
+        }
     }
 
     /// What becomes of something that is wrong on a line.
     pub(super) fn wrong(&self, line: u64, what: &str) -> TableError {
-        self.table.wrong(line, what)
+        self.damaged(format!("{} {line}, {what}", self.unit))
     }
 
     /// What becomes of something that is wrong with the whole file.
     pub(super) fn damaged(&self, what: String) -> TableError {
-        self.table.damaged(what)
+        TableError::Damaged {
+            path: self.path.clone(),
+            what,
+        }
     }
 
     /// The sample of each row, no further from it than a tolerance in radians.
@@ -281,7 +176,10 @@ impl Rows {
             ));
         }
         let Some(given) = row.given else {
-            return Ok((row.index.unwrap_or_default(), None, false));
+            return match row.index {
+                Some(index) => Ok((index, None, false)),
+                None => Err(self.wrong(row.line, "it says neither its directions nor its sample")),
+            };
         };
         let place = Arms::of(given.angles());
         let Some((nearest, near)) = place.nearest(arms) else {

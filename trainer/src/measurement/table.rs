@@ -81,6 +81,11 @@ impl Table {
         })
     }
 
+    /// The file.
+    pub(super) fn path(&self) -> &Path {
+        &self.path
+    }
+
     /// The names of all columns.
     pub(super) fn names(&self) -> String {
         shown(&self.header.iter().collect::<Vec<_>>().join(", "))

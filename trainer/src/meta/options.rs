@@ -3,7 +3,7 @@
 use std::f32::consts::FRAC_1_PI;
 use std::fmt;
 
-use glimpse_core::gonio::Limits;
+use glimpse_core::gonio::{Limits, LimitsError};
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::Noise;
 
@@ -94,6 +94,30 @@ impl Default for Completing {
     }
 }
 
+/// Why nothing can be trained so.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum CompletingError {
+    /// A number is out of its range.
+    #[error("{field} must be 0 to {most}, not {value}")]
+    Range {
+        /// Which one.
+        field: &'static str,
+        /// The largest that is taken.
+        most: f32,
+        /// What was given.
+        value: f32,
+    },
+    /// There is no such machine.
+    #[error("max_theta_i, max_theta_o and min_separation do not go together: {0}")]
+    Limits(#[from] LimitsError),
+    /// Its arms could not both be brought to where they have to keep apart so far.
+    #[error(
+        "min_separation must be at most twice the lesser of max_theta_i and max_theta_o, {0:.1} \
+         degrees here"
+    )]
+    Separation(f32),
+}
+
 impl Completing {
     /// Up to how many samples all of them are there in training, unless it is asked otherwise.
     pub const ALL_THERE: usize = 32;
@@ -105,6 +129,30 @@ impl Completing {
         Self {
             missing: if samples > Self::ALL_THERE { 0.5 } else { 0.0 },
             ..Self::default()
+        }
+    }
+
+    /// Makes sure that it can be trained.
+    ///
+    /// # Errors
+    /// What is out of its range, or does not go together.
+    pub fn validate(&self) -> Result<(), CompletingError> {
+        for (field, value, most) in [
+            ("missing", self.missing, 1.0),
+            ("noise", self.noise, 0.5),
+            ("additive", self.additive, 0.5),
+            ("procedural", self.procedural, 0.99),
+        ] {
+            if !(0.0..=most).contains(&value) {
+                return Err(CompletingError::Range { field, most, value });
+            }
+        }
+        self.limits.validate()?;
+        // A pattern is brought within limits by bringing both arms to equal polar angles.
+        let most = 2.0 * self.limits.max_theta_i.min(self.limits.max_theta_o);
+        match self.limits.min_separation > most {
+            true => Err(CompletingError::Separation(most.to_degrees())),
+            false => Ok(()),
         }
     }
 

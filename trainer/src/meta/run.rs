@@ -14,7 +14,7 @@ use super::completion::train::{STARTED_STEPS, train as complete};
 use super::descent::{DescentTrainee, Tasks};
 use super::learned::{JudgedOn, Learned, LearnedDescent, LearnedRidge, Promise};
 use super::linear::LinearTrainee;
-use super::options::{Options, Parts};
+use super::options::{CompletingError, Options, Parts};
 use super::outer::{Observer, Outcome, Run, RunError};
 use super::pattern::above_horizon;
 use super::plan::{Plan, Schedule};
@@ -51,6 +51,9 @@ pub enum TrainError {
         /// How many there are.
         materials: usize,
     },
+    /// What a completion is to be trained on is not what one can be trained on.
+    #[error(transparent)]
+    Completing(#[from] CompletingError),
     /// A number of the finished recipe is no number.
     #[error("training did not converge: {0}")]
     Diverged(#[from] glimpse_core::fit::ridge::RidgeError),
@@ -89,6 +92,7 @@ pub fn train(
     if !(1..=glimpse_core::recipe::MAX_SAMPLES).contains(&options.samples) {
         return Err(TrainError::Samples(options.samples));
     }
+    options.completing.validate()?;
     check(&options.portions, materials.len())?;
     // On one of rayon's own threads: each parallel loop would else be handed over to one.
     rayon::scope(|_| {

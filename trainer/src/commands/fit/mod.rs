@@ -10,11 +10,12 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, bail, ensure};
 use clap::Args;
 use glimpse_core::recipe::Recipe;
+use glimpse_trainer::conversion::loss_of;
 use glimpse_trainer::linear::Basis;
 use glimpse_trainer::material::{BasisFile, FittedMaterial, Material};
 use glimpse_trainer::measurement::{DeviceReport, Fit as Found, Meaning, Measured, fit};
 
-use super::formats::{Files, FormatName, files_of, loss_of};
+use super::formats::{Files, FormatName, files_of};
 use super::lock::Lock;
 use super::output::{make_out, refuse_input, write_file_forced, write_files_forced};
 use super::{print, read_recipe};

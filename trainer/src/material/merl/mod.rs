@@ -7,8 +7,10 @@
 //!
 //! A negative value was not measured; neither was one that is not a finite f32.
 
+mod nodes;
 mod write;
 
+pub use nodes::{TabulateError, table_nodes};
 pub use write::{to_merl, write_merl};
 
 use std::f64::consts::{FRAC_PI_2, PI};

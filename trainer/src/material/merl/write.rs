@@ -6,12 +6,13 @@ use std::path::Path;
 use glimpse_core::geometry::{Angles, HalfDifference};
 use rayon::prelude::*;
 
+use super::nodes::header;
 use super::{FILE_BYTES, NODES, SCALE, degrees, theta_h};
 use crate::files::write_whole;
 use crate::material::{Brdf, Material, NotFinite, SourceError};
 
-/// What stands where a direction is below the horizon.
-const NOT_MEASURED: f64 = -1.0;
+/// What stands where a direction is below the horizon, or nothing was measured.
+pub(super) const NOT_MEASURED: f64 = -1.0;
 
 /// Tabulates a BRDF at MERL's nodes: the bytes of a `NAME.binary`.
 ///
@@ -25,9 +26,7 @@ pub fn to_merl(brdf: &(impl Brdf + ?Sized)) -> Result<Vec<u8>, NotFinite> {
         .map(|row| tabulate_row(brdf, theta_h(row / NODES[1]), degrees(row % NODES[1])))
         .collect::<Result<_, _>>()?;
     let mut bytes = Vec::with_capacity(FILE_BYTES);
-    for nodes in NODES {
-        bytes.extend_from_slice(&(nodes as i32).to_le_bytes());
-    }
+    bytes.extend_from_slice(&header());
     for channel in 0..SCALE.len() {
         for values in rows.iter().flatten() {
             bytes.extend_from_slice(&values[channel].to_le_bytes());
