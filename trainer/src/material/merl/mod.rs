@@ -33,6 +33,8 @@ const HEADER_BYTES: usize = 3 * size_of::<i32>();
 const FILE_BYTES: usize = HEADER_BYTES + 3 * PLANE * size_of::<f64>();
 /// What values are multiplied by, in red, green and blue.
 const SCALE: [f64; 3] = [1.0 / 1500.0, 1.15 / 1500.0, 1.66 / 1500.0];
+/// What is written where a direction is below the horizon, or nothing was measured.
+const NOT_MEASURED: f64 = -1.0;
 
 /// A material that is a table, read in place.
 ///

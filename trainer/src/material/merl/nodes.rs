@@ -3,8 +3,9 @@
 use glimpse_core::geometry::{Angles, HalfDifference};
 use memmap2::MmapMut;
 
-use super::write::NOT_MEASURED;
-use super::{FILE_BYTES, HEADER_BYTES, MerlTable, NODES, PLANE, SCALE, degrees, theta_h};
+use super::{
+    FILE_BYTES, HEADER_BYTES, MerlTable, NODES, NOT_MEASURED, PLANE, SCALE, degrees, theta_h,
+};
 
 /// Why no table is made of values.
 #[derive(Debug, thiserror::Error)]

@@ -7,12 +7,9 @@ use glimpse_core::geometry::{Angles, HalfDifference};
 use rayon::prelude::*;
 
 use super::nodes::header;
-use super::{FILE_BYTES, NODES, SCALE, degrees, theta_h};
+use super::{FILE_BYTES, NODES, NOT_MEASURED, SCALE, degrees, theta_h};
 use crate::files::write_whole;
 use crate::material::{Brdf, Material, NotFinite, SourceError};
-
-/// What stands where a direction is below the horizon, or nothing was measured.
-pub(super) const NOT_MEASURED: f64 = -1.0;
 
 /// Tabulates a BRDF at MERL's nodes: the bytes of a `NAME.binary`.
 ///

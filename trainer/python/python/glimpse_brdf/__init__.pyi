@@ -1,0 +1,292 @@
+"""Types of the module; what each thing is and takes, its docstring says: help(glimpse_brdf.train)."""
+
+import os
+from typing import Any, Callable, Iterable, Literal, Optional, Sequence, TypedDict, Union, final
+
+import numpy as np
+import numpy.typing as npt
+from typing import type_check_only
+
+__version__: str
+
+_Model = Literal["phong", "cook-torrance", "linear", "neural"]
+_Format = Literal["merl", "rgl", "nbrdf", "pab"]
+_Path = Union[str, os.PathLike[str]]
+_Floats = npt.NDArray[np.float64]
+_Brdf = npt.NDArray[np.float32]
+_Source = Union[_Path, "Material"]
+_Materials = Union[_Source, Iterable[_Source]]
+
+__all__ = [
+    "FittedMaterial",
+    "GlimpseError",
+    "Material",
+    "Plan",
+    "Progress",
+    "Recipe",
+    "Suspect",
+    "__version__",
+    "directions_from_degrees",
+    "evaluate",
+    "load_material",
+    "load_materials",
+    "table_directions",
+    "train",
+]
+
+class GlimpseError(ValueError): ...
+
+@type_check_only
+class _Expectation(TypedDict):
+    loss: float
+    standard_error: Optional[float]
+    materials: int
+    on: str
+
+@type_check_only
+class _Limits(TypedDict):
+    max_theta_i_degrees: float
+    max_theta_o_degrees: float
+    min_separation_degrees: float
+    in_plane: bool
+
+@type_check_only
+class _Noise(TypedDict):
+    relative: float
+    additive_per_steradian: float
+    levels: int
+
+@type_check_only
+class _Provenance(TypedDict):
+    trainer: str
+    data: str
+    materials: int
+    schedule: str
+    seed: int
+    options: str
+
+@type_check_only
+class _Residual(TypedDict):
+    mean: float
+    worst: float
+    worst_sample: int
+
+@type_check_only
+class _Scores(TypedDict):
+    name: str
+    loss: float
+    dssim: float
+    l2: float
+    psnr: float
+    predicted_loss: Optional[float]
+
+@type_check_only
+class _Verdict(TypedDict):
+    method: str
+    model: str
+    samples: int
+    loss: float
+    dssim: float
+    l2: float
+    psnr: float
+    loss_standard_error: Optional[float]
+    seeds: int
+    loss_spread: float
+    materials: list[_Scores]
+    trained_on: Optional[list[str]]
+    namesakes_trained_on: Optional[list[str]]
+
+class Material:
+    @classmethod
+    def from_function(cls, function: Callable[[_Floats, _Floats], npt.ArrayLike], name: str) -> Material: ...
+    @classmethod
+    def from_table(cls, brdf: npt.ArrayLike, name: str) -> Material: ...
+    @property
+    def name(self) -> str: ...
+    def __call__(self, incoming: npt.ArrayLike, outgoing: Optional[npt.ArrayLike] = None) -> _Brdf: ...
+    def save(
+        self, path: _Path, format: Optional[_Format] = None, *, seed: int = 0, overwrite: bool = False
+    ) -> None: ...
+
+@final
+class FittedMaterial(Material):
+    @property
+    def model(self) -> _Model: ...
+    @property
+    def parameters(self) -> _Brdf: ...
+    @property
+    def predicted_loss(self) -> Optional[float]: ...
+    @property
+    def residual(self) -> Optional[_Residual]: ...
+    @property
+    def fates(self) -> list[Literal["used", "missing", "saturated", "left out"]]: ...
+    @property
+    def suspects(self) -> list[Suspect]: ...
+
+@final
+class Suspect:
+    @property
+    def sample(self) -> int: ...
+    @property
+    def z(self) -> float: ...
+    @property
+    def read(self) -> list[float]: ...
+    @property
+    def expected(self) -> list[float]: ...
+    @property
+    def left_out(self) -> bool: ...
+
+@final
+class Plan:
+    @property
+    def order(self) -> Literal["travel", "progressive"]: ...
+    @property
+    def is_best(self) -> bool: ...
+    @property
+    def indices(self) -> npt.NDArray[np.int64]: ...
+    @property
+    def angles_degrees(self) -> _Floats: ...
+    @property
+    def directions(self) -> _Floats: ...
+    @property
+    def swapped(self) -> npt.NDArray[np.bool_]: ...
+    @property
+    def seconds(self) -> _Floats: ...
+    @property
+    def total_seconds(self) -> float: ...
+    @property
+    def travel_seconds(self) -> float: ...
+    @property
+    def naive_total_seconds(self) -> float: ...
+    def to_csv(self) -> str: ...
+    def to_blank_csv(self) -> str: ...
+    def __len__(self) -> int: ...
+
+@final
+class Recipe:
+    def __new__(cls, data: bytes, basis: Optional[bytes] = None) -> Recipe: ...
+    @classmethod
+    def load(cls, path: _Path) -> Recipe: ...
+    def save(self, path: _Path, *, overwrite: bool = False) -> None: ...
+    def to_bytes(self) -> bytes: ...
+    def basis_bytes(self) -> Optional[bytes]: ...
+    @property
+    def model(self) -> _Model: ...
+    @property
+    def samples(self) -> int: ...
+    @property
+    def checksum(self) -> str: ...
+    @property
+    def takes_missing(self) -> bool: ...
+    @property
+    def directions(self) -> _Floats: ...
+    @property
+    def angles_degrees(self) -> _Floats: ...
+    @property
+    def half_difference_radians(self) -> _Floats: ...
+    @property
+    def expected_loss(self) -> Optional[float]: ...
+    @property
+    def expectation(self) -> Optional[_Expectation]: ...
+    @property
+    def limits(self) -> Optional[_Limits]: ...
+    @property
+    def noise(self) -> Optional[_Noise]: ...
+    @property
+    def provenance(self) -> Optional[_Provenance]: ...
+    @property
+    def trained_on(self) -> list[str]: ...
+    def plan(
+        self,
+        order: Literal["travel", "progressive"] = "travel",
+        *,
+        speed_degrees_per_second: Optional[npt.ArrayLike] = None,
+        settle_seconds: float = 0.5,
+        start_degrees: Sequence[float] = ...,
+        swap: bool = False,
+        isotropic: bool = True,
+        full_turns: bool = True,
+        max_theta_i_degrees: Optional[float] = None,
+        max_theta_o_degrees: Optional[float] = None,
+        min_separation_degrees: Optional[float] = None,
+        seed: int = 0,
+    ) -> Plan: ...
+    def fit(
+        self,
+        readings: npt.ArrayLike,
+        directions: Optional[npt.ArrayLike] = None,
+        *,
+        quantity: Optional[Literal["brdf", "brdf-cos-i", "brdf-cos-o", "reflectance-factor"]] = None,
+        name: str = "fitted",
+        tolerance_degrees: Optional[float] = None,
+        saturated: Optional[npt.ArrayLike] = None,
+        white: Optional[npt.ArrayLike] = None,
+        white_directions: Optional[npt.ArrayLike] = None,
+        footprint: Optional[Literal["light", "sensor"]] = None,
+        dark: Optional[npt.ArrayLike] = None,
+        white_reflectance: Optional[npt.ArrayLike] = None,
+        saturation: Optional[float] = None,
+        keep_all: bool = False,
+    ) -> FittedMaterial: ...
+    def __len__(self) -> int: ...
+    def __eq__(self, other: object, /) -> bool: ...
+    def __hash__(self) -> int: ...
+    def __reduce__(self) -> tuple[Any, ...]: ...
+
+@final
+class Progress:
+    @property
+    def phase(self) -> str: ...
+    @property
+    def samples(self) -> int: ...
+    @property
+    def done(self) -> int: ...
+    @property
+    def total(self) -> int: ...
+    @property
+    def loss(self) -> float: ...
+    @property
+    def best(self) -> Optional[float]: ...
+
+def load_material(source: _Path) -> Material: ...
+def load_materials(source: _Path) -> list[Material]: ...
+def table_directions() -> _Floats: ...
+def directions_from_degrees(
+    theta_i: npt.ArrayLike, phi_i: npt.ArrayLike, theta_o: npt.ArrayLike, phi_o: npt.ArrayLike
+) -> _Floats: ...
+def evaluate(
+    recipe: Recipe,
+    materials: _Materials,
+    *,
+    first: Optional[int] = None,
+    lose: int = 0,
+    noise: float = 0.0,
+    additive: float = 0.0,
+    levels: int = 0,
+    seeds: int = 5,
+    seed: int = 0,
+) -> _Verdict: ...
+def train(
+    model: _Model,
+    materials: Optional[_Materials] = None,
+    *,
+    samples: int = 8,
+    schedule: Literal["prior", "joint", "paper"] = "prior",
+    effort: Literal["brief", "quick", "standard", "long"] = "standard",
+    seed: int = 0,
+    share: Optional[Sequence[float]] = None,
+    missing: Optional[float] = None,
+    noise: Optional[float] = None,
+    additive: Optional[float] = None,
+    levels: Optional[int] = None,
+    procedural: Optional[float] = None,
+    max_theta_i_degrees: Optional[float] = None,
+    max_theta_o_degrees: Optional[float] = None,
+    min_separation_degrees: Optional[float] = None,
+    bases: Optional[int] = None,
+    eta: Optional[float] = None,
+    checkpoint: Optional[_Path] = None,
+    checkpoint_every_seconds: float = 10.0,
+    resume: bool = False,
+    progress: Optional[Callable[[Progress], object]] = None,
+) -> Recipe: ...

@@ -1,0 +1,50 @@
+//! Errors as exceptions, with the trainer's own sentences.
+
+use std::error::Error;
+use std::io;
+
+use glimpse_trainer::material::SourceError;
+use pyo3::exceptions::{PyFileNotFoundError, PyPermissionError, PyRuntimeError, PyValueError};
+use pyo3::prelude::*;
+
+pyo3::create_exception!(
+    glimpse_brdf,
+    GlimpseError,
+    PyValueError,
+    "What Glimpse refuses, or what went wrong, in a sentence with a remedy."
+);
+
+/// The exception of an error of the library: that of Python for a file that is missing or must not be
+/// opened, and `GlimpseError` for all else.
+pub(crate) fn raised(error: impl Error + 'static) -> PyErr {
+    let text = error.to_string();
+    let error: &(dyn Error + 'static) = &error;
+    if matches!(error.downcast_ref(), Some(SourceError::Missing(_))) {
+        return PyFileNotFoundError::new_err(text);
+    }
+    let (mut cause, mut kind) = (Some(error), None);
+    while let Some(error) = cause {
+        kind = kind.or_else(|| Some(error.downcast_ref::<io::Error>()?.kind()));
+        cause = error.source();
+    }
+    match kind {
+        Some(io::ErrorKind::NotFound) => PyFileNotFoundError::new_err(text),
+        Some(io::ErrorKind::PermissionDenied) => PyPermissionError::new_err(text),
+        _ => GlimpseError::new_err(text),
+    }
+}
+
+/// An exception of these words.
+pub(crate) fn refused<T>(text: impl Into<String>) -> PyResult<T> {
+    Err(GlimpseError::new_err(text.into()))
+}
+
+/// What comes of a panic, which would be a defect: an exception, and no end of the interpreter.
+pub(crate) fn defect(payload: &(dyn std::any::Any + Send)) -> PyErr {
+    let text = payload.downcast_ref::<String>().map(String::as_str);
+    let text = text.or_else(|| payload.downcast_ref::<&str>().copied());
+    PyRuntimeError::new_err(format!(
+        "a defect of glimpse_brdf, please report it: {}",
+        text.unwrap_or("of unknown kind")
+    ))
+}

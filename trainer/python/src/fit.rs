@@ -1,0 +1,213 @@
+//! Fits of readings: a material, and what is known of it.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use glimpse_trainer::export::RecipeFile;
+use glimpse_trainer::linear::Basis;
+use glimpse_trainer::material::{BasisFile, FittedMaterial};
+use glimpse_trainer::measurement::{Fit, fit};
+use numpy::PyArrayDyn;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use serde_json::json;
+
+use crate::arrays::array;
+use crate::error::{GlimpseError, raised, refused};
+use crate::files::write;
+use crate::material::PyMaterial;
+use crate::waiting::detached;
+
+pub(crate) use crate::readings::ReadingArgs;
+
+/// A reading that the others make improbable: `sample` is its row in the recipe's directions, `z` how many standard
+/// deviations it is from what the others say (positive: too large), `read` and `expected` are BRDFs, linear RGB, sr^-1,
+/// and `left_out` is True if the fit went without it.
+#[pyclass(frozen, get_all, name = "Suspect", module = "glimpse_brdf")]
+pub(crate) struct PySuspect {
+    sample: usize,
+    z: f64,
+    read: [f32; 3],
+    expected: [f32; 3],
+    left_out: bool,
+}
+
+#[pymethods]
+impl PySuspect {
+    fn __repr__(&self) -> String {
+        let rgb = |brdf: [f32; 3]| brdf.map(|f| format!("{f:.3}")).join(" ");
+        format!(
+            "<glimpse_brdf.Suspect sample {}: read {}, expected about {} (z {:+.1})>",
+            self.sample,
+            rgb(self.read),
+            rgb(self.expected),
+            self.z
+        )
+    }
+}
+
+/// A material that was fitted to readings by `Recipe.fit`, and what is known of the fit.
+#[pyclass(extends = PyMaterial, frozen, name = "FittedMaterial", module = "glimpse_brdf")]
+pub(crate) struct PyFittedMaterial {
+    material: Arc<FittedMaterial>,
+    fit: Fit,
+    /// What was read of each sample, BRDFs in sr^-1.
+    read: Vec<Option<[f32; 3]>>,
+    basis: Option<Arc<Basis>>,
+}
+
+impl PyFittedMaterial {
+    pub(crate) fn of<'py>(
+        py: Python<'py>,
+        file: &RecipeFile,
+        basis: Option<&Arc<Basis>>,
+        args: &ReadingArgs<'_, '_>,
+        name: &str,
+        keep_all: bool,
+    ) -> PyResult<Bound<'py, Self>> {
+        if name.is_empty() || name.contains(|c: char| c.is_control() || "/\\".contains(c)) {
+            return refused("name should be the name of a material, without slashes");
+        }
+        let recipe = file.recipe().map_err(raised)?;
+        let pattern: Vec<_> = recipe.pattern().collect();
+        let measured = args.measured(&pattern)?;
+        let (fit, material) = detached(py, || {
+            let fit = fit(&recipe, &measured, keep_all)?;
+            let values = fit.values.clone();
+            let material = FittedMaterial::new(
+                name.to_owned(),
+                recipe.model(),
+                values,
+                basis.map(|basis| &**basis),
+            );
+            Ok((fit, material))
+        })?
+        .map_err(|error: glimpse_trainer::measurement::FitFailure| raised(error))?;
+        let Some(material) = material.map(Arc::new) else {
+            return refused(format!(
+                "{} values are not what the recipe's model has",
+                fit.values.len()
+            ));
+        };
+        let base = PyMaterial {
+            material: material.clone(),
+            in_batches: true,
+        };
+        let fitted = Self {
+            material,
+            fit,
+            read: measured
+                .samples
+                .iter()
+                .map(|sample| sample.mean())
+                .collect(),
+            basis: basis.cloned(),
+        };
+        Bound::new(py, PyClassInitializer::from(base).add_subclass(fitted))
+    }
+}
+
+#[pymethods]
+impl PyFittedMaterial {
+    /// The model that was fitted: "phong", "cook-torrance", "linear" or "neural".
+    #[getter]
+    fn model(&self) -> &'static str {
+        self.material.model().name()
+    }
+
+    /// A model's parameters in its order, or linear's coefficients, m for red, m for green, m for blue: float32 of
+    /// shape (p,).
+    #[getter]
+    fn parameters<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f32>>> {
+        let values = self.material.values().to_vec();
+        array(py, &[values.len()], values)
+    }
+
+    /// The loss that the fit is likely to have, by its readings, or None where the recipe predicts none.
+    #[getter]
+    fn predicted_loss(&self) -> Option<f32> {
+        self.fit.predicted_loss
+    }
+
+    /// What became of each sample's reading: "used", "missing", "saturated" or "left out".
+    #[getter]
+    fn fates(&self) -> Vec<&'static str> {
+        self.fit.fates.iter().map(|fate| fate.name()).collect()
+    }
+
+    /// How well it explains the readings that were used: a dict of mean, worst and worst_sample, of the losses at the
+    /// samples; or None.
+    #[getter]
+    fn residual<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
+        let Some(residual) = self.fit.residual else {
+            return Ok(None);
+        };
+        let found = PyDict::new(py);
+        found.set_item("mean", residual.mean)?;
+        found.set_item("worst", residual.worst)?;
+        found.set_item("worst_sample", residual.worst_index)?;
+        Ok(Some(found))
+    }
+
+    /// Readings that the others make improbable, the worst first. Of a material unlike those of the training a right
+    /// one may be among them.
+    #[getter]
+    fn suspects(&self) -> Vec<PySuspect> {
+        let suspects = self.fit.examined.suspects.iter();
+        let each = suspects.map(|suspect| PySuspect {
+            sample: suspect.sample,
+            z: suspect.opinion.z,
+            read: self.read[suspect.sample].unwrap_or_default(),
+            expected: suspect.opinion.expected,
+            left_out: self.fit.fates[suspect.sample].name() == "left out",
+        });
+        each.collect()
+    }
+
+    /// Writes it as any material, or, if `path` ends in .json, as the trainer's own file (of the model linear with a
+    /// basis beside it), which `load_material` and every command of the trainer read.
+    #[pyo3(signature = (path, format = None, *, seed = 0, overwrite = false))]
+    fn save(
+        slf: &Bound<'_, Self>,
+        py: Python<'_>,
+        path: PathBuf,
+        format: Option<&str>,
+        seed: u64,
+        overwrite: bool,
+    ) -> PyResult<()> {
+        if path.extension().is_none_or(|ending| ending != "json") || format.is_some() {
+            let base = slf.as_super().get();
+            return base.save(py, path, format, seed, overwrite);
+        }
+        let this = slf.get();
+        let mut files = Vec::new();
+        let mut named = None;
+        if let Some(basis) = &this.basis {
+            let (beside, bytes) = (path.with_extension("basis"), basis.to_bytes());
+            let name = beside
+                .file_name()
+                .unwrap_or_default()
+                .to_string_lossy()
+                .into_owned();
+            named = Some(BasisFile::new(name, Basis::checksum(&bytes)));
+            files.push((beside, bytes));
+        }
+        let about = json!({ "trainer": concat!("glimpse_brdf ", env!("CARGO_PKG_VERSION")) });
+        let text = this.material.to_json(named.as_ref(), about);
+        let text = text.map_err(|error| GlimpseError::new_err(error.to_string()))?;
+        files.push((path, text.into_bytes()));
+        write(&files, overwrite)
+    }
+
+    fn __repr__(&self) -> String {
+        let used = self
+            .fates()
+            .into_iter()
+            .filter(|fate| *fate == "used")
+            .count();
+        format!(
+            "<glimpse_brdf.FittedMaterial of the model {} by {used} readings>",
+            self.model()
+        )
+    }
+}

@@ -1,0 +1,181 @@
+"""Materials: looked up as by `trainer query`, made of functions and arrays, written and read."""
+
+import csv
+import io
+import threading
+
+import glimpse_brdf as glimpse
+import numpy as np
+import pytest
+from conftest import directions, to_degrees, write_csv
+
+
+def test_a_material_is_what_query_says(trainer, tmp_path):
+    pairs = directions(500)
+    write_csv(tmp_path / "angles.csv", "theta_i,phi_i,theta_o,phi_o", to_degrees(pairs).tolist())
+    rows = csv.DictReader(io.StringIO(trainer("query", "procedural:1:77", "--angles", "angles.csv")))
+    expected = np.array([[float(row[c]) for c in "rgb"] for row in rows])
+    material = glimpse.load_material("procedural:1:77")
+    found = material(pairs)
+    assert found.shape == (500, 3) and found.dtype == np.float32
+    # Angles in degrees are rounded on the way.
+    np.testing.assert_allclose(found, expected, rtol=1e-4, atol=1e-6)
+    assert np.median(np.abs(found / expected - 1)) < 1e-6
+
+
+def test_shapes_layouts_and_types():
+    material = glimpse.load_material("procedural:1")
+    pairs = directions(24)
+    whole = material(pairs)
+    incoming, outgoing = pairs[:, 0], pairs[:, 1]
+    same = [
+        material(incoming, outgoing),
+        material(np.asfortranarray(incoming), outgoing.copy()),
+        material(incoming.tolist(), outgoing.tolist()),
+        material(7 * incoming, 0.5 * outgoing),
+        material(pairs.reshape(4, 6, 2, 3)).reshape(24, 3),
+        np.stack([material(i, o) for i, o in pairs]),
+        material(pairs[::-1])[::-1],
+    ]
+    for found in same:
+        np.testing.assert_allclose(found, whole, rtol=1e-5)
+    np.testing.assert_allclose(material(pairs.astype(np.float32)), whole, rtol=1e-3)
+    assert material(incoming[0], outgoing).shape == (24, 3)
+    assert material(pairs[0]).shape == (3,)
+    assert material(np.empty((0, 2, 3))).shape == (0, 3)
+    assert not material([0, 0, 1], [0.6, 0, -0.8]).any()
+    many = directions(5000, 1)
+    np.testing.assert_array_equal(material(many)[:10], material(many[:10]))
+
+
+@pytest.mark.parametrize(
+    "given, words",
+    [
+        ((np.zeros((4, 3)),), "should have the shape (..., 2, 3)"),
+        ((np.zeros((4, 2, 3)),), "vector 0 is (0, 0, 0), which is no direction"),
+        (([[0, 0, np.nan]], [0, 0, 1]), "incoming: vector 0"),
+        ((np.ones((4, 3)), np.ones((5, 3))), "do not go together"),
+        ((np.ones(3), np.ones(2)), "outgoing should have the shape (..., 3), not (2,)"),
+        ((np.ones((2, 3), complex),), "dtype is complex128"),
+        (("up",), "array of numbers"),
+        (([[1, 2], [3]],), "array of numbers"),
+        ((None,), "array of numbers"),
+    ],
+)
+def test_what_is_no_direction_is_refused(given, words):
+    with pytest.raises(glimpse.GlimpseError) as error:
+        glimpse.load_material("procedural:1")(*given)
+    assert words in str(error.value)
+
+
+def test_errors_are_the_trainers(trainer, tmp_path):
+    with pytest.raises(FileNotFoundError) as error:
+        glimpse.load_material("nowhere.binary")
+    mirror = tmp_path / "mirror.csv"
+    mirror.write_text("theta_i,phi_i,theta_o,phi_o\n30,0,30,180\n")
+    assert str(error.value) == trainer("query", "nowhere.binary", "--angles", "mirror.csv", fails=True)
+    damaged = tmp_path / "damaged.binary"
+    damaged.write_bytes(b"no table")
+    with pytest.raises(glimpse.GlimpseError) as error:
+        glimpse.load_materials(damaged)
+    assert str(error.value) == trainer("query", damaged, "--angles", "mirror.csv", fails=True)
+    with pytest.raises(glimpse.GlimpseError, match="holds 3 materials"):
+        glimpse.load_material("procedural:3")
+    with pytest.raises(ValueError, match="is not understood"):
+        glimpse.load_material("procedural:many")
+    with pytest.raises(TypeError):
+        glimpse.load_material(3)
+    names = [material.name for material in glimpse.load_materials("procedural:3:5")]
+    assert len(set(names)) == 3
+
+
+def lambert(incoming, outgoing):
+    assert incoming.shape == outgoing.shape and incoming.shape[1] == 3
+    glossy = np.exp(-20 * (1 - (incoming[:, 2] + outgoing[:, 2]) / np.linalg.norm(incoming + outgoing, axis=1)))
+    return np.array([0.1, 0.2, 0.3]) + glossy[:, None]
+
+
+def test_a_function_becomes_a_material(tmp_path):
+    material = glimpse.Material.from_function(lambert, "glossy")
+    assert material.name == "glossy"
+    pairs = directions(2000, 3)
+    np.testing.assert_allclose(material(pairs), lambert(pairs[:, 0], pairs[:, 1]), rtol=2e-3)
+    nodes = glimpse.table_directions()
+    assert nodes.shape[1:] == (2, 3) and (nodes[..., 2] > 0).all()
+    np.testing.assert_allclose(np.linalg.norm(nodes, axis=-1), 1, atol=1e-6)
+    values = lambert(nodes[:, 0], nodes[:, 1])
+    same = glimpse.Material.from_table(values, "glossy")
+    np.testing.assert_array_equal(same(pairs), material(pairs))
+
+    same.save(tmp_path / "glossy.binary")
+    again = glimpse.load_material(tmp_path / "glossy.binary")
+    np.testing.assert_array_equal(again(pairs), material(pairs))
+    with pytest.raises(FileExistsError, match="overwrite=True"):
+        glimpse.load_material("procedural:1").save(tmp_path / "glossy.binary")
+    same.save(tmp_path / "glossy.binary")
+    glimpse.load_material("procedural:1").save(tmp_path / "glossy.binary", overwrite=True)
+
+    values[5] = np.nan
+    glimpse.Material.from_table(values, "with a hole")
+    values[6, 1] = np.inf
+    with pytest.raises(glimpse.GlimpseError, match="value 6 is inf"):
+        glimpse.Material.from_table(values, "broken")
+    with pytest.raises(glimpse.GlimpseError, match="give one for each"):
+        glimpse.Material.from_table(values[1:], "short")
+
+
+def test_what_a_function_raises_is_raised():
+    def broken(incoming, outgoing):
+        raise KeyError("lamp")
+
+    with pytest.raises(KeyError, match="lamp"):
+        glimpse.Material.from_function(broken, "a")
+    with pytest.raises(glimpse.GlimpseError, match="what the function returns"):
+        glimpse.Material.from_function(lambda i, o: i[:, 0], "a")
+    with pytest.raises(glimpse.GlimpseError, match=r"\(1, 3\)"):
+        glimpse.Material.from_function(lambda i, o: i[:1], "a")
+
+
+@pytest.mark.parametrize("name", ["m.bsdf", "m_fc1.npy", "m"])
+def test_other_formats_are_convert_s(trainer, tmp_path, name):
+    trainer("convert", "procedural:1:4", f"theirs-{name}", *(["--format", "pab"] if name == "m" else []))
+    material = glimpse.load_material("procedural:1:4")
+    material.save(tmp_path / f"ours-{name}", "pab" if name == "m" else None)
+    theirs = sorted(tmp_path.glob("theirs-*"))
+    assert theirs
+    for path in theirs:
+        ours = path.with_name(path.name.replace("theirs", "ours")).read_bytes()
+        assert ours.replace(b"ours-", b"theirs-") == path.read_bytes()
+
+
+def test_a_path_that_says_no_format_is_refused(tmp_path):
+    material = glimpse.load_material("procedural:1")
+    with pytest.raises(glimpse.GlimpseError, match="does not say in which format"):
+        material.save(tmp_path / "m.txt")
+    with pytest.raises(glimpse.GlimpseError, match="ends as the format merl does"):
+        material.save(tmp_path / "m.binary", "rgl")
+    with pytest.raises(glimpse.GlimpseError, match="one of merl, rgl, nbrdf, pab"):
+        material.save(tmp_path / "m", "obj")
+    with pytest.raises(FileNotFoundError, match="there is no folder"):
+        material.save(tmp_path / "none" / "m.bsdf")
+
+
+def test_directions_of_degrees():
+    pairs = glimpse.directions_from_degrees([0, 30, 90], 0, 30, [180, 180, 90])
+    assert pairs.shape == (3, 2, 3)
+    s, c = 0.5, 3**0.5 / 2
+    np.testing.assert_allclose(pairs[1], [[s, 0, c], [-s, 0, c]], atol=1e-15)
+    assert glimpse.directions_from_degrees(10, 0, 10, 180).shape == (2, 3)
+
+
+def test_other_threads_run_meanwhile():
+    material = glimpse.load_material("procedural:1")
+    pairs = directions(300_000)
+    done, counted = threading.Event(), 0
+    thread = threading.Thread(target=lambda: (material(pairs), done.set()))
+    thread.start()
+    while not done.is_set():
+        counted += 1
+        done.wait(0.001)
+    thread.join()
+    assert counted > 3

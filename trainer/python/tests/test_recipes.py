@@ -1,0 +1,262 @@
+"""Recipes, plans and fits: the same numbers as the trainer's commands, and the same refusals."""
+
+import copy
+import csv
+import io
+import json
+import pickle
+
+import glimpse_brdf as glimpse
+import numpy as np
+import pytest
+from conftest import RECIPES, directions, to_degrees, write_csv
+
+NEURAL = RECIPES / "neural-n8.recipe"
+HEADER = "theta_i,phi_i,theta_o,phi_o,r,g,b"
+
+
+def test_a_recipe_is_what_inspect_says(trainer, recipe_path):
+    recipe = glimpse.Recipe.load(recipe_path)
+    told = json.loads(trainer("inspect", recipe_path, "--json"))
+    assert recipe.model == told["model"] and recipe.samples == len(recipe) == told["samples"]
+    np.testing.assert_allclose(recipe.half_difference_radians, told["pattern"], atol=1e-6)
+    assert recipe.directions.shape == (recipe.samples, 2, 3)
+    np.testing.assert_allclose(np.linalg.norm(recipe.directions, axis=-1), 1)
+    plain = glimpse.directions_from_degrees(*recipe.angles_degrees.T)
+    np.testing.assert_allclose(plain, recipe.directions, atol=1e-9)
+    assert recipe.expected_loss == pytest.approx(recipe.expectation["loss"])
+    assert recipe.provenance["trainer"].startswith("glimpse-trainer ")
+    assert recipe.checksum in repr(recipe)
+
+
+def test_a_recipe_stays_the_same_wherever_it_goes(recipe_path, tmp_path):
+    recipe = glimpse.Recipe.load(recipe_path)
+    again = [
+        pickle.loads(pickle.dumps(recipe)),
+        copy.deepcopy(recipe),
+        glimpse.Recipe(recipe.to_bytes(), recipe.basis_bytes()),
+    ]
+    recipe.save(tmp_path / "again.recipe")
+    again.append(glimpse.Recipe.load(tmp_path / "again.recipe"))
+    readings = glimpse.load_material("procedural:1:77")(recipe.directions)
+    fitted = recipe.fit(readings).parameters
+    for other in again:
+        assert other == recipe and hash(other) == hash(recipe)
+        np.testing.assert_array_equal(other.fit(readings).parameters, fitted)
+    recipe.save(tmp_path / "again.recipe")
+    other = next(path for path in RECIPES.glob("*.recipe") if path.read_bytes() != recipe.to_bytes())
+    (tmp_path / "other.recipe").write_bytes(other.read_bytes())
+    with pytest.raises(FileExistsError):
+        recipe.save(tmp_path / "other.recipe")
+    recipe.save(tmp_path / "other.recipe", overwrite=True)
+
+
+def test_bytes_that_are_no_recipe(trainer, tmp_path, trained):
+    damaged = tmp_path / "damaged.recipe"
+    damaged.write_bytes(NEURAL.read_bytes()[:-1])
+    with pytest.raises(glimpse.GlimpseError) as error:
+        glimpse.Recipe.load(damaged)
+    assert str(error.value) == trainer("inspect", damaged, fails=True)
+    with pytest.raises(FileNotFoundError, match="cannot read the recipe"):
+        glimpse.Recipe.load(tmp_path / "none.recipe")
+    with pytest.raises(glimpse.GlimpseError):
+        glimpse.Recipe(b"")
+    linear, basis = trained["linear"].to_bytes(), trained["linear"].basis_bytes()
+    with pytest.raises(glimpse.GlimpseError, match="needs the basis"):
+        glimpse.Recipe(linear)
+    with pytest.raises(glimpse.GlimpseError, match="not the one of this recipe"):
+        glimpse.Recipe(linear, basis[:-1])
+    with pytest.raises(glimpse.GlimpseError, match="no effect"):
+        glimpse.Recipe(NEURAL.read_bytes(), basis)
+
+
+@pytest.mark.parametrize(
+    "options, words",
+    [
+        ({}, []),
+        ({"order": "progressive"}, ["--order", "progressive"]),
+        (
+            {"speed_degrees_per_second": [20, 10, 20, 10], "settle_seconds": 1.5, "full_turns": False},
+            ["--speed", "20,10,20,10", "--settle", "1.5", "--no-full-turns"],
+        ),
+        (
+            {"swap": True, "max_theta_o_degrees": 80, "start_degrees": (0, 0, 0, 180)},
+            ["--swap", "--max-theta-o", "80", "--start", "0,0,0,180"],
+        ),
+        ({"isotropic": False, "speed_degrees_per_second": 5}, ["--anisotropic", "--speed", "5"]),
+    ],
+)
+def test_a_plan_is_the_trainers(trainer, tmp_path, options, words):
+    plan = glimpse.Recipe.load(NEURAL).plan(**options)
+    told = json.loads(trainer("plan", NEURAL, *words, "--out", "plan.csv", "--blank", "blank.csv", "--json"))
+    assert plan.to_csv() == (tmp_path / "plan.csv").read_text()
+    assert plan.to_blank_csv() == (tmp_path / "blank.csv").read_text()
+    assert plan.total_seconds == pytest.approx(told["total_seconds"], rel=1e-12)
+    assert plan.travel_seconds == pytest.approx(told["travel_seconds"], rel=1e-12)
+    assert plan.naive_total_seconds == pytest.approx(told["naive_total_seconds"], rel=1e-12)
+    assert plan.order == told["order"] and plan.is_best == told["is_best"] and len(plan) == 8
+    rows = told["visits"]
+    assert plan.indices.tolist() == [row["index"] for row in rows]
+    assert plan.swapped.tolist() == [row["swapped"] for row in rows]
+    np.testing.assert_allclose(plan.seconds, [row["seconds"] for row in rows])
+    axes = ["theta_i", "phi_i", "theta_o", "phi_o"]
+    np.testing.assert_allclose(plan.angles_degrees, [[row[axis] for axis in axes] for row in rows], atol=1e-4)
+    np.testing.assert_allclose(plan.directions, glimpse.directions_from_degrees(*plan.angles_degrees.T), atol=1e-12)
+
+
+def test_what_cannot_be_planned(trainer):
+    recipe = glimpse.Recipe.load(NEURAL)
+    with pytest.raises(glimpse.GlimpseError) as error:
+        recipe.plan(max_theta_o_degrees=80)
+    lines = str(error.value).split("\n")
+    theirs = trainer("plan", NEURAL, "--max-theta-o", "80", fails=True).split("\n")
+    assert lines[:-1] == theirs[:-1] and "swap=True" in lines[-1]
+    for options, words in [
+        ({"order": "best"}, "one of travel, progressive"),
+        ({"speed_degrees_per_second": -1}, "the speed of theta_i is -1"),
+        ({"speed_degrees_per_second": [1, 2]}, "one number for all axes, or four"),
+        ({"settle_seconds": -1}, "the time at each sample is -1"),
+        ({"max_theta_i_degrees": 91}, "`max_theta_i` is not above 0"),
+        ({"max_theta_i_degrees": float("nan")}, "`max_theta_i` is not above 0"),
+    ]:
+        with pytest.raises(glimpse.GlimpseError) as error:
+            recipe.plan(**options)
+        assert words in str(error.value)
+
+
+def fit_by_command(trainer, tmp_path, recipe_path, rows, *words):
+    """Values of the trainer's fit, and its BRDF at random directions."""
+    write_csv(tmp_path / "m.csv", HEADER, np.asarray(rows, float).tolist())
+    told = json.loads(trainer("fit", recipe_path, "--measurements", "m.csv", "--out", "out", "--json", *words))[0]
+    pairs = directions(50, 9)
+    write_csv(tmp_path / "angles.csv", "theta_i,phi_i,theta_o,phi_o", to_degrees(pairs).tolist())
+    answer = csv.DictReader(io.StringIO(trainer("query", "out/material.json", "--angles", "angles.csv")))
+    brdf = np.array([[float(row[c]) for c in "rgb"] for row in answer])
+    values = json.loads((tmp_path / "out/material.json").read_text())["values"]
+    return told, values, pairs, brdf
+
+
+def test_a_fit_is_the_trainers(trainer, tmp_path, recipe_path):
+    recipe = glimpse.Recipe.load(recipe_path)
+    readings = glimpse.load_material("procedural:1:77")(recipe.directions).astype(float)
+    if recipe.takes_missing:
+        readings[1] = np.nan
+    # As numbers of 32 bits, which is what a reading is.
+    rows = np.concatenate([recipe.angles_degrees, readings], 1)
+    told, values, pairs, brdf = fit_by_command(trainer, tmp_path, recipe_path, rows)
+    fitted = recipe.fit(readings, name="m")
+    assert isinstance(fitted, glimpse.Material) and fitted.name == "m" and fitted.model == recipe.model
+    np.testing.assert_allclose(fitted.parameters, values, rtol=1e-6, atol=1e-6)
+    np.testing.assert_allclose(fitted(pairs), brdf, rtol=1e-4, atol=1e-6)
+    assert fitted.fates.count("used") == told["readings"]["used"]
+    assert [index for index, fate in enumerate(fitted.fates) if fate == "missing"] == told["readings"]["missing"]
+    assert fitted.residual["mean"] == pytest.approx(told["residual"]["mean"], rel=1e-6)
+    if recipe.takes_missing and recipe.model != "phong":
+        assert fitted.predicted_loss == pytest.approx(told["expected_loss"]["loss"], rel=1e-6)
+
+    # Any order, by directions, and some twice.
+    order = np.random.default_rng(4).permutation(np.repeat(np.arange(len(recipe)), 2))
+    shuffled = recipe.fit(readings[order], recipe.directions[order])
+    np.testing.assert_allclose(shuffled.parameters, fitted.parameters, rtol=1e-5, atol=1e-6)
+
+    fitted.save(tmp_path / "kept.json")
+    kept = glimpse.load_material(tmp_path / "kept.json")
+    np.testing.assert_allclose(kept(pairs), fitted(pairs), rtol=1e-6)
+    assert kept.name == "m"
+    fitted.save(tmp_path / "fitted.bsdf")
+    assert glimpse.load_material(tmp_path / "fitted.bsdf")(pairs).shape == (50, 3)
+
+
+@pytest.mark.parametrize("quantity", ["brdf", "brdf-cos-i", "brdf-cos-o", "reflectance-factor"])
+def test_other_quantities(quantity):
+    recipe = glimpse.Recipe.load(NEURAL)
+    brdf = glimpse.load_material("procedural:1:77")(recipe.directions)
+    cos_i, cos_o = recipe.directions[:, 0, 2:], recipe.directions[:, 1, 2:]
+    factor = {"brdf": 1, "brdf-cos-i": cos_i, "brdf-cos-o": cos_o, "reflectance-factor": np.pi}[quantity]
+    fitted = recipe.fit(brdf * factor, quantity=quantity)
+    np.testing.assert_allclose(fitted.parameters, recipe.fit(brdf).parameters, rtol=1e-4, atol=1e-5)
+
+
+def test_counts_beside_a_white():
+    recipe = glimpse.Recipe.load(NEURAL)
+    brdf = glimpse.load_material("procedural:1:77")(recipe.directions).astype(float)
+    expected = recipe.fit(brdf).parameters
+    gain = np.random.default_rng(5).uniform(1000, 2000, (8, 3))
+    white = 0.9 / np.pi * gain + 96
+    fitted = recipe.fit(brdf * gain + 96, white=white, dark=96, white_reflectance=0.9)
+    np.testing.assert_allclose(fitted.parameters, expected, rtol=1e-3, atol=1e-3)
+    # A white that was read once; all that the sensor sees is lit, so that counts go by cos(theta_i).
+    at = glimpse.directions_from_degrees(10, 0, 20, 180)
+    once = 0.99 / np.pi * 5000 * at[0, 2]
+    counts = brdf * 5000 * recipe.directions[:, 0, 2:]
+    fitted = recipe.fit(counts, white=[once] * 3, white_directions=at, footprint="light")
+    np.testing.assert_allclose(fitted.parameters, expected, rtol=1e-3, atol=1e-3)
+    for options, words in [
+        ({"dark": 3}, "dark has no effect without white"),
+        ({"white": white, "quantity": "brdf"}, "quantity has no effect with white"),
+        ({"white": white[1:]}, "white should have the shape (8, 3)"),
+        ({"white": white, "footprint": "light"}, "go together"),
+        ({"white": white, "dark": [1, 2]}, "dark should be one number, or three"),
+    ]:
+        with pytest.raises(glimpse.GlimpseError) as error:
+            recipe.fit(counts, **options)
+        assert words in str(error.value)
+
+
+def test_a_wrong_reading_is_named_and_left_out(trained):
+    recipe = trained["linear"]
+    # A material that the recipe knows: the others are right about it.
+    material = glimpse.load_material("procedural:1:3")
+    readings = material(recipe.directions).astype(float)
+    right = recipe.fit(readings)
+    readings[2] *= 1000
+    fitted = recipe.fit(readings)
+    assert fitted.suspects and fitted.suspects[0].sample == 2
+    suspect = fitted.suspects[0]
+    assert suspect.left_out and suspect.z > 3 and fitted.fates[2] == "left out" and "sample 2" in repr(suspect)
+    np.testing.assert_allclose(suspect.read, readings[2], rtol=1e-6)
+    assert max(suspect.expected) < min(suspect.read)
+    assert recipe.fit(readings, keep_all=True).fates[2] == "used"
+    saturated = np.arange(len(recipe)) == 4
+    assert recipe.fit(readings, saturated=saturated).fates[4] == "saturated"
+    assert right.predicted_loss is not None
+
+
+def test_readings_that_are_refused(trainer, tmp_path):
+    recipe = glimpse.Recipe.load(NEURAL)
+    readings = glimpse.load_material("procedural:1:77")(recipe.directions).astype(float)
+
+    def refusal(*args, **options):
+        with pytest.raises(glimpse.GlimpseError) as error:
+            recipe.fit(*args, **options)
+        return str(error.value)
+
+    gap = readings.copy()
+    gap[3] = np.nan
+    rows = np.concatenate([recipe.angles_degrees, gap], 1)
+    write_csv(tmp_path / "m.csv", HEADER, rows.tolist())
+    told = trainer("fit", NEURAL, "--measurements", "m.csv", "--out", "out", fails=True)
+    assert told == "m.csv: " + refusal(gap)
+    gap[3, 0] = 1
+    assert "row 3 is NaN in some channels" in refusal(gap)
+    assert "(8, 3)" in refusal(readings[:7])
+    assert "(n, 3)" in refusal(readings.ravel())
+    assert "array of numbers" in refusal("readings")
+    assert "nothing was read" in refusal(readings * np.nan)
+    infinite = readings.copy()
+    infinite[0, 0] = np.inf
+    assert "readings: row 0" in refusal(infinite)
+
+    off = recipe.angles_degrees.copy()
+    off[4, 0] += 2
+    write_csv(tmp_path / "m.csv", HEADER, np.concatenate([off, readings], 1).tolist())
+    told = trainer("fit", NEURAL, "--measurements", "m.csv", "--out", "out", fails=True)
+    pairs = glimpse.directions_from_degrees(*off.T)
+    assert told.removeprefix("m.csv: line 6") == refusal(readings, pairs).removeprefix("readings: row 4")
+    recipe.fit(readings, pairs, tolerance_degrees=3)
+    assert "has no effect without directions" in refusal(readings, tolerance_degrees=3)
+    assert "tolerance_degrees should be above 0" in refusal(readings, pairs, tolerance_degrees=-1)
+    assert "one pair for each" in refusal(readings, pairs[:5])
+    assert "without slashes" in refusal(readings, name="a/b")
+    assert "8 booleans" in refusal(readings, saturated=[True])
+    assert "one of brdf, brdf-cos-i" in refusal(readings, quantity="radiance")

@@ -1,0 +1,30 @@
+"""A program that a strict type checker looks at; nobody runs it."""
+
+from pathlib import Path
+from typing import Optional
+
+import glimpse_brdf as glimpse
+import numpy as np
+import numpy.typing as npt
+
+
+def tell(progress: glimpse.Progress) -> None:
+    best: Optional[float] = progress.best
+    print(progress.phase, progress.done / progress.total, best)
+
+
+def grey(incoming: npt.NDArray[np.float64], outgoing: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    return np.full((len(incoming), 3), 0.1)
+
+
+def scan(path: Path) -> float:
+    material = glimpse.Material.from_function(grey, "grey")
+    recipe: glimpse.Recipe = glimpse.train("neural", [material, "procedural:9"], progress=tell, effort="quick")
+    plan: glimpse.Plan = recipe.plan("travel", speed_degrees_per_second=[20, 10, 20, 10])
+    readings: npt.NDArray[np.float32] = material(plan.directions)
+    fitted: glimpse.FittedMaterial = recipe.fit(readings, plan.directions, quantity="brdf")
+    for suspect in fitted.suspects:
+        print(suspect.sample, suspect.z)
+    fitted.save(path, "rgl", overwrite=True)
+    verdict = glimpse.evaluate(recipe, "procedural:3:1")
+    return verdict["loss"] + verdict["materials"][0]["psnr"] + (fitted.predicted_loss or 0.0)
