@@ -1,6 +1,5 @@
 //! How well a recipe does on materials.
 
-use std::ops::ControlFlow;
 use std::sync::atomic::Ordering;
 
 use glimpse_trainer::evaluation::{Judge, JudgeError, Known, Method, Readings, TrainedOn, Verdict};
@@ -79,16 +78,12 @@ pub(crate) fn evaluate<'py>(
         |_| Ok(()),
         |stop| {
             let (materials, _) = given.load(&sources).map_err(Failure::Source)?;
-            let go_on = || match stop.load(Ordering::Relaxed) {
-                true => ControlFlow::Break(()),
-                false => ControlFlow::Continue(()),
-            };
-            if go_on().is_break() {
+            if stop.load(Ordering::Relaxed) {
                 return Err(Failure::Judge(JudgeError::Stopped));
             }
             let judge = Judge::new(&materials);
             let verdict = judge
-                .judge_telling(&method, seed, seeds, &go_on)
+                .judge_telling(&method, seed, seeds, &|| {}, stop)
                 .map_err(Failure::Judge)?;
             let known = trained_on.as_ref().map(|trained_on| {
                 let known = materials

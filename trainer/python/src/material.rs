@@ -252,7 +252,8 @@ pub(crate) fn source_of(given: &Bound<'_, PyAny>) -> PyResult<Source> {
 ///
 /// They are the nodes of MERL's tables that are above the horizon: theta_h at pi/2 (k/90)^2, theta_d and phi_d at whole
 /// degrees, phi_d over half a turn. So a table knows isotropic, reciprocal materials only; highlights narrower than a
-/// tenth of a degree, and what changes within a degree of theta_d or phi_d, are smoothed.
+/// tenth of a degree, and what changes within a degree of theta_d or phi_d, are smoothed;
+/// and within two degrees of the horizon the nearest nodes stand for what lies between them and it.
 #[pyfunction]
 pub(crate) fn table_directions(py: Python<'_>) -> PyResult<Bound<'_, PyArrayDyn<f64>>> {
     let (count, flat) = detached(py, || {

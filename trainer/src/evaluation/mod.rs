@@ -15,7 +15,6 @@ pub use method::{Fitted, Method, measure};
 pub use readings::Readings;
 pub use uncertainty::Estimate;
 
-use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use glimpse_core::geometry::HalfDifference;
@@ -63,7 +62,7 @@ pub enum JudgeError {
     /// A material cannot be scanned by a recipe.
     #[error(transparent)]
     Scan(#[from] glimpse_kernels::scan::HostScanError),
-    /// Whoever was told of each material asked to stop.
+    /// Whoever waits for it asked to stop.
     #[error("stopped before all materials were judged")]
     Stopped,
     /// Pictures cannot be compared: never in practice, all have the same size.
@@ -217,11 +216,11 @@ impl<'a> Judge<'a> {
     /// # Errors
     /// [`JudgeError::Ridge`]
     pub fn judge(&self, method: &Method<'_>, seed: u64, seeds: u64) -> Result<Verdict, JudgeError> {
-        self.judge_telling(method, seed, seeds, &|| ControlFlow::Continue(()))
+        self.judge_telling(method, seed, seeds, &|| {}, &AtomicBool::new(false))
     }
 
-    /// The same, and calls `done` after every material, from whichever thread has judged it; no other one
-    /// is begun after it has said break.
+    /// The same, and calls `done` after every material, from whichever thread has judged it; no other fit is
+    /// begun once `stop` is set.
     ///
     /// # Errors
     /// [`JudgeError::Ridge`], [`JudgeError::Stopped`]
@@ -230,18 +229,18 @@ impl<'a> Judge<'a> {
         method: &Method<'_>,
         seed: u64,
         seeds: u64,
-        done: &(dyn Fn() -> ControlFlow<()> + Sync),
+        done: &(dyn Fn() + Sync),
+        stop: &AtomicBool,
     ) -> Result<Verdict, JudgeError> {
-        let stopped = AtomicBool::new(false);
         let seeds = if method.is_random() { seeds.max(1) } else { 1 };
         let all: Vec<Vec<(Scores, Option<f64>)>> = (0..self.materials.len())
             .into_par_iter()
             .map(|material| {
-                if stopped.load(Ordering::Relaxed) {
-                    return Err(JudgeError::Stopped);
-                }
                 let scores = (0..seeds)
                     .map(|offset| {
+                        if stop.load(Ordering::Relaxed) {
+                            return Err(JudgeError::Stopped);
+                        }
                         // Each material and each repetition draws samples of its own.
                         let seed = seed.wrapping_add((offset << 32) | material as u64);
                         let (fitted, predicted) =
@@ -250,10 +249,7 @@ impl<'a> Judge<'a> {
                         Ok((scores, predicted.map(f64::from)))
                     })
                     .collect();
-                if done().is_break() {
-                    stopped.store(true, Ordering::Relaxed);
-                    return Err(JudgeError::Stopped);
-                }
+                done();
                 scores
             })
             .collect::<Result<_, JudgeError>>()?;

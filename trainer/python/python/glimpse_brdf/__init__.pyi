@@ -6,6 +6,7 @@ from typing import Any, Callable, Iterable, Literal, Optional, Sequence, TypedDi
 import numpy as np
 import numpy.typing as npt
 from typing import type_check_only
+from typing_extensions import disjoint_base
 
 __version__: str
 
@@ -96,6 +97,7 @@ class _Verdict(TypedDict):
     trained_on: Optional[list[str]]
     namesakes_trained_on: Optional[list[str]]
 
+@disjoint_base
 class Material:
     @classmethod
     def from_function(cls, function: Callable[[_Floats, _Floats], npt.ArrayLike], name: str) -> Material: ...
