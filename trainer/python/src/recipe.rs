@@ -19,6 +19,9 @@ use crate::material::directions_of;
 use crate::plan::{MachineArgs, PyPlan};
 use crate::waiting::detached;
 
+/// Bytes of a recipe, and of its basis.
+type Parts<'py> = (Bound<'py, PyBytes>, Option<Bound<'py, PyBytes>>);
+
 /// A recipe: where to measure, and how to fit what was read. `train` makes one.
 ///
 /// Recipe(data, basis=None) is of the bytes of a file, and of the model linear of those of its basis. Recipes are
@@ -364,13 +367,7 @@ impl PyRecipe {
     }
 
     /// For copies and other processes.
-    fn __reduce__<'py>(
-        &self,
-        py: Python<'py>,
-    ) -> (
-        Bound<'py, PyType>,
-        (Bound<'py, PyBytes>, Option<Bound<'py, PyBytes>>),
-    ) {
+    fn __reduce__<'py>(&self, py: Python<'py>) -> (Bound<'py, PyType>, Parts<'py>) {
         let class = py.get_type::<Self>();
         (class, (self.to_bytes(py), self.basis_bytes(py)))
     }
