@@ -12,6 +12,7 @@
 //! - [`linear`]: principal components of materials
 //! - [`meta`]: what is meta-learned, by which plan, saved how
 //! - [`export`]: what was learned, as a recipe, and recipes in other formats
+//! - [`shipped`]: recipes that come along
 //! - [`render`]: spheres under light
 //! - [`metrics`]: how far a fit is from its material
 //! - [`evaluation`]: methods, and how well they do
@@ -45,3 +46,4 @@ pub mod report;
 pub mod route;
 pub mod sampling;
 pub mod scanner;
+pub mod shipped;

@@ -55,6 +55,7 @@ struct Common {
 #[derive(Subcommand)]
 enum Command {
     Quickstart(commands::quickstart::Quickstart),
+    Recipes(commands::recipes::Recipes),
     Train(commands::train::Train),
     Evaluate(commands::evaluate::Evaluate),
     Fit(commands::fit::Fit),
@@ -80,6 +81,7 @@ fn main() -> ExitCode {
     }
     let outcome = match command {
         Command::Quickstart(command) => command.run(common.seed),
+        Command::Recipes(command) => command.run(),
         Command::Train(command) if command.grid => commands::grid::run(&command, common.seed),
         Command::Train(command) => command.run(common.seed),
         Command::Evaluate(command) => command.run(common.seed),

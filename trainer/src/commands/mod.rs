@@ -23,6 +23,7 @@ pub(crate) mod progress;
 mod promise;
 pub(crate) mod query;
 pub(crate) mod quickstart;
+pub(crate) mod recipes;
 pub(crate) mod render;
 pub(crate) mod reproduce;
 pub(crate) mod train;

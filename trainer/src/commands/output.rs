@@ -5,6 +5,7 @@ use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail, ensure};
+use glimpse_core::model::linear::format::MAGIC as COMPACT_MAGIC;
 use glimpse_core::recipe::MAGIC;
 use glimpse_trainer::files::{make_folder, write_whole};
 use glimpse_trainer::linear::BASIS_MAGIC;
@@ -57,7 +58,7 @@ fn work_at(path: &Path, bytes: &[u8]) -> Option<&'static str> {
     File::open(path).ok()?.read_exact(&mut head).ok()?;
     let what = match &head {
         head if *head == MAGIC => "a recipe",
-        head if *head == BASIS_MAGIC => "the basis of a recipe",
+        head if [BASIS_MAGIC, COMPACT_MAGIC].contains(head) => "the basis of a recipe",
         // A tensor file, a table whose first dimension is 90, an array of NumPy's.
         b"tens" | b"\x5a\0\0\0" | b"\x93NUM" => "another material",
         _ => return None,

@@ -1,9 +1,9 @@
 //! `trainer quickstart`
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use anyhow::bail;
+use anyhow::{Context, bail};
 use clap::Args;
 use glimpse_core::gonio::Limits;
 use glimpse_core::model::ModelKind;
@@ -20,6 +20,7 @@ use glimpse_trainer::render::Picture;
 use glimpse_trainer::report::{
     Best, Cell, Column, Compare, Gallery, GalleryRow, Page, Table, Tile, pattern_svg,
 };
+use glimpse_trainer::shipped;
 use rayon::prelude::*;
 
 use super::lock::Lock;
@@ -34,8 +35,13 @@ const TRAINING: usize = 100;
 const UNSEEN: usize = 8;
 /// n.
 const SAMPLES: usize = 8;
+/// What scans before anything is trained.
+const SHIPPED: &str = "neural-n8";
 
-/// Train a small recipe, scan unseen materials with it, and leave pictures: start here.
+/// Scan unseen materials with a recipe that comes along, then train one, and leave pictures: start here.
+///
+/// Within seconds eight procedural materials are measured at 8 directions and fitted by the recipe `neural-n8` of
+/// `trainer recipes list`; DIR/index.html shows them. It is written anew once training is done.
 ///
 /// A network is meta-trained on 100 procedural materials; eight others, which training never saw,
 /// are then measured at 8 directions and fitted by four methods: Random (classic learning), Meta
@@ -69,6 +75,19 @@ impl Quickstart {
         if let (Found::Other(what), false) = (found, self.force) {
             bail!("{what}: give --force to replace it, or another --out");
         }
+        let unseen: Vec<Box<dyn Material>> = Procedural::set(UNSEEN, seed.wrapping_add(1))
+            .into_iter()
+            .map(|material| Box::new(material) as Box<dyn Material>)
+            .collect();
+        let judge = Judge::new(&unseen);
+        let shipped = shipped::find(SHIPPED).with_context(|| format!("no recipe {SHIPPED}"))?;
+        let shipped = shipped.recipe()?;
+        first_scans(&judge, &Method::ours(&shipped, None)?, seed, &self.out)?;
+        eprintln!(
+            "look at {} ({:.0} s); training goes on, and will write it anew",
+            self.out.join("index.html").display(),
+            begin.elapsed().as_secs_f64()
+        );
         eprintln!(
             "computing with {}",
             InstructionSet::of_this_machine().name()
@@ -81,10 +100,6 @@ impl Quickstart {
         let completed = learn(&source, &completing(seed))?;
         write_file_forced(&recipe, completed.bytes(), true)?;
 
-        let unseen: Vec<Box<dyn Material>> = Procedural::set(UNSEEN, seed.wrapping_add(1))
-            .into_iter()
-            .map(|material| Box::new(material) as Box<dyn Material>)
-            .collect();
         eprintln!("scanning {UNSEEN} materials that training never saw");
         let (meta, ours, completed) = (meta.recipe()?, ours.recipe()?, completed.recipe()?);
         let methods = [
@@ -93,11 +108,7 @@ impl Quickstart {
             Method::ours(&ours, None)?,
             Method::ours(&completed, None)?,
         ];
-        let judge = Judge::new(&unseen);
-        let scans: Vec<Scans> = (0..UNSEEN)
-            .into_par_iter()
-            .map(|material| scan(&judge, &methods, material, seed))
-            .collect::<anyhow::Result<_>>()?;
+        let scans = scan_all(&judge, &methods, seed)?;
         let means = means(&methods, &scans);
         Page::new("Glimpse: materials from eight measurements")
             .paragraph(
@@ -128,6 +139,30 @@ impl Quickstart {
         );
         Ok(())
     }
+}
+
+/// What the recipe that comes along makes of the materials: a page, and its table.
+fn first_scans(
+    judge: &Judge<'_>,
+    shipped: &Method<'_>,
+    seed: u64,
+    out: &Path,
+) -> anyhow::Result<()> {
+    eprintln!("scanning {UNSEEN} materials with the recipe {SHIPPED}, which comes along");
+    let methods = std::slice::from_ref(shipped);
+    let scans = scan_all(judge, methods, seed)?;
+    let means = means(methods, &scans);
+    Page::new("Glimpse: materials from eight measurements")
+        .paragraph(
+            "Eight materials, each measured at 8 pairs of directions and fitted as a scanner's microcontroller \
+             would do it, by a recipe that comes with the trainer. Others are being trained; once they are, this \
+             page is written anew.",
+        )
+        .table(&means)
+        .heading("Spheres")
+        .gallery(&gallery(judge, methods, &scans))
+        .write(out)?;
+    print(&means.to_text())
 }
 
 fn options(seed: u64, parts: Parts) -> Options {
@@ -183,6 +218,13 @@ impl Scans {
     fn losses(&self) -> impl Iterator<Item = f64> {
         self.each.iter().map(|(scores, _)| scores.loss)
     }
+}
+
+fn scan_all(judge: &Judge<'_>, methods: &[Method<'_>], seed: u64) -> anyhow::Result<Vec<Scans>> {
+    (0..UNSEEN)
+        .into_par_iter()
+        .map(|material| scan(judge, methods, material, seed))
+        .collect()
 }
 
 fn scan(

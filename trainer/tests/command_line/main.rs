@@ -12,6 +12,7 @@ mod output;
 mod plan;
 mod prior;
 mod query;
+mod recipes;
 mod render;
 mod reproduce;
 mod survival;

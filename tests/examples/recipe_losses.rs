@@ -1,0 +1,56 @@
+//! Prints `embedded-demo/recipes/losses.csv`: what each recipe that comes along loses, on 40 procedural materials that it
+//! was not trained on and on the materials of two folders, in the mean.
+//!
+//!     cargo run --release -p glimpse-tests --example recipe_losses -- MERL-networks/ RGL/
+
+use std::env;
+use std::error::Error;
+
+use glimpse_core::model::linear;
+use glimpse_trainer::basis::Basis;
+use glimpse_trainer::evaluation::{Method, loss_between};
+use glimpse_trainer::material::{Material, Source};
+use glimpse_trainer::shipped::{self, Shipped};
+use rayon::prelude::*;
+
+/// Of another seed than any that recipes are trained on.
+const UNSEEN: &str = "procedural:40:4242";
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let folders: Vec<String> = env::args().skip(1).collect();
+    let [merl, rgl] = &folders[..] else {
+        return Err("give the folder of MERL's networks, and that of RGL's files".into());
+    };
+    let sets = [UNSEEN, merl, rgl].map(|source| Source(source.to_owned()).load());
+    let [procedural, merl, rgl] = sets;
+    let sets = [procedural?, merl?, rgl?];
+    let basis = Basis::of_compact(&linear::Basis::parse(shipped::BASIS)?);
+    println!("recipe,procedural,merl,rgl");
+    for shipped in shipped::ALL {
+        print!("{}", shipped.name);
+        for set in &sets {
+            print!(",{:.4}", mean_loss(shipped, &basis, set)?);
+        }
+        println!();
+    }
+    Ok(())
+}
+
+fn mean_loss(
+    shipped: &Shipped,
+    basis: &Basis,
+    materials: &[Box<dyn Material>],
+) -> Result<f64, Box<dyn Error>> {
+    let recipe = shipped.recipe()?;
+    let basis = shipped.basis().map(|_| basis);
+    let method = Method::ours(&recipe, basis)?;
+    let losses: Result<Vec<f64>, _> = materials
+        .par_iter()
+        .map(|material| {
+            let fitted = method.fit(&**material, 0)?;
+            Ok::<_, glimpse_trainer::evaluation::JudgeError>(loss_between(&fitted, &**material))
+        })
+        .collect();
+    let losses = losses?;
+    Ok(losses.iter().sum::<f64>() / losses.len() as f64)
+}

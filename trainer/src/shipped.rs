@@ -1,0 +1,136 @@
+//! Recipes that come with the trainer: trained on its own procedural materials and nothing measured, so that
+//! they may be passed on. How they are made is in `embedded-demo/recipes/README.md`.
+
+use glimpse_core::model::ModelKind;
+use glimpse_core::recipe::{Recipe, RecipeError};
+
+/// The compact basis of all that are of the model Linear.
+pub static BASIS: &[u8] = include_bytes!("../recipes/linear.basis24");
+/// What each of them loses: its name, then the mean loss on procedural materials that were not trained on, on 80 of
+/// MERL's as networks, and on 17 of RGL's.
+const LOSSES: &str = include_str!("../recipes/losses.csv");
+
+/// A recipe that comes along.
+#[derive(Clone, Copy, Debug)]
+pub struct Shipped {
+    /// Model and n, as `neural-n8`; `neural-n16-masked` where any of the readings may be missing.
+    pub name: &'static str,
+    /// The recipe's file.
+    pub bytes: &'static [u8],
+}
+
+/// What a shipped recipe loses: mean losses, each over unseen materials.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Losses {
+    /// On 40 procedural materials.
+    pub procedural: f64,
+    /// On 80 of MERL's, as networks.
+    pub merl: f64,
+    /// On 17 of RGL's.
+    pub rgl: f64,
+}
+
+macro_rules! shipped {
+    ($($name:literal in $file:literal),+ $(,)?) => {
+        &[$(Shipped {
+            name: $name,
+            bytes: include_bytes!(concat!("../recipes/", $file, ".recipe")),
+        }),+]
+    };
+}
+
+/// All of them, by model and n.
+pub static ALL: &[Shipped] = shipped![
+    "linear-n1" in "completed/linear-n1",
+    "linear-n2" in "completed/linear-n2",
+    "linear-n4" in "completed/linear-n4",
+    "linear-n8" in "completed/linear-n8",
+    "linear-n16" in "completed/linear-n16",
+    "linear-n32" in "completed/linear-n32",
+    "linear-n16-masked" in "masked/linear-n16",
+    "phong-n1" in "completed/phong-n1",
+    "phong-n2" in "completed/phong-n2",
+    "phong-n4" in "completed/phong-n4",
+    "phong-n8" in "completed/phong-n8",
+    "phong-n16" in "completed/phong-n16",
+    "phong-n32" in "completed/phong-n32",
+    "phong-n16-masked" in "masked/phong-n16",
+    "cook-torrance-n1" in "completed/cook-torrance-n1",
+    "cook-torrance-n2" in "completed/cook-torrance-n2",
+    "cook-torrance-n4" in "completed/cook-torrance-n4",
+    "cook-torrance-n8" in "completed/cook-torrance-n8",
+    "cook-torrance-n16" in "completed/cook-torrance-n16",
+    "cook-torrance-n32" in "completed/cook-torrance-n32",
+    "cook-torrance-n16-masked" in "masked/cook-torrance-n16",
+    "neural-n1" in "completed/neural-n1",
+    "neural-n2" in "completed/neural-n2",
+    "neural-n4" in "completed/neural-n4",
+    "neural-n8" in "completed/neural-n8",
+    "neural-n16" in "completed/neural-n16",
+    "neural-n32" in "completed/neural-n32",
+    "neural-n16-masked" in "masked/neural-n16",
+];
+
+/// The recipe of a name; None if there is none.
+#[must_use]
+pub fn find(name: &str) -> Option<&'static Shipped> {
+    ALL.iter().find(|shipped| shipped.name == name)
+}
+
+impl Shipped {
+    /// The recipe.
+    ///
+    /// # Errors
+    /// None: a test reads all of them.
+    pub fn recipe(&self) -> Result<Recipe<'static>, RecipeError> {
+        Recipe::parse(self.bytes)
+    }
+
+    /// The compact basis that belongs to it; None if its model needs none.
+    #[must_use]
+    pub fn basis(&self) -> Option<&'static [u8]> {
+        let model = self.recipe().ok()?.model();
+        (model == ModelKind::Linear).then_some(BASIS)
+    }
+
+    /// What it loses, where that was measured.
+    #[must_use]
+    pub fn losses(&self) -> Option<Losses> {
+        LOSSES.lines().find_map(|line| {
+            let mut cells = line.split(',');
+            (cells.next() == Some(self.name)).then_some(())?;
+            let mut loss = || cells.next()?.parse().ok();
+            Some(Losses {
+                procedural: loss()?,
+                merl: loss()?,
+                rgl: loss()?,
+            })
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glimpse_core::model::linear;
+
+    use super::*;
+
+    #[test]
+    fn each_is_what_its_name_says_and_has_its_losses() {
+        let basis = linear::Basis::parse(BASIS).expect("the basis is whole");
+        for shipped in ALL {
+            let recipe = shipped.recipe().expect("it is whole");
+            let masked = recipe.learner().takes_missing();
+            let suffix = if masked { "-masked" } else { "" };
+            let name = format!("{}-n{}{suffix}", recipe.model().name(), recipe.samples());
+            assert_eq!(shipped.name, name);
+            assert!(
+                find(&name).is_some() && shipped.losses().is_some(),
+                "{name}"
+            );
+            let of = recipe.learner().basis_checksum();
+            assert_eq!(of, shipped.basis().map(|_| basis.of()), "{name}");
+        }
+        assert!(find("neural-n3").is_none());
+    }
+}
