@@ -7,7 +7,9 @@ mod experiment;
 use std::io::Write;
 use std::process::ExitCode;
 
-use clap::{Args, Parser, Subcommand};
+use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand};
+
+use commands::cells::Given;
 
 /// Learn where to measure a BRDF and how to fit it, for a scanner's microcontroller.
 ///
@@ -72,7 +74,13 @@ enum Command {
 }
 
 fn main() -> ExitCode {
-    let Cli { command, common } = Cli::parse();
+    let mut line = Cli::command();
+    let matches = line.get_matches_mut();
+    let Cli { command, common } = match Cli::from_arg_matches(&matches) {
+        Ok(cli) => cli,
+        Err(error) => error.format(&mut line).exit(),
+    };
+    let given = || Given::of(&line, &matches);
     if let Some(threads) = common.threads {
         // It fails only if a pool exists already, and none does yet.
         let _ = rayon::ThreadPoolBuilder::new()
@@ -82,6 +90,9 @@ fn main() -> ExitCode {
     let outcome = match command {
         Command::Quickstart(command) => command.run(common.seed),
         Command::Recipes(command) => command.run(),
+        Command::Train(command) if command.list => {
+            given().and_then(|given| commands::grid::list(&command, common.seed, &given))
+        }
         Command::Train(command) if command.grid => commands::grid::run(&command, common.seed),
         Command::Train(command) => command.run(common.seed),
         Command::Evaluate(command) => command.run(common.seed),
@@ -92,10 +103,13 @@ fn main() -> ExitCode {
         Command::Render(command) => command.run(common.seed),
         Command::Export(command) => command.run(),
         Command::Convert(command) => command.run(common.seed),
+        Command::Reproduce(command) if command.list => {
+            given().and_then(|given| command.list(common.seed, &given))
+        }
         Command::Reproduce(command) => command.run(common.seed),
         Command::VirtualScanner(command) => command.run(common.seed),
         Command::Bench(command) => command.run(common.seed),
-        Command::Completion(command) => command.run(&mut <Cli as clap::CommandFactory>::command()),
+        Command::Completion(command) => command.run(&mut Cli::command()),
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,

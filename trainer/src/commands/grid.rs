@@ -1,16 +1,17 @@
 //! `trainer train --grid`: many recipes, one after another.
 
 use std::collections::HashMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use anyhow::{Context, bail};
 use clap::ValueEnum;
 use glimpse_core::model::ModelKind;
 use glimpse_trainer::files::write_whole;
-use glimpse_trainer::material::Sources;
+use glimpse_trainer::material::{Source, Sources};
 use glimpse_trainer::report::{Best, Cell, Column, Compare, Table};
 
+use super::cells::{self, Given, for_a_shell, paths_of, text_of, texts_of};
 use super::lock::Lock;
 use super::message::message;
 use super::output::make_out;
@@ -33,14 +34,6 @@ struct Row {
 pub(crate) fn run(train: &Train, seed: u64) -> anyhow::Result<()> {
     train.prior.refuse_for_others(&train.model)?;
     catch_interrupts()?;
-    let models = match &train.model[..] {
-        [] => ModelName::value_variants(),
-        some => some,
-    };
-    let samples = match &train.samples[..] {
-        [] => (0..10).map(|k| 1 << k).collect(),
-        some => some.to_vec(),
-    };
     make_out(&train.out)?;
     let _lock = Lock::within(&train.out)?;
     let sources = train.sources()?;
@@ -48,17 +41,15 @@ pub(crate) fn run(train: &Train, seed: u64) -> anyhow::Result<()> {
     let csv = train.out.join("grid.csv");
     let mut rows = Vec::new();
     let known = seconds_of(&csv);
-    for &model in models {
-        for &samples in &samples {
-            let name = ModelKind::from(model).name();
-            rows.push(Row {
-                model,
-                name,
-                samples,
-                expected_loss: None,
-                seconds: known.get(&(name.to_owned(), samples)).copied(),
-            });
-        }
+    for (model, samples) in each(train) {
+        let name = ModelKind::from(model).name();
+        rows.push(Row {
+            model,
+            name,
+            samples,
+            expected_loss: None,
+            seconds: known.get(&(name.to_owned(), samples)).copied(),
+        });
     }
     let total = rows.len();
     for cell in 0..total {
@@ -69,7 +60,7 @@ pub(crate) fn run(train: &Train, seed: u64) -> anyhow::Result<()> {
             ..
         } = rows[cell];
         eprintln!("[{}/{total}] {name}, n = {samples}", cell + 1);
-        let out = train.out.join(format!("{name}-n{samples}.recipe"));
+        let out = recipe_of(train, name, samples);
         let begin = Instant::now();
         let outcome = train
             .job(model, samples, out, sources.label(), seed)
@@ -101,6 +92,70 @@ pub(crate) fn run(train: &Train, seed: u64) -> anyhow::Result<()> {
         failed => bail!("{failed} of {total} recipes failed"),
     }
 }
+
+/// Every model at every n.
+fn each(train: &Train) -> Vec<(ModelName, usize)> {
+    let models = match &train.model[..] {
+        [] => ModelName::value_variants(),
+        some => some,
+    };
+    let samples = match &train.samples[..] {
+        [] => (0..10).map(|k| 1 << k).collect(),
+        some => some.to_vec(),
+    };
+    let each = models
+        .iter()
+        .flat_map(|model| samples.iter().map(move |samples| (*model, *samples)));
+    each.collect()
+}
+
+fn recipe_of(train: &Train, model: &str, samples: usize) -> PathBuf {
+    train.out.join(format!("{model}-n{samples}.recipe"))
+}
+
+/// Prints every recipe's own command, and makes the folder that they write to.
+pub(crate) fn list(train: &Train, seed: u64, given: &Given) -> anyhow::Result<()> {
+    train.prior.refuse_for_others(&train.model)?;
+    let sources = train.sources()?;
+    let counts = sources.each().iter().map(Source::count);
+    let materials = counts.sum::<Result<usize, _>>()?;
+    let mut cells = Vec::new();
+    for (model, samples) in each(train) {
+        let name = ModelKind::from(model).name();
+        let out = recipe_of(train, name, samples);
+        let job = train.job(model, samples, out, sources.label(), seed)?;
+        let own = [
+            format!("--model={name}"),
+            format!("--samples={samples}"),
+            format!("--out={}", text_of(&job.out)?),
+            "--resume".to_owned(),
+        ];
+        let command = match model {
+            ModelName::Linear => given.but(&OF_A_GRID, &own),
+            // Alone it would be refused, as having no effect.
+            _ => given.but(&[&OF_A_GRID[..], &["bases", "eta"]].concat(), &own),
+        };
+        let found = job.find(materials);
+        cells.push(cells::Cell {
+            name: format!("{name}-n{samples}"),
+            shell: for_a_shell(&command)?,
+            command,
+            inputs: paths_of(sources.each()),
+            outputs: texts_of(&job.outputs())?,
+            checkpoint: Some(text_of(&job.checkpoint)?),
+            done: matches!(found, Found::Done(_)),
+            in_the_way: match found {
+                Found::Other(what) if !train.force => Some(what),
+                _ => None,
+            },
+        });
+    }
+    make_out(&train.out)?;
+    cells::print_all(&cells)
+}
+
+/// What a cell's own command does not take over from the grid's.
+const OF_A_GRID: [&str; 5] = ["grid", "list", "model", "samples", "out"];
 
 /// Trains a recipe if it is not there; returns the loss that it promises, and true if it was
 /// trained.

@@ -1,6 +1,7 @@
 //! The subcommands, one file each; results go to stdout or --out, talk goes to stderr.
 
 pub(crate) mod bench;
+pub(crate) mod cells;
 mod completing;
 pub(crate) mod completion;
 pub(crate) mod convert;

@@ -10,12 +10,15 @@ use glimpse_trainer::material::Source;
 use glimpse_trainer::meta::plan::Effort;
 use glimpse_trainer::report::Table;
 
+use super::cells::{self, Given, for_a_shell, paths_of, text_of, texts_of};
 use super::known::{known, lines};
 use super::lock::Lock;
 use super::output::make_out;
 use super::progress::{catch_interrupts, interrupted, train_with_progress};
 use super::{environment, load, numbers, print};
-use crate::experiment::{Experiment, Findings, Settings, Store, TestSet, write_index};
+use crate::experiment::{
+    Experiment, Findings, Needed, Notes, Purpose, Settings, Store, TestSet, Wanted, write_index,
+};
 
 /// Make the paper's tables and figures again, on your materials.
 ///
@@ -23,6 +26,10 @@ use crate::experiment::{Experiment, Findings, Settings, Store, TestSet, write_in
 /// ours where the paper gives some) and writes them into OUT/EXPERIMENT as CSV, JSON, SVG and PNG.
 /// OUT/index.html shows all that was made. Recipes and judgements are kept in OUT: experiments share
 /// them, and the same command goes on after Ctrl-C or kill -9.
+///
+/// With --list each of them is printed as a command of its own, for a cluster, in an order in which they
+/// can be done; what they leave is what this command would, which finds them done then and prints the
+/// tables.
 ///
 /// Example: trainer reproduce same-samples --data MERL-train/ --test MERL-test/ --out paper/
 ///          trainer reproduce all --effort quick --data MERL-train/ --test MERL-test/ --out paper/
@@ -60,6 +67,13 @@ pub(crate) struct Reproduce {
     /// Print only this table, as Markdown; tables are called as their files in OUT/EXPERIMENT are
     #[arg(long, value_name = "NAME")]
     table: Option<String>,
+    /// Make nothing, and print each training and each judgement that is needed as a command of its own, one
+    /// line of JSON each: its words, what it reads and writes, and whether it is done
+    #[arg(long, conflicts_with = "table")]
+    pub(crate) list: bool,
+    /// Make only this training or judgement, called as --list names it, and print nothing
+    #[arg(long, value_name = "CELL", conflicts_with_all = ["table", "list"])]
+    only: Option<String>,
 }
 
 /// The largest n of the paper's curves.
@@ -79,6 +93,42 @@ impl Reproduce {
     }
 
     pub(crate) fn run(&self, seed: u64) -> anyhow::Result<()> {
+        let purpose = match &self.only {
+            None => Purpose::Everything,
+            Some(name) => Purpose::Only(Wanted::new(name.clone())),
+        };
+        self.perform(seed, purpose).map(|_| ())
+    }
+
+    /// Prints what is needed, each as a command of its own.
+    pub(crate) fn list(&self, seed: u64, given: &Given) -> anyhow::Result<()> {
+        let needed = self.perform(seed, Purpose::Listing(Notes::default()))?;
+        let sources = [&self.data, &self.test].into_iter().chain(&self.additional);
+        let mut paths = paths_of(sources);
+        if let Some(path) = &self.environment {
+            paths.push(text_of(path)?);
+        }
+        let cell = |needed: Needed| -> anyhow::Result<cells::Cell> {
+            let command = given.but(&["list"], &[format!("--only={}", needed.name)]);
+            let mut inputs = paths.clone();
+            inputs.extend(texts_of(&needed.inputs)?);
+            Ok(cells::Cell {
+                shell: for_a_shell(&command)?,
+                command,
+                inputs,
+                checkpoint: needed.checkpoint.as_deref().map(text_of).transpose()?,
+                done: needed.outputs.iter().all(|path| path.exists()),
+                outputs: texts_of(&needed.outputs)?,
+                name: needed.name,
+                in_the_way: None,
+            })
+        };
+        let cells = needed.into_iter().map(cell);
+        cells::print_all(&cells.collect::<anyhow::Result<Vec<_>>>()?)
+    }
+
+    /// Runs the experiments; returns what was taken note of.
+    fn perform(&self, seed: u64, purpose: Purpose) -> anyhow::Result<Vec<Needed>> {
         catch_interrupts()?;
         let most_samples = match (self.most_samples, self.effort) {
             (Some(most), _) => most,
@@ -87,10 +137,12 @@ impl Reproduce {
         };
         self.refuse_what_has_no_effect()?;
         make_out(&self.out)?;
-        let _lock = Lock::within(&self.out)?;
         let index = self.out.join("index.html");
-        try_write(&index, 1 << 16)
-            .map_err(|error| anyhow::anyhow!("cannot write {}: {error}", index.display()))?;
+        let _lock = self.lock(&purpose)?;
+        if matches!(purpose, Purpose::Everything) {
+            try_write(&index, 1 << 16)
+                .map_err(|error| anyhow!("cannot write {}: {error}", index.display()))?;
+        }
         let environment = environment(self.environment.as_deref())?;
         let training = load(&self.data)?;
         let test = load(&self.test)?;
@@ -143,6 +195,7 @@ impl Reproduce {
         };
         let store = Store::open(
             settings,
+            purpose,
             &training,
             &test,
             &additional,
@@ -151,22 +204,49 @@ impl Reproduce {
         drop(training);
         let experiments = self.experiment.each(!additional.is_empty());
         for (index, experiment) in experiments.iter().enumerate() {
-            eprintln!(
-                "[{}/{}] {}",
-                index + 1,
-                experiments.len(),
-                experiment.name()
-            );
+            let number = index + 1;
+            if matches!(store.purpose, Purpose::Everything) {
+                eprintln!("[{number}/{}] {}", experiments.len(), experiment.name());
+            }
             let outcome = experiment.run(&store, most_samples, &sources);
             if interrupted() {
                 bail!("stopped; repeat the command to go on");
             }
             let findings = outcome?;
-            write_index(&store.settings)?;
-            print(&self.shown(&findings)?)?;
+            match &store.purpose {
+                Purpose::Everything => {
+                    write_index(&store.settings)?;
+                    print(&self.shown(&findings)?)?;
+                }
+                Purpose::Only(wanted) if wanted.was_found() => return Ok(Vec::new()),
+                Purpose::Only(_) | Purpose::Listing(_) => {}
+            }
         }
-        eprintln!("look at {}", index.display());
-        Ok(())
+        match store.purpose {
+            Purpose::Everything => {
+                eprintln!("look at {}", index.display());
+                Ok(Vec::new())
+            }
+            Purpose::Listing(notes) => Ok(notes.all()),
+            Purpose::Only(_) => bail!(
+                "{} needs nothing that is called {}: --list tells what it needs",
+                self.experiment.name(),
+                self.only.as_deref().unwrap_or_default()
+            ),
+        }
+    }
+
+    /// Keeps other runs from writing the same.
+    fn lock(&self, purpose: &Purpose) -> anyhow::Result<Option<Lock>> {
+        Ok(match (purpose, &self.only) {
+            (Purpose::Everything, _) => Some(Lock::within(&self.out)?),
+            (Purpose::Only(_), Some(name)) => {
+                // Any name but that of something in there is told below to be none.
+                let file = name.replace('/', "-");
+                Some(Lock::beside(&self.out.join(file))?)
+            }
+            _ => None,
+        })
     }
 
     /// What is printed of an experiment.

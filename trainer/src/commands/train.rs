@@ -43,6 +43,9 @@ use super::{ModelName, PriorArgs, load_all, numbers};
 /// command goes on after Ctrl-C; a cell that fails does not stop the others. A table of all of them
 /// is printed at the end, and kept in OUT/grid.csv.
 ///
+/// With --grid --list each cell is printed as a command of its own, for a cluster: what they leave is
+/// what the grid would, and the same command without --list finds them done and prints the table.
+///
 /// Example: trainer train --model neural --samples 8 --data MERL/ --out neural-n8.recipe
 ///          trainer train --grid --model phong,neural --samples 1,2,4,8 --data MERL/ --out recipes/
 #[derive(Args)]
@@ -107,6 +110,10 @@ pub(crate) struct Train {
     /// Train many recipes, one for each of the models at each n
     #[arg(long)]
     pub(crate) grid: bool,
+    /// With --grid: train nothing, and print each recipe's own command as a line of JSON: its words, what it
+    /// reads and writes, and whether it is done
+    #[arg(long, requires = "grid")]
+    pub(crate) list: bool,
 }
 
 fn seconds(text: &str) -> Result<Duration, String> {
@@ -300,6 +307,15 @@ impl Job {
             Schedule::Joint | Schedule::Paper => 1 << 16,
         };
         try_write(&self.out, bytes).with_context(|| format!("cannot write {}", self.out.display()))
+    }
+
+    /// What it writes.
+    pub(super) fn outputs(&self) -> Vec<PathBuf> {
+        match self.options.model {
+            // First: it is written first.
+            ModelKind::Linear => vec![Basis::beside(&self.out), self.out.clone()],
+            _ => vec![self.out.clone()],
+        }
     }
 
     /// Looks at what is there.

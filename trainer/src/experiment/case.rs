@@ -118,6 +118,16 @@ impl TrainingRun {
         }
     }
 
+    /// The training that has to be done before, as this one starts from what it learned.
+    pub(super) fn needs(&self) -> Option<Self> {
+        matches!(self.parts, Parts::PatternOnly(_)).then(|| Self {
+            parts: Parts::WithoutPattern,
+            repetition: 0,
+            only: None,
+            ..self.clone()
+        })
+    }
+
     pub(super) fn name(&self) -> String {
         let mut name = format!("{}-n{}", self.model.name(), self.samples);
         name += &bases(&Case {

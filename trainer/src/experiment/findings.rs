@@ -8,7 +8,8 @@ use anyhow::Context;
 use glimpse_trainer::report::{Cell, Gallery, Page, Plot, Table, svg_to_png};
 use serde_json::{Map, Value, json};
 
-use super::store::{Settings, keep};
+use super::kept::keep;
+use super::store::Settings;
 
 /// A part of the findings, in the order of the page.
 pub(crate) enum Part {

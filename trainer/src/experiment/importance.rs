@@ -26,10 +26,10 @@ pub(super) fn run(store: &Store<'_>, most_samples: usize) -> anyhow::Result<Find
     for n in doublings(most_samples) {
         let meta = Case::new(Approach::Meta, ModelKind::Neural, n);
         let ours = Case::new(Approach::Ours, ModelKind::Neural, n);
-        let learned = store.recipe(&TrainingRun::of(&meta))?;
-        let recipe = learned.file.recipe()?;
         let name = format!("neural-n{n}-importance");
         let importance = store.kept_evaluation(store.test, &name, 1, |judge| {
+            let learned = store.recipe(&TrainingRun::of(&meta))?;
+            let recipe = learned.file.recipe()?;
             let pattern = mean.samples(n, store.settings.seed as u32);
             judge(&Method::elsewhere("importance", &recipe, None, pattern)?)
         })?;

@@ -11,7 +11,9 @@ mod convergence;
 mod curves;
 mod findings;
 mod importance;
+mod kept;
 mod losses;
+mod needed;
 mod paper;
 mod patterns;
 mod per_material;
@@ -30,6 +32,7 @@ use clap::ValueEnum;
 use glimpse_trainer::report::Page;
 
 pub(crate) use findings::Findings;
+pub(crate) use needed::{Needed, Notes, Purpose, Wanted};
 pub(crate) use store::{Settings, Store, TestSet};
 use tables::{
     METRICS, MODELS, SAMPLES, cells_beside_the_paper_s, columns_beside_the_paper_s, doublings,
@@ -107,7 +110,8 @@ impl Experiment {
             .map_or_else(String::new, |value| value.get_name().to_owned())
     }
 
-    /// Makes the experiment, writes it down and returns what it found.
+    /// Makes the experiment, writes it down and returns what it found; where the store is for listing, or
+    /// for one thing only, nothing is written but that.
     pub(crate) fn run(
         self,
         store: &Store<'_>,
@@ -134,6 +138,9 @@ impl Experiment {
             Self::Increasing => spheres::increasing(store, most_samples),
             Self::All => anyhow::bail!("all is not one experiment"),
         }?;
+        if !matches!(store.purpose, Purpose::Everything) {
+            return Ok(findings);
+        }
         findings.write(&self.name(), &store.settings, sources, begin.elapsed())?;
         Ok(findings)
     }

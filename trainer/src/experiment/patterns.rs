@@ -17,6 +17,9 @@ pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
         .chain([(Approach::Njr15, ModelKind::Linear)])
     {
         let case = Case::new(approach, model, SAMPLES);
+        if store.only_notes(&case)? {
+            continue;
+        }
         let pattern: Vec<Angles<f32>> =
             store.with_method(&case, |method| Ok(method.pattern().to_vec()))?;
         let name = format!("{}-{}", model.name(), approach.title().to_lowercase());

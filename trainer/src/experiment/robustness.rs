@@ -24,16 +24,16 @@ pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
     for model in MODELS {
         let case = Case::new(Approach::Ours, model, SAMPLES);
         let ours = store.evaluation(&case)?.scores.loss;
-        let learned = store.recipe(&TrainingRun::of(&case))?;
-        let recipe = learned.file.recipe()?;
-        let pattern: Vec<Angles<f32>> = recipe.pattern().collect();
         for (count, paper) in REPLACED.into_iter().zip(paper::robustness(model)) {
             let mut sum = 0.0;
             for run in 0..RUNS {
                 let seed = store.settings.seed.wrapping_add(run << 32);
-                let pattern = replaced(&pattern, count, seed);
                 let name = format!("{}-n{SAMPLES}-replaced{count}-run{run}", model.name());
                 let evaluation = store.kept_evaluation(store.test, &name, 1, |judge| {
+                    let learned = store.recipe(&TrainingRun::of(&case))?;
+                    let recipe = learned.file.recipe()?;
+                    let pattern: Vec<Angles<f32>> = recipe.pattern().collect();
+                    let pattern = replaced(&pattern, count, seed);
                     let basis = learned.basis.as_ref();
                     judge(&Method::elsewhere("replaced", &recipe, basis, pattern)?)
                 })?;

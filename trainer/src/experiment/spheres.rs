@@ -89,6 +89,15 @@ fn row(
     cases: &[(String, Case)],
 ) -> anyhow::Result<GalleryRow> {
     let material = &*store.test.materials[index];
+    let title = title.unwrap_or(material.name()).to_owned();
+    let mut only_notes = false;
+    for (_, case) in cases {
+        only_notes |= store.only_notes(case)?;
+    }
+    if only_notes {
+        let tiles = Vec::new();
+        return Ok(GalleryRow { title, tiles });
+    }
     let judge = store.test.judge();
     let mut tiles = vec![Tile {
         label: "Reference".into(),
@@ -119,8 +128,5 @@ fn row(
     if let Some(tile) = tiles.get_mut(least.1).filter(|_| least.1 > 0) {
         tile.best = true;
     }
-    Ok(GalleryRow {
-        title: title.unwrap_or(material.name()).to_owned(),
-        tiles,
-    })
+    Ok(GalleryRow { title, tiles })
 }

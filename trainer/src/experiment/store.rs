@@ -5,16 +5,13 @@
 
 use std::cell::OnceCell;
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Duration;
 
-use anyhow::{Context, anyhow, bail};
+use anyhow::{Context, bail};
 use glimpse_core::model::ModelKind;
-use glimpse_trainer::evaluation::{
-    DIRECTIONS, Judge, MaterialScores, Method, OPTIMUM_STEPS, Verdict,
-};
+use glimpse_trainer::evaluation::{DIRECTIONS, Judge, Method, OPTIMUM_STEPS, Verdict};
 use glimpse_trainer::export::{RecipeFile, recipe_of};
-use glimpse_trainer::files::write_whole;
 use glimpse_trainer::linear::{Basis, Columns, least_condition};
 use glimpse_trainer::material::{Material, Source};
 use glimpse_trainer::meta;
@@ -23,11 +20,16 @@ use glimpse_trainer::meta::options::Options;
 use glimpse_trainer::meta::outer::Checkpoints;
 use glimpse_trainer::meta::plan::Effort;
 use glimpse_trainer::meta::run::INNER_STEPS;
-use glimpse_trainer::metrics::Scores;
 use glimpse_trainer::render::Environment;
-use serde::{Deserialize, Serialize};
 
 use super::case::{Approach, Case, TrainingRun};
+pub(crate) use super::kept::{Evaluation, Recipe};
+use super::kept::{keep, read_evaluation, with_extension};
+use super::needed::{Needed, NotMade, Purpose, blank_evaluation, blank_recipe};
+
+/// The folders of recipes and of judgements.
+const RECIPES: &str = "recipes";
+const SHEETS: &str = "sheets";
 
 /// How often a training is saved.
 const SAVED_EVERY: Duration = Duration::from_secs(10);
@@ -80,51 +82,15 @@ impl<'a> TestSet<'a> {
     }
 }
 
-/// A trained recipe, and the basis of one of Linear.
-pub(crate) struct Learned {
-    pub(crate) file: RecipeFile,
-    pub(crate) basis: Option<Basis>,
-}
-
 /// Trains, and shows how far it is.
 pub(crate) type Train =
     dyn Fn(&Options, Vec<Box<dyn Material>>) -> anyhow::Result<meta::learned::Learned>;
 
-/// How well a method did, as it is kept.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-pub(crate) struct Evaluation {
-    /// Means over the materials.
-    #[serde(flatten)]
-    pub(crate) scores: Scores,
-    /// How many seeds were averaged over.
-    pub(crate) seeds: u64,
-    /// Standard deviation of the mean loss from seed to seed.
-    pub(crate) loss_spread: f64,
-    /// Each material.
-    pub(crate) materials: Vec<MaterialScores>,
-}
-
-impl From<Verdict> for Evaluation {
-    fn from(verdict: Verdict) -> Self {
-        let Verdict {
-            scores,
-            seeds,
-            loss_spread,
-            materials,
-            ..
-        } = verdict;
-        Self {
-            scores,
-            seeds,
-            loss_spread,
-            materials,
-        }
-    }
-}
-
 /// The place where experiments are made.
 pub(crate) struct Store<'a> {
     pub(crate) settings: Settings,
+    /// What experiments are run for.
+    pub(crate) purpose: Purpose,
     /// The materials that are judged.
     pub(crate) test: &'a TestSet<'a>,
     /// Other sources that are judged too.
@@ -140,6 +106,7 @@ impl<'a> Store<'a> {
     /// If it holds work of other settings, which must not be mixed with this one.
     pub(crate) fn open(
         settings: Settings,
+        purpose: Purpose,
         training: &[Box<dyn Material>],
         test: &'a TestSet<'a>,
         additional: &'a [TestSet<'a>],
@@ -172,11 +139,12 @@ impl<'a> Store<'a> {
                     path.display()
                 );
             }
-        } else {
+        } else if !matches!(purpose, Purpose::Listing(_)) {
             keep(&path, words.as_bytes())?;
         }
         Ok(Self {
             settings,
+            purpose,
             test,
             additional,
             train,
@@ -184,12 +152,40 @@ impl<'a> Store<'a> {
         })
     }
 
+    /// The files of a training: the recipe, the basis that Linear has beside it, the checkpoint.
+    fn files(&self, training: &TrainingRun) -> [PathBuf; 3] {
+        let path = self.settings.out.join(RECIPES).join(training.name());
+        ["recipe", "basis", "checkpoint"].map(|kind| with_extension(&path, kind))
+    }
+
     /// A trained recipe: the one kept, or a new one.
-    pub(crate) fn recipe(&self, training: &TrainingRun) -> anyhow::Result<Learned> {
-        let name = training.name();
-        let path = self.settings.out.join("recipes").join(&name);
-        let [recipe, basis, checkpoint] =
-            ["recipe", "basis", "checkpoint"].map(|kind| with_extension(&path, kind));
+    ///
+    /// Where that is not what the experiment is run for, something stands for one that is not there.
+    pub(crate) fn recipe(&self, training: &TrainingRun) -> anyhow::Result<Recipe> {
+        let [recipe, basis, checkpoint] = self.files(training);
+        let name = format!("{RECIPES}/{}", training.name());
+        let before = training
+            .needs()
+            .map(|needed| self.files(&needed)[0].clone());
+        if let Purpose::Listing(notes) = &self.purpose {
+            let mut outputs = vec![recipe.clone()];
+            if training.model == ModelKind::Linear {
+                // First: it is written first.
+                outputs.insert(0, basis.clone());
+            }
+            notes.asked_for(&outputs);
+            notes.add(Needed {
+                name: name.clone(),
+                inputs: before.iter().cloned().collect(),
+                outputs,
+                checkpoint: Some(checkpoint.clone()),
+            });
+        }
+        let is_wanted = match &self.purpose {
+            Purpose::Everything => true,
+            Purpose::Only(wanted) => wanted.is(&name),
+            Purpose::Listing(_) => false,
+        };
         if recipe.exists() {
             let basis = match training.model {
                 ModelKind::Linear => Some(
@@ -197,8 +193,26 @@ impl<'a> Store<'a> {
                 ),
                 _ => None,
             };
-            return learned(RecipeFile::read(&recipe)?, basis.as_deref());
+            return Recipe::of(RecipeFile::read(&recipe)?, basis.as_deref());
         }
+        if !is_wanted && !self.purpose.judges() {
+            return blank_recipe(training.samples);
+        }
+        let missing = match self.purpose {
+            Purpose::Everything => None,
+            _ if is_wanted => before.filter(|before| !before.exists()),
+            _ => Some(recipe),
+        };
+        match missing {
+            None => self.train(training),
+            Some(path) => bail!("{} is needed first: make that before", path.display()),
+        }
+    }
+
+    /// Trains a recipe, and keeps it.
+    fn train(&self, training: &TrainingRun) -> anyhow::Result<Recipe> {
+        let name = training.name();
+        let [recipe, basis, checkpoint] = self.files(training);
         let mut materials = self.settings.data.load()?;
         if let Some((_, names)) = &training.only {
             materials.retain(|material| names.iter().any(|name| name == material.name()));
@@ -220,8 +234,8 @@ impl<'a> Store<'a> {
                 seed,
             )
         };
-        let folder = checkpoint.parent().unwrap_or(Path::new(""));
-        fs::create_dir_all(folder)
+        let folder = self.settings.out.join(RECIPES);
+        fs::create_dir_all(&folder)
             .with_context(|| format!("cannot write {}", checkpoint.display()))?;
         eprintln!("training {name}");
         let found = (self.train)(&options, materials)?;
@@ -232,7 +246,7 @@ impl<'a> Store<'a> {
             keep(&basis, bytes)?;
         }
         keep(&recipe, file.bytes())?;
-        learned(file, found.basis())
+        Recipe::of(file, found.basis())
     }
 
     /// The basis of the training materials with so many components.
@@ -246,6 +260,18 @@ impl<'a> Store<'a> {
         };
         let all: Vec<usize> = (0..columns.count()).collect();
         Ok(Basis::new(columns, &all, components))
+    }
+
+    /// Where an experiment is not run to be made: takes note of the recipe that a case needs, and returns
+    /// true.
+    pub(crate) fn only_notes(&self, case: &Case) -> anyhow::Result<bool> {
+        if self.purpose.judges() {
+            return Ok(false);
+        }
+        if matches!(case.approach, Approach::Ours | Approach::Meta) {
+            self.recipe(&TrainingRun::of(case))?;
+        }
+        Ok(true)
     }
 
     /// Makes a case's method, and hands it to `then`.
@@ -267,6 +293,9 @@ impl<'a> Store<'a> {
                 Approach::Ours => then(&Method::ours(&recipe, learned.basis.as_ref())?),
                 _ => then(&Method::meta(&recipe, learned.basis.as_ref())?),
             };
+        }
+        if !self.purpose.judges() {
+            return Err(NotMade.into());
         }
         if model == ModelKind::Linear {
             let basis = self.basis(prior.components)?;
@@ -320,18 +349,44 @@ impl<'a> Store<'a> {
         seeds: u64,
         make: impl FnOnce(&dyn Fn(&Method<'_>) -> anyhow::Result<Verdict>) -> anyhow::Result<Verdict>,
     ) -> anyhow::Result<Evaluation> {
-        let folder = self.settings.out.join("sheets").join(&set.label);
-        let path = with_extension(&folder.join(name), "json");
-        if path.exists() {
-            let text = fs::read_to_string(&path)
-                .with_context(|| format!("cannot read {}", path.display()))?;
-            return serde_json::from_str(&text)
-                .with_context(|| format!("{} is damaged: remove it", path.display()));
+        let short = name;
+        let name = format!("{SHEETS}/{}/{short}", set.label);
+        let path = with_extension(&self.settings.out.join(&name), "json");
+        let is_there = path.exists();
+        if let Purpose::Listing(notes) = &self.purpose {
+            notes.recipes();
+            name_only(make)?;
+            notes.add(Needed {
+                name,
+                inputs: notes.recipes(),
+                outputs: vec![path.clone()],
+                checkpoint: None,
+            });
+            return match is_there {
+                true => read_evaluation(&path),
+                false => Ok(blank_evaluation(seeds, set.materials)),
+            };
         }
-        let verdict = make(&|method| {
-            eprintln!("judging {name} on {}", set.label);
+        let is_wanted = match &self.purpose {
+            Purpose::Only(wanted) => wanted.is(&name),
+            _ => true,
+        };
+        if is_there {
+            return read_evaluation(&path);
+        }
+        if !is_wanted {
+            // A recipe that it needs may be what is wanted.
+            name_only(make)?;
+            return Ok(blank_evaluation(seeds, set.materials));
+        }
+        let judge = |method: &Method<'_>| {
+            eprintln!("judging {short} on {}", set.label);
             Ok(set.judge().judge(method, self.settings.seed, seeds)?)
-        })?;
+        };
+        let verdict = match &self.purpose {
+            Purpose::Only(wanted) => wanted.judge(|| make(&judge)),
+            _ => make(&judge),
+        }?;
         let evaluation = Evaluation::from(verdict);
         keep(&path, serde_json::to_string_pretty(&evaluation)?.as_bytes())?;
         Ok(evaluation)
@@ -366,26 +421,12 @@ impl<'a> Store<'a> {
     }
 }
 
-fn learned(file: RecipeFile, basis: Option<&[u8]>) -> anyhow::Result<Learned> {
-    let basis = basis
-        .map(Basis::from_bytes)
-        .transpose()
-        .map_err(|what| anyhow!("the basis: {what}"))?;
-    Ok(Learned { file, basis })
-}
-
-/// Adds an extension; what looks like one in the name stays.
-fn with_extension(path: &Path, extension: &str) -> PathBuf {
-    let mut name = path.as_os_str().to_owned();
-    name.push(".");
-    name.push(extension);
-    name.into()
-}
-
-/// Writes a file of the experiments' folder, which is there, whole or not at all.
-pub(super) fn keep(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
-    let folder = path.parent().unwrap_or(Path::new(""));
-    fs::create_dir_all(folder)
-        .and_then(|()| write_whole(path, bytes))
-        .with_context(|| format!("cannot write {}", path.display()))
+/// Applies no method, so that only what it needs is asked for.
+fn name_only(
+    make: impl FnOnce(&dyn Fn(&Method<'_>) -> anyhow::Result<Verdict>) -> anyhow::Result<Verdict>,
+) -> anyhow::Result<()> {
+    match make(&|_| Err(NotMade.into())) {
+        Err(error) if !error.is::<NotMade>() => Err(error),
+        _ => Ok(()),
+    }
 }

@@ -2,6 +2,9 @@
 
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::linear::map;
+use rand::SeedableRng;
+use rand::seq::SliceRandom;
+use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
 use crate::basis::Grid;
@@ -12,22 +15,31 @@ pub struct Columns {
     /// l of all columns at each node: `Grid::LEN` rows of `count`.
     values: Vec<f32>,
     count: usize,
+    /// Which materials they are of, in order.
+    materials: Vec<usize>,
     /// x'y of each pair of columns over the valid nodes, row by row; of what is left of columns when
     /// at each node the mean of all of them is taken away.
     products: Vec<f64>,
 }
 
+/// How many materials are tabulated at most. A column takes half a megabyte, and the time for the
+/// principal components grows with the third power of their number, while the few that are taken of
+/// them hardly change any more.
+pub const MOST_TABULATED: usize = 256;
+
 /// Nodes that one thread works on at a time.
 const BLOCK: usize = 512;
 
 impl Columns {
-    /// Tabulates materials.
+    /// Tabulates materials; of more than [`MOST_TABULATED`] as many as that, chosen at random but always
+    /// the same.
     ///
     /// The grid has period pi in phi_d, as reciprocity asks; a material that is not quite
     /// reciprocal is averaged over both.
     #[must_use]
     pub fn new(materials: &[Box<dyn Material>]) -> Self {
-        let count = 3 * materials.len();
+        let chosen = chosen(materials.len());
+        let count = 3 * chosen.len();
         let nodes: Vec<usize> = (0..Grid::LEN).collect();
         let places: Vec<(HalfDifference<f32>, HalfDifference<f32>, f64)> = nodes
             .iter()
@@ -54,12 +66,13 @@ impl Columns {
                 let (one, other): (Vec<_>, Vec<_>) =
                     places.iter().map(|(one, other, _)| (*one, *other)).unzip();
                 let mut brdf = [vec![[0.0; 3]; places.len()], vec![[0.0; 3]; places.len()]];
-                for (index, material) in materials.iter().enumerate() {
+                for (index, material) in chosen.iter().map(|at| &materials[*at]).enumerate() {
                     material.brdf_batch(&one, &mut brdf[0]);
                     let opposite = usize::from(!material.is_reciprocal());
                     if opposite > 0 {
                         material.brdf_batch(&other, &mut brdf[opposite]);
                     }
+                    material.release();
                     let measured = brdf[0].iter().zip(&brdf[opposite]).zip(places);
                     for (row, ((one, other), (_, _, weight))) in
                         rows.chunks_mut(count).zip(measured)
@@ -77,6 +90,7 @@ impl Columns {
         Self {
             values,
             count,
+            materials: chosen,
             products,
         }
     }
@@ -85,6 +99,15 @@ impl Columns {
     #[must_use]
     pub fn count(&self) -> usize {
         self.count
+    }
+
+    /// The columns of those materials that a condition holds for, by their places in the list that was
+    /// tabulated.
+    pub fn of(&self, condition: impl Fn(usize) -> bool) -> Vec<usize> {
+        let each = self.materials.iter().enumerate();
+        each.filter(|(_, material)| condition(**material))
+            .flat_map(|(place, _)| 3 * place..3 * place + 3)
+            .collect()
     }
 
     /// l / ln(e), shifted: all columns at a node.
@@ -99,6 +122,20 @@ impl Columns {
     pub fn product(&self, one: usize, other: usize) -> f64 {
         self.products[one * self.count + other]
     }
+}
+
+/// Which of so many materials are tabulated, in order.
+fn chosen(materials: usize) -> Vec<usize> {
+    if materials <= MOST_TABULATED {
+        return (0..materials).collect();
+    }
+    // Not at equal distances: neither folds nor portions may fall between them.
+    let mut random = ChaCha8Rng::seed_from_u64(0);
+    let mut chosen: Vec<usize> = (0..materials).collect();
+    chosen.shuffle(&mut random);
+    chosen.truncate(MOST_TABULATED);
+    chosen.sort_unstable();
+    chosen
 }
 
 fn products(values: &[f32], count: usize) -> Vec<f64> {
@@ -136,4 +173,21 @@ fn products(values: &[f32], count: usize) -> Vec<f64> {
             }
         });
     products
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_large_set_is_tabulated_in_part_and_every_fold_has_its_share() {
+        assert!(chosen(MOST_TABULATED).into_iter().eq(0..MOST_TABULATED));
+        let some = chosen(3_000);
+        assert_eq!((some.len(), &some), (MOST_TABULATED, &chosen(3_000)));
+        assert!(some.is_sorted_by(|one, next| one < next) && some[MOST_TABULATED - 1] < 3_000);
+        for fold in 0..5 {
+            let share = some.iter().filter(|index| *index % 5 == fold).count();
+            assert!((30..75).contains(&share), "{share} of fold {fold}");
+        }
+    }
 }

@@ -21,7 +21,7 @@ pub use crate::basis::{
     BASIS_MAGIC, Basis, BasisError, ByAngles, Coefficients, CountError, Grid, Reconstruction,
     Tabulated, widened,
 };
-pub use columns::Columns;
+pub use columns::{Columns, MOST_TABULATED};
 pub use compact::{COMPACT_COMPONENTS, COMPACT_NODES};
 pub use condition::least_condition;
 pub use prior::Prior;

@@ -8,6 +8,16 @@ use memmap2::Mmap;
 use super::SourceError;
 use super::error::refused;
 
+/// Lets go of the pages of a mapped file that are in memory. They come back when they are looked at.
+pub(super) fn release(mapped: &Mmap) {
+    // SAFETY: the mapping is shared and read only, as all are that `map` makes: nothing was written
+    // to it that could be lost, and the same bytes are read again from the file.
+    #[cfg(unix)]
+    let _ = unsafe { mapped.unchecked_advise(memmap2::UncheckedAdvice::DontNeed) };
+    #[cfg(not(unix))]
+    let _ = mapped;
+}
+
 /// Maps a file: nothing is allocated, and nothing of it is read before it is looked at.
 pub(super) fn map(path: &Path) -> Result<Mmap, SourceError> {
     let file = File::open(path).map_err(refused(path))?;

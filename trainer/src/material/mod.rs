@@ -30,7 +30,7 @@ pub use pab::{PabSet, pab_endings, read_pab, to_pab};
 pub use procedural::Procedural;
 pub use rgl::{RglMeasurement, to_rgl};
 pub use sensor::quantised;
-pub use source::Source;
+pub use source::{Source, WHOLLY_CHECKED};
 pub use sources::{Joined, Portion, ShareError, Sources};
 
 use glimpse_core::geometry::{Angles, HalfDifference};
@@ -75,4 +75,8 @@ pub trait Material: Send + Sync {
             *brdf = self.brdf(angles_of(at));
         }
     }
+
+    /// Lets go of what of its file lies in memory, after a look at many places; it is read again
+    /// where it is needed again. Most materials are small, and do nothing.
+    fn release(&self) {}
 }

@@ -16,6 +16,10 @@ use super::{
     FittedMaterial, Material, MerlTable, NeuralBrdf, Procedural, RglMeasurement, pab, read_pab,
 };
 
+/// Up to how many materials of a directory MERL's tables are read from end to end when they are opened.
+/// They have 33 MiB each: of more of them it would take minutes before anything is done.
+pub const WHOLLY_CHECKED: usize = 128;
+
 /// Where to take materials from, as written on the command line: a directory with any mix of
 /// MERL tables, RGL measurements, NBRDF networks and fitted materials (`material.json`, in a folder of
 /// its own too; other files are passed over), a single one of them, or `procedural[:COUNT[:SEED]]`,
@@ -54,7 +58,32 @@ impl Source {
         name.and_then(|name| name.to_str()).unwrap_or(&self.0)
     }
 
-    /// Reads all materials, sorted by name.
+    /// True of the built-in set, which is read from no file.
+    #[must_use]
+    pub fn is_built_in(&self) -> bool {
+        procedural(&self.0).is_ok_and(|set| set.is_some())
+    }
+
+    /// How many materials there are, of which none is read.
+    ///
+    /// # Errors
+    /// If nothing is there, or two have the same name.
+    pub fn count(&self) -> Result<usize, SourceError> {
+        if let Some((count, _)) = procedural(&self.0)? {
+            return Ok(count);
+        }
+        let path = Path::new(&self.0);
+        if !path.try_exists().map_err(refused(path))? {
+            return Err(SourceError::Missing(path.into()));
+        }
+        match path.is_dir() {
+            true => Ok(list(path)?.len()),
+            false => Ok(1),
+        }
+    }
+
+    /// Reads all materials, sorted by name. Of a directory of more than [`WHOLLY_CHECKED`] MERL's
+    /// tables are only opened.
     ///
     /// # Errors
     /// If nothing is there, any file is damaged or not read, or two have the same name.
@@ -70,9 +99,14 @@ impl Source {
             return Err(SourceError::Missing(path.into()));
         }
         if !path.is_dir() {
-            return Ok(vec![read(path)?]);
+            return Ok(vec![read(path, MerlTable::read)?]);
         }
-        let read: Vec<_> = list(path)?.par_iter().map(|file| read(file)).collect();
+        let files = list(path)?;
+        let merl = match files.len() > WHOLLY_CHECKED {
+            true => MerlTable::open,
+            false => MerlTable::read,
+        };
+        let read: Vec<_> = files.par_iter().map(|file| read(file, merl)).collect();
         // In order, so that of several damaged files it is always the first that is named.
         read.into_iter().collect()
     }
@@ -137,14 +171,17 @@ fn procedural(text: &str) -> Result<Option<(usize, u64)>, SourceError> {
     Ok(Some((count, seed)))
 }
 
-/// Reads one material.
-fn read(path: &Path) -> Result<Box<dyn Material>, SourceError> {
+/// Reads one material, a table of MERL's in one of two ways.
+fn read(
+    path: &Path,
+    merl: fn(&Path) -> Result<MerlTable, SourceError>,
+) -> Result<Box<dyn Material>, SourceError> {
     if FittedMaterial::is_named(path) {
         return Ok(Box::new(FittedMaterial::read(path)?));
     }
     Ok(match Format::of(path)? {
         Format::Nbrdf => Box::new(NeuralBrdf::read(path)?),
-        Format::Merl => Box::new(MerlTable::read(path)?),
+        Format::Merl => Box::new(merl(path)?),
         Format::Rgl => Box::new(RglMeasurement::read(path)?),
         Format::Pab => Box::new(read_pab(path)?),
     })

@@ -60,13 +60,7 @@ impl<'a> LinearTrainee<'a> {
         let angles = uniform_valid(POOL, seed);
         let folds = FOLDS.min(materials.len());
         // A single material has nothing to be left out of.
-        let outside = |fold: usize| -> Vec<usize> {
-            let materials =
-                (0..materials.len()).filter(|material| folds == 1 || material % folds != fold);
-            materials
-                .flat_map(|material| [0, 1, 2].map(|channel| 3 * material + channel))
-                .collect()
-        };
+        let outside = |fold: usize| columns.of(|index| folds == 1 || index % folds != fold);
         let fewest = (0..folds).map(|fold| outside(fold).len()).min();
         let components = prior.components.min(fewest.unwrap_or(0).max(2) - 1);
         let folds = (0..folds)
@@ -74,7 +68,11 @@ impl<'a> LinearTrainee<'a> {
             .collect();
         let values = materials
             .par_iter()
-            .map(|material| angles.iter().map(|angles| material.brdf(*angles)).collect())
+            .map(|material| {
+                let values = angles.iter().map(|angles| material.brdf(*angles)).collect();
+                material.release();
+                values
+            })
             .collect();
         Self {
             plan,

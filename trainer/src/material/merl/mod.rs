@@ -20,7 +20,7 @@ use glimpse_core::geometry::Angles;
 use glimpse_core::numeric::Scalar;
 use memmap2::Mmap;
 
-use super::mapped::map;
+use super::mapped::{map, release};
 use super::name;
 use super::{Material, SourceError};
 use glimpse_kernels::Dual;
@@ -55,6 +55,21 @@ impl MerlTable {
     /// If the file cannot be read, has other dimensions or another length, a value is not finite
     /// (in f32, as look-ups are), or no value of a colour was measured.
     pub fn read(path: &Path) -> Result<Self, SourceError> {
+        let table = Self::open(path)?;
+        table.check_values().map_err(|what| SourceError::Damaged {
+            path: path.into(),
+            what,
+        })?;
+        table.release();
+        Ok(table)
+    }
+
+    /// Opens a table and checks its header and its length alone: of many tables all values are
+    /// not read before they are needed. A value that is no BRDF counts as not measured then.
+    ///
+    /// # Errors
+    /// If the file cannot be read, has other dimensions or another length.
+    pub fn open(path: &Path) -> Result<Self, SourceError> {
         let damaged = |what| SourceError::Damaged {
             path: path.into(),
             what,
@@ -94,9 +109,7 @@ impl MerlTable {
                 bytes.len()
             )));
         }
-        let table = Self { name, bytes };
-        table.check_values().map_err(damaged)?;
-        Ok(table)
+        Ok(Self { name, bytes })
     }
 
     /// Looks at every value.
@@ -187,6 +200,10 @@ impl Material for MerlTable {
             brdf.map(|f| f as f32),
             derivative.map(|by_angles| by_angles.map(|slope| slope as f32)),
         )
+    }
+
+    fn release(&self) {
+        release(&self.bytes);
     }
 }
 

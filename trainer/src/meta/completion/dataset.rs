@@ -1,5 +1,7 @@
 //! Materials to train on, and what is known of them before training.
 
+use std::sync::Arc;
+
 use glimpse_kernels::components::ComponentTable;
 
 use super::draw::{Group, Variety};
@@ -16,7 +18,7 @@ const SEEN: f32 = 0.25;
 /// Materials to train on, with their BRDF at many directions.
 pub struct Dataset {
     /// The materials that are learned from, and then those that are only mixed in.
-    pub materials: Vec<Box<dyn Material>>,
+    pub materials: Arc<[Box<dyn Material>]>,
     /// How many of them are learned from.
     pub own: usize,
     /// Which of them tasks are of.
@@ -25,15 +27,14 @@ pub struct Dataset {
     pub variety: Variety,
     /// Where tasks are judged in training; the materials of its own are there with every warp.
     pub pool: WarpedPool,
-    /// Where materials are judged as they are: its own ones alone, at directions that training does
-    /// not see.
+    /// Where materials are judged as they are, at directions that training does not see.
     pub fresh: WarpedPool,
     columns: Columns,
 }
 
 impl Dataset {
-    /// Evaluates materials at `size` directions, with each warp, and at as many fresh ones. The first
-    /// `own` are learned from; the others are mixed in, as groups say.
+    /// Materials at `size` directions, with each warp, and at as many fresh ones. The first `own` are
+    /// learned from; the others are mixed in, as groups say.
     #[must_use]
     pub fn new(
         materials: Vec<Box<dyn Material>>,
@@ -43,13 +44,18 @@ impl Dataset {
         size: usize,
         seed: u64,
     ) -> Self {
-        let learned = &materials[..own];
+        let materials: Arc<[Box<dyn Material>]> = materials.into();
         let few = (SEEN * size as f32) as usize;
         let places = [uniform_valid(size - few, seed), seen_on_spheres(few, seed)];
         Self {
-            columns: Columns::new(learned),
-            pool: WarpedPool::new(&materials, own, &variety.warps, places.concat()),
-            fresh: WarpedPool::new(learned, 0, &[Warp::NONE], uniform_valid(size, !seed)),
+            columns: Columns::new(&materials[..own]),
+            pool: WarpedPool::new(Arc::clone(&materials), own, &variety.warps, places.concat()),
+            fresh: WarpedPool::new(
+                Arc::clone(&materials),
+                0,
+                &[Warp::NONE],
+                uniform_valid(size, !seed),
+            ),
             materials,
             own,
             groups,
@@ -84,11 +90,7 @@ impl Part {
     pub fn without(dataset: &Dataset, components: usize, left_out: &[usize]) -> Self {
         let seen = |index: &usize| !left_out.contains(index);
         let own: Vec<usize> = (0..dataset.own).collect();
-        let chosen: Vec<usize> = own
-            .iter()
-            .filter(|index| seen(index))
-            .flat_map(|index| 3 * index..3 * index + 3)
-            .collect();
+        let chosen = dataset.columns.of(|index| seen(&index));
         // Coefficients of about 1, as a small map is best at.
         let scale = 1.0 / (chosen.len() as f32).sqrt();
         let basis = Basis::new(&dataset.columns, &chosen, components).scaled(scale);

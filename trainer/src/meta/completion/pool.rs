@@ -1,4 +1,9 @@
 //! Materials at many directions, also with other highlights, and principal components there.
+//!
+//! A material is evaluated when it is first asked for: of thousands, or of large files, training begins
+//! before all were read. Values depend on nothing else, so that the order has no say in them.
+
+use std::sync::{Arc, OnceLock};
 
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_kernels::components::{ComponentTable, HEAD};
@@ -11,6 +16,9 @@ use super::warp::Warp;
 use crate::linear::{Basis, widened};
 use crate::material::Material;
 
+/// Materials at some directions, octet by octet.
+type Values = Vec<OctetRgb>;
+
 /// Materials at uniform valid directions, each with every warp.
 pub struct WarpedPool {
     /// The directions, eight by eight.
@@ -18,16 +26,19 @@ pub struct WarpedPool {
     angles: Vec<Angles<f32>>,
     /// Smooth fields there.
     pub fields: Vec<[Octet; FIELD]>,
-    /// The materials' BRDF: of each with each warp, octet by octet.
-    values: Vec<Vec<Vec<OctetRgb>>>,
+    materials: Arc<[Box<dyn Material>]>,
+    /// Where materials are looked up for each warp to appear at the directions.
+    places: Vec<Vec<HalfDifference<f32>>>,
+    /// The materials' BRDF, of each with each warp, as far as it was asked for.
+    values: Vec<Vec<OnceLock<Values>>>,
 }
 
 impl WarpedPool {
-    /// Evaluates all materials at some directions, cut to octets: the first `warped` of them with every
-    /// warp, the others with the first one alone.
+    /// Materials at some directions, cut to octets: the first `warped` of them with every warp, the
+    /// others with the first one alone.
     #[must_use]
     pub fn new(
-        materials: &[Box<dyn Material>],
+        materials: Arc<[Box<dyn Material>]>,
         warped: usize,
         warps: &[Warp],
         mut angles: Vec<Angles<f32>>,
@@ -40,19 +51,11 @@ impl WarpedPool {
                 warped.map(HalfDifference::from_angles).collect()
             })
             .collect();
-        let values = materials
-            .par_iter()
-            .enumerate()
-            .map(|(index, material)| {
-                let count = if index < warped { places.len() } else { 1 };
-                let warps = places.iter().take(count).map(|places| {
-                    let mut brdf = vec![[0.0; 3]; angles.len()];
-                    material.brdf_batch(places, &mut brdf);
-                    brdf.chunks(WIDTH).map(transpose_rgb).collect()
-                });
-                warps.collect()
-            })
-            .collect();
+        let values = (0..materials.len()).map(|index| {
+            let count = if index < warped { places.len() } else { 1 };
+            (0..count).map(|_| OnceLock::new()).collect()
+        });
+        let values = values.collect();
         let fields = angles
             .chunks(WIDTH)
             .map(|angles| {
@@ -78,9 +81,11 @@ impl WarpedPool {
         });
         Self {
             at: at.collect(),
-            values,
             angles,
             fields,
+            materials,
+            places,
+            values,
         }
     }
 
@@ -99,7 +104,13 @@ impl WarpedPool {
     /// A material with a warp, octet by octet.
     #[must_use]
     pub fn values(&self, material: usize, warp: usize) -> &[OctetRgb] {
-        &self.values[material][warp]
+        self.values[material][warp].get_or_init(|| {
+            let (material, places) = (&self.materials[material], &self.places[warp]);
+            let mut brdf = vec![[0.0; 3]; places.len()];
+            material.brdf_batch(places, &mut brdf);
+            material.release();
+            brdf.chunks(WIDTH).map(transpose_rgb).collect()
+        })
     }
 
     /// Principal components at its directions.

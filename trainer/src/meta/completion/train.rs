@@ -32,8 +32,11 @@ const HIDDEN: usize = 64;
 const UNITS: usize = 32;
 /// What the loss of completed coefficients counts for where a descent follows.
 const AUXILIARY: f32 = 0.3;
-/// Directions at which materials are evaluated once, with each warp.
+/// Directions at which materials are evaluated once, with each warp; for thousands of materials fewer,
+/// see [`pool_size`].
 const POOL: usize = 8_192;
+/// How many bytes the values there may take: all of up to 4,096 materials.
+const POOL_BYTES: usize = 3 << 30;
 /// How many procedural materials are mixed in, and of which set.
 const PROCEDURAL: usize = 400;
 const PROCEDURAL_SEED: u64 = 5;
@@ -243,7 +246,19 @@ fn dataset(mut materials: Vec<Box<dyn Material>>, options: &Options) -> Dataset 
         noise: completing.noise(),
         ..Variety::default()
     };
-    Dataset::new(materials, own, groups, variety, POOL, options.seed)
+    let size = pool_size(own, variety.warps.len());
+    Dataset::new(materials, own, groups, variety, size, options.seed)
+}
+
+/// At how many directions so many materials are evaluated, with so many warps and once more as they
+/// are: at half as many, and again half, until the values fit into [`POOL_BYTES`].
+fn pool_size(materials: usize, warps: usize) -> usize {
+    const LEAST: usize = 512;
+    let mut size = POOL;
+    while size > LEAST && materials * (warps + 1) * size * size_of::<[f32; 3]>() > POOL_BYTES {
+        size /= 2;
+    }
+    size
 }
 
 /// Which materials are left out together; no folds of too few materials.
@@ -327,5 +342,16 @@ impl<'s> Session<'s, '_> {
         }?;
         self.done += plan.steps();
         Ok((trainee, outcome))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_of_thousands_of_materials_fewer_directions_are_kept() {
+        let sizes = [1, 100, 4_096, 4_097, 10_000, 1_000_000].map(|count| pool_size(count, 7));
+        assert_eq!(sizes, [8_192, 8_192, 8_192, 4_096, 2_048, 512]);
     }
 }
