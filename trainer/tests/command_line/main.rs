@@ -7,6 +7,7 @@ mod fit;
 mod grid;
 mod left_out;
 mod linear;
+mod list;
 mod options;
 mod output;
 mod plan;

@@ -15,6 +15,7 @@ pub use write::{to_merl, write_merl};
 
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::path::Path;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use glimpse_core::geometry::Angles;
 use glimpse_core::numeric::Scalar;
@@ -45,7 +46,13 @@ const NOT_MEASURED: f64 = -1.0;
 pub struct MerlTable {
     name: String,
     bytes: Mmap,
+    /// Of one of many: how often it was looked up.
+    one_of_many: Option<AtomicUsize>,
 }
+
+/// After so many look-ups one by one a table that is one of many lets go of what lies in memory. Each
+/// brings 64 KiB for each of some six places of the file, and hundreds of tables would soon be there whole.
+const HELD: usize = 16;
 
 impl MerlTable {
     /// Opens a table and checks its header, its length and every value. (Look-ups at thousands of
@@ -55,7 +62,8 @@ impl MerlTable {
     /// If the file cannot be read, has other dimensions or another length, a value is not finite
     /// (in f32, as look-ups are), or no value of a colour was measured.
     pub fn read(path: &Path) -> Result<Self, SourceError> {
-        let table = Self::open(path)?;
+        let mut table = Self::open(path)?;
+        table.one_of_many = None;
         table.check_values().map_err(|what| SourceError::Damaged {
             path: path.into(),
             what,
@@ -64,8 +72,8 @@ impl MerlTable {
         Ok(table)
     }
 
-    /// Opens a table and checks its header and its length alone: of many tables all values are
-    /// not read before they are needed. A value that is no BRDF counts as not measured then.
+    /// Opens one of many tables and checks its header and its length alone: values are not read before
+    /// they are needed, and not kept in memory for long. One that is no BRDF counts as not measured.
     ///
     /// # Errors
     /// If the file cannot be read, has other dimensions or another length.
@@ -109,7 +117,11 @@ impl MerlTable {
                 bytes.len()
             )));
         }
-        Ok(Self { name, bytes })
+        Ok(Self {
+            name,
+            bytes,
+            one_of_many: Some(AtomicUsize::new(0)),
+        })
     }
 
     /// Looks at every value.
@@ -196,6 +208,11 @@ impl Material for MerlTable {
         let angles = in_table(angles);
         let found = self.interpolate(&cells(angles), Dual::<f64, 3>::variables(angles));
         let (brdf, derivative) = Dual::split(found);
+        if let Some(count) = &self.one_of_many
+            && count.fetch_add(1, Ordering::Relaxed) % HELD == HELD - 1
+        {
+            self.release();
+        }
         (
             brdf.map(|f| f as f32),
             derivative.map(|by_angles| by_angles.map(|slope| slope as f32)),
