@@ -26,26 +26,46 @@ fn recipes_that_come_along_are_listed_written_and_used() {
 
     // The compact basis serves wherever a whole one does.
     let evaluate = ["evaluate", "--test", "procedural:2:5", "--recipe"];
-    let judged = succeed(directory, &[&evaluate[..], &["mine/linear-n8.recipe"]].concat());
+    let judged = succeed(
+        directory,
+        &[&evaluate[..], &["mine/linear-n8.recipe"]].concat(),
+    );
     let loss = |text: &str| -> f64 {
         let mean = text.lines().find(|line| line.starts_with("mean "));
         let mean = mean.and_then(|line| line.split_whitespace().nth(1));
-        mean.and_then(|word| word.parse().ok()).expect("a mean loss")
+        mean.and_then(|word| word.parse().ok())
+            .expect("a mean loss")
     };
     let compact = ["mine/linear-n8.recipe", "--basis", "mine/linear-n8.basis"];
     let on_device = succeed(directory, &[&evaluate[..], &compact].concat());
     let (host, device) = (loss(&judged), loss(&on_device));
-    assert!(host < 0.02 && (host / device - 1.0).abs() < 0.05, "{host} {device}");
+    assert!(
+        host < 0.02 && (host / device - 1.0).abs() < 0.05,
+        "{host} {device}"
+    );
 
-    let again = ["export", "mine/linear-n8.recipe", "--format", "basis", "--out", "x.basis"];
+    let again = [
+        "export",
+        "mine/linear-n8.recipe",
+        "--format",
+        "basis",
+        "--out",
+        "x.basis",
+    ];
     let told = fail(directory, &again);
     assert!(told.contains("is a compact basis already"), "{told}");
     let told = fail(directory, &["recipes", "get", "neural-n3"]);
-    assert!(told.contains("there is no recipe `neural-n3`: `trainer recipes list`"), "{told}");
+    assert!(
+        told.contains("there is no recipe `neural-n3`: `trainer recipes list`"),
+        "{told}"
+    );
 
     fs::write(directory.join("mine/phong-n1.recipe"), neural.bytes).expect("a file");
     let told = fail(directory, &["recipes", "get", "phong-n1", "--out", "mine"]);
-    assert!(told.contains("a recipe that would be lost: give --force"), "{told}");
+    assert!(
+        told.contains("a recipe that would be lost: give --force"),
+        "{told}"
+    );
 }
 
 /// By the options that the folder of recipes names; other instructions leave other bits.
@@ -53,12 +73,37 @@ fn recipes_that_come_along_are_listed_written_and_used() {
 fn a_recipe_that_comes_along_is_made_again_bit_for_bit() {
     let scratch = tempfile::tempdir().expect("a temporary directory");
     let directory = scratch.path();
-    let train = ["train", "--model", "phong", "--samples", "1", "--effort", "quick"];
-    let data = ["--data", "procedural:400", "--noise", "0.02", "--min-separation", "10"];
-    let limits = ["--max-theta-i", "80", "--max-theta-o", "80", "--out", "made.recipe"];
+    let train = [
+        "train",
+        "--model",
+        "phong",
+        "--samples",
+        "1",
+        "--effort",
+        "quick",
+    ];
+    let data = [
+        "--data",
+        "procedural:400",
+        "--noise",
+        "0.02",
+        "--min-separation",
+        "10",
+    ];
+    let limits = [
+        "--max-theta-i",
+        "80",
+        "--max-theta-o",
+        "80",
+        "--out",
+        "made.recipe",
+    ];
     succeed(directory, &[&train[..], &data, &limits].concat());
     let export = ["export", "made.recipe", "--format", "postcard", "--strip"];
-    succeed(directory, &[&export[..], &["--out", "stripped.recipe"]].concat());
+    succeed(
+        directory,
+        &[&export[..], &["--out", "stripped.recipe"]].concat(),
+    );
     let made = fs::read(directory.join("stripped.recipe")).expect("it was written");
     let shipped = shipped::find("phong-n1").expect("it comes along");
     match InstructionSet::of_this_machine() {

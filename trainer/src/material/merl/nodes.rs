@@ -94,7 +94,11 @@ impl MerlTable {
             }
         }
         let bytes = bytes.make_read_only()?;
-        let table = Self { name, bytes };
+        let table = Self {
+            name,
+            bytes,
+            one_of_many: None,
+        };
         table.check_values().map_err(TabulateError::Nothing)?;
         Ok(table)
     }
