@@ -123,10 +123,10 @@ fn assert_close(found: &[f32], expected: &[f32], what: &str) {
 
 #[test]
 fn fits_and_pictures_are_those_of_core_on_the_host() {
-    const WORDS: usize = linear_words(16, 60);
+    const WORDS: usize = linear_words(32, 60);
     let material = &Procedural::set(4, 77)[3];
     let recipes = recipes();
-    assert_eq!(recipes.len(), 10);
+    assert_eq!(recipes.len(), 32);
     for (wasm, path) in modules()
         .iter()
         .flat_map(|wasm| recipes.iter().map(move |path| (wasm, path)))
@@ -142,7 +142,7 @@ fn fits_and_pictures_are_those_of_core_on_the_host() {
             (readings[1], readings[4]) = (None, None);
         }
 
-        let mut memory = Box::new(Memory::<AnyModel<WORDS>, 16>::new());
+        let mut memory = Box::new(Memory::<AnyModel<WORDS>, 32>::new());
         let mut scan = Scan::new(recipe, &mut memory).expect("there is room");
         for (index, reading) in (0..).zip(&readings) {
             if let Some(brdf) = reading {
