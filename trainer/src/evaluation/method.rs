@@ -200,11 +200,13 @@ impl<'a> Method<'a> {
     /// # Errors
     /// [`JudgeError::Compact`]
     pub fn by_compact(self, compact: linear::Basis<'a>) -> Result<Self, JudgeError> {
-        let (Fitting::Scan(_, Some(whole)) | Fitting::RidgeAnywhere(_, whole)) = &self.fitting
-        else {
-            return Err(JudgeError::Compact);
+        let of = match &self.fitting {
+            // What lies beside the recipe may be a compact one, tabulated again.
+            Fitting::Scan(recipe, Some(_)) => recipe.learner().basis_checksum(),
+            Fitting::RidgeAnywhere(_, whole) => Some(Basis::checksum(&whole.to_bytes())),
+            _ => None,
         };
-        if Basis::checksum(&whole.to_bytes()) != compact.of() {
+        if of != Some(compact.of()) {
             return Err(JudgeError::Compact);
         }
         Ok(Self {

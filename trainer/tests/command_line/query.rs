@@ -136,9 +136,12 @@ fn mistakes_name_the_file_the_line_and_the_column() {
         (
             "theta_h,theta_d\n1,2\n",
             "its first line should name columns theta_h, theta_d, phi_d, or theta_i, phi_i, \
-             theta_o, phi_o (angles in degrees), but names theta_h, theta_d",
+             theta_o, phi_o (angles in degrees), but names theta_h, theta_d; correct it",
         ),
-        ("", "its first line is empty, and should name the columns"),
+        (
+            "",
+            "its first line is empty, and should name the columns; name them, with commas between them",
+        ),
         (
             "theta_h,theta_d,phi_d,theta_i,phi_i,theta_o,phi_o\n",
             "it has columns theta_h, theta_d, phi_d as well as theta_i, phi_i, theta_o, phi_o; \
