@@ -13,7 +13,7 @@ use crate::render::{Picture, PictureError};
 /// The file of a part of a page, in its folder.
 const PART: &str = "part.html";
 /// The look: readable on a phone and in the dark; blue against orange for the colour-blind.
-pub(super) const STYLE: &str = include_str!("page.css");
+const STYLE: &str = include_str!("page.css");
 /// Clicking a picture shows its row large. Without scripts the link leads to the picture.
 const SCRIPT: &str = include_str!("page.js");
 
@@ -50,6 +50,25 @@ pub struct Page {
     body: String,
     names: Names,
     pictures: Vec<(String, Picture)>,
+}
+
+/// A whole document of HTML, in the house's style and, after it, in one of its own.
+pub(super) fn document(title: &str, style: &str, body: &Markup) -> String {
+    let page = html! {
+        (DOCTYPE)
+        html lang="en" {
+            head {
+                meta charset="utf-8";
+                meta name="viewport" content="width=device-width, initial-scale=1";
+                meta name="color-scheme" content="light dark";
+                link rel="icon" href="data:,";
+                title { (title) }
+                style { (PreEscaped(STYLE)) (PreEscaped(style)) }
+            }
+            body { (body) }
+        }
+    };
+    page.into_string()
 }
 
 impl Page {
@@ -180,24 +199,11 @@ impl Page {
 
     /// The page as HTML.
     fn to_html(&self) -> String {
-        let page = html! {
-            (DOCTYPE)
-            html lang="en" {
-                head {
-                    meta charset="utf-8";
-                    meta name="viewport" content="width=device-width, initial-scale=1";
-                    meta name="color-scheme" content="light dark";
-                    link rel="icon" href="data:,";
-                    title { (self.title) }
-                    style { (PreEscaped(STYLE)) }
-                }
-                body {
-                    main { h1 { (self.title) } "\n" (PreEscaped(&self.body)) }
-                    script { (PreEscaped(SCRIPT)) }
-                }
-            }
+        let body = html! {
+            main { h1 { (self.title) } "\n" (PreEscaped(&self.body)) }
+            script { (PreEscaped(SCRIPT)) }
         };
-        page.into_string()
+        document(&self.title, "", &body)
     }
 
     fn push(mut self, html: &Markup) -> Self {

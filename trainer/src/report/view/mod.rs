@@ -5,9 +5,9 @@
 
 mod data;
 
-use maud::{DOCTYPE, PreEscaped, html};
+use maud::{PreEscaped, html};
 
-use super::page::STYLE;
+use super::page::document;
 
 pub use data::{Reference, Shown};
 
@@ -39,24 +39,11 @@ impl View {
     /// The page.
     #[must_use]
     pub fn to_html(&self) -> String {
-        let page = html! {
-            (DOCTYPE)
-            html lang="en" {
-                head {
-                    meta charset="utf-8";
-                    meta name="viewport" content="width=device-width, initial-scale=1";
-                    meta name="color-scheme" content="light dark";
-                    link rel="icon" href="data:,";
-                    title { (self.title) }
-                    style { (PreEscaped(STYLE)) (PreEscaped(VIEW_STYLE)) }
-                }
-                body {
-                    main.view { (PreEscaped(include_str!("view.html"))) }
-                    script type="application/json" id="data" { (PreEscaped(self.to_json())) }
-                    script { @for script in SCRIPTS { (PreEscaped(script)) } }
-                }
-            }
+        let body = html! {
+            main.view { (PreEscaped(include_str!("view.html"))) }
+            script type="application/json" id="data" { (PreEscaped(self.to_json())) }
+            script { @for script in SCRIPTS { (PreEscaped(script)) } }
         };
-        page.into_string()
+        document(&self.title, VIEW_STYLE, &body)
     }
 }
