@@ -6,7 +6,6 @@
 use std::env;
 use std::error::Error;
 
-use glimpse_core::model::linear;
 use glimpse_trainer::basis::Basis;
 use glimpse_trainer::evaluation::{Method, loss_between};
 use glimpse_trainer::material::{Material, Source};
@@ -24,7 +23,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let sets = [UNSEEN, merl, rgl].map(|source| Source(source.to_owned()).load());
     let [procedural, merl, rgl] = sets;
     let sets = [procedural?, merl?, rgl?];
-    let basis = Basis::of_compact(&linear::Basis::parse(shipped::BASIS)?);
+    let basis = Basis::of_compact(shipped::BASIS)?;
     println!("recipe,procedural,merl,rgl");
     for shipped in shipped::ALL {
         print!("{}", shipped.name);

@@ -82,7 +82,7 @@ impl ScanReport {
     /// What the device has found, as a BRDF. Of Linear the basis of its recipe makes one: None
     /// without it.
     #[must_use]
-    pub fn fitted(&self, basis: Option<&Basis>) -> Option<Fitted<'static>> {
+    pub fn fitted(&self, basis: Option<&Basis>) -> Option<Fitted> {
         Fitted::of_values(self.model, &self.values, basis)
     }
 

@@ -29,7 +29,7 @@ type Parts<'py> = (Bound<'py, PyBytes>, Option<Bound<'py, PyBytes>>);
 #[pyclass(frozen, name = "Recipe", module = "glimpse_brdf")]
 pub(crate) struct PyRecipe {
     pub(crate) file: RecipeFile,
-    /// The whole basis, of the model Linear.
+    /// The basis, of the model Linear.
     pub(crate) basis: Option<Arc<Basis>>,
 }
 
@@ -53,13 +53,15 @@ impl PyRecipe {
                      or use Recipe.load",
                 );
             }
-            (Some(checksum), Some(bytes)) if Basis::checksum(bytes) == checksum => {
-                let basis = Basis::from_bytes(bytes);
-                let basis =
-                    basis.map_err(|what| GlimpseError::new_err(format!("the basis: {what}")))?;
+            (Some(checksum), Some(bytes)) => {
+                let basis = Basis::of_recipe(bytes, checksum);
+                let basis = basis.map_err(|what| {
+                    GlimpseError::new_err(format!(
+                        "the basis is not the one of this recipe: {what}"
+                    ))
+                })?;
                 Some(Arc::new(basis))
             }
-            (Some(_), Some(_)) => return refused("the basis is not the one of this recipe"),
         };
         Ok(Self { file, basis })
     }

@@ -51,6 +51,20 @@ def test_a_recipe_stays_the_same_wherever_it_goes(recipe_path, tmp_path):
     recipe.save(tmp_path / "other.recipe", overwrite=True)
 
 
+def test_a_compact_basis_stands_in_for_the_whole_one(tmp_path):
+    shipped = RECIPES / "linear-n8.recipe"
+    basis = (RECIPES / "linear.basis24").read_bytes()
+    recipe = glimpse.Recipe(shipped.read_bytes(), basis)
+    recipe.save(tmp_path / "compact.recipe")
+    assert (tmp_path / "compact.basis").read_bytes() == basis
+    fitted = recipe.fit(glimpse.load_material("procedural:1:77")(recipe.directions))
+    again = glimpse.Recipe.load(tmp_path / "compact.recipe")
+    np.testing.assert_array_equal(again.fit(glimpse.load_material("procedural:1:77")(again.directions)).parameters, fitted.parameters)
+    fitted.save(tmp_path / "fitted.json")
+    directions = glimpse.directions_from_degrees([30.0], [0.0], [40.0], [180.0])
+    np.testing.assert_array_equal(glimpse.load_material(tmp_path / "fitted.json")(directions), fitted(directions))
+
+
 def test_bytes_that_are_no_recipe(trainer, tmp_path, trained):
     damaged = tmp_path / "damaged.recipe"
     damaged.write_bytes(NEURAL.read_bytes()[:-1])

@@ -10,6 +10,7 @@ use glimpse_core::model::linear::{Basis as CompactBasis, EPSILON, unmap};
 use rayon::prelude::*;
 
 use super::Grid;
+use super::nodes::Nodes;
 use super::values::{ByAngles, Coefficients, median_of, widened};
 use crate::foreign::read_at_most;
 
@@ -51,11 +52,22 @@ pub enum BasisError {
     },
 }
 
-/// The table of a basis, node by node: mean, ln(median w + e), and m components.
+/// The table of a basis, node by node: mean, ln(median w + e), and m components. The nodes are those of a
+/// [`Grid`], or, of a compact basis, core's.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Basis {
     table: Vec<f32>,
     components: usize,
+    compact: Option<Compact>,
+}
+
+/// What is a compact basis's own.
+#[derive(Clone, Debug, PartialEq)]
+struct Compact {
+    nodes: Nodes,
+    /// The checksum of the whole basis that it was made of.
+    of: u32,
+    file: Vec<u8>,
 }
 
 /// A basis at some directions, and its derivatives by the three angles.
@@ -82,12 +94,16 @@ impl Tabulated {
 impl Basis {
     /// Of a table, node by node: mean, ln(median w + e), and m components.
     pub(crate) fn of_table(table: Vec<f32>, components: usize) -> Self {
-        Self { table, components }
+        Self {
+            table,
+            components,
+            compact: None,
+        }
     }
 
-    /// The same components, each times a number.
+    /// The same components of a whole basis, each times a number.
     #[must_use]
-    pub fn scaled(mut self, scale: f32) -> Self {
+    pub(crate) fn scaled(mut self, scale: f32) -> Self {
         for row in self.table.chunks_exact_mut(HEAD + self.components) {
             for entry in &mut row[HEAD..] {
                 *entry *= scale;
@@ -102,6 +118,13 @@ impl Basis {
         self.components
     }
 
+    fn nodes(&self) -> Nodes {
+        match &self.compact {
+            None => Nodes::Whole,
+            Some(compact) => compact.nodes,
+        }
+    }
+
     fn row(&self, node: usize) -> &[f32] {
         let length = HEAD + self.components;
         &self.table[node * length..][..length]
@@ -112,7 +135,7 @@ impl Basis {
     #[must_use]
     pub fn look_up(&self, angles: Angles<f64>) -> Tabulated {
         let mut sums = vec![[0.0_f64; 4]; HEAD + self.components];
-        for corner in Grid::corners(angles) {
+        for corner in self.nodes().with_derivatives(angles) {
             let [h, d, p] = corner.derivatives;
             let shares = [corner.weight, h, d, p];
             for (sum, value) in sums.iter_mut().zip(self.row(corner.node)) {
@@ -132,10 +155,9 @@ impl Basis {
     /// The whole BRDF of a material's coefficients, ready to be looked up.
     #[must_use]
     pub fn reconstruct(&self, coefficients: &Coefficients) -> Reconstruction {
-        let table = (0..Grid::LEN)
-            .into_par_iter()
-            .map(|node| {
-                let row = self.row(node);
+        let rows = || self.table.par_chunks_exact(HEAD + self.components);
+        let table = rows()
+            .map(|row| {
                 let (head, components) = row.split_at(HEAD);
                 coefficients.each_ref().map(|channel| {
                     let products = components.iter().zip(channel);
@@ -144,14 +166,20 @@ impl Basis {
                 })
             })
             .collect();
-        let log_medians = (0..Grid::LEN).map(|node| self.row(node)[1]).collect();
-        Reconstruction { table, log_medians }
+        Reconstruction {
+            nodes: self.nodes(),
+            table,
+            log_medians: rows().map(|row| row[1]).collect(),
+        }
     }
 
-    /// The bytes of a file: little-endian words of 32 bits (magic, version, nodes along theta_h,
+    /// The bytes of its file. Of a whole basis: little-endian words of 32 bits (magic, version, nodes along theta_h,
     /// theta_d and phi_d, components), then the table in f32.
     #[must_use]
     pub fn to_bytes(&self) -> Vec<u8> {
+        if let Some(compact) = &self.compact {
+            return compact.file.clone();
+        }
         let [h, d, p] = Grid::SHAPE;
         let magic = u32::from_le_bytes(MAGIC);
         let header: [u32; HEADER] = [magic, VERSION, h, d, p, self.components as u32];
@@ -167,6 +195,15 @@ impl Basis {
         crc::Crc::<u32, crc::Table<16>>::new(&crc::CRC_32_ISO_HDLC)
             .checksum(bytes)
             .max(1)
+    }
+
+    /// What recipes name it by: the checksum of its file, or, of a compact one, of what it was made of.
+    #[must_use]
+    pub fn name(&self) -> u32 {
+        match &self.compact {
+            None => Self::checksum(&self.to_bytes()),
+            Some(compact) => compact.of,
+        }
     }
 
     /// Where the basis of a recipe is.
@@ -193,49 +230,55 @@ impl Basis {
             path: path.into(),
             source,
         })?;
+        Self::of_recipe(&bytes, checksum).map_err(damaged)
+    }
+
+    /// The basis that a recipe names, of a file's bytes, which are those of the whole one or of a compact one
+    /// that was made of it; or what is wrong with them.
+    ///
+    /// # Errors
+    /// If it is another one than `checksum` names, made of another one, or none.
+    pub fn of_recipe(bytes: &[u8], checksum: u32) -> Result<Self, &'static str> {
         if bytes.starts_with(&COMPACT_MAGIC) {
-            let compact = CompactBasis::parse(&bytes)
-                .map_err(|_| damaged("a compact basis that was cut or altered"))?;
-            return match compact.of() == checksum {
-                true => Ok(Self::of_compact(&compact)),
-                false => Err(damaged("it was made of another basis")),
+            let compact = Self::of_compact(bytes)?;
+            return match compact.name() == checksum {
+                true => Ok(compact),
+                false => Err("it was made of another basis"),
             };
         }
-        if Self::checksum(&bytes) != checksum {
-            return Err(damaged("its checksum is another"));
+        match Self::checksum(bytes) == checksum {
+            true => Self::from_bytes(bytes),
+            false => Err("its checksum is another"),
         }
-        Self::from_bytes(&bytes).map_err(damaged)
     }
 
-    /// A compact basis, tabulated again: what lies below the horizon is as at the horizon.
-    #[must_use]
-    pub fn of_compact(compact: &CompactBasis<'_>) -> Self {
-        let components = compact.components();
-        let row = |node| {
-            let Angles {
-                theta_h,
-                theta_d,
-                phi_d,
-            } = Grid::angles(node);
-            let at = HalfDifference::from_angles(Angles {
-                theta_h: theta_h as f32,
-                theta_d: theta_d as f32,
-                phi_d: phi_d as f32,
-            });
-            let mut row = Vec::with_capacity(HEAD + components);
-            if let Some((mean, components)) = compact.look_up(&at) {
-                // Its mean is that of the mapping with a median of 0.
-                row.extend([mean, EPSILON.ln() as f32]);
-                row.extend(components);
-            }
-            row.resize(HEAD + components, 0.0);
-            row
-        };
-        let rows: Vec<Vec<f32>> = (0..Grid::LEN).into_par_iter().map(row).collect();
-        Self::of_table(rows.concat(), components)
+    /// A compact basis of a file's bytes, which is looked up as a device does; or what is wrong with them.
+    ///
+    /// # Errors
+    /// If they are not those of a compact basis.
+    pub fn of_compact(bytes: &[u8]) -> Result<Self, &'static str> {
+        let altered = "a compact basis that was cut or altered";
+        let compact = CompactBasis::parse(bytes).map_err(|_| altered)?;
+        let nodes = compact.nodes();
+        let mut table = Vec::new();
+        for node in 0..nodes.count().ok_or(altered)? {
+            let (mean, components) = compact.at_node(node).ok_or(altered)?;
+            // Its mean is that of the mapping with a median of 0.
+            table.extend([mean, EPSILON.ln() as f32]);
+            table.extend(components);
+        }
+        Ok(Self {
+            table,
+            components: compact.components(),
+            compact: Some(Compact {
+                nodes: Nodes::Compact(nodes),
+                of: compact.of(),
+                file: bytes.to_vec(),
+            }),
+        })
     }
 
-    /// The basis of a file's bytes; or what is wrong with them.
+    /// The whole basis of a file's bytes; or what is wrong with them.
     ///
     /// # Errors
     /// If they are not those of a basis.
@@ -264,7 +307,7 @@ impl Basis {
         }
         let table: Vec<f32> = words.map(f32::from_bits).collect();
         match table.iter().all(|number| number.is_finite()) {
-            true => Ok(Self { table, components }),
+            true => Ok(Self::of_table(table, components)),
             false => Err("a number of its table is not finite"),
         }
     }
@@ -273,6 +316,7 @@ impl Basis {
 /// A BRDF that a ridge solve found: its mapped values at the nodes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Reconstruction {
+    nodes: Nodes,
     table: Vec<[f32; 3]>,
     log_medians: Vec<f32>,
 }
@@ -284,7 +328,7 @@ impl Reconstruction {
     pub fn brdf(&self, angles: &Angles<f32>, weight: f64) -> [f32; 3] {
         let mut mapped = [0.0; 3];
         let mut log_median = 0.0;
-        for corner in Grid::corners(widened(angles)) {
+        for corner in self.nodes.corners(widened(angles)) {
             log_median += corner.weight * f64::from(self.log_medians[corner.node]);
             for (sum, value) in mapped.iter_mut().zip(self.table[corner.node]) {
                 *sum += corner.weight * f64::from(value);
@@ -300,7 +344,7 @@ impl Reconstruction {
         let angles = widened(angles);
         let mut mapped = [ByAngles::from_value(0.0); 3];
         let mut log_median = ByAngles::from_value(0.0);
-        for corner in Grid::corners(angles) {
+        for corner in self.nodes.with_derivatives(angles) {
             let share = ByAngles {
                 value: corner.weight,
                 tangent: corner.derivatives,

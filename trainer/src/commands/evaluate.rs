@@ -3,9 +3,9 @@
 use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
 
-use anyhow::{Context, anyhow, bail};
+use anyhow::{Context, Error, anyhow, bail};
 use clap::{Args, ValueEnum};
-use glimpse_core::model::{ModelKind, linear};
+use glimpse_core::model::ModelKind;
 use glimpse_trainer::evaluation::{Judge, Method, OPTIMUM_STEPS, Readings, TrainedOn, Verdict};
 use glimpse_trainer::export::{RecipeFile, recipe_of};
 use glimpse_trainer::linear::{Basis, Columns, Prior, least_condition};
@@ -131,7 +131,10 @@ impl Evaluate {
             None => MethodName::Ours,
         };
         self.refuse_what_has_no_effect(name)?;
-        let compact = self.basis.as_deref().map(read_compact).transpose()?;
+        let compact = match &self.basis {
+            Some(path) => Some(Basis::of_compact(&read_compact(path)?).map_err(Error::msg)?),
+            None => None,
+        };
         let mut recipes = Vec::new();
         for path in &self.recipe {
             recipes.push((Some(path.display().to_string()), read_recipe(path)?));
@@ -163,7 +166,7 @@ impl Evaluate {
                 false => method.with_readings(readings)?,
             };
             let method = match &compact {
-                Some(bytes) => method.by_compact(linear::Basis::parse(bytes)?)?,
+                Some(compact) => method.by_compact(compact)?,
                 None => method,
             };
             all.push(Judged {

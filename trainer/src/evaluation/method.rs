@@ -2,7 +2,6 @@
 
 use glimpse_core::fit::Fitter;
 use glimpse_core::geometry::{Angles, HalfDifference};
-use glimpse_core::model::linear;
 use glimpse_core::model::{Model, ModelKind, ParameterSet, Sample};
 use glimpse_core::recipe::{Descent, Learner, Recipe};
 
@@ -19,7 +18,7 @@ use glimpse_kernels::with_model;
 
 /// What a fit has found.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Fitted<'a> {
+pub enum Fitted {
     /// A model's parameters, flat in its order.
     Parameters {
         /// The model.
@@ -29,11 +28,9 @@ pub enum Fitted<'a> {
     },
     /// A BRDF of the model Linear.
     Linear(Reconstruction),
-    /// The same, as a device evaluates it: a compact basis, and the coefficients of each channel.
-    Compact(linear::Basis<'a>, [Vec<f32>; 3]),
 }
 
-impl Fitted<'static> {
+impl Fitted {
     /// What a device or a scan has found: a model's parameters in its order, or Linear's
     /// coefficients, m for red, m for green, m for blue, which the basis makes a BRDF of. None if
     /// there are not as many values as the model has, or no basis for Linear.
@@ -49,16 +46,10 @@ impl Fitted<'static> {
     }
 }
 
-impl Brdf for Fitted<'_> {
+impl Brdf for Fitted {
     fn evaluate(&self, at: &[HalfDifference<f32>], brdf: &mut [[f32; 3]]) {
         match self {
             Self::Linear(reconstruction) => reconstruction.evaluate(at, brdf),
-            Self::Compact(basis, coefficients) => {
-                let coefficients = coefficients.each_ref().map(Vec::as_slice);
-                for (at, brdf) in at.iter().zip(brdf) {
-                    *brdf = basis.brdf(coefficients, at).unwrap_or_default();
-                }
-            }
             Self::Parameters {
                 model,
                 parameters: list,
@@ -107,7 +98,7 @@ pub struct Method<'a> {
     /// Steps of Adam on fresh samples after the fit.
     steps_after: usize,
     /// What coefficients of the model Linear become a BRDF by, if it is not the whole basis.
-    compact: Option<linear::Basis<'a>>,
+    compact: Option<&'a Basis>,
     /// What becomes of a recipe's readings.
     readings: Readings,
 }
@@ -195,18 +186,18 @@ impl<'a> Method<'a> {
         }
     }
 
-    /// The same, but coefficients become a BRDF as on a device: by a compact basis.
+    /// The same, but coefficients become a BRDF by another basis that the recipe names: a compact one, as on a
+    /// device.
     ///
     /// # Errors
     /// [`JudgeError::Compact`]
-    pub fn by_compact(self, compact: linear::Basis<'a>) -> Result<Self, JudgeError> {
+    pub fn by_compact(self, compact: &'a Basis) -> Result<Self, JudgeError> {
         let of = match &self.fitting {
-            // What lies beside the recipe may be a compact one, tabulated again.
-            Fitting::Scan(recipe, Some(_)) => recipe.learner().basis_checksum(),
-            Fitting::RidgeAnywhere(_, whole) => Some(Basis::checksum(&whole.to_bytes())),
+            Fitting::Scan(_, basis) => basis.map(Basis::name),
+            Fitting::RidgeAnywhere(_, basis) => Some(basis.name()),
             _ => None,
         };
-        if of != Some(compact.of()) {
+        if of != Some(compact.name()) {
             return Err(JudgeError::Compact);
         }
         Ok(Self {
@@ -230,12 +221,8 @@ impl<'a> Method<'a> {
         Ok(Self { readings, ..self })
     }
 
-    fn reconstruct(&self, basis: &Basis, coefficients: &Coefficients) -> Fitted<'a> {
-        let Some(compact) = self.compact else {
-            return Fitted::Linear(basis.reconstruct(coefficients));
-        };
-        let narrow = |channel: &Vec<f64>| channel.iter().map(|value| *value as f32).collect();
-        Fitted::Compact(compact, coefficients.each_ref().map(narrow))
+    fn reconstruct(&self, basis: &Basis, coefficients: &Coefficients) -> Fitted {
+        Fitted::Linear(self.compact.unwrap_or(basis).reconstruct(coefficients))
     }
 
     /// Adam from a random start on random samples.
@@ -340,7 +327,7 @@ impl<'a> Method<'a> {
     ///
     /// # Errors
     /// [`JudgeError::Ridge`]
-    pub fn fit(&self, material: &dyn Material, seed: u64) -> Result<Fitted<'a>, JudgeError> {
+    pub fn fit(&self, material: &dyn Material, seed: u64) -> Result<Fitted, JudgeError> {
         Ok(self.fit_and_predict(material, seed)?.0)
     }
 
@@ -352,7 +339,7 @@ impl<'a> Method<'a> {
         &self,
         material: &dyn Material,
         seed: u64,
-    ) -> Result<(Fitted<'a>, Option<f32>), JudgeError> {
+    ) -> Result<(Fitted, Option<f32>), JudgeError> {
         let mut predicted = None;
         let fitted = self.fit_telling(material, seed, &mut predicted)?;
         Ok((fitted, predicted))
@@ -363,7 +350,7 @@ impl<'a> Method<'a> {
         material: &dyn Material,
         seed: u64,
         predicted: &mut Option<f32>,
-    ) -> Result<Fitted<'a>, JudgeError> {
+    ) -> Result<Fitted, JudgeError> {
         let drawn;
         let angles = match &self.places {
             Places::Pattern(pattern) => pattern,

@@ -191,7 +191,7 @@ impl<'a> Judge<'a> {
 
     /// Renders a fit.
     #[must_use]
-    pub fn render(&self, fitted: &Fitted<'_>) -> Picture {
+    pub fn render(&self, fitted: &Fitted) -> Picture {
         render_sphere(fitted, &self.environment, SPHERE).tone_map()
     }
 
@@ -202,7 +202,7 @@ impl<'a> Judge<'a> {
     pub fn score(
         &self,
         material: usize,
-        fitted: &Fitted<'_>,
+        fitted: &Fitted,
     ) -> Result<(Scores, Picture), CompareError> {
         let reference = &self.references[material];
         let loss = mean_log_error(fitted, &self.at, &reference.values);

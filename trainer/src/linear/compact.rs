@@ -44,7 +44,7 @@ impl Basis {
     pub fn compact(&self, components: usize, nodes: Nodes) -> Vec<u8> {
         let components = components.clamp(1, self.components());
         let columns = self.columns_at_nodes(components, nodes);
-        pack(Self::checksum(&self.to_bytes()), nodes, &columns)
+        pack(self.name(), nodes, &columns)
     }
 
     /// The mean of ln(1 + f w / e), then components, each at all nodes.

@@ -67,6 +67,63 @@ fn a_compact_basis_says_what_the_whole_one_says() {
     }
 }
 
+/// The host looks a compact basis up as a device does, and its slopes add up to what changes on the way.
+#[test]
+fn a_compact_basis_is_looked_up_as_on_a_device() {
+    let device = linear::Basis::parse(&COMPACT).expect("it is a basis");
+    let basis = Basis::of_compact(&COMPACT).expect("it is a basis");
+    assert_eq!(basis.to_bytes(), *COMPACT);
+    assert_eq!(basis.name(), WHOLE.name());
+    let values = coefficients(2);
+    let mut channels = values.chunks(COMPONENTS);
+    let channels = [(); 3].map(|()| channels.next().expect("three channels"));
+    let host = basis.reconstruct_values(&values).expect("3 m values");
+    for angles in uniform_valid(2000, 8) {
+        let at = HalfDifference::from_angles(angles);
+        let weight = f64::from(at.cos_theta_i()) * f64::from(at.cos_theta_o());
+        let expected = device.brdf(channels, &at).expect("a BRDF");
+        let found = host.brdf(&angles, weight);
+        for (found, expected) in found.into_iter().zip(expected) {
+            // Relative to what the logarithm sees.
+            let error = (found - expected).abs() / (expected + (EPSILON / weight) as f32);
+            assert!(error < 1e-4, "{found}, {expected} at {angles:?}");
+        }
+    }
+
+    let [from, to] = [[0.1, 0.2, 0.4], [0.5, 0.6, 1.9]];
+    let place = |share: f32| {
+        let [theta_h, theta_d, phi_d] =
+            std::array::from_fn(|axis| from[axis] + share * (to[axis] - from[axis]));
+        Angles {
+            theta_h,
+            theta_d,
+            phi_d,
+        }
+    };
+    const STEPS: u32 = 2_000;
+    let mut sum = [0.0; 3];
+    for step in 0..STEPS {
+        let middle = place((step as f32 + 0.5) / STEPS as f32);
+        let found = host.brdf_with_derivative(&middle);
+        for (sum, found) in sum.iter_mut().zip(found) {
+            for (axis, slope) in found.tangent.into_iter().enumerate() {
+                *sum += slope * f64::from(to[axis] - from[axis]) / f64::from(STEPS);
+            }
+        }
+    }
+    let brdf = |share| {
+        host.brdf_with_derivative(&place(share))
+            .map(|found| found.value)
+    };
+    for ((before, after), sum) in brdf(0.0).into_iter().zip(brdf(1.0)).zip(sum) {
+        let change = after - before;
+        assert!(
+            (sum - change).abs() < 0.01 * change.abs(),
+            "{sum}, {change}"
+        );
+    }
+}
+
 #[test]
 fn left_out_components_are_missed() {
     let fewer = WHOLE.compact(2, COMPACT_NODES);

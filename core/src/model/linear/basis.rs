@@ -212,6 +212,16 @@ impl<'a> Basis<'a> {
         Some((mean, components))
     }
 
+    /// The same at one of its [`Nodes`]; None if there are not as many.
+    #[must_use]
+    pub fn at_node(&self, node: usize) -> Option<(f32, impl Iterator<Item = f32>)> {
+        let (mean, share, row) = self.node(node)?;
+        let entries = row.iter().zip(self.scales.iter());
+        let components =
+            entries.map(move |(entry, scale)| share * f32::from(entry.cast_signed()) * scale);
+        Some((mean, components))
+    }
+
     /// A node's mean, its row's scale, and its row.
     fn node(&self, index: usize) -> Option<(f32, f32, &'a [u8])> {
         let length = self.components().saturating_add(NODE_HEAD_BYTES);
