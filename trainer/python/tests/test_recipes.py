@@ -53,7 +53,7 @@ def test_a_recipe_stays_the_same_wherever_it_goes(recipe_path, tmp_path):
 
 def test_a_compact_basis_stands_in_for_the_whole_one(tmp_path):
     basis = (SHIPPED / "linear.basis24").read_bytes()
-    recipe = glimpse.Recipe((SHIPPED / "linear-n8.recipe").read_bytes(), basis)
+    recipe = glimpse.Recipe((SHIPPED / "completed/linear-n8.recipe").read_bytes(), basis)
     recipe.save(tmp_path / "compact.recipe")
     assert (tmp_path / "compact.basis").read_bytes() == basis
     fitted = recipe.fit(glimpse.load_material("procedural:1:77")(recipe.directions))
