@@ -197,6 +197,12 @@ impl Basis {
             .max(1)
     }
 
+    /// True of a compact one.
+    #[must_use]
+    pub fn is_compact(&self) -> bool {
+        self.compact.is_some()
+    }
+
     /// What recipes name it by: the checksum of its file, or, of a compact one, of what it was made of.
     #[must_use]
     pub fn name(&self) -> u32 {

@@ -1,12 +1,9 @@
 //! `trainer export --format basis`, and what reads such a file again.
 
-use std::fs::File;
-use std::io::Read;
 use std::path::Path;
 
 use anyhow::{Context, bail};
 use glimpse_core::model::linear;
-use glimpse_core::model::linear::format::MAGIC;
 use glimpse_trainer::linear::{Basis, COMPACT_COMPONENTS, COMPACT_NODES};
 
 use super::read_recipe;
@@ -14,13 +11,6 @@ use super::read_recipe;
 /// The compact basis of a recipe of the model Linear, made of the whole basis beside it.
 pub(crate) fn compact_basis(recipe: &Path, components: Option<usize>) -> anyhow::Result<Vec<u8>> {
     let (_, basis) = read_recipe(recipe)?;
-    let beside = Basis::beside(recipe);
-    if is_compact(&beside) {
-        bail!(
-            "{} is a compact basis already: copy it, or train the recipe again for the whole one",
-            beside.display()
-        );
-    }
     let Some(basis) = basis else {
         bail!(
             "{} has no basis: --format basis is for recipes of the model linear that were trained \
@@ -28,6 +18,12 @@ pub(crate) fn compact_basis(recipe: &Path, components: Option<usize>) -> anyhow:
             recipe.display()
         );
     };
+    if basis.is_compact() {
+        bail!(
+            "{} is a compact basis already: copy it, or train the recipe again for the whole one",
+            Basis::beside(recipe).display()
+        );
+    }
     let all = basis.components();
     let components = match components {
         Some(count) if !(1..=all).contains(&count) => {
@@ -44,12 +40,6 @@ pub(crate) fn compact_basis(recipe: &Path, components: Option<usize>) -> anyhow:
         bytes.len()
     );
     Ok(bytes)
-}
-
-fn is_compact(path: &Path) -> bool {
-    let mut magic = [0; MAGIC.len()];
-    let read = File::open(path).and_then(|mut file| file.read_exact(&mut magic));
-    read.is_ok() && magic == MAGIC
 }
 
 /// The bytes of a compact basis's file, checked.

@@ -41,6 +41,19 @@ fn recipes_that_come_along_are_listed_written_and_used() {
     let (host, device) = (loss(&judged), loss(&on_device));
     assert!(host < 0.02 && host == device, "{host} {device}");
 
+    let view = [
+        "render",
+        "view",
+        "mine/linear-n8.recipe",
+        "--out",
+        "view.html",
+    ];
+    succeed(
+        directory,
+        &[&view[..], &["--material", "procedural:1:77"]].concat(),
+    );
+    assert!(directory.join("view.html").is_file());
+
     let again = [
         "export",
         "mine/linear-n8.recipe",

@@ -20,7 +20,7 @@ use super::super::export_basis::{compact_basis, read_compact};
 use super::super::known::tell;
 use super::super::numbers::share;
 use super::super::output::{refuse_input, refuse_source};
-use super::super::{load, write_file};
+use super::super::{load, read_recipe, write_file};
 use super::shared::{check_out, file_type};
 
 /// How far a row may be from its sample, radians: half a degree, as for `trainer fit`.
@@ -214,8 +214,8 @@ fn tell_of(recipe: &Recipe<'_>, materials: &[Box<dyn Material>]) -> anyhow::Resu
     Ok(())
 }
 
-/// The compact basis of a recipe of the model linear: the one that is given, or made of the whole one
-/// beside the recipe.
+/// The compact basis of a recipe of the model linear: the one that is given, or the one beside the recipe, or
+/// made of the whole one there.
 fn basis(
     path: &Path,
     of: u32,
@@ -241,7 +241,10 @@ fn basis(
         path.display(),
         whole.display()
     );
-    compact_basis(path, None)
+    match read_recipe(path)? {
+        (_, Some(basis)) if basis.is_compact() => Ok(basis.to_bytes()),
+        _ => compact_basis(path, None),
+    }
 }
 
 /// Readings from a lab; those that `trainer fit` would leave out are left out here.
