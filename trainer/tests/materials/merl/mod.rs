@@ -1,15 +1,16 @@
-//! MERL tables: written, read back, looked up, and damaged in every way.
+//! MERL tables: written, read back, looked up.
+
+mod damaged;
+mod many;
 
 use std::cell::Cell;
 use std::f64::consts::{FRAC_PI_2, PI};
-use std::fs::{self, File, OpenOptions};
+use std::fs::OpenOptions;
 use std::io::{Seek, SeekFrom, Write};
 use std::path::PathBuf;
 
 use glimpse_core::geometry::{Angles, HalfDifference};
-use glimpse_trainer::material::{
-    Material, MerlTable, Source, SourceError, WHOLLY_CHECKED, write_merl,
-};
+use glimpse_trainer::material::{Material, MerlTable, write_merl};
 use proptest::prelude::*;
 use proptest::test_runner::TestRunner;
 use tempfile::TempDir;
@@ -296,31 +297,6 @@ fn nodes_that_were_not_measured_are_left_out() {
 }
 
 #[test]
-fn values_that_are_no_finite_floats_count_as_not_measured_if_they_come_after_opening() {
-    let tabulated = tabulate(&network(6));
-    let table = tabulated.read();
-    let cell = [20, 30, 40];
-    let (low, high) = (node(cell), node(cell.map(|k| k + 1)));
-    let place = std::array::from_fn(|i| low[i] + 0.4 * (high[i] - low[i]));
-    let whole = table.brdf(angles(place));
-    // One corner in red, all of them in blue.
-    let corners = (0..8).map(|bits| std::array::from_fn(|i| cell[i] + (bits >> i & 1)));
-    let damage = |value: f64| {
-        tabulated.patch(offset(cell, 0), &value.to_le_bytes());
-        for corner in corners.clone() {
-            tabulated.patch(offset(corner, 2), &value.to_le_bytes());
-        }
-        table.brdf_with_derivative(angles(place))
-    };
-    let not_measured = damage(-1.0);
-    assert_ne!(not_measured.0[0], whole[0]);
-    assert_eq!(not_measured.0[1..], [whole[1], 0.0]);
-    for value in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 3.5e38, -1e300] {
-        assert_eq!(damage(value), not_measured, "{value}");
-    }
-}
-
-#[test]
 fn look_ups_stay_at_the_upper_ends_and_wrap_around() {
     let table = tabulate(&network(4)).read();
     let at = |place| table.brdf(angles(place));
@@ -343,176 +319,10 @@ fn look_ups_stay_at_the_upper_ends_and_wrap_around() {
 }
 
 #[test]
-fn damaged_tables_are_refused_by_name() {
-    let tabulated = tabulate(&network(5));
-    let path = tabulated.path.display().to_string();
-    let whole = 34_992_012;
-    assert_eq!(
-        fs::metadata(&tabulated.path).expect("it is there").len(),
-        whole
-    );
-    tabulated.read();
-
-    for (at, number, described) in [
-        (0, f64::NAN, "value 0 is NaN"),
-        (11 * 262_144, f64::INFINITY, "value 2883584 is inf"),
-        (16 * 262_144, f64::NEG_INFINITY, "value 4194304 is -inf"),
-    ] {
-        let place = 12 + 8 * at;
-        tabulated.patch(place, &number.to_le_bytes());
-        let expected = format!("{path}: {described}, which is no BRDF; get the file again");
-        assert_eq!(tabulated.complaint(), expected);
-        tabulated.patch(place, &1.0_f64.to_le_bytes());
-    }
-    // A single one is found wherever it is, and so is what no f32 holds.
-    for at in [0, 1, 1_000_000, 3 * 1_458_000 - 1] {
-        for (number, described) in [
-            (f64::NAN, "NaN"),
-            (f64::NEG_INFINITY, "-inf"),
-            (3.5e38, "3.5e38"),
-            (-1e300, "-1e300"),
-        ] {
-            tabulated.patch(12 + 8 * at, &number.to_le_bytes());
-            let expected =
-                format!("{path}: value {at} is {described}, which is no BRDF; get the file again");
-            assert_eq!(tabulated.complaint(), expected);
-        }
-        tabulated.patch(12 + 8 * at, &0_f64.to_le_bytes());
-    }
-    tabulated.read();
-    // A colour of which nothing was measured.
-    for (plane, colour) in [(2, "blue"), (0, "red")] {
-        let place = 12 + 8 * plane * 1_458_000;
-        tabulated.patch(place, &(-1.0_f64).to_le_bytes().repeat(1_458_000));
-        let expected = format!(
-            "{path}: none of its {colour} values was measured: all are negative; get the file again"
-        );
-        assert_eq!(tabulated.complaint(), expected);
-    }
-    for plane in [0, 2] {
-        tabulated.patch(12 + 8 * plane * 1_458_000, &[0; 8 * 1_458_000]);
-    }
-    tabulated.read();
-
-    // Whatever the header says, nothing is allocated on its word.
-    for dimensions in [[90, 90, 360], [i32::MAX; 3], [-1, 90, 180], [180, 90, 90]] {
-        tabulated.patch(0, &dimensions.map(i32::to_le_bytes).concat());
-        let expected = format!(
-            "{path}: its header gives the dimensions {dimensions:?} where a MERL table has \
-             [90, 90, 180]; only isotropic materials of that size are read; take it away"
-        );
-        assert_eq!(tabulated.complaint(), expected);
-    }
-    tabulated.patch(0, &[90, 90, 180].map(i32::to_le_bytes).concat());
-    tabulated.read();
-
-    for (length, complaint) in [
-        (whole + 1, "something was appended"),
-        (2 * whole, "something was appended"),
-        (whole - 1, "it was cut short"),
-        (12, "it was cut short"),
-    ] {
-        tabulated.set_length(length);
-        let expected = format!(
-            "{path}: {complaint}: it has {length} bytes where a MERL table has {whole}; get it again"
-        );
-        assert_eq!(tabulated.complaint(), expected);
-    }
-    for length in [11, 0] {
-        tabulated.set_length(length);
-        let expected = format!(
-            "{path}: it has {length} bytes, too few even for a MERL table's header; get it again"
-        );
-        assert_eq!(tabulated.complaint(), expected);
-    }
-
-    fs::remove_file(&tabulated.path).expect("it can be removed");
-    assert!(matches!(
-        MerlTable::read(&tabulated.path),
-        Err(SourceError::Read { .. })
-    ));
-}
-
-#[test]
-fn what_cannot_be_tabulated_leaves_the_old_file_alone() {
-    let directory = tempfile::tempdir().expect("a temporary directory");
-    let path = directory.path().join("old.binary");
-    File::create(&path)
-        .and_then(|mut file| file.write_all(b"old"))
-        .expect("it is written");
-    for number in [f32::NAN, f32::INFINITY] {
-        let error = write_merl(&path, &Made(|_| [0.1, number, 0.1])).expect_err("not finite");
-        let expected = format!(
-            "cannot write {}: the BRDF is {number} at theta_h 0.00, theta_d 0.00 and phi_d 0.00 \
-             degrees, and only a finite one can be written; fit it again, or from other readings",
-            path.display()
-        );
-        assert_eq!(error.to_string(), expected);
-        assert_eq!(fs::read(&path).expect("it is still there"), b"old");
-    }
-    let nowhere = path.join("new.binary");
-    let error = write_merl(&nowhere, &Made(|_| [0.1; 3])).expect_err("a file is no directory");
-    assert!(matches!(error, SourceError::Write { .. }), "{error}");
-    let names = fs::read_dir(directory.path()).expect("it can be listed");
-    assert_eq!(names.count(), 1, "something was left behind");
-}
-
-#[test]
 fn negative_values_are_written_as_0() {
     let tabulated = tabulate(&Made(|_| [-0.5, 0.5, -0.0]));
     assert_eq!(
         tabulated.read().brdf(angles([0.3, 0.3, 0.3])),
         [0.0, 0.5, 0.0]
     );
-}
-
-/// One of many tables keeps little of its file in memory, and is looked up as any other.
-#[test]
-fn a_table_that_lets_go_of_its_pages_has_the_same_values() {
-    let tabulated = tabulate(&network(1));
-    let whole = tabulated.read();
-    let one_of_many = MerlTable::open(&tabulated.path).expect("the table is opened");
-    for angles in glimpse_trainer::sampling::uniform_valid(1_000, 7) {
-        let (found, expected) = (one_of_many.brdf(angles), whole.brdf(angles));
-        assert_eq!(found, expected);
-        let [found, expected] =
-            [&one_of_many, &whole].map(|each| each.brdf_with_derivative(angles));
-        assert_eq!(found, expected);
-    }
-    whole.release();
-    let angles = angles([0.3, 0.4, 0.5]);
-    assert_eq!(whole.brdf(angles), one_of_many.brdf(angles));
-}
-
-/// A value that is no number is an error in a small set; in a large one, where it is not looked for, it
-/// counts as not measured. A file that was cut is an error in both.
-#[test]
-fn many_tables_are_opened_and_not_read_from_end_to_end() {
-    let tabulated = tabulate(&network(2));
-    let sound = tabulated.read();
-    let (at, channel) = ([20, 30, 40], 1);
-    tabulated.patch(offset(at, channel), &f64::NAN.to_le_bytes());
-    assert!(tabulated.complaint().contains("no BRDF"));
-    let folder = tempfile::tempdir().expect("a temporary directory");
-    let source = Source(folder.path().display().to_string());
-    for number in 0..=WHOLLY_CHECKED {
-        // The last one makes them many.
-        if number == WHOLLY_CHECKED {
-            let error = source.load().err().expect("a value is no number");
-            assert!(error.to_string().contains("no BRDF"), "{error}");
-        }
-        let path = folder.path().join(format!("m{number}.binary"));
-        fs::hard_link(&tabulated.path, path).expect("it is linked");
-    }
-    let materials = source.load().expect("they are opened");
-    assert_eq!(materials.len(), WHOLLY_CHECKED + 1);
-    assert_eq!(source.count().expect("they are counted"), materials.len());
-    let near = angles(node(at));
-    let (found, expected) = (materials[0].brdf(near), sound.brdf(near));
-    assert!(found.iter().all(|value| value.is_finite()), "{found:?}");
-    assert_eq!((found[0], found[2]), (expected[0], expected[2]));
-
-    tabulated.set_length(1_000);
-    let error = source.load().err().expect("it is cut");
-    assert!(error.to_string().contains("cut short"), "{error}");
 }
