@@ -16,6 +16,8 @@ struct Steps {
     completing: usize,
     /// For a model that descends.
     starting: usize,
+    /// What its rates are multiplied by: a long training ends better by low ones.
+    slower: f64,
     /// The last two for each fold.
     fold: [usize; 2],
 }
@@ -26,7 +28,7 @@ impl Steps {
             (Effort::Brief, _) => (1, 0, 1_000, 800, [250, 200]),
             (Effort::Quick, true) => (2, 500, 4_000, 2_500, [400, 300]),
             (Effort::Quick, false) => (2, 500, 6_000, 0, [1_500, 0]),
-            (Effort::Standard, true) => (6, 1_500, 40_000, 40_000, [4_000, 3_000]),
+            (Effort::Standard, true) => (6, 1_500, 40_000, 60_000, [4_000, 3_000]),
             (Effort::Standard, false) => (16, 3_000, 80_000, 0, [10_000, 0]),
             (Effort::Long, _) => (16, 3_000, 200_000, 150_000, [20_000, 20_000]),
         };
@@ -35,6 +37,10 @@ impl Steps {
             trying,
             completing,
             starting,
+            slower: match effort {
+                Effort::Brief | Effort::Quick => 1.0,
+                Effort::Standard | Effort::Long => 0.25,
+            },
             fold,
         }
     }
@@ -84,18 +90,18 @@ fn completing(model: ModelKind, samples: usize, steps: usize) -> Phase {
 }
 
 /// What a completion starts, and all that was there before with it.
-fn starting(samples: usize, steps: usize) -> Phase {
+fn starting(samples: usize, steps: usize, slower: f64) -> Phase {
     Phase {
         name: "starting descents",
         start: Start::Best,
         in_order: true,
         keep: Keep::Last,
         rates: Groups {
-            initial: 1e-3,
-            hyperparameters: 1e-2,
+            initial: slower * 1e-3,
+            hyperparameters: slower * 1e-2,
             pattern: 1e-2,
             completion: 1.5e-3,
-            start: 3e-3,
+            start: slower * 3e-3,
         },
         final_rate: 0.01,
         ..trying(samples, steps)
@@ -137,7 +143,7 @@ pub(super) fn plan(effort: Effort, model: ModelKind, samples: usize, tasks: usiz
         ..completing(model, samples, steps.completing)
     });
     if descends(model) {
-        phases.push(starting(samples, steps.starting));
+        phases.push(starting(samples, steps.starting, steps.slower));
     }
     plan_of(phases, model, tasks)
 }
@@ -154,7 +160,7 @@ pub(super) fn fold(effort: Effort, model: ModelKind, samples: usize, tasks: usiz
         )
     }];
     if descends(model) {
-        phases.push(starting(samples, then));
+        phases.push(starting(samples, then, 1.0));
     }
     for phase in &mut phases {
         phase.name = "judging by folds";
