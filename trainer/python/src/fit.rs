@@ -189,7 +189,7 @@ impl PyFittedMaterial {
                 .unwrap_or_default()
                 .to_string_lossy()
                 .into_owned();
-            named = Some(BasisFile::new(name, basis.name()));
+            named = Some(BasisFile::new(name, basis.named_by()));
             files.push((beside, bytes));
         }
         let about = json!({ "trainer": concat!("glimpse_brdf ", env!("CARGO_PKG_VERSION")) });

@@ -1,8 +1,8 @@
 //! The whole basis of the model Linear: what turns coefficients into a BRDF, on the host.
 //!
 //! A [`Basis`] is tabulated on a [`Grid`]; its file lies beside the recipe, as it is far too large for a
-//! device. Where a compact one lies there instead, it is looked up at core's nodes, as a device does. How it is made of materials, and reduced to a pattern, is the room
-//! [`linear`](crate::linear)'s.
+//! device. Where a compact one lies there instead, it is looked up at core's nodes, as a device does. How it
+//! is made of materials, and reduced to a pattern, is the room [`linear`](crate::linear)'s.
 
 mod angles;
 mod coefficients;

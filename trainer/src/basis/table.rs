@@ -173,8 +173,8 @@ impl Basis {
         }
     }
 
-    /// The bytes of its file. Of a whole basis: little-endian words of 32 bits (magic, version, nodes along theta_h,
-    /// theta_d and phi_d, components), then the table in f32.
+    /// The bytes of its file. Of a whole basis: little-endian words of 32 bits (magic, version, nodes along
+    /// theta_h, theta_d and phi_d, components), then the table in f32.
     #[must_use]
     pub fn to_bytes(&self) -> Vec<u8> {
         if let Some(compact) = &self.compact {
@@ -205,7 +205,7 @@ impl Basis {
 
     /// What recipes name it by: the checksum of its file, or, of a compact one, of what it was made of.
     #[must_use]
-    pub fn name(&self) -> u32 {
+    pub fn named_by(&self) -> u32 {
         match &self.compact {
             None => Self::checksum(&self.to_bytes()),
             Some(compact) => compact.of,
@@ -247,7 +247,7 @@ impl Basis {
     pub fn of_recipe(bytes: &[u8], checksum: u32) -> Result<Self, &'static str> {
         if bytes.starts_with(&COMPACT_MAGIC) {
             let compact = Self::of_compact(bytes)?;
-            return match compact.name() == checksum {
+            return match compact.named_by() == checksum {
                 true => Ok(compact),
                 false => Err("it was made of another basis"),
             };

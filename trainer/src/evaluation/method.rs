@@ -193,11 +193,11 @@ impl<'a> Method<'a> {
     /// [`JudgeError::Compact`]
     pub fn by_compact(self, compact: &'a Basis) -> Result<Self, JudgeError> {
         let of = match &self.fitting {
-            Fitting::Scan(_, basis) => basis.map(Basis::name),
-            Fitting::RidgeAnywhere(_, basis) => Some(basis.name()),
+            Fitting::Scan(_, basis) => basis.map(Basis::named_by),
+            Fitting::RidgeAnywhere(_, basis) => Some(basis.named_by()),
             _ => None,
         };
-        if of != Some(compact.name()) {
+        if of != Some(compact.named_by()) {
             return Err(JudgeError::Compact);
         }
         Ok(Self {

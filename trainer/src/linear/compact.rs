@@ -44,7 +44,7 @@ impl Basis {
     pub fn compact(&self, components: usize, nodes: Nodes) -> Vec<u8> {
         let components = components.clamp(1, self.components());
         let columns = self.columns_at_nodes(components, nodes);
-        pack(self.name(), nodes, &columns)
+        pack(self.named_by(), nodes, &columns)
     }
 
     /// The mean of ln(1 + f w / e), then components, each at all nodes.

@@ -73,7 +73,7 @@ fn a_compact_basis_is_looked_up_as_on_a_device() {
     let device = linear::Basis::parse(&COMPACT).expect("it is a basis");
     let basis = Basis::of_compact(&COMPACT).expect("it is a basis");
     assert_eq!(basis.to_bytes(), *COMPACT);
-    assert_eq!(basis.name(), WHOLE.name());
+    assert_eq!(basis.named_by(), WHOLE.named_by());
     let values = coefficients(2);
     let mut channels = values.chunks(COMPONENTS);
     let channels = [(); 3].map(|()| channels.next().expect("three channels"));
