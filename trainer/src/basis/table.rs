@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::linear::format::MAGIC as COMPACT_MAGIC;
-use glimpse_core::model::linear::{Basis as CompactBasis, EPSILON, unmap};
+use glimpse_core::model::linear::{self, Basis as CompactBasis, EPSILON, unmap};
 use rayon::prelude::*;
 
 use super::Grid;
@@ -64,7 +64,7 @@ pub struct Basis {
 /// What is a compact basis's own.
 #[derive(Clone, Debug, PartialEq)]
 struct Compact {
-    nodes: Nodes,
+    nodes: linear::Nodes,
     /// The checksum of the whole basis that it was made of.
     of: u32,
     file: Vec<u8>,
@@ -121,7 +121,7 @@ impl Basis {
     fn nodes(&self) -> Nodes {
         match &self.compact {
             None => Nodes::Whole,
-            Some(compact) => compact.nodes,
+            Some(compact) => Nodes::Compact(compact.nodes),
         }
     }
 
@@ -277,7 +277,7 @@ impl Basis {
             table,
             components: compact.components(),
             compact: Some(Compact {
-                nodes: Nodes::Compact(nodes),
+                nodes,
                 of: compact.of(),
                 file: bytes.to_vec(),
             }),

@@ -24,6 +24,11 @@ pub(crate) fn compact_basis(recipe: &Path, components: Option<usize>) -> anyhow:
             Basis::beside(recipe).display()
         );
     }
+    compacted(&basis, components)
+}
+
+/// A whole basis made compact, by so many components or by the usual number.
+pub(crate) fn compacted(basis: &Basis, components: Option<usize>) -> anyhow::Result<Vec<u8>> {
     let all = basis.components();
     let components = match components {
         Some(count) if !(1..=all).contains(&count) => {

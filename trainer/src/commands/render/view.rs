@@ -16,7 +16,7 @@ use glimpse_trainer::material::{Material, Source};
 use glimpse_trainer::measurement::{Fate, Meaning, Measured, fit};
 use glimpse_trainer::report::{MOST_LOBES, Reference, Shown, View as Page};
 
-use super::super::export_basis::{compact_basis, read_compact};
+use super::super::export_basis::{compacted, read_compact};
 use super::super::known::tell;
 use super::super::numbers::share;
 use super::super::output::{refuse_input, refuse_source};
@@ -241,9 +241,11 @@ fn basis(
         path.display(),
         whole.display()
     );
-    match read_recipe(path)? {
-        (_, Some(basis)) if basis.is_compact() => Ok(basis.to_bytes()),
-        _ => compact_basis(path, None),
+    let (_, basis) = read_recipe(path)?;
+    let basis = basis.context("a recipe that names a basis is read with it")?;
+    match basis.is_compact() {
+        true => Ok(basis.to_bytes()),
+        false => compacted(&basis, None),
     }
 }
 
