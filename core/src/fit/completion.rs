@@ -165,7 +165,7 @@ impl<'a, S: Scalar, E: Encoding<S>> Completion<'a, S, E> {
         };
         let hidden = rest.get(..self.hidden()).unwrap_or_default();
         let scales = self.output_scales;
-        E::add_products(self.output, self.hidden(), scales, hidden, coefficients);
+        E::add_products_of_units(self.output, self.hidden(), scales, hidden, coefficients);
     }
 
     /// All of it: coefficients and hidden units of each channel, in `state`.

@@ -1,6 +1,6 @@
 //! Where a descent starts, once readings are completed.
 
-use super::encoding::{Encoding, Plain, dot, scaled};
+use super::encoding::{Encoding, Plain};
 use super::tanh;
 use crate::numeric::Scalar;
 
@@ -61,10 +61,10 @@ impl<S: Scalar, E: Encoding<S>> Start<'_, S, E> {
     /// What is added to a parameter's initial value.
     #[inline(always)]
     pub fn offset(&self, parameter: usize, units: &[S]) -> S {
-        let first = parameter.saturating_mul(self.units());
-        let weights = self.output.get(first..).unwrap_or_default();
-        let sum = dot::<S, E>(weights, units.get(..self.units()).unwrap_or(units));
-        scaled::<S, E>(sum, self.output_scales, parameter)
+        let mut offset = [S::constant(0.0)];
+        self.offsets(parameter, units, &mut offset);
+        let [offset] = offset;
+        offset
     }
 
     /// Adds that of each of some parameters, from the `first` on, to `offsets`, which are 0: in less time
@@ -75,7 +75,7 @@ impl<S: Scalar, E: Encoding<S>> Start<'_, S, E> {
         let weights = self.output.get(first.saturating_mul(self.units())..);
         let weights = weights.unwrap_or_default();
         let scales = self.output_scales.get(first..).unwrap_or_default();
-        E::add_products(weights, self.units(), scales, units, offsets);
+        E::add_products_of_units(weights, self.units(), scales, units, offsets);
     }
 }
 
