@@ -19,6 +19,11 @@ use super::{Matrix, TOLERANCE, TURN, disagreement, matrix};
 /// list's largest entry shows.
 const SINGLE: f64 = 5e-6;
 
+/// The largest error of what bytes say, whose activations are rounded to 1 / 32,767: a whole such step for the
+/// sum of several that are each off by half of one at most, times weights below 1; and [`SINGLE`]. What was seen
+/// is 2.7e-5.
+const ROUNDED: f64 = 1.0 / 32_767.0 + SINGLE;
+
 /// What comes out, and the gradient of the [score](Case::by_coefficients) by all that goes in.
 struct Outcome {
     /// For each material those of red, of green, of blue.
@@ -269,7 +274,7 @@ fn bytes_agree_with_burn() {
             ];
             // Written so that a NaN fails as well.
             assert!(
-                errors.iter().all(|error| *error <= SINGLE),
+                errors.iter().all(|error| *error <= ROUNDED),
                 "{size:?}, {missing} missing: {errors:?}"
             );
             largest = std::array::from_fn(|i| largest[i].max(errors[i]));
