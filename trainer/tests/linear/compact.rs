@@ -7,6 +7,7 @@ use glimpse_core::model::linear::{self, EPSILON};
 use glimpse_trainer::linear::{Basis, COMPACT_NODES, CountError, Reduced, widened};
 use glimpse_trainer::material::Brdf;
 use glimpse_trainer::sampling::uniform_valid;
+use glimpse_trainer::shipped::BASIS;
 
 use super::{SET, basis};
 
@@ -67,17 +68,13 @@ fn a_compact_basis_says_what_the_whole_one_says() {
     }
 }
 
-/// The host looks a compact basis up as a device does, and its slopes add up to what changes on the way.
-#[test]
-fn a_compact_basis_is_looked_up_as_on_a_device() {
-    let device = linear::Basis::parse(&COMPACT).expect("it is a basis");
-    let basis = Basis::of_compact(&COMPACT).expect("it is a basis");
-    assert_eq!(basis.to_bytes(), *COMPACT);
-    assert_eq!(basis.named_by(), WHOLE.named_by());
-    let values = coefficients(2);
-    let mut channels = values.chunks(COMPONENTS);
+/// The host looks a compact basis up as a device does: the same BRDF of these values.
+fn assert_looked_up_alike(compact: &[u8], values: &[f32]) {
+    let device = linear::Basis::parse(compact).expect("it is a basis");
+    let basis = Basis::of_compact(compact).expect("it is a basis");
+    let mut channels = values.chunks(basis.components());
     let channels = [(); 3].map(|()| channels.next().expect("three channels"));
-    let host = basis.reconstruct_values(&values).expect("3 m values");
+    let host = basis.reconstruct_values(values).expect("3 m values");
     for angles in uniform_valid(2000, 8) {
         let at = HalfDifference::from_angles(angles);
         let weight = f64::from(at.cos_theta_i()) * f64::from(at.cos_theta_o());
@@ -89,7 +86,36 @@ fn a_compact_basis_is_looked_up_as_on_a_device() {
             assert!(error < 1e-4, "{found}, {expected} at {angles:?}");
         }
     }
+}
 
+#[test]
+fn a_compact_basis_is_looked_up_as_on_a_device() {
+    assert_looked_up_alike(&COMPACT, &coefficients(2));
+}
+
+/// Of 24 components, and trained: the first ones count for most, as those of a material do.
+#[test]
+fn the_basis_that_comes_along_is_looked_up_as_on_a_device() {
+    let components = Basis::of_compact(BASIS)
+        .expect("it is a basis")
+        .components();
+    assert_eq!(components, 24);
+    let values = (0..3 * components).map(|index| {
+        let component = index % components;
+        (1.7 * index as f32).sin() / (1.0 + component as f32)
+    });
+    assert_looked_up_alike(BASIS, &values.collect::<Vec<_>>());
+}
+
+/// Its slopes add up to what changes on the way.
+#[test]
+fn slopes_over_a_compact_basis_add_up() {
+    let basis = Basis::of_compact(&COMPACT).expect("it is a basis");
+    assert_eq!(basis.to_bytes(), *COMPACT);
+    assert_eq!(basis.named_by(), WHOLE.named_by());
+    let host = basis
+        .reconstruct_values(&coefficients(2))
+        .expect("3 m values");
     let [from, to] = [[0.1, 0.2, 0.4], [0.5, 0.6, 1.9]];
     let place = |share: f32| {
         let [theta_h, theta_d, phi_d] =
