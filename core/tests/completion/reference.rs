@@ -1,5 +1,7 @@
 //! The formulas of `docs/recipe.md`, written once more: plainly, and in f64.
 
+use std::cell::Cell;
+
 use glimpse_core::recipe::Recipe;
 
 use super::made::Made;
@@ -49,13 +51,45 @@ pub(crate) fn entering(
     entering.collect()
 }
 
-/// An activation as it counts: as an integer of 16 bits.
-fn rounded(activation: f64) -> f64 {
-    (activation * 32_767.0).round() / 32_767.0
+/// How activations become integers of 16 bits. Some lie so close to the middle of two integers that f32 and
+/// f64 need not round them to the same one.
+#[derive(Default)]
+pub(crate) struct Rounding {
+    /// Bit k: the k-th of those goes the other way.
+    others: u32,
+    /// How many of those there were.
+    either: Cell<u32>,
+}
+
+impl Rounding {
+    /// What f32 may be off by, in steps of an integer: some 1e-6 of an activation.
+    const CLOSE: f64 = 0.03;
+
+    /// An activation as it counts.
+    fn of(&self, activation: f64) -> f64 {
+        let exact = activation * 32_767.0;
+        let mut integer = exact.round();
+        if 0.5 - (exact - integer).abs() < Self::CLOSE {
+            let index = self.either.replace(self.either.get() + 1);
+            assert!(index < 16, "so many are between two integers");
+            if self.others >> index & 1 == 1 {
+                integer += (exact - integer).signum();
+            }
+        }
+        integer / 32_767.0
+    }
 }
 
 /// The coefficients of each channel.
 pub(crate) fn coefficients(made: &Made, entering: &[Option<[f64; 3]>]) -> [Vec<f64>; 3] {
+    coefficients_by(&Rounding::default(), made, entering)
+}
+
+fn coefficients_by(
+    rounding: &Rounding,
+    made: &Made,
+    entering: &[Option<[f64; 3]>],
+) -> [Vec<f64>; 3] {
     let (m, h) = (made.components, made.hidden());
     let rows = m + h;
     let weight = |sample: usize, column: usize, row: usize| {
@@ -78,14 +112,16 @@ pub(crate) fn coefficients(made: &Made, entering: &[Option<[f64; 3]>]) -> [Vec<f
                 z
             })
             .collect();
+        let hidden: Vec<f64> = z[m..].iter().map(|z| rounding.of(z.tanh())).collect();
         (0..m)
             .map(|k| {
-                let scale = f64::from(made.output_scales[k]);
-                let hidden = (0..h).map(|j| {
-                    let weight = f64::from(made.output[k * h + j]) * scale;
-                    weight * rounded(z[m + j].tanh())
-                });
-                z[k] + hidden.sum::<f64>()
+                let row = &made.output[k * h..][..h];
+                let sum: f64 = row
+                    .iter()
+                    .zip(&hidden)
+                    .map(|(w, j)| f64::from(*w) * j)
+                    .sum();
+                z[k] + f64::from(made.output_scales[k]) * sum
             })
             .collect()
     })
@@ -106,14 +142,19 @@ pub(crate) fn units(made: &Made, coefficients: &[Vec<f64>; 3]) -> Vec<f64> {
 
 /// U times the units.
 pub(crate) fn offsets(made: &Made, units: &[f64]) -> Vec<f64> {
+    offsets_by(&Rounding::default(), made, units)
+}
+
+fn offsets_by(rounding: &Rounding, made: &Made, units: &[f64]) -> Vec<f64> {
     let (_, starts) = made.then.as_ref().unwrap();
+    let units: Vec<f64> = units.iter().map(|unit| rounding.of(*unit)).collect();
     let rows = starts.output_scales.iter().enumerate();
     rows.map(|(parameter, scale)| {
         let row = &starts.output[parameter * units.len()..][..units.len()];
         let sum: f64 = row
             .iter()
-            .zip(units)
-            .map(|(w, unit)| f64::from(*w) * rounded(*unit))
+            .zip(&units)
+            .map(|(w, unit)| f64::from(*w) * unit)
             .sum();
         sum * f64::from(*scale)
     })
@@ -123,11 +164,38 @@ pub(crate) fn offsets(made: &Made, units: &[f64]) -> Vec<f64> {
 /// What a fit of these readings ends in where nothing descends: Linear's coefficients, or the
 /// parameters that a descent starts from.
 pub(crate) fn fitted(made: &Made, recipe: &Recipe<'_>, readings: &Readings) -> Vec<f64> {
-    let coefficients = coefficients(made, &entering(made, recipe, readings));
+    fitted_by(&Rounding::default(), made, recipe, readings)
+}
+
+/// The same, for each way in which those activations may be rounded that lie between two integers.
+pub(crate) fn fitted_either_way(
+    made: &Made,
+    recipe: &Recipe<'_>,
+    readings: &Readings,
+) -> Vec<Vec<f64>> {
+    let first = Rounding::default();
+    let mut all = vec![fitted_by(&first, made, recipe, readings)];
+    all.extend((1..1 << first.either.get()).map(|others| {
+        let rounding = Rounding {
+            others,
+            ..Rounding::default()
+        };
+        fitted_by(&rounding, made, recipe, readings)
+    }));
+    all
+}
+
+fn fitted_by(
+    rounding: &Rounding,
+    made: &Made,
+    recipe: &Recipe<'_>,
+    readings: &Readings,
+) -> Vec<f64> {
+    let coefficients = coefficients_by(rounding, made, &entering(made, recipe, readings));
     let Some((descends, _)) = &made.then else {
         return coefficients.concat();
     };
-    let offsets = offsets(made, &units(made, &coefficients));
+    let offsets = offsets_by(rounding, made, &units(made, &coefficients));
     let pairs = descends.initial.iter().zip(offsets);
     pairs
         .map(|(phi, offset)| f64::from(*phi) + offset)
@@ -179,29 +247,32 @@ pub(crate) const TOLERANCE: f64 = if cfg!(feature = "micromath") {
 /// Compares number by number.
 #[track_caller]
 pub(crate) fn assert_close(what: &str, found: impl Iterator<Item = f32>, expected: &[f64]) {
-    assert_within(TOLERANCE, what, found, expected);
-}
-
-/// The same, where one activation may also lie so close between two integers that f32 and f64 round it to
-/// different ones: its weight is at most 0.5.
-#[track_caller]
-pub(crate) fn assert_close_but_for_rounding(
-    what: &str,
-    found: impl Iterator<Item = f32>,
-    expected: &[f64],
-) {
-    assert_within(TOLERANCE + 0.5 / 32_767.0, what, found, expected);
-}
-
-#[track_caller]
-fn assert_within(tolerance: f64, what: &str, found: impl Iterator<Item = f32>, expected: &[f64]) {
     let found: Vec<f32> = found.collect();
     assert_eq!(found.len(), expected.len(), "{what}");
     for (index, (found, expected)) in found.iter().zip(expected).enumerate() {
-        let error = (f64::from(*found) - expected).abs() / expected.abs().max(1.0);
+        let error = error(*found, *expected);
         assert!(
-            error <= tolerance,
+            error <= TOLERANCE,
             "{what} {index}: {found} instead of {expected}, {error:.1e} off"
         );
     }
+}
+
+/// Compares all numbers with those of one of several lists.
+#[track_caller]
+pub(crate) fn assert_close_to_one_of(what: &str, found: &[f32], expected: &[Vec<f64>]) {
+    let close = |list: &Vec<f64>| {
+        assert_eq!(found.len(), list.len(), "{what}");
+        let mut pairs = found.iter().zip(list);
+        pairs.all(|(found, expected)| error(*found, *expected) <= TOLERANCE)
+    };
+    assert!(
+        expected.iter().any(close),
+        "{what}: {found:?}, {expected:?}"
+    );
+}
+
+/// The error of a number by its own size, or by 1 if that is larger.
+fn error(found: f32, expected: f64) -> f64 {
+    (f64::from(found) - expected).abs() / expected.abs().max(1.0)
 }
