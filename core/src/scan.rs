@@ -69,12 +69,11 @@ pub struct Scan<'r, 'm, K: Fitter, const CAPACITY: usize> {
 }
 
 impl<'r, 'm, K: Fitter, const CAPACITY: usize> Scan<'r, 'm, K, CAPACITY> {
-    /// Begins a scan: whatever `memory` held before is forgotten.
+    /// Whether this firmware can scan by a recipe: before one that was sent takes the place of another.
     ///
     /// # Errors
-    /// If the recipe is for another model, or asks for more room than `CAPACITY` or the model's
-    /// words.
-    pub fn new(recipe: Recipe<'r>, memory: &'m mut Memory<K, CAPACITY>) -> Result<Self, ScanError> {
+    /// If it is for another model, or asks for more room than `CAPACITY` or the model's words.
+    pub fn accept(recipe: &Recipe<'_>) -> Result<(), ScanError> {
         let samples = recipe.samples();
         if samples > CAPACITY {
             return Err(ScanError::Capacity {
@@ -83,6 +82,15 @@ impl<'r, 'm, K: Fitter, const CAPACITY: usize> Scan<'r, 'm, K, CAPACITY> {
             });
         }
         K::accept(&recipe.learner(), samples)?;
+        Ok(())
+    }
+
+    /// Begins a scan: whatever `memory` held before is forgotten.
+    ///
+    /// # Errors
+    /// As [`Scan::accept`].
+    pub fn new(recipe: Recipe<'r>, memory: &'m mut Memory<K, CAPACITY>) -> Result<Self, ScanError> {
+        Self::accept(&recipe)?;
         memory::lay_out(&mut memory.samples, &recipe);
         let mut scan = Self {
             recipe,
@@ -107,6 +115,12 @@ impl<'r, 'm, K: Fitter, const CAPACITY: usize> Scan<'r, 'm, K, CAPACITY> {
         }
         self.basis = Some(basis);
         Ok(self)
+    }
+
+    /// The basis that it was given.
+    #[must_use]
+    pub fn basis(&self) -> Option<&Basis<'r>> {
+        self.basis.as_ref()
     }
 
     /// Forgets all readings and begins anew.

@@ -338,6 +338,23 @@ fn below_the_horizon_is_refused() {
     assert_eq!(write(&numbers).unwrap_err(), RecipeError::BelowHorizon(1));
 }
 
+/// Their sines and cosines would be none of a unit vector.
+#[test]
+fn angles_that_are_too_large_are_refused() {
+    for angle in 0..3 {
+        for value in [-1.001e3, 1.001e3, 5e8, 3e9] {
+            let mut numbers = neural();
+            numbers.pattern[angle] = value;
+            let error = write(&numbers).unwrap_err();
+            assert_eq!(error, RecipeError::Range(Field::Pattern));
+        }
+    }
+    // Whole turns make no difference.
+    let mut numbers = neural();
+    numbers.pattern[2] += 100.0 * std::f32::consts::TAU;
+    assert!(write(&numbers).is_ok());
+}
+
 proptest! {
     #[test]
     fn no_number_may_be_non_finite(

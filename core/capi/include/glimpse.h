@@ -899,7 +899,7 @@ glimpse_status glimpse_fitted_residual(const struct glimpse_scan *scan,
  *
  * @param scan  The scan.
  * @param loss  The mean of ln(1 + f cos(theta_i)) that is likely to be missed; NAN if the recipe
- *              predicts none.
+ *              predicts none, or more than a number can hold.
  * @return GLIMPSE_STATUS_NOT_FITTED if no fit has ended since the last reading.
  */
 glimpse_status glimpse_fitted_predicted_loss(const struct glimpse_scan *scan,
@@ -912,7 +912,8 @@ glimpse_status glimpse_fitted_predicted_loss(const struct glimpse_scan *scan,
  * @param directions  Where: two directions of unit length above the horizon.
  * @param brdf        Linear red, green and blue, in sr^-1, not times the cosine.
  * @return GLIMPSE_STATUS_NOT_FITTED, GLIMPSE_STATUS_DIRECTIONS, and for Linear
- *         GLIMPSE_STATUS_NO_BASIS: see glimpse_scan_set_basis(), or have a host make it from the values.
+ *         GLIMPSE_STATUS_NO_BASIS: see glimpse_scan_set_basis(), or have a host make it from the values;
+ *         or by its basis GLIMPSE_STATUS_DIVERGED: it is more than a number can hold.
  */
 glimpse_status glimpse_fitted_brdf(const struct glimpse_scan *scan,
                                    const struct glimpse_directions *directions,
@@ -1043,7 +1044,7 @@ glimpse_status glimpse_driver_fail(struct glimpse_driver *driver);
  * @param driver  The driver.
  * @param recipe  What was stored.
  * @param count   How many bytes that are.
- * @return GLIMPSE_STATUS_ARGUMENT if the bytes are a recipe that is whole: then nothing has changed.
+ * @return GLIMPSE_STATUS_ARGUMENT if glimpse_recipe_describe() accepts it: then nothing has changed.
  */
 glimpse_status glimpse_driver_reject(struct glimpse_driver *driver,
                                      const uint8_t *recipe,

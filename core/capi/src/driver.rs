@@ -248,7 +248,7 @@ pub unsafe extern "C" fn glimpse_driver_fail(driver: *mut glimpse_driver) -> gli
 /// @param driver  The driver.
 /// @param recipe  What was stored.
 /// @param count   How many bytes that are.
-/// @return GLIMPSE_STATUS_ARGUMENT if the bytes are a recipe that is whole: then nothing has changed.
+/// @return GLIMPSE_STATUS_ARGUMENT if glimpse_recipe_describe() accepts it: then nothing has changed.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn glimpse_driver_reject(
     driver: *mut glimpse_driver,
@@ -257,11 +257,16 @@ pub unsafe extern "C" fn glimpse_driver_reject(
 ) -> glimpse_status {
     // SAFETY: C keeps the contract in the header.
     let (driver, recipe) = unsafe { (exclusive(driver.cast::<CDriver>()), list(recipe, count)) };
-    status(driver.and_then(|driver| match Recipe::parse(recipe?) {
-        Ok(_) => Err(glimpse_status::Argument),
-        Err(error) => {
-            driver.fail(Failure::Recipe(error));
-            Ok(())
+    status(driver.and_then(|driver| {
+        let accepted = Recipe::parse(recipe?)
+            .map_err(Failure::Recipe)
+            .and_then(|recipe| CScan::accept(&recipe).map_err(Failure::Scan));
+        match accepted {
+            Ok(()) => Err(glimpse_status::Argument),
+            Err(failure) => {
+                driver.fail(failure);
+                Ok(())
+            }
         }
     }))
 }

@@ -114,7 +114,7 @@ pub unsafe extern "C" fn glimpse_fitted_residual(
 ///
 /// @param scan  The scan.
 /// @param loss  The mean of ln(1 + f cos(theta_i)) that is likely to be missed; NAN if the recipe
-///              predicts none.
+///              predicts none, or more than a number can hold.
 /// @return GLIMPSE_STATUS_NOT_FITTED if no fit has ended since the last reading.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn glimpse_fitted_predicted_loss(
@@ -137,7 +137,8 @@ pub unsafe extern "C" fn glimpse_fitted_predicted_loss(
 /// @param directions  Where: two directions of unit length above the horizon.
 /// @param brdf        Linear red, green and blue, in sr^-1, not times the cosine.
 /// @return GLIMPSE_STATUS_NOT_FITTED, GLIMPSE_STATUS_DIRECTIONS, and for Linear
-///         GLIMPSE_STATUS_NO_BASIS: see glimpse_scan_set_basis(), or have a host make it from the values.
+///         GLIMPSE_STATUS_NO_BASIS: see glimpse_scan_set_basis(), or have a host make it from the values;
+///         or by its basis GLIMPSE_STATUS_DIVERGED: it is more than a number can hold.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn glimpse_fitted_brdf(
     scan: *const glimpse_scan,
@@ -166,9 +167,11 @@ unsafe fn brdf(
     let Some(brdf) = fitted.brdf(&directions) else {
         let at = HalfDifference::from_directions(&directions);
         let is_above = at.is_some_and(|at| at.is_valid());
-        return Err(match scan.recipe().model() {
-            ModelKind::Linear if is_above => glimpse_status::NoBasis,
-            _ => glimpse_status::Directions,
+        return Err(match (is_above, scan.recipe().model()) {
+            (false, _) => glimpse_status::Directions,
+            (true, ModelKind::Linear) if scan.basis().is_none() => glimpse_status::NoBasis,
+            // It is more than a number can hold.
+            (true, _) => glimpse_status::Diverged,
         });
     };
     out.put(brdf);

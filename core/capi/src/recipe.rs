@@ -1,10 +1,9 @@
 //! What is in a recipe, and whether this library can scan by it.
 
-use glimpse_core::fit::{Fitter as _, FitterError, Learner, Target};
+use glimpse_core::fit::{Learner, Target};
 use glimpse_core::recipe::Recipe;
-use glimpse_core::scan::ScanError;
 
-use crate::configuration::{Fitter, SAMPLES};
+use crate::configuration::CScan;
 use crate::place::{Out, list, status};
 use crate::status::glimpse_status;
 use crate::types::glimpse_recipe;
@@ -34,13 +33,8 @@ unsafe fn describe(
     // SAFETY: by the caller's word.
     let (out, bytes) = unsafe { (Out::new(out)?, list(bytes, count)?) };
     let recipe = Recipe::parse(bytes)?;
-    let samples = recipe.samples();
+    CScan::accept(&recipe)?;
     let learner = recipe.learner();
-    if samples > SAMPLES {
-        return Err(glimpse_status::Samples);
-    }
-    Fitter::accept(&learner, samples)
-        .map_err(|error: FitterError| glimpse_status::from(ScanError::from(error)))?;
     let values = match &learner {
         Learner::Descent(descent) => descent.initial().len(),
         Learner::Ridge(ridge) => ridge.components().saturating_mul(3),
@@ -51,7 +45,7 @@ unsafe fn describe(
     };
     out.put(glimpse_recipe {
         model: recipe.model().into(),
-        samples: samples as u16,
+        samples: recipe.samples() as u16,
         values: values as u16,
         checksum: recipe.checksum(),
         expected_loss: recipe.expected_loss().unwrap_or(f32::NAN),

@@ -289,7 +289,7 @@ pub(crate) const TEXTS: &[(Status, &CStr)] = &[
     ),
     (
         Status::Implausible,
-        c"more than half of the readings are larger than a material's: readings are BRDFs in sr^-1, not counts",
+        c"more than three quarters of the readings are above 10 sr^-1, which no material's are: readings are BRDFs in sr^-1, not counts",
     ),
     (
         Status::Diverged,

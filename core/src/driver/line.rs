@@ -102,7 +102,10 @@ impl Line {
             self.sent = 0;
         }
         let repeated = repeat.saturating_sub(self.since_sent);
-        let silent = patience.saturating_sub(self.waited);
+        let silent = match patience {
+            u32::MAX => u32::MAX,
+            some => some.saturating_sub(self.waited),
+        };
         News::None {
             milliseconds: repeated.min(silent),
         }

@@ -77,8 +77,10 @@ impl<K: Fitter, const CAPACITY: usize> Driver<'_, '_, K, CAPACITY> {
         else {
             return;
         };
+        // Whole parts, so that flash is written in words.
+        let left = bytes.saturating_sub(at) as usize;
         let offset = at.saturating_add(part.len() as u32);
-        if part.is_empty() || offset > bytes {
+        if part.len() != left.min(BYTES_PER_FRAME) {
             self.declined = Some(checksum);
             self.fail(Failure::Refused(Refusal::Recipe));
             return;

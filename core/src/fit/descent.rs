@@ -258,7 +258,12 @@ fn start_run<'o>(run: &mut [f32], first: usize, offsets: &'o [f32]) -> (usize, &
 /// Out of line, as all that takes time: what it takes of the stack is given back between slices.
 #[inline(never)]
 fn activate(completed: &Completed<'_>, start: &Start<'_>, state: &[f32], units: &mut [f32]) {
-    start.activate(completed.completion.coefficients(state), units);
+    let coefficients = completed.completion.coefficients(state);
+    start.activate(coefficients, units);
+    // An infinite one leads to a start like any other, as units end at 1: the fit has to show it.
+    if !coefficients.into_iter().all(is_finite) {
+        units.fill(f32::NAN);
+    }
 }
 
 fn update<M: Model>(workspace: &mut Workspace<M>, step_sizes: Floats<'_>) {

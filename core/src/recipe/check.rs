@@ -38,7 +38,7 @@ pub(super) fn pattern(packed: &[u8]) -> Result<&[PackedAngles], RecipeError> {
     for (index, packed) in pattern.iter().enumerate() {
         let angles = angles(packed);
         for angle in [angles.theta_h, angles.theta_d, angles.phi_d] {
-            finite(angle, Field::Pattern)?;
+            in_range(angle, Field::Pattern)?;
         }
         if !HalfDifference::from_angles(angles).is_valid() {
             return Err(RecipeError::BelowHorizon(index as u16));

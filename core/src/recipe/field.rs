@@ -3,7 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use super::format::{
-    MAX_BASIS, MAX_MEAN, MAX_MEDIAN, MAX_PRECISION, MAX_PREDICTION, MAX_WEIGHT, MIN_PRECISION,
+    MAX_ANGLE, MAX_BASIS, MAX_MEAN, MAX_MEDIAN, MAX_PRECISION, MAX_PREDICTION, MAX_WEIGHT,
+    MIN_PRECISION,
 };
 
 /// A field of the recipe, to name it in errors.
@@ -122,6 +123,7 @@ impl Field {
     #[must_use]
     pub const fn range(self) -> (f32, f32) {
         match self {
+            Self::Pattern => (-MAX_ANGLE, MAX_ANGLE),
             Self::Basis => (-MAX_BASIS, MAX_BASIS),
             Self::Prediction => (-MAX_PREDICTION, MAX_PREDICTION),
             Self::Missing => (0.0, 2.0),

@@ -14,6 +14,9 @@ pub const MAX_SAMPLES: usize = 4096;
 pub const MAX_INNER_STEPS: u16 = 10_000;
 /// The largest number of components of a ridge solve.
 pub const MAX_COMPONENTS: usize = 1024;
+/// The largest angle of a pattern, in radians, either sign. Sines and cosines of far larger ones would not be
+/// those of a unit vector.
+pub(super) const MAX_ANGLE: f32 = 1e3;
 
 // The numbers of a ridge problem lie within these, a hundred times as far out as those of recipes
 // that were trained. The largest entry of either of its systems is then 1e17 (1024 components of

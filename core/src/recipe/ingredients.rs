@@ -152,6 +152,8 @@ impl<'a> PackedDescent<'a> {
     }
 }
 
+/// Without what predicts a completed fit's loss, which is a section of its own:
+/// [`Completed::prediction`](crate::fit::Completed::prediction) goes into [`Ingredients::prediction`].
 impl<'a> From<Learner<'a>> for PackedLearner<'a> {
     fn from(learner: Learner<'a>) -> Self {
         match learner {

@@ -177,7 +177,8 @@ impl<'s, K: Fitter, const CAPACITY: usize> Fitted<'s, K, CAPACITY> {
     /// The BRDF in linear RGB, sr^-1 (not times the cosine).
     ///
     /// None where a direction is below the horizon, not finite or not of unit length; and for Linear
-    /// without a basis ([`Scan::with_basis`](super::Scan::with_basis)).
+    /// without a basis ([`Scan::with_basis`](super::Scan::with_basis)), or where it would be more than a
+    /// number can hold.
     #[must_use]
     pub fn brdf(&self, directions: &Directions<f32>) -> Option<[f32; 3]> {
         let at = HalfDifference::from_directions(directions).filter(HalfDifference::is_valid)?;
@@ -197,8 +198,9 @@ impl<'s, K: Fitter, const CAPACITY: usize> Fitted<'s, K, CAPACITY> {
         self.residual
     }
 
-    /// The loss that this fit is likely to have, by its readings: an error bar for this material. None
-    /// if the recipe predicts none, as those that complete readings do.
+    /// The loss that this fit is likely to have, by its readings: an error bar for this material, where
+    /// the recipe predicts one, as those that complete readings do. None if it predicts none, or more than
+    /// a number can hold.
     ///
     /// It is the mean of ln(1 + f cos(theta_i)) missed over all directions, as
     /// [`expected_loss`](Fitted::expected_loss) is; a material unlike any that the recipe was trained

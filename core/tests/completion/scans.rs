@@ -6,7 +6,7 @@ use glimpse_core::fit::{AnyModel, Fitter, Linear};
 use glimpse_core::geometry::HalfDifference;
 use glimpse_core::model::{CookTorrance, Model, ModelKind, Neural, ParameterSet, Phong, Sample};
 use glimpse_core::recipe::Recipe;
-use glimpse_core::scan::{Memory, Reading, Residual, Scan, ScanError};
+use glimpse_core::scan::{FinishError, Memory, Reading, Residual, Scan, ScanError};
 
 use super::made::{MODELS, Made, SAMPLES, WORDS};
 use super::reference::{Readings, TOLERANCE, all, assert_close, colour, fitted, residuals};
@@ -237,6 +237,26 @@ fn linears_residual_is_that_of_the_formulas() {
         assert!((found - worst).abs() <= 5.0 * TOLERANCE, "{found}, {worst}");
         let index = usize::from(residual.worst_index);
         assert_eq!(errors[index], Some(worst));
+    }
+}
+
+/// Not in a fit of what is left of it: activations end at 1, and as integers they are always numbers.
+#[test]
+fn a_reading_whose_logarithm_is_no_number_ends_in_no_fit() {
+    for kind in MODELS {
+        for channel in 0..3 {
+            let made = Made::small(kind, Missing::CountForMore);
+            let bytes = made.write().unwrap();
+            let recipe = Recipe::parse(&bytes).unwrap();
+            let mut memory = Memory::<AnyModel<WORDS>, SAMPLES>::new();
+            let mut scan = Scan::new(recipe, &mut memory).unwrap();
+            let mut readings = all(SAMPLES);
+            readings[2].as_mut().unwrap()[channel] = 3e38;
+            read(&mut scan, &readings);
+            let mut fit = scan.fit().unwrap();
+            while !fit.advance(u32::MAX).is_complete() {}
+            assert_eq!(fit.finish().err(), Some(FinishError::Diverged), "{kind}");
+        }
     }
 }
 

@@ -82,6 +82,22 @@ fn missed_repeats_are_not_made_up_for() {
     });
 }
 
+/// A host is greeted for as long as it takes: for months there is something to sleep for.
+#[test]
+fn who_greets_for_months_may_still_sleep() {
+    with_phong(Config::new(Host::Measures), |driver| {
+        for elapsed in [0, u32::MAX, u32::MAX, 100] {
+            driver.poll(elapsed);
+            driver.sent(1_000);
+            let action = driver.poll(0);
+            assert!(
+                matches!(action, Action::Wait { milliseconds: 1.. }),
+                "{action:?}"
+            );
+        }
+    });
+}
+
 /// A frame that a slow line still has to send is not begun again.
 #[test]
 fn a_frame_that_is_not_sent_yet_is_not_repeated() {

@@ -168,14 +168,19 @@ fn what_is_no_news_is_not_fetched() {
     });
 }
 
-/// A part that is empty or longer than what is left ends the update by name; it is not begun again
+/// A part that is empty, shorter than a frame has room for, or longer than what is left ends the update by name; it is not begun again
 /// and again, and the device goes on by the recipe that it has.
 #[test]
 fn a_wrong_part_is_refused() {
     let present = recipe_of(ModelKind::Phong);
     let offered = recipe_of(ModelKind::Neural);
     let whole_parts = offered.len() / BYTES_PER_FRAME * BYTES_PER_FRAME;
-    for (at, length) in [(0, 0), (120, 0), (whole_parts, BYTES_PER_FRAME)] {
+    for (at, length) in [
+        (0, 0),
+        (120, 0),
+        (60, BYTES_PER_FRAME - 1),
+        (whole_parts, BYTES_PER_FRAME),
+    ] {
         with_driver(Some(&present), config(Host::Measures, 8_192), |driver| {
             let mut bench = Bench::new(|request| match request {
                 Request::Update => Some(Reply::Recipe {

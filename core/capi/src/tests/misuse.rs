@@ -3,6 +3,9 @@
 use core::ptr::{null, null_mut};
 use std::vec::Vec;
 
+use glimpse_core::model::ModelKind;
+use glimpse_core::recipe::{Ingredients, PackedDescent, PackedLearner, Recipe};
+
 use super::{Bytes, MIRROR, NEURAL, RECIPES, begin};
 use crate::driver::{
     glimpse_config_default, glimpse_driver_begin, glimpse_driver_fail, glimpse_driver_outgoing,
@@ -19,7 +22,7 @@ use crate::scan::{
     glimpse_scan_record, glimpse_scan_restart,
 };
 use crate::status::glimpse_status as Status;
-use crate::types::{glimpse_host, glimpse_reading, glimpse_sample};
+use crate::types::{glimpse_action_kind as Kind, glimpse_host, glimpse_reading, glimpse_sample};
 
 #[test]
 fn memory_that_will_not_do_is_refused() {
@@ -206,5 +209,35 @@ fn a_driver_refuses_the_same() {
         assert_eq!(outgoing, Status::Null);
         let status = glimpse_driver_reject(driver, NEURAL.as_ptr(), NEURAL.len());
         assert_eq!(status, Status::Argument);
+        // One that is whole, but not for this library, is told to the host as well.
+        let large = too_many_samples();
+        let mut recipe = core::mem::MaybeUninit::uninit();
+        let status = glimpse_recipe_describe(large.as_ptr(), large.len(), recipe.as_mut_ptr());
+        assert_eq!(status, Status::Samples);
+        let status = glimpse_driver_reject(driver, large.as_ptr(), large.len());
+        assert_eq!(status, Status::Ok);
+        let status = glimpse_driver_poll(driver, 1, action.as_mut_ptr());
+        assert_eq!(status, Status::Ok);
+        let action = action.assume_init_ref();
+        assert_eq!(
+            (action.kind, action.failure),
+            (Kind::Failed, Status::Samples)
+        );
     }
+}
+
+fn too_many_samples() -> Vec<u8> {
+    const PARAMETERS: usize = 4 * 7;
+    let pattern = [0.1_f32, 0.5, 1.0].map(f32::to_le_bytes).concat();
+    let pattern = pattern.repeat(crate::configuration::SAMPLES + 1);
+    let descent = PackedDescent {
+        model: ModelKind::Phong,
+        inner_steps: 1,
+        initial: &[0; PARAMETERS],
+        step_sizes: &[0; PARAMETERS],
+    };
+    let ingredients = Ingredients::new(&pattern, PackedLearner::Descent(descent));
+    let mut buffer = [0; 4_096];
+    let bytes = Recipe::write(&ingredients, &mut buffer).unwrap();
+    bytes.to_vec()
 }

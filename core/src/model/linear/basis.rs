@@ -4,11 +4,11 @@ use super::format::{
     HEADER_BYTES, MAGIC, MAX_COMPONENTS, NODE_HEAD_BYTES, SHAPE_BYTES, VERSION, checksum_of,
 };
 use super::{BasisError, Nodes, unmap};
-use crate::geometry::HalfDifference;
+use crate::geometry::{HalfDifference, UNIT_TOLERANCE};
 use crate::numeric::Floats;
 
-/// How far a vector's squared length may be from 1: micromath's sines and cosines leave 6e-3.
-const UNIT: f32 = 1e-2;
+/// How far a vector's squared length may be from 1: twice what its length may.
+const UNIT: f32 = 2.0 * UNIT_TOLERANCE;
 
 /// A compact basis in memory or in flash, checked: principal components of the training materials
 /// on a coarse grid, in bytes.
