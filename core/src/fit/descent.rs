@@ -71,6 +71,7 @@ impl<M: Model> Fitter for M {
         }
         workspace.gradient.iter_mut().for_each(|entry| *entry = 0.0);
         workspace.scratch.as_mut().fill(0.0);
+        workspace.predicted = 0.0;
     }
 
     fn advance(
@@ -123,7 +124,7 @@ impl<M: Model> Fitter for M {
     }
 
     fn is_finite(workspace: &Workspace<M>, _: &Learner<'_>) -> bool {
-        workspace.parameters.runs().all(is_finite)
+        !workspace.predicted.is_nan() && workspace.parameters.runs().all(is_finite)
     }
 
     fn predicted_loss(workspace: &Workspace<M>, learner: &Learner<'_>) -> Option<f32> {
@@ -198,10 +199,7 @@ fn start_unit<M: Model>(
     match unit.checked_sub(completion) {
         None => completed.advance(unit, samples, state),
         Some(0) => {
-            // Its coefficients are gone once the descent begins.
-            let coefficients = completed.completion.coefficients(state);
-            *predicted = completed.predicted_loss(coefficients).unwrap_or_default();
-            activate(completed, start, state, units);
+            *predicted = activate(completed, start, state, units);
         }
         Some(later) => {
             let first = (later as usize).saturating_sub(1).saturating_mul(STARTED);
@@ -255,15 +253,18 @@ fn start_run<'o>(run: &mut [f32], first: usize, offsets: &'o [f32]) -> (usize, &
     (first.saturating_sub(run.len()), left)
 }
 
-/// Out of line, as all that takes time: what it takes of the stack is given back between slices.
+/// Returns the loss that is predicted by the coefficients, as those are gone once the descent begins; NaN if
+/// something is not finite, because as integers units are numbers whatever they were, and an infinite
+/// coefficient makes some of them 1. Out of line, as all that takes time: what it takes of the stack is given
+/// back between slices.
 #[inline(never)]
-fn activate(completed: &Completed<'_>, start: &Start<'_>, state: &[f32], units: &mut [f32]) {
+fn activate(completed: &Completed<'_>, start: &Start<'_>, state: &[f32], units: &mut [f32]) -> f32 {
     let coefficients = completed.completion.coefficients(state);
     start.activate(coefficients, units);
-    // An infinite one leads to a start like any other, as units end at 1: the fit has to show it.
-    if !coefficients.into_iter().all(is_finite) {
-        units.fill(f32::NAN);
+    if !(coefficients.into_iter().all(is_finite) && is_finite(units)) {
+        return f32::NAN;
     }
+    completed.predicted_loss(coefficients).unwrap_or_default()
 }
 
 fn update<M: Model>(workspace: &mut Workspace<M>, step_sizes: Floats<'_>) {

@@ -35,12 +35,10 @@ pub(super) fn pattern(packed: &[u8]) -> Result<&[PackedAngles], RecipeError> {
     if !(1..=MAX_SAMPLES).contains(&pattern.len()) {
         return Err(RecipeError::Count(Field::Pattern));
     }
+    let numbers = pattern.len().saturating_mul(3);
+    list(packed, numbers, Field::Pattern, in_range)?;
     for (index, packed) in pattern.iter().enumerate() {
-        let angles = angles(packed);
-        for angle in [angles.theta_h, angles.theta_d, angles.phi_d] {
-            in_range(angle, Field::Pattern)?;
-        }
-        if !HalfDifference::from_angles(angles).is_valid() {
+        if !HalfDifference::from_angles(angles(packed)).is_valid() {
             return Err(RecipeError::BelowHorizon(index as u16));
         }
     }

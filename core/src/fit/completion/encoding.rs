@@ -95,13 +95,8 @@ impl Encoding<f32> for Packed {
         let mut first = weights;
         for units in units.chunks(FIXED) {
             let mut fixed = [0; FIXED];
-            let mut share = 1.0 / ONE;
             for (fixed, unit) in fixed.iter_mut().zip(units) {
                 *fixed = to_fixed(*unit);
-                // No integer says that a fit left what numbers can hold: its sums have to.
-                if is_nan(*unit) {
-                    share = f32::NAN;
-                }
             }
             let fixed = fixed.get(..units.len()).unwrap_or_default();
             let mut rows = first;
@@ -117,7 +112,7 @@ impl Encoding<f32> for Packed {
                 let [b, c, d] = [1, 2, 3].map(|index| row(index).unwrap_or(a));
                 let products = products_of_four([a, b, c, d], fixed);
                 for ((sum, product), scale) in sums.iter_mut().zip(products).zip(scales) {
-                    *sum += product as f32 * (Self::number(*scale) * share);
+                    *sum += product as f32 * (Self::number(*scale) * (1.0 / ONE));
                 }
                 rows = rows.get(stride.saturating_mul(4)..).unwrap_or_default();
             }
@@ -153,12 +148,6 @@ const _: () = assert!(FIXED as i64 * 128 * 32_768 < 1 << 31);
 fn to_fixed(unit: f32) -> i16 {
     let half = if unit < 0.0 { -0.5 } else { 0.5 };
     ((unit * ONE + half) as i32).clamp(-0x8000, 0x7FFF) as i16
-}
-
-/// By its bits: without an FPU a comparison is a call.
-#[inline(always)]
-fn is_nan(unit: f32) -> bool {
-    unit.to_bits() << 1 > 0xFF00_0000
 }
 
 /// The sum of products.
