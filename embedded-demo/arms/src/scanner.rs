@@ -67,6 +67,20 @@ struct Course {
     losses: u8,
 }
 
+/// Who is there and when it begins, after a scan has ended so. The arms move by themselves only for a
+/// scan that was begun.
+fn after(end: End) -> (Host, Start) {
+    match end {
+        End::Alone | End::Silent { started: true } => (Host::Absent, Start::Now),
+        End::Stored { started: true, .. } => (Host::Listens, Start::IfUnderWay),
+        End::Waiting
+        | End::Finished
+        | End::Failed(_)
+        | End::Silent { started: false }
+        | End::Stored { started: false, .. } => (Host::Listens, Start::ByButton),
+    }
+}
+
 impl<S, D, H, A, L, F> Scanner<S, D, H, A, L, F>
 where
     S: OutputPin,
@@ -99,16 +113,11 @@ where
             if end != End::Waiting {
                 platform.tell(News::End(end));
             }
-            next = match end {
-                End::Alone => (Host::Absent, Start::Now),
-                End::Failed(ScannerError::Scan(Failure::NoReply)) => (Host::Absent, Start::Now),
-                End::Waiting | End::Finished | End::Failed(_) => (Host::Listens, Start::ByButton),
-                End::Stored(bytes) => {
-                    let installed = self.recipes.install(&mut self.flash, bytes, buffer);
-                    platform.tell(News::Recipe(installed.map(|_| ())));
-                    (Host::Listens, Start::IfUnderWay)
-                }
-            };
+            if let End::Stored { bytes, .. } = end {
+                let installed = self.recipes.install(&mut self.flash, bytes, buffer);
+                platform.tell(News::Recipe(installed.map(|_| ())));
+            }
+            next = after(end);
         }
     }
 
@@ -187,7 +196,10 @@ where
                 Action::Store { offset, bytes } => {
                     self.recipes.store(&mut self.flash, offset, &bytes)?;
                 }
-                Action::Install { bytes, .. } => return Ok(End::Stored(bytes)),
+                Action::Install { bytes, .. } => {
+                    let started = course.started;
+                    return Ok(End::Stored { bytes, started });
+                }
                 Action::Finished(residual) => {
                     if let Some(fitted) = driver.scan().ok().and_then(Scan::fitted) {
                         platform.finished(residual, &mut fitted.values());
@@ -199,6 +211,11 @@ where
                     return Ok(End::Finished);
                 }
                 Action::Forget => self.readings.end(&mut self.flash)?,
+                // The arms stand still while a host is asked something.
+                Action::Failed(Failure::NoReply) => {
+                    let started = course.started;
+                    return Ok(End::Silent { started });
+                }
                 Action::Failed(failure) => return Err(ScannerError::Scan(failure)),
                 // Readings were kept when they were taken, and this is no time to sleep.
                 Action::Save { .. } | Action::Measure { .. } => {}

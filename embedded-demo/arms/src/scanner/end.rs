@@ -30,9 +30,20 @@ pub enum End {
     Waiting,
     /// Somebody wants to scan, and no host says a word.
     Alone,
-    /// A host has sent another recipe, of so many bytes: it is stored, and waits for
-    /// [`Recipes::install`].
-    Stored(u32),
+    /// A host spoke, and then fell silent.
+    Silent {
+        /// The scan was begun, so that it goes on without a host. Otherwise nobody has asked the
+        /// arms to move.
+        started: bool,
+    },
+    /// A host has sent another recipe: it is stored, and waits for
+    /// [`Recipes::install`](crate::store::recipes::Recipes::install).
+    Stored {
+        /// Its length.
+        bytes: u32,
+        /// The scan was begun before, by the old recipe.
+        started: bool,
+    },
     /// It was given up.
     Failed(ScannerError),
 }

@@ -35,7 +35,6 @@ pub(super) fn complain<K: Fitter, const CAPACITY: usize>(
     platform: &mut impl Platform,
 ) {
     match error {
-        ScannerError::Scan(Failure::NoReply) => return,
         ScannerError::Scan(_) => {} // the driver knows
         _ => driver.fail(Failure::Machine),
     }

@@ -39,7 +39,11 @@ impl News {
             Self::End(End::Finished) => defmt::info!("finished"),
             Self::End(End::Waiting) => {}
             Self::End(End::Alone) => defmt::info!("no host listens"),
-            Self::End(End::Stored(bytes)) => {
+            Self::End(End::Silent { started: true }) => {
+                defmt::warn!("the host fell silent: the scan goes on without");
+            }
+            Self::End(End::Silent { started: false }) => defmt::warn!("the host fell silent"),
+            Self::End(End::Stored { bytes, .. }) => {
                 defmt::info!("a recipe of {=u32} bytes has come", bytes);
             }
             Self::End(End::Failed(error)) => defmt::error!("failed: {}", error),

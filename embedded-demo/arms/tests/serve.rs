@@ -1,0 +1,251 @@
+//! The firmware as it runs on a board, scan after scan: a button, a line with a host or with noise
+//! on it, and the simulated scanner.
+
+#[allow(dead_code)] // here no power goes
+mod support;
+
+use std::collections::VecDeque;
+use std::ops::Range;
+
+use embedded_hal::digital::OutputPin;
+use glimpse_arms::Memory;
+use glimpse_arms::scanner::{End, News, Platform, Scanner};
+use glimpse_arms::sensor::Sensor;
+use glimpse_arms::simulated::{DirectionPin, StepPin, Switch, World};
+use glimpse_arms::station::Station;
+use glimpse_arms::store::readings::Readings;
+use glimpse_arms::store::recipes::Recipes;
+use glimpse_core::fit::Fitter;
+use glimpse_core::link::{
+    Answerer, BYTES_PER_FRAME, FRAME_BYTES, PROTOCOL, Received, Reply, Request,
+};
+use glimpse_core::recipe::Recipe;
+use glimpse_core::scan::{self, Residual};
+use support::{Flash, SECTOR};
+
+static PHONG: &[u8] = include_bytes!("../../recipes/phong-n8.recipe");
+static COOK_TORRANCE: &[u8] = include_bytes!("../../recipes/cook-torrance-n8.recipe");
+
+/// Microseconds that each round takes.
+const ROUND: u64 = 40;
+const SECOND: u64 = 1_000_000;
+const BUFFER_BYTES: usize = 2 * SECTOR;
+
+const fn sectors(range: Range<u32>) -> Range<u32> {
+    range.start * SECTOR as u32..range.end * SECTOR as u32
+}
+
+fn mount_readings(flash: &mut Flash) -> Readings {
+    Readings::mount(flash, [sectors(0..1), sectors(1..2)]).unwrap()
+}
+
+fn mount_recipes(flash: &mut Flash) -> Recipes {
+    let mut buffer = [0; BUFFER_BYTES];
+    Recipes::mount(flash, [sectors(2..4), sectors(4..6)], &mut buffer).unwrap()
+}
+
+/// A host that answers what it is asked, or says nothing.
+struct Host<'h> {
+    answerer: Answerer,
+    answer: &'h mut dyn FnMut(&Request) -> Option<Reply>,
+    requests: Vec<Request>,
+}
+
+impl<'h> Host<'h> {
+    fn new(answer: &'h mut dyn FnMut(&Request) -> Option<Reply>) -> Self {
+        Self {
+            answerer: Answerer::new(),
+            answer,
+            requests: Vec::new(),
+        }
+    }
+
+    /// Takes a byte; the bytes of the answer, if it ended a request.
+    fn hear(&mut self, byte: u8) -> Vec<u8> {
+        let reply = match self.answerer.receive(byte) {
+            Some(Ok(Received::New(request))) => {
+                self.requests.push(request.clone());
+                (self.answer)(&request)
+            }
+            Some(Ok(Received::Again(reply))) => Some(reply),
+            _ => None,
+        };
+        let mut buffer = [0; FRAME_BYTES];
+        let frame = reply.map(|reply| self.answerer.answer(reply, &mut buffer).unwrap().to_vec());
+        frame.unwrap_or_default()
+    }
+}
+
+/// What a host answers that listens, and has this recipe if it has one.
+fn answer(request: &Request, recipe: Option<&[u8]>) -> Reply {
+    match (request, recipe) {
+        (Request::Hello { .. }, _) => Reply::Welcome { protocol: PROTOCOL },
+        (Request::Update, Some(recipe)) => Reply::Recipe {
+            bytes: recipe.len() as u32,
+            checksum: Recipe::parse(recipe).unwrap().checksum(),
+        },
+        (Request::RecipePart { offset }, Some(recipe)) => {
+            let part = recipe[*offset as usize..].chunks(BYTES_PER_FRAME).next();
+            Reply::RecipePart {
+                offset: *offset,
+                bytes: part.unwrap().iter().copied().collect(),
+            }
+        }
+        _ => Reply::Accepted,
+    }
+}
+
+/// The bench has seen enough.
+struct Over;
+
+/// A board on a bench.
+struct Board<'b, 'h> {
+    /// Microseconds since it was started.
+    now: u64,
+    /// When the bench ends, if nothing ends it before.
+    until: u64,
+    /// When the button is pressed.
+    presses: VecDeque<u64>,
+    /// Bytes on the line that no host has sent, and when.
+    noise: VecDeque<(u64, u8)>,
+    host: Option<Host<'h>>,
+    replies: VecDeque<u8>,
+    news: Vec<News>,
+    /// Is told everything; true ends the bench.
+    watch: &'b mut dyn FnMut(&News) -> bool,
+}
+
+impl<'b, 'h> Board<'b, 'h> {
+    fn new(until: u64, watch: &'b mut dyn FnMut(&News) -> bool) -> Self {
+        Self {
+            now: 0,
+            until,
+            presses: VecDeque::new(),
+            noise: VecDeque::new(),
+            host: None,
+            replies: VecDeque::new(),
+            news: Vec::new(),
+            watch,
+        }
+    }
+
+    fn ends(&self) -> Vec<End> {
+        let end = |news: &News| match news {
+            News::End(end) => Some(*end),
+            _ => None,
+        };
+        self.news.iter().filter_map(end).collect()
+    }
+
+    fn count(&self, of: impl Fn(&News) -> bool) -> usize {
+        self.news.iter().filter(|news| of(news)).count()
+    }
+}
+
+impl Platform for Board<'_, '_> {
+    fn elapsed(&mut self) -> u32 {
+        self.now += ROUND;
+        if self.now >= self.until {
+            std::panic::resume_unwind(Box::new(Over));
+        }
+        ROUND as u32
+    }
+
+    fn receive(&mut self) -> Option<u8> {
+        match self.noise.front() {
+            Some((at, _)) if *at <= self.now => self.noise.pop_front().map(|(_, byte)| byte),
+            _ => self.replies.pop_front(),
+        }
+    }
+
+    fn send(&mut self, byte: u8) -> bool {
+        if let Some(host) = &mut self.host {
+            self.replies.extend(host.hear(byte));
+        }
+        true
+    }
+
+    fn is_started(&mut self) -> bool {
+        let is_due = self.presses.front().is_some_and(|at| *at <= self.now);
+        is_due && self.presses.pop_front().is_some()
+    }
+
+    fn remember(&mut self, _: Option<[i32; 4]>) {}
+
+    fn tell(&mut self, news: News) {
+        self.news.push(news);
+        if (self.watch)(&news) {
+            std::panic::resume_unwind(Box::new(Over));
+        }
+    }
+
+    fn finished(&mut self, _: Residual, _: &mut dyn Iterator<Item = f32>) {}
+}
+
+/// Boots the firmware, which serves by [`PHONG`] until the bench has seen enough.
+fn serve<A: Sensor, L: OutputPin, K: Fitter, const CAPACITY: usize>(
+    station: Station<StepPin<'_>, DirectionPin<'_>, Switch<'_>, A, L>,
+    flash: &mut Flash,
+    memory: &mut scan::Memory<K, CAPACITY>,
+    board: &mut Board<'_, '_>,
+) {
+    let readings = mount_readings(flash);
+    let recipes = mount_recipes(flash);
+    let mut scanner = Scanner {
+        station,
+        flash: flash.clone(),
+        readings,
+        recipes,
+    };
+    let run = std::panic::AssertUnwindSafe(|| {
+        let mut buffer = [0; BUFFER_BYTES];
+        scanner.serve(PHONG, &mut buffer, memory, board)
+    });
+    match std::panic::catch_unwind(run) {
+        Err(over) if over.is::<Over>() => {}
+        Err(panic) => std::panic::resume_unwind(panic),
+    }
+    *flash = scanner.flash;
+}
+
+fn is_finished(news: &News) -> bool {
+    matches!(news, News::End(End::Finished))
+}
+
+/// The cable is pulled in the middle of a recipe, before anybody has pressed the button.
+#[test]
+fn a_host_that_falls_silent_moves_no_motor() {
+    let positions = [300, 500, 40, 700];
+    let world = World::new(positions);
+    let mut parts = 0;
+    let mut half = |request: &Request| {
+        parts += u32::from(matches!(request, Request::RecipePart { .. }));
+        (parts <= 2).then(|| answer(request, Some(COOK_TORRANCE)))
+    };
+    let mut watch = |_: &News| false;
+    let mut board = Board::new(10 * SECOND, &mut watch);
+    board.host = Some(Host::new(&mut half));
+    let mut flash = Flash::new(6);
+    serve(world.station(), &mut flash, &mut Memory::new(), &mut board);
+    assert_eq!(world.positions(), positions, "{:?}", board.news);
+    assert_eq!(board.ends().len(), 1, "it tells that the host fell silent");
+}
+
+/// The same in a scan that somebody has begun: it goes on alone.
+#[test]
+fn a_scan_under_way_goes_on_without_a_host_that_falls_silent() {
+    let world = World::new([300, 500, 40, 700]);
+    let mut greets_only = |request: &Request| match request {
+        Request::Progress(_) => None,
+        request => Some(answer(request, None)),
+    };
+    let mut watch = is_finished;
+    let mut board = Board::new(600 * SECOND, &mut watch);
+    board.host = Some(Host::new(&mut greets_only));
+    board.presses.push_back(SECOND);
+    let mut flash = Flash::new(6);
+    serve(world.station(), &mut flash, &mut Memory::new(), &mut board);
+    assert_eq!(board.ends().last(), Some(&End::Finished));
+    let reads = board.count(|news| matches!(news, News::Read { .. }));
+    assert_eq!(reads, 8, "nothing is read twice");
+}
