@@ -176,16 +176,20 @@ where
             let elapsed = platform.elapsed();
             waited = waited.saturating_add(elapsed);
             course.started |= platform.is_started();
-            heard |= line::exchange(driver, platform);
-            if course.started && !heard && waited >= GREETING {
-                return Ok(End::Alone);
-            }
+            line::exchange(driver, platform);
             if let Some(done) = self.go_on(elapsed, &mut course, platform)? {
                 self.take_up(done, driver, &mut course, platform)?;
             }
             platform.remember(self.station.arms().positions());
 
-            match driver.poll(milliseconds.of(elapsed)) {
+            let action = driver.poll(milliseconds.of(elapsed));
+            // A driver that greets only waits; anything else means that it has understood a reply.
+            // Bytes alone may be noise.
+            heard |= !matches!(action, Action::Wait { .. });
+            if course.started && !heard && waited >= GREETING {
+                return Ok(End::Alone);
+            }
+            match action {
                 Action::Measure { .. } if course.started && self.station.is_idle() => {
                     self.next(driver, &mut course)?;
                 }

@@ -249,3 +249,16 @@ fn a_scan_under_way_goes_on_without_a_host_that_falls_silent() {
     let reads = board.count(|news| matches!(news, News::Read { .. }));
     assert_eq!(reads, 8, "nothing is read twice");
 }
+
+/// One byte of noise, long before the press, is no host.
+#[test]
+fn noise_on_the_line_leaves_the_button_alone() {
+    let world = World::new([300, 500, 40, 700]);
+    let mut watch = is_finished;
+    let mut board = Board::new(600 * SECOND, &mut watch);
+    board.noise.push_back((SECOND, 0x55));
+    board.presses.push_back(10 * SECOND);
+    let mut flash = Flash::new(6);
+    serve(world.station(), &mut flash, &mut Memory::new(), &mut board);
+    assert_eq!(board.ends(), [End::Alone, End::Finished]);
+}

@@ -10,14 +10,12 @@ use super::{Platform, ScannerError};
 /// A host that listens has so many microseconds to hear what failed.
 const COMPLAINT: u32 = 500_000;
 
-/// Carries bytes both ways; whether one has come.
+/// Carries bytes both ways.
 pub(super) fn exchange<K: Fitter, const CAPACITY: usize>(
     driver: &mut Driver<'_, '_, K, CAPACITY>,
     platform: &mut impl Platform,
-) -> bool {
-    let mut heard = false;
+) {
     while let Some(byte) = platform.receive() {
-        heard = true;
         driver.receive(byte);
     }
     while let Some(byte) = driver.outgoing().first()
@@ -25,7 +23,6 @@ pub(super) fn exchange<K: Fitter, const CAPACITY: usize>(
     {
         driver.sent(1);
     }
-    heard
 }
 
 /// Tells a host what failed.
