@@ -5,7 +5,8 @@
 //! its turn in each round, by [`Platform`].
 //!
 //! A reading is kept as soon as it was taken, but the scan takes it only once the arms have come
-//! home without having lost a step since. If they had, what was read on the way is read again.
+//! home without having lost a step since. If they had, what was read on the way is read again. What
+//! cannot be a reading is not kept, and read again at once.
 
 mod end;
 mod line;
@@ -25,7 +26,7 @@ use glimpse_core::driver::{Action, Config, Driver, Host};
 use glimpse_core::fit::Fitter;
 use glimpse_core::link::Failure;
 use glimpse_core::recipe::Recipe;
-use glimpse_core::scan::{Memory, Scan};
+use glimpse_core::scan::{Memory, ReadingError, Scan};
 
 use crate::axis::AxisError;
 use crate::goniometer::{ArmError, LostSteps};
@@ -65,6 +66,8 @@ struct Course {
     readings: u16,
     /// How often steps were lost.
     losses: u8,
+    /// How often what was read at the present sample could not be a reading.
+    refused: u8,
 }
 
 /// Who is there and when it begins, after a scan has ended so. The arms move by themselves only for a
@@ -78,6 +81,23 @@ fn after(end: End) -> (Host, Start) {
         | End::Failed(_)
         | End::Silent { started: false }
         | End::Stored { started: false, .. } => (Host::Listens, Start::ByButton),
+    }
+}
+
+/// What was read at a sample cannot be a reading. It was not kept, so that it is read again here and
+/// now, until the scan is given up.
+///
+/// Attempts are not the driver's to count: it hears of good readings only once the arms are home, and
+/// would count those at several samples as one.
+fn refuse<K: Fitter, const CAPACITY: usize>(
+    index: u16,
+    error: ReadingError,
+    driver: &mut Driver<'_, '_, K, CAPACITY>,
+    course: &mut Course,
+) {
+    course.refused = course.refused.saturating_add(1);
+    if course.refused >= Config::new(Host::Listens).attempts {
+        driver.fail(Failure::Reading { index, error });
     }
 }
 
@@ -307,12 +327,20 @@ where
         platform: &mut impl Platform,
     ) -> Result<(), ScannerError> {
         match done {
-            Done::Read { index, reading } => {
-                self.readings.keep(&mut self.flash, index, reading)?;
-                course.readings = course.readings.saturating_add(1);
-                platform.tell(News::Read { index, reading });
-                Ok(())
-            }
+            Done::Read { index, reading } => match reading.check() {
+                Ok(()) => {
+                    self.readings.keep(&mut self.flash, index, reading)?;
+                    course.readings = course.readings.saturating_add(1);
+                    course.refused = 0;
+                    platform.tell(News::Read { index, reading });
+                    Ok(())
+                }
+                Err(error) => {
+                    platform.tell(News::Refused { index, error });
+                    refuse(index, error, driver, course);
+                    Ok(())
+                }
+            },
             Done::Home(Some(lost)) => self.lose(lost, course, platform),
             Done::Home(None) => {
                 course.homed = true;

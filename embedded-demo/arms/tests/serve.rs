@@ -4,23 +4,27 @@
 #[allow(dead_code)] // here no power goes
 mod support;
 
+use std::cell::Cell;
 use std::collections::VecDeque;
+use std::convert::Infallible;
 use std::ops::Range;
 
-use embedded_hal::digital::OutputPin;
+use embedded_hal::digital::{ErrorType, OutputPin};
 use glimpse_arms::Memory;
-use glimpse_arms::scanner::{End, News, Platform, Scanner};
-use glimpse_arms::sensor::Sensor;
+use glimpse_arms::scanner::{End, News, Platform, Scanner, ScannerError};
+use glimpse_arms::sensor::{Photometer, Sensor, White};
 use glimpse_arms::simulated::{DirectionPin, StepPin, Switch, World};
-use glimpse_arms::station::Station;
+use glimpse_arms::station::{self, Station};
 use glimpse_arms::store::readings::Readings;
 use glimpse_arms::store::recipes::Recipes;
 use glimpse_core::fit::Fitter;
+use glimpse_core::geometry::Directions;
+use glimpse_core::gonio::{Footprint, Limits, Machine, Speeds};
 use glimpse_core::link::{
-    Answerer, BYTES_PER_FRAME, FRAME_BYTES, PROTOCOL, Received, Reply, Request,
+    Answerer, BYTES_PER_FRAME, FRAME_BYTES, Failure, PROTOCOL, Received, Reply, Request,
 };
 use glimpse_core::recipe::Recipe;
-use glimpse_core::scan::{self, Residual};
+use glimpse_core::scan::{self, ReadingError, Residual};
 use support::{Flash, SECTOR};
 
 static PHONG: &[u8] = include_bytes!("../../recipes/phong-n8.recipe");
@@ -182,6 +186,86 @@ impl Platform for Board<'_, '_> {
     fn finished(&mut self, _: Residual, _: &mut dyn Iterator<Item = f32>) {}
 }
 
+/// Counts of [`Counter`] in the dark, and those above them of the white tile.
+const DARK: u16 = 1000;
+const WHITE: u16 = 100;
+/// A count of a lit sample that is dark grey, and one that is less than nothing.
+const GREY: u16 = DARK + 30;
+const BAD: u16 = 0;
+
+/// A sensor that counts what a test likes while the lamp is on.
+struct Counter<'c> {
+    is_lit: &'c Cell<bool>,
+    lit: &'c mut dyn FnMut() -> u16,
+}
+
+impl Sensor for Counter<'_> {
+    type Error = Infallible;
+
+    fn read(&mut self) -> Result<[u16; 3], Infallible> {
+        Ok([if self.is_lit.get() {
+            (self.lit)()
+        } else {
+            DARK
+        }; 3])
+    }
+}
+
+/// Its lamp.
+struct Bulb<'c>(&'c Cell<bool>);
+
+impl ErrorType for Bulb<'_> {
+    type Error = Infallible;
+}
+
+impl OutputPin for Bulb<'_> {
+    fn set_low(&mut self) -> Result<(), Infallible> {
+        self.0.set(false);
+        Ok(())
+    }
+
+    fn set_high(&mut self) -> Result<(), Infallible> {
+        self.0.set(true);
+        Ok(())
+    }
+}
+
+/// The simulated arms with another sensor, read once for each reading.
+fn counting<'c>(
+    world: &'c World,
+    is_lit: &'c Cell<bool>,
+    lit: &'c mut dyn FnMut() -> u16,
+) -> Station<StepPin<'c>, DirectionPin<'c>, Switch<'c>, Counter<'c>, Bulb<'c>> {
+    let normal = [0.0, 0.0, 1.0];
+    let white = White {
+        counts: [WHITE.into(); 3],
+        reflectance: [1.0; 3],
+        at: Directions {
+            incoming: normal,
+            outgoing: normal,
+        },
+        footprint: Footprint::LightLarger,
+        full_scale: u16::MAX,
+    };
+    let settings = station::Settings {
+        machine: Machine {
+            speeds: Speeds {
+                theta_i: 2.0,
+                phi_i: 2.0,
+                theta_o: 2.0,
+                phi_o: 2.0,
+            },
+            limits: Limits::NONE,
+            isotropic: true,
+            through_normal: false,
+        },
+        arms_settle: 20_000,
+        lamp_settles: 5_000,
+    };
+    let photometer = Photometer::new(Counter { is_lit, lit }, Bulb(is_lit), white, 1);
+    Station::new(world.goniometer(), photometer, settings)
+}
+
 /// Boots the firmware, which serves by [`PHONG`] until the bench has seen enough.
 fn serve<A: Sensor, L: OutputPin, K: Fitter, const CAPACITY: usize>(
     station: Station<StepPin<'_>, DirectionPin<'_>, Switch<'_>, A, L>,
@@ -261,4 +345,71 @@ fn noise_on_the_line_leaves_the_button_alone() {
     let mut flash = Flash::new(6);
     serve(world.station(), &mut flash, &mut Memory::new(), &mut board);
     assert_eq!(board.ends(), [End::Alone, End::Finished]);
+}
+
+/// The third reading is less than nothing: it is read again, and the scan goes on.
+#[test]
+fn a_reading_that_cannot_be_one_is_taken_again() {
+    let world = World::new([300, 500, 40, 700]);
+    let is_lit = Cell::new(false);
+    let mut taken = 0;
+    let mut third_is_bad = || {
+        taken += 1;
+        if taken == 3 { BAD } else { GREY }
+    };
+    let mut watch = |news: &News| matches!(news, News::End(End::Finished | End::Failed(_)));
+    let mut board = Board::new(600 * SECOND, &mut watch);
+    board.presses.push_back(0);
+    let station = counting(&world, &is_lit, &mut third_is_bad);
+    serve(station, &mut Flash::new(6), &mut Memory::new(), &mut board);
+    assert_eq!(board.ends(), [End::Alone, End::Finished]);
+    let kept = board.count(|news| matches!(news, News::Read { .. }));
+    assert_eq!((kept, taken), (8, 9));
+}
+
+/// After three attempts at the same sample the scan is given up, by the name of what was wrong.
+#[test]
+fn a_reading_that_never_can_be_one_ends_the_scan_after_three_attempts() {
+    let world = World::new([300, 500, 40, 700]);
+    let is_lit = Cell::new(false);
+    let mut taken = 0;
+    let mut all_bad_from_the_third = || {
+        taken += 1;
+        if taken < 3 { GREY } else { BAD }
+    };
+    let mut watch = |news: &News| matches!(news, News::End(End::Finished | End::Failed(_)));
+    let mut board = Board::new(600 * SECOND, &mut watch);
+    board.presses.push_back(0);
+    let station = counting(&world, &is_lit, &mut all_bad_from_the_third);
+    serve(station, &mut Flash::new(6), &mut Memory::new(), &mut board);
+    let Some(End::Failed(ScannerError::Scan(Failure::Reading { error, .. }))) = board.ends().pop()
+    else {
+        panic!("{:?}", board.news);
+    };
+    assert_eq!(error, ReadingError::Negative(0));
+    assert_eq!(taken, 2 + 3);
+}
+
+/// Attempts count for one sample, though the driver hears of good readings only once the arms are
+/// home.
+#[test]
+fn attempts_at_one_sample_do_not_count_for_the_next() {
+    let world = World::new([300, 500, 40, 700]);
+    let is_lit = Cell::new(false);
+    let mut taken = 0;
+    let mut twice_and_once = || {
+        taken += 1;
+        if [2, 3, 5].contains(&taken) {
+            BAD
+        } else {
+            GREY
+        }
+    };
+    let mut watch = |news: &News| matches!(news, News::End(End::Finished | End::Failed(_)));
+    let mut board = Board::new(600 * SECOND, &mut watch);
+    board.presses.push_back(0);
+    let station = counting(&world, &is_lit, &mut twice_and_once);
+    serve(station, &mut Flash::new(6), &mut Memory::new(), &mut board);
+    assert_eq!(board.ends(), [End::Alone, End::Finished]);
+    assert_eq!(taken, 8 + 3);
 }

@@ -1,6 +1,6 @@
 //! What a scan has to tell on the way.
 
-use glimpse_core::scan::Reading;
+use glimpse_core::scan::{Reading, ReadingError};
 
 use super::End;
 use crate::goniometer::LostSteps;
@@ -28,6 +28,13 @@ pub enum News {
         index: u16,
         /// What the sensor saw.
         reading: Reading,
+    },
+    /// What was read cannot be a reading: it is read again, up to three times.
+    Refused {
+        /// Its index in the recipe's pattern.
+        index: u16,
+        /// What is wrong with it.
+        error: ReadingError,
     },
 }
 
@@ -64,6 +71,9 @@ impl News {
                     blue,
                     reading.saturated
                 );
+            }
+            Self::Refused { index, error } => {
+                defmt::warn!("refused reading {=u16}: {}", index, error);
             }
         }
     }
