@@ -161,8 +161,8 @@ where
         match self.lead(&mut driver, host, start, platform) {
             Ok(end) => end,
             Err(error) => {
-                // The readings stay where they are: whatever it was, the scan may go on after it.
                 self.station.stop();
+                let error = self.keep_what_holds(error);
                 if host == Host::Listens {
                     line::complain(&mut driver, &error, platform);
                 }
@@ -195,7 +195,10 @@ where
         loop {
             let elapsed = platform.elapsed();
             waited = waited.saturating_add(elapsed);
-            course.started |= platform.is_started();
+            if platform.is_started() && !course.started {
+                self.readings.end(&mut self.flash)?;
+                course.started = true;
+            }
             line::exchange(driver, platform);
             if let Some(done) = self.go_on(elapsed, &mut course, platform)? {
                 self.take_up(done, driver, &mut course, platform)?;
@@ -246,6 +249,21 @@ where
                 Action::Wait { .. } | Action::Continue => {}
             }
         }
+    }
+
+    /// Forgets the readings that a failure makes useless, and keeps all others, so that a reset goes
+    /// on with them.
+    fn keep_what_holds(&mut self, error: ScannerError) -> ScannerError {
+        let kept = match error {
+            // They would fail in the same way again.
+            ScannerError::Scan(Failure::Reading { .. } | Failure::Fit(_) | Failure::Diverged) => {
+                self.readings.end(&mut self.flash)
+            }
+            // Nobody will know whether this arm was where its last readings say: it has stopped.
+            ScannerError::Station(StationError::Arm(_)) => self.readings.discard(&mut self.flash),
+            _ => Ok(()),
+        };
+        kept.map_or_else(ScannerError::Store, |()| error)
     }
 
     fn is_under_way<K: Fitter, const CAPACITY: usize>(
@@ -376,6 +394,7 @@ where
         self.readings.discard(&mut self.flash)?;
         course.homed = false;
         course.readings = 0;
+        course.refused = 0;
         course.losses = course.losses.saturating_add(1);
         if course.losses > LOSSES {
             return Err(ScannerError::LostSteps(lost));

@@ -141,8 +141,10 @@ impl<'b, 'h> Board<'b, 'h> {
         self.news.iter().filter_map(end).collect()
     }
 
-    fn count(&self, of: impl Fn(&News) -> bool) -> usize {
-        self.news.iter().filter(|news| of(news)).count()
+    /// How many readings were taken and kept.
+    fn reads(&self) -> usize {
+        let is_read = |news: &&News| matches!(news, News::Read { .. });
+        self.news.iter().filter(is_read).count()
     }
 }
 
@@ -330,8 +332,7 @@ fn a_scan_under_way_goes_on_without_a_host_that_falls_silent() {
     let mut flash = Flash::new(6);
     serve(world.station(), &mut flash, &mut Memory::new(), &mut board);
     assert_eq!(board.ends().last(), Some(&End::Finished));
-    let reads = board.count(|news| matches!(news, News::Read { .. }));
-    assert_eq!(reads, 8, "nothing is read twice");
+    assert_eq!(board.reads(), 8, "nothing is read twice");
 }
 
 /// One byte of noise, long before the press, is no host.
@@ -363,8 +364,7 @@ fn a_reading_that_cannot_be_one_is_taken_again() {
     let station = counting(&world, &is_lit, &mut third_is_bad);
     serve(station, &mut Flash::new(6), &mut Memory::new(), &mut board);
     assert_eq!(board.ends(), [End::Alone, End::Finished]);
-    let kept = board.count(|news| matches!(news, News::Read { .. }));
-    assert_eq!((kept, taken), (8, 9));
+    assert_eq!((board.reads(), taken), (8, 9));
 }
 
 /// After three attempts at the same sample the scan is given up, by the name of what was wrong.
@@ -412,4 +412,100 @@ fn attempts_at_one_sample_do_not_count_for_the_next() {
     serve(station, &mut Flash::new(6), &mut Memory::new(), &mut board);
     assert_eq!(board.ends(), [End::Alone, End::Finished]);
     assert_eq!(taken, 8 + 3);
+}
+
+/// Raw counts in place of a BRDF: the fit refuses them, and nobody fits them again.
+#[test]
+fn readings_that_cannot_be_fitted_are_forgotten() {
+    let world = World::new([300, 500, 40, 700]);
+    let is_lit = Cell::new(false);
+    let mut taken = 0;
+    let mut eight_too_large = || {
+        taken += 1;
+        if taken <= 8 { DARK + 110 * WHITE } else { GREY }
+    };
+    let mut ends = 0;
+    let mut watch = |news: &News| {
+        ends += u32::from(matches!(news, News::End(End::Failed(_) | End::Finished)));
+        ends == 2
+    };
+    let mut board = Board::new(600 * SECOND, &mut watch);
+    board.presses.extend([0, 300 * SECOND]);
+    let station = counting(&world, &is_lit, &mut eight_too_large);
+    let mut flash = Flash::new(6);
+    serve(station, &mut flash, &mut Memory::new(), &mut board);
+    let [
+        End::Alone,
+        End::Failed(ScannerError::Scan(Failure::Fit(_))),
+        End::Alone,
+        End::Finished,
+    ] = board.ends()[..]
+    else {
+        panic!("{:?}", board.news);
+    };
+    assert_eq!(board.reads(), 16);
+}
+
+/// An arm hangs in the sixth reading of a scan, which is given up: its flash.
+fn hang(world: &World) -> Flash {
+    let mut count = 0;
+    let mut watch = |news: &News| {
+        count += u32::from(matches!(news, News::Read { .. }));
+        if count == 6 {
+            world.stall(2, u32::MAX);
+        }
+        matches!(news, News::End(End::Failed(_)))
+    };
+    let mut board = Board::new(600 * SECOND, &mut watch);
+    board.presses.push_back(0);
+    let mut flash = Flash::new(6);
+    serve(world.station(), &mut flash, &mut Memory::new(), &mut board);
+    let Some(End::Failed(ScannerError::Station(_) | ScannerError::LostSteps(_))) =
+        board.ends().pop()
+    else {
+        panic!("{:?}", board.news);
+    };
+    world.place([300, 500, 40, 700]);
+    flash
+}
+
+/// A scan that the machine has spoilt goes on after a reset, with what was read and confirmed.
+#[test]
+fn after_a_failure_of_the_machine_a_reset_goes_on() {
+    let world = World::new([300, 500, 40, 700]);
+    let mut flash = hang(&world);
+    let mut watch = is_finished;
+    let mut board = Board::new(600 * SECOND, &mut watch);
+    serve(world.station(), &mut flash, &mut Memory::new(), &mut board);
+    assert_eq!(board.ends().last(), Some(&End::Finished));
+    assert_eq!(board.reads(), 4, "what the arm has spoilt, and no other");
+}
+
+/// But the button begins anew: another material may lie there.
+#[test]
+fn the_button_begins_a_scan_anew() {
+    let world = World::new([300, 500, 40, 700]);
+    let mut failures = 0;
+    let (mut count, mut after) = (0, 0);
+    let mut watch = |news: &News| {
+        match news {
+            News::Read { .. } if failures == 0 => count += 1,
+            News::Read { .. } => after += 1,
+            News::End(End::Failed(_)) => {
+                failures += 1;
+                world.place([300, 500, 40, 700]);
+            }
+            _ => {}
+        }
+        if count == 6 && failures == 0 {
+            world.stall(2, u32::MAX);
+        }
+        is_finished(news)
+    };
+    let mut board = Board::new(600 * SECOND, &mut watch);
+    board.presses.extend([0, 300 * SECOND]);
+    let mut flash = Flash::new(6);
+    serve(world.station(), &mut flash, &mut Memory::new(), &mut board);
+    assert_eq!(board.ends().last(), Some(&End::Finished));
+    assert_eq!((failures, after), (1, 8));
 }

@@ -91,11 +91,14 @@ impl Readings {
         )
     }
 
-    /// Ends the scan: nothing is under way any more.
+    /// Ends the scan, if one is under way: nothing is any more.
     ///
     /// # Errors
     /// If it cannot be written.
     pub fn end<F: NorFlash>(&mut self, flash: &mut F) -> Result<(), StoreError> {
+        if self.under.samples == 0 {
+            return Ok(());
+        }
         let samples = 0;
         let under = self.under;
         self.enter(flash, Under { samples, ..under })
