@@ -24,7 +24,7 @@ use embedded_hal::digital::{InputPin, OutputPin};
 use embedded_storage::nor_flash::NorFlash;
 use glimpse_core::driver::{Action, Config, Driver, Host};
 use glimpse_core::fit::Fitter;
-use glimpse_core::link::Failure;
+use glimpse_core::link::{Failure, Refusal};
 use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::{Memory, ReadingError, Scan};
 
@@ -33,7 +33,8 @@ use crate::goniometer::{ArmError, LostSteps};
 use crate::sensor::Sensor;
 use crate::station::{Done, Station, StationError};
 use crate::store::readings::Readings;
-use crate::store::recipes::Recipes;
+use crate::store::recipes::{Recipes, ReplaceError};
+use line::Line;
 use milliseconds::Milliseconds;
 
 /// After so many readings the arms go home, to see whether they have lost steps.
@@ -133,12 +134,39 @@ where
             if end != End::Waiting {
                 platform.tell(News::End(end));
             }
-            if let End::Stored { bytes, .. } = end {
-                let installed = self.recipes.install(&mut self.flash, bytes, buffer);
-                platform.tell(News::Recipe(installed.map(|_| ())));
+            if let End::Stored {
+                bytes, checksum, ..
+            } = end
+            {
+                let installed = self.install(bytes, checksum, buffer, memory);
+                platform.tell(News::Recipe(installed));
             }
             next = after(end);
         }
+    }
+
+    /// Puts the recipe in force that a host has sent, if a scan can do with it. If not, it is not
+    /// fetched again.
+    fn install<K: Fitter, const CAPACITY: usize>(
+        &mut self,
+        bytes: u32,
+        checksum: u32,
+        buffer: &mut [u8],
+        memory: &mut Memory<K, CAPACITY>,
+    ) -> Result<(), ReplaceError> {
+        let accepts = |recipe: Recipe<'_>| match recipe.checksum() == checksum {
+            true => Scan::new(recipe, memory)
+                .map(|_| ())
+                .map_err(ReplaceError::Scan),
+            false => Err(ReplaceError::Other),
+        };
+        let flash = &mut self.flash;
+        let installed = self.recipes.install(flash, bytes, buffer, accepts);
+        let installed = installed.map(|_| ());
+        if installed.is_err() {
+            self.recipes.decline(checksum);
+        }
+        installed
     }
 
     /// Scans one material by a recipe. With [`Host::Listens`] a host may send another recipe
@@ -158,13 +186,19 @@ where
             ..Config::new(host)
         };
         let mut driver = Driver::new(scan, config);
-        match self.lead(&mut driver, host, start, platform) {
+        let mut line = Line::new(self.recipes.declined());
+        match self.lead(&mut driver, &mut line, host, start, platform) {
             Ok(end) => end,
             Err(error) => {
                 self.station.stop();
                 let error = self.keep_what_holds(error);
+                if let (ScannerError::Scan(Failure::Refused(Refusal::Recipe)), Some(checksum)) =
+                    (error, line.offered())
+                {
+                    self.recipes.decline(checksum);
+                }
                 if host == Host::Listens {
-                    line::complain(&mut driver, &error, platform);
+                    line.complain(&mut driver, &error, platform);
                 }
                 End::Failed(error)
             }
@@ -174,6 +208,7 @@ where
     fn lead<K: Fitter, const CAPACITY: usize>(
         &mut self,
         driver: &mut Driver<'_, '_, K, CAPACITY>,
+        line: &mut Line,
         host: Host,
         start: Start,
         platform: &mut impl Platform,
@@ -199,7 +234,7 @@ where
                 self.readings.end(&mut self.flash)?;
                 course.started = true;
             }
-            line::exchange(driver, platform);
+            line.exchange(driver, platform);
             if let Some(done) = self.go_on(elapsed, &mut course, platform)? {
                 self.take_up(done, driver, &mut course, platform)?;
             }
@@ -221,11 +256,18 @@ where
                     return Ok(End::Waiting);
                 }
                 Action::Store { offset, bytes } => {
-                    self.recipes.store(&mut self.flash, offset, &bytes)?;
+                    let stored = self.recipes.store(&mut self.flash, offset, &bytes);
+                    if let (Err(_), Some(checksum)) = (stored, line.offered()) {
+                        self.recipes.decline(checksum);
+                    }
+                    stored?;
                 }
-                Action::Install { bytes, .. } => {
-                    let started = course.started;
-                    return Ok(End::Stored { bytes, started });
+                Action::Install { bytes, checksum } => {
+                    return Ok(End::Stored {
+                        bytes,
+                        checksum,
+                        started: course.started,
+                    });
                 }
                 Action::Finished(residual) => {
                     if let Some(fitted) = driver.scan().ok().and_then(Scan::fitted) {

@@ -182,7 +182,7 @@ fn replace(flash: &mut Flash, recipe: &[u8]) -> Result<(), ReplaceError> {
         let stored = recipes.store(flash, offset, bytes);
         stored.map_err(ReplaceError::Store)?;
     }
-    let installed = recipes.install(flash, recipe.len() as u32, &mut buffer)?;
+    let installed = recipes.install(flash, recipe.len() as u32, &mut buffer, |_| Ok(()))?;
     assert_eq!(installed, recipe);
     Ok(())
 }
@@ -227,4 +227,18 @@ fn a_recipe_has_to_fit_into_its_slot() {
     let long = [0; 4 * SECTOR];
     let refused = replace(&mut flash, &long);
     assert_eq!(refused, Err(ReplaceError::Store(StoreError::Full)));
+}
+
+/// A firmware with a smaller buffer was flashed since: what it cannot read is as none, and it offers no
+/// more room than it has.
+#[test]
+fn a_recipe_that_the_buffer_has_no_room_for_is_none() {
+    let mut flash = Flash::new(8);
+    replace(&mut flash, PHONG).unwrap();
+    replace(&mut flash, COOK_TORRANCE).unwrap();
+    let mut buffer = [0; 230];
+    let recipes = Recipes::mount(&mut flash, SLOTS, &mut buffer).unwrap();
+    assert_eq!(recipes.room(), 228, "whole words");
+    let found = recipes.load(&mut flash, &mut buffer).unwrap();
+    assert_eq!(found, Some(PHONG));
 }

@@ -23,6 +23,7 @@ use glimpse_core::gonio::{Footprint, Limits, Machine, Speeds};
 use glimpse_core::link::{
     Answerer, BYTES_PER_FRAME, FRAME_BYTES, Failure, PROTOCOL, Received, Reply, Request,
 };
+use glimpse_core::model::Phong;
 use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::{self, ReadingError, Residual};
 use support::{Flash, SECTOR};
@@ -508,4 +509,81 @@ fn the_button_begins_a_scan_anew() {
     serve(world.station(), &mut flash, &mut Memory::new(), &mut board);
     assert_eq!(board.ends().last(), Some(&End::Finished));
     assert_eq!((failures, after), (1, 8));
+}
+
+/// Boots a firmware that fits Phong's model with eight samples at most, by a host that has this
+/// recipe, for twenty seconds: how often each of the recipe's parts was asked for.
+fn offer(recipe: &[u8], flash: &mut Flash) -> Vec<usize> {
+    let world = World::new([300, 500, 40, 700]);
+    let mut all = |request: &Request| Some(answer(request, Some(recipe)));
+    let mut watch = |_: &News| false;
+    let mut board = Board::new(20 * SECOND, &mut watch);
+    board.host = Some(Host::new(&mut all));
+    let mut memory = scan::Memory::<Phong, 8>::new();
+    serve(world.station(), flash, &mut memory, &mut board);
+    let requests = board.host.unwrap().requests;
+    let hellos = requests
+        .iter()
+        .filter(|request| matches!(request, Request::Hello { .. }));
+    assert!(hellos.count() > 3, "it greets anew from time to time");
+    let parts = (0..recipe.len()).step_by(BYTES_PER_FRAME);
+    let asked = |at| Request::RecipePart { offset: at as u32 };
+    parts
+        .map(|at| {
+            requests
+                .iter()
+                .filter(|request| **request == asked(at))
+                .count()
+        })
+        .collect()
+}
+
+fn in_force(flash: &mut Flash) -> Option<Vec<u8>> {
+    let recipes = mount_recipes(flash);
+    let mut buffer = [0; BUFFER_BYTES];
+    recipes
+        .load(flash, &mut buffer)
+        .unwrap()
+        .map(<[u8]>::to_vec)
+}
+
+/// A whole recipe, but of a model that the firmware has not: it is fetched once, and the old one
+/// stays.
+#[test]
+fn a_recipe_that_cannot_be_used_is_fetched_once_and_not_put_in_force() {
+    let mut flash = Flash::new(6);
+    assert_eq!(offer(COOK_TORRANCE, &mut flash), [1; 4]);
+    assert_eq!(in_force(&mut flash), None);
+}
+
+/// What comes is damaged, or is another recipe than was offered.
+#[test]
+fn a_damaged_recipe_is_fetched_once() {
+    for at in [40, 8] {
+        let mut damaged = PHONG.to_vec();
+        damaged[at] ^= 1;
+        let world = World::new([300, 500, 40, 700]);
+        let mut all = |request: &Request| match (request, answer(request, Some(PHONG))) {
+            (Request::Update, _) => Some(Reply::Recipe {
+                bytes: damaged.len() as u32,
+                checksum: 0x1234_5678,
+            }),
+            (Request::RecipePart { .. }, Reply::RecipePart { offset, .. }) => {
+                let part = damaged[offset as usize..].chunks(BYTES_PER_FRAME).next();
+                let bytes = part.unwrap().iter().copied().collect();
+                Some(Reply::RecipePart { offset, bytes })
+            }
+            (_, reply) => Some(reply),
+        };
+        let mut watch = |_: &News| false;
+        let mut board = Board::new(20 * SECOND, &mut watch);
+        board.host = Some(Host::new(&mut all));
+        let mut flash = Flash::new(6);
+        serve(world.station(), &mut flash, &mut Memory::new(), &mut board);
+        let first = Request::RecipePart { offset: 0 };
+        let requests = &board.host.as_ref().unwrap().requests;
+        let fetched = requests.iter().filter(|request| **request == first);
+        assert_eq!(fetched.count(), 1);
+        assert_eq!(in_force(&mut flash), None);
+    }
 }

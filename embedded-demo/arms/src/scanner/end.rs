@@ -41,6 +41,8 @@ pub enum End {
     Stored {
         /// Its length.
         bytes: u32,
+        /// The checksum by which it was offered.
+        checksum: u32,
         /// The scan was begun before, by the old recipe.
         started: bool,
     },

@@ -16,6 +16,7 @@ use core::ops::Range;
 use embedded_storage::nor_flash::NorFlash;
 use glimpse_core::link::BYTES_PER_FRAME;
 use glimpse_core::recipe::{Recipe, RecipeError};
+use glimpse_core::scan::ScanError;
 
 use super::StoreError;
 
@@ -32,6 +33,10 @@ const _: () = assert!(BYTES_PER_FRAME.is_multiple_of(WORD_BYTES));
 pub enum ReplaceError {
     /// What came is no recipe.
     Recipe(RecipeError),
+    /// It is a whole recipe, but for another firmware.
+    Scan(ScanError),
+    /// It is a whole recipe, but another one than was offered.
+    Other,
     /// The flash did not take it.
     Store(StoreError),
 }
@@ -40,6 +45,8 @@ impl fmt::Display for ReplaceError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Recipe(error) => error.fmt(f),
+            Self::Scan(error) => error.fmt(f),
+            Self::Other => f.write_str("the host sent another recipe than it offered"),
             Self::Store(error) => error.fmt(f),
         }
     }
@@ -59,14 +66,19 @@ struct Header {
 pub struct Recipes {
     slots: [Range<u32>; 2],
     in_force: Option<(usize, Header)>,
+    /// Bytes of the buffer that recipes are read into, in whole words.
+    buffer: u32,
+    /// The checksum of the recipe that was refused last.
+    declined: Option<u32>,
 }
 
 impl Recipes {
     /// Looks which of two ranges of the flash, each of whole sectors, is in force; and reads its
-    /// recipe into `buffer`.
+    /// recipe into `buffer`, which is as long as those that follow. A recipe that it has no room for
+    /// is as none: it may be of a firmware that had more.
     ///
     /// # Errors
-    /// If the flash cannot be read, or the buffer has no room for what is there.
+    /// If the flash cannot be read.
     pub fn mount<F: NorFlash>(
         flash: &mut F,
         slots: [Range<u32>; 2],
@@ -75,6 +87,8 @@ impl Recipes {
         let mut recipes = Self {
             slots,
             in_force: None,
+            buffer: (buffer.len() - buffer.len() % WORD_BYTES) as u32,
+            declined: None,
         };
         for slot in 0..recipes.slots.len() {
             let Some(header) = recipes.header(flash, slot)? else {
@@ -110,11 +124,22 @@ impl Recipes {
         }
     }
 
-    /// The most bytes that a recipe may have.
+    /// The most bytes that a recipe may have: slots and buffer have room for them.
     pub fn room(&self) -> u32 {
         let room = |slot: &Range<u32>| slot.end.saturating_sub(slot.start);
         let least = self.slots.iter().map(room).min().unwrap_or(0);
-        least.saturating_sub(HEADER_BYTES as u32)
+        least.saturating_sub(HEADER_BYTES as u32).min(self.buffer)
+    }
+
+    /// The checksum of the recipe that was refused last. It is not fetched again before a reset: that
+    /// would erase a slot each time, for nothing.
+    pub fn declined(&self) -> Option<u32> {
+        self.declined
+    }
+
+    /// The recipe that was offered with this checksum does not serve.
+    pub fn decline(&mut self, checksum: u32) {
+        self.declined = Some(checksum);
     }
 
     /// Stores a part of another recipe; `offset` is a multiple of 4, and at 0 what was stored of one
@@ -146,16 +171,17 @@ impl Recipes {
     }
 
     /// Puts the recipe of `length` bytes that was stored in force, and reads it into `buffer`. If it
-    /// is not whole, the old one stays in force.
+    /// is not whole, or the firmware does not accept it, the old one stays in force.
     ///
     /// # Errors
-    /// If what was stored is no recipe, the buffer has no room for it, or the flash does not take
-    /// the header.
+    /// If what was stored is no recipe, or `accepts` says that it does not serve; if the buffer has
+    /// no room for it, or the flash does not take the header.
     pub fn install<'b, F: NorFlash>(
         &mut self,
         flash: &mut F,
         length: u32,
         buffer: &'b mut [u8],
+        accepts: impl FnOnce(Recipe<'_>) -> Result<(), ReplaceError>,
     ) -> Result<&'b [u8], ReplaceError> {
         let slot = self.other();
         let sequence = self.in_force.map_or(0, |(_, header)| header.sequence);
@@ -168,7 +194,7 @@ impl Recipes {
         }
         let bytes = self.read(flash, slot, length, buffer);
         let bytes = bytes.map_err(ReplaceError::Store)?;
-        Recipe::parse(bytes).map_err(ReplaceError::Recipe)?;
+        accepts(Recipe::parse(bytes).map_err(ReplaceError::Recipe)?)?;
         let written = write(flash, self.range(slot).start, &header.to_bytes());
         written.map_err(ReplaceError::Store)?;
         self.in_force = Some((slot, header));
@@ -183,20 +209,18 @@ impl Recipes {
         }
     }
 
-    /// A slot's header, if it has one, of a recipe that a slot has room for.
+    /// A slot's header, if it has one, of a recipe that there is room for.
     fn header<F: NorFlash>(
         &self,
         flash: &mut F,
         slot: usize,
     ) -> Result<Option<Header>, StoreError> {
-        let Range { start, end } = self.range(slot);
         let mut bytes = [0; HEADER_BYTES];
         flash
-            .read(start, &mut bytes)
+            .read(self.range(slot).start, &mut bytes)
             .map_err(|_| StoreError::Flash)?;
-        let room = (end.saturating_sub(start) as usize).saturating_sub(HEADER_BYTES);
         let header = Header::from_bytes(bytes);
-        Ok(header.filter(|header| header.length as usize <= room))
+        Ok(header.filter(|header| header.length <= self.room()))
     }
 
     fn read<'b, F: NorFlash>(
