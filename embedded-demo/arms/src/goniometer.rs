@@ -34,8 +34,7 @@ pub struct LostSteps {
     pub steps: i32,
 }
 
-/// `ARMS` arms. The scan's are theta_i, phi_i, theta_o, phi_o; the last one may be left out, see
-/// [`pose`](crate::pose).
+/// `ARMS` arms. The scan's are theta_i, phi_i, theta_o, phi_o.
 #[derive(Debug)]
 pub struct Goniometer<S, D, H, const ARMS: usize> {
     arms: [Axis<S, D, H>; ARMS],
