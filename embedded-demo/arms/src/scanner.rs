@@ -26,7 +26,7 @@ use glimpse_core::driver::{Action, Config, Driver, Host};
 use glimpse_core::fit::Fitter;
 use glimpse_core::link::{Failure, Refusal};
 use glimpse_core::recipe::Recipe;
-use glimpse_core::scan::{Memory, ReadingError, Scan};
+use glimpse_core::scan::{Memory, ReadingError, Scan, ScanError};
 
 use crate::axis::AxisError;
 use crate::goniometer::{ArmError, LostSteps};
@@ -83,6 +83,15 @@ fn after(end: End) -> (Host, Start) {
         | End::Silent { started: false }
         | End::Stored { started: false, .. } => (Host::Listens, Start::ByButton),
     }
+}
+
+/// A new scan. Out of line: there are two calls of it.
+#[inline(never)]
+fn begin<'r, 'm, K: Fitter, const CAPACITY: usize>(
+    recipe: Recipe<'r>,
+    memory: &'m mut Memory<K, CAPACITY>,
+) -> Result<Scan<'r, 'm, K, CAPACITY>, ScanError> {
+    Scan::new(recipe, memory)
 }
 
 /// What was read at a sample cannot be a reading. It was not kept, so that it is read again here and
@@ -155,7 +164,7 @@ where
         memory: &mut Memory<K, CAPACITY>,
     ) -> Result<(), ReplaceError> {
         let accepts = |recipe: Recipe<'_>| match recipe.checksum() == checksum {
-            true => Scan::new(recipe, memory)
+            true => begin(recipe, memory)
                 .map(|_| ())
                 .map_err(ReplaceError::Scan),
             false => Err(ReplaceError::Other),
@@ -180,7 +189,7 @@ where
         platform: &mut impl Platform,
     ) -> End {
         let scan = Recipe::parse(recipe).map_err(Failure::Recipe);
-        let scan = scan.and_then(|recipe| Scan::new(recipe, memory).map_err(Failure::Scan));
+        let scan = scan.and_then(|recipe| begin(recipe, memory).map_err(Failure::Scan));
         let config = Config {
             recipe_bytes: self.recipes.room(),
             ..Config::new(host)

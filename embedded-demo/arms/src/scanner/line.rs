@@ -36,7 +36,8 @@ impl Line {
         self.offered
     }
 
-    /// Carries frames one way and bytes the other.
+    /// Carries frames one way and bytes the other. Out of line: there are two calls of it.
+    #[inline(never)]
     pub(super) fn exchange<K: Fitter, const CAPACITY: usize>(
         &mut self,
         driver: &mut Driver<'_, '_, K, CAPACITY>,
