@@ -95,6 +95,17 @@ impl<'r, 'm, K: Fitter, const CAPACITY: usize> Driver<'r, 'm, K, CAPACITY> {
         self.scan.as_ref().map_err(|failure| *failure)
     }
 
+    /// The recipe of this checksum is not fetched: it did not serve a driver before this one.
+    pub fn decline(&mut self, checksum: u32) {
+        self.declined = Some(checksum);
+    }
+
+    /// The checksum of the recipe that did not serve last.
+    #[must_use]
+    pub fn declined(&self) -> Option<u32> {
+        self.declined
+    }
+
     /// Takes a byte from the line.
     pub fn receive(&mut self, byte: u8) {
         self.line.receive(byte);
@@ -145,6 +156,11 @@ impl<'r, 'm, K: Fitter, const CAPACITY: usize> Driver<'r, 'm, K, CAPACITY> {
         self.refused = 0;
         self.next = Some(Action::Failed(failure));
         // A host that fell silent may be back soon, and then what it measured holds still.
+        if failure != Failure::NoReply
+            && let Phase::Store { checksum, .. } | Phase::Stored { checksum, .. } = self.phase
+        {
+            self.declined = Some(checksum); // it would not be stored next time either
+        }
         if failure == Failure::NoReply {
             if let Ok(scan) = &mut self.scan {
                 scan.forget_clamped(); // the host would not know them again

@@ -81,7 +81,6 @@ impl<K: Fitter, const CAPACITY: usize> Driver<'_, '_, K, CAPACITY> {
         let left = bytes.saturating_sub(at) as usize;
         let offset = at.saturating_add(part.len() as u32);
         if part.len() != left.min(BYTES_PER_FRAME) {
-            self.declined = Some(checksum);
             self.fail(Failure::Refused(Refusal::Recipe));
             return;
         }

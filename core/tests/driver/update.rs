@@ -207,6 +207,27 @@ fn a_wrong_part_is_refused() {
     }
 }
 
+/// What one driver could not use, or not store, the next one does not fetch.
+#[test]
+fn a_recipe_that_was_declined_is_not_fetched() {
+    let present = recipe_of(ModelKind::Phong);
+    let offered = recipe_of(ModelKind::Neural);
+    with_driver(Some(&present), config(Host::Measures, 8_192), |driver| {
+        let mut bench = offers(&offered, 77);
+        bench.run(driver, |action| matches!(action, Action::Store { .. }));
+        assert_eq!(driver.declined(), None);
+        driver.fail(Failure::Machine);
+        assert_eq!(driver.declined(), Some(77));
+    });
+    with_driver(Some(&present), config(Host::Measures, 8_192), |driver| {
+        driver.decline(77);
+        let mut bench = offers(&offered, 77);
+        bench.run(driver, is_finished);
+        let actions = bench.take_actions();
+        assert!(!actions.iter().any(|a| matches!(a, Action::Store { .. })));
+    });
+}
+
 /// A part from elsewhere is no reply to the request: as if none had come.
 #[test]
 fn a_part_from_another_place_is_dropped() {

@@ -24,7 +24,7 @@ use embedded_hal::digital::{InputPin, OutputPin};
 use embedded_storage::nor_flash::NorFlash;
 use glimpse_core::driver::{Action, Config, Driver, Host};
 use glimpse_core::fit::Fitter;
-use glimpse_core::link::{Failure, Refusal};
+use glimpse_core::link::Failure;
 use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::{Memory, ReadingError, Scan, ScanError};
 
@@ -34,7 +34,6 @@ use crate::sensor::Sensor;
 use crate::station::{Done, Station, StationError};
 use crate::store::readings::Readings;
 use crate::store::recipes::{Recipes, ReplaceError};
-use line::Line;
 use milliseconds::Milliseconds;
 
 /// After so many readings the arms go home, to see whether they have lost steps.
@@ -195,19 +194,24 @@ where
             ..Config::new(host)
         };
         let mut driver = Driver::new(scan, config);
-        let mut line = Line::new(self.recipes.declined());
-        match self.lead(&mut driver, &mut line, host, start, platform) {
+        // Each scan has a driver of its own.
+        if let Some(checksum) = self.recipes.declined() {
+            driver.decline(checksum);
+        }
+        match self.lead(&mut driver, host, start, platform) {
             Ok(end) => end,
             Err(error) => {
                 self.station.stop();
                 let error = self.keep_what_holds(error);
-                if let (ScannerError::Scan(Failure::Refused(Refusal::Recipe)), Some(checksum)) =
-                    (error, line.offered())
-                {
+                match error {
+                    ScannerError::Scan(_) => {} // the driver knows
+                    _ => driver.fail(Failure::Machine),
+                }
+                if let Some(checksum) = driver.declined() {
                     self.recipes.decline(checksum);
                 }
                 if host == Host::Listens {
-                    line.complain(&mut driver, &error, platform);
+                    line::complain(&mut driver, platform);
                 }
                 End::Failed(error)
             }
@@ -217,7 +221,6 @@ where
     fn lead<K: Fitter, const CAPACITY: usize>(
         &mut self,
         driver: &mut Driver<'_, '_, K, CAPACITY>,
-        line: &mut Line,
         host: Host,
         start: Start,
         platform: &mut impl Platform,
@@ -243,7 +246,7 @@ where
                 self.readings.end(&mut self.flash)?;
                 course.started = true;
             }
-            line.exchange(driver, platform);
+            line::exchange(driver, platform);
             if let Some(done) = self.go_on(elapsed, &mut course, platform)? {
                 self.take_up(done, driver, &mut course, platform)?;
             }
@@ -265,11 +268,7 @@ where
                     return Ok(End::Waiting);
                 }
                 Action::Store { offset, bytes } => {
-                    let stored = self.recipes.store(&mut self.flash, offset, &bytes);
-                    if let (Err(_), Some(checksum)) = (stored, line.offered()) {
-                        self.recipes.decline(checksum);
-                    }
-                    stored?;
+                    self.recipes.store(&mut self.flash, offset, &bytes)?;
                 }
                 Action::Install { bytes, checksum } => {
                     return Ok(End::Stored {
