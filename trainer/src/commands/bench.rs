@@ -75,6 +75,11 @@ impl Bench {
             "--seconds {} is out of range: more than 0, and at most 3600",
             self.seconds
         );
+        ensure!(
+            !matches!(self.model, Some(ModelName::Linear)),
+            "--model linear has no inner loop to be timed: give another model, or --curve, which times its \
+             training"
+        );
         // On a thread of the pool, as training is.
         let (peaks, lines) = rayon::scope(|_| self.measure());
         match self.json {

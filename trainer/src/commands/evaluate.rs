@@ -210,10 +210,10 @@ impl Evaluate {
         if self.recipe.len() > 1 && self.basis.is_some() {
             bail!("--basis takes a single --recipe");
         }
-        if name == MethodName::Meta && self.readings() != Readings::default() {
+        if name != MethodName::Ours && self.readings() != Readings::default() {
             bail!(
-                "--first, --lose, --noise, --additive and --levels have no effect with --method meta: they are \
-                 for a recipe's own readings"
+                "--first, --lose, --noise, --additive and --levels have no effect with --method {method}: they \
+                 are for a recipe's own readings"
             );
         }
         if let (Some(first), Some(lose)) = (self.first, self.lose)

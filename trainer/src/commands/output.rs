@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, bail, ensure};
 use glimpse_core::model::linear::format::MAGIC as COMPACT_MAGIC;
 use glimpse_core::recipe::MAGIC;
-use glimpse_trainer::files::{make_folder, write_whole};
+use glimpse_trainer::files::{make_folder, try_write, write_whole};
 use glimpse_trainer::linear::BASIS_MAGIC;
 use glimpse_trainer::material::Source;
 
@@ -23,7 +23,18 @@ pub(crate) fn write_file(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
     write_over(path, bytes)
 }
 
-/// The same for commands with an option --force: with it, whatever is there goes.
+/// Refuses what [`write_file`] would, before there is something to write.
+pub(super) fn refuse_unwritable(path: &Path) -> anyhow::Result<()> {
+    if let Some(what) = work_at(path, &[]) {
+        bail!(
+            "{} is {what} that would be lost: give another --out, or remove it",
+            path.display()
+        );
+    }
+    try_write(path, 1).with_context(|| format!("cannot write {}", path.display()))
+}
+
+/// Writes a file for commands with an option --force: with it, whatever is there goes.
 pub(super) fn write_file_forced(path: &Path, bytes: &[u8], force: bool) -> anyhow::Result<()> {
     write_files_forced(&[(path.to_owned(), bytes.to_vec())], force)
 }

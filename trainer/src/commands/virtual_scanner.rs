@@ -11,7 +11,7 @@ use glimpse_trainer::scanner::{self, ScanReport, ScannerError, ScannerNoise};
 use serde_json::{Value, json};
 
 use super::known::tell;
-use super::output::{refuse_input, refuse_source};
+use super::output::{refuse_input, refuse_source, refuse_unwritable};
 use super::{load, print, read_recipe, write_file};
 
 /// Play motors and sensor from a material, for the firmware at the other end of the line.
@@ -54,6 +54,10 @@ impl VirtualScanner {
                 refuse_input(out, recipe)?;
                 refuse_input(out, &Basis::beside(recipe))?;
             }
+        }
+        // Before a device has measured anything.
+        if let Some(out) = &self.out {
+            refuse_unwritable(out)?;
         }
         let materials = load(&self.material)?;
         let [material] = &materials[..] else {

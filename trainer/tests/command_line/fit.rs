@@ -196,6 +196,25 @@ fn a_recipe_that_needs_all_readings_says_so() {
     );
 }
 
+/// A dead sensor reads as a black material, of which no good fit may be promised.
+#[test]
+fn readings_without_light_are_named() {
+    let scratch = tempfile::tempdir().expect("a temporary directory");
+    let directory = scratch.path();
+    let whole = Path::new(WHOLE);
+    for (dark, says) in [(8, "is the lamp on"), (3, "nothing above 0\n")] {
+        let all: Vec<(usize, f32)> = (0..8)
+            .map(|sample| (sample, if sample < dark { -0.0 } else { 1.0 }))
+            .collect();
+        fs::write(directory.join("dark.csv"), csv(whole, &all)).expect("written");
+        let fit = ["fit", WHOLE, "--measurements", "dark.csv", "--out"];
+        let text = succeed(directory, &[&fit[..], &[&dark.to_string()]].concat());
+        assert!(text.contains("no light") && text.contains(says), "{text}");
+        let mostly = text.contains("not known, as most readings are dark");
+        assert_eq!(mostly, dark == 8, "{text}");
+    }
+}
+
 #[test]
 fn nothing_is_written_over_unless_it_is_forced() {
     let scratch = tempfile::tempdir().expect("a temporary directory");

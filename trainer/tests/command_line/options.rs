@@ -242,6 +242,17 @@ fn a_curve_says_what_each_effort_takes_and_comes_to() {
 
     let message = fail(scratch.path(), &["bench", "--curve", "--seconds", "2"]);
     assert!(message.contains("--seconds"), "{message}");
+    let message = fail(scratch.path(), &["bench", "--model", "linear"]);
+    assert!(message.contains("no inner loop to be timed"), "{message}");
+    let random = "evaluate --method random --model phong -n 8 --test procedural:2";
+    let random: Vec<&str> = random.split(' ').collect();
+    for reading in [["--noise", "0.1"], ["--first", "2"]] {
+        let message = fail(scratch.path(), &[&random[..], &reading].concat());
+        assert!(
+            message.contains("no effect with --method random"),
+            "{message}"
+        );
+    }
     let message = fail(scratch.path(), &["bench", "--test", "procedural:2"]);
     assert!(message.contains("--curve"), "{message}");
 }

@@ -165,6 +165,16 @@ fn what_is_read_is_not_written_over() {
         );
         assert_eq!(fs::read(at(out)).expect("it is there"), before);
     }
+    // A scanner says so before it waits for a device, whose scan would be lost.
+    fs::copy(at("r.recipe"), at("other.recipe")).expect("it is copied");
+    for (out, says) in [
+        ("no/x.json", "there is no folder no"),
+        ("other.recipe", "is a recipe that would be lost"),
+    ] {
+        let listen = ["--listen", "127.0.0.1:0", "--out", out];
+        let message = fail(scratch.path(), &[&material[..], &listen].concat());
+        assert!(message.contains(says), "{message}");
+    }
     // Beside what is read it may be.
     succeed(
         scratch.path(),

@@ -56,6 +56,8 @@ struct Readings {
     /// Whether the fit went by them or not.
     saturated: Vec<usize>,
     left_out: Vec<usize>,
+    /// Where nothing above 0 was read, in no channel.
+    no_light: Vec<usize>,
     /// How many were taken several times, and the largest of their spreads, relative to the value.
     repeated: usize,
     largest_spread: Option<f32>,
@@ -116,7 +118,7 @@ impl About {
         let spreads = measured.samples.iter().enumerate();
         let spreads = spreads.filter_map(|(index, sample)| Some((index, spread(sample)?)));
         let most_spread = spreads.max_by(|(_, one), (_, other)| one.total_cmp(other));
-        Ok(Self {
+        let mut about = Self {
             trainer: commit::VERSION,
             recipe: AboutRecipe {
                 file: recipe_file,
@@ -140,6 +142,7 @@ impl About {
                 missing: of(fit, Fate::Missing),
                 saturated: saturated(measured),
                 left_out: of(fit, Fate::LeftOut),
+                no_light: no_light(measured),
                 repeated: measured.samples.iter().filter(|s| s.count() > 1).count(),
                 largest_spread: most_spread.map(|(_, spread)| spread),
                 most_spread: most_spread.map(|(index, _)| index),
@@ -159,7 +162,12 @@ impl About {
                 }
             }),
             expected_loss: expected_loss(recipe, fit)?,
-        })
+        };
+        // Training knows of materials that reflect light.
+        if about.is_mostly_dark() {
+            about.expected_loss = None;
+        }
+        Ok(about)
     }
 
     /// With the name of its material and its folder.
@@ -201,6 +209,7 @@ impl About {
             ),
             ("missing", samples(&readings.missing)),
             ("saturated", self.saturated()),
+            ("no light", self.no_light()),
         ];
         if let (Some(spread), Some(sample)) = (readings.largest_spread, readings.most_spread) {
             let repeated = readings.repeated;
@@ -241,6 +250,7 @@ impl About {
             "expected loss",
             match &self.expected_loss {
                 Some(expected) => expected.from.clone(),
+                None if self.is_mostly_dark() => "not known, as most readings are dark".to_owned(),
                 None if too_few(readings.used, recipe.samples) => {
                     "not known from so few readings".to_owned()
                 }
@@ -266,6 +276,33 @@ impl About {
         };
         samples(list) + what
     }
+
+    /// Which readings have no light, in words, and what is to be looked at.
+    fn no_light(&self) -> String {
+        let list = &self.readings.no_light;
+        let what = match self.is_mostly_dark() {
+            _ if list.is_empty() => "",
+            true => ", nothing above 0: is the lamp on, and are --dark and --white right?",
+            false => ", nothing above 0",
+        };
+        samples(list) + what
+    }
+
+    /// Whether most of what was read has no light.
+    fn is_mostly_dark(&self) -> bool {
+        let read = self.recipe.samples - self.readings.missing.len();
+        2 * self.readings.no_light.len() > read
+    }
+}
+
+/// Samples where nothing above 0 was read.
+fn no_light(measured: &Measured) -> Vec<usize> {
+    let all = measured.samples.iter().enumerate();
+    let dark = all.filter(|(_, sample)| {
+        let mean = sample.mean();
+        mean.is_some_and(|mean| mean.into_iter().all(|value| value <= 0.0))
+    });
+    dark.map(|(index, _)| index).collect()
 }
 
 /// Samples with a saturated reading.
