@@ -14,24 +14,24 @@ use glimpse_trainer::material::Source;
 /// Writes a file whole or not at all, and says so. A recipe or a basis that is there, and is not
 /// the same, stays.
 pub(crate) fn write_file(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
-    if let Some(what) = work_at(path, bytes) {
-        bail!(
-            "{} is {what} that would be lost: give another --out, or remove it",
-            path.display()
-        );
-    }
+    refuse_work(path, bytes)?;
     write_over(path, bytes)
 }
 
 /// Refuses what [`write_file`] would, before there is something to write.
 pub(super) fn refuse_unwritable(path: &Path) -> anyhow::Result<()> {
-    if let Some(what) = work_at(path, &[]) {
-        bail!(
+    refuse_work(path, &[])?;
+    try_write(path, 1).with_context(|| format!("cannot write {}", path.display()))
+}
+
+fn refuse_work(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
+    match work_at(path, bytes) {
+        Some(what) => bail!(
             "{} is {what} that would be lost: give another --out, or remove it",
             path.display()
-        );
+        ),
+        None => Ok(()),
     }
-    try_write(path, 1).with_context(|| format!("cannot write {}", path.display()))
 }
 
 /// Writes a file for commands with an option --force: with it, whatever is there goes.
