@@ -18,6 +18,8 @@ pub(super) struct ReadRow {
     /// None where the cells are empty: nothing was read.
     pub(super) values: Option<[f32; 3]>,
     pub(super) saturated: bool,
+    /// What the row says that its numbers are; empty if it does not.
+    pub(super) quantity: String,
 }
 
 /// Where the columns are.
@@ -27,6 +29,7 @@ pub(super) struct Columns {
     values: [usize; 3],
     names: [&'static str; 3],
     saturated: Option<usize>,
+    quantity: Option<usize>,
 }
 
 impl Columns {
@@ -64,6 +67,7 @@ impl Columns {
             values,
             names,
             saturated: table.column("saturated")?,
+            quantity: table.column("quantity")?,
         })
     }
 
@@ -97,6 +101,9 @@ impl Columns {
             given,
             values: self.values(row)?,
             saturated: self.saturated(row)?,
+            quantity: self
+                .quantity
+                .map_or_else(String::new, |column| row.cell(column).to_lowercase()),
         })
     }
 

@@ -57,6 +57,7 @@ impl Measured {
         tolerance: f64,
         meaning: &Meaning,
     ) -> Result<Self, TableError> {
+        rows.refuse_other_than(meaning.name())?;
         let mut measured = Self {
             samples: vec![Repeated::new(); pattern.len()],
             rows: 0,

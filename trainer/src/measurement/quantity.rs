@@ -8,6 +8,9 @@ use glimpse_core::gonio::{Calibrated, Calibration, Footprint, Quantity, Repeated
 use super::rows::{Matched, Rows, SATURATED_WHITE};
 use super::table::TableError;
 
+/// What a column `quantity` calls counts.
+const COUNTS: &str = "counts";
+
 /// What numbers are.
 #[derive(Clone, Debug)]
 pub enum Meaning {
@@ -53,6 +56,7 @@ impl White {
         footprint: Option<Footprint>,
     ) -> Result<Self, TableError> {
         let rows = Rows::read(path)?;
+        rows.refuse_other_than(COUNTS)?;
         if let Some(footprint) = footprint {
             let (at, counts) = rows.single(pattern)?;
             return Ok(Self::Once(counts, at, footprint));
@@ -89,6 +93,18 @@ impl White {
 }
 
 impl Meaning {
+    /// What a column `quantity` calls it.
+    #[must_use]
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Values(Quantity::Brdf) => "brdf",
+            Self::Values(Quantity::BrdfTimesCosThetaI) => "brdf-cos-i",
+            Self::Values(Quantity::BrdfTimesCosThetaO) => "brdf-cos-o",
+            Self::Values(Quantity::ReflectanceFactor) => "reflectance-factor",
+            Self::Counts(_) => COUNTS,
+        }
+    }
+
     /// The BRDF of a row's numbers; or why they tell none, in words.
     pub(super) fn brdf(&self, row: &Matched, values: [f32; 3]) -> Result<Calibrated, String> {
         let mut read = match self {

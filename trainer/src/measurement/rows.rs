@@ -10,6 +10,7 @@ use super::columns::{Columns, ReadRow};
 use super::matching::{Arms, Distance};
 use super::table::{Table, TableError};
 use crate::basis::widened;
+use crate::foreign::shown;
 
 /// What is said of a white that says nothing.
 pub(super) const SATURATED_WHITE: &str = "column saturated: the white is, so that nothing can be compared with it; read it with less light";
@@ -66,6 +67,7 @@ impl Rows {
                 table.damaged("it has no rows below its first line; add what was read".to_owned())
             );
         }
+        refuse_several_materials(&table)?;
         Ok(Self {
             path: table.path().to_owned(),
             unit: "line",
@@ -81,11 +83,31 @@ impl Rows {
             given: taken.at.map(Given::of_pair),
             values: taken.values,
             saturated: taken.saturated,
+            quantity: String::new(),
         });
         Self {
             path: "readings".into(),
             unit: "row",
             rows: rows.collect(),
+        }
+    }
+
+    /// Refuses rows that say of their numbers that they are something else than `name`.
+    ///
+    /// # Errors
+    /// The first such row.
+    pub(super) fn refuse_other_than(&self, name: &str) -> Result<(), TableError> {
+        let other = |row: &&ReadRow| !row.quantity.is_empty() && row.quantity != name;
+        match self.rows.iter().find(other) {
+            None => Ok(()),
+            Some(row) => Err(self.wrong(
+                row.line,
+                &format!(
+                    "column quantity: its numbers are `{}`, and would be taken for `{name}`; give \
+                     the options for what they are, or correct the column",
+                    shown(&row.quantity)
+                ),
+            )),
         }
     }
 
@@ -217,13 +239,20 @@ impl Rows {
              phi_o - phi_i {phi} degrees); --tolerance is {} degrees",
             round(tolerance.to_degrees())
         );
-        what += &match self.are_radians(arms, tolerance) {
-            true => format!(
+        what += &match (
+            self.are_radians(arms, tolerance),
+            place.exchanged().nearest(arms),
+        ) {
+            (true, _) => format!(
                 ". If they are taken for radians, all {} rows match: give degrees, which are \
                  radians times 57.29578",
                 self.rows.len()
             ),
-            false => "; see `trainer inspect` for where the recipe measures, correct the row, or \
+            (_, Some((other, far))) if row.index.is_none() && far.largest <= tolerance => format!(
+                ". With light and sensor exchanged they are those of sample {other}: if that is \
+                 meant, as by `trainer plan --swap`, name it in a column index"
+            ),
+            _ => "; see `trainer inspect` for where the recipe measures, correct the row, or \
                       give a larger --tolerance"
                 .to_owned(),
         };
@@ -243,6 +272,29 @@ impl Rows {
             };
             distance.is_some_and(|distance| distance.largest <= tolerance)
         })
+    }
+}
+
+/// Refuses what is of several materials, as `trainer query` writes it: their mean is none of them.
+fn refuse_several_materials(table: &Table) -> Result<(), TableError> {
+    let Some(column) = table.column("material")? else {
+        return Ok(());
+    };
+    let mut named = table.rows().iter().map(|row| (row.line, row.cell(column)));
+    let Some((_, first)) = named.next() else {
+        return Ok(());
+    };
+    match named.find(|(_, name)| *name != first) {
+        None => Ok(()),
+        Some((line, name)) => Err(table.wrong(
+            line,
+            &format!(
+                "column material: it is of {}, and rows above are of {}; give a file for each \
+                 material",
+                shown(name),
+                shown(first)
+            ),
+        )),
     }
 }
 

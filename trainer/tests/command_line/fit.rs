@@ -198,6 +198,78 @@ fn a_recipe_that_needs_all_readings_says_so() {
 
 /// A dead sensor reads as a black material, of which no good fit may be promised.
 #[test]
+fn what_a_file_says_of_itself_holds() {
+    let scratch = tempfile::tempdir().expect("a temporary directory");
+    let directory = scratch.path();
+    let fit = |file: &'static str| ["fit", MASKED, "--measurements", file, "--out", "out"];
+    let masked = Path::new(MASKED);
+    fs::write(directory.join("read.csv"), csv(masked, &shuffled(None))).expect("written");
+    succeed(
+        directory,
+        &[
+            "fit",
+            MASKED,
+            "--measurements",
+            "read.csv",
+            "--out",
+            "first",
+        ],
+    );
+
+    // What was read became BRDFs, and they are not made BRDFs once more.
+    fs::copy(
+        directory.join("first/readings.csv"),
+        directory.join("brdf.csv"),
+    )
+    .expect("copied");
+    let factor = [&fit("brdf.csv")[..], &["--quantity", "reflectance-factor"]].concat();
+    let message = fail(directory, &factor);
+    assert!(
+        message.contains("line 2, column quantity: its numbers are `brdf`")
+            && message.contains("`reflectance-factor`"),
+        "{message}"
+    );
+    let counts = [&fit("read.csv")[..], &["--white", "brdf.csv"]].concat();
+    let message = fail(directory, &counts);
+    assert!(
+        message.contains("brdf.csv: line 2, column quantity") && message.contains("`counts`"),
+        "{message}"
+    );
+    assert!(!directory.join("out").exists());
+
+    // A file is of one material.
+    fs::write(
+        directory.join("two.csv"),
+        "material,index,value\ngold,0,1\nfelt,0,0.1\n",
+    )
+    .expect("written");
+    let message = fail(directory, &fit("two.csv"));
+    assert!(
+        message.contains("line 3, column material: it is of felt, and rows above are of gold"),
+        "{message}"
+    );
+
+    // Light and sensor exchanged, and nothing that says so.
+    let angles = pattern(masked)[2];
+    let degrees = |angle: f32| angle.to_degrees();
+    let [theta_h, theta_d, phi_d] = [
+        degrees(angles.theta_h),
+        degrees(angles.theta_d),
+        degrees(angles.phi_d) + 180.0,
+    ];
+    fs::write(
+        directory.join("swapped.csv"),
+        format!("theta_h,theta_d,phi_d,value\n{theta_h},{theta_d},{phi_d},0.1\n"),
+    )
+    .expect("written");
+    let message = fail(directory, &fit("swapped.csv"));
+    assert!(
+        message.contains("With light and sensor exchanged they are those of sample 2"),
+        "{message}"
+    );
+}
+
+#[test]
 fn readings_without_light_are_named() {
     let scratch = tempfile::tempdir().expect("a temporary directory");
     let directory = scratch.path();

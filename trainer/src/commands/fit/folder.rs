@@ -4,9 +4,10 @@ use std::path::Path;
 
 use anyhow::Context;
 use glimpse_core::geometry::Angles;
+use glimpse_core::gonio::Quantity;
 use glimpse_trainer::linear::widened;
 use glimpse_trainer::material::{BasisFile, FittedMaterial, Material};
-use glimpse_trainer::measurement::{Arms, Fit, Measured, spread};
+use glimpse_trainer::measurement::{Arms, Fit, Meaning, Measured, spread};
 use glimpse_trainer::render::{Environment, render_sphere};
 use glimpse_trainer::report::{Lobe, lobe, lobe_svg};
 
@@ -81,6 +82,7 @@ impl Folder<'_> {
             "r",
             "g",
             "b",
+            "quantity",
             "saturated",
             "times",
             "spread",
@@ -110,6 +112,7 @@ impl Folder<'_> {
                 degrees(arms.phi.rem_euclid(std::f64::consts::TAU)),
             ];
             row.extend(rgb(sample.mean()));
+            row.push(Meaning::Values(Quantity::Brdf).name().to_owned());
             row.push(u8::from(sample.saturated()).to_string());
             row.push(sample.count().to_string());
             row.push(spread(sample).map_or_else(String::new, |spread| format!("{spread:.4}")));

@@ -38,8 +38,9 @@ use options::MeaningArgs;
 /// out of the fit, at most a quarter of them; with --keep-all it does not.
 ///
 /// DIR gets material.json, which every command takes as a material; sphere.png; lobe.svg; and
-/// readings.csv: each sample, what was read, what is fitted there, and how far it is from what
-/// the others say of it (z, in standard deviations). Of the model linear it gets the basis too,
+/// readings.csv: each sample, what was read as a BRDF, what is fitted there, and how far it is from
+/// what the others say of it (z, in standard deviations). It can be corrected and fitted again,
+/// without options such as --quantity and --white. Of the model linear it gets the basis too,
 /// so that the folder can be moved. --format adds what other programs read. Of several files each
 /// gets a folder DIR/NAME. Results go to stdout.
 ///

@@ -26,8 +26,8 @@ class Readings {
     return this.samples.map((_, index) => (this.isThere[index] ? this.value(index) : null));
   }
   toCsv() {
-    const rows = this.all().map((brdf, index) => [index, ...(brdf ? Array.from(brdf, Math.fround) : ["", "", ""])].join(","));
-    return ["index,r,g,b", ...rows, ""].join("\n");
+    const rows = this.all().map((brdf, index) => [index, ...(brdf ? Array.from(brdf, Math.fround) : ["", "", ""]), "brdf"].join(","));
+    return ["index,r,g,b,quantity", ...rows, ""].join("\n");
   }
 
   // Builds the sliders; `changed` is called when one was moved.
