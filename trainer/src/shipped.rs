@@ -77,6 +77,13 @@ pub fn find(name: &str) -> Option<&'static Shipped> {
     ALL.iter().find(|shipped| shipped.name == name)
 }
 
+/// The one of a checksum, as its file has it.
+#[must_use]
+pub fn find_by_checksum(checksum: u32) -> Option<&'static Shipped> {
+    let has = |shipped: &&Shipped| shipped.recipe().is_ok_and(|own| own.checksum() == checksum);
+    ALL.iter().find(has)
+}
+
 impl Shipped {
     /// The recipe.
     ///
@@ -130,6 +137,8 @@ mod tests {
             );
             let of = recipe.learner().basis_checksum();
             assert_eq!(of, shipped.basis().map(|_| basis.of()), "{name}");
+            let same = find_by_checksum(recipe.checksum());
+            assert_eq!(same.map(|same| same.name), Some(shipped.name));
         }
         assert!(find("neural-n3").is_none());
     }

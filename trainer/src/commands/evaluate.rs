@@ -173,7 +173,7 @@ impl Evaluate {
                 recipe: path.clone(),
                 verdict: judge(&method)?,
                 known: known(TrainedOn::of_recipe(&recipe)?.as_ref(), &materials),
-                promise: recipe.statements()?.expectation.map(promised),
+                promise: promised(&recipe)?,
             });
         }
         if recipes.is_empty() {

@@ -133,10 +133,7 @@ fn describe_statements(recipe: &Recipe<'_>) -> Result<String, RecipeError> {
     let statements = recipe.statements()?;
     let unstated = || "not stated".to_owned();
     let mut lines = vec![
-        (
-            "expected loss",
-            statements.expectation.map_or_else(unstated, promise),
-        ),
+        ("expected loss", promise(recipe)?.unwrap_or_else(unstated)),
         ("limits", statements.limits.map_or_else(unstated, describe)),
         ("noise", statements.noise.map_or_else(unstated, noise)),
     ];

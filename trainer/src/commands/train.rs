@@ -149,11 +149,11 @@ impl Train {
         }
         let begin = Instant::now();
         let trained = job.train(materials, self.resume)?;
-        let expectation = trained.file.recipe()?.statements()?.expectation;
+        let promise = promise(&trained.file.recipe()?)?;
         eprintln!(
             "trained in {:.0} s; expected loss {}",
             begin.elapsed().as_secs_f64(),
-            expectation.map_or_else(|| "not stated".into(), promise),
+            promise.unwrap_or_else(|| "not stated".into()),
         );
         if let Some(rank) = trained.predicts {
             eprintln!(

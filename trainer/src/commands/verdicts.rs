@@ -1,6 +1,6 @@
 //! Verdicts as text and as JSON: each with how far it can be relied on.
 
-use glimpse_core::recipe::Expectation;
+use glimpse_core::recipe::{Recipe, RecipeError};
 use glimpse_trainer::evaluation::{Estimate, Known, Verdict};
 use glimpse_trainer::meta::completion::prediction::rank_correlation;
 use glimpse_trainer::report::{Best, Cell, Column, Compare, Table};
@@ -21,14 +21,17 @@ pub(super) struct Judged {
 }
 
 /// What a recipe promises, in words and as JSON.
-pub(super) fn promised(expectation: Expectation<'_>) -> (String, Value) {
+pub(super) fn promised(recipe: &Recipe<'_>) -> Result<Option<(String, Value)>, RecipeError> {
+    let Some(expectation) = recipe.statements()?.expectation else {
+        return Ok(None);
+    };
     let json = json!({
         "loss": expectation.loss,
         "standard_error": expectation.standard_error,
         "materials": expectation.materials,
         "on": expectation.on,
     });
-    (promise(expectation), json)
+    Ok(promise(recipe)?.map(|words| (words, json)))
 }
 
 impl Judged {

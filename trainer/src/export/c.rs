@@ -4,6 +4,8 @@ use std::fmt::Write;
 
 use glimpse_core::recipe::{Recipe, RecipeError};
 
+use super::comment::expected;
+
 /// How many bytes stand on a line.
 const A_LINE: usize = 16;
 
@@ -20,8 +22,7 @@ pub fn to_c(bytes: &[u8]) -> Result<String, RecipeError> {
         recipe.samples(),
     );
     if let Some(expectation) = recipe.statements()?.expectation {
-        let loss = expectation.loss;
-        source += &format!("   Expected loss on an unseen material: {loss:.4}.\n");
+        source += &format!("   {}\n", expected(&expectation));
     }
     source += "   glimpse_scan_begin() and glimpse_recipe_describe() take the array and its size. */\n\n\
                #include <stdint.h>\n\n";

@@ -1,6 +1,7 @@
 //! What leaves the trainer: recipes, and recipes in other clothes.
 
 mod c;
+mod comment;
 mod csv;
 mod json;
 mod quantise;

@@ -6,6 +6,8 @@ use glimpse_core::fit::Target;
 use glimpse_core::fit::completion::Missing;
 use glimpse_core::recipe::{Completed, Descent, Floats, Learner, Recipe, RecipeError, Ridge};
 
+use super::comment::{expected, in_comment};
+
 /// A module of constants; floats are written so that they read back to the same bits.
 ///
 /// # Errors
@@ -21,16 +23,15 @@ pub fn to_rust(recipe: &Recipe<'_>) -> Result<String, RecipeError> {
     if let Some(provenance) = statements.provenance {
         source += &format!(
             "//! By {}, trained on {} ({} materials), {}, seed {}.\n",
-            provenance.trainer,
-            provenance.data,
+            in_comment(provenance.trainer),
+            in_comment(provenance.data),
             provenance.materials,
-            provenance.schedule,
+            in_comment(provenance.schedule),
             provenance.seed,
         );
     }
     if let Some(expectation) = statements.expectation {
-        let loss = expectation.loss;
-        source += &format!("//! Expected loss on an unseen material: {loss:.4}.\n");
+        source += &format!("//! {}\n", expected(&expectation));
     }
     source.push('\n');
     let learner = recipe.learner();

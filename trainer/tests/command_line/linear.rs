@@ -166,7 +166,7 @@ fn a_linear_recipe_is_shown_and_exported() {
         "linear (2 components)",
         "40 for every",
         "0123abcd",
-        "0.0125 (standard error 0.0015), found on 7 materials of nowhere; materials of another kind",
+        "0.0125 (standard error 0.0015), found on 7 materials of nowhere, but it was trained on built-in materials alone",
         "theta_i to 71.6, theta_o to 85.9, 7.2 apart (degrees), in one plane",
         "0.02 of the value and 0.001 sr^-1 (standard deviations), 4096 levels",
         "no options",

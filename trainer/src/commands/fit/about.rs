@@ -9,7 +9,7 @@ use glimpse_trainer::measurement::{
 };
 use serde::Serialize;
 
-use super::super::promise::promise;
+use super::super::promise::{caution, promise};
 use crate::commit;
 
 /// The spread of repeated readings, relative to their mean, from which on something is wrong with one.
@@ -365,14 +365,15 @@ fn expected_loss(recipe: &Recipe<'_>, fit: &Fit) -> anyhow::Result<Option<Expect
         return Ok(None);
     }
     if let Some(loss) = fit.predicted_loss {
+        let caution = caution(recipe)?.map_or_else(String::new, |caution| format!(", {caution}"));
         return Ok(Some(ExpectedLoss {
             loss,
-            from: format!("{loss:.4}, as the recipe predicts from these readings"),
+            from: format!("{loss:.4}, as the recipe predicts from these readings{caution}"),
         }));
     }
-    let expectation = recipe.statements()?.expectation;
-    Ok(expectation.map(|expectation| ExpectedLoss {
-        loss: expectation.loss,
-        from: format!("{}, as the recipe promises", promise(expectation)),
+    let promised = recipe.expected_loss().zip(promise(recipe)?);
+    Ok(promised.map(|(loss, promise)| ExpectedLoss {
+        loss,
+        from: format!("as the recipe promises, {promise}"),
     }))
 }

@@ -98,6 +98,7 @@ impl Shown {
             "how": how(&recipe),
             "takes_missing": recipe.learner().takes_missing(),
             "expected_loss": recipe.expected_loss(),
+            "trained_on": recipe.statements()?.provenance.map(|provenance| provenance.data),
             "recipe": STANDARD.encode(&self.recipe),
             "basis": self.basis.as_ref().map(|basis| STANDARD.encode(basis)),
             "samples": samples,

@@ -46,7 +46,7 @@ const start = async () => {
   const tellMethod = (method) => {
     const { loss, predicted, residual, shown, facts } = method;
     const expected = shown.expected_loss === null ? NaN : shown.expected_loss;
-    const list = [["Loss", four(loss)], ["predicted", four(predicted)], ["at readings", four(residual)]];
+    const list = [["Loss", four(loss)], ["predicted", four(predicted)], ["at readings", four(residual)], ["trained on", shown.trained_on]];
     if (Number.isNaN(predicted)) list[1] = ["expected", four(expected)];
     facts.replaceChildren(...list.filter(([, text]) => text).flatMap(([name, text]) => {
       const [dt, dd] = [document.createElement("dt"), document.createElement("dd")];
