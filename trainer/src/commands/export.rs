@@ -46,7 +46,7 @@ pub(crate) struct Export {
     /// The file to write
     #[arg(long, short)]
     out: PathBuf,
-    /// Replace another recipe, or the basis of one
+    /// Replace another recipe, the basis of one, a material or a sheet of readings
     #[arg(long)]
     force: bool,
     /// Leave out the names of the materials, which nobody reads on a device (postcard and c)

@@ -1,7 +1,7 @@
 //! What commands write: never over what they read, and not over hours of work without a word.
 
 use std::fs::{self, File};
-use std::io::{self, Read, Write};
+use std::io::{self, BufRead, BufReader, Read, Write};
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail, ensure};
@@ -9,10 +9,10 @@ use glimpse_core::model::linear::format::MAGIC as COMPACT_MAGIC;
 use glimpse_core::recipe::MAGIC;
 use glimpse_trainer::files::{make_folder, try_write, write_whole};
 use glimpse_trainer::linear::BASIS_MAGIC;
-use glimpse_trainer::material::Source;
+use glimpse_trainer::material::{FittedMaterial, Source};
 
-/// Writes a file whole or not at all, and says so. A recipe or a basis that is there, and is not
-/// the same, stays.
+/// Writes a file whole or not at all, and says so. A recipe, a material or a sheet of readings that is there, and is
+/// not the same, stays.
 pub(crate) fn write_file(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
     refuse_work(path, bytes)?;
     write_over(path, bytes)
@@ -72,9 +72,20 @@ fn work_at(path: &Path, bytes: &[u8]) -> Option<&'static str> {
         head if [BASIS_MAGIC, COMPACT_MAGIC].contains(head) => "the basis of a recipe",
         // A tensor file, a table whose first dimension is 90, an array of NumPy's.
         b"tens" | b"\x5a\0\0\0" | b"\x93NUM" => "another material",
+        [b'{', ..] if FittedMaterial::is_one(path) => "a fitted material",
+        b"inde" if is_sheet(path) => "a sheet of readings",
         _ => return None,
     };
     fs::read(path).is_ok_and(|old| old != bytes).then_some(what)
+}
+
+/// True of a table of readings of a recipe's samples, as `trainer plan --blank` begins one and `trainer fit` leaves
+/// it: somebody may have filled it in.
+fn is_sheet(path: &Path) -> bool {
+    let mut line = String::new();
+    let read = File::open(path).and_then(|file| BufReader::new(file).read_line(&mut line));
+    let columns: Vec<&str> = line.trim_end().split(',').collect();
+    read.is_ok() && columns[0] == "index" && (columns.contains(&"r") || columns.contains(&"value"))
 }
 
 /// Makes a command's folder, but none above it.
@@ -156,5 +167,12 @@ mod tests {
         assert!(write_file_forced(&path, b"other", true).is_ok());
         assert!(write_file(&path, b"once more").is_ok());
         assert_eq!(fs::read(&path).unwrap(), b"once more");
+
+        fs::write(&path, "index,theta_i,r,g,b\n0,30,1,1,1\n").unwrap();
+        let message = write_file(&path, b"other").unwrap_err().to_string();
+        assert!(message.contains("a sheet of readings"), "{message}");
+        // Plans and samples' angles are made again in no time.
+        fs::write(&path, "index,theta_i\n0,30\n").unwrap();
+        write_file(&path, b"other").unwrap();
     }
 }

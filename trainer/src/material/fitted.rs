@@ -208,6 +208,12 @@ impl FittedMaterial {
         path.extension().is_some_and(|ending| ending == "json")
     }
 
+    /// True if a file is one, whatever its name.
+    #[must_use]
+    pub fn is_one(path: &Path) -> bool {
+        contents(path).is_ok()
+    }
+
     /// The file of a fitted material that a directory holds under its own name, or None.
     pub(super) fn within(directory: &Path) -> Option<PathBuf> {
         let path = directory.join(FILE);

@@ -216,6 +216,19 @@ fn what_a_file_says_of_itself_holds() {
         ],
     );
 
+    // Neither is lost to a command that writes something else.
+    let query = ["query", "procedural:1", "--angles", "read.csv", "--out"];
+    let export = ["export", MASKED, "--format", "json", "--out"];
+    for (command, file, what) in [
+        (&query[..], "first/readings.csv", "a sheet of readings"),
+        (&export[..], "first/material.json", "a fitted material"),
+    ] {
+        let before = fs::read(directory.join(file)).expect("it is there");
+        let message = fail(directory, &[command, &[file]].concat());
+        assert!(message.contains(what), "{message}");
+        assert_eq!(fs::read(directory.join(file)).expect("there"), before);
+    }
+
     // What was read became BRDFs, and they are not made BRDFs once more.
     fs::copy(
         directory.join("first/readings.csv"),
