@@ -13,6 +13,7 @@ use glimpse_trainer::meta::options::Options;
 use glimpse_trainer::meta::plan::{Effort, Schedule};
 use glimpse_trainer::report::{Best, Cell, Column, Compare, Table};
 
+use super::known::tell;
 use super::progress::train_with_progress;
 use super::{ModelName, load};
 
@@ -59,6 +60,7 @@ impl Curve<'_> {
                 let basis = learned.basis().map(Basis::from_bytes).transpose();
                 let basis = basis.map_err(anyhow::Error::msg).context("the basis")?;
                 let recipe = file.recipe()?;
+                tell(&recipe, &unseen)?;
                 let method = Method::ours(&recipe, basis.as_ref())?;
                 let verdict = judge.judge(&method, self.seed, 1)?;
                 points.push(Point {

@@ -210,13 +210,17 @@ impl<'a> Method<'a> {
     ///
     /// # Errors
     /// [`JudgeError::Readings`] if it is no scan by a recipe, [`JudgeError::NeedsAll`] if its recipe
-    /// cannot do without some.
+    /// cannot do without some, [`JudgeError::FewerReadings`] if it has not as many.
     pub fn with_readings(self, readings: Readings) -> Result<Self, JudgeError> {
         let Fitting::Scan(recipe, _) = &self.fitting else {
             return Err(JudgeError::Readings);
         };
         if readings.are_missing() && !recipe.learner().takes_missing() {
             return Err(JudgeError::NeedsAll);
+        }
+        let samples = recipe.samples();
+        if let Some(first) = readings.first.filter(|first| *first > samples) {
+            return Err(JudgeError::FewerReadings { first, samples });
         }
         Ok(Self { readings, ..self })
     }

@@ -53,6 +53,14 @@ pub enum JudgeError {
         "the recipe needs all of its readings: train one with --missing 0.5 for scans that lose some"
     )]
     NeedsAll,
+    /// More of the first readings were asked for than there are.
+    #[error("the first {first} readings are asked for, and the recipe has {samples}")]
+    FewerReadings {
+        /// How many were asked for.
+        first: usize,
+        /// How many there are.
+        samples: usize,
+    },
     /// A ridge problem has no solution.
     #[error("the linear model cannot be fitted: {0}")]
     Ridge(#[from] glimpse_core::fit::ridge::RidgeError),

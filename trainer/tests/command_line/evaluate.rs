@@ -11,7 +11,7 @@ use glimpse_trainer::material::{Material, Procedural, Source, digest};
 use glimpse_trainer::metrics::mean_log_error;
 use serde_json::{Value, json};
 
-use super::{TRAIN, linear, succeed, trainer};
+use super::{TRAIN, fail, linear, succeed, trainer};
 
 const PHONG: &[u8] = include_bytes!("../../../core/examples/recipes/phong-n8.recipe");
 const NEURAL: &[u8] = include_bytes!("../../../core/examples/recipes/neural-n8.recipe");
@@ -348,4 +348,29 @@ fn a_promise_is_told_with_what_it_was_found_on() {
     ];
     let judged = succeed(directory, &arguments);
     assert!(judged.contains("on what is not stated"), "{judged}");
+}
+
+#[test]
+fn no_more_readings_are_asked_for_than_there_are() {
+    let scratch = tempfile::tempdir().expect("a temporary directory");
+    let directory = scratch.path();
+    succeed(directory, &["recipes", "get", "neural-n16-masked"]);
+    let first = |count| {
+        [
+            "evaluate",
+            "--recipe",
+            "neural-n16-masked.recipe",
+            "--test",
+            "procedural:2:3",
+            "--first",
+            count,
+        ]
+    };
+    let message = fail(directory, &first("17"));
+    assert!(
+        message.contains("the first 17 readings are asked for, and the recipe has 16"),
+        "{message}"
+    );
+    let all = succeed(directory, &first("16"));
+    assert_eq!(all, succeed(directory, &first("16")[..5]));
 }
