@@ -1,7 +1,7 @@
 //! What commands write: never over what they read, and not over hours of work without a word.
 
 use std::fs::{self, File};
-use std::io::{self, BufRead, BufReader, Read, Write};
+use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail, ensure};
@@ -73,19 +73,28 @@ fn work_at(path: &Path, bytes: &[u8]) -> Option<&'static str> {
         // A tensor file, a table whose first dimension is 90, an array of NumPy's.
         b"tens" | b"\x5a\0\0\0" | b"\x93NUM" => "another material",
         [b'{', ..] if FittedMaterial::is_one(path) => "a fitted material",
-        b"inde" if is_sheet(path) => "a sheet of readings",
+        b"inde" if is_filled_in(path) => "a sheet of readings",
         _ => return None,
     };
     fs::read(path).is_ok_and(|old| old != bytes).then_some(what)
 }
 
-/// True of a table of readings of a recipe's samples, as `trainer plan --blank` begins one and `trainer fit` leaves
-/// it: somebody may have filled it in.
-fn is_sheet(path: &Path) -> bool {
-    let mut line = String::new();
-    let read = File::open(path).and_then(|file| BufReader::new(file).read_line(&mut line));
-    let columns: Vec<&str> = line.trim_end().split(',').collect();
-    read.is_ok() && columns[0] == "index" && (columns.contains(&"r") || columns.contains(&"value"))
+/// True of a table in which somebody has written what was read of a recipe's samples, as a sheet of `trainer plan
+/// --blank` is to be filled in and `trainer fit` leaves it.
+fn is_filled_in(path: &Path) -> bool {
+    let Ok(mut sheet) = csv::Reader::from_path(path) else {
+        return false;
+    };
+    let Ok(header) = sheet.headers() else {
+        return false;
+    };
+    let is_read = |name: &str| ["r", "value"].contains(&name);
+    let Some(column) = header.iter().position(is_read) else {
+        return false;
+    };
+    let filled = |row: csv::StringRecord| row.get(column).is_some_and(|cell| !cell.is_empty());
+    // A row that is cut short is somebody's work too.
+    sheet.records().any(|row| row.map_or(true, filled))
 }
 
 /// Makes a command's folder, but none above it.
@@ -171,8 +180,10 @@ mod tests {
         fs::write(&path, "index,theta_i,r,g,b\n0,30,1,1,1\n").unwrap();
         let message = write_file(&path, b"other").unwrap_err().to_string();
         assert!(message.contains("a sheet of readings"), "{message}");
-        // Plans and samples' angles are made again in no time.
-        fs::write(&path, "index,theta_i\n0,30\n").unwrap();
-        write_file(&path, b"other").unwrap();
+        // Empty sheets, plans and samples' angles are made again in no time.
+        for lost in ["index,theta_i,r,g,b\n0,30,,,\n", "index,theta_i\n0,30\n"] {
+            fs::write(&path, lost).unwrap();
+            write_file(&path, b"other").unwrap();
+        }
     }
 }
