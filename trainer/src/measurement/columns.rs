@@ -101,9 +101,7 @@ impl Columns {
             given,
             values: self.values(row)?,
             saturated: self.saturated(row)?,
-            quantity: self
-                .quantity
-                .map_or_else(String::new, |column| row.cell(column).to_lowercase()),
+            quantity: self.quantity(row),
         })
     }
 
@@ -141,6 +139,15 @@ impl Columns {
                     self.names[missing]
                 ))
             }
+        }
+    }
+
+    fn quantity(&self, row: &Row) -> String {
+        let cell = self.quantity.map_or("", |column| row.cell(column));
+        match cell.to_lowercase() {
+            // ASTM's, which options may call so too.
+            short if short == "brdf-cos" => "brdf-cos-o".to_owned(),
+            name => name,
         }
     }
 

@@ -250,6 +250,21 @@ fn what_a_file_says_of_itself_holds() {
     );
     assert!(!directory.join("out").exists());
 
+    // A quantity that is the options' own is none but that, by either of its names.
+    fs::write(
+        directory.join("cosine.csv"),
+        "index,value,quantity\n0,1,BRDF-cos\n1,1,brdf-cos-o\n2,1,\n3,1,brdf\n",
+    )
+    .expect("written");
+    let cosine = [&fit("cosine.csv")[..], &["--quantity", "brdf-cos"]].concat();
+    let message = fail(directory, &cosine);
+    assert!(
+        message.contains(
+            "line 5, column quantity: its numbers are `brdf`, and would be taken for `brdf-cos-o`"
+        ),
+        "{message}"
+    );
+
     // A file is of one material.
     fs::write(
         directory.join("two.csv"),
