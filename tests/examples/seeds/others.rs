@@ -65,7 +65,7 @@ pub(crate) fn readings(folder: &Folder, material: &dyn Material) -> Outcome {
 }
 
 pub(crate) fn device(folder: &Folder) -> Outcome {
-    let recipe = include_str!("../../../trainer/fuzz/fuzz_targets/device.rs");
+    let recipe = include_str!("../../../trainer/fuzz/src/device.rs");
     assert!(recipe.contains("phong-n8.recipe"));
     let values = "[0.5, 0.4, 0.3, 0.1, 0.1, 0.1, 20.0]";
     let text =

@@ -1,34 +1,5 @@
-//! What a device has sent, as JSON: it is refused, or of the recipe.
-//!
-//! The checksum of the recipe, which nobody guesses, is put in the place of its name.
+//! `glimpse_trainer_fuzz::device` on libFuzzer's inputs.
 
 #![no_main]
 
-use glimpse_core::recipe::Recipe;
-use glimpse_trainer::measurement::DeviceReport;
-use glimpse_trainer_fuzz::{Folder, refused};
-use libfuzzer_sys::fuzz_target;
-
-const RECIPE: &[u8] = include_bytes!("../../../embedded-demo/recipes/phong-n8.recipe");
-const NAME: &str = "device.json";
-
-fuzz_target!(|bytes: &[u8]| {
-    let recipe = Recipe::parse(RECIPE).expect("it is a recipe");
-    let checksum = format!("{:08x}", recipe.checksum());
-    let text = String::from_utf8_lossy(bytes).replacen("CHECKSUM", &checksum, 1);
-    let folder = Folder::new();
-    let path = folder.write(NAME, text.as_bytes());
-    let report = match DeviceReport::read(&path, &recipe) {
-        Ok(report) => report,
-        Err(error) => return refused(&error, NAME),
-    };
-    assert_eq!(report.model, recipe.model().name());
-    assert!(report.values.iter().all(|value| value.is_finite()));
-    match report.fit(&path, &recipe) {
-        Ok((measured, fit)) => {
-            assert_eq!(measured.samples.len(), recipe.samples());
-            assert_eq!(fit.fates.len(), recipe.samples());
-        }
-        Err(error) => refused(&error, NAME),
-    }
-});
+libfuzzer_sys::fuzz_target!(|input: &[u8]| glimpse_trainer_fuzz::device::check(input));

@@ -1,4 +1,19 @@
-//! What the targets share: files in memory, what a refusal has to say, and looks at what was read.
+//! Checks of the trainer's readers on untrusted bytes, a module for each reader.
+//!
+//! `fuzz_targets` runs them on libFuzzer's inputs, `tests/seeds.rs` on the files of `seeds`. This file holds
+//! their shared parts: files in memory, and checks of refusals and of materials.
+
+pub mod basis;
+pub mod checkpoint;
+pub mod device;
+pub mod environment;
+pub mod format;
+pub mod material;
+pub mod merl;
+pub mod nbrdf;
+pub mod pab;
+pub mod readings;
+pub mod rgl;
 
 use std::fmt::Display;
 use std::fs;
@@ -131,17 +146,4 @@ impl Damage {
             }
         }
     }
-}
-
-/// CRC-32/ISO-HDLC, as the formats say.
-#[must_use]
-pub fn crc32(bytes: &[u8]) -> u32 {
-    let mut crc = !0_u32;
-    for byte in bytes {
-        crc ^= u32::from(*byte);
-        for _ in 0..8 {
-            crc = (crc >> 1) ^ (0xEDB8_8320 & (crc & 1).wrapping_neg());
-        }
-    }
-    !crc
 }

@@ -1,0 +1,49 @@
+//! A compact basis from bytes that nobody vouches for: it is refused, or what it evaluates to is a
+//! BRDF.
+//!
+//! Random bytes never have the right checksum, so one input in two has it put right first.
+
+use arbitrary::{Arbitrary, Unstructured};
+use glimpse_core::geometry::HalfDifference;
+use glimpse_core::model::linear::Basis;
+use glimpse_core::model::linear::format::{HEADER_BYTES, VERSION, checksum_of};
+
+/// Checks one input.
+pub fn check(input: &[u8]) {
+    let input = <(u8, [f32; 8], &[u8])>::arbitrary_take_rest(Unstructured::new(input));
+    let Ok((mend, numbers, bytes)) = input else {
+        return;
+    };
+    let mut bytes = bytes.to_vec();
+    if mend & 1 == 1 && bytes.len() >= HEADER_BYTES {
+        let body = &bytes[HEADER_BYTES..];
+        let length = body.len() as u32;
+        let checksum = checksum_of(VERSION, length, body);
+        bytes[6..10].copy_from_slice(&length.to_le_bytes());
+        bytes[10..14].copy_from_slice(&checksum.to_le_bytes());
+    }
+    let Ok(basis) = Basis::parse(&bytes) else {
+        return;
+    };
+    assert!(basis.components() > 0);
+    let [hx, hz, dx, dy, dz, coefficients @ ..] = &numbers;
+    let any = HalfDifference {
+        hx: *hx,
+        hz: *hz,
+        dx: *dx,
+        dy: *dy,
+        dz: *dz,
+    };
+    let straight = HalfDifference {
+        hx: 0.0,
+        hz: 1.0,
+        dx: 0.0,
+        dy: 0.0,
+        dz: 1.0,
+    };
+    for at in [any, straight] {
+        if let Some(brdf) = basis.brdf([coefficients, &numbers, &[]], &at) {
+            assert!(brdf.iter().all(|value| value.is_finite() && *value >= 0.0));
+        }
+    }
+}

@@ -1,0 +1,31 @@
+//! Bytes on the link that nobody vouches for, at both ends of it.
+
+use glimpse_core::link::{
+    Answerer, Asker, FRAME_BYTES, PROTOCOL, Received, Reply, Request, encode,
+};
+use glimpse_core::model::ModelKind;
+
+const HELLO: Request = Request::Hello {
+    protocol: PROTOCOL,
+    model: ModelKind::Neural,
+    samples: 8,
+    recipe: 0,
+};
+
+/// Checks one input.
+pub fn check(bytes: &[u8]) {
+    let mut frame = [0; FRAME_BYTES];
+    let mut device = Asker::new();
+    let mut host = Answerer::new();
+    let _ = device.ask(&HELLO, &mut frame);
+    for byte in bytes {
+        let _ = device.receive(*byte, &HELLO);
+        if let Some(Ok(heard)) = host.receive(*byte) {
+            // Whatever comes through whole can be said again, and answered.
+            if let Received::New(request) = heard {
+                assert!(encode(1, &request, &mut frame).is_ok());
+            }
+            assert!(host.answer(Reply::Accepted, &mut frame).is_ok());
+        }
+    }
+}

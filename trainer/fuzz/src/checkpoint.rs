@@ -1,0 +1,49 @@
+//! A checkpoint: it is refused, or written again as it was.
+//!
+//! Random bytes never have the right checksum, so one input in two has it put right first.
+
+use std::fs;
+
+use crc::{CRC_32_ISO_HDLC, Crc};
+use glimpse_trainer::meta::checkpoint::{Checkpoint, CheckpointError};
+
+use crate::{Folder, refused};
+
+/// Magic and checksum.
+const HEADER: usize = 8;
+const NAME: &str = "checkpoint.bin";
+
+/// Checks one input.
+pub fn check(input: &[u8]) {
+    let Some((mend, bytes)) = input.split_first() else {
+        return;
+    };
+    let mut bytes = bytes.to_vec();
+    if mend & 1 == 1 && bytes.len() >= HEADER {
+        let checksum = Crc::<u32>::new(&CRC_32_ISO_HDLC).checksum(&bytes[HEADER..]);
+        bytes[4..HEADER].copy_from_slice(&checksum.to_le_bytes());
+    }
+    let folder = Folder::new();
+    let path = folder.write(NAME, &bytes);
+    let run = "a run";
+    let found = match Checkpoint::read(&path, run) {
+        Ok(found) => found.expect("it is there"),
+        Err(error) => {
+            let is_known = matches!(
+                error,
+                CheckpointError::Damaged { .. } | CheckpointError::OtherRun { .. }
+            );
+            assert!(is_known, "{error}");
+            return refused(&error, NAME);
+        }
+    };
+    assert_eq!(found.run, run);
+    found.write(&path).expect("it is written");
+    let written = fs::read(&path).expect("it is there");
+    let again = Checkpoint::read(&path, run).expect("what is written is read");
+    again
+        .expect("it is there")
+        .write(&path)
+        .expect("it is written");
+    assert_eq!(fs::read(&path).expect("it is there"), written);
+}

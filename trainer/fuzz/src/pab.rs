@@ -1,0 +1,24 @@
+//! A set of PAB-Opto's texts, one after the other with a zero byte between them: it is refused, or it is a
+//! BRDF.
+
+use glimpse_core::geometry::HalfDifference;
+use glimpse_trainer::material::{Brdf, PabSet};
+use crate::{Folder, PLACES, refused};
+
+/// Checks one input.
+pub fn check(bytes: &[u8]) {
+    let folder = Folder::new();
+    for (index, text) in bytes.split(|byte| *byte == 0).take(8).enumerate() {
+        folder.write(&format!("felt_in{index}.txt"), text);
+    }
+    match PabSet::read(&folder.path().join("felt_in0.txt")) {
+        Ok(set) => {
+            let at = PLACES.map(HalfDifference::from_angles);
+            let mut brdf = [[0.0; 3]; PLACES.len()];
+            set.evaluate(&at, &mut brdf);
+            let is_brdf = |value: &f32| value.is_finite() && *value >= 0.0;
+            assert!(brdf.as_flattened().iter().all(is_brdf), "{brdf:?}");
+        }
+        Err(error) => refused(&error, "felt_in"),
+    }
+}
