@@ -1,10 +1,8 @@
-# The library for firmware in C. `tests/run` reads this file and calls its functions; `run`, `say`,
-# `install` and what `find_compiler` sets are its.
+# Steps of tests/run for the C library; `run`, `say`, `need_programs` and the variables are defined there.
 
-# On the host: lints, the header, every function called as C would, the examples by cc.
-capi_host() {
+# On the host: lints, the header, a call of every function from C, the examples compiled by cc.
+capi() {
     pushd core/capi > /dev/null
-    run cargo fmt --check
     run cargo clippy --all-targets -- -D warnings
     run cargo test
     local model
@@ -17,17 +15,9 @@ capi_host() {
 # On microcontrollers, after `find_compiler`: the proof that nothing panics, for each target, and the
 # examples in QEMU.
 capi_firmware() {
-    local program missing=()
-    for program in arm-none-eabi-gcc:gcc-arm-none-eabi ld.lld:lld; do
-        if ! command -v "${program%%:*}" > /dev/null; then
-            missing+=("${program##*:}")
-        fi
-    done
+    need_programs arm-none-eabi-gcc:gcc-arm-none-eabi ld.lld:lld
     if [ ! -e /usr/lib/arm-none-eabi/newlib ] && [ ! -e /usr/arm-none-eabi/lib ]; then
-        missing+=(libnewlib-arm-none-eabi)
-    fi
-    if [ "${#missing[@]}" -gt 0 ]; then
-        install "${missing[@]}"
+        install libnewlib-arm-none-eabi
     fi
     # In its folder, where its .cargo/config.toml counts; the test looks for the libraries there.
     pushd core/capi > /dev/null

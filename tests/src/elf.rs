@@ -1,9 +1,13 @@
-//! The firmware's ELF file: its sizes, and copies of it with a damaged recipe.
+//! The firmware's ELF file: its sizes, and copies of it with another recipe.
 
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::{env, fs};
 
-use glimpse_core::recipe::Recipe;
+use crc::{CRC_32_ISO_HDLC, Crc};
+use glimpse_core::model::ModelKind;
+use glimpse_core::recipe::HEADER_BYTES;
+use glimpse_trainer::shipped;
 use object::{Object, ObjectSection, ObjectSymbol};
 use tempfile::NamedTempFile;
 
@@ -15,12 +19,44 @@ const DEFAULT: &str = concat!(
     "/../embedded-demo/target/thumbv7em-none-eabihf/release/glimpse-embedded-demo"
 );
 
+/// The kind of the section that pads a recipe: optional and unknown, so readers skip it.
+const PADDING: u16 = 0x3FFF;
+
+/// Returns a recipe of exactly `length` bytes with the same sections and a section of zeros behind them.
+///
+/// # Panics
+/// If the recipe is longer, or so long that the smallest section does not fit.
+#[must_use]
+pub fn padded(recipe: &[u8], length: usize) -> Vec<u8> {
+    if recipe.len() == length {
+        return recipe.to_vec();
+    }
+    // A section is its kind and its length, both varints, and its bytes. The kind takes two bytes.
+    let room = length.checked_sub(recipe.len() + 2);
+    let room = room.expect("the recipe has room for a section of padding");
+    let sizes = (1..=3).map(|bytes| room.saturating_sub(bytes));
+    let section = sizes
+        .map(|size| postcard::to_allocvec(&(PADDING, vec![0_u8; size])).expect("a section"))
+        .find(|section| section.len() == room + 2);
+    // One length in 2^7 cannot be met by a varint of the shortest form.
+    let section = section.expect("a length that a section can fill");
+    let mut bytes = [recipe, &section].concat();
+    let body = (length - HEADER_BYTES) as u32;
+    bytes[6..10].copy_from_slice(&body.to_le_bytes());
+    let sealed = [&bytes[4..10], &bytes[HEADER_BYTES..]].concat();
+    let checksum = Crc::<u32>::new(&CRC_32_ISO_HDLC).checksum(&sealed);
+    bytes[10..HEADER_BYTES].copy_from_slice(&checksum.to_le_bytes());
+    bytes
+}
+
 /// The firmware as it was built.
 #[derive(Debug)]
 pub struct Firmware {
     /// Its file.
     pub path: PathBuf,
     bytes: Vec<u8>,
+    /// The place of the recipe in `bytes`.
+    recipe: Range<usize>,
 }
 
 impl Firmware {
@@ -51,7 +87,22 @@ impl Firmware {
         Self::at(Path::new(DEFAULT).with_file_name("arms-board"))
     }
 
+    /// Reads the firmware of a model, whose image holds the largest bundled recipe of up to 16 samples.
+    ///
+    /// # Panics
+    /// As [`Firmware::load`].
+    #[must_use]
+    pub fn of_model(model: ModelKind) -> Self {
+        let name = format!("{}-n16-masked", model.name());
+        let bundled = shipped::find(&name).unwrap_or_else(|| panic!("no bundled recipe {name}"));
+        Self::with(format!("{DEFAULT}-{}", model.name()).into(), bundled.bytes)
+    }
+
     fn at(path: PathBuf) -> Self {
+        Self::with(path, RECIPE)
+    }
+
+    fn with(path: PathBuf, recipe: &'static [u8]) -> Self {
         let bytes = fs::read(&path).unwrap_or_else(|error| {
             panic!(
                 "{}: {error}. `tests/run firmware` builds it; with rustup's target it is \
@@ -59,26 +110,15 @@ impl Firmware {
                 path.display()
             )
         });
-        let firmware = Self { path, bytes };
-        firmware.recipe();
-        firmware
-    }
-
-    /// The same firmware with another of the repository's recipes, by the name under which
-    /// `tests/run firmware` copies it.
-    ///
-    /// # Panics
-    /// If it is not there.
-    #[must_use]
-    pub fn of(name: &str) -> Self {
-        let path = PathBuf::from(format!("{DEFAULT}-{name}"));
-        let bytes = fs::read(&path).unwrap_or_else(|error| {
-            panic!(
-                "{}: {error}. `tests/run firmware` builds it",
-                path.display()
-            )
-        });
-        Self { path, bytes }
+        let start = bytes
+            .windows(recipe.len())
+            .position(|window| window == recipe)
+            .expect("the firmware holds another recipe than the repository: build it again");
+        Self {
+            path,
+            bytes,
+            recipe: start..start + recipe.len(),
+        }
     }
 
     /// Its bytes.
@@ -87,30 +127,27 @@ impl Firmware {
         &self.bytes
     }
 
-    /// Where its recipe begins.
-    fn recipe(&self) -> usize {
-        assert!(
-            Recipe::parse(RECIPE).is_ok(),
-            "the repository's recipe is damaged"
-        );
-        self.bytes
-            .windows(RECIPE.len())
-            .position(|window| window == RECIPE)
-            .expect("the firmware holds another recipe than the repository: build it again")
-    }
-
-    /// A copy whose recipe is altered.
+    /// Writes a copy whose recipe is altered.
     ///
     /// # Panics
     /// If the copy cannot be written.
     #[must_use]
-    pub fn with_recipe(&self, alter: impl FnOnce(&mut [u8])) -> NamedTempFile {
-        let start = self.recipe();
+    pub fn with_altered_recipe(&self, alter: impl FnOnce(&mut [u8])) -> NamedTempFile {
         let mut bytes = self.bytes.clone();
-        alter(&mut bytes[start..start + RECIPE.len()]);
+        alter(&mut bytes[self.recipe.clone()]);
         let file = NamedTempFile::new().expect("room for a file");
         fs::write(file.path(), bytes).expect("room for a file");
         file
+    }
+
+    /// Writes a copy that holds another recipe, [padded] to the length of its own.
+    ///
+    /// # Panics
+    /// If the recipe is too long, or the copy cannot be written.
+    #[must_use]
+    pub fn with_recipe(&self, recipe: &[u8]) -> NamedTempFile {
+        let recipe = padded(recipe, self.recipe.len());
+        self.with_altered_recipe(|bytes| bytes.copy_from_slice(&recipe))
     }
 
     fn object(&self) -> object::File<'_> {

@@ -1,23 +1,29 @@
 //! The firmware in QEMU: its serial line, its log, and its reset button.
 
-use std::io::{BufRead, BufReader, Read, Write};
+use std::io::{BufRead, BufReader, Write};
 use std::net::{TcpListener, TcpStream};
 use std::path::Path;
-use std::process::{Child, ChildStdout, Command, Stdio};
+use std::process::{Child, Command, Stdio};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use defmt_decoder::{DecodeError, Table};
-
 use crate::elf::Firmware;
+use crate::microcontroller::spawn;
 
+/// The program of `embedded-demo/log`, where `tests/run firmware` builds it.
+const LOG: &str = concat!(
+    env!("CARGO_MANIFEST_DIR"),
+    "/../embedded-demo/target/debug/glimpse-log"
+);
 /// Whatever takes longer than this hangs.
 const PATIENCE: Duration = Duration::from_secs(60);
 
 /// An STM32F405 that runs the firmware. Ends when dropped.
 pub struct Emulator {
     process: Child,
+    /// Decodes the log; ends when QEMU does.
+    decoder: Child,
     /// The device's UART.
     pub serial: TcpStream,
     /// QEMU's own protocol, QMP.
@@ -54,38 +60,42 @@ impl Emulator {
     pub fn boot_with(firmware: &Firmware, image: &Path, options: &[&str]) -> Self {
         let (serial, serial_address) = listen();
         let (control, control_address) = listen();
-        let mut process = Command::new("qemu-system-arm")
-            .args([
-                "-machine",
-                "netduinoplus2",
-                "-display",
-                "none",
-                "-monitor",
-                "none",
-            ])
-            .args(["-semihosting-config", "enable=on,target=native"])
-            .args(options)
-            .args(["-serial", &serial_address])
-            .args(["-qmp", &control_address])
-            .arg("-kernel")
-            .arg(image)
-            .stdin(Stdio::null())
-            .stdout(Stdio::piped())
-            .spawn()
-            .unwrap_or_else(|error| {
-                panic!("qemu-system-arm: {error}. `tests/run firmware` installs it")
-            });
-        let stdout = process.stdout.take().expect("it is piped");
-        let log = Arc::default();
+        let mut process = spawn(
+            Command::new("qemu-system-arm")
+                .args(["-machine", "netduinoplus2"])
+                .args(["-display", "none", "-monitor", "none"])
+                .args(["-semihosting-config", "enable=on,target=native"])
+                .args(options)
+                .args(["-serial", &serial_address])
+                .args(["-qmp", &control_address])
+                .arg("-kernel")
+                .arg(image)
+                .stdin(Stdio::null())
+                .stdout(Stdio::piped()),
+        );
+        let frames = process.stdout.take().expect("it is piped");
+        let mut decoder = spawn(
+            Command::new(LOG)
+                .arg(firmware.path())
+                .stdin(frames)
+                .stdout(Stdio::piped()),
+        );
+        let lines = BufReader::new(decoder.stdout.take().expect("it is piped")).lines();
+        let log = Arc::<Mutex<Vec<String>>>::default();
         thread::spawn({
-            let elf = firmware.bytes().to_vec();
             let log = Arc::clone(&log);
-            move || decode(stdout, &elf, &log)
+            move || {
+                for line in lines.map_while(Result::ok) {
+                    let mut log = log.lock().unwrap_or_else(PoisonError::into_inner);
+                    log.push(line);
+                }
+            }
         });
         let serial = accept(&serial, &mut process);
         let control = accept(&control, &mut process);
         let mut emulator = Self {
             process,
+            decoder,
             serial,
             control: BufReader::new(control),
             log,
@@ -178,6 +188,7 @@ impl Drop for Emulator {
     fn drop(&mut self) {
         let _ = self.process.kill();
         let _ = self.process.wait();
+        let _ = self.decoder.wait();
     }
 }
 
@@ -206,26 +217,4 @@ fn accept(listener: &TcpListener, process: &mut Child) -> TcpStream {
     }
     let _ = process.kill();
     panic!("qemu-system-arm does not open its serial line and its control");
-}
-
-/// Decodes what the firmware logs, until QEMU ends.
-fn decode(mut stdout: ChildStdout, elf: &[u8], log: &Mutex<Vec<String>>) {
-    let table = Table::parse(elf)
-        .expect("defmt's table")
-        .expect("logs in the firmware");
-    let mut decoder = table.new_stream_decoder();
-    let mut bytes = [0; 1024];
-    while let Ok(count @ 1..) = stdout.read(&mut bytes) {
-        decoder.received(&bytes[..count]);
-        loop {
-            let line = match decoder.decode() {
-                Ok(frame) => frame.display_message().to_string(),
-                Err(DecodeError::Malformed) => "(a damaged line)".to_owned(),
-                Err(DecodeError::UnexpectedEof) => break,
-            };
-            log.lock()
-                .unwrap_or_else(PoisonError::into_inner)
-                .push(line);
-        }
-    }
 }

@@ -1,8 +1,13 @@
-//! What a fit costs on each kind of microcontroller, as `target.fit.name` and a value.
+//! Costs of fits on each kind of microcontroller and of the demo firmware, as `target.fit.name` and a value.
 
 use glimpse_fits::recipes::{self, completed, masked};
 
+use glimpse_trainer::scanner::{ScannerNoise, VirtualScanner};
+
 use crate::cycles;
+use crate::elf::Firmware;
+use crate::emulator::Emulator;
+use crate::host::unseen;
 use crate::microcontroller::{Binary, Functions, TARGETS, Target};
 
 /// A fit that is tried: a binary of `embedded-demo/fits`.
@@ -102,4 +107,31 @@ pub fn figures() -> Vec<(String, u64)> {
         }
     }
     figures
+}
+
+/// Costs of the whole firmware of `embedded-demo`, from a scan in QEMU.
+///
+/// # Panics
+/// If the firmware is not built, or does not scan.
+#[must_use]
+pub fn demo_figures() -> Vec<(String, u64)> {
+    let firmware = Firmware::load();
+    let mut emulator = Emulator::boot(&firmware, firmware.path());
+    VirtualScanner::new(&unseen(0), ScannerNoise::default())
+        .serve(&mut emulator.serial)
+        .expect("a scan");
+    let logged = |name: &str| -> u64 {
+        let value = emulator.wait_for(&format!("{name}="));
+        value.parse().expect("a number")
+    };
+    let static_ram = [".data", ".bss", ".uninit"].map(|section| firmware.section_bytes(section));
+    let figures = [
+        ("fit_instructions", logged("fit_instructions")),
+        ("text_bytes", firmware.section_bytes(".text")),
+        ("static_ram_bytes", static_ram.iter().sum()),
+        ("stack_bytes", logged("stack_bytes")),
+    ];
+    figures
+        .map(|(name, value)| (format!("thumbv7em-none-eabihf.demo.{name}"), value))
+        .into()
 }

@@ -58,17 +58,6 @@ pub enum Functions {
     Micromath,
 }
 
-impl Functions {
-    /// Its name.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Libm => "libm",
-            Self::Micromath => "micromath",
-        }
-    }
-}
-
 /// A binary of `embedded-demo/fits`.
 #[derive(Clone, Debug)]
 pub struct Binary {
@@ -122,13 +111,15 @@ impl Binary {
     /// The binary of this name, where `tests/run firmware` builds it.
     #[must_use]
     pub fn new(target: Target, functions: Functions, name: &str) -> Self {
-        let path = Path::new(env!("CARGO_MANIFEST_DIR"))
-            .join("../embedded-demo/target")
-            .join(functions.name())
-            .join(target.triple)
-            .join("release")
-            .join(name);
-        Self { target, path }
+        let built = Path::new(env!("CARGO_MANIFEST_DIR")).join("../embedded-demo/target");
+        let folder = match functions {
+            Functions::Libm => built.join(target.triple).join("release"),
+            Functions::Micromath => built.join("micromath").join(target.triple),
+        };
+        Self {
+            target,
+            path: folder.join(name),
+        }
     }
 
     /// Another binary for a target.

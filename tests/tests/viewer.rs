@@ -1,7 +1,7 @@
-//! The module in pages of `trainer render view` computes what core does on the host. With the feature
-//! `firmware` the one that `tests/run firmware` has just built is looked at, too.
+//! The module in pages of `trainer render view` computes the numbers that core computes on the host. With
+//! `GLIMPSE_BUILT_WASM`, a path, the module there is checked too: `tests/run firmware` names the one it built.
 
-use std::fs;
+use std::{env, fs};
 use std::path::{Path, PathBuf};
 
 use glimpse_core::fit::{AnyModel, linear_words};
@@ -88,10 +88,8 @@ impl Core {
 /// The module that is committed, and the one that was just built.
 fn modules() -> Vec<Vec<u8>> {
     let mut all = vec![WASM.to_vec()];
-    if cfg!(feature = "firmware") {
-        let built = "trainer/view/target/wasm32-unknown-unknown/release/glimpse_view.wasm";
-        let built = Path::new(ROOT).join(built);
-        all.push(fs::read(built).expect("`tests/run firmware` has built it"));
+    if let Some(built) = env::var_os("GLIMPSE_BUILT_WASM") {
+        all.push(fs::read(built).expect("the module was built"));
     }
     all
 }

@@ -3,12 +3,12 @@
 use glimpse_core::link::Failure;
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::{
-    Ingredients, Noise, PackedDescent, PackedLearner, PackedRidge, Provenance, Recipe, RecipeError,
+    Ingredients, PackedDescent, PackedLearner, PackedRidge, Recipe, RecipeError,
 };
 use glimpse_core::scan::ScanError;
 use glimpse_tests::RECIPE;
 use glimpse_tests::device::assert_agrees;
-use glimpse_tests::elf::Firmware;
+use glimpse_tests::elf::{Firmware, padded};
 use glimpse_tests::emulator::Emulator;
 use glimpse_tests::host::unseen;
 use glimpse_trainer::scanner::{ScannerError, ScannerNoise, VirtualScanner};
@@ -16,7 +16,7 @@ use glimpse_trainer::scanner::{ScannerError, ScannerNoise, VirtualScanner};
 /// What the device says of a recipe with some bytes altered.
 fn failure(alter: impl FnOnce(&mut [u8])) -> Failure {
     let firmware = Firmware::load();
-    let image = firmware.with_recipe(alter);
+    let image = firmware.with_altered_recipe(alter);
     let mut emulator = Emulator::boot(&firmware, image.path());
     let material = unseen(0);
     let error = VirtualScanner::new(&material, ScannerNoise::default())
@@ -73,36 +73,11 @@ fn a_recipe_cut_short_is_refused_by_name() {
     assert_eq!(refusal(|recipe| recipe.fill(0xFF)), RecipeError::Magic);
 }
 
-/// A whole recipe with this pattern and learner, as long as the firmware's: its provenance is.
+/// A whole recipe with this pattern and learner, padded to the length of the firmware's.
 fn recipe_of(pattern: &[u8], learner: PackedLearner<'_>) -> Vec<u8> {
-    let padding = "-".repeat(RECIPE.len());
     let mut buffer = vec![0; 2 * RECIPE.len()];
-    // Where a length takes a byte more the bytes grow by two; another section shifts that.
-    let noise = Noise {
-        multiplicative: 0.0,
-        additive: 0.0,
-        levels: 0,
-    };
-    let lengths = 0..padding.len();
-    for (length, noise) in lengths.flat_map(|length| [(length, None), (length, Some(noise))]) {
-        let ingredients = Ingredients {
-            provenance: Some(Provenance {
-                trainer: "",
-                data: &padding[..length],
-                materials: 0,
-                schedule: "",
-                seed: 0,
-                options: "",
-            }),
-            noise,
-            ..Ingredients::new(pattern, learner)
-        };
-        let bytes = Recipe::write(&ingredients, &mut buffer).unwrap();
-        if bytes.len() == RECIPE.len() {
-            return bytes.to_vec();
-        }
-    }
-    panic!("too long for the firmware's place");
+    let bytes = Recipe::write(&Ingredients::new(pattern, learner), &mut buffer).unwrap();
+    padded(bytes, RECIPE.len())
 }
 
 /// The pattern of the firmware's recipe for as many samples, over and over.
@@ -166,7 +141,7 @@ fn a_recipe_of_more_samples_than_there_is_room_for_is_refused_by_name() {
 fn a_recipe_of_fewer_samples_is_scanned_by() {
     let bytes = neural(3);
     let firmware = Firmware::load();
-    let image = firmware.with_recipe(|recipe| recipe.copy_from_slice(&bytes));
+    let image = firmware.with_recipe(&bytes);
     let mut emulator = Emulator::boot(&firmware, image.path());
     let material = unseen(0);
     let report = VirtualScanner::new(&material, ScannerNoise::default())

@@ -135,7 +135,7 @@ fn commands_that_are_unknown_are_found() {
     ] {
         assert!(misunderstood(wrong).is_some(), "{wrong}");
     }
-    let right = "cargo run -p glimpse-tests --features firmware --example figures -- --table";
+    let right = "cargo run -p glimpse-tests --example figures";
     assert_eq!(misunderstood(right), None);
     for right in [
         "trainer bench --model \"neural\" >&2 && ls",
