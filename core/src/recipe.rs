@@ -71,7 +71,7 @@ impl<'a> Recipe<'a> {
     /// }
     ///
     /// let error = Recipe::parse(&BYTES[..100]).unwrap_err();
-    /// assert_eq!(error.to_string(), "the recipe should have 5577 bytes but has 100: it was cut or padded");
+    /// assert_eq!(error, RecipeError::Length { expected: 5577, found: 100 });
     /// # Ok::<(), RecipeError>(())
     /// ```
     ///

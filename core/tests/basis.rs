@@ -263,22 +263,18 @@ fn a_fitting_checksum_is_not_enough() {
 }
 
 #[test]
-fn errors_read_as_sentences() {
+fn errors_name_what_they_hold() {
     let length = BasisError::Length {
         expected: 20,
         found: 10,
     };
-    for (error, part) in [
-        (BasisError::Magic, "trainer export"),
-        (BasisError::Version(9), "format 9"),
-        (length, "20 bytes but has 10"),
-        (BasisError::Checksum, "altered"),
-        (BasisError::Components(0), "0 components"),
-        (BasisError::Nodes, "two nodes"),
-        (BasisError::Scale, "scale"),
+    for (error, values) in [
+        (BasisError::Version(9), &["9"][..]),
+        (length, &["20", "10"]),
+        (BasisError::Components(0), &["0"]),
     ] {
         let text = error.to_string();
-        assert!(text.contains(part), "{text}");
+        assert!(values.iter().all(|value| text.contains(value)), "{text}");
     }
 }
 

@@ -324,8 +324,10 @@ fn numbers_of_a_ridge_have_bounds() {
     assert_eq!(written(&|n| n.precision[0] = MIN_PRECISION), Ok(()));
     let error = written(&|n| n.precision[0] = MIN_PRECISION * (1.0 - f32::EPSILON));
     assert_eq!(error, Err(RecipeError::Range(Field::Precision)));
-    let sentence = RecipeError::Range(Field::Precision).to_string();
-    assert!(sentence.contains("`precision`") && sentence.contains("1e-6 to 1e8"));
+    let text = RecipeError::Range(Field::Precision).to_string();
+    for part in [Field::Precision.name(), "1e-6", "1e8"] {
+        assert!(text.contains(part), "no {part} in {text}");
+    }
 }
 
 #[test]

@@ -197,7 +197,6 @@ fn an_old_body_with_something_behind_it_is_malformed() {
 fn a_format_of_the_future_is_refused_by_name() {
     let error = Recipe::parse(&sealed(VERSION + 1, &[])).unwrap_err();
     assert_eq!(error, RecipeError::Version(VERSION + 1));
-    assert!(error.to_string().contains("formats 1 to 3"), "{error}");
     let error = Recipe::parse(&sealed(0, &[])).unwrap_err();
     assert_eq!(error, RecipeError::Version(0));
 }

@@ -144,7 +144,8 @@ fn what_is_required_is_missed_by_name() {
     };
     let missing = without(0);
     assert_eq!(missing, RecipeError::Missing(Kind::PATTERN));
-    assert!(missing.to_string().contains("0 (pattern)"), "{missing}");
+    let text = missing.to_string();
+    assert!(text.contains(&Kind::PATTERN.to_string()), "{text}");
     assert_eq!(without(1), RecipeError::Learners(0));
     assert_eq!(refusal(&[]), RecipeError::Missing(Kind::PATTERN));
 
@@ -154,7 +155,8 @@ fn what_is_required_is_missed_by_name() {
     both.insert(2, ridge);
     let error = refusal(&both);
     assert_eq!(error, RecipeError::Learners(2));
-    assert!(error.to_string().contains("1 (descent)"), "{error}");
+    let text = error.to_string();
+    assert!(text.contains(&Kind::DESCENT.to_string()), "{text}");
 }
 
 #[test]
@@ -174,9 +176,8 @@ fn an_unknown_kind_is_passed_over_or_refused_by_its_number() {
         sections.insert(2, (kind, Vec::new()));
         let error = refusal(&sections);
         assert_eq!(error, RecipeError::Unknown(Kind::new(kind)));
-        let sentence = error.to_string();
-        assert!(sentence.contains(&format!("section {kind},")), "{sentence}");
-        assert!(sentence.contains("newer glimpse-core"), "{sentence}");
+        let text = error.to_string();
+        assert!(text.contains(&kind.to_string()), "{text}");
     }
     assert!(Kind::new(127).is_required() && !Kind::new(128).is_required());
 }

@@ -31,7 +31,7 @@ def run(*words):
 
 
 def loss(printed):
-    return float(printed.removeprefix("loss "))
+    return float(printed.split()[-1])
 
 
 def programs_of_the_document(trainer):

@@ -202,8 +202,7 @@ mod tests {
             write_whole_below(&none, Path::new("file"), b"one"),
             make_folder(&none.join("deeper")),
         ] {
-            let message = refused.unwrap_err().to_string();
-            assert!(message.contains("there is no folder"), "{message}");
+            assert_eq!(refused.unwrap_err().kind(), io::ErrorKind::NotFound);
         }
         assert!(!none.exists());
         make_folder(&none).unwrap();
@@ -238,8 +237,7 @@ mod tests {
 
         mode(0o444).unwrap();
         for refused in [write_whole(&at("link"), b"four"), try_write(&at("link"), 1)] {
-            let message = refused.unwrap_err().to_string();
-            assert!(message.contains("read-only"), "{message}");
+            assert_eq!(refused.unwrap_err().kind(), io::ErrorKind::PermissionDenied);
         }
         assert_eq!(std::fs::read(at("folder/new")).unwrap(), b"three");
         assert_eq!(std::fs::read_dir(at("folder")).unwrap().count(), 1);

@@ -92,20 +92,3 @@ fn the_pole_lifts_nothing_above_the_horizon() {
     let at = HalfDifference::from_directions(&pair).expect("a half vector");
     assert!(!at.is_valid(), "{at:?}");
 }
-
-#[test]
-fn errors_are_sentences_with_a_remedy() {
-    assert_eq!(
-        DirectionsError::NotUnit(Arm::Sensor).to_string(),
-        "the direction towards the sensor is not a unit vector: divide it by its length, which has \
-         to be 1 within a thousandth"
-    );
-    assert_eq!(
-        DirectionsError::BelowHorizon(Arm::Light).to_string(),
-        "the light is at or below the horizon: z has to be positive, along the sample's normal"
-    );
-    assert_eq!(
-        DirectionsError::NonFinite(Arm::Light).to_string(),
-        "the direction towards the light holds a NaN or an infinity"
-    );
-}

@@ -114,15 +114,14 @@ fn fields_out_of_range_are_named() {
 }
 
 #[test]
-fn errors_are_sentences_with_the_field() {
-    assert_eq!(
-        LimitsError::MaxThetaI.to_string(),
-        "the limit `max_theta_i` is not above 0 and at most pi/2 (radians)"
-    );
+fn errors_name_the_field_and_the_excess() {
+    let text = LimitsError::MaxThetaI.to_string();
+    assert!(text.contains("max_theta_i"), "{text}");
     let error = limits().check(&at([62.0, 0.0, 0.0, 0.0])).unwrap_err();
-    assert_eq!(
-        error.to_string(),
-        "the light's polar angle is 2.000 degrees above the limit `max_theta_i`"
+    let text = error.to_string();
+    assert!(
+        text.contains("max_theta_i") && text.contains("2.000"),
+        "{text}"
     );
 }
 

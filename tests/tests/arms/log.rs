@@ -2,6 +2,12 @@
 
 use glimpse_core::scan::Reading;
 
+/// How the lines begin that tests wait for.
+pub(crate) const FINISHED: &str = "finished";
+pub(crate) const NO_HOST: &str = "no host";
+pub(crate) const NEW_RECIPE: &str = "a new recipe";
+pub(crate) const RESUMED: &str = "goes on";
+
 /// A reading, as the log has it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Taken {
@@ -51,12 +57,16 @@ pub(crate) fn values(log: &[String]) -> Vec<u32> {
         .collect()
 }
 
-/// What was said of lost steps.
-pub(crate) fn lost_steps(log: &[String]) -> Vec<String> {
+/// The numbers of the lines about lost steps: the arm, and how many it has lost.
+pub(crate) fn lost_steps(log: &[String]) -> Vec<Vec<i32>> {
     let lines = log
         .iter()
         .filter_map(|line| line.strip_prefix("lost steps: "));
-    lines.map(str::to_owned).collect()
+    let numbers = |line: &str| {
+        let words = line.split(|c: char| !c.is_ascii_digit() && c != '-');
+        words.filter_map(|word| word.parse().ok()).collect()
+    };
+    lines.map(numbers).collect()
 }
 
 fn bits(word: &str) -> u32 {

@@ -10,7 +10,7 @@ use glimpse_core::scan::{Memory, Scan};
 use glimpse_tests::RECIPE;
 use glimpse_tests::elf::Firmware;
 use glimpse_tests::emulator::Emulator;
-use log::{Taken, indices, lost_steps, readings, values};
+use log::{FINISHED, NEW_RECIPE, NO_HOST, RESUMED, Taken, indices, lost_steps, readings, values};
 
 fn boot() -> Emulator {
     let firmware = Firmware::load_arms();
@@ -33,7 +33,7 @@ fn fit(readings: &[Taken]) -> Vec<u32> {
 #[test]
 fn a_scan_ends_in_the_bits_of_the_hosts_fit() {
     let emulator = boot();
-    let _ = emulator.wait_for("finished");
+    let _ = emulator.wait_for(FINISHED);
     let log = emulator.log();
     let readings = readings(&log);
     let mut read = indices(&readings);
@@ -51,7 +51,7 @@ fn resets_measure_nothing_twice() {
         emulator.wait_until(|log| readings(log).len() >= count);
         emulator.reset();
     }
-    let _ = emulator.wait_for("finished");
+    let _ = emulator.wait_for(FINISHED);
     let log = emulator.log();
     let readings = readings(&log);
     let mut read = indices(&readings);
@@ -59,7 +59,8 @@ fn resets_measure_nothing_twice() {
     assert_eq!(read, (0..8).collect::<Vec<_>>());
     assert_eq!(values(&log), fit(&readings));
     assert!(lost_steps(&log).is_empty(), "a reset loses no step");
-    assert!(log.iter().filter(|line| *line == "goes on").count() >= 3);
+    let resumed = log.iter().filter(|line| line.starts_with(RESUMED));
+    assert!(resumed.count() >= 3);
 }
 
 /// The sensor's azimuth loses forty steps: its home switch tells, and what was read meanwhile is read
@@ -68,17 +69,17 @@ fn resets_measure_nothing_twice() {
 fn lost_steps_are_found_by_name_and_what_they_spoilt_is_read_again() {
     use std::io::Write;
     let mut emulator = boot();
-    let _ = emulator.wait_for("no host listens");
+    let _ = emulator.wait_for(NO_HOST);
     emulator.wait_until(|log| !readings(log).is_empty());
     emulator.serial.write_all(b"d").unwrap();
-    let _ = emulator.wait_for("finished");
+    let _ = emulator.wait_for(FINISHED);
     let log = emulator.log();
     let lost = lost_steps(&log);
     assert_eq!(lost.len(), 1, "{lost:?}");
-    assert!(
-        lost[0].starts_with("arm 3, ") && lost[0].ends_with("40 steps"),
-        "{lost:?}"
-    );
+    let [arm, steps] = lost[0][..] else {
+        panic!("{lost:?}")
+    };
+    assert_eq!((arm, steps.abs()), (3, 40));
     let readings = readings(&log);
     assert!(readings.len() > 8);
     // What is read after the loss was found is what the fit is of.
@@ -98,7 +99,7 @@ fn a_recipe_is_replaced_over_the_link_and_halfway_leaves_the_old_one() {
     emulator.reset();
     let hello = host::offer(&mut emulator.serial, other, usize::MAX);
     assert_eq!(hello, old, "half a recipe is none");
-    let _ = emulator.wait_for("a new recipe is in force");
+    let _ = emulator.wait_for(NEW_RECIPE);
     assert_eq!(host::greet(&mut emulator.serial), new);
     emulator.reset();
     assert_eq!(

@@ -1,6 +1,7 @@
 """What tests share: the trainer's own program to compare with, and recipes."""
 
 import os
+import re
 import subprocess
 from pathlib import Path
 
@@ -46,6 +47,12 @@ def trained(tmp_path_factory):
         model: glimpse.train(model, "procedural:12:3", samples=6, effort="brief", seed=2, missing=0.5)
         for model in ("linear", "neural")
     }
+
+
+def assert_names(error, *identifiers):
+    """Asserts that a message names options, files and numbers, whatever its words are."""
+    for identifier in map(str, identifiers):
+        assert re.search(rf"(?<!\w){re.escape(identifier)}(?!\w)", str(error)), f"no {identifier} in {error}"
 
 
 def directions(count, seed=0):

@@ -7,7 +7,7 @@ import threading
 import glimpse_brdf as glimpse
 import numpy as np
 import pytest
-from conftest import directions, to_degrees, write_csv
+from conftest import assert_names, directions, to_degrees, write_csv
 
 
 def test_a_material_is_what_query_says(trainer, tmp_path):
@@ -49,23 +49,23 @@ def test_shapes_layouts_and_types():
 
 
 @pytest.mark.parametrize(
-    "given, words",
+    "given, named",
     [
-        ((np.zeros((4, 3)),), "should have the shape (..., 2, 3)"),
-        ((np.zeros((4, 2, 3)),), "vector 0 is (0, 0, 0), which is no direction"),
-        (([[0, 0, np.nan]], [0, 0, 1]), "incoming: vector 0"),
-        ((np.ones((4, 3)), np.ones((5, 3))), "do not go together"),
-        ((np.ones(3), np.ones(2)), "outgoing should have the shape (..., 3), not (2,)"),
-        ((np.ones((2, 3), complex),), "dtype is complex128"),
-        (("up",), "array of numbers"),
-        (([[1, 2], [3]],), "array of numbers"),
-        ((None,), "array of numbers"),
+        ((np.zeros((4, 3)),), ["(..., 2, 3)"]),
+        ((np.zeros((4, 2, 3)),), ["0", "(0, 0, 0)"]),
+        (([[0, 0, np.nan]], [0, 0, 1]), ["incoming", "0"]),
+        ((np.ones((4, 3)), np.ones((5, 3))), []),
+        ((np.ones(3), np.ones(2)), ["outgoing", "(..., 3)", "(2,)"]),
+        ((np.ones((2, 3), complex),), ["dtype", "complex128"]),
+        (("up",), []),
+        (([[1, 2], [3]],), []),
+        ((None,), []),
     ],
 )
-def test_what_is_no_direction_is_refused(given, words):
+def test_what_is_no_direction_is_refused(given, named):
     with pytest.raises(glimpse.GlimpseError) as error:
         glimpse.load_material("procedural:1")(*given)
-    assert words in str(error.value)
+    assert_names(error.value, *named)
 
 
 def test_errors_are_the_trainers(trainer, tmp_path):
@@ -79,9 +79,9 @@ def test_errors_are_the_trainers(trainer, tmp_path):
     with pytest.raises(glimpse.GlimpseError) as error:
         glimpse.load_materials(damaged)
     assert str(error.value) == trainer("query", damaged, "--angles", "mirror.csv", fails=True)
-    with pytest.raises(glimpse.GlimpseError, match="holds 3 materials"):
+    with pytest.raises(glimpse.GlimpseError, match=r"\b3\b"):
         glimpse.load_material("procedural:3")
-    with pytest.raises(ValueError, match="is not understood"):
+    with pytest.raises(ValueError, match="procedural:many"):
         glimpse.load_material("procedural:many")
     with pytest.raises(TypeError):
         glimpse.load_material(3)
@@ -116,7 +116,7 @@ def test_a_function_becomes_a_material(tmp_path):
     again = glimpse.load_material(tmp_path / "glossy.binary")
     # A value is rounded to 32 bits on the way to the file.
     np.testing.assert_allclose(again(pairs), material(pairs), rtol=1e-6)
-    with pytest.raises(FileExistsError, match="overwrite=True"):
+    with pytest.raises(FileExistsError, match="overwrite"):
         glimpse.load_material("procedural:1").save(tmp_path / "glossy.binary")
     same.save(tmp_path / "glossy.binary")
     glimpse.load_material("procedural:1").save(tmp_path / "glossy.binary", overwrite=True)
@@ -124,9 +124,9 @@ def test_a_function_becomes_a_material(tmp_path):
     values[5] = np.nan
     glimpse.Material.from_table(values, "with a hole")
     values[6, 1] = np.inf
-    with pytest.raises(glimpse.GlimpseError, match="value 6 is inf"):
+    with pytest.raises(glimpse.GlimpseError, match=r"\b6\b"):
         glimpse.Material.from_table(values, "broken")
-    with pytest.raises(glimpse.GlimpseError, match="give one for each"):
+    with pytest.raises(glimpse.GlimpseError, match=rf"\b{len(values) - 1}\b"):
         glimpse.Material.from_table(values[1:], "short")
 
 
@@ -136,7 +136,7 @@ def test_what_a_function_raises_is_raised():
 
     with pytest.raises(KeyError, match="lamp"):
         glimpse.Material.from_function(broken, "a")
-    with pytest.raises(glimpse.GlimpseError, match="what the function returns"):
+    with pytest.raises(glimpse.GlimpseError):
         glimpse.Material.from_function(lambda i, o: i[:, 0], "a")
     with pytest.raises(glimpse.GlimpseError, match=r"\(1, 3\)"):
         glimpse.Material.from_function(lambda i, o: i[:1], "a")
@@ -156,13 +156,13 @@ def test_other_formats_are_convert_s(trainer, tmp_path, name):
 
 def test_a_path_that_says_no_format_is_refused(tmp_path):
     material = glimpse.load_material("procedural:1")
-    with pytest.raises(glimpse.GlimpseError, match="does not say in which format"):
+    with pytest.raises(glimpse.GlimpseError, match="m.txt"):
         material.save(tmp_path / "m.txt")
-    with pytest.raises(glimpse.GlimpseError, match="ends as the format merl does"):
+    with pytest.raises(glimpse.GlimpseError, match=r"\bmerl\b"):
         material.save(tmp_path / "m.binary", "rgl")
-    with pytest.raises(glimpse.GlimpseError, match="one of merl, rgl, nbrdf, pab"):
+    with pytest.raises(glimpse.GlimpseError, match="nbrdf"):
         material.save(tmp_path / "m", "obj")
-    with pytest.raises(FileNotFoundError, match="there is no folder"):
+    with pytest.raises(FileNotFoundError, match="none"):
         material.save(tmp_path / "none" / "m.bsdf")
 
 

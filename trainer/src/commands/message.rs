@@ -19,9 +19,9 @@ mod tests {
 
     #[test]
     fn a_cause_is_told_once() {
-        let told = anyhow::anyhow!("no such file").context("cannot read a: no such file");
-        assert_eq!(message(&told), "cannot read a: no such file");
-        let untold = anyhow::anyhow!("no such file").context("cannot read a");
-        assert_eq!(message(&untold), "cannot read a: no such file");
+        let told = anyhow::anyhow!("cause").context("effect: cause");
+        assert_eq!(message(&told), "effect: cause");
+        let untold = anyhow::anyhow!("cause").context("effect");
+        assert_eq!(message(&untold), "effect: cause");
     }
 }

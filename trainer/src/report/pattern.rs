@@ -272,6 +272,10 @@ mod tests {
         assert_eq!(count(&pattern, "class=\"dot\""), 2 + legend);
         assert_eq!(count(&pattern, "<g class=\"out\">"), 1);
         assert_eq!(count(&[], "class=\"dot\""), legend);
-        assert!(!pattern_svg(&[angles(10.0, 10.0, 10.0); 17]).contains("numbered"));
+        // Numbers beside the marks, of so many samples only.
+        let number = "<text class=\"dim mid\"";
+        let sample = angles(10.0, 10.0, 10.0);
+        let more = count(&[sample; NUMBERED], number) - count(&[sample; NUMBERED + 1], number);
+        assert_eq!(more, 3 * NUMBERED);
     }
 }

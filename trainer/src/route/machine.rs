@@ -226,6 +226,8 @@ impl Machine {
 
 #[cfg(test)]
 mod tests {
+    use glimpse_core::gonio::LimitsError;
+
     use super::*;
 
     #[test]
@@ -235,41 +237,58 @@ mod tests {
         let with = |change: &dyn Fn(&mut Machine)| {
             let mut machine = good;
             change(&mut machine);
-            machine.validate().expect_err("it is none").to_string()
+            machine.validate().expect_err("it is none")
         };
-        for (message, change) in [
+        type Case<'a> = (&'a dyn Fn(&mut Machine), fn(&MachineError) -> bool);
+        let cases: [Case<'_>; 10] = [
             (
-                "speed of theta_i is 0",
-                &(|machine: &mut Machine| machine.speeds.theta_i = 0.0) as &dyn Fn(&mut Machine),
+                &|machine| machine.speeds.theta_i = 0.0,
+                |error| matches!(error, MachineError::Speed { axis: "theta_i", value } if *value == 0.0),
             ),
-            ("speed of phi_o is NaN", &|machine| {
-                machine.speeds.phi_o = f64::NAN
+            (
+                &|machine| machine.speeds.phi_o = f64::NAN,
+                |error| matches!(error, MachineError::Speed { axis: "phi_o", value } if value.is_nan()),
+            ),
+            (
+                &|machine| machine.speeds.theta_o = -1.0,
+                |error| matches!(error, MachineError::Speed { axis: "theta_o", value } if *value == -1.0),
+            ),
+            (
+                &|machine| (machine.speeds.phi_i, machine.speeds.phi_o) = (0.0, 0.0),
+                |error| *error == MachineError::NoAzimuth,
+            ),
+            (
+                &|machine| {
+                    machine.isotropic = false;
+                    machine.speeds.phi_i = 0.0;
+                },
+                |error| *error == MachineError::MissingAzimuth { axis: "phi_i" },
+            ),
+            (&|machine| machine.settle = -0.5, |error| {
+                *error == MachineError::Settle(-0.5)
             }),
-            ("speed of theta_o is -1", &|machine| {
-                machine.speeds.theta_o = -1.0
+            (
+                &|machine| machine.start.theta_i = 181.0,
+                |error| matches!(error, MachineError::Start { axis: "theta_i", value, .. } if *value == 181.0),
+            ),
+            (
+                &|machine| machine.start.phi_i = f64::INFINITY,
+                |error| matches!(error, MachineError::Start { axis: "phi_i", value, .. } if value.is_infinite()),
+            ),
+            (
+                &|machine| {
+                    machine.full_turns = false;
+                    machine.start.phi_o = 190.0;
+                },
+                |error| *error == MachineError::WoundUp(190.0),
+            ),
+            (&|machine| machine.limits.max_theta_i = 2.0, |error| {
+                *error == MachineError::Limits(LimitsError::MaxThetaI)
             }),
-            ("are both 0", &|machine| {
-                (machine.speeds.phi_i, machine.speeds.phi_o) = (0.0, 0.0)
-            }),
-            ("needs both azimuths", &|machine| {
-                machine.isotropic = false;
-                machine.speeds.phi_i = 0.0;
-            }),
-            ("at each sample is -0.5", &|machine| machine.settle = -0.5),
-            ("start of theta_i is 181", &|machine| {
-                machine.start.theta_i = 181.0
-            }),
-            ("start of phi_i is inf", &|machine| {
-                machine.start.phi_i = f64::INFINITY
-            }),
-            ("190 degrees apart", &|machine| {
-                machine.full_turns = false;
-                machine.start.phi_o = 190.0;
-            }),
-            ("`max_theta_i`", &|machine| machine.limits.max_theta_i = 2.0),
-        ] {
-            let found = with(change);
-            assert!(found.contains(message), "no {message} in {found}");
+        ];
+        for (index, (change, is_expected)) in cases.into_iter().enumerate() {
+            let error = with(change);
+            assert!(is_expected(&error), "case {index}: {error}");
         }
     }
 }

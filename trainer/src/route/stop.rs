@@ -122,13 +122,11 @@ mod tests {
         assert_eq!(indices, [6, 7]);
         let first = recipe.out_of_reach(&limits).expect("the first one");
         assert_eq!((first.0, first.1), (6, missed[0].why));
+        assert!(matches!(missed[0].why, Unreachable::ThetaO { .. }));
         let message = missed[0].to_string();
-        assert!(
-            message.starts_with("sample 6 (theta_i 56.90, phi_i ")
-                && message.contains("theta_o 86.76")
-                && message.contains("`max_theta_o`"),
-            "{message}"
-        );
+        for part in ["6", "56.90", "86.76", "max_theta_o"] {
+            assert!(message.contains(part), "no {part} in {message}");
+        }
         let stops = stops(&recipe, &limits, true).expect("the light gets there");
         let swapped = |index: usize| -> Vec<bool> {
             stops[index].ways.iter().map(|way| way.swapped).collect()

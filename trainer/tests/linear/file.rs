@@ -1,5 +1,6 @@
 //! The file of a basis: round trip, and what is said of one that does not serve.
 
+use std::collections::BTreeSet;
 use std::fs;
 
 use glimpse_trainer::linear::{Basis, BasisError, Grid};
@@ -14,15 +15,10 @@ fn refusal(bytes: &[u8], checksum: u32) -> &'static str {
     let path = scratch.path().join("some.basis");
     fs::write(&path, bytes).expect("it is written");
     let error = Basis::read(&path, checksum).expect_err("it is refused");
-    let BasisError::Damaged { path: named, what } = &error else {
+    let BasisError::Damaged { path: named, what } = error else {
         panic!("{error}");
     };
-    assert_eq!(*named, path);
-    let message = error.to_string();
-    assert!(
-        message.contains("some.basis") && message.contains(what),
-        "{message}"
-    );
+    assert_eq!(named, path);
     what
 }
 
@@ -58,7 +54,6 @@ fn a_missing_file_is_named() {
     ] {
         let error = Basis::read(&path, 1).expect_err("there is none");
         assert!(matches!(&error, BasisError::Read { path: named, .. } if *named == path));
-        assert!(error.to_string().contains(&path.display().to_string()));
     }
 }
 
@@ -68,23 +63,20 @@ fn another_recipe_s_and_damaged_files_are_refused() {
     let checksum = Basis::checksum(&bytes);
     let other = basis(4).to_bytes();
     assert_ne!(Basis::checksum(&other), checksum);
-    assert_eq!(refusal(&other, checksum), "its checksum is another");
+    let another = refusal(&other, checksum);
     for place in [0, 4, 20, HEADER, bytes.len() / 2, bytes.len() - 1] {
         let mut damaged = bytes.clone();
         damaged[place] ^= 0x10;
-        assert_eq!(refusal(&damaged, checksum), "its checksum is another");
+        assert_eq!(refusal(&damaged, checksum), another);
     }
     for length in [0, 3, HEADER - 1, HEADER, bytes.len() - 4, bytes.len() - 1] {
-        assert_eq!(
-            refusal(&bytes[..length], checksum),
-            "its checksum is another"
-        );
+        assert_eq!(refusal(&bytes[..length], checksum), another);
     }
     let longer = [&bytes[..], &[0; 4]].concat();
-    assert_eq!(refusal(&longer, checksum), "its checksum is another");
+    assert_eq!(refusal(&longer, checksum), another);
 }
 
-/// Whatever a header counts, no more is held than the file has.
+/// Whatever a header counts, no more is held than the file has. Each cause has a message of its own.
 #[test]
 fn bytes_with_a_fitting_checksum_have_to_be_a_basis_too() {
     let bytes = basis(3).to_bytes();
@@ -93,32 +85,41 @@ fn bytes_with_a_fitting_checksum_have_to_be_a_basis_too() {
         assert_eq!(refusal(bytes, Basis::checksum(bytes)), what);
         what
     };
-    for length in [1, 2, 3, HEADER - 1, bytes.len() - 1] {
-        assert_eq!(refused(&bytes[..length]), "its length is wrong");
+    let wrong_length = refused(&bytes[..1]);
+    let too_short = refused(b"");
+    for length in [2, 3, HEADER - 1, bytes.len() - 1] {
+        assert_eq!(refused(&bytes[..length]), wrong_length);
     }
-    for length in [0, 4, HEADER - 4] {
-        assert_eq!(refused(&bytes[..length]), "it is too short");
+    for length in [4, HEADER - 4] {
+        assert_eq!(refused(&bytes[..length]), too_short);
     }
     for length in [HEADER, HEADER + 4, bytes.len() - 4] {
-        assert_eq!(refused(&bytes[..length]), "its length is wrong");
+        assert_eq!(refused(&bytes[..length]), wrong_length);
     }
-    assert_eq!(
-        refused(&[&bytes[..], &[0; 4]].concat()),
-        "its length is wrong"
-    );
-    for word in 0..5 {
+    assert_eq!(refused(&[&bytes[..], &[0; 4]].concat()), wrong_length);
+    let mut versions = (0..5).map(|word| {
         let mut other = bytes.clone();
         other[4 * word] ^= 1;
-        assert_eq!(refused(&other), "it is of another version");
-    }
+        refused(&other)
+    });
+    let version = versions.next().expect("a first word");
+    assert!(versions.all(|what| what == version));
     for components in [1_u32, 2, 4, 1 << 16, 1 << 31, u32::MAX - 1, u32::MAX] {
         let mut other = bytes.clone();
         other[20..HEADER].copy_from_slice(&components.to_le_bytes());
-        assert_eq!(refused(&other), "its length is wrong");
-        assert_eq!(refused(&other[..HEADER]), "its length is wrong");
+        assert_eq!(refused(&other), wrong_length);
+        assert_eq!(refused(&other[..HEADER]), wrong_length);
     }
     // A table of means and medians alone describes no material.
     let mut none = bytes[..HEADER + 4 * Grid::LEN * 2].to_vec();
     none[20..HEADER].copy_from_slice(&0_u32.to_le_bytes());
-    assert_eq!(refused(&none), "it has no components");
+    let causes = [
+        wrong_length,
+        too_short,
+        version,
+        refused(&none),
+        refusal(&bytes, Basis::checksum(&bytes) ^ 1),
+    ];
+    let distinct: BTreeSet<_> = causes.into_iter().collect();
+    assert_eq!(distinct.len(), causes.len(), "{causes:?}");
 }

@@ -1,5 +1,7 @@
 //! Materials: look-ups, their derivatives, files, and what is said of files that are damaged.
 
+#[path = "../common/mod.rs"]
+mod common;
 mod damage;
 mod derivatives;
 mod fitted;

@@ -4,9 +4,10 @@ use std::fs;
 use std::path::Path;
 
 use glimpse_core::model::ParameterSet;
-use glimpse_trainer::material::{NeuralBrdf, Source, write_merl};
+use glimpse_trainer::material::{NeuralBrdf, Source, SourceError, write_merl};
 use tempfile::TempDir;
 
+use crate::common::assert_names;
 use crate::rgl::{write_anisotropic, write_rgl, write_spectral};
 use crate::{angles, network};
 
@@ -51,13 +52,25 @@ fn write_network(directory: &Path, name: &str, network: &NeuralBrdf) {
     }
 }
 
+/// The names of the materials of a source that is read.
+fn names(path: &Path) -> Vec<String> {
+    load(path).expect("it is read")
+}
+
+/// The message about a source that is refused as damaged, by this file.
+fn damage(source: &Path, file: &Path) -> String {
+    match load(source) {
+        Err(SourceError::Damaged { path, what }) if path == file => what,
+        other => panic!("{other:?}"),
+    }
+}
+
 fn scratch() -> TempDir {
     tempfile::tempdir().expect("a temporary directory")
 }
 
-fn load(path: &Path) -> Result<Vec<String>, String> {
-    let materials = Source(path.display().to_string()).load();
-    let materials = materials.map_err(|error| error.to_string())?;
+fn load(path: &Path) -> Result<Vec<String>, SourceError> {
+    let materials = Source(path.display().to_string()).load()?;
     Ok(materials
         .iter()
         .map(|each| each.name().to_owned())
@@ -83,8 +96,8 @@ fn a_directory_is_read_sorted_and_other_files_are_passed_over() {
         fs::write(at.join(other), b"something else").expect("it is written");
     }
     fs::create_dir(at.join("deeper.binary")).expect("it is made");
-    let names = ["a-table", "a_late-one", "a_measurement_rgb", "an-early-one"];
-    assert_eq!(load(at), Ok(names.map(str::to_owned).to_vec()));
+    let expected = ["a-table", "a_late-one", "a_measurement_rgb", "an-early-one"];
+    assert_eq!(names(at), expected);
 }
 
 #[test]
@@ -94,23 +107,22 @@ fn one_file_is_one_material_whichever_of_six_it_is() {
     write_network(directory.path(), "green-felt", &network);
     for (array, _) in ARRAYS {
         let path = directory.path().join(format!("green-felt_{array}.npy"));
-        assert_eq!(load(&path), Ok(vec!["green-felt".to_owned()]));
+        assert_eq!(names(&path), ["green-felt"]);
         let read = NeuralBrdf::read(&path).expect("it is read");
         assert_eq!(read.parameters(), network.parameters());
     }
     let table = directory.path().join("green-felt.binary");
     write_merl(&table, &network).expect("it is written");
-    assert_eq!(load(&table), Ok(vec!["green-felt".to_owned()]));
+    assert_eq!(names(&table), ["green-felt"]);
     let measurement = directory.path().join("green-felt.bsdf");
     write_rgl(&measurement);
-    assert_eq!(load(&measurement), Ok(vec!["green-felt".to_owned()]));
+    assert_eq!(names(&measurement), ["green-felt"]);
 }
 
 #[test]
 fn two_of_the_same_name_are_refused() {
     let directory = scratch();
     let at = directory.path();
-    let path = at.display();
     write_rgl(&at.join("felt.bsdf"));
     for (array, shape) in ARRAYS {
         let data = vec![0; 4 * shape.iter().product::<u64>() as usize];
@@ -120,15 +132,20 @@ fn two_of_the_same_name_are_refused() {
         )
         .expect("it is written");
     }
-    let expected = |first: &str, second: &str| {
-        Err(format!(
-            "{path}/{first} and {path}/{second} are both named felt: rename one of them, or take \
-             it away"
-        ))
+    let assert_twice = |expected: [&str; 2]| match load(at) {
+        Err(SourceError::Twice {
+            name,
+            first,
+            second,
+        }) => {
+            assert_eq!(name, "felt");
+            assert_eq!([first, second], expected.map(|file| at.join(file)));
+        }
+        other => panic!("{other:?}"),
     };
-    assert_eq!(load(at), expected("felt.bsdf", "felt_fc1.npy"));
+    assert_twice(["felt.bsdf", "felt_fc1.npy"]);
     fs::write(at.join("felt.binary"), b"not even looked at").expect("it is written");
-    assert_eq!(load(at), expected("felt.binary", "felt.bsdf"));
+    assert_twice(["felt.binary", "felt.bsdf"]);
 }
 
 #[test]
@@ -139,25 +156,13 @@ fn measurements_of_other_kinds_are_not_left_out_in_silence() {
     let brushed = at.join("brushed_rgb.bsdf");
     write_anisotropic(&brushed);
     for path in [at, &brushed] {
-        let found = load(path).expect_err("it is anisotropic");
-        let expected = format!(
-            "{}: it is measured at 3 phi_i: it is anisotropic, and only isotropic materials (1 or \
-             2 phi_i) are read; take it away",
-            brushed.display()
-        );
-        assert_eq!(found, expected);
+        assert_names(&damage(path, &brushed), &["3", "phi_i"]);
     }
     fs::remove_file(&brushed).expect("it can be removed");
     let spectral = at.join("a_spec.bsdf");
     write_spectral(&spectral);
     for path in [at, &spectral] {
-        let found = load(path).expect_err("it is spectral");
-        let expected = format!(
-            "{}: it is a spectral measurement, and only RGB is read; take it away and put the \
-             material's *_rgb.bsdf in its place",
-            spectral.display()
-        );
-        assert_eq!(found, expected);
+        assert_names(&damage(path, &spectral), &["RGB"]);
     }
 }
 
@@ -196,13 +201,12 @@ fn misspelt_procedural_sets_are_refused_when_parsed_and_when_loaded() {
         "procedural:3:x",
         "procedural:3:4:5",
     ] {
-        let expected = format!(
-            "`{text}` is not understood: write procedural, procedural:COUNT or \
-             procedural:COUNT:SEED with a COUNT of 1 to 100000"
-        );
-        let parsed = text.parse::<Source>().map_err(|error| error.to_string());
-        assert_eq!(parsed, Err(expected.clone()));
-        assert_eq!(load(Path::new(text)), Err(expected));
+        for error in [text.parse::<Source>().err(), load(Path::new(text)).err()] {
+            assert!(
+                matches!(&error, Some(SourceError::Procedural(named)) if named == text),
+                "{text}: {error:?}"
+            );
+        }
     }
 }
 
@@ -216,32 +220,34 @@ fn what_is_not_there_is_said_so() {
                 .as_deref(),
             Some(path)
         );
-        let expected = format!(
-            "{path} does not exist: give a directory of materials, a single one (MERL *.binary, \
-             RGL *_rgb.bsdf, NBRDF NAME_fc1.npy or a fitted material.json), or procedural[:COUNT[:SEED]]"
+        let found = load(Path::new(path));
+        assert!(
+            matches!(&found, Err(SourceError::Missing(named)) if named == Path::new(path)),
+            "{found:?}"
         );
-        assert_eq!(load(Path::new(path)), Err(expected));
     }
 }
 
 #[test]
 fn what_is_no_material_is_said_so() {
     let directory = scratch();
-    let at = directory.path().display().to_string();
-    let empty = format!(
-        "{at} holds no materials: expected MERL (*.binary), RGL (*_rgb.bsdf) or NBRDF \
-         (NAME_fc1.npy and its five siblings) in it, or the material.json of a fit"
-    );
-    assert_eq!(load(directory.path()), Err(empty.clone()));
-    let notes = directory.path().join("notes.txt");
+    let at = directory.path();
+    let assert_empty = || {
+        let found = load(at);
+        assert!(
+            matches!(&found, Err(SourceError::Empty(path)) if path == at),
+            "{found:?}"
+        );
+    };
+    assert_empty();
+    let notes = at.join("notes.txt");
     fs::write(&notes, b"notes").expect("it is written");
-    assert_eq!(load(directory.path()), Err(empty));
-    let unknown = format!(
-        "{at}/notes.txt is no material: expected MERL (*.binary), RGL (*_rgb.bsdf), NBRDF \
-         (NAME_fc1.npy and its five siblings), a fitted material.json, a directory of those, or \
-         procedural[:COUNT[:SEED]]"
+    assert_empty();
+    let found = load(&notes);
+    assert!(
+        matches!(&found, Err(SourceError::Unknown(path)) if *path == notes),
+        "{found:?}"
     );
-    assert_eq!(load(&notes), Err(unknown));
 }
 
 #[test]
@@ -253,73 +259,38 @@ fn a_damaged_network_is_refused_by_its_file() {
     let mut values = [0.5_f32; 21];
     values[4] = f32::NAN;
     let short = good[..good.len() - 1].to_vec();
-    for (bytes, beginning, remedy) in [
+    for (bytes, named) in [
         (
             npy("<f4", &[21], false, &floats(&values)),
-            "number 4 is NaN, and should be finite",
-            "get it again",
+            &["4", "NaN"][..],
         ),
         (
             npy("<f4", &[22], false, &floats(&[0.5; 22])),
-            "it should hold an array of shape [21] in C order, not [22] in C order",
-            "save it so with numpy.save",
+            &["[21]", "[22]"],
         ),
         (
             npy("<f4", &[3, 7], false, &floats(&[0.5; 21])),
-            "it should hold an array of shape [21] in C order, not [3, 7] in C order",
-            "save it so with numpy.save",
+            &["[21]", "[3, 7]"],
         ),
         (
             npy("<f4", &[21], true, &floats(&[0.5; 21])),
-            "it should hold an array of shape [21] in C order, not [21] in Fortran order",
-            "save it so with numpy.save",
+            &["[21]", "C", "Fortran"],
         ),
-        (
-            npy("<i4", &[21], false, &[0; 84]),
-            "it should hold 32-bit floats (",
-            "save it so with numpy.save",
-        ),
-        (
-            npy("<f8", &[21], false, &[0; 168]),
-            "it should hold 32-bit floats (",
-            "save it so with numpy.save",
-        ),
-        (
-            short,
-            "it was cut short: it has 211 bytes where its header and an array of shape [21] have 212",
-            "get it again",
-        ),
-        (
-            b"not NumPy at all".to_vec(),
-            "it is not a whole NumPy array (",
-            "get it again",
-        ),
-        (
-            Vec::new(),
-            "it is not a whole NumPy array (",
-            "get it again",
-        ),
+        (npy("<i4", &[21], false, &[0; 84]), &["32"]),
+        (npy("<f8", &[21], false, &[0; 168]), &["32"]),
+        (short, &["[21]", "211", "212"]),
+        (b"not NumPy at all".to_vec(), &["NumPy"]),
+        (Vec::new(), &["NumPy"]),
     ] {
         fs::write(&file, bytes).expect("it is written");
-        let error = load(directory.path()).expect_err("it is damaged");
-        let beginning = format!("{}: {beginning}", file.display());
-        assert!(
-            error.starts_with(&beginning) && error.ends_with(remedy),
-            "{error}"
-        );
+        assert_names(&damage(directory.path(), &file), named);
     }
 
     fs::remove_file(&file).expect("it can be removed");
-    let missing = format!(
-        "{}: it is missing: an NBRDF material is six files, NAME_fc1.npy, _b1, _fc2, _b2, _fc3 \
-         and _b3; put it beside the others",
-        file.display()
-    );
-    assert_eq!(load(directory.path()), Err(missing.clone()));
+    damage(directory.path(), &file);
     // A set that lacks its first file is not overlooked.
     fs::write(&file, good).expect("it is written");
     let first = directory.path().join("felt_fc1.npy");
     fs::remove_file(&first).expect("it can be removed");
-    let missing = missing.replace(&*file.to_string_lossy(), &first.to_string_lossy());
-    assert_eq!(load(directory.path()), Err(missing));
+    damage(directory.path(), &first);
 }

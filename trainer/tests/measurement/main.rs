@@ -1,5 +1,7 @@
 //! Readings from a lab: how rows become samples, and which readings look wrong.
 
+#[path = "../common/mod.rs"]
+mod common;
 mod outliers;
 mod quantities;
 mod rows;
@@ -45,10 +47,14 @@ pub(crate) fn measured(text: &str) -> Result<Measured, TableError> {
     measured_as(text, &Meaning::Values(Quantity::Brdf))
 }
 
-/// What is wrong with a file, without its path.
+/// The message about a file that is refused, without its path.
 pub(crate) fn mistake(result: Result<Measured, TableError>) -> String {
-    let message = result.expect_err("it is wrong").to_string();
-    let (path, what) = message.split_once(": ").expect("it names the file");
-    assert!(path.ends_with("a.csv"), "{path}");
-    what.to_owned()
+    match result {
+        Err(TableError::Damaged { path, what }) => {
+            assert!(path.ends_with("a.csv"), "{}", path.display());
+            what
+        }
+        Err(error) => panic!("{error}"),
+        Ok(_) => panic!("it is read"),
+    }
 }

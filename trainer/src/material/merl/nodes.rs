@@ -136,12 +136,21 @@ mod tests {
 
         let refused = |brdf: &[[f32; 3]]| match MerlTable::of_nodes("a".into(), brdf) {
             Ok(_) => panic!("it is taken"),
-            Err(error) => error.to_string(),
+            Err(error) => error,
         };
-        assert!(refused(&brdf[1..]).contains("give one for each"));
+        let fewer = refused(&brdf[1..]);
+        assert!(
+            matches!(fewer, TabulateError::Count { found, expected } if (found, expected) == (count - 1, count)),
+            "{fewer}"
+        );
         brdf[3][1] = f32::INFINITY;
-        assert!(refused(&brdf).contains("value 3 is inf"));
+        let infinite = refused(&brdf);
+        assert!(
+            matches!(infinite, TabulateError::Infinite { index: 3, value } if value == f32::INFINITY),
+            "{infinite}"
+        );
         brdf.fill([f32::NAN, 1.0, 1.0]);
-        assert!(refused(&brdf).contains("none of its red values"));
+        let nothing = refused(&brdf);
+        assert!(matches!(nothing, TabulateError::Nothing(_)), "{nothing}");
     }
 }

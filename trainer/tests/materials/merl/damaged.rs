@@ -3,7 +3,7 @@
 use std::fs::{self, File};
 use std::io::Write;
 
-use glimpse_trainer::material::{Material, MerlTable, SourceError, write_merl};
+use glimpse_trainer::material::{Material, MerlTable, NotFinite, SourceError, write_merl};
 
 use super::{node, offset, tabulate};
 use crate::{Made, angles, network};
@@ -11,7 +11,6 @@ use crate::{Made, angles, network};
 #[test]
 fn damaged_tables_are_refused_by_name() {
     let tabulated = tabulate(&network(5));
-    let path = tabulated.path.display().to_string();
     let whole = 34_992_012;
     assert_eq!(
         fs::metadata(&tabulated.path).expect("it is there").len(),
@@ -19,15 +18,14 @@ fn damaged_tables_are_refused_by_name() {
     );
     tabulated.read();
 
-    for (at, number, described) in [
-        (0, f64::NAN, "value 0 is NaN"),
-        (11 * 262_144, f64::INFINITY, "value 2883584 is inf"),
-        (16 * 262_144, f64::NEG_INFINITY, "value 4194304 is -inf"),
+    for (at, number, named) in [
+        (0, f64::NAN, ["0", "NaN"]),
+        (11 * 262_144, f64::INFINITY, ["2883584", "inf"]),
+        (16 * 262_144, f64::NEG_INFINITY, ["4194304", "-inf"]),
     ] {
         let place = 12 + 8 * at;
         tabulated.patch(place, &number.to_le_bytes());
-        let expected = format!("{path}: {described}, which is no BRDF; get the file again");
-        assert_eq!(tabulated.complaint(), expected);
+        tabulated.assert_refused(&named);
         tabulated.patch(place, &1.0_f64.to_le_bytes());
     }
     // A single one is found wherever it is, and so is what no f32 holds.
@@ -39,21 +37,16 @@ fn damaged_tables_are_refused_by_name() {
             (-1e300, "-1e300"),
         ] {
             tabulated.patch(12 + 8 * at, &number.to_le_bytes());
-            let expected =
-                format!("{path}: value {at} is {described}, which is no BRDF; get the file again");
-            assert_eq!(tabulated.complaint(), expected);
+            tabulated.assert_refused(&[&at.to_string(), described]);
         }
         tabulated.patch(12 + 8 * at, &0_f64.to_le_bytes());
     }
     tabulated.read();
     // A colour of which nothing was measured.
-    for (plane, colour) in [(2, "blue"), (0, "red")] {
+    for plane in [2, 0] {
         let place = 12 + 8 * plane * 1_458_000;
         tabulated.patch(place, &(-1.0_f64).to_le_bytes().repeat(1_458_000));
-        let expected = format!(
-            "{path}: none of its {colour} values was measured: all are negative; get the file again"
-        );
-        assert_eq!(tabulated.complaint(), expected);
+        tabulated.assert_refused(&[]);
     }
     for plane in [0, 2] {
         tabulated.patch(12 + 8 * plane * 1_458_000, &[0; 8 * 1_458_000]);
@@ -63,33 +56,18 @@ fn damaged_tables_are_refused_by_name() {
     // Whatever the header says, nothing is allocated on its word.
     for dimensions in [[90, 90, 360], [i32::MAX; 3], [-1, 90, 180], [180, 90, 90]] {
         tabulated.patch(0, &dimensions.map(i32::to_le_bytes).concat());
-        let expected = format!(
-            "{path}: its header gives the dimensions {dimensions:?} where a MERL table has \
-             [90, 90, 180]; only isotropic materials of that size are read; take it away"
-        );
-        assert_eq!(tabulated.complaint(), expected);
+        tabulated.assert_refused(&[&format!("{dimensions:?}"), "[90, 90, 180]"]);
     }
     tabulated.patch(0, &[90, 90, 180].map(i32::to_le_bytes).concat());
     tabulated.read();
 
-    for (length, complaint) in [
-        (whole + 1, "something was appended"),
-        (2 * whole, "something was appended"),
-        (whole - 1, "it was cut short"),
-        (12, "it was cut short"),
-    ] {
+    for length in [whole + 1, 2 * whole, whole - 1, 12] {
         tabulated.set_length(length);
-        let expected = format!(
-            "{path}: {complaint}: it has {length} bytes where a MERL table has {whole}; get it again"
-        );
-        assert_eq!(tabulated.complaint(), expected);
+        tabulated.assert_refused(&[&length.to_string(), &whole.to_string()]);
     }
     for length in [11, 0] {
         tabulated.set_length(length);
-        let expected = format!(
-            "{path}: it has {length} bytes, too few even for a MERL table's header; get it again"
-        );
-        assert_eq!(tabulated.complaint(), expected);
+        tabulated.assert_refused(&[&length.to_string()]);
     }
 
     fs::remove_file(&tabulated.path).expect("it can be removed");
@@ -108,12 +86,20 @@ fn what_cannot_be_tabulated_leaves_the_old_file_alone() {
         .expect("it is written");
     for number in [f32::NAN, f32::INFINITY] {
         let error = write_merl(&path, &Made(|_| [0.1, number, 0.1])).expect_err("not finite");
-        let expected = format!(
-            "cannot write {}: the BRDF is {number} at theta_h 0.00, theta_d 0.00 and phi_d 0.00 \
-             degrees, and only a finite one can be written; fit it again, or from other readings",
-            path.display()
+        let SourceError::Write {
+            path: named,
+            source,
+        } = error
+        else {
+            panic!("{error}");
+        };
+        assert_eq!(named, path);
+        let cause = source.get_ref().and_then(|cause| cause.downcast_ref());
+        let cause: &NotFinite = cause.expect("it says where the BRDF is not finite");
+        assert_eq!(
+            (cause.value.to_bits(), cause.angles),
+            (number.to_bits(), [0.0; 3])
         );
-        assert_eq!(error.to_string(), expected);
         assert_eq!(fs::read(&path).expect("it is still there"), b"old");
     }
     let nowhere = path.join("new.binary");

@@ -10,11 +10,12 @@ use std::io::{Seek, SeekFrom, Write};
 use std::path::PathBuf;
 
 use glimpse_core::geometry::{Angles, HalfDifference};
-use glimpse_trainer::material::{Material, MerlTable, write_merl};
+use glimpse_trainer::material::{Material, MerlTable, SourceError, write_merl};
 use proptest::prelude::*;
 use proptest::test_runner::TestRunner;
 use tempfile::TempDir;
 
+use crate::common::assert_names;
 use crate::{Made, angles, network};
 
 /// The angles of a node; of phi_d's there may be more than 180.
@@ -74,11 +75,15 @@ impl Tabulated {
         file.set_len(bytes).expect("its length can be set");
     }
 
-    /// What is said of the file.
-    fn complaint(&self) -> String {
+    /// Asserts that the file is refused by its path, and that the message names these.
+    fn assert_refused(&self, named: &[&str]) {
         match MerlTable::read(&self.path) {
-            Ok(_) => panic!("the damaged table was read"),
-            Err(error) => error.to_string(),
+            Err(SourceError::Damaged { path, what }) => {
+                assert_eq!(path, self.path);
+                assert_names(&what, named);
+            }
+            Err(error) => panic!("{error}"),
+            Ok(_) => panic!("the damaged table was read: {named:?}"),
         }
     }
 }

@@ -1,0 +1,15 @@
+//! Checks of messages that hold however the messages are worded.
+
+/// Asserts that a message names options, files, columns or numbers, each as a word of its own.
+pub(crate) fn assert_names(message: &str, identifiers: &[&str]) {
+    let is_word = |letter: Option<char>| letter.is_some_and(|c| c.is_alphanumeric() || c == '_');
+    for identifier in identifiers {
+        let (first, last) = (identifier.chars().next(), identifier.chars().next_back());
+        let found = message.match_indices(identifier).any(|(start, _)| {
+            let (before, behind) = (&message[..start], &message[start + identifier.len()..]);
+            !(is_word(before.chars().next_back()) && is_word(first))
+                && !(is_word(behind.chars().next()) && is_word(last))
+        });
+        assert!(found, "no {identifier} in {message}");
+    }
+}
