@@ -40,7 +40,7 @@ pub fn write_whole(path: &Path, bytes: &[u8]) -> io::Result<()> {
 pub fn write_whole_below(folder: &Path, relative: &Path, bytes: &[u8]) -> io::Result<()> {
     let path = folder.join(relative);
     require_folder_of(&folder.join("file"))?;
-    fs::create_dir_all(directory_of(&path))?;
+    make_folders(directory_of(&path))?;
     write_whole(&path, bytes)
 }
 
@@ -59,26 +59,59 @@ pub fn try_write(path: &Path, bytes: usize) -> io::Result<()> {
     file.as_file().sync_all()
 }
 
-/// Makes a folder, unless it is there. The one that it is to lie in must be there.
+/// Makes a directory, unless it exists. Its parent must exist.
 ///
 /// # Errors
-/// If it cannot be made, or a file is in its place.
+/// If it cannot be made. The kind is [`io::ErrorKind::NotADirectory`] if a file has this path.
 pub fn make_folder(path: &Path) -> io::Result<()> {
     if path.is_dir() {
         return Ok(());
     }
+    refuse_file_above(path)?;
     require_folder_of(path)?;
     fs::create_dir(path)
 }
 
-/// Makes sure that the folder of a file is there.
+/// Makes a directory and all above it, unless they exist.
 ///
 /// # Errors
-/// If it is not.
+/// As [`make_folder`].
+pub fn make_folders(path: &Path) -> io::Result<()> {
+    refuse_file_above(path)?;
+    fs::create_dir_all(path)
+}
+
+/// Makes sure that the directory of a file exists.
+///
+/// # Errors
+/// If it does not. The kind is [`io::ErrorKind::NotADirectory`] if it is a file.
 pub fn require_folder_of(path: &Path) -> io::Result<()> {
-    match directory_of(path).exists() {
+    let folder = directory_of(path);
+    refuse_file_above(folder)?;
+    match folder.exists() {
         true => Ok(()),
-        false => Err(missing(directory_of(path))),
+        false => Err(missing(folder)),
+    }
+}
+
+/// Returns true if a file holds exactly these bytes.
+#[must_use]
+pub fn holds(path: &Path, bytes: &[u8]) -> bool {
+    let has_length = |found: fs::Metadata| found.len() == bytes.len() as u64;
+    fs::metadata(path).is_ok_and(has_length) && fs::read(path).is_ok_and(|found| found == bytes)
+}
+
+/// Refuses a path that is a file, or leads through one, where a directory is needed.
+fn refuse_file_above(path: &Path) -> io::Result<()> {
+    match path.ancestors().find(|part| part.exists()) {
+        Some(part) if !part.is_dir() => {
+            let what = format!(
+                "{} is a file, and a directory is needed here; give the path of a directory",
+                part.display()
+            );
+            Err(io::Error::new(io::ErrorKind::NotADirectory, what))
+        }
+        _ => Ok(()),
     }
 }
 
@@ -100,7 +133,10 @@ impl Target {
     fn of(path: &Path) -> io::Result<Self> {
         let metadata = match fs::metadata(path) {
             Ok(metadata) => metadata,
-            Err(error) if error.kind() == io::ErrorKind::NotFound => {
+            Err(error)
+                if [io::ErrorKind::NotFound, io::ErrorKind::NotADirectory]
+                    .contains(&error.kind()) =>
+            {
                 let path = end_of_links(path);
                 require_folder_of(&path)?;
                 return Ok(Self::File(path));
@@ -210,6 +246,30 @@ mod tests {
         write_whole_below(&none, Path::new("a/b/file"), b"one").unwrap();
         assert_eq!(std::fs::read(none.join("a/b/file")).unwrap(), b"one");
         assert!(make_folder(&none.join("a/b/file")).is_err());
+    }
+
+    #[test]
+    fn a_file_in_place_of_a_directory_is_named() {
+        let scratch = tempfile::tempdir().unwrap();
+        let file = scratch.path().join("file");
+        std::fs::write(&file, "kept").unwrap();
+        for refused in [
+            make_folder(&file),
+            make_folder(&file.join("deeper")),
+            write_whole(&file.join("deeper"), b"one"),
+            try_write(&file.join("deeper"), 1),
+            write_whole_below(scratch.path(), Path::new("file/deeper"), b"one"),
+        ] {
+            let error = refused.unwrap_err();
+            assert_eq!(error.kind(), io::ErrorKind::NotADirectory);
+            let named = file.display().to_string();
+            assert!(error.to_string().contains(&named), "{error}");
+        }
+        assert!(holds(&file, b"kept"));
+        for other in [&b"keep"[..], b"kept longer", b""] {
+            assert!(!holds(&file, other));
+        }
+        assert!(!holds(scratch.path(), b"kept"));
     }
 
     #[cfg(unix)]

@@ -7,12 +7,26 @@ use std::path::Path;
 /// How many characters of a file's text a message shows.
 const SHOWN: usize = 120;
 
-/// Reads a whole file, a pipe or a device, unless it has more than so many bytes: then nothing that
-/// is read there can be what was meant, and memory is not filled with it.
+/// Reads a whole file, a pipe or a device, unless it has more than `most` bytes. Such a file cannot be
+/// the one that is meant, and memory is not filled with it.
 ///
 /// # Errors
 /// If the operating system refuses, or it has more.
 pub(crate) fn read_at_most(path: &Path, most: u64) -> io::Result<Vec<u8>> {
+    let file = open_at_most(path, most)?;
+    let mut bytes = Vec::new();
+    file.take(most + 1).read_to_end(&mut bytes)?;
+    match bytes.len() as u64 > most {
+        true => Err(too_long(&format!("more than {most}"), most)),
+        false => Ok(bytes),
+    }
+}
+
+/// Opens a file, unless its length is known and above `most` bytes.
+///
+/// # Errors
+/// If the operating system refuses, or the file is longer.
+pub(crate) fn open_at_most(path: &Path, most: u64) -> io::Result<File> {
     let file = File::open(path)?;
     let metadata = file.metadata()?;
     if metadata.is_dir() {
@@ -21,17 +35,12 @@ pub(crate) fn read_at_most(path: &Path, most: u64) -> io::Result<Vec<u8>> {
     if metadata.len() > most {
         return Err(too_long(&format!("{}", metadata.len()), most));
     }
-    let mut bytes = Vec::new();
-    file.take(most + 1).read_to_end(&mut bytes)?;
-    match bytes.len() as u64 > most {
-        true => Err(too_long("more", most)),
-        false => Ok(bytes),
-    }
+    Ok(file)
 }
 
 fn too_long(bytes: &str, most: u64) -> io::Error {
     let what = format!(
-        "it has {bytes} bytes, and such a file has {most} at most; look whether it is the one meant"
+        "it has {bytes} bytes, and such a file has {most} at most; give the file that is meant"
     );
     io::Error::new(io::ErrorKind::InvalidData, what)
 }

@@ -41,15 +41,10 @@ struct Cli {
 struct Common {
     /// Seed of all random numbers: the same seed gives the same results. Every command takes it,
     /// also those that draw none
-    #[arg(
-        long,
-        global = true,
-        default_value_t = 0,
-        allow_negative_numbers = true
-    )]
+    #[arg(long, global = true, default_value_t = 0, value_parser = commands::numbers::seed)]
     seed: u64,
     /// Threads to compute on [default: all cores]; the results do not depend on it
-    #[arg(long, global = true, allow_negative_numbers = true, value_parser = commands::numbers::threads)]
+    #[arg(long, global = true, value_parser = commands::numbers::threads)]
     threads: Option<usize>,
 }
 
@@ -74,7 +69,7 @@ enum Command {
 }
 
 fn main() -> ExitCode {
-    let mut line = Cli::command();
+    let mut line = commands::numbers::with_negative_values(Cli::command());
     let matches = line.get_matches_mut();
     let Cli { command, common } = match Cli::from_arg_matches(&matches) {
         Ok(cli) => cli,

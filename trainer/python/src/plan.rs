@@ -168,13 +168,13 @@ impl PyPlan {
 
     /// Seconds of those in which arms move.
     #[getter]
-    fn travel_seconds(&self) -> f64 {
+    fn moving_seconds(&self) -> f64 {
         self.route.travel
     }
 
     /// Seconds that the recipe's own order takes if none of the machine's freedom is used.
     #[getter]
-    fn naive_total_seconds(&self) -> f64 {
+    fn naive_seconds(&self) -> f64 {
         self.route.naive_total()
     }
 

@@ -105,9 +105,9 @@ def test_a_plan_is_the_trainers(trainer, tmp_path, options, words):
     told = json.loads(trainer("plan", NEURAL, *words, "--out", "plan.csv", "--blank", "blank.csv", "--json"))
     assert plan.to_csv() == (tmp_path / "plan.csv").read_text()
     assert plan.to_blank_csv() == (tmp_path / "blank.csv").read_text()
-    assert plan.total_seconds == pytest.approx(told["total_seconds"], rel=1e-12)
-    assert plan.travel_seconds == pytest.approx(told["travel_seconds"], rel=1e-12)
-    assert plan.naive_total_seconds == pytest.approx(told["naive_total_seconds"], rel=1e-12)
+    assert plan.total_seconds == pytest.approx(told["seconds"], rel=1e-12)
+    assert plan.moving_seconds == pytest.approx(told["moving_seconds"], rel=1e-12)
+    assert plan.naive_seconds == pytest.approx(told["naive_seconds"], rel=1e-12)
     assert plan.order == told["order"] and plan.is_best == told["is_best"] and len(plan) == 8
     rows = told["visits"]
     assert plan.indices.tolist() == [row["index"] for row in rows]

@@ -239,6 +239,14 @@ impl Basis {
         Self::of_recipe(&bytes, checksum).map_err(damaged)
     }
 
+    /// Reads the bytes of a compact basis's file.
+    ///
+    /// # Errors
+    /// If the operating system refuses, or the file is longer than any basis.
+    pub fn read_compact(path: &Path) -> io::Result<Vec<u8>> {
+        read_at_most(path, MOST_BYTES)
+    }
+
     /// The basis that a recipe names, of a file's bytes, which are those of the whole one or of a compact one
     /// that was made of it; or what is wrong with them.
     ///

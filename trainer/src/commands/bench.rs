@@ -39,8 +39,13 @@ pub(crate) struct Bench {
     /// Only this model
     #[arg(long, value_enum)]
     model: Option<ModelName>,
-    /// Seconds for each line
-    #[arg(long, default_value_t = 1.0, conflicts_with = "curve")]
+    /// Seconds for each line, 0.001 to 3600
+    #[arg(
+        long,
+        default_value_t = 1.0,
+        conflicts_with = "curve",
+        value_parser = numbers::number(0.001..=3_600.0)
+    )]
     seconds: f64,
     /// Time whole trainings by --schedule prior, and judge what they come to
     #[arg(long)]
@@ -70,11 +75,6 @@ impl Bench {
         if self.curve {
             return self.run_curve(seed);
         }
-        ensure!(
-            self.seconds > 0.0 && self.seconds <= 3600.0,
-            "--seconds {} is out of range: more than 0, and at most 3600",
-            self.seconds
-        );
         ensure!(
             !matches!(self.model, Some(ModelName::Linear)),
             "--model linear has no inner loop to be timed: give another model, or --curve, which times its \

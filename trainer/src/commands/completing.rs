@@ -14,30 +14,30 @@ pub(crate) struct CompletingArgs {
     /// Schedule prior: the share of training in which readings are missing, 0 to 1. Above 0, say 0.5,
     /// the recipe fits whatever was read; its samples come most telling first, for scans that end
     /// early [default: 0, all are needed; 0.5 for more than 32 samples, which lose less for it]
-    #[arg(long, value_name = "SHARE")]
+    #[arg(long, value_name = "SHARE", value_parser = numbers::share)]
     missing: Option<f32>,
-    /// Schedule prior: the noise of readings to train for, relative: 0.02 is 2 % [default: 0]
-    #[arg(long, value_name = "S")]
+    /// Schedule prior: noise of readings to train for, relative to each, 0 to 0.5: 0.02 is 2 % [default: 0]
+    #[arg(long, value_name = "S", value_parser = numbers::number(0.0..=0.5_f32))]
     noise: Option<f32>,
-    /// Schedule prior: the noise besides, as a share of a white surface, whose BRDF is 1/pi: 0.01 is
+    /// Schedule prior: noise in addition, relative to a white surface, whose BRDF is 1/pi, 0 to 0.5: 0.01 is
     /// 1 % [default: 0]
-    #[arg(long, value_name = "S")]
+    #[arg(long, value_name = "S", value_parser = numbers::number(0.0..=0.5_f32))]
     additive: Option<f32>,
-    /// Schedule prior: how many levels the sensor tells apart between darkness and a white surface that
-    /// faces the light [default: 0, which leaves them out of account]
-    #[arg(long, value_name = "COUNT")]
+    /// Schedule prior: number of levels that the sensor tells apart between darkness and a white surface that
+    /// faces the light [default: 0, no limit]
+    #[arg(long, value_name = "COUNT", value_parser = numbers::whole(0..=u32::MAX))]
     levels: Option<u32>,
-    /// Schedule prior: the share of procedural materials among those trained on, 0 to below 1
+    /// Schedule prior: the share of procedural materials among those trained on, 0 to 0.99
     /// [default: 0.4]
-    #[arg(long, value_name = "SHARE")]
+    #[arg(long, value_name = "SHARE", value_parser = numbers::number(0.0..=0.99_f32))]
     procedural: Option<f32>,
-    /// Schedule prior: how far the light's arm gets from the normal [default: 90]
-    #[arg(long, value_name = "DEGREES", value_parser = numbers::degrees)]
+    /// Schedule prior: the light's largest angle to the normal, degrees above 0 to 90 [default: 90]
+    #[arg(long, value_name = "DEGREES", value_parser = numbers::polar)]
     max_theta_i: Option<f32>,
-    /// Schedule prior: how far the sensor's arm gets from the normal [default: 90]
-    #[arg(long, value_name = "DEGREES", value_parser = numbers::degrees)]
+    /// Schedule prior: the sensor's largest angle to the normal, degrees above 0 to 90 [default: 90]
+    #[arg(long, value_name = "DEGREES", value_parser = numbers::polar)]
     max_theta_o: Option<f32>,
-    /// Schedule prior: how near light and sensor may come to each other, as seen from the sample
+    /// Schedule prior: the least angle between light and sensor, seen from the sample, degrees above 0 to 180
     /// [default: 0]
     #[arg(long, value_name = "DEGREES", value_parser = numbers::degrees)]
     min_separation: Option<f32>,
@@ -62,15 +62,6 @@ impl CompletingArgs {
             && let Some((name, _)) = given.iter().find(|(_, given)| *given)
         {
             bail!("{name} has no effect: it is for --schedule prior");
-        }
-        let degrees = [
-            ("--max-theta-i", self.max_theta_i),
-            ("--max-theta-o", self.max_theta_o),
-        ];
-        for (name, value) in degrees {
-            if let Some(value) = value.filter(|value| !(0.0..=90.0).contains(value)) {
-                bail!("{name} must be 0 to 90, not {value}");
-            }
         }
         let completing = Completing {
             missing: self.missing.unwrap_or(default.missing),

@@ -1,16 +1,18 @@
 //! `trainer convert`
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use anyhow::{Context, bail, ensure};
 use clap::Args;
 use glimpse_trainer::conversion::{format_of_ending, loss_of, name_of, paths};
-use glimpse_trainer::material::{Format, Material, Source};
+use glimpse_trainer::files::holds;
+use glimpse_trainer::material::{Format, Source};
+use serde_json::json;
 
 use super::formats::{Files, FormatName, files_of};
-use super::output::{refuse_source, write_files_forced};
-use super::{load, print};
+use super::output::{file_as_json, refuse_source, write_files_forced};
+use super::{load, print, print_json};
 
 /// Write a material in another format.
 ///
@@ -37,6 +39,9 @@ pub(crate) struct Convert {
     /// Replace files that are there
     #[arg(long)]
     force: bool,
+    /// Print JSON: material, format, copied (or converted), files and loss
+    #[arg(long)]
+    json: bool,
 }
 
 impl Convert {
@@ -55,8 +60,10 @@ impl Convert {
             );
         };
         let own = self.source.files()?;
-        let files: Vec<Vec<u8>> = match own.first() {
-            Some(first) if Format::of(first).is_ok_and(|own| own == format) => {
+        let is_own = |first: &PathBuf| Format::of(first).is_ok_and(|own| own == format);
+        let copied = own.first().is_some_and(is_own);
+        let files: Vec<Vec<u8>> = match copied {
+            true => {
                 // Its directions are those of whoever measured it, and its files as many.
                 ensure!(
                     format != Format::Pab,
@@ -69,7 +76,7 @@ impl Convert {
                 });
                 read.collect::<anyhow::Result<_>>()?
             }
-            _ => {
+            false => {
                 // A single file has whatever name was given.
                 let name = match format {
                     Format::Pab => name_of(&self.out)?,
@@ -81,16 +88,30 @@ impl Convert {
         };
         let files: Files = outs.into_iter().zip(files).collect();
         for (path, bytes) in &files {
-            let differs = || !fs::read(path).is_ok_and(|old| old == *bytes);
             ensure!(
-                self.force || !path.is_file() || !differs(),
+                self.force || !path.is_file() || holds(path, bytes),
                 "{} is there: give --force to replace it, or another OUT",
                 path.display()
             );
         }
         write_files_forced(&files, self.force)?;
         let (first, _) = &files[0];
-        tell_loss(&**material, first)
+        // A pipe cannot be read again.
+        let loss = match first.is_file() {
+            true => Some(loss_of(&**material, first)?),
+            false => None,
+        };
+        match (self.json, loss) {
+            (true, _) => print_json(&json!({
+                "material": material.name(),
+                "format": format.name(),
+                "copied": copied,
+                "files": files.iter().map(|(path, _)| file_as_json(path)).collect::<Vec<_>>(),
+                "loss": loss,
+            })),
+            (false, Some(loss)) => print(&format!("loss {loss:.6}\n")),
+            (false, None) => Ok(()),
+        }
     }
 
     /// What was asked for, or what the output's ending stands for; both are the same if both are
@@ -112,13 +133,5 @@ impl Convert {
                  _fc1.npy, or give --format"
             ),
         }
-    }
-}
-
-/// Reads what was written and compares. (A pipe cannot be read again.)
-fn tell_loss(material: &dyn Material, out: &Path) -> anyhow::Result<()> {
-    match out.is_file() {
-        true => print(&format!("loss {:.6}\n", loss_of(material, out)?)),
-        false => Ok(()),
     }
 }

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
 
 use anyhow::{Context, Error, anyhow, bail};
-use clap::{Args, ValueEnum};
+use clap::{ArgGroup, Args, ValueEnum};
 use glimpse_core::model::ModelKind;
 use glimpse_trainer::evaluation::{Judge, Method, OPTIMUM_STEPS, Readings, TrainedOn, Verdict};
 use glimpse_trainer::export::{RecipeFile, recipe_of};
@@ -35,7 +35,9 @@ pub(crate) enum MethodName {
     Optimum,
 }
 
-/// Judge recipes or a method on materials.
+/// Judge recipes, or a method without a recipe, on materials.
+///
+/// Give --recipe, or else --method and --model (and --samples, but for --method optimum).
 ///
 /// Each material is measured at the method's n directions and fitted as the scanner would; the
 /// fit is compared with the whole material: Loss (mean cosine-weighted logarithmic error over
@@ -51,10 +53,15 @@ pub(crate) enum MethodName {
 ///
 /// Example: trainer evaluate --recipe neural-n8.recipe --test MERL-test/
 ///          trainer evaluate --recipe old.recipe new.recipe --test MERL-test/
-///          trainer evaluate --recipe masked.recipe --first 4 --noise 0.02 --test MERL-test/
+///          trainer evaluate --recipe neural-n16-masked.recipe --first 4 --noise 0.02 --test MERL-test/
 ///          trainer evaluate --method random --model neural --samples 8 --test MERL-test/
 #[derive(Args)]
-#[command(verbatim_doc_comment)]
+#[command(
+    verbatim_doc_comment,
+    override_usage = "trainer evaluate --recipe <FILE>... --test <SRC> [OPTIONS]\n       \
+                      trainer evaluate --method <METHOD> --model <MODEL> --samples <N> --test <SRC> [OPTIONS]",
+    group = ArgGroup::new("judged").args(["recipe", "model"]).required(true)
+)]
 pub(crate) struct Evaluate {
     /// Recipes; with --method meta their start and step sizes are used on random samples
     #[arg(
@@ -68,14 +75,14 @@ pub(crate) struct Evaluate {
     /// it, as on a device, and not by the whole basis
     #[arg(long, requires = "recipe")]
     basis: Option<PathBuf>,
-    /// The method [default: ours]
+    /// The method [default with --recipe: ours]
     #[arg(long, value_enum)]
     method: Option<MethodName>,
     /// The model, without a recipe
-    #[arg(long, value_enum, required_unless_present = "recipe")]
+    #[arg(long, value_enum, requires = "method")]
     model: Option<ModelName>,
-    /// How many directions are measured, without a recipe: 1 to 4096 [--method optimum takes none]
-    #[arg(long, short = 'n', allow_negative_numbers = true, value_parser = numbers::samples)]
+    /// Number of directions that are measured, without a recipe: 1 to 4096 [--method optimum takes none]
+    #[arg(long, short = 'n', value_name = "N", value_parser = numbers::samples)]
     samples: Option<usize>,
     /// Materials to learn on, where the method learns and there is no recipe; the model linear
     /// takes its components from them [default: procedural:100]
@@ -87,28 +94,34 @@ pub(crate) struct Evaluate {
     #[command(flatten)]
     prior: PriorArgs,
     /// Materials to judge on
-    #[arg(long)]
+    #[arg(long, value_name = "SRC")]
     test: Source,
     /// Light of the spheres: a panorama (*.hdr or *.exr) [default: the built-in studio]
     #[arg(long, value_name = "FILE")]
     environment: Option<PathBuf>,
-    /// Of each recipe's readings only the first K are taken, in the order of its pattern
+    /// Number of each recipe's readings that are taken, the first ones of its pattern: 1 to 4096
     #[arg(long, value_name = "K", requires = "recipe", value_parser = numbers::samples)]
     first: Option<usize>,
-    /// So many readings of each material are lost, any of them
+    /// Number of readings of each material that are lost at random: 1 to 4096
     #[arg(long, value_name = "K", requires = "recipe", value_parser = numbers::samples)]
     lose: Option<usize>,
-    /// The noise of a recipe's readings, relative: 0.02 is 2 %
+    /// Noise of a recipe's readings, relative to each, 0 to 1: 0.02 is 2 % [default: 0]
     #[arg(long, value_name = "S", requires = "recipe", value_parser = numbers::share)]
     noise: Option<f32>,
-    /// The noise besides, as a share of a white surface, whose BRDF is 1/pi: 0.01 is 1 %
+    /// Noise in addition, relative to a white surface, whose BRDF is 1/pi, 0 to 1: 0.01 is 1 % [default: 0]
     #[arg(long, value_name = "S", requires = "recipe", value_parser = numbers::share)]
     additive: Option<f32>,
-    /// How many levels the sensor tells apart between darkness and a white surface that faces the light
-    #[arg(long, value_name = "COUNT", requires = "recipe")]
+    /// Number of levels that the sensor tells apart between darkness and a white surface that faces the
+    /// light [default: 0, no limit]
+    #[arg(
+        long,
+        value_name = "COUNT",
+        requires = "recipe",
+        value_parser = numbers::whole(0..=u32::MAX)
+    )]
     levels: Option<u32>,
-    /// Repetitions of what is random: methods, and readings that are lost or noisy [default: 5]
-    #[arg(long, allow_negative_numbers = true, value_parser = numbers::seeds)]
+    /// Repetitions of what is random, methods and readings that are lost or noisy: 1 to 10000 [default: 5]
+    #[arg(long, value_name = "COUNT", value_parser = numbers::seeds)]
     seeds: Option<u64>,
     /// Print JSON
     #[arg(long)]
@@ -123,13 +136,7 @@ type Learned = (RecipeFile, Option<Basis>);
 
 impl Evaluate {
     pub(crate) fn run(&self, seed: u64) -> anyhow::Result<()> {
-        let name = match self.method {
-            Some(name) => name,
-            None if self.recipe.is_empty() => {
-                bail!("give --recipe FILE, or --method with --model and --samples")
-            }
-            None => MethodName::Ours,
-        };
+        let name = self.method.unwrap_or(MethodName::Ours);
         self.refuse_what_has_no_effect(name)?;
         let compact = match &self.basis {
             Some(path) => Some(Basis::of_compact(&read_compact(path)?).map_err(Error::msg)?),

@@ -8,6 +8,7 @@ use glimpse_trainer::export::{RecipeFile, to_c, to_csv, to_json, to_rust};
 use glimpse_trainer::linear::Basis;
 
 use super::export_basis::compact_basis;
+use super::numbers;
 use super::output::{refuse_input, write_file_forced};
 
 /// The formats.
@@ -40,8 +41,8 @@ pub(crate) struct Export {
     /// The format to write
     #[arg(long, value_enum)]
     format: Format,
-    /// With --format basis: principal components that are kept [default: 24]
-    #[arg(long)]
+    /// With --format basis: principal components that are kept, 1 to 1024 [default: 24]
+    #[arg(long, value_name = "COUNT", value_parser = numbers::whole(1..=1024_usize))]
     components: Option<usize>,
     /// The file to write
     #[arg(long, short)]

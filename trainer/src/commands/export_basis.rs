@@ -49,7 +49,7 @@ pub(crate) fn compacted(basis: &Basis, components: Option<usize>) -> anyhow::Res
 
 /// The bytes of a compact basis's file, checked.
 pub(crate) fn read_compact(path: &Path) -> anyhow::Result<Vec<u8>> {
-    let bytes = std::fs::read(path)
+    let bytes = Basis::read_compact(path)
         .with_context(|| format!("cannot read the compact basis {}", path.display()))?;
     linear::Basis::parse(&bytes).with_context(|| path.display().to_string())?;
     Ok(bytes)

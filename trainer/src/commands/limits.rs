@@ -1,6 +1,6 @@
 //! Limits of a machine: as options, and in words.
 
-use anyhow::{Context, ensure};
+use anyhow::Context;
 use clap::Args;
 use glimpse_core::gonio::Limits;
 
@@ -9,14 +9,14 @@ use super::numbers;
 /// Where a machine's arms get to.
 #[derive(Args, Clone, Copy)]
 pub(super) struct LimitArgs {
-    /// How far the light's arm gets from the normal [default: what the recipe states, or else 90]
-    #[arg(long, value_name = "DEGREES", value_parser = numbers::degrees)]
+    /// The light's largest angle to the normal, degrees above 0 to 90 [default: the recipe's, or else 90]
+    #[arg(long, value_name = "DEGREES", value_parser = numbers::polar)]
     max_theta_i: Option<f32>,
-    /// How far the sensor's arm gets from the normal [default: what the recipe states, or else 90]
-    #[arg(long, value_name = "DEGREES", value_parser = numbers::degrees)]
+    /// The sensor's largest angle to the normal, degrees above 0 to 90 [default: the recipe's, or else 90]
+    #[arg(long, value_name = "DEGREES", value_parser = numbers::polar)]
     max_theta_o: Option<f32>,
-    /// How near light and sensor may come to each other, as seen from the sample [default: what the
-    /// recipe states, or else 0]
+    /// The least angle between light and sensor, seen from the sample, degrees above 0 to 180 [default: the
+    /// recipe's, or else 0]
     #[arg(long, value_name = "DEGREES", value_parser = numbers::degrees)]
     min_separation: Option<f32>,
 }
@@ -24,17 +24,13 @@ pub(super) struct LimitArgs {
 impl LimitArgs {
     /// What was given, and `stated` where nothing was.
     pub(super) fn or(self, stated: Limits) -> anyhow::Result<Limits> {
-        let polar = |name: &str, given: Option<f32>, stated: f32| {
-            ensure!(
-                given.is_none_or(|degrees| degrees <= 90.0),
-                "{name} must be at most 90: below the horizon there is no BRDF"
-            );
+        let polar = |given: Option<f32>, stated: f32| {
             let given = given.map(f32::to_radians);
-            Ok(given.map_or(stated, |given| given.min(Limits::NONE.max_theta_i)))
+            given.map_or(stated, |given| given.min(Limits::NONE.max_theta_i))
         };
         let limits = Limits {
-            max_theta_i: polar("--max-theta-i", self.max_theta_i, stated.max_theta_i)?,
-            max_theta_o: polar("--max-theta-o", self.max_theta_o, stated.max_theta_o)?,
+            max_theta_i: polar(self.max_theta_i, stated.max_theta_i),
+            max_theta_o: polar(self.max_theta_o, stated.max_theta_o),
             min_separation: self
                 .min_separation
                 .map_or(stated.min_separation, f32::to_radians),

@@ -43,6 +43,7 @@ use glimpse_trainer::linear::{Basis, Prior};
 use glimpse_trainer::material::{Joined, Material, Source, Sources};
 use glimpse_trainer::render::Environment;
 pub(crate) use output::write_file;
+use serde::Serialize;
 
 /// The models, as named on the command line.
 #[derive(Clone, Copy, Debug, clap::ValueEnum)]
@@ -60,13 +61,13 @@ pub(crate) enum ModelName {
 /// The prior of the model linear.
 #[derive(Args, Clone, Copy, Debug)]
 pub(crate) struct PriorArgs {
-    /// Model linear: principal components that a material is made of [default: 60; 5 for
+    /// Model linear: principal components that a material is made of, 1 to 1024 [default: 60; 5 for
     /// --schedule paper and for methods that learn no precisions]
-    #[arg(long, allow_negative_numbers = true)]
+    #[arg(long, value_name = "COUNT", value_parser = numbers::whole(1..=1024_usize))]
     bases: Option<usize>,
-    /// Model linear: the precision of every coefficient [default: learned for each; 40 where
+    /// Model linear: the precision of every coefficient, above 0 [default: learned for each; 40 where
     /// --bases has the default 5]
-    #[arg(long, allow_negative_numbers = true)]
+    #[arg(long, value_parser = numbers::positive)]
     eta: Option<f64>,
 }
 
@@ -105,12 +106,6 @@ impl PriorArgs {
 
     /// What was asked for, and `default` where nothing was.
     pub(crate) fn or(self, default: Prior) -> anyhow::Result<Prior> {
-        if self.bases.is_some_and(|bases| !(1..=1024).contains(&bases)) {
-            bail!("--bases must be 1 to 1024");
-        }
-        if self.eta.is_some_and(|eta| !(eta > 0.0 && eta.is_finite())) {
-            bail!("--eta must be a positive number");
-        }
         Ok(Prior {
             components: self.bases.unwrap_or(default.components),
             eta: self.eta.or(default.eta),
@@ -164,6 +159,11 @@ pub(crate) fn environment(panorama: Option<&Path>) -> anyhow::Result<Environment
         Some(path) => Environment::read(path)?,
         None => Environment::studio(),
     })
+}
+
+/// Prints JSON to stdout.
+pub(crate) fn print_json(value: &impl Serialize) -> anyhow::Result<()> {
+    print(&(serde_json::to_string_pretty(value)? + "\n"))
 }
 
 /// Prints to stdout; a reader that has gone away, as `head` does, is no error.

@@ -1,12 +1,45 @@
-//! Numbers on the command line: refused by a sentence that says which ones are taken.
+//! Parsers of numbers on the command line. An error names the range of valid values.
 
+use std::any::TypeId;
+use std::fmt::Display;
+use std::ops::RangeInclusive;
+use std::str::FromStr;
 use std::thread::available_parallelism;
+use std::time::Duration;
+
+use clap::{Arg, Command};
+use glimpse_trainer::route::Axes;
 
 use glimpse_core::recipe::MAX_SAMPLES;
 
 /// The most threads, on machines that have no more cores: every one of them takes part in every
 /// parallel loop, and thousands do nothing but wait for each other.
 const MOST_THREADS: usize = 256;
+
+/// Makes every option that takes a number accept a value with a leading minus, in a command and its
+/// subcommands. The option's own parser then refuses it, and names the option, the value and the range.
+pub(crate) fn with_negative_values(command: Command) -> Command {
+    let numbers = [
+        TypeId::of::<u32>(),
+        TypeId::of::<u64>(),
+        TypeId::of::<usize>(),
+        TypeId::of::<f32>(),
+        TypeId::of::<f64>(),
+        TypeId::of::<[f32; 3]>(),
+        TypeId::of::<Axes>(),
+        TypeId::of::<Duration>(),
+    ];
+    let takes_number = |arg: &Arg| {
+        let found = arg.get_value_parser().type_id();
+        arg.get_action().takes_values() && numbers.iter().any(|number| found == *number)
+    };
+    command
+        .mut_args(|arg| match takes_number(&arg) {
+            true => arg.allow_hyphen_values(true),
+            false => arg,
+        })
+        .mut_subcommands(with_negative_values)
+}
 
 /// n, the number of directions that are measured.
 pub(crate) fn samples(text: &str) -> Result<usize, String> {
@@ -26,28 +59,63 @@ pub(crate) fn threads(text: &str) -> Result<usize, String> {
     let most = available_parallelism()
         .map_or(1, usize::from)
         .max(MOST_THREADS);
-    whole(text, most)
+    whole(1..=most)(text)
+}
+
+/// The seed of all random numbers.
+pub(crate) fn seed(text: &str) -> Result<u64, String> {
+    whole(0..=u64::MAX)(text)
 }
 
 /// Repetitions of random methods.
 pub(crate) fn seeds(text: &str) -> Result<u64, String> {
-    whole(text, 10_000).map(|seeds| seeds as u64)
+    whole(1..=10_000)(text)
 }
 
 /// A share, 0 to 1.
 pub(crate) fn share(text: &str) -> Result<f32, String> {
-    let number = text.parse().ok();
-    number
-        .filter(|number| (0.0..=1.0).contains(number))
-        .ok_or_else(|| "give a number of 0 to 1".to_owned())
+    number(0.0..=1.0)(text)
 }
 
 /// Degrees, above 0 and at most 180.
 pub(crate) fn degrees(text: &str) -> Result<f32, String> {
+    degrees_up_to(180.0, text)
+}
+
+/// The largest polar angle of an arm: degrees, above 0 and at most 90.
+pub(crate) fn polar(text: &str) -> Result<f32, String> {
+    degrees_up_to(90.0, text)
+}
+
+fn degrees_up_to(most: f32, text: &str) -> Result<f32, String> {
     let number = text.parse().ok();
     number
-        .filter(|number| *number > 0.0 && *number <= 180.0)
-        .ok_or_else(|| "give degrees above 0, at most 180".to_owned())
+        .filter(|number| *number > 0.0 && *number <= most)
+        .ok_or_else(|| format!("give degrees above 0, at most {most}"))
+}
+
+/// A finite number above 0.
+pub(crate) fn positive(text: &str) -> Result<f64, String> {
+    let number = text.parse().ok();
+    number
+        .filter(|number: &f64| *number > 0.0 && number.is_finite())
+        .ok_or_else(|| "give a finite number above 0".to_owned())
+}
+
+/// A finite number, 0 or above.
+pub(crate) fn not_negative(text: &str) -> Result<f32, String> {
+    let number = text.parse().ok();
+    number
+        .filter(|number: &f32| *number >= 0.0 && number.is_finite())
+        .ok_or_else(|| "give a finite number, 0 or above".to_owned())
+}
+
+/// A finite number of either sign.
+pub(crate) fn finite(text: &str) -> Result<f32, String> {
+    let number = text.parse().ok();
+    number
+        .filter(|number: &f32| number.is_finite())
+        .ok_or_else(|| "give a finite number".to_owned())
 }
 
 /// Numbers separated by commas; None where one is not finite.
@@ -68,11 +136,47 @@ pub(crate) fn channels(text: &str) -> Result<[f32; 3], String> {
     }
 }
 
-fn whole(text: &str, most: usize) -> Result<usize, String> {
-    let number = text.parse().ok();
-    number
-        .filter(|number| (1..=most).contains(number))
-        .ok_or_else(|| format!("give a whole number of 1 to {most}"))
+/// One reflectance for all channels, or one for each: above 0, at most 2.
+pub(crate) fn reflectances(text: &str) -> Result<[f32; 3], String> {
+    let found = channels(text).ok();
+    found
+        .filter(|each| each.iter().all(|value| *value > 0.0 && *value <= 2.0))
+        .ok_or_else(|| {
+            "give one number above 0, at most 2, or three with commas between them".to_owned()
+        })
+}
+
+/// A parser of a number within a range.
+pub(crate) fn number<T>(
+    range: RangeInclusive<T>,
+) -> impl Fn(&str) -> Result<T, String> + Clone + Send + Sync + 'static
+where
+    T: FromStr + PartialOrd + Display + Clone + Send + Sync + 'static,
+{
+    in_range("number", range)
+}
+
+/// A parser of a whole number within a range.
+pub(crate) fn whole<T>(
+    range: RangeInclusive<T>,
+) -> impl Fn(&str) -> Result<T, String> + Clone + Send + Sync + 'static
+where
+    T: FromStr + PartialOrd + Display + Clone + Send + Sync + 'static,
+{
+    in_range("whole number", range)
+}
+
+fn in_range<T>(
+    what: &'static str,
+    range: RangeInclusive<T>,
+) -> impl Fn(&str) -> Result<T, String> + Clone + Send + Sync + 'static
+where
+    T: FromStr + PartialOrd + Display + Clone + Send + Sync + 'static,
+{
+    move |text| {
+        let found = text.parse().ok().filter(|found| range.contains(found));
+        found.ok_or_else(|| format!("give a {what} of {} to {}", range.start(), range.end()))
+    }
 }
 
 #[cfg(test)]

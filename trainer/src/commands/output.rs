@@ -7,9 +7,10 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, bail, ensure};
 use glimpse_core::model::linear::format::MAGIC as COMPACT_MAGIC;
 use glimpse_core::recipe::MAGIC;
-use glimpse_trainer::files::{make_folder, try_write, write_whole};
+use glimpse_trainer::files::{holds, make_folder, try_write, write_whole};
 use glimpse_trainer::linear::BASIS_MAGIC;
 use glimpse_trainer::material::{FittedMaterial, Source};
+use serde_json::{Value, json};
 
 /// Writes a file whole or not at all, and says so. A recipe, a material or a sheet of readings that is there, and is
 /// not the same, stays.
@@ -76,7 +77,7 @@ fn work_at(path: &Path, bytes: &[u8]) -> Option<&'static str> {
         b"inde" if is_filled_in(path) => "a sheet of readings",
         _ => return None,
     };
-    fs::read(path).is_ok_and(|old| old != bytes).then_some(what)
+    (!holds(path, bytes)).then_some(what)
 }
 
 /// True of a table in which somebody has written what was read of a recipe's samples, as a sheet of `trainer plan
@@ -95,6 +96,12 @@ fn is_filled_in(path: &Path) -> bool {
     let filled = |row: csv::StringRecord| row.get(column).is_some_and(|cell| !cell.is_empty());
     // A row that is cut short is somebody's work too.
     sheet.records().any(|row| row.map_or(true, filled))
+}
+
+/// A file that a command has written, for its JSON. `bytes` is null of a pipe or a device.
+pub(super) fn file_as_json(path: &Path) -> Value {
+    let metadata = fs::metadata(path).ok().filter(fs::Metadata::is_file);
+    json!({ "path": path.display().to_string(), "bytes": metadata.map(|found| found.len()) })
 }
 
 /// Makes a command's folder, but none above it.

@@ -1,14 +1,14 @@
 //! `trainer plan`
 
-use std::fs;
 use std::path::{Path, PathBuf, absolute};
 
-use anyhow::{bail, ensure};
+use anyhow::{Error, bail, ensure};
 use clap::Args;
 use glimpse_core::gonio::Limits;
 use glimpse_trainer::export::RecipeFile;
+use glimpse_trainer::files::holds;
 use glimpse_trainer::linear::Basis;
-use glimpse_trainer::route::{self, Axes, Machine, Order, Route, stops};
+use glimpse_trainer::route::{self, Axes, Machine, MachineError, Order, Route, stops};
 
 use super::limits::{LimitArgs, describe};
 use super::output::{is_same_file, write_file_forced};
@@ -51,31 +51,30 @@ pub(crate) struct Plan {
     /// In which order samples are measured
     #[arg(long, value_enum, default_value_t = OrderName::Travel)]
     order: OrderName,
-    /// How fast the axes theta_i, phi_i, theta_o, phi_o turn, degrees per second, one number for all or
-    /// four, as 20,10,20,10. An azimuth of speed 0 is an axis that the machine does not
-    /// have, as that of a lamp which only swings
+    /// Speeds of the axes theta_i, phi_i, theta_o, phi_o, degrees per second, 0.001 to 1,000,000: one number
+    /// for all or four, as 20,10,20,10. An azimuth of speed 0 is an axis that the machine does not have, as
+    /// that of a lamp which only swings
     #[arg(
         long,
         value_name = "DEGREES/S",
         default_value = "10",
-        allow_hyphen_values = true,
         value_parser = speeds
     )]
     speed: Axes,
-    /// How long the arms stand at each sample, to come to rest and to be read
+    /// Seconds that the arms stand at each sample, to come to rest and to be read: 0 to 86400
     #[arg(
         long,
         value_name = "SECONDS",
         default_value_t = 0.5,
-        allow_negative_numbers = true
+        value_parser = numbers::number(0.0..=86_400.0)
     )]
     settle: f64,
-    /// Where the axes theta_i, phi_i, theta_o, phi_o stand at first, as 0,0,0,180
+    /// Angles of the axes theta_i, phi_i, theta_o, phi_o at first, degrees, as 0,0,0,180: polar angles of -180
+    /// to 180, azimuths of -3600 to 3600
     #[arg(
         long,
         value_name = "DEGREES",
         default_value = "0,0,0,0",
-        allow_hyphen_values = true,
         value_parser = start
     )]
     start: Axes,
@@ -121,7 +120,15 @@ impl Plan {
             isotropic: !self.anisotropic,
             full_turns: !self.no_full_turns,
         };
-        machine.validate()?;
+        machine.validate().map_err(|error| match &error {
+            MachineError::Speed { .. }
+            | MachineError::NoAzimuth
+            | MachineError::MissingAzimuth { .. } => Error::new(error).context("--speed"),
+            MachineError::Start { .. } | MachineError::WoundUp(_) => {
+                Error::new(error).context("--start")
+            }
+            MachineError::Settle(_) | MachineError::Limits(_) => Error::new(error),
+        })?;
         let stops = match stops(&recipe, &machine.limits, self.swap) {
             Ok(stops) => stops,
             Err(missed) => {
@@ -195,9 +202,8 @@ impl Plan {
 
     /// Refuses to replace a file that is not the same, unless told: it may hold readings by now.
     fn refuse_to_replace(&self, option: &str, path: &Path, text: &str) -> anyhow::Result<()> {
-        let is_the_same = || fs::read(path).is_ok_and(|old| old == text.as_bytes());
         ensure!(
-            self.force || !path.is_file() || is_the_same(),
+            self.force || !path.is_file() || holds(path, text.as_bytes()),
             "{} is there and may have been filled in: give --force to replace it, or another \
              {option}",
             path.display()
@@ -227,7 +233,9 @@ fn speeds(text: &str) -> Result<Axes, String> {
         [Some(theta_i), Some(phi_i), Some(theta_o), Some(phi_o)] => {
             Ok(Axes::of([theta_i, phi_i, theta_o, phi_o]))
         }
-        _ => Err("give one number for all axes, or four, as 20,10,20,10".to_owned()),
+        _ => Err(
+            "give one number for all axes, or four, as 20,10,20,10: degrees per second".to_owned(),
+        ),
     }
 }
 
@@ -237,7 +245,7 @@ fn start(text: &str) -> Result<Axes, String> {
         [Some(theta_i), Some(phi_i), Some(theta_o), Some(phi_o)] => {
             Ok(Axes::of([theta_i, phi_i, theta_o, phi_o]))
         }
-        _ => Err("give four numbers, as 0,0,0,180".to_owned()),
+        _ => Err("give four numbers, as 0,0,0,180: degrees".to_owned()),
     }
 }
 

@@ -3,19 +3,22 @@
 use std::path::PathBuf;
 
 use anyhow::{Context, bail};
+use clap::builder::PossibleValuesParser;
 use clap::{Args, Subcommand};
+use glimpse_core::recipe::Recipe;
 use glimpse_trainer::linear::Basis;
 use glimpse_trainer::report::{Best, Cell, Column, Compare, Table};
 use glimpse_trainer::shipped::{self, Shipped};
+use serde_json::{Value, json};
 
 use super::output::{make_out, write_files_forced};
-use super::print;
+use super::{print, print_json};
 
-/// Recipes that come with this program, to scan with before anything is trained.
+/// List or write the bundled recipes, to scan with before anything is trained.
 ///
 /// All of them were trained on the built-in procedural materials alone, so that they may be passed on with your
 /// firmware; for arms that get to 80 degrees and no nearer to each other than 10, and readings with 2 % of noise. One
-/// that was trained on materials like yours loses less: see `trainer train`.
+/// that was trained on materials like yours has less loss: see `trainer train`.
 ///
 /// Example: trainer recipes list
 ///          trainer recipes get neural-n8 --out recipes/
@@ -29,18 +32,33 @@ pub(crate) struct Recipes {
 
 #[derive(Subcommand)]
 enum Action {
-    /// Print what there is: bytes, and the mean loss on materials that training never saw
-    List,
-    /// Write some of them to a folder, with the compact basis of those that need one
+    /// Print the names, sizes in bytes, and mean losses on materials that training never saw
+    List(List),
+    /// Write some of them to a directory, with the compact basis of those that need one
     Get(Get),
 }
 
 #[derive(Args)]
+struct List {
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// The name that stands for all recipes.
+const ALL: &str = "all";
+
+#[derive(Args)]
 struct Get {
     /// Their names, as `trainer recipes list` prints them; or `all`
-    #[arg(required = true)]
+    #[arg(
+        required = true,
+        value_name = "NAME",
+        hide_possible_values = true,
+        value_parser = PossibleValuesParser::new(names())
+    )]
     names: Vec<String>,
-    /// The folder to write NAME.recipe and, of the model linear, NAME.basis to
+    /// The directory to write NAME.recipe and, of the model linear, NAME.basis to
     #[arg(short, long, default_value = ".")]
     out: PathBuf,
     /// Replace other recipes of these names
@@ -51,17 +69,51 @@ struct Get {
 impl Recipes {
     pub(crate) fn run(&self) -> anyhow::Result<()> {
         match &self.action {
-            Action::List => print(&list()?.to_text()),
+            Action::List(List { json: false }) => print(&list()?.to_text()),
+            Action::List(List { json: true }) => print_json(&list_as_json()?),
             Action::Get(get) => get.run(),
         }
     }
 }
 
+/// All names that `trainer recipes get` takes.
+fn names() -> impl Iterator<Item = &'static str> {
+    let names = shipped::ALL.iter().map(|shipped| shipped.name);
+    names.chain([ALL])
+}
+
+fn recipe_of(shipped: &Shipped) -> anyhow::Result<Recipe<'static>> {
+    let recipe = shipped.recipe();
+    recipe.with_context(|| format!("the bundled recipe {}", shipped.name))
+}
+
+fn list_as_json() -> anyhow::Result<Value> {
+    let entry = |shipped: &Shipped| -> anyhow::Result<Value> {
+        let recipe = recipe_of(shipped)?;
+        let losses = shipped.losses().map(|losses| {
+            json!({
+                "procedural": losses.procedural,
+                "merl": losses.merl,
+                "rgl": losses.rgl,
+            })
+        });
+        Ok(json!({
+            "name": shipped.name,
+            "model": recipe.model().name(),
+            "samples": recipe.samples(),
+            "takes_missing": recipe.learner().takes_missing(),
+            "checksum": format!("{:08x}", recipe.checksum()),
+            "bytes": shipped.bytes.len(),
+            "basis_bytes": shipped.basis().map(<[u8]>::len),
+            "loss": losses,
+        }))
+    };
+    shipped::ALL.iter().map(entry).collect()
+}
+
 fn list() -> anyhow::Result<Table> {
     let row = |shipped: &Shipped| {
-        let recipe = shipped
-            .recipe()
-            .with_context(|| format!("the recipe {} of this program", shipped.name))?;
+        let recipe = recipe_of(shipped)?;
         let mut row = vec![
             Cell::Text(shipped.name.to_owned()),
             Cell::Number(recipe.samples() as f64),
@@ -75,8 +127,8 @@ fn list() -> anyhow::Result<Table> {
     };
     Ok(Table {
         caption: format!(
-            "Recipes that come along: mean loss on materials that training never saw. Of the model linear \
-             each has a compact basis besides, {} bytes",
+            "Bundled recipes: mean loss on materials that training never saw. Each of the model linear \
+             has a compact basis in addition, {} bytes",
             shipped::BASIS.len()
         ),
         columns: vec![
@@ -110,13 +162,13 @@ impl Get {
     }
 
     fn chosen(&self) -> anyhow::Result<Vec<&'static Shipped>> {
-        if self.names.iter().any(|name| name == "all") {
+        if self.names.iter().any(|name| name == ALL) {
             return Ok(shipped::ALL.iter().collect());
         }
         let find = |name: &String| match shipped::find(name) {
             Some(shipped) => Ok(shipped),
             None => bail!(
-                "there is no recipe `{name}`: `trainer recipes list` names those that come along, and `trainer \
+                "there is no bundled recipe `{name}`: `trainer recipes list` prints their names, and `trainer \
                  train` makes others"
             ),
         };

@@ -56,13 +56,13 @@ pub(crate) struct Reproduce {
     #[arg(long, value_enum, default_value_t = Effort::Quick)]
     effort: Effort,
     /// Repetitions of random methods
-    #[arg(long, default_value_t = 5, allow_negative_numbers = true, value_parser = numbers::seeds)]
+    #[arg(long, default_value_t = 5, value_parser = numbers::seeds)]
     seeds: u64,
     /// Light of the spheres: a panorama (*.hdr or *.exr) [default: the built-in studio]
     #[arg(long, value_name = "FILE")]
     environment: Option<PathBuf>,
     /// The most samples, where n grows, 1 to 4096 [default: 64 for --effort quick, else 512]
-    #[arg(long, allow_negative_numbers = true, value_parser = numbers::samples)]
+    #[arg(long, value_parser = numbers::samples)]
     most_samples: Option<usize>,
     /// Print only this table, as Markdown; tables are called as their files in OUT/EXPERIMENT are
     #[arg(long, value_name = "NAME")]

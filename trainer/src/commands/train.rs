@@ -65,7 +65,6 @@ pub(crate) struct Train {
         long,
         short = 'n',
         value_delimiter = ',',
-        allow_negative_numbers = true,
         value_parser = numbers::samples,
         required_unless_present = "grid"
     )]
@@ -75,12 +74,7 @@ pub(crate) struct Train {
     data: Vec<Source>,
     /// Schedule prior, several --data: in what proportion training takes materials of each, as 3,1
     /// [default: all materials alike]
-    #[arg(
-        long,
-        value_name = "SHARE",
-        value_delimiter = ',',
-        allow_negative_numbers = true
-    )]
+    #[arg(long, value_name = "SHARE", value_delimiter = ',')]
     share: Vec<f32>,
     /// The recipe file to write; in a grid the directory
     #[arg(long, short)]
@@ -98,7 +92,7 @@ pub(crate) struct Train {
     /// Where to keep the run while it lasts [default: OUT.checkpoint]
     #[arg(long, conflicts_with = "grid")]
     checkpoint: Option<PathBuf>,
-    /// Save the run when so many seconds have passed; 0 saves it after every step
+    /// Seconds between two saves of the run, 0 to 1e9; 0 saves it after every step
     #[arg(long, value_name = "SECONDS", default_value = "10", value_parser = seconds)]
     checkpoint_every: Duration,
     /// Go on from the checkpoint, if there is one (a grid always does)
@@ -117,8 +111,7 @@ pub(crate) struct Train {
 }
 
 fn seconds(text: &str) -> Result<Duration, String> {
-    let seconds: f64 = text.parse().map_err(|_| "it is no number".to_owned())?;
-    Duration::try_from_secs_f64(seconds).map_err(|error| error.to_string())
+    numbers::number(0.0..=1e9)(text).map(Duration::from_secs_f64)
 }
 
 impl Train {

@@ -3,7 +3,7 @@
 use std::net::{SocketAddr, TcpListener, TcpStream};
 use std::path::PathBuf;
 
-use anyhow::{Context, bail, ensure};
+use anyhow::{Context, bail};
 use clap::Args;
 use glimpse_trainer::linear::Basis;
 use glimpse_trainer::material::{Material, Source};
@@ -11,6 +11,7 @@ use glimpse_trainer::scanner::{self, ScanReport, ScannerError, ScannerNoise};
 use serde_json::{Value, json};
 
 use super::known::tell;
+use super::numbers::not_negative;
 use super::output::{refuse_input, refuse_source, refuse_unwritable};
 use super::{load, print, read_recipe, write_file};
 
@@ -27,8 +28,8 @@ pub(crate) struct VirtualScanner {
     /// Where to wait for the device's serial line
     #[arg(long, value_name = "ADDRESS:PORT", default_value = "127.0.0.1:7878")]
     listen: SocketAddr,
-    /// Standard deviation of Gaussian noise on each measured channel, relative to its value
-    #[arg(long, value_name = "S", default_value_t = 0.0)]
+    /// Standard deviation of Gaussian noise on each measured channel, relative to its value, 0 or above
+    #[arg(long, value_name = "S", default_value_t = 0.0, value_parser = not_negative)]
     noise: f32,
     /// A recipe: offered to devices that can store one, and its basis judges what the model Linear finds
     #[arg(long, value_name = "FILE.recipe")]
@@ -44,10 +45,6 @@ pub(crate) struct VirtualScanner {
 impl VirtualScanner {
     /// Serves devices, one after the other.
     pub(crate) fn run(&self, seed: u64) -> anyhow::Result<()> {
-        ensure!(
-            self.noise.is_finite() && self.noise >= 0.0,
-            "--noise takes a number that is not negative"
-        );
         if let Some(out) = &self.out {
             refuse_source(out, &self.material)?;
             if let Some(recipe) = &self.recipe {

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, anyhow};
 use glimpse_trainer::evaluation::{MaterialScores, Verdict};
 use glimpse_trainer::export::RecipeFile;
-use glimpse_trainer::files::write_whole;
+use glimpse_trainer::files::{make_folders, write_whole};
 use glimpse_trainer::linear::Basis;
 use glimpse_trainer::metrics::Scores;
 use serde::{Deserialize, Serialize};
@@ -71,7 +71,7 @@ pub(super) fn with_extension(path: &Path, extension: &str) -> PathBuf {
 /// Writes a file of the experiments' folder, which is there, whole or not at all.
 pub(super) fn keep(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
     let folder = path.parent().unwrap_or(Path::new(""));
-    fs::create_dir_all(folder)
+    make_folders(folder)
         .and_then(|()| write_whole(path, bytes))
         .with_context(|| format!("cannot write {}", path.display()))
 }

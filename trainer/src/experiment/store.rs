@@ -12,6 +12,7 @@ use anyhow::{Context, bail};
 use glimpse_core::model::ModelKind;
 use glimpse_trainer::evaluation::{DIRECTIONS, Judge, Method, OPTIMUM_STEPS, Verdict};
 use glimpse_trainer::export::{RecipeFile, recipe_of};
+use glimpse_trainer::files::make_folders;
 use glimpse_trainer::linear::{Basis, Columns, least_condition};
 use glimpse_trainer::material::{Material, Source};
 use glimpse_trainer::meta;
@@ -235,8 +236,7 @@ impl<'a> Store<'a> {
             )
         };
         let folder = self.settings.out.join(RECIPES);
-        fs::create_dir_all(&folder)
-            .with_context(|| format!("cannot write {}", checkpoint.display()))?;
+        make_folders(&folder).with_context(|| format!("cannot write {}", checkpoint.display()))?;
         eprintln!("training {name}");
         let found = (self.train)(&options, materials)?;
         let file = recipe_of(&found, &options, self.settings.data.label())?;

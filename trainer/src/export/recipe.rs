@@ -1,17 +1,18 @@
 //! Recipes as files.
 
-use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
 use glimpse_core::geometry::Angles;
 use glimpse_core::gonio::Limits;
 use glimpse_core::recipe::{
-    Expectation, Field, HEADER_BYTES, Ingredients, Kind, Noise, PackedCompletion, PackedDescent,
-    PackedLearner, PackedRidge, PackedStart, Provenance, Recipe, RecipeError,
+    Expectation, Field, HEADER_BYTES, Ingredients, Kind, MAX_COMPONENTS, MAX_SAMPLES, Noise,
+    PackedCompletion, PackedDescent, PackedLearner, PackedRidge, PackedStart, Provenance, Recipe,
+    RecipeError,
 };
 
 use super::quantise::quantised;
+use crate::foreign::read_at_most;
 use crate::linear::{Basis, BasisError, ReducedBasis};
 use crate::meta::learned::{LearnedCompleted, LearnedDescent, LearnedTarget};
 use glimpse_kernels::completion::split_lists;
@@ -40,6 +41,10 @@ pub enum RecipeFileError {
     Basis(#[from] BasisError),
 }
 
+/// The longest recipe file that is read: four times the format's largest list, the basis of a ridge problem. The
+/// rest is for names of materials.
+const MOST_BYTES: u64 = 4 * (MAX_SAMPLES * MAX_COMPONENTS * size_of::<f32>()) as u64;
+
 /// A recipe's bytes, checked.
 #[derive(Clone, Debug)]
 pub struct RecipeFile {
@@ -52,7 +57,7 @@ impl RecipeFile {
     /// # Errors
     /// If it cannot be read or is no recipe.
     pub fn read(path: &Path) -> Result<Self, RecipeFileError> {
-        let bytes = fs::read(path).map_err(|source| RecipeFileError::Read {
+        let bytes = read_at_most(path, MOST_BYTES).map_err(|source| RecipeFileError::Read {
             path: path.into(),
             source,
         })?;

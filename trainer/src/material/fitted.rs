@@ -49,6 +49,29 @@ impl BasisFile {
     }
 }
 
+/// The meaning of the numbers that a file or an answer holds, for other programs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct Convention {
+    /// The quantity: `brdf`.
+    pub quantity: &'static str,
+    /// Its unit.
+    pub unit: &'static str,
+    /// True if the quantity is multiplied by the cosine of theta_o.
+    pub times_cosine: bool,
+    /// The color space of its three channels.
+    pub color_space: &'static str,
+}
+
+impl Convention {
+    /// The only one that this program writes: the BRDF in linear RGB, sr^-1, not times the cosine.
+    pub const BRDF: Self = Self {
+        quantity: "brdf",
+        unit: "sr^-1",
+        times_cosine: false,
+        color_space: "linear-rgb",
+    };
+}
+
 /// What a file says it is, whatever else a version has in it.
 #[derive(Deserialize)]
 struct Kind {
@@ -56,7 +79,7 @@ struct Kind {
     version: u32,
 }
 
-/// What of a file makes the material; all else in it is for people.
+/// The fields that make the material. All others report on the fit.
 #[derive(Deserialize)]
 struct Contents {
     name: String,
@@ -72,6 +95,8 @@ struct Written<'a, A: Serialize> {
     version: u32,
     name: &'a str,
     model: &'a str,
+    #[serde(flatten)]
+    convention: Convention,
     #[serde(flatten)]
     about: A,
     basis: Option<&'a BasisFile>,
@@ -140,6 +165,7 @@ impl FittedMaterial {
             version: VERSION,
             name: &self.name,
             model: self.model.name(),
+            convention: Convention::BRDF,
             about,
             basis,
             values: &self.values,

@@ -20,7 +20,7 @@ mod sources;
 pub use crate::basis::angles_of;
 pub use brdf::Brdf;
 pub use error::{NotFinite, SourceError};
-pub use fitted::{BasisFile, FittedMaterial};
+pub use fitted::{BasisFile, Convention, FittedMaterial};
 pub use format::Format;
 pub use identity::{Identity, digest};
 pub use left_out::LeftOut;

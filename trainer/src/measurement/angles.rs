@@ -15,17 +15,20 @@ const DIRECTIONS: [&str; 4] = ["theta_i", "phi_i", "theta_o", "phi_o"];
 /// direction is.
 const AT_HORIZON: f64 = 1e-9;
 
+/// The column of sample numbers, as a plan has them.
+pub(super) const INDEX: &str = "index";
+
 /// A file of angles.
 pub struct AngleTable {
-    /// The names of the columns that hold them.
-    pub columns: &'static [&'static str],
+    /// The names of the columns that are kept: those of the angles, then `index` if the file has it.
+    pub columns: Vec<&'static str>,
     /// A pair of directions a row.
     pub rows: Vec<AngleRow>,
 }
 
 /// A pair of directions.
 pub struct AngleRow {
-    /// As they were given.
+    /// The cells of [`AngleTable::columns`], as they were given.
     pub cells: Vec<String>,
     /// In radians; None where one of the directions is not above the horizon.
     pub angles: Option<Angles<f32>>,
@@ -35,7 +38,8 @@ impl AngleTable {
     /// Reads one pair of directions a row.
     ///
     /// The first line names the columns: theta_h, theta_d, phi_d, or theta_i, phi_i, theta_o, phi_o,
-    /// in any order; others are passed over. Angles are in degrees.
+    /// in any order. Angles are in degrees. A column `index`, by which a plan names its samples, is kept;
+    /// other columns are ignored.
     ///
     /// # Errors
     /// If the file cannot be read, lacks columns or has them twice, or a cell is no angle.
@@ -50,17 +54,24 @@ impl AngleTable {
                 table.names()
             )));
         };
+        let index = table.column(INDEX)?;
+        let places: Vec<usize> = columns.places().iter().copied().chain(index).collect();
         let row = |row: &Row| {
             let given = columns.given(row);
             let given = given.map_err(|what| table.wrong(row.line, &what))?;
-            let cells = columns.places().iter();
+            let cells = places.iter();
             Ok(AngleRow {
                 cells: cells.map(|place| row.cell(*place).to_owned()).collect(),
                 angles: above_horizon(given.angles()),
             })
         };
         Ok(Self {
-            columns: columns.names(),
+            columns: columns
+                .names()
+                .iter()
+                .copied()
+                .chain(index.map(|_| INDEX))
+                .collect(),
             rows: table.rows().iter().map(row).collect::<Result<_, _>>()?,
         })
     }

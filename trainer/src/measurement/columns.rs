@@ -1,6 +1,6 @@
 //! Columns of readings, and what stands in them.
 
-use super::angles::{AngleColumns, Given};
+use super::angles::{AngleColumns, Given, INDEX};
 use super::table::{Row, Table, TableError};
 use crate::foreign::shown;
 
@@ -34,7 +34,7 @@ pub(super) struct Columns {
 
 impl Columns {
     pub(super) fn of(table: &Table) -> Result<Self, TableError> {
-        let index = table.column("index")?;
+        let index = table.column(INDEX)?;
         let angles = AngleColumns::of(table)?;
         if index.is_none() && angles.is_none() {
             return Err(table.damaged(format!(

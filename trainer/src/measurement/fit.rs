@@ -4,12 +4,14 @@ use glimpse_core::gonio::Repeated;
 use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::Residual;
 use glimpse_kernels::scan::{HostScanError, scan_some};
+use serde::Serialize;
 
 use super::measured::Measured;
 use super::outliers::{Distribution, Examined};
 
-/// What becomes of a sample's reading.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// What becomes of a sample's reading. Files hold it as a code: `used`, `missing`, `saturated` or `outlier`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Fate {
     /// The fit goes by it.
     Used,
@@ -18,6 +20,7 @@ pub enum Fate {
     /// The sensor was at its end, and the recipe can do without it.
     Saturated,
     /// It looks wrong, and the recipe can do without it.
+    #[serde(rename = "outlier")]
     LeftOut,
 }
 

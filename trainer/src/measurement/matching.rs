@@ -87,6 +87,17 @@ impl Arms {
         }
     }
 
+    /// The azimuth counted the other way round. It changes nothing in the plane of incidence, where phi is 0 or
+    /// 180 degrees. Elsewhere it is another pair of directions, though of a material that is its own mirror image
+    /// the BRDF is the same.
+    #[must_use]
+    pub fn mirrored(&self) -> Self {
+        Self {
+            phi: -self.phi,
+            ..*self
+        }
+    }
+
     /// The nearest sample of a pattern, and how far it is; None of an empty one.
     #[must_use]
     pub fn nearest(&self, pattern: &[Self]) -> Option<(usize, Distance)> {
@@ -126,6 +137,18 @@ mod tests {
         // The other way round it is the same to a reciprocal material only.
         let there_and_back = arms(60.0, 30.0, -179.0).exchanged();
         assert_eq!(from.distance(&there_and_back).largest, 0.0);
+        // An azimuth that is counted the other way round is another one, but in the plane of incidence.
+        assert_eq!(
+            from.distance(&from.mirrored()).largest.to_degrees().round(),
+            1.0
+        );
+        assert_eq!(
+            arms(30.0, 60.0, 180.0)
+                .mirrored()
+                .distance(&arms(30.0, 60.0, 180.0))
+                .largest,
+            0.0
+        );
         // At the normal there is no azimuth.
         assert!(
             arms(0.0, 60.0, 0.0)

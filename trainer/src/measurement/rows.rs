@@ -52,6 +52,17 @@ pub(super) struct Matched {
     pub(super) distance: Option<Distance>,
 }
 
+/// A likely cause of rows that match no sample.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Cause {
+    /// Angles are in radians.
+    Radians,
+    /// Light and sensor are exchanged; the row is of this sample.
+    Exchanged(usize),
+    /// Azimuths are counted the other way round.
+    Mirrored,
+}
+
 impl Rows {
     /// Reads a file.
     pub(super) fn read(path: &Path) -> Result<Self, TableError> {
@@ -239,38 +250,74 @@ impl Rows {
              phi_o - phi_i {phi} degrees); --tolerance is {} degrees",
             round(tolerance.to_degrees())
         );
-        what += &match (
-            self.are_radians(arms, tolerance),
-            place.exchanged().nearest(arms),
-        ) {
-            (true, _) => format!(
+        what += &match self.cause(row, place, arms, tolerance) {
+            Some(Cause::Radians) => format!(
                 ". If they are taken for radians, all {} rows match: give degrees, which are \
                  radians times 57.29578",
                 self.rows.len()
             ),
-            (_, Some((other, far))) if row.index.is_none() && far.largest <= tolerance => format!(
+            Some(Cause::Exchanged(other)) => format!(
                 ". With light and sensor exchanged they are those of sample {other}: if that is \
                  meant, as by `trainer plan --swap`, name it in a column index"
             ),
-            _ => "; see `trainer inspect` for where the recipe measures, correct the row, or \
-                      give a larger --tolerance"
+            Some(Cause::Mirrored) => format!(
+                ". With azimuths counted the other way round, all {} rows match: negate phi_i and \
+                 phi_o (or phi_d; of vectors, y)",
+                self.rows.len()
+            ),
+            None => "; see `trainer inspect` for where the recipe measures, correct the row, or \
+                     give a larger --tolerance"
                 .to_owned(),
         };
         Err(self.wrong(row.line, &what))
     }
 
-    /// True if all rows would match, were their angles given in radians.
-    fn are_radians(&self, arms: &[Arms], tolerance: f64) -> bool {
+    /// The likely cause of a row that matches no sample.
+    fn cause(&self, row: &ReadRow, place: Arms, arms: &[Arms], tolerance: f64) -> Option<Cause> {
+        let all = |places: &dyn Fn(Given) -> Vec<Arms>| self.all_match(arms, tolerance, places);
+        if all(&|given| vec![Arms::of(given.scaled(1.0_f64.to_degrees()).angles())]) {
+            return Some(Cause::Radians);
+        }
+        let either_way = |arms: Arms| vec![arms, arms.exchanged()];
+        let are_mirrored = all(&|given| {
+            let mirrored = Arms::of(given.angles()).mirrored();
+            match row.index {
+                // A plan with --swap.
+                Some(_) => either_way(mirrored),
+                None => vec![mirrored],
+            }
+        });
+        let exchanged = place.exchanged().nearest(arms);
+        match exchanged.filter(|(_, far)| row.index.is_none() && far.largest <= tolerance) {
+            // Where theta_i is theta_o, a single row does not distinguish the two causes.
+            Some((other, _))
+                if !are_mirrored || all(&|given| either_way(Arms::of(given.angles()))) =>
+            {
+                Some(Cause::Exchanged(other))
+            }
+            _ => are_mirrored.then_some(Cause::Mirrored),
+        }
+    }
+
+    /// Returns true if every row matches the sample that it names, or any if it names none, at one of the places
+    /// that `places` makes of its angles.
+    fn all_match(
+        &self,
+        arms: &[Arms],
+        tolerance: f64,
+        places: &dyn Fn(Given) -> Vec<Arms>,
+    ) -> bool {
         self.rows.iter().all(|row| {
             let Some(given) = row.given else {
                 return true;
             };
-            let place = Arms::of(given.scaled(1.0_f64.to_degrees()).angles());
-            let distance = match row.index {
-                Some(index) => arms.get(index).map(|arms| place.distance(arms)),
-                None => place.nearest(arms).map(|(_, distance)| distance),
-            };
-            distance.is_some_and(|distance| distance.largest <= tolerance)
+            places(given).iter().any(|place| {
+                let distance = match row.index {
+                    Some(index) => arms.get(index).map(|arms| place.distance(arms)),
+                    None => place.nearest(arms).map(|(_, distance)| distance),
+                };
+                distance.is_some_and(|distance| distance.largest <= tolerance)
+            })
         })
     }
 }
@@ -308,5 +355,71 @@ fn directions(angles: Angles<f64>) -> Directions<f32> {
     Directions {
         incoming: pair.incoming.map(|x| x as f32),
         outgoing: pair.outgoing.map(|x| x as f32),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TOLERANCE: f64 = 0.01;
+
+    /// theta_i, phi_i, theta_o, phi_o in degrees.
+    const PATTERN: [[f64; 4]; 3] = [
+        [20.0, 0.0, 50.0, 70.0],
+        [40.0, 0.0, 40.0, 110.0],
+        [30.0, 0.0, 60.0, 180.0],
+    ];
+
+    /// The cause that the first row which matches no sample is given; None if all rows match.
+    fn cause(rows: &[[f64; 4]], named: bool) -> Option<Option<Cause>> {
+        let given = |row: &[f64; 4]| Given::Directions(row.map(f64::to_radians));
+        let arms = PATTERN.map(|row| Arms::of(given(&row).angles()));
+        let rows = rows.iter().enumerate().map(|(index, row)| ReadRow {
+            line: 0,
+            index: named.then_some(index),
+            given: Some(given(row)),
+            values: None,
+            saturated: false,
+            quantity: String::new(),
+        });
+        let rows = Rows {
+            path: "rows".into(),
+            unit: "row",
+            rows: rows.collect(),
+        };
+        let mut wrong = rows.rows.iter();
+        let wrong = wrong.find(|row| rows.sample(row, &arms, TOLERANCE).is_err())?;
+        let place = wrong.given.map(|given| Arms::of(given.angles()))?;
+        Some(rows.cause(wrong, place, &arms, TOLERANCE))
+    }
+
+    #[test]
+    fn the_cause_of_rows_that_match_no_sample_is_found() {
+        let mirrored =
+            PATTERN.map(|[theta_i, phi_i, theta_o, phi_o]| [theta_i, -phi_i, theta_o, -phi_o]);
+        let exchanged =
+            PATTERN.map(|[theta_i, phi_i, theta_o, phi_o]| [theta_o, phi_o, theta_i, phi_i]);
+        let both =
+            exchanged.map(|[theta_i, phi_i, theta_o, phi_o]| [theta_i, -phi_i, theta_o, -phi_o]);
+        for named in [false, true] {
+            assert_eq!(cause(&PATTERN, named), None);
+            assert_eq!(cause(&mirrored, named), Some(Some(Cause::Mirrored)));
+            // In the plane of incidence both are the same, and nothing is wrong.
+            assert_eq!(cause(&mirrored[2..], false), None);
+            let other = [mirrored[0], [1.0, 0.0, 2.0, 0.0]];
+            assert_eq!(cause(&other, named), Some(None));
+        }
+        assert_eq!(cause(&exchanged, false), Some(Some(Cause::Exchanged(0))));
+        assert_eq!(cause(&exchanged, true), None);
+        assert_eq!(cause(&both, true), Some(Some(Cause::Mirrored)));
+        // With theta_i equal to theta_o, mirrored arms are exchanged ones.
+        assert_eq!(
+            cause(&mirrored[1..2], false),
+            Some(Some(Cause::Exchanged(1)))
+        );
+        assert_eq!(cause(&mirrored[..2], false), Some(Some(Cause::Mirrored)));
+        let radians = PATTERN.map(|row| row.map(f64::to_radians));
+        assert_eq!(cause(&radians, false), Some(Some(Cause::Radians)));
     }
 }

@@ -32,6 +32,7 @@ pub struct Environment {
     sharp: Table,
     /// Each twice as blurred as the one before, the first twice as blurred as `sharp`.
     blurred: Vec<Table>,
+    exposure: f32,
 }
 
 impl Environment {
@@ -41,6 +42,7 @@ impl Environment {
         Self {
             sharp: Table::from_fn(radiance),
             blurred: Vec::new(),
+            exposure: 1.0,
         }
     }
 
@@ -62,6 +64,7 @@ impl Environment {
         let mut environment = Self {
             sharp: tables.next().ok_or("no light")?,
             blurred: tables.collect(),
+            exposure: 1.0,
         };
         environment.expose()?;
         Ok(environment)
@@ -72,6 +75,12 @@ impl Environment {
     pub fn radiance(&self, direction: [f32; 3]) -> [f32; 3] {
         let [r, g, b, _] = self.sharp.padded(direction);
         [r, g, b]
+    }
+
+    /// The factor that the radiance of its file was multiplied by; 1 without a file.
+    #[must_use]
+    pub fn exposure(&self) -> f32 {
+        self.exposure
     }
 
     /// True if there may be small bright sources in it.
@@ -128,6 +137,7 @@ impl Environment {
         for table in &mut self.blurred {
             table.scale(factor);
         }
+        self.exposure *= factor;
         Ok(())
     }
 

@@ -1,6 +1,5 @@
 //! Environments from files: panoramas in latitude and longitude, Radiance or OpenEXR.
 
-use std::fs::File;
 use std::io::{BufRead, BufReader, Seek};
 use std::path::{Path, PathBuf};
 
@@ -9,10 +8,12 @@ use ::image::codecs::hdr::HdrDecoder;
 use exr::prelude::{ReadChannels, ReadLayers, Vec2};
 
 use super::{Environment, Image};
-use crate::foreign::shown;
+use crate::foreign::{open_at_most, shown};
 
 /// The largest panorama: 8192 x 4096.
 const MOST_PIXELS: u64 = 1 << 25;
+/// The longest file that is read: 32 bytes for each pixel of the largest panorama, uncompressed.
+const MOST_BYTES: u64 = 32 * MOST_PIXELS;
 /// No compression of either format packs more into a byte of its file; a header that claims more
 /// is not believed.
 const MOST_PIXELS_A_BYTE: u64 = 10_000;
@@ -84,7 +85,7 @@ impl Image {
             Some("exr") => open_exr,
             _ => return Err(EnvironmentError::Unknown(path.into())),
         };
-        let file = File::open(path).map_err(refused)?;
+        let file = open_at_most(path, MOST_BYTES).map_err(refused)?;
         let bytes = file.metadata().map_err(refused)?.len();
         decode(BufReader::new(file), bytes).map_err(|what| EnvironmentError::Damaged {
             path: path.into(),

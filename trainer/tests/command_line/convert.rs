@@ -2,6 +2,8 @@
 
 use std::fs;
 
+use serde_json::{Value, json};
+
 use super::{fail, succeed};
 
 /// The loss that a conversion says it comes to.
@@ -95,4 +97,32 @@ fn what_cannot_be_meant_is_refused() {
         &["convert", "procedural:1", "made_rgb.bsdf", "--force"],
     );
     assert_ne!(fs::read(at("made_rgb.bsdf")).expect("it is there"), before);
+}
+
+#[test]
+fn what_was_written_is_reported_as_json() {
+    let scratch = tempfile::tempdir().expect("a temporary directory");
+    let run = |arguments: &[&str]| {
+        let text = succeed(scratch.path(), &[arguments, &["--json"]].concat());
+        serde_json::from_str::<Value>(&text).expect("it is JSON")
+    };
+    let made = run(&["convert", "procedural:1:3", "made.binary"]);
+    assert_eq!(
+        (&made["format"], &made["copied"]),
+        (&"merl".into(), &false.into())
+    );
+    assert_eq!(made["material"], "procedural-3-000-metal");
+    let size = fs::metadata(scratch.path().join("made.binary")).expect("it is there");
+    assert_eq!(
+        made["files"],
+        json!([{ "path": "made.binary", "bytes": size.len() }])
+    );
+    assert!(made["loss"].as_f64().is_some_and(|loss| loss < 0.005));
+    let text = run(&["convert", "made.binary", "made", "--format", "pab"]);
+    assert_eq!(text["files"].as_array().map(Vec::len), Some(11));
+    let copy = run(&["convert", "made.binary", "copy.binary"]);
+    assert_eq!(
+        (&copy["copied"], &copy["loss"]),
+        (&true.into(), &0.0.into())
+    );
 }

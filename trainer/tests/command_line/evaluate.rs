@@ -374,3 +374,36 @@ fn no_more_readings_are_asked_for_than_there_are() {
     let all = succeed(directory, &first("16"));
     assert_eq!(all, succeed(directory, &first("16")[..5]));
 }
+
+#[test]
+fn both_ways_to_judge_are_offered() {
+    let scratch = folder();
+    for arguments in [&["evaluate"][..], &["evaluate", "--test", "procedural:1"]] {
+        let output = trainer(scratch.path(), arguments);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}");
+        let message = String::from_utf8_lossy(&output.stderr);
+        for option in ["--recipe", "--method", "--model", "--samples", "--test"] {
+            assert!(message.contains(option), "no {option} in {message}");
+        }
+    }
+    let help = succeed(scratch.path(), &["evaluate", "--help"]);
+    let usage: Vec<&str> = help
+        .lines()
+        .filter(|line| line.contains("trainer evaluate") && line.contains("[OPTIONS]"))
+        .collect();
+    assert!(
+        usage.iter().any(|line| line.contains("--recipe"))
+            && usage.iter().any(|line| line.contains("--model")),
+        "{help}"
+    );
+    // A model is judged by a method, and not beside a recipe.
+    for arguments in [
+        &["--model", "phong"][..],
+        &["--method", "random"],
+        &["--recipe", "phong.recipe", "--model", "phong"],
+    ] {
+        let evaluate = ["evaluate", "--test", "procedural:1"];
+        let output = trainer(scratch.path(), &[&evaluate[..], arguments].concat());
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}");
+    }
+}

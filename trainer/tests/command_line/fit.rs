@@ -5,7 +5,9 @@ use std::path::Path;
 
 use glimpse_core::geometry::Angles;
 use glimpse_core::recipe::Recipe;
+use glimpse_trainer::linear::widened;
 use glimpse_trainer::material::{Material, Procedural};
+use glimpse_trainer::measurement::Arms;
 use serde_json::{Value, json};
 
 use super::{fail, succeed};
@@ -558,4 +560,158 @@ fn a_fit_goes_out_in_other_formats() {
     }
     let again = fail(directory, &[&fit[..], &["--force"]].concat());
     assert!(again.contains("formats of an earlier run"), "{again}");
+}
+
+/// Rows at a recipe's samples, whose azimuths are counted by a sign.
+fn at_directions(recipe: &Path, sign: f64, is_named: bool) -> String {
+    let places = pattern(recipe).into_iter().enumerate();
+    let rows = places.map(|(sample, angles)| {
+        let arms = Arms::of(widened(&angles));
+        let [r, g, b] = material().brdf(angles);
+        let [theta_i, theta_o, phi] =
+            [arms.theta_i, arms.theta_o, sign * arms.phi].map(f64::to_degrees);
+        let name = if is_named {
+            format!("{sample}")
+        } else {
+            String::new()
+        };
+        format!("{name},{theta_i},10,{theta_o},{},{r},{g},{b}\n", phi + 10.0)
+    });
+    "index,theta_i,phi_i,theta_o,phi_o,r,g,b\n".to_owned() + &rows.collect::<String>()
+}
+
+#[test]
+fn a_mirrored_azimuth_is_named_with_its_remedy() {
+    let scratch = tempfile::tempdir().expect("a temporary directory");
+    let directory = scratch.path();
+    for recipe in [MASKED, WHOLE] {
+        let samples = pattern(Path::new(recipe)).len();
+        for is_named in [false, true] {
+            let write = |sign| {
+                let text = at_directions(Path::new(recipe), sign, is_named);
+                fs::write(directory.join("a.csv"), text).expect("written");
+            };
+            let fit = ["fit", recipe, "--measurements", "a.csv", "--out", "out"];
+            write(-1.0);
+            let message = fail(directory, &fit);
+            for part in ["a.csv", "phi_i", "phi_o", "phi_d", &samples.to_string()] {
+                assert!(message.contains(part), "no {part} in {message}");
+            }
+            assert!(!directory.join("out").exists());
+            // The remedy.
+            write(1.0);
+            succeed(directory, &[&fit[..], &["--force"]].concat());
+            fs::remove_dir_all(directory.join("out")).expect("it is there");
+        }
+    }
+}
+
+#[test]
+fn a_fitted_material_reports_on_itself_in_fields() {
+    let scratch = tempfile::tempdir().expect("a temporary directory");
+    let directory = scratch.path();
+    let material_of = |folder: &str| {
+        let path = directory.join(folder).join("material.json");
+        json(&fs::read_to_string(path).expect("it is there"))
+    };
+    let fit = |recipe: &str, out: &str| {
+        let fit = ["fit", recipe, "--measurements", "a.csv", "--out", out];
+        succeed(directory, &fit);
+        material_of(out)
+    };
+    fs::write(
+        directory.join("a.csv"),
+        csv(Path::new(MASKED), &shuffled(Some(1))),
+    )
+    .expect("written");
+    let found = fit(MASKED, "masked");
+    let bytes = fs::read(MASKED).expect("it is there");
+    let recipe = Recipe::parse(&bytes).expect("it is a recipe");
+    for (field, expected) in [
+        ("/format", json!("glimpse-material")),
+        ("/version", json!(1)),
+        ("/model", json!("neural")),
+        ("/quantity", json!("brdf")),
+        ("/unit", json!("sr^-1")),
+        ("/times_cosine", json!(false)),
+        ("/color_space", json!("linear-rgb")),
+        ("/recipe/model", json!("neural")),
+        ("/recipe/samples", json!(16)),
+        (
+            "/recipe/checksum",
+            json!(format!("{:08x}", recipe.checksum())),
+        ),
+        ("/measured/quantity", json!("brdf")),
+        ("/measured/rows", json!(15)),
+        ("/readings/used", json!(14)),
+        (
+            "/readings/excluded",
+            json!([
+                { "sample": 1, "reason": "outlier" },
+                { "sample": 3, "reason": "missing" },
+            ]),
+        ),
+        ("/expected_loss/source", json!("readings")),
+        ("/expected_loss/materials", Value::Null),
+    ] {
+        assert_eq!(found.pointer(field), Some(&expected), "{field}");
+    }
+    let trainer = found["trainer"].as_str().expect("a version");
+    assert!(trainer.starts_with(env!("CARGO_PKG_VERSION")), "{trainer}");
+    for number in ["/residual/mean", "/residual/worst", "/expected_loss/loss"] {
+        assert!(
+            found.pointer(number).is_some_and(Value::is_number),
+            "{number}"
+        );
+    }
+    // No text is longer than a name or a version.
+    let mut left = vec![&found];
+    while let Some(value) = left.pop() {
+        match value {
+            Value::String(text) => assert!(text.split(' ').count() <= 3, "{text}"),
+            Value::Array(list) => left.extend(list),
+            Value::Object(fields) => left.extend(fields.values()),
+            _ => {}
+        }
+    }
+
+    // A recipe that states its loss, and predicts none.
+    let train = "train --model phong --schedule joint --samples 4 --data procedural:12 --effort quick \
+                 --out p.recipe";
+    succeed(directory, &train.split_whitespace().collect::<Vec<_>>());
+    let all: Vec<(usize, f32)> = (0..4).map(|sample| (sample, 1.0)).collect();
+    fs::write(
+        directory.join("a.csv"),
+        csv(&directory.join("p.recipe"), &all),
+    )
+    .expect("written");
+    let found = fit("p.recipe", "stated");
+    assert_eq!(
+        (
+            &found["expected_loss"]["source"],
+            &found["expected_loss"]["materials"]
+        ),
+        (&json!("validation"), &json!(1))
+    );
+}
+
+/// As an earlier version wrote it.
+#[test]
+fn a_fitted_material_of_before_is_still_read() {
+    let scratch = tempfile::tempdir().expect("a temporary directory");
+    let directory = scratch.path();
+    let old = json!({
+        "format": "glimpse-material",
+        "version": 1,
+        "name": "gold",
+        "model": "phong",
+        "trainer": "0.2.0",
+        "expected_loss": { "loss": 0.01, "from": "as the recipe promises, 0.0100" },
+        "basis": null,
+        "values": [0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7],
+    });
+    fs::write(directory.join("material.json"), old.to_string()).expect("written");
+    fs::write(directory.join("a.csv"), "theta_h,theta_d,phi_d\n1,2,3\n").expect("written");
+    let query = ["query", "material.json", "--angles", "a.csv"];
+    assert_eq!(succeed(directory, &query).lines().count(), 2);
 }

@@ -256,3 +256,87 @@ fn a_curve_says_what_each_effort_takes_and_comes_to() {
     let message = fail(scratch.path(), &["bench", "--test", "procedural:2"]);
     assert!(message.contains("--curve"), "{message}");
 }
+
+/// A leading minus is no option: the number is refused by the option, its value and its range.
+#[test]
+fn a_negative_number_is_out_of_range_and_no_unknown_option() {
+    let scratch = tempfile::tempdir().expect("a temporary directory");
+    let recipe = ["evaluate", "--recipe", "r.recipe", "--test", "procedural:1"];
+    let method = "evaluate --method random --model linear --test procedural:1";
+    let method: Vec<&str> = method.split(' ').collect();
+    let train = ["train", "--model", "phong", "-n", "8", "--out", "r.recipe"];
+    let shares =
+        "train --model phong -n 8 --out r.recipe --data procedural:2 --data procedural:3:1";
+    let shares: Vec<&str> = shares.split(' ').collect();
+    let plan = ["plan", "r.recipe"];
+    let fit = [
+        "fit",
+        "r.recipe",
+        "--measurements",
+        "m.csv",
+        "--out",
+        "fits",
+    ];
+    let sphere = ["render", "sphere", "procedural:1"];
+    let lobe = ["render", "lobe", "procedural:1"];
+    let view = ["render", "view", "r.recipe", "--material", "procedural:1"];
+    let scanner = ["virtual-scanner", "--material", "procedural:1"];
+    let export = ["export", "r.recipe", "--format", "basis", "--out", "b"];
+    let bench = ["bench"];
+    let reproduce = ["reproduce", "curves"];
+    for (command, option, value, bound) in [
+        (&recipe[..], "--noise", "-0.1", "1"),
+        (&recipe, "--noise", "-.1", "1"),
+        (&recipe, "--noise", "-1e-3", "1"),
+        (&recipe, "--noise", "-inf", "1"),
+        (&recipe, "--additive", "-0.1", "1"),
+        (&recipe, "--levels", "-4", "4294967295"),
+        (&recipe, "--first", "-4", "4096"),
+        (&recipe, "--lose", "-4", "4096"),
+        (&recipe, "--seeds", "-4", "10000"),
+        (&recipe, "--seed", "-4", "18446744073709551615"),
+        (&recipe, "--threads", "-4", "1"),
+        (&method, "--samples", "-4", "4096"),
+        (&method, "--bases", "-4", "1024"),
+        (&method, "--eta", "-4", "0"),
+        (&train, "--missing", "-0.5", "1"),
+        (&train, "--noise", "-0.5", "0.5"),
+        (&train, "--additive", "-0.5", "0.5"),
+        (&train, "--levels", "-5", "4294967295"),
+        (&train, "--procedural", "-0.5", "0.99"),
+        (&train, "--max-theta-i", "-5", "90"),
+        (&train, "--max-theta-o", "-5", "90"),
+        (&train, "--min-separation", "-5", "180"),
+        (&train, "--checkpoint-every", "-5", "1000000000"),
+        (&shares, "--share", "-3,1", "0"),
+        (&plan, "--speed", "-3,1,1,1", "1,000,000"),
+        (&plan, "--settle", "-3", "86400"),
+        (&plan, "--start", "-300,0,0,0", "180"),
+        (&plan, "--max-theta-i", "-5", "90"),
+        (&plan, "--max-theta-o", "-5", "90"),
+        (&plan, "--min-separation", "-5", "180"),
+        (&fit, "--tolerance", "-5", "180"),
+        (&fit, "--white-reflectance", "-0.5,1,1", "2"),
+        (&fit, "--saturation", "-inf", "inf"),
+        (&sphere, "--size", "-5", "4096"),
+        (&sphere, "--columns", "-5", "4096"),
+        (&lobe, "--theta-i", "-5,30", "90"),
+        (&view, "--noise", "-0.5", "1"),
+        (&scanner, "--noise", "-0.5", "0"),
+        (&export, "--components", "-5", "1024"),
+        (&bench, "--seconds", "-5", "3600"),
+        (&reproduce, "--seeds", "-5", "10000"),
+        (&reproduce, "--most-samples", "-5", "4096"),
+    ] {
+        let recipe = include_bytes!("../../../core/examples/recipes/phong-n8.recipe");
+        std::fs::write(scratch.path().join("r.recipe"), recipe).expect("it is written");
+        let message = fail(scratch.path(), &[command, &[option, value]].concat());
+        // Of several numbers the first one is wrong.
+        let number = value.split(',').next().unwrap_or_default();
+        for part in [option, number, bound] {
+            assert!(message.contains(part), "no {part} in {message}");
+        }
+        std::fs::remove_file(scratch.path().join("r.recipe")).expect("nothing replaced it");
+        assert_nothing_is_in(scratch.path());
+    }
+}

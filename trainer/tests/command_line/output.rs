@@ -373,3 +373,37 @@ fn two_runs_do_not_write_the_same() {
     first.kill().expect("it is killed");
     first.wait().expect("it ends");
 }
+
+#[test]
+fn a_file_where_a_directory_is_needed_is_named() {
+    let scratch = folder();
+    let at = |name: &str| scratch.path().join(name);
+    fs::write(at("file"), "kept").expect("it is written");
+    fs::write(
+        at("a.csv"),
+        "index,value\n0,1\n1,1\n2,1\n3,1\n4,1\n5,1\n6,1\n7,1\n",
+    )
+    .expect("written");
+    let fit = ["fit", "r.recipe", "--measurements", "a.csv"];
+    for command in [
+        &["recipes", "get", "phong-n1"][..],
+        &["quickstart"],
+        &["train", "--grid"],
+        &["reproduce", "bases"],
+        &fit,
+    ] {
+        for out in ["file", "file/deeper"] {
+            let output = trainer(scratch.path(), &[command, &["--out", out]].concat());
+            let message = String::from_utf8_lossy(&output.stderr);
+            assert_eq!(output.status.code(), Some(1), "{command:?}: {message}");
+            assert!(message.contains("file"), "{command:?}: {message}");
+            assert!(!message.contains("os error"), "{command:?}: {message}");
+        }
+    }
+    let message = fail(scratch.path(), &export("json", "file/x.json"));
+    assert!(
+        message.contains("file/x.json") && !message.contains("os error"),
+        "{message}"
+    );
+    assert_eq!(fs::read(at("file")).expect("it is there"), b"kept");
+}

@@ -49,9 +49,9 @@ fn a_plan_is_quicker_than_the_naive_order_and_visits_every_sample() {
     );
     assert_eq!(found["is_best"], true);
     let [travel, total, naive, settling] = [
-        "travel_seconds",
-        "total_seconds",
-        "naive_travel_seconds",
+        "moving_seconds",
+        "seconds",
+        "naive_moving_seconds",
         "settling_seconds",
     ]
     .map(|name| number(&found[name]));
@@ -87,7 +87,7 @@ fn a_plan_is_quicker_than_the_naive_order_and_visits_every_sample() {
         &["query", "procedural:1:4", "--angles", "plan.csv"],
     );
     for (row, index) in seen.lines().skip(1).zip(indices) {
-        let values = row.split(',').skip(4);
+        let values = row.split(',').skip(5);
         for (value, expected) in values.zip(material.brdf(pattern[index])) {
             let value: f32 = value.parse().expect("a number");
             assert!(
@@ -117,7 +117,7 @@ fn a_plan_is_quicker_than_the_naive_order_and_visits_every_sample() {
 fn what_the_machine_is_like_counts() {
     let scratch = folder();
     let travel =
-        |options: &[&str]| number(&plan_as_json(scratch.path(), options)["travel_seconds"]);
+        |options: &[&str]| number(&plan_as_json(scratch.path(), options)["moving_seconds"]);
     let usual = travel(&[]);
     let twice = travel(&["--speed", "20"]);
     assert!((usual - 2.0 * twice).abs() < 1e-9);
@@ -201,14 +201,14 @@ fn options_that_make_no_sense_are_refused_by_name() {
             &["--speed", "10,0,10,10", "--anisotropic"],
             "needs both azimuths",
         ),
-        (&["--settle", "-1"], "the time at each sample is -1"),
+        (&["--settle", "-1"], "--settle"),
         (&["--start", "0"], "give four numbers"),
         (&["--start", "-200,0,0,0"], "the start of theta_i is -200"),
         (
             &["--start", "0,0,0,200", "--no-full-turns"],
             "200 degrees apart",
         ),
-        (&["--max-theta-i", "95"], "--max-theta-i must be at most 90"),
+        (&["--max-theta-i", "95"], "--max-theta-i"),
         (
             &[
                 "--max-theta-i",
@@ -328,4 +328,16 @@ fn inspect_shows_where_the_arms_stand() {
             );
         }
     }
+}
+
+#[test]
+fn times_have_the_names_of_the_contract() {
+    let scratch = folder();
+    let found = plan_as_json(scratch.path(), &[]);
+    let [seconds, moving, settling] =
+        ["seconds", "moving_seconds", "settling_seconds"].map(|name| number(&found[name]));
+    assert!((seconds - moving - settling).abs() < 1e-9);
+    let [naive, naive_moving] =
+        ["naive_seconds", "naive_moving_seconds"].map(|name| number(&found[name]));
+    assert!((naive - naive_moving - settling).abs() < 1e-9 && naive > seconds);
 }

@@ -192,14 +192,8 @@ fn options_of_schedule_prior_are_refused_where_they_have_no_effect() {
             &["--max-theta-i", "20", "--min-separation", "50"],
             "--min-separation must be at most twice the lesser of",
         ),
-        (
-            &["--max-theta-i", "120"],
-            "--max-theta-i must be 0 to 90, not 120",
-        ),
-        (
-            &["--schedule", "prior", "--missing", "1.5"],
-            "--missing must be 0 to 1, not 1.5",
-        ),
+        (&["--max-theta-i", "120"], "--max-theta-i"),
+        (&["--schedule", "prior", "--missing", "1.5"], "--missing"),
     ] {
         let message = fail(scratch.path(), &[&train[..], arguments].concat());
         assert!(message.contains(expected), "{message}");

@@ -6,8 +6,11 @@ use std::path::Path;
 use glimpse_core::geometry::HalfDifference;
 use glimpse_trainer::material::Source;
 use glimpse_trainer::sampling::uniform_valid;
+use serde_json::Value;
 
 use super::{fail, succeed};
+
+const NEURAL: &[u8] = include_bytes!("../../../core/examples/recipes/neural-n8.recipe");
 
 /// The rows of a CSV file, as text, without its first line, which must be `header`.
 fn rows(csv: &str, header: &str) -> Vec<Vec<String>> {
@@ -197,4 +200,77 @@ fn mistakes_name_the_file_the_line_and_the_column() {
     assert!(query(&directory.join("none.csv")).contains("none.csv"));
     let message = fail(directory, &["query", "nowhere", "--angles", "a.csv"]);
     assert!(message.contains("a.csv: line 2"), "{message}");
+}
+
+/// Rows of a plan name their samples, which an exchange of light and sensor makes necessary.
+#[test]
+fn what_is_looked_up_at_a_plan_is_fitted() {
+    let scratch = tempfile::tempdir().expect("a temporary directory");
+    let directory = scratch.path();
+    fs::write(directory.join("n8.recipe"), NEURAL).expect("it is written");
+    for (name, options, swaps) in [
+        ("plain", &[][..], false),
+        ("swapped", &["--swap", "--max-theta-o", "80"], true),
+    ] {
+        let plan = ["plan", "n8.recipe", "--force", "--out", "plan.csv"];
+        succeed(directory, &[&plan[..], options].concat());
+        let planned = fs::read_to_string(directory.join("plan.csv")).expect("it is there");
+        assert_eq!(planned.contains(",true,"), swaps, "{planned}");
+        let query = ["query", "procedural:1:9", "--angles", "plan.csv"];
+        succeed(directory, &[&query[..], &["--out", "read.csv"]].concat());
+        let read = fs::read_to_string(directory.join("read.csv")).expect("it is there");
+        let read = rows(&read, "theta_i,phi_i,theta_o,phi_o,index,r,g,b");
+        for (row, planned) in read.iter().zip(planned.lines().skip(1)) {
+            let own = [&row[4..5], &row[..4]].concat().join(",");
+            assert!(planned.starts_with(&own), "{planned}");
+        }
+        let fit = ["fit", "n8.recipe", "--measurements", "read.csv", "--json"];
+        let told = succeed(directory, &[&fit[..], &["--out", name]].concat());
+        let told: Value = serde_json::from_str(&told).expect("it is JSON");
+        assert_eq!(told[0]["readings"]["used"], 8);
+        assert_eq!(told[0]["readings"]["excluded"], serde_json::json!([]));
+    }
+}
+
+#[test]
+fn json_holds_what_csv_does() {
+    let scratch = tempfile::tempdir().expect("a temporary directory");
+    let directory = scratch.path();
+    fs::write(
+        directory.join("a.csv"),
+        "phi_d,theta_h,theta_d,index\n90,10,20.5,3\n0,89,89,1\n",
+    )
+    .expect("it is written");
+    let query = ["query", "procedural:2", "--angles", "a.csv"];
+    let csv = succeed(directory, &query);
+    let found = succeed(directory, &[&query[..], &["--json"]].concat());
+    let found: Value = serde_json::from_str(&found).expect("it is JSON");
+    assert_eq!(
+        (&found["quantity"], &found["unit"], &found["times_cosine"]),
+        (&"brdf".into(), &"sr^-1".into(), &false.into())
+    );
+    let listed = found["materials"].as_array().expect("a list");
+    let listed = listed.iter().flat_map(|material| {
+        let rows = material["rows"].as_array().expect("a list");
+        rows.iter().map(|row| (material["name"].clone(), row))
+    });
+    let header = "material,theta_h,theta_d,phi_d,index,r,g,b";
+    let rows = rows(&csv, header);
+    assert_eq!(rows.len(), listed.clone().count());
+    for (cells, (name, row)) in rows.iter().zip(listed) {
+        assert_eq!(cells[0], name);
+        let angles = ["theta_h", "theta_d", "phi_d", "index"].map(|name| row[name].as_f64());
+        let brdf = [0, 1, 2].map(|channel: usize| row["brdf"][channel].as_f64());
+        let values = angles.into_iter().chain(brdf);
+        let values: Vec<f32> = values.map(|x| x.expect("a number") as f32).collect();
+        assert_eq!(values, numbers(&cells[1..]));
+    }
+    // A file gets the same.
+    let out = ["--json", "--out", "f.json"];
+    assert_eq!(succeed(directory, &[&query[..], &out].concat()), "");
+    let written = fs::read(directory.join("f.json")).expect("it is there");
+    assert_eq!(
+        serde_json::from_slice::<Value>(&written).expect("it is JSON"),
+        found
+    );
 }

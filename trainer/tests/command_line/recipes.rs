@@ -5,7 +5,9 @@ use std::fs;
 use glimpse_kernels::lanes::InstructionSet;
 use glimpse_trainer::shipped;
 
-use super::{fail, succeed};
+use serde_json::{Value, json};
+
+use super::{fail, succeed, trainer};
 
 #[test]
 fn recipes_that_come_along_are_listed_written_and_used() {
@@ -61,10 +63,7 @@ fn recipes_that_come_along_are_listed_written_and_used() {
     let told = fail(directory, &again);
     assert!(told.contains("is a compact basis already"), "{told}");
     let told = fail(directory, &["recipes", "get", "neural-n3"]);
-    assert!(
-        told.contains("there is no recipe `neural-n3`: `trainer recipes list`"),
-        "{told}"
-    );
+    assert!(told.contains("'neural-n3'"), "{told}");
 
     fs::write(directory.join("mine/phong-n1.recipe"), neural.bytes).expect("a file");
     let told = fail(directory, &["recipes", "get", "phong-n1", "--out", "mine"]);
@@ -115,5 +114,108 @@ fn a_recipe_that_comes_along_is_made_again_bit_for_bit() {
     match InstructionSet::of_this_machine() {
         InstructionSet::Avx512 => assert!(made == shipped.bytes),
         _ => assert_eq!(made.len(), shipped.bytes.len()),
+    }
+}
+
+#[test]
+fn a_name_that_is_almost_right_is_suggested() {
+    let scratch = tempfile::tempdir().expect("a temporary directory");
+    for (given, meant) in [
+        ("linear-n16-maskd", "linear-n16-masked"),
+        ("nural-n8", "neural-n8"),
+        ("cook-torance-n4", "cook-torrance-n4"),
+    ] {
+        let output = trainer(scratch.path(), &["recipes", "get", given]);
+        assert_eq!(output.status.code(), Some(2));
+        let message = String::from_utf8_lossy(&output.stderr);
+        let suggested = format!("'{meant}'");
+        assert!(
+            message.contains(&suggested) && message.contains(given),
+            "{message}"
+        );
+    }
+    // A shell completes them.
+    let script = succeed(scratch.path(), &["completion", "bash"]);
+    for shipped in shipped::ALL {
+        assert!(script.contains(shipped.name), "{}", shipped.name);
+    }
+}
+
+#[test]
+fn the_list_is_json_too() {
+    let scratch = tempfile::tempdir().expect("a temporary directory");
+    let list = succeed(scratch.path(), &["recipes", "list", "--json"]);
+    let list: Value = serde_json::from_str(&list).expect("it is JSON");
+    let list = list.as_array().expect("a list");
+    assert_eq!(list.len(), shipped::ALL.len());
+    for (entry, shipped) in list.iter().zip(shipped::ALL) {
+        let recipe = shipped.recipe().expect("it is whole");
+        let losses = shipped.losses().expect("they were measured");
+        let expected = json!({
+            "name": shipped.name,
+            "model": recipe.model().name(),
+            "samples": recipe.samples(),
+            "takes_missing": recipe.learner().takes_missing(),
+            "checksum": format!("{:08x}", recipe.checksum()),
+            "bytes": shipped.bytes.len(),
+            "basis_bytes": shipped.basis().map(<[u8]>::len),
+            "loss": {
+                "procedural": losses.procedural,
+                "merl": losses.merl,
+                "rgl": losses.rgl,
+            },
+        });
+        assert_eq!(*entry, expected);
+    }
+}
+
+/// What is no recipe is not read to its end, which it may not have.
+#[cfg(target_os = "linux")]
+#[test]
+fn what_has_no_end_is_refused_by_name() {
+    use std::process::Command;
+
+    let scratch = tempfile::tempdir().expect("a temporary directory");
+    let directory = scratch.path();
+    succeed(directory, &["recipes", "get", "linear-n1"]);
+    let huge = fs::File::create(directory.join("huge.hdr")).expect("a file");
+    huge.set_len(1 << 40).expect("it is sparse");
+    let zero = "/dev/zero";
+    let view = [
+        "render",
+        "view",
+        "linear-n1.recipe",
+        "--material",
+        "procedural:1",
+    ];
+    let evaluate = [
+        "evaluate",
+        "--recipe",
+        "linear-n1.recipe",
+        "--test",
+        "procedural:1",
+    ];
+    let sphere = ["render", "sphere", "procedural:1", "--environment"];
+    for (command, file) in [
+        (&["inspect", zero][..], zero),
+        (&["plan", zero], zero),
+        (&["export", zero, "--format", "json", "--out", "x"], zero),
+        (&[&view[..], &["--basis", zero]].concat(), zero),
+        (&[&evaluate[..], &["--basis", zero]].concat(), zero),
+        (&[&sphere[..], &["huge.hdr"]].concat(), "huge.hdr"),
+        (&["query", "procedural:1", "--angles", zero], zero),
+        (&["query", zero, "--angles", "x"], "x"),
+    ] {
+        // A gigabyte of addresses, threads and all.
+        let output = Command::new("sh")
+            .args(["-c", "ulimit -v 2000000 && exec \"$0\" \"$@\""])
+            .arg(env!("CARGO_BIN_EXE_trainer"))
+            .args(command)
+            .current_dir(directory)
+            .output()
+            .expect("a shell runs");
+        let message = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{command:?}: {message}");
+        assert!(message.contains(file), "{command:?}: {message}");
     }
 }

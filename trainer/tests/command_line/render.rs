@@ -3,6 +3,8 @@
 use std::fs;
 use std::path::Path;
 
+use serde_json::{Value, json};
+
 use super::{TRAIN, fail, succeed};
 
 /// Width and height of a PNG file.
@@ -199,4 +201,100 @@ fn what_cannot_be_drawn_is_refused_at_once() {
     }
     let names = fs::read_dir(directory).expect("it can be listed");
     assert_eq!(names.count(), 5, "nothing was written");
+}
+
+#[test]
+fn what_was_drawn_is_reported_as_json() {
+    let scratch = tempfile::tempdir().expect("a temporary directory");
+    let directory = scratch.path();
+    let recipe = include_bytes!("../../../core/examples/recipes/phong-n8.recipe");
+    fs::write(directory.join("r.recipe"), recipe).expect("it is written");
+    // A grey light that is brighter than the studio's.
+    fs::write(directory.join("grey.hdr"), panorama(8, 4)).expect("it is written");
+    let run = |arguments: &[&str], out: &str| -> Value {
+        let arguments = [&["render"], arguments, &["--json", "--out", out]].concat();
+        let told = succeed(directory, &arguments);
+        let told: Value = serde_json::from_str(&told).expect("it is JSON");
+        let size = fs::metadata(directory.join(out)).expect("it is there");
+        assert_eq!(told["file"], json!({ "path": out, "bytes": size.len() }));
+        told
+    };
+    let sphere = ["sphere", "procedural:3:5", "--size", "24", "--columns", "2"];
+    let told = run(&sphere, "s.png");
+    let size = size_of_png(&directory.join("s.png"));
+    assert_eq!(
+        json!([told["width"], told["height"]]),
+        json!([size.0, size.1])
+    );
+    assert_eq!(
+        (&told["sphere_pixels"], &told["exposure"]),
+        (&24.into(), &1.0.into())
+    );
+    let last = &told["spheres"][2];
+    assert_eq!(
+        json!([last["row"], last["column"], last["scan"]]),
+        json!([2, 1, null])
+    );
+
+    let light = ["--environment", "grey.hdr", "--recipe", "r.recipe"];
+    let told = run(&[&sphere[..], &light].concat(), "scans.png");
+    assert_eq!(told["environment"], "grey.hdr");
+    let exposure = told["exposure"].as_f64().expect("a number");
+    assert!(exposure > 0.0 && exposure != 1.0, "{exposure}");
+    let judge = [
+        "evaluate",
+        "--recipe",
+        "r.recipe",
+        "--test",
+        "procedural:3:5",
+    ];
+    let judged = succeed(directory, &[&judge[..], &light[..2], &["--json"]].concat());
+    let judged: Value = serde_json::from_str(&judged).expect("it is JSON");
+    for index in 0..3 {
+        let (scan, material) = (&told["spheres"][index]["scan"], &judged["materials"][index]);
+        for metric in ["loss", "dssim", "l2", "psnr"] {
+            assert!(scan[metric].is_number());
+            assert_eq!(scan[metric], material[metric], "{metric}");
+        }
+    }
+    let told = run(&["sphere", "procedural:2", "--size", "24"], "page.html");
+    assert_eq!(
+        (&told["width"], &told["sphere_pixels"]),
+        (&Value::Null, &24.into())
+    );
+
+    let lobe = [
+        "lobe",
+        "procedural:1",
+        "--theta-i",
+        "30,60",
+        "--recipe",
+        "r.recipe",
+    ];
+    let told = run(&lobe, "l.svg");
+    let curve = |degrees: f64| {
+        let material = "procedural-000-metal";
+        json!({ "material": material, "theta_i_degrees": degrees, "scanned": true })
+    };
+    assert_eq!(told["curves"], json!([curve(30.0), curve(60.0)]));
+
+    let told = run(&["pattern", "r.recipe"], "p.svg");
+    assert_eq!(
+        (&told["model"], &told["samples"]),
+        (&"phong".into(), &8.into())
+    );
+
+    let told = run(
+        &["view", "r.recipe", "--material", "procedural:1"],
+        "v.html",
+    );
+    assert_eq!(
+        told["recipes"],
+        json!([{ "name": "r", "model": "phong", "samples": 8, "readings": 8 }])
+    );
+    assert!(
+        told["reference_table_loss"]
+            .as_f64()
+            .is_some_and(|loss| loss < 0.01)
+    );
 }

@@ -1,4 +1,4 @@
-//! What is known of a fit, for people, for machines, and for its file.
+//! The report on a fit: text for people, fields for programs and for `material.json`.
 
 use std::path::Path;
 
@@ -39,8 +39,11 @@ struct AboutRecipe {
 struct AboutMeasured {
     /// The input, without the directories that lead to it.
     file: String,
-    /// What its numbers are.
-    quantity: String,
+    /// The quantity of its numbers, as a column `quantity` names it.
+    quantity: &'static str,
+    /// The same for people.
+    #[serde(skip)]
+    quantity_text: String,
     rows: usize,
     #[serde(skip)]
     furthest: Option<Distance>,
@@ -52,6 +55,8 @@ struct AboutMeasured {
 struct Readings {
     /// How many the fit went by.
     used: usize,
+    /// The others, by sample.
+    excluded: Vec<Excluded>,
     missing: Vec<usize>,
     /// Whether the fit went by them or not.
     saturated: Vec<usize>,
@@ -64,6 +69,13 @@ struct Readings {
     /// The sample that has it.
     most_spread: Option<usize>,
     looks_wrong: Vec<LooksWrong>,
+}
+
+/// A sample whose reading the fit did not use.
+#[derive(Serialize)]
+struct Excluded {
+    sample: usize,
+    reason: Fate,
 }
 
 /// A reading that the others make improbable.
@@ -88,8 +100,24 @@ struct AboutResidual {
 #[derive(Serialize)]
 struct ExpectedLoss {
     loss: f32,
-    /// Where it comes from.
-    from: String,
+    source: LossSource,
+    /// With [`LossSource::Validation`]: the standard error over the materials, if there were several.
+    standard_error: Option<f32>,
+    /// With [`LossSource::Validation`]: how many materials the loss is a mean over; 0 if that is not stated.
+    materials: Option<u32>,
+    /// The same for people.
+    #[serde(skip)]
+    text: String,
+}
+
+/// The origin of an expected loss.
+#[derive(Clone, Copy, Serialize)]
+#[serde(rename_all = "kebab-case")]
+enum LossSource {
+    /// Predicted by the recipe from these readings.
+    Readings,
+    /// Stated by the recipe: the mean loss on its validation materials.
+    Validation,
 }
 
 /// What is known of a fit, and where it went, for machines.
@@ -129,7 +157,8 @@ impl About {
             },
             measured: AboutMeasured {
                 file: name.to_string_lossy().into_owned(),
-                quantity: match meaning {
+                quantity: meaning.name(),
+                quantity_text: match meaning {
                     Meaning::Values(quantity) => quantity.to_string(),
                     Meaning::Counts(_) => "counts, by a white".to_owned(),
                 },
@@ -139,6 +168,7 @@ impl About {
             },
             readings: Readings {
                 used: of(fit, Fate::Used).len(),
+                excluded: excluded(fit),
                 missing: of(fit, Fate::Missing),
                 saturated: saturated(measured),
                 left_out: of(fit, Fate::LeftOut),
@@ -204,7 +234,7 @@ impl About {
                     recipe.file,
                     measured.rows,
                     measured.file,
-                    measured.quantity,
+                    measured.quantity_text,
                 ),
             ),
             ("missing", samples(&readings.missing)),
@@ -249,7 +279,7 @@ impl About {
         lines.push((
             "expected loss",
             match &self.expected_loss {
-                Some(expected) => expected.from.clone(),
+                Some(expected) => expected.text.clone(),
                 None if self.is_mostly_dark() => "not known, as most readings are dark".to_owned(),
                 None if too_few(readings.used, recipe.samples) => {
                     "not known from so few readings".to_owned()
@@ -332,6 +362,18 @@ impl LooksWrong {
     }
 }
 
+/// The samples that the fit did not use, each with the reason.
+fn excluded(fit: &Fit) -> Vec<Excluded> {
+    let all = fit.fates.iter().enumerate();
+    let others = all.filter(|(_, fate)| **fate != Fate::Used);
+    others
+        .map(|(sample, reason)| Excluded {
+            sample,
+            reason: *reason,
+        })
+        .collect()
+}
+
 fn of(fit: &Fit, fate: Fate) -> Vec<usize> {
     let all = fit.fates.iter().enumerate();
     let such = all.filter(|(_, found)| **found == fate);
@@ -368,12 +410,20 @@ fn expected_loss(recipe: &Recipe<'_>, fit: &Fit) -> anyhow::Result<Option<Expect
         let caution = caution(recipe)?.map_or_else(String::new, |caution| format!(", {caution}"));
         return Ok(Some(ExpectedLoss {
             loss,
-            from: format!("{loss:.4}, as the recipe predicts from these readings{caution}"),
+            source: LossSource::Readings,
+            standard_error: None,
+            materials: None,
+            text: format!("{loss:.4}, as the recipe predicts from these readings{caution}"),
         }));
     }
-    let promised = recipe.expected_loss().zip(promise(recipe)?);
-    Ok(promised.map(|(loss, promise)| ExpectedLoss {
-        loss,
-        from: format!("as the recipe promises, {promise}"),
-    }))
+    let stated = recipe.statements()?.expectation;
+    Ok(stated
+        .zip(promise(recipe)?)
+        .map(|(stated, promise)| ExpectedLoss {
+            loss: stated.loss,
+            source: LossSource::Validation,
+            standard_error: stated.standard_error,
+            materials: Some(stated.materials),
+            text: format!("as the recipe promises, {promise}"),
+        }))
 }

@@ -11,6 +11,7 @@ use anyhow::{Context, bail, ensure};
 use clap::Args;
 use glimpse_core::recipe::Recipe;
 use glimpse_trainer::conversion::loss_of;
+use glimpse_trainer::files::holds;
 use glimpse_trainer::linear::Basis;
 use glimpse_trainer::material::{BasisFile, FittedMaterial, Material};
 use glimpse_trainer::measurement::{DeviceReport, Fit as Found, Meaning, Measured, fit};
@@ -64,7 +65,7 @@ pub(crate) struct Fit {
     /// Where to leave the results: made, but none above it
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
-    /// How far a row may be from its sample, degrees [default: 0.5]
+    /// Largest distance of a row from its sample, degrees above 0 to 180 [default: 0.5]
     #[arg(long, value_name = "DEGREES", value_parser = super::numbers::degrees)]
     tolerance: Option<f32>,
     #[command(flatten)]
@@ -321,7 +322,7 @@ impl Fit {
         let bytes =
             std::fs::read(&from).with_context(|| format!("cannot read {}", from.display()))?;
         // A recipe may lie in the folder itself.
-        if !std::fs::read(&to).is_ok_and(|old| old == bytes) {
+        if !holds(&to, &bytes) {
             write_file_forced(&to, &bytes, self.force)?;
         }
         let name = to.file_name().unwrap_or_default();

@@ -8,7 +8,7 @@ use glimpse_core::geometry::Angles;
 use glimpse_core::gonio::{Footprint, Quantity};
 use glimpse_trainer::measurement::{Counts, Meaning, White};
 
-use super::super::numbers::channels;
+use super::super::numbers::{channels, finite, reflectances};
 
 /// What numbers are, as named on the command line.
 #[derive(Clone, Copy, Debug, ValueEnum)]
@@ -44,13 +44,13 @@ pub(super) struct MeaningArgs {
     #[arg(long, value_name = "FILE.csv")]
     white: Option<PathBuf>,
     /// With --white: counts without light, of all channels or of each [default: 0]
-    #[arg(long, value_name = "V[,V,V]", value_parser = channels, allow_hyphen_values = true)]
+    #[arg(long, value_name = "V[,V,V]", value_parser = channels)]
     dark: Option<[f32; 3]>,
-    /// With --white: the tile's reflectance, a fraction [default: 0.99]
-    #[arg(long, value_name = "R[,R,R]", value_parser = channels)]
+    /// With --white: the tile's reflectance, above 0, at most 2 [default: 0.99]
+    #[arg(long, value_name = "R[,R,R]", value_parser = reflectances)]
     white_reflectance: Option<[f32; 3]>,
-    /// With --white: counts from which on the sensor is saturated
-    #[arg(long, value_name = "LEVEL")]
+    /// With --white: the count at and above which the sensor is saturated [default: none]
+    #[arg(long, value_name = "LEVEL", value_parser = finite)]
     saturation: Option<f32>,
     /// With --white of one row: whose spot on the sample is the larger at all angles, which tells
     /// by which cosine counts go
@@ -105,10 +105,6 @@ impl MeaningArgs {
 
     /// Reads what is needed.
     pub(super) fn read(&self, pattern: &[Angles<f32>], tolerance: f64) -> anyhow::Result<Meaning> {
-        ensure!(
-            self.saturation.is_none_or(f32::is_finite),
-            "--saturation must be a finite number of counts"
-        );
         let Some(white) = &self.white else {
             return Ok(Meaning::Values(match self.quantity {
                 None | Some(QuantityName::Brdf) => Quantity::Brdf,

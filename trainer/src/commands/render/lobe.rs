@@ -2,14 +2,15 @@
 
 use std::path::PathBuf;
 
-use anyhow::{bail, ensure};
+use anyhow::bail;
 use clap::Args;
 use glimpse_trainer::evaluation::Method;
-use glimpse_trainer::material::Source;
+use glimpse_trainer::material::{Material, Source};
 use glimpse_trainer::report::{self, MOST_LOBES, lobe, lobe_svg};
+use serde_json::json;
 
-use super::super::output::{refuse_input, refuse_source};
-use super::super::{load, write_file};
+use super::super::output::{file_as_json, refuse_input, refuse_source};
+use super::super::{load, print_json, write_file};
 use super::shared::{check_out, file_type, with_method};
 
 /// Plot BRDFs in the plane of incidence: angle against the logarithm of their luminance.
@@ -29,7 +30,8 @@ pub(super) struct Lobe {
         long,
         value_name = "DEGREES,...",
         value_delimiter = ',',
-        default_value = "45"
+        default_value = "45",
+        value_parser = above_horizon
     )]
     theta_i: Vec<f32>,
     /// A recipe to scan the materials by
@@ -38,15 +40,22 @@ pub(super) struct Lobe {
     /// The plot to write
     #[arg(long, short, value_name = "FILE.svg", default_value = "lobe.svg")]
     out: PathBuf,
+    /// Print JSON: file, and material, angle and kind of each curve
+    #[arg(long)]
+    json: bool,
+}
+
+/// A polar angle above the horizon, degrees.
+fn above_horizon(text: &str) -> Result<f32, String> {
+    let angle = text.parse().ok();
+    angle
+        .filter(|angle| (0.0..90.0).contains(angle))
+        .ok_or_else(|| "give degrees of 0 to below 90".to_owned())
 }
 
 impl Lobe {
     pub(super) fn run(&self, seed: u64) -> anyhow::Result<()> {
         file_type(&self.out, &["svg"])?;
-        ensure!(
-            self.theta_i.iter().all(|angle| (0.0..90.0).contains(angle)),
-            "--theta-i takes angles of 0 to below 90 degrees"
-        );
         if let Some(recipe) = &self.recipe {
             refuse_input(&self.out, recipe)?;
         }
@@ -84,6 +93,24 @@ impl Lobe {
                 });
             }
         }
-        write_file(&self.out, lobe_svg(&lobes).as_bytes())
+        write_file(&self.out, lobe_svg(&lobes).as_bytes())?;
+        if !self.json {
+            return Ok(());
+        }
+        let curve = |material: &dyn Material, degrees: f32| {
+            json!({
+                "material": material.name(),
+                "theta_i_degrees": degrees,
+                "scanned": method.is_some(),
+            })
+        };
+        let curves = materials.iter().flat_map(|material| {
+            let angles = self.theta_i.iter();
+            angles.map(move |degrees| curve(&**material, *degrees))
+        });
+        print_json(&json!({
+            "file": file_as_json(&self.out),
+            "curves": curves.collect::<Vec<_>>(),
+        }))
     }
 }

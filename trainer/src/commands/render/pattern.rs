@@ -5,9 +5,10 @@ use std::path::PathBuf;
 use clap::Args;
 use glimpse_trainer::export::RecipeFile;
 use glimpse_trainer::report::pattern_svg;
+use serde_json::json;
 
-use super::super::output::refuse_input;
-use super::super::write_file;
+use super::super::output::{file_as_json, refuse_input};
+use super::super::{print_json, write_file};
 use super::shared::{check_out, file_type};
 
 /// Draw where a recipe measures: over theta_h and theta_d, and towards light and sensor.
@@ -20,6 +21,9 @@ pub(super) struct Pattern {
     /// The drawing to write
     #[arg(long, short, value_name = "FILE.svg", default_value = "pattern.svg")]
     out: PathBuf,
+    /// Print JSON: file, model and samples
+    #[arg(long)]
+    json: bool,
 }
 
 impl Pattern {
@@ -28,7 +32,16 @@ impl Pattern {
         let file = RecipeFile::read(&self.recipe)?;
         refuse_input(&self.out, &self.recipe)?;
         check_out(&self.out)?;
-        let pattern: Vec<_> = file.recipe()?.pattern().collect();
-        write_file(&self.out, pattern_svg(&pattern).as_bytes())
+        let recipe = file.recipe()?;
+        let pattern: Vec<_> = recipe.pattern().collect();
+        write_file(&self.out, pattern_svg(&pattern).as_bytes())?;
+        if !self.json {
+            return Ok(());
+        }
+        print_json(&json!({
+            "file": file_as_json(&self.out),
+            "model": recipe.model().name(),
+            "samples": recipe.samples(),
+        }))
     }
 }

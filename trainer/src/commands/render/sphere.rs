@@ -11,11 +11,13 @@ use glimpse_trainer::render::{BACKGROUND, Environment, Image, render_sphere};
 use glimpse_trainer::report::{
     Best, Cell, Column, Compare, Gallery, GalleryRow, Page, Table, Tile,
 };
+use serde_json::{Value, json};
 
 use super::super::known::tell;
-use super::super::output::{refuse_input, refuse_source};
+use super::super::numbers::whole;
+use super::super::output::{file_as_json, refuse_input, refuse_source};
 use super::super::progress::Steps;
-use super::super::{environment, load, print, read_recipe, write_file};
+use super::super::{environment, load, print, print_json, read_recipe, write_file};
 use super::shared::{check_out, file_type, with_method};
 
 /// The largest side of a sphere's picture, and of all of them together, in pixels.
@@ -47,15 +49,18 @@ pub(super) struct Sphere {
     /// The picture or page to write: *.png, *.exr or *.html
     #[arg(long, short, value_name = "FILE", default_value = "sphere.png")]
     out: PathBuf,
-    /// Width and height of each sphere in pixels
-    #[arg(long, default_value_t = 256)]
+    /// Width and height of each sphere in pixels, 1 to 4096
+    #[arg(long, value_name = "PIXELS", default_value_t = 256, value_parser = whole(1..=MOST_PIXELS))]
     size: usize,
-    /// Materials in a row [default: up to 8; with --recipe up to 4]
-    #[arg(long)]
+    /// Materials in a row, 1 to 4096 [default: up to 8; with --recipe up to 4]
+    #[arg(long, value_name = "COUNT", value_parser = whole(1..=MOST_PIXELS))]
     columns: Option<usize>,
     /// The light: a panorama (*.hdr or *.exr) [default: the built-in studio]
     #[arg(long, value_name = "FILE")]
     environment: Option<PathBuf>,
+    /// Print JSON: file, sizes in pixels, light and its exposure, and place and errors of each sphere
+    #[arg(long)]
+    json: bool,
 }
 
 /// A material, and its scan if there is a recipe.
@@ -68,11 +73,6 @@ struct Rendered<'a> {
 impl Sphere {
     pub(super) fn run(&self, seed: u64) -> anyhow::Result<()> {
         let file_type = file_type(&self.out, &["png", "exr", "html"])?;
-        ensure!(
-            (1..=MOST_PIXELS).contains(&self.size),
-            "--size must be 1 to {MOST_PIXELS}"
-        );
-        ensure!(self.columns != Some(0), "--columns must be 1 or more");
         ensure!(
             self.columns.is_none() || self.recipe.is_none() || file_type != "html",
             "--columns has no effect: a page has a row for each material and its scan"
@@ -131,15 +131,53 @@ impl Sphere {
             (_, Some(_)) => 4,
             _ => 8,
         });
-        match file_type {
-            "png" => write_file(&self.out, &sheet(&all, columns).tone_map().to_png()?)?,
-            "exr" => write_file(&self.out, &sheet(&all, columns).to_exr()?)?,
-            _ => {
+        let sheet = match file_type {
+            "html" => {
                 self.page(&all, columns).write_as(&self.out)?;
                 eprintln!("wrote {}", self.out.display());
+                None
             }
+            _ => {
+                let sheet = sheet(&all, columns);
+                let bytes = match file_type {
+                    "png" => sheet.tone_map().to_png()?,
+                    _ => sheet.to_exr()?,
+                };
+                write_file(&self.out, &bytes)?;
+                Some(sheet)
+            }
+        };
+        match self.json {
+            true => print_json(&self.to_json(&all, columns, sheet.as_ref(), environment)),
+            false => print(&table(&all, columns).to_text()),
         }
-        print(&table(&all, columns).to_text())
+    }
+
+    /// `width` and `height` are those of the picture, null of a page, which has a picture for each sphere.
+    fn to_json(
+        &self,
+        all: &[Rendered<'_>],
+        columns: usize,
+        sheet: Option<&Image>,
+        environment: &Environment,
+    ) -> Value {
+        let sphere = |(index, each): (usize, &Rendered<'_>)| {
+            json!({
+                "material": each.name,
+                "row": index / columns + 1,
+                "column": index % columns + 1,
+                "scan": each.scan.as_ref().map(|(scores, _)| scores),
+            })
+        };
+        json!({
+            "file": file_as_json(&self.out),
+            "width": sheet.map(|sheet| sheet.width),
+            "height": sheet.map(|sheet| sheet.height),
+            "sphere_pixels": self.size,
+            "environment": self.environment.as_ref().map(|path| path.display().to_string()),
+            "exposure": environment.exposure(),
+            "spheres": all.iter().enumerate().map(sphere).collect::<Vec<_>>(),
+        })
     }
 
     /// Scans a material, and renders what came of it.

@@ -15,12 +15,13 @@ use glimpse_trainer::linear::Basis;
 use glimpse_trainer::material::{Material, Source};
 use glimpse_trainer::measurement::{Fate, Meaning, Measured, fit};
 use glimpse_trainer::report::{MOST_LOBES, Reference, Shown, View as Page};
+use serde_json::json;
 
 use super::super::export_basis::{compacted, read_compact};
 use super::super::known::tell;
 use super::super::numbers::share;
-use super::super::output::{refuse_input, refuse_source};
-use super::super::{load, read_recipe, write_file};
+use super::super::output::{file_as_json, refuse_input, refuse_source};
+use super::super::{load, print_json, read_recipe, write_file};
 use super::shared::{check_out, file_type};
 
 /// How far a row may be from its sample, radians: half a degree, as for `trainer fit`.
@@ -41,7 +42,7 @@ const TOLERANCE: f64 = 0.5 / 180.0 * std::f64::consts::PI;
 /// A recipe of the model linear needs its basis beside it, or a compact one as --basis.
 ///
 /// Example: trainer render view neural-n8.recipe linear-n8.recipe --material gold.binary
-///          trainer render view masked-n16.recipe --material procedural:1:77 --noise 0.02
+///          trainer render view neural-n16-masked.recipe --material procedural:1:77 --noise 0.02
 ///          trainer render view n16.recipe --measurements gold/readings.csv --out gold.html
 #[derive(Args)]
 #[command(verbatim_doc_comment)]
@@ -58,7 +59,8 @@ pub(super) struct View {
     /// With --measurements: what they are compared with, a source that holds one material
     #[arg(long, value_name = "SOURCE")]
     reference: Option<Source>,
-    /// Standard deviation of Gaussian noise on each reading of --material, as a share of its value
+    /// Standard deviation of Gaussian noise on each reading of --material, relative to its value, 0 to 1
+    /// [default: 0]
     #[arg(long, value_name = "S", value_parser = share)]
     noise: Option<f32>,
     /// Recipes of the model linear: their compact basis (trainer export --format basis) [default: made
@@ -68,6 +70,9 @@ pub(super) struct View {
     /// The page to write
     #[arg(long, short, value_name = "FILE.html", default_value = "view.html")]
     out: PathBuf,
+    /// Print JSON: file, title, loss of the reference's table, and model and readings of each recipe
+    #[arg(long)]
+    json: bool,
 }
 
 impl View {
@@ -89,6 +94,7 @@ impl View {
         );
         let material = materials.first().map(|material| &**material);
         let mut shown = Vec::new();
+        let mut recipes = Vec::new();
         let mut is_used = false;
         for (index, (path, file)) in self.recipes.iter().zip(&files).enumerate() {
             let recipe = file.recipe()?;
@@ -103,6 +109,12 @@ impl View {
                     .scanned(&recipe, material, seed)
                     .with_context(|| format!("a scan by {}", path.display()))?,
             };
+            recipes.push(json!({
+                "name": name_of(path),
+                "model": recipe.model().name(),
+                "samples": recipe.samples(),
+                "readings": readings.iter().flatten().count(),
+            }));
             shown.push(Shown {
                 name: name_of(path),
                 recipe: file.bytes().to_vec(),
@@ -131,7 +143,16 @@ impl View {
             reference,
             shown,
         };
-        write_file(&self.out, page.to_html().as_bytes())
+        write_file(&self.out, page.to_html().as_bytes())?;
+        if !self.json {
+            return Ok(());
+        }
+        print_json(&json!({
+            "file": file_as_json(&self.out),
+            "title": page.title,
+            "reference_table_loss": page.reference.as_ref().map(Reference::table_loss),
+            "recipes": recipes,
+        }))
     }
 
     fn refuse_what_has_no_effect(&self) -> anyhow::Result<()> {
