@@ -5,6 +5,7 @@
 //!
 //! - [`files`]: files that are written whole or not at all
 //! - `foreign`: files of other people, read within bounds and quoted without harm
+//! - [`setting`]: settings that errors name
 //! - [`basis`]: what makes a BRDF of the model Linear's coefficients
 //! - [`material`]: sources of BRDFs
 //! - [`measurement`]: readings from a lab, matched to a pattern, looked at and fitted
@@ -46,4 +47,5 @@ pub mod report;
 pub mod route;
 pub mod sampling;
 pub mod scanner;
+pub mod setting;
 pub mod shipped;

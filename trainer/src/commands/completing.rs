@@ -1,9 +1,9 @@
 //! Options of what a completion is trained on, and for which machine.
 
-use anyhow::{Context, bail};
+use anyhow::bail;
 use clap::Args;
 use glimpse_core::gonio::Limits;
-use glimpse_trainer::meta::options::{Completing, CompletingError};
+use glimpse_trainer::meta::options::Completing;
 use glimpse_trainer::meta::plan::Schedule;
 
 use super::numbers;
@@ -71,16 +71,8 @@ impl CompletingArgs {
             procedural: self.procedural.unwrap_or(default.procedural),
             limits: self.limits(),
         };
-        match completing.validate() {
-            Ok(()) => Ok(completing),
-            Err(error @ CompletingError::Range { .. }) => bail!("--{error}"),
-            Err(CompletingError::Limits(error)) => Err(error)
-                .context("--max-theta-i, --max-theta-o and --min-separation do not go together"),
-            Err(CompletingError::Separation(most)) => bail!(
-                "--min-separation must be at most twice the lesser of --max-theta-i and \
-                 --max-theta-o, {most:.1} degrees here"
-            ),
-        }
+        completing.validate()?;
+        Ok(completing)
     }
 
     fn limits(&self) -> Limits {

@@ -40,8 +40,10 @@ pub(crate) enum MethodName {
 /// Give --recipe, or else --method and --model (and --samples, but for --method optimum).
 ///
 /// Each material is measured at the method's n directions and fitted as the scanner would; the
-/// fit is compared with the whole material: Loss (mean cosine-weighted logarithmic error over
-/// 40,503 uniform valid directions, always the same), and DSSIM, L2 and PSNR of a rendered sphere.
+/// fit is compared with the whole material. The loss is the mean cosine-weighted logarithmic error
+/// over 40,503 directions, uniform in the Rusinkiewicz angles, always the same (docs/losses.md defines
+/// it). DSSIM, L2, PSNR and delta E (mean CIEDE2000 over the disc) are of a sphere of 128 x 128 pixels,
+/// as `trainer render sphere --size 128` draws it.
 /// Random methods are averaged over seeds. The standard error is over the materials: how far as
 /// many others would move the mean.
 ///

@@ -117,7 +117,7 @@ impl Reproduce {
                 command,
                 inputs,
                 checkpoint: needed.checkpoint.as_deref().map(text_of).transpose()?,
-                done: needed.outputs.iter().all(|path| path.exists()),
+                done: needed.is_done,
                 outputs: texts_of(&needed.outputs)?,
                 name: needed.name,
                 in_the_way: None,

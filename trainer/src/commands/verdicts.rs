@@ -94,7 +94,7 @@ impl Judged {
         let width = self.names().iter().map(|name| name.len()).max();
         let width = width.unwrap_or(0).max(8);
         let mut text = format!(
-            "{} {} n = {}\n{:width$} {:>8} {:>8} {:>9} {:>7}{}\n",
+            "{} {} n = {}\n{:width$} {:>8} {:>8} {:>9} {:>7} {:>8}{}\n",
             verdict.method,
             verdict.model,
             verdict.samples,
@@ -103,6 +103,7 @@ impl Judged {
             "DSSIM",
             "L2",
             "PSNR",
+            "delta E",
             if self.prediction().is_some() {
                 "  predicted loss"
             } else {
@@ -128,8 +129,8 @@ impl Judged {
         for (name, scores, predicted, mark) in rows.chain(mean) {
             let predicted = predicted.map_or(String::new(), |loss| format!("  {loss:14.4}"));
             text += &format!(
-                "{name:width$} {:8.4} {:8.4} {:9.6} {:7.2}{predicted}{mark}\n",
-                scores.loss, scores.dssim, scores.l2, scores.psnr
+                "{name:width$} {:8.4} {:8.4} {:9.6} {:7.2} {:8.4}{predicted}{mark}\n",
+                scores.loss, scores.dssim, scores.l2, scores.psnr, scores.delta_e
             );
         }
         if let Some(error) = verdict.loss_standard_error {
@@ -214,6 +215,7 @@ pub(super) fn comparison(all: &[Judged]) -> String {
             Cell::Number(verdict.scores.dssim),
             Cell::Number(verdict.scores.l2),
             Cell::Number(verdict.scores.psnr),
+            Cell::Number(verdict.scores.delta_e),
         ];
         if index > 0 {
             let (difference, better) = against(&all[0], judged);
@@ -236,6 +238,7 @@ pub(super) fn comparison(all: &[Judged]) -> String {
             Column::number("DSSIM", 4, Best::Least),
             Column::number("L2", 6, Best::Least),
             Column::number("PSNR", 2, Best::Greatest),
+            Column::number("delta E", 4, Best::Least),
             Column::number("loss - first", 4, Best::None),
             Column::number("its std. error", 4, Best::None),
             Column::number(format!("less loss on (of {materials})"), 0, Best::None),

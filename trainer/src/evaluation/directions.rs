@@ -1,4 +1,4 @@
-//! Where a fit is compared with its material: always the same directions, evenly spread.
+//! The directions of the loss: always the same, uniform in the Rusinkiewicz angles over the valid region.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -12,8 +12,9 @@ const PLACES: u32 = 65_536;
 /// recurrence that fills the unit square most evenly.
 const RATIO: f64 = 1.324_717_957_244_746;
 
-/// [`DIRECTIONS`] angles, uniform in (theta_h, theta_d, phi_d) over the valid region; phi_d in
-/// \[0, 2 pi).
+/// Returns [`DIRECTIONS`] Rusinkiewicz angles in radians, uniform in (theta_h, theta_d, phi_d) over the
+/// valid region: both directions above the horizon; phi_d in \[0, 2 pi). They are not uniform over the
+/// hemisphere: highlights, at small theta_h, count for more. `trainer/docs/losses.md` defines the loss.
 ///
 /// They do not depend on a seed. A mean over as many directions drawn at random moves by several
 /// per cent from draw to draw, since most of the loss of a glossy material lies at a theta_h of

@@ -21,10 +21,14 @@ use glimpse_core::geometry::HalfDifference;
 use rayon::prelude::*;
 
 use crate::material::{Brdf, Material};
-use crate::metrics::{CompareError, PictureErrors, Scores, mean_log_error};
+use crate::metrics::{CompareError, Scores, mean_log_error};
 use crate::render::{Environment, Picture, render_sphere};
+use crate::setting::{NamesSettings, Naming, Setting};
 
-/// Width and height of the rendered spheres, in pixels.
+/// Width and height of the spheres that metrics are of, in pixels.
+///
+/// `trainer render sphere --size 128` draws the same pictures. Its default of 256 would make an
+/// evaluation five times slower; a material's color difference there is within 2 % of that here.
 pub const SPHERE: usize = 128;
 
 /// Why a method cannot be judged.
@@ -40,18 +44,13 @@ pub enum JudgeError {
     )]
     Compact,
     /// A completion was asked to do without its own directions.
-    #[error(
-        "a recipe that completes readings knows them at its own directions only; --method meta takes \
-         recipes of --schedule joint or paper"
-    )]
+    #[error("{}", self.message(Setting::name))]
     Elsewhere,
     /// Readings were to be spoilt where there are none of a recipe's.
-    #[error("readings are lost, or noisy, where a recipe is scanned by: give --recipe")]
+    #[error("{}", self.message(Setting::name))]
     Readings,
     /// Readings were to be lost that the recipe cannot do without.
-    #[error(
-        "the recipe needs all of its readings: train one with --missing 0.5 for scans that lose some"
-    )]
+    #[error("{}", self.message(Setting::name))]
     NeedsAll,
     /// More of the first readings were asked for than there are.
     #[error("the first {first} readings are asked for, and the recipe has {samples}")]
@@ -78,6 +77,29 @@ pub enum JudgeError {
     Compare(#[from] CompareError),
 }
 
+impl NamesSettings for JudgeError {
+    fn message(&self, name: Naming) -> String {
+        match self {
+            Self::Elsewhere => format!(
+                "a recipe that completes readings knows them at its own directions only; {} meta \
+                 takes recipes of {} joint or paper",
+                name(Setting::Method),
+                name(Setting::Schedule)
+            ),
+            Self::Readings => format!(
+                "readings are lost, or noisy, where a recipe is scanned by: give {}",
+                name(Setting::Recipe)
+            ),
+            Self::NeedsAll => format!(
+                "the recipe needs all of its readings: train one with {} of 0.5 for scans that lose \
+                 some",
+                name(Setting::Missing)
+            ),
+            other => other.to_string(),
+        }
+    }
+}
+
 /// Materials, their values and their spheres: all that fits are compared with.
 pub struct Judge<'a> {
     materials: &'a [Box<dyn Material>],
@@ -94,14 +116,15 @@ struct Reference {
 /// The loss of a BRDF against a material: what [`Judge`] finds of a fit, and nothing of pictures.
 #[must_use]
 pub fn loss_between(brdf: &(impl Brdf + ?Sized), material: &dyn Material) -> f64 {
-    let at = places();
+    let at = loss_directions();
     let mut values = vec![[0.0; 3]; at.len()];
     material.brdf_batch(&at, &mut values);
     mean_log_error(brdf, &at, &values)
 }
 
-/// Where fits are compared with their materials.
-fn places() -> Vec<HalfDifference<f32>> {
+/// Returns the [`directions`] of the loss as half and difference vectors.
+#[must_use]
+pub fn loss_directions() -> Vec<HalfDifference<f32>> {
     let angles = directions().into_iter();
     angles.map(HalfDifference::from_angles).collect()
 }
@@ -167,7 +190,7 @@ impl<'a> Judge<'a> {
     /// The same under another environment.
     #[must_use]
     pub fn under(environment: Environment, materials: &'a [Box<dyn Material>]) -> Self {
-        let at = places();
+        let at = loss_directions();
         let references = materials
             .par_iter()
             .map(|material| {
@@ -215,8 +238,8 @@ impl<'a> Judge<'a> {
         let reference = &self.references[material];
         let loss = mean_log_error(fitted, &self.at, &reference.values);
         let sphere = self.render(fitted);
-        let errors = PictureErrors::between(&reference.sphere, &sphere)?;
-        Ok((Scores::new(loss, errors), sphere))
+        let scores = Scores::of_spheres(loss, &reference.sphere, &sphere)?;
+        Ok((scores, sphere))
     }
 
     /// Fits every material by a method, with so many seeds if it is random, and compares.

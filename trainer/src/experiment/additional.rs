@@ -1,14 +1,16 @@
 //! Other sources than the one trained on (paper, tables "Nielsen" and "RGLeval").
 
 use glimpse_core::model::ModelKind;
-use glimpse_trainer::metrics::Scores;
 use glimpse_trainer::report::{Cell, Column, Compare, Table};
 
 use super::case::{Approach, Case};
 use super::findings::Findings;
 use super::losses::on_others;
 use super::store::{Store, TestSet};
-use super::{MODELS, SAMPLES, cells_beside_the_paper_s, columns_beside_the_paper_s, paper, title};
+use super::{
+    MODELS, PaperMetrics, SAMPLES, cells_beside_the_paper_s, columns_beside_the_paper_s, paper,
+    title,
+};
 
 /// n of the paper's comparison with Nielsen et al.
 const FEW: usize = 2;
@@ -56,7 +58,7 @@ fn table(
     store: &Store<'_>,
     set: &TestSet<'_>,
     samples: usize,
-    cases: &[(Case, Option<Scores>)],
+    cases: &[(Case, Option<PaperMetrics>)],
 ) -> anyhow::Result<Table> {
     let mut rows = Vec::new();
     for (case, paper) in cases {
@@ -65,7 +67,7 @@ fn table(
             Cell::Text(title(case.model).into()),
             Cell::Text(case.approach.title().into()),
         ];
-        row.extend(cells_beside_the_paper_s(&evaluation, paper.as_ref()));
+        row.extend(cells_beside_the_paper_s(&evaluation, *paper));
         rows.push(row);
     }
     let mut columns = vec![Column::text("Model"), Column::text("Method")];

@@ -8,7 +8,7 @@ use glimpse_trainer::report::{
 use super::case::{Approach, Case};
 use super::findings::Findings;
 use super::store::{Evaluation, Store};
-use super::{METRICS, MODELS, SAMPLES, doublings, metrics, paper, title};
+use super::{METRICS, MODELS, PAPER_METRICS, SAMPLES, doublings, metrics, paper, title};
 
 /// A method's judgements, one for each n.
 type Curve = Vec<(usize, Evaluation)>;
@@ -161,7 +161,7 @@ pub(super) fn same_quality(store: &Store<'_>, most_samples: usize) -> anyhow::Re
             }
             row.extend(match paper::same_quality(model, approach) {
                 Some(times) => times.map(Cell::Number),
-                None => [const { Cell::Missing }; 4],
+                None => [const { Cell::Missing }; PAPER_METRICS],
             });
             rows.push(row);
         }
@@ -169,12 +169,12 @@ pub(super) fn same_quality(store: &Store<'_>, most_samples: usize) -> anyhow::Re
     let mut columns = vec![Column::text("Model"), Column::text("Method")];
     let times = |prefix: &str| {
         METRICS.map(|(title, ..)| {
-            let name = title.split(' ').next().unwrap_or(title);
+            let (name, _unit) = title.split_once(" (").unwrap_or((title, ""));
             Column::number(format!("{prefix}{name}, x"), 1, Best::None)
         })
     };
     columns.extend(times(""));
-    columns.extend(times("paper: "));
+    columns.extend(times("paper: ").into_iter().take(PAPER_METRICS));
     findings.table(
         "times",
         Table {

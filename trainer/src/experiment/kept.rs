@@ -1,6 +1,7 @@
 //! What the store keeps: recipes and judgements, and their files.
 
 use std::fs;
+use std::io;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, anyhow};
@@ -10,6 +11,7 @@ use glimpse_trainer::files::{make_folders, write_whole};
 use glimpse_trainer::linear::Basis;
 use glimpse_trainer::metrics::Scores;
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
 
 /// A trained recipe, and the basis of one of Linear.
 pub(crate) struct Recipe {
@@ -76,9 +78,47 @@ pub(super) fn keep(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
         .with_context(|| format!("cannot write {}", path.display()))
 }
 
-/// Reads a judgement that was kept.
-pub(super) fn read_evaluation(path: &Path) -> anyhow::Result<Evaluation> {
-    let text =
-        fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()))?;
-    serde_json::from_str(&text).with_context(|| format!("{} is damaged: remove it", path.display()))
+/// Reads an evaluation that was kept. Returns None if there is none, or it lacks a metric because an
+/// older version wrote it: it has to be made again.
+pub(super) fn read_evaluation(path: &Path) -> anyhow::Result<Option<Evaluation>> {
+    let text = match fs::read_to_string(path) {
+        Ok(text) => text,
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
+        Err(error) => {
+            return Err(error).with_context(|| format!("cannot read {}", path.display()));
+        }
+    };
+    let damaged = || format!("{} is damaged: remove it", path.display());
+    let value: Value = serde_json::from_str(&text).with_context(damaged)?;
+    // Older versions wrote all metrics but this one.
+    if value.get("loss").is_some() && value.get("delta_e").is_none() {
+        return Ok(None);
+    }
+    let evaluation = serde_json::from_value(value).with_context(damaged)?;
+    Ok(Some(evaluation))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+
+    #[test]
+    fn an_evaluation_without_color_difference_is_made_again() {
+        let scratch = tempfile::tempdir().unwrap();
+        let path = scratch.path().join("sheet.json");
+        assert!(read_evaluation(&path).unwrap().is_none());
+        let mut sheet = json!({
+            "loss": 0.1, "dssim": 0.2, "l2": 0.3, "psnr": 5.0, "delta_e": 2.5,
+            "seeds": 1, "loss_spread": 0.0, "materials": [],
+        });
+        fs::write(&path, sheet.to_string()).unwrap();
+        let evaluation = read_evaluation(&path).unwrap().expect("it is whole");
+        assert_eq!(evaluation.scores.delta_e, 2.5);
+        sheet.as_object_mut().expect("an object").remove("delta_e");
+        fs::write(&path, sheet.to_string()).unwrap();
+        assert!(read_evaluation(&path).unwrap().is_none());
+        fs::write(&path, "{}").unwrap();
+        assert!(read_evaluation(&path).is_err());
+    }
 }

@@ -106,7 +106,7 @@ fn row(store: &Store<'_>, model: ModelKind, prior: Prior) -> anyhow::Result<Vec<
         });
     }
     row.push(match paper::same_samples(model, Approach::Ours) {
-        Some(scores) if !learned => Cell::Number(scores.loss),
+        Some([loss, ..]) if !learned => Cell::Number(loss),
         _ => Cell::Missing,
     });
     Ok(row)
@@ -149,7 +149,7 @@ pub(super) fn on_others(store: &Store<'_>, set: &TestSet<'_>) -> anyhow::Result<
             let evaluation = store.evaluation_on(set, &Case::new(approach, model, SAMPLES))?;
             row.push(Cell::Number(evaluation.scores.loss));
             row.push(match paper::rgl(model, approach) {
-                Some(scores) => Cell::Number(scores.loss),
+                Some([loss, ..]) => Cell::Number(loss),
                 None => Cell::Missing,
             });
         }

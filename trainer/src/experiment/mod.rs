@@ -35,8 +35,8 @@ pub(crate) use findings::Findings;
 pub(crate) use needed::{Needed, Notes, Purpose, Wanted};
 pub(crate) use store::{Settings, Store, TestSet};
 use tables::{
-    METRICS, MODELS, SAMPLES, cells_beside_the_paper_s, columns_beside_the_paper_s, doublings,
-    metrics, title,
+    METRICS, MODELS, PAPER_METRICS, PaperMetrics, SAMPLES, cells_beside_the_paper_s,
+    columns_beside_the_paper_s, doublings, metrics, title,
 };
 
 /// A table or figure of the paper.

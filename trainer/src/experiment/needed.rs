@@ -99,6 +99,8 @@ pub(crate) struct Needed {
     pub(crate) outputs: Vec<PathBuf>,
     /// Where its training is kept while it lasts.
     pub(crate) checkpoint: Option<PathBuf>,
+    /// True if it is there, and need not be made again.
+    pub(crate) is_done: bool,
 }
 
 /// What was asked for, in order: each after all that it needs.
@@ -176,6 +178,7 @@ pub(super) fn blank_evaluation(seeds: u64, materials: &[Box<dyn Material>]) -> E
         dssim: 1.0,
         l2: 1.0,
         psnr: 1.0,
+        delta_e: 1.0,
     };
     let each = materials.iter().map(|material| MaterialScores {
         name: material.name().to_owned(),

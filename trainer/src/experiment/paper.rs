@@ -1,21 +1,16 @@
 //! The paper's own figures, to be printed beside ours.
 
 use glimpse_core::model::ModelKind;
-use glimpse_trainer::metrics::Scores;
 
+use super::PaperMetrics;
 use super::case::Approach;
 
-const fn scores(loss: f64, dssim: f64, l2: f64, psnr: f64) -> Option<Scores> {
-    Some(Scores {
-        loss,
-        dssim,
-        l2,
-        psnr,
-    })
+const fn scores(loss: f64, dssim: f64, l2: f64, psnr: f64) -> Option<PaperMetrics> {
+    Some([loss, dssim, l2, psnr])
 }
 
 /// Means over MERL's 20 test materials at n = 8 (table "SameSampleCount").
-pub(super) fn same_samples(model: ModelKind, approach: Approach) -> Option<Scores> {
+pub(super) fn same_samples(model: ModelKind, approach: Approach) -> Option<PaperMetrics> {
     use Approach::{Meta, Njr15, Ours, Random};
     use ModelKind::{CookTorrance, Linear, Neural, Phong};
     match (model, approach) {
@@ -49,7 +44,7 @@ pub(super) fn same_quality(model: ModelKind, approach: Approach) -> Option<[f64;
 }
 
 /// On the eight materials of Nielsen et al. at n = 2, Linear (table "Nielsen").
-pub(super) fn nielsen(approach: Approach) -> Option<Scores> {
+pub(super) fn nielsen(approach: Approach) -> Option<PaperMetrics> {
     match approach {
         Approach::Njr15 => scores(0.023, 0.128, 0.003, 26.28),
         Approach::Ours => scores(0.018, 0.009, 0.002, 30.02),
@@ -58,7 +53,7 @@ pub(super) fn nielsen(approach: Approach) -> Option<Scores> {
 }
 
 /// On the RGL database's isotropic part at n = 8 (table "RGLeval").
-pub(super) fn rgl(model: ModelKind, approach: Approach) -> Option<Scores> {
+pub(super) fn rgl(model: ModelKind, approach: Approach) -> Option<PaperMetrics> {
     use Approach::{Meta, Njr15, Ours};
     use ModelKind::{CookTorrance, Linear, Neural, Phong};
     match (model, approach) {

@@ -1,5 +1,7 @@
-//! The loss of each material, sorted by that of Ours (paper, figure "Zipfplots").
+//! The loss and the color difference of each material, sorted by the loss of Ours (paper, figure
+//! "Zipfplots").
 
+use glimpse_trainer::metrics::Scores;
 use glimpse_trainer::report::{Axis, Best, Cell, Column, Compare, Plot, Scale, Series, Table};
 
 use super::case::{Approach, Case};
@@ -13,6 +15,7 @@ pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
     for model in MODELS {
         let approaches = Approach::rivals(model);
         let mut losses = Vec::new();
+        let mut color_differences = Vec::new();
         let mut names = Vec::new();
         for approach in approaches {
             let evaluation = store.evaluation(&Case::new(approach, model, SAMPLES))?;
@@ -21,13 +24,12 @@ pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
                 .iter()
                 .map(|each| each.name.clone())
                 .collect();
-            losses.push(
-                evaluation
-                    .materials
-                    .iter()
-                    .map(|each| each.scores.loss)
-                    .collect::<Vec<_>>(),
-            );
+            let each = |metric: fn(&Scores) -> f64| -> Vec<f64> {
+                let materials = evaluation.materials.iter();
+                materials.map(|each| metric(&each.scores)).collect()
+            };
+            losses.push(each(|scores| scores.loss));
+            color_differences.push(each(|scores| scores.delta_e));
         }
         let [.., baseline, ours] = &losses[..] else {
             continue;
@@ -71,23 +73,30 @@ pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
                 series: series.collect(),
             },
         );
-        let mut columns = vec![Column::text("Material")];
-        columns.extend(approaches.map(|each| Column::number(each.title(), 4, Best::Least)));
-        let rows = order.iter().map(|index| {
-            let losses = losses.iter().map(|losses| Cell::Number(losses[*index]));
-            [Cell::Text(names[*index].clone())]
-                .into_iter()
-                .chain(losses)
-                .collect()
-        });
-        findings.table(
-            model.name(),
+        let table = |metric: &str, decimals: usize, values: &[Vec<f64>]| {
+            let approaches =
+                approaches.map(|each| Column::number(each.title(), decimals, Best::Least));
+            let rows = order.iter().map(|index| {
+                let values = values.iter().map(|values| Cell::Number(values[*index]));
+                [Cell::Text(names[*index].clone())]
+                    .into_iter()
+                    .chain(values)
+                    .collect()
+            });
             Table {
-                caption: format!("{}, loss at n = {SAMPLES}", title(model)),
-                columns,
+                caption: format!("{}, {metric} at n = {SAMPLES}", title(model)),
+                columns: [Column::text("Material")]
+                    .into_iter()
+                    .chain(approaches)
+                    .collect(),
                 rows: rows.collect(),
                 compare: Compare::Across,
-            },
+            }
+        };
+        findings.table(model.name(), table("loss", 4, &losses));
+        findings.table(
+            format!("{}-delta-e", model.name()),
+            table("Delta E (CIEDE2000)", 2, &color_differences),
         );
     }
     Ok(findings)

@@ -38,7 +38,7 @@ pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
             let evaluation = store.evaluation(&Case::new(approach, model, SAMPLES))?;
             let paper = paper::same_samples(model, approach);
             let mut row = vec![Cell::Text(approach.title().into())];
-            row.extend(cells_beside_the_paper_s(&evaluation, paper.as_ref()));
+            row.extend(cells_beside_the_paper_s(&evaluation, paper));
             rows.push(row);
             scores.push((approach, evaluation.scores));
         }
@@ -106,13 +106,15 @@ fn order_rows(model: ModelKind, scores: &[(Approach, Scores)]) -> Vec<Vec<Cell>>
         .map(|(index, (metric, _, best))| {
             let here = order(&|(_, scores)| Some(metrics(scores)[index]), *best);
             let paper = order(
-                &|(approach, _)| {
-                    let scores = paper::same_samples(model, *approach)?;
-                    Some(metrics(&scores)[index])
-                },
+                &|(approach, _)| paper::same_samples(model, *approach)?.get(index).copied(),
                 *best,
             );
-            let same = if here == paper { "yes" } else { "no" };
+            // The paper has no color difference.
+            let same = match paper.is_empty() {
+                true => "",
+                false if here == paper => "yes",
+                false => "no",
+            };
             [title(model), metric, &here, &paper, same]
                 .map(|text| Cell::Text(text.into()))
                 .into()

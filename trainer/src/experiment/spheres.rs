@@ -1,6 +1,7 @@
 //! Rows of spheres (paper, figures "Teaser", "MethodsModels" and "IncreasingSamples").
 
 use glimpse_core::model::ModelKind;
+use glimpse_trainer::evaluation::SPHERE;
 use glimpse_trainer::report::{Gallery, GalleryRow, Tile};
 
 use super::case::{Approach, Case};
@@ -31,7 +32,8 @@ pub(super) fn teaser(store: &Store<'_>) -> anyhow::Result<Findings> {
     }
     findings.gallery(Gallery {
         caption: format!(
-            "Neural, n = {TEASER}; from diffuse to glossy materials, none of which was trained on"
+            "Neural, n = {TEASER}; from diffuse to glossy materials, none of which was trained on; {}",
+            errors()
         ),
         rows,
     });
@@ -53,8 +55,9 @@ pub(super) fn increasing(store: &Store<'_>, most_samples: usize) -> anyhow::Resu
     }
     findings.gallery(Gallery {
         caption: format!(
-            "{} by Ours; every picture is of a recipe of its own",
-            store.test.materials[index].name()
+            "{} by Ours; every picture is of a recipe of its own; {}",
+            store.test.materials[index].name(),
+            errors()
         ),
         rows,
     });
@@ -74,11 +77,19 @@ pub(super) fn by_model(store: &Store<'_>, index: usize, samples: usize) -> anyho
     }
     Ok(Gallery {
         caption: format!(
-            "{}, n = {samples}; click to enlarge",
-            store.test.materials[index].name()
+            "{}, n = {samples}; {}; click to enlarge",
+            store.test.materials[index].name(),
+            errors()
         ),
         rows,
     })
+}
+
+/// The part of a caption that states which pictures the errors below them belong to.
+fn errors() -> String {
+    format!(
+        "DSSIM, PSNR and Delta E (CIEDE2000) are of these pictures of {SPHERE} x {SPHERE} pixels"
+    )
 }
 
 /// A material as it is, and fitted in several ways, the best of which is marked.
@@ -120,6 +131,7 @@ fn row(
                 format!("loss {:.4}", scores.loss),
                 format!("DSSIM {:.4}", scores.dssim),
                 format!("{:.1} dB", scores.psnr),
+                format!("Delta E {:.2}", scores.delta_e),
             ],
             best: false,
             picture,

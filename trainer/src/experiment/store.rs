@@ -176,6 +176,7 @@ impl<'a> Store<'a> {
             }
             notes.asked_for(&outputs);
             notes.add(Needed {
+                is_done: outputs.iter().all(|path| path.exists()),
                 name: name.clone(),
                 inputs: before.iter().cloned().collect(),
                 outputs,
@@ -352,7 +353,7 @@ impl<'a> Store<'a> {
         let short = name;
         let name = format!("{SHEETS}/{}/{short}", set.label);
         let path = with_extension(&self.settings.out.join(&name), "json");
-        let is_there = path.exists();
+        let kept = read_evaluation(&path)?;
         if let Purpose::Listing(notes) = &self.purpose {
             notes.recipes();
             name_only(make)?;
@@ -361,18 +362,16 @@ impl<'a> Store<'a> {
                 inputs: notes.recipes(),
                 outputs: vec![path.clone()],
                 checkpoint: None,
+                is_done: kept.is_some(),
             });
-            return match is_there {
-                true => read_evaluation(&path),
-                false => Ok(blank_evaluation(seeds, set.materials)),
-            };
+            return Ok(kept.unwrap_or_else(|| blank_evaluation(seeds, set.materials)));
         }
         let is_wanted = match &self.purpose {
             Purpose::Only(wanted) => wanted.is(&name),
             _ => true,
         };
-        if is_there {
-            return read_evaluation(&path);
+        if let Some(kept) = kept {
+            return Ok(kept);
         }
         if !is_wanted {
             // A recipe that it needs may be what is wanted.

@@ -32,25 +32,37 @@ pub(super) fn doublings(most: usize) -> impl Iterator<Item = usize> + Clone {
     std::iter::successors(Some(1), |n| Some(2 * n)).take_while(move |n| *n <= most)
 }
 
-/// The four metrics' names and how they are compared.
-pub(super) const METRICS: [(&str, usize, Best); 4] = [
+/// The metrics' names, decimals, and how they are compared: the paper's four, and color difference.
+pub(super) const METRICS: [(&str, usize, Best); 5] = [
     ("Loss", 4, Best::Least),
     ("DSSIM", 4, Best::Least),
     ("L2", 5, Best::Least),
     ("PSNR (dB)", 2, Best::Greatest),
+    ("Delta E", 2, Best::Least),
 ];
+/// The number of metrics that the paper has: the first of [`METRICS`].
+pub(super) const PAPER_METRICS: usize = 4;
+/// The paper's figures, in the order of [`METRICS`].
+pub(super) type PaperMetrics = [f64; PAPER_METRICS];
 
-/// The four metrics, in that order.
-pub(super) fn metrics(scores: &Scores) -> [f64; 4] {
-    [scores.loss, scores.dssim, scores.l2, scores.psnr]
+/// The metrics in the order of [`METRICS`].
+pub(super) fn metrics(scores: &Scores) -> [f64; METRICS.len()] {
+    let Scores {
+        loss,
+        dssim,
+        l2,
+        psnr,
+        delta_e,
+    } = *scores;
+    [loss, dssim, l2, psnr, delta_e]
 }
 
-/// Columns for our four metrics, the standard error of our mean loss, and then for the paper's
-/// metrics.
+/// Columns for our metrics, the standard error of our mean loss, and then for the paper's metrics.
 pub(super) fn columns_beside_the_paper_s() -> Vec<Column> {
     let ours = METRICS.map(|(title, decimals, best)| Column::number(title, decimals, best));
     let error = Column::number("Loss: std. error", 4, Best::None);
-    let paper = METRICS.map(|(title, decimals, _)| {
+    let paper = METRICS.into_iter().take(PAPER_METRICS);
+    let paper = paper.map(|(title, decimals, _)| {
         Column::number(format!("paper: {title}"), decimals.min(3), Best::None)
     });
     ours.into_iter().chain([error]).chain(paper).collect()
@@ -59,7 +71,7 @@ pub(super) fn columns_beside_the_paper_s() -> Vec<Column> {
 /// Cells for those.
 pub(super) fn cells_beside_the_paper_s(
     evaluation: &Evaluation,
-    paper: Option<&Scores>,
+    paper: Option<PaperMetrics>,
 ) -> Vec<Cell> {
     let losses: Vec<f64> = evaluation
         .materials
@@ -68,8 +80,8 @@ pub(super) fn cells_beside_the_paper_s(
         .collect();
     let error = Estimate::of(&losses).standard_error;
     let paper = match paper {
-        Some(paper) => metrics(paper).map(Cell::Number),
-        None => [const { Cell::Missing }; 4],
+        Some(paper) => paper.map(Cell::Number),
+        None => [const { Cell::Missing }; PAPER_METRICS],
     };
     metrics(&evaluation.scores)
         .map(Cell::Number)

@@ -4,6 +4,7 @@ use std::collections::HashMap;
 
 use super::error::SourceError;
 use super::{Material, Source};
+use crate::setting::{NamesSettings, Naming, Setting, display_with_setting_names};
 
 /// Sources of materials, and how much of training each of them gets.
 #[derive(Clone, Debug, PartialEq)]
@@ -26,10 +27,9 @@ pub struct Portion {
 pub type Joined = (Vec<Box<dyn Material>>, Vec<Portion>);
 
 /// Why sources and shares do not go together.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum ShareError {
     /// There are more or fewer shares than sources.
-    #[error("--share needs one number for each --data: {shares} for {sources} of them")]
     Count {
         /// How many sources there are.
         sources: usize,
@@ -37,9 +37,27 @@ pub enum ShareError {
         shares: usize,
     },
     /// A source of a share of 0 need not be given.
-    #[error("--share must be above 0, and not {0}: leave out the --data instead")]
     Nothing(f32),
 }
+
+impl NamesSettings for ShareError {
+    fn message(&self, name: Naming) -> String {
+        let [share, data] = [Setting::Share, Setting::Materials].map(name);
+        match self {
+            Self::Count { sources, shares } => {
+                format!(
+                    "{share} needs one number for each of {data}: {shares} for {sources} of them"
+                )
+            }
+            Self::Nothing(value) => {
+                format!("{share} must be above 0, and not {value}: leave out that one of {data}")
+            }
+        }
+    }
+}
+
+display_with_setting_names!(ShareError);
+impl std::error::Error for ShareError {}
 
 impl Sources {
     /// Sources in proportion to the numbers given, or, without any, to how many materials each has.

@@ -8,6 +8,7 @@ use serde::Serialize;
 
 use super::measured::Measured;
 use super::outliers::{Distribution, Examined};
+use crate::setting::{NamesSettings, Naming, Setting, display_with_setting_names};
 
 /// What becomes of a sample's reading. Files hold it as a code: `used`, `missing`, `saturated` or `outlier`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -54,14 +55,9 @@ pub struct Fit {
 }
 
 /// Why measurements are not fitted.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum FitFailure {
     /// Readings are missing that the recipe cannot do without.
-    #[error(
-        "{} not measured, and this recipe needs all {samples}: read {} too, or scan by a \
-         recipe that can do without, as `trainer train --missing 0.5` makes them",
-        list(missing), if missing.len() == 1 { "it" } else { "them" }
-    )]
     Missing {
         /// The samples that are missing.
         missing: Vec<usize>,
@@ -69,8 +65,31 @@ pub enum FitFailure {
         samples: usize,
     },
     /// The readings cannot be fitted.
-    #[error(transparent)]
-    Scan(#[from] HostScanError),
+    Scan(HostScanError),
+}
+
+impl NamesSettings for FitFailure {
+    fn message(&self, name: Naming) -> String {
+        match self {
+            Self::Missing { missing, samples } => format!(
+                "{} not measured, and this recipe needs all {samples}: read {} too, or scan by a \
+                 recipe that was trained with {} of 0.5",
+                list(missing),
+                if missing.len() == 1 { "it" } else { "them" },
+                name(Setting::Missing)
+            ),
+            Self::Scan(error) => error.to_string(),
+        }
+    }
+}
+
+display_with_setting_names!(FitFailure);
+impl std::error::Error for FitFailure {}
+
+impl From<HostScanError> for FitFailure {
+    fn from(error: HostScanError) -> Self {
+        Self::Scan(error)
+    }
 }
 
 fn list(missing: &[usize]) -> String {

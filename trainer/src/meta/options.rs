@@ -11,6 +11,7 @@ use super::outer::Checkpoints;
 use super::plan::{Effort, Known, Schedule};
 use crate::linear::Prior;
 use crate::material::{Material, Portion};
+use crate::setting::{NamesSettings, Naming, Setting, display_with_setting_names};
 
 /// What to train.
 #[derive(Clone, Debug)]
@@ -95,28 +96,48 @@ impl Default for Completing {
 }
 
 /// Why nothing can be trained so.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum CompletingError {
     /// A number is out of its range.
-    #[error("{field} must be 0 to {most}, not {value}")]
     Range {
-        /// Which one.
-        field: &'static str,
+        /// The setting.
+        field: Setting,
         /// The largest that is taken.
         most: f32,
         /// What was given.
         value: f32,
     },
     /// There is no such machine.
-    #[error("max_theta_i, max_theta_o and min_separation do not go together: {0}")]
-    Limits(#[from] LimitsError),
-    /// Its arms could not both be brought to where they have to keep apart so far.
-    #[error(
-        "min_separation must be at most twice the lesser of max_theta_i and max_theta_o, {0:.1} \
-         degrees here"
-    )]
+    Limits(LimitsError),
+    /// The arms cannot keep so far apart within their limits. The largest separation in degrees.
     Separation(f32),
 }
+
+impl NamesSettings for CompletingError {
+    fn message(&self, name: Naming) -> String {
+        let limits = [
+            Setting::MaxThetaI,
+            Setting::MaxThetaO,
+            Setting::MinSeparation,
+        ];
+        let [theta_i, theta_o, separation] = limits.map(name);
+        match self {
+            Self::Range { field, most, value } => {
+                format!("{} must be 0 to {most}, not {value}", name(*field))
+            }
+            Self::Limits(error) => {
+                format!("{theta_i}, {theta_o} and {separation} do not go together: {error}")
+            }
+            Self::Separation(most) => format!(
+                "{separation} must be at most twice the lesser of {theta_i} and {theta_o}, \
+                 {most:.1} degrees here"
+            ),
+        }
+    }
+}
+
+display_with_setting_names!(CompletingError);
+impl std::error::Error for CompletingError {}
 
 impl Completing {
     /// Up to how many samples all of them are there in training, unless it is asked otherwise.
@@ -138,16 +159,16 @@ impl Completing {
     /// What is out of its range, or does not go together.
     pub fn validate(&self) -> Result<(), CompletingError> {
         for (field, value, most) in [
-            ("missing", self.missing, 1.0),
-            ("noise", self.noise, 0.5),
-            ("additive", self.additive, 0.5),
-            ("procedural", self.procedural, 0.99),
+            (Setting::Missing, self.missing, 1.0),
+            (Setting::Noise, self.noise, 0.5),
+            (Setting::Additive, self.additive, 0.5),
+            (Setting::Procedural, self.procedural, 0.99),
         ] {
             if !(0.0..=most).contains(&value) {
                 return Err(CompletingError::Range { field, most, value });
             }
         }
-        self.limits.validate()?;
+        self.limits.validate().map_err(CompletingError::Limits)?;
         // A pattern is brought within limits by bringing both arms to equal polar angles.
         let most = 2.0 * self.limits.max_theta_i.min(self.limits.max_theta_o);
         match self.limits.min_separation > most {

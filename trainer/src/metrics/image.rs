@@ -141,7 +141,8 @@ impl Moments {
     }
 }
 
-fn check(reference: &Picture, picture: &Picture) -> Result<(), CompareError> {
+/// Refuses pictures that differ in size, or lack pixels.
+pub(super) fn check(reference: &Picture, picture: &Picture) -> Result<(), CompareError> {
     let size = |picture: &Picture| (picture.width, picture.height);
     let whole = |picture: &Picture| picture.width * picture.height == picture.pixels.len();
     if size(reference) == size(picture) && whole(reference) && whole(picture) {
@@ -152,7 +153,7 @@ fn check(reference: &Picture, picture: &Picture) -> Result<(), CompareError> {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
 
     /// A picture by formula, in whole numbers only.
@@ -171,13 +172,13 @@ mod tests {
         }
     }
 
-    fn reference() -> Picture {
+    pub(in super::super) fn reference() -> Picture {
         picture(23, 17, |x, y| {
             [9 * x + 3 * y, (x * x + 7 * y) / 3, 255 - 11 * y]
         })
     }
 
-    fn distorted() -> Picture {
+    pub(in super::super) fn distorted() -> Picture {
         picture(23, 17, |x, y| {
             [
                 9 * x + 3 * y + (5 * x * y) % 13,

@@ -1,4 +1,7 @@
-//! The paper's Loss of a whole BRDF: mean cosine-weighted logarithmic error over many directions.
+//! The paper's loss of a whole BRDF: mean cosine-weighted logarithmic error over many directions.
+//!
+//! `trainer/docs/losses.md` defines it; [`directions`](crate::evaluation::directions) are the directions
+//! of every evaluation.
 
 use glimpse_core::geometry::HalfDifference;
 use glimpse_core::model::loss::cosine_weighted_log_error;
@@ -8,11 +11,11 @@ use crate::material::Brdf;
 /// Directions that are evaluated in one call.
 const BATCH: usize = 4096;
 
-/// Mean over samples and channels of |ln(1 + y c) - ln(1 + f c)|, c = cos(theta_i).
+/// Mean over directions and channels of |ln(1 + y c) - ln(1 + f c)|, c = cos(theta_i) clamped to
+/// \[0, 1\].
 ///
-/// `brdf` is f; `reference` holds y, the BRDF in linear RGB, sr^-1 (not times the cosine), of the
-/// reference at each of `at`.
-/// The mean is taken in f64. If the lists differ in length the longer one is cut. No samples have
+/// `brdf` is f, the fitted BRDF; `reference` holds y, the measured BRDF at each of `at`. Both are in
+/// linear RGB, sr^-1, not times the cosine. The mean is taken in f64. If the lists differ in length the longer one is cut. No samples have
 /// mean 0; a value that is not a number makes the mean one that is none either.
 pub fn mean_log_error(
     brdf: &(impl Brdf + ?Sized),
@@ -26,16 +29,30 @@ pub fn mean_log_error(
         let batch = at.len().min(reference.len());
         let (at, values) = (&at[..batch], &mut values[..batch]);
         brdf.evaluate(at, values);
-        for ((at, modelled), measured) in at.iter().zip(values).zip(reference) {
-            let cosine = at.cos_theta_i();
-            sum += f64::from(
-                cosine_weighted_log_error(*measured, *modelled, cosine, 1.0)
-                    .error
-                    .value(),
-            );
-        }
+        sum += sum_of_errors(at, reference, values);
     }
     sum / (3 * count.max(1)) as f64
+}
+
+/// The same of a fitted BRDF by its values at each of `at`.
+#[must_use]
+pub fn mean_log_error_of_values(
+    fitted: &[[f32; 3]],
+    at: &[HalfDifference<f32>],
+    reference: &[[f32; 3]],
+) -> f64 {
+    let count = at.len().min(reference.len()).min(fitted.len());
+    sum_of_errors(at, reference, fitted) / (3 * count.max(1)) as f64
+}
+
+/// Sum over directions and channels.
+fn sum_of_errors(at: &[HalfDifference<f32>], reference: &[[f32; 3]], fitted: &[[f32; 3]]) -> f64 {
+    let each = at.iter().zip(reference).zip(fitted);
+    let errors = each.map(|((at, measured), fitted)| {
+        let error = cosine_weighted_log_error(*measured, *fitted, at.cos_theta_i(), 1.0).error;
+        f64::from(error.value())
+    });
+    errors.sum()
 }
 
 #[cfg(test)]
@@ -56,6 +73,9 @@ mod tests {
         let brdf = |_: &HalfDifference<f32>| [0.0, 2.0, 0.5];
         let expected = 6.0_f64.ln() / 3.0;
         assert!((mean_log_error(&brdf, &at, &reference) - expected).abs() < 1e-7);
+        let fitted = vec![[0.0, 2.0, 0.5]; at.len()];
+        let of_values = mean_log_error_of_values(&fitted, &at, &reference);
+        assert!((of_values - expected).abs() < 1e-7);
     }
 
     #[test]

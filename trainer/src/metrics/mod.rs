@@ -1,12 +1,20 @@
-//! The paper's four metrics: Loss in BRDF space, and DSSIM, L2 and PSNR of a rendered sphere.
+//! The metrics of a fit: loss in BRDF space, and DSSIM, L2, PSNR and color difference of a rendered
+//! sphere.
 
+pub mod color;
 pub mod image;
 pub mod loss;
 
+pub use color::mean_ciede2000;
 pub use image::{CompareError, PictureErrors, psnr};
-pub use loss::mean_log_error;
+pub use loss::{mean_log_error, mean_log_error_of_values};
 
-/// The four metrics of one material, or their means over several.
+use crate::render::{Picture, sphere_disc};
+
+/// The metrics of one material, or their means over several.
+///
+/// All but the loss belong to one picture: that of [`Judge`](crate::evaluation::Judge) has 128 x 128
+/// pixels.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Scores {
     /// Mean cosine-weighted logarithmic error; 0 is best. See [`loss`].
@@ -17,19 +25,30 @@ pub struct Scores {
     pub l2: f64,
     /// Peak signal-to-noise ratio of the spheres in dB, at most 100; more is better.
     pub psnr: f64,
+    /// Mean CIEDE2000 over the sphere's disc, 0 or more; 0 is best. See [`color`].
+    pub delta_e: f64,
 }
 
 impl Scores {
-    /// The loss and the errors of the sphere together.
-    #[must_use]
-    pub fn new(loss: f64, sphere: PictureErrors) -> Self {
-        let PictureErrors { dssim, l2, psnr } = sphere;
-        Self {
+    /// The loss, and the errors of a sphere as [`render_sphere`](crate::render::render_sphere) draws
+    /// it. DSSIM, L2 and PSNR are over the whole picture, the color difference over the disc.
+    ///
+    /// # Errors
+    /// If the sizes differ, or are below 7 x 7.
+    pub fn of_spheres(
+        loss: f64,
+        reference: &Picture,
+        sphere: &Picture,
+    ) -> Result<Self, CompareError> {
+        let PictureErrors { dssim, l2, psnr } = PictureErrors::between(reference, sphere)?;
+        let disc = sphere_disc(sphere.width, sphere.height);
+        Ok(Self {
             loss,
             dssim,
             l2,
             psnr,
-        }
+            delta_e: mean_ciede2000(reference, sphere, disc)?,
+        })
     }
 
     /// Several scans of the same material: the mean of each metric, and as PSNR that of the mean L2.
@@ -52,6 +71,7 @@ impl Scores {
             sum.dssim += scores.dssim;
             sum.l2 += scores.l2;
             sum.psnr += scores.psnr;
+            sum.delta_e += scores.delta_e;
             count += 1.0;
         }
         (count > 0.0).then(|| Self {
@@ -59,6 +79,7 @@ impl Scores {
             dssim: sum.dssim / count,
             l2: sum.l2 / count,
             psnr: sum.psnr / count,
+            delta_e: sum.delta_e / count,
         })
     }
 }
@@ -68,34 +89,39 @@ mod tests {
     use super::*;
 
     fn two() -> [Scores; 2] {
-        let one = PictureErrors {
+        let one = Scores {
+            loss: 0.1,
             dssim: 0.2,
             l2: 0.001,
             psnr: 30.0,
+            delta_e: 1.0,
         };
-        let other = PictureErrors {
+        let other = Scores {
+            loss: 0.3,
             dssim: 0.6,
             l2: 0.1,
             psnr: 10.0,
+            delta_e: 4.0,
         };
-        [Scores::new(0.1, one), Scores::new(0.3, other)]
+        [one, other]
     }
 
-    fn assert_are(scores: Scores, expected: [f64; 4]) {
+    fn assert_are(scores: Scores, expected: [f64; 5]) {
         let Scores {
             loss,
             dssim,
             l2,
             psnr,
+            delta_e,
         } = scores;
-        for (value, expected) in [loss, dssim, l2, psnr].into_iter().zip(expected) {
+        for (value, expected) in [loss, dssim, l2, psnr, delta_e].into_iter().zip(expected) {
             assert!((value - expected).abs() < 1e-12, "{scores:?}");
         }
     }
 
     #[test]
     fn materials_are_averaged_metric_by_metric() {
-        assert_are(Scores::mean(two()).unwrap(), [0.2, 0.4, 0.0505, 20.0]);
+        assert_are(Scores::mean(two()).unwrap(), [0.2, 0.4, 0.0505, 20.0, 2.5]);
         assert_eq!(Scores::mean([]), None);
     }
 
@@ -103,12 +129,33 @@ mod tests {
     fn the_psnr_of_repetitions_is_that_of_their_mean_error() {
         let decibels = -10.0 * 0.0505_f64.log10();
         let mean = Scores::of_repetitions(two()).unwrap();
-        assert_are(mean, [0.2, 0.4, 0.0505, decibels]);
+        assert_are(mean, [0.2, 0.4, 0.0505, decibels, 2.5]);
         let [once, _] = two();
         assert_are(
             Scores::of_repetitions([once]).unwrap(),
-            [0.1, 0.2, 0.001, 30.0],
+            [0.1, 0.2, 0.001, 30.0, 1.0],
         );
         assert_eq!(Scores::of_repetitions([]), None);
+    }
+
+    #[test]
+    fn the_background_counts_for_dssim_and_l2_alone() {
+        let reference = Picture::filled(20, 20, [90, 120, 60]);
+        let disc: Vec<usize> = sphere_disc(20, 20).collect();
+        // 0.96 x 20 pixels across.
+        let expected = std::f64::consts::PI * 9.6_f64.powi(2);
+        assert!((disc.len() as f64 / expected - 1.0).abs() < 0.03);
+        let mut beside = reference.clone();
+        for (index, pixel) in beside.pixels.iter_mut().enumerate() {
+            if !disc.contains(&index) {
+                *pixel = [255; 3];
+            }
+        }
+        let scores = Scores::of_spheres(0.0, &reference, &beside).unwrap();
+        assert!(scores.delta_e == 0.0 && scores.l2 > 0.0 && scores.dssim > 0.0);
+        let all = Picture::filled(20, 20, [90, 121, 60]);
+        let scores = Scores::of_spheres(0.0, &reference, &all).unwrap();
+        let [one, other] = [[90, 120, 60], [90, 121, 60]].map(color::Lab::from_srgb);
+        assert!((scores.delta_e - color::ciede2000(one, other)).abs() < 1e-12);
     }
 }

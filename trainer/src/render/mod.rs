@@ -19,4 +19,4 @@ pub use environment::Environment;
 pub use image::Image;
 pub use panorama::EnvironmentError;
 pub use picture::{Picture, PictureError};
-pub use sphere::{BACKGROUND, render_sphere};
+pub use sphere::{BACKGROUND, render_sphere, sphere_disc};

@@ -25,6 +25,18 @@ pub fn render_sphere(brdf: &(impl Brdf + ?Sized), environment: &Environment, siz
     render_with(brdf, environment, size, RINGS)
 }
 
+/// Lists the pixels whose centers lie on the sphere that [`render_sphere`] draws: their indices, row by row
+/// from the top left. In a picture that is not square, the sphere fits into the shorter side.
+pub fn sphere_disc(width: usize, height: usize) -> impl Iterator<Item = usize> {
+    let radius = 0.5 * DIAMETER * width.min(height) as f32;
+    (0..width * height).filter(move |index| {
+        let centered = |place: usize, side: usize| place as f32 + 0.5 - 0.5 * side as f32;
+        let x = centered(index % width, width);
+        let y = centered(index / width, height);
+        x * x + y * y <= radius * radius
+    })
+}
+
 /// The same with a rule of so many rings.
 pub(super) fn render_with(
     brdf: &(impl Brdf + ?Sized),

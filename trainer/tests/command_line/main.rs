@@ -208,7 +208,7 @@ fn a_recipe_is_trained_shown_exported_and_judged() {
     let judged: Value = serde_json::from_str(&judged).expect("it is JSON");
     assert_eq!(judged["method"], "ours");
     assert_eq!(judged["materials"].as_array().expect("a list").len(), 2);
-    for metric in ["loss", "dssim", "l2", "psnr"] {
+    for metric in ["loss", "dssim", "l2", "psnr", "delta_e"] {
         let mean = judged[metric].as_f64().expect("a number");
         let each = [0, 1].map(|i| judged["materials"][i][metric].as_f64().expect("a number"));
         assert!((mean - (each[0] + each[1]) / 2.0).abs() < 1e-9, "{metric}");

@@ -3,6 +3,8 @@
 use std::fs;
 use std::path::Path;
 
+use glimpse_trainer::metrics::Scores;
+use glimpse_trainer::render::Picture;
 use serde_json::{Value, json};
 
 use super::{TRAIN, fail, succeed};
@@ -13,6 +15,26 @@ fn size_of_png(path: &Path) -> (u32, u32) {
     let reader = png::Decoder::new(std::io::BufReader::new(file)).read_info();
     let reader = reader.expect("it is a PNG file");
     (reader.info().width, reader.info().height)
+}
+
+/// The words of each line of a table but its first.
+fn numbers(text: &str) -> Vec<Vec<String>> {
+    let words = |line: &str| line.split_whitespace().map(str::to_owned).collect();
+    text.lines().skip(1).map(words).collect()
+}
+
+/// The pixels of a PNG file.
+fn pixels_of_png(path: &Path) -> Picture {
+    let file = fs::File::open(path).expect("it is there");
+    let reader = png::Decoder::new(std::io::BufReader::new(file)).read_info();
+    let mut reader = reader.expect("it is a PNG file");
+    let mut bytes = vec![0; reader.output_buffer_size().expect("it has a size")];
+    let info = reader.next_frame(&mut bytes).expect("it is whole");
+    Picture {
+        width: info.width as usize,
+        height: info.height as usize,
+        pixels: bytes.as_chunks().0.to_vec(),
+    }
 }
 
 /// A grey panorama, as a Radiance file without compression.
@@ -83,11 +105,44 @@ fn spheres_are_rendered_in_a_grid_or_on_a_page() {
         assert!(html.contains(&name), "{name}");
     }
 
-    // The errors are those of the command that is made for them, in any light.
+    // The errors belong to the pictures that are written.
+    let printed = run(&["--recipe", "phong.recipe", "--out", "scans.png"]);
+    let sheet = pixels_of_png(&directory.join("scans.png"));
+    for line in numbers(&printed) {
+        let place = |index: usize| line[index].parse::<usize>().expect("a number") - 1;
+        let (row, column) = (place(0), place(1));
+        let cell = |scan: usize| Picture {
+            width: 24,
+            height: 24,
+            pixels: (0..24 * 24)
+                .map(|pixel| {
+                    let x = column * (2 * 24 + 4) + scan * 24 + pixel % 24;
+                    sheet.pixels[(row * (24 + 4) + pixel / 24) * sheet.width + x]
+                })
+                .collect(),
+        };
+        let expected = Scores::of_spheres(0.0, &cell(0), &cell(1)).expect("they can be compared");
+        let found = [4, 5, 6, 7].map(|index| line[index].parse::<f64>().expect("a number"));
+        let Scores {
+            dssim,
+            l2,
+            psnr,
+            delta_e,
+            ..
+        } = expected;
+        let rounding = [1e-4, 1e-6, 1e-2, 1e-4].map(|last| 0.51 * last);
+        let errors = found.into_iter().zip([dssim, l2, psnr, delta_e]);
+        for ((found, expected), rounding) in errors.zip(rounding) {
+            assert!((found - expected).abs() < rounding, "{line:?} {expected:?}");
+        }
+    }
+
+    // Of the size of evaluate's pictures, they are those of evaluate, in any light.
     fs::write(directory.join("grey.hdr"), panorama(8, 4)).expect("it is written");
     for light in [&[][..], &["--environment", "grey.hdr"]] {
-        let scans = [&["--recipe", "phong.recipe"], light].concat();
-        let printed = run(&scans);
+        let of_size = ["render", "sphere", "procedural:3:5", "--size", "128"];
+        let scans = [&of_size[..], &["--recipe", "phong.recipe"], light].concat();
+        let rendered = numbers(&succeed(directory, &scans));
         let judge = [
             "evaluate",
             "--recipe",
@@ -95,30 +150,15 @@ fn spheres_are_rendered_in_a_grid_or_on_a_page() {
             "--test",
             "procedural:3:5",
         ];
-        let judged = succeed(directory, &[&judge, light].concat());
-        let numbers = |text: &str| -> Vec<Vec<String>> {
-            let words = |line: &str| {
-                line.split_whitespace()
-                    .map(str::to_owned)
-                    .collect::<Vec<_>>()
-            };
-            text.lines().skip(1).map(words).collect()
-        };
-        let rendered = numbers(&printed);
+        let judged = numbers(&succeed(directory, &[&judge, light].concat()));
         for line in &rendered {
-            let [.., material, loss, dssim, l2, psnr] = &line[..] else {
-                panic!("{printed}");
-            };
-            let expected = [material, loss, dssim, l2, psnr].map(|word| word.trim_end_matches('*'));
-            assert!(
-                numbers(&judged).iter().any(|line| *line == expected),
-                "{printed}{judged}"
-            );
+            assert!(judged.contains(&line[2..].to_vec()), "{line:?} {judged:?}");
         }
+        assert_eq!(rendered.len(), 3);
     }
     assert_eq!(
-        size_of_png(&directory.join("sphere.png")),
-        (4 * 24 + 4, 2 * 24 + 4)
+        size_of_png(&directory.join("scans.png")),
+        (2 * (2 * 24) + 4, 2 * 24 + 4)
     );
 }
 
@@ -186,6 +226,11 @@ fn what_cannot_be_drawn_is_refused_at_once() {
         (&sphere, &["--out", "file/sphere.png"], &["file/sphere.png"]),
         (&sphere, &["--size", "0"], &["--size"]),
         (&sphere, &["--size", "5000"], &["--size"]),
+        (
+            &sphere,
+            &["--size", "6", "--recipe", "r.recipe"],
+            &["--size"],
+        ),
         (&sphere, &["--columns", "0"], &["--columns"]),
         (&lobe, &["--theta-i", "90"], &["--theta-i"]),
         (&lobe, &["--theta-i", "0,10,20,30,40,50,60"], &["7 curves"]),

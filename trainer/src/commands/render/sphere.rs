@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use anyhow::ensure;
 use clap::Args;
-use glimpse_trainer::evaluation::{Judge, Method};
+use glimpse_trainer::evaluation::{Method, loss_between};
 use glimpse_trainer::material::{Material, Source};
 use glimpse_trainer::metrics::Scores;
 use glimpse_trainer::render::{BACKGROUND, Environment, Image, render_sphere};
@@ -23,12 +23,15 @@ use super::shared::{check_out, file_type, with_method};
 /// The largest side of a sphere's picture, and of all of them together, in pixels.
 const MOST_PIXELS: usize = 4_096;
 const MOST_PIXELS_IN_ALL: usize = 1 << 26;
+/// The smallest side of pictures that are compared, in pixels: that of SSIM's window.
+const SMALLEST_COMPARED: usize = 7;
 
 /// Render materials as spheres; with --recipe, each beside what a scan by the recipe makes of it.
 ///
 /// A PNG file shows them row by row, in the order that is printed; an EXR file holds the same as
 /// linear radiance, neither exposed nor tone-mapped; an HTML page has names and errors beneath,
-/// its pictures in a folder beside it. The errors are those of `trainer evaluate`.
+/// its pictures in a folder beside it. The loss is that of `trainer evaluate`; DSSIM, L2, PSNR and
+/// delta E are of the very pictures, at their --size (`evaluate` takes 128 x 128 pixels).
 ///
 /// The light is an open-air studio, or a panorama in latitude and longitude: Radiance (*.hdr) or
 /// OpenEXR (*.exr), 2:1. Its centre is straight ahead of the viewer, behind the sphere; its edges
@@ -74,6 +77,12 @@ impl Sphere {
     pub(super) fn run(&self, seed: u64) -> anyhow::Result<()> {
         let file_type = file_type(&self.out, &["png", "exr", "html"])?;
         ensure!(
+            self.recipe.is_none() || self.size >= SMALLEST_COMPARED,
+            "--size {} is too small to compare a scan with its material: give {SMALLEST_COMPARED} or \
+             more",
+            self.size
+        );
+        ensure!(
             self.columns.is_none() || self.recipe.is_none() || file_type != "html",
             "--columns has no effect: a page has a row for each material and its scan"
         );
@@ -104,24 +113,18 @@ impl Sphere {
         );
         check_out(&self.out)?;
 
-        // From the beginning: the materials that scans are compared with are rendered first.
         let steps = Steps::new("rendering", materials.len());
-        let judge = method.map(|method| {
-            let judge = Judge::under(environment.clone(), &materials);
-            (judge, method)
-        });
         if let Some(path) = &self.recipe {
             tell(&read_recipe(path)?.0.recipe()?, &materials)?;
         }
         let mut all = Vec::new();
-        for (index, material) in materials.iter().enumerate() {
-            let scan = judge
-                .as_ref()
-                .map(|(judge, method)| self.scan(judge, method, index, environment, seed));
+        for material in &materials {
+            let sphere = render_sphere(&**material, environment, self.size);
+            let scan = method.map(|method| scan(&**material, &sphere, method, environment, seed));
             all.push(Rendered {
                 name: material.name(),
-                sphere: render_sphere(&**material, environment, self.size),
                 scan: scan.transpose()?,
+                sphere,
             });
             steps.done();
         }
@@ -180,21 +183,6 @@ impl Sphere {
         })
     }
 
-    /// Scans a material, and renders what came of it.
-    fn scan(
-        &self,
-        judge: &Judge<'_>,
-        method: &Method<'_>,
-        index: usize,
-        environment: &Environment,
-        seed: u64,
-    ) -> anyhow::Result<(Scores, Image)> {
-        let material: &dyn Material = &*judge.materials()[index];
-        let fitted = method.fit(material, seed)?;
-        let (scores, _) = judge.score(index, &fitted)?;
-        Ok((scores, render_sphere(&fitted, environment, self.size)))
-    }
-
     /// Names and errors beneath the spheres.
     fn page(&self, all: &[Rendered<'_>], columns: usize) -> Page {
         let folder = self.out.file_stem().unwrap_or_default().to_string_lossy();
@@ -214,8 +202,11 @@ impl Sphere {
                 let mut tiles = vec![tile("Reference", Vec::new(), &each.sphere)];
                 if let Some((scores, image)) = &each.scan {
                     let details = vec![
-                        format!("loss {:.4}, {:.1} dB", scores.loss, scores.psnr),
-                        format!("DSSIM {:.4}, L2 {:.5}", scores.dssim, scores.l2),
+                        format!("loss {:.4}, delta E {:.2}", scores.loss, scores.delta_e),
+                        format!(
+                            "DSSIM {:.4}, L2 {:.5}, {:.1} dB",
+                            scores.dssim, scores.l2, scores.psnr
+                        ),
                     ];
                     tiles.push(tile("Scan", details, image));
                 }
@@ -245,14 +236,30 @@ impl Sphere {
         };
         let caption = match &self.recipe {
             Some(recipe) => format!(
-                "Each material, and its scan by {}, in the light of {light}; errors as trainer evaluate \
-                 finds them",
-                recipe.file_name().unwrap_or_default().to_string_lossy()
+                "Each material, and its scan by {}, in the light of {light}; delta E (CIEDE2000), \
+                 DSSIM, L2 and PSNR are of these pictures of {size} x {size} pixels",
+                recipe.file_name().unwrap_or_default().to_string_lossy(),
+                size = self.size
             ),
             None => format!("In the light of {light}; click to enlarge"),
         };
         page.gallery(&Gallery { caption, rows })
     }
+}
+
+/// Scans a material, and compares what came of it with the material and its sphere.
+fn scan(
+    material: &dyn Material,
+    sphere: &Image,
+    method: &Method<'_>,
+    environment: &Environment,
+    seed: u64,
+) -> anyhow::Result<(Scores, Image)> {
+    let fitted = method.fit(material, seed)?;
+    let image = render_sphere(&fitted, environment, sphere.width);
+    let loss = loss_between(&fitted, material);
+    let scores = Scores::of_spheres(loss, &sphere.tone_map(), &image.tone_map())?;
+    Ok((scores, image))
 }
 
 /// All spheres on one sheet; a scan is at the right of its material, close to it.
@@ -280,6 +287,7 @@ fn table(all: &[Rendered<'_>], columns: usize) -> Table {
             Column::number("DSSIM", 4, Best::None),
             Column::number("L2", 6, Best::None),
             Column::number("PSNR (dB)", 2, Best::None),
+            Column::number("delta E", 4, Best::None),
         ]);
     }
     let row = |(index, each): (usize, &Rendered<'_>)| {
@@ -295,8 +303,9 @@ fn table(all: &[Rendered<'_>], columns: usize) -> Table {
                 dssim,
                 l2,
                 psnr,
+                delta_e,
             } = *scores;
-            cells.extend([loss, dssim, l2, psnr].map(Cell::Number));
+            cells.extend([loss, dssim, l2, psnr, delta_e].map(Cell::Number));
         }
         cells
     };

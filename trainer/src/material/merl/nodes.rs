@@ -7,6 +7,9 @@ use super::{
     FILE_BYTES, HEADER_BYTES, MerlTable, NODES, NOT_MEASURED, PLANE, SCALE, degrees, theta_h,
 };
 
+/// Names of the channels.
+const CHANNELS: [&str; 3] = ["red", "green", "blue"];
+
 /// Why no table is made of values.
 #[derive(Debug, thiserror::Error)]
 pub enum TabulateError {
@@ -18,17 +21,32 @@ pub enum TabulateError {
         /// How many there are to be.
         expected: usize,
     },
-    /// A value is infinite.
-    #[error("value {index} is {value}, and a BRDF is finite; give NaN where nothing is known")]
-    Infinite {
-        /// Which one.
+    /// A value is infinite or negative.
+    #[error(
+        "value {index} is {value} in {channel} at theta_h {:.3}, theta_d {:.3} and phi_d {:.3} \
+         degrees, and a BRDF is finite and not negative: correct it, or give NaN where it is not known",
+        .angles[0], .angles[1], .angles[2]
+    )]
+    Value {
+        /// The direction's place among [`table_nodes`].
         index: usize,
-        /// What it is.
+        /// "red", "green" or "blue".
+        channel: &'static str,
+        /// The value.
         value: f32,
+        /// theta_h, theta_d and phi_d of the direction, in degrees.
+        angles: [f32; 3],
     },
-    /// A colour has no value at all.
-    #[error("{0}")]
-    Nothing(String),
+    /// A channel is NaN at all directions.
+    #[error(
+        "the BRDF is NaN in {channel} at all {count} directions: give values where it is known"
+    )]
+    Nothing {
+        /// "red", "green" or "blue".
+        channel: &'static str,
+        /// The number of directions.
+        count: usize,
+    },
     /// The operating system has no memory for the table.
     #[error("no memory for a table of {FILE_BYTES} bytes: {0}")]
     Memory(#[from] std::io::Error),
@@ -65,12 +83,15 @@ pub(super) fn header() -> Vec<u8> {
 
 impl MerlTable {
     /// Of BRDFs in linear RGB, sr^-1, not times the cosine: one for each of [`table_nodes`], NaN where
-    /// nothing is known. What is less than 0 becomes 0.
+    /// nothing is known.
+    ///
+    /// Negative values are refused, small ones too: in the table they would mean that nothing was
+    /// measured. Noise of a dark measurement has to be set to 0 before.
     ///
     /// # Errors
-    /// If there are more or fewer, one is infinite, or a colour is known nowhere.
+    /// If there are more or fewer, one is infinite or negative, or a channel is known nowhere.
     pub fn of_nodes(name: String, brdf: &[[f32; 3]]) -> Result<Self, TabulateError> {
-        let places: Vec<usize> = places().map(|(place, _)| place).collect();
+        let places: Vec<_> = places().collect();
         if places.len() != brdf.len() {
             return Err(TabulateError::Count {
                 found: brdf.len(),
@@ -82,25 +103,51 @@ impl MerlTable {
         head.copy_from_slice(&header());
         let (values, _) = values.as_chunks_mut();
         values.fill(NOT_MEASURED.to_le_bytes());
-        for (index, (place, rgb)) in places.into_iter().zip(brdf).enumerate() {
+        let mut known = [0; 3];
+        for (index, ((place, angles), rgb)) in places.into_iter().zip(brdf).enumerate() {
             for (channel, value) in rgb.iter().copied().enumerate() {
-                if value.is_infinite() {
-                    return Err(TabulateError::Infinite { index, value });
+                if value.is_infinite() || value < 0.0 {
+                    let angles = [angles.theta_h, angles.theta_d, angles.phi_d];
+                    return Err(TabulateError::Value {
+                        index,
+                        channel: CHANNELS[channel],
+                        value,
+                        angles: angles.map(f32::to_degrees),
+                    });
                 }
                 if !value.is_nan() {
-                    let stored = f64::from(value).max(0.0) / SCALE[channel];
+                    known[channel] += 1;
+                    // No negative zero: it would be stored with a sign.
+                    let stored = f64::from(value.abs()) / SCALE[channel];
                     values[channel * PLANE + place] = stored.to_le_bytes();
                 }
             }
         }
+        if let Some(channel) = known.iter().position(|known| *known == 0) {
+            return Err(TabulateError::Nothing {
+                channel: CHANNELS[channel],
+                count: brdf.len(),
+            });
+        }
         let bytes = bytes.make_read_only()?;
-        let table = Self {
+        Ok(Self {
             name,
             bytes,
             one_of_many: None,
+        })
+    }
+
+    /// The BRDF at [`table_nodes`], in their order: what [`MerlTable::of_nodes`] makes the same table
+    /// of. NaN where nothing is known.
+    #[must_use]
+    pub fn to_nodes(&self) -> Vec<[f32; 3]> {
+        let at = |place: usize| {
+            std::array::from_fn(|channel| match self.value(channel * PLANE + place) {
+                value if value >= 0.0 => (value * SCALE[channel]) as f32,
+                _ => f32::NAN,
+            })
         };
-        table.check_values().map_err(TabulateError::Nothing)?;
-        Ok(table)
+        places().map(|(place, _)| at(place)).collect()
     }
 }
 
@@ -117,6 +164,8 @@ mod tests {
         let table = MerlTable::of_nodes("a".into(), &brdf).expect("all is known");
         let written = to_merl(material as &dyn Material).expect("it is finite");
         assert!(*table.bytes == *written);
+        let again = MerlTable::of_nodes("a".into(), &table.to_nodes()).expect("it is a table");
+        assert!(*again.bytes == *table.bytes);
         assert_eq!(table.name(), "a");
     }
 
@@ -138,19 +187,29 @@ mod tests {
             Ok(_) => panic!("it is taken"),
             Err(error) => error,
         };
-        let fewer = refused(&brdf[1..]);
-        assert!(
-            matches!(fewer, TabulateError::Count { found, expected } if (found, expected) == (count - 1, count)),
-            "{fewer}"
-        );
-        brdf[3][1] = f32::INFINITY;
-        let infinite = refused(&brdf);
-        assert!(
-            matches!(infinite, TabulateError::Infinite { index: 3, value } if value == f32::INFINITY),
-            "{infinite}"
-        );
+        let error = refused(&brdf[1..]);
+        assert!(matches!(error, TabulateError::Count { found, .. } if found == count - 1));
+        for broken in [f32::INFINITY, -1.0, -1e-9] {
+            brdf[3][1] = broken;
+            let error = refused(&brdf);
+            let TabulateError::Value {
+                index: 3,
+                channel: "green",
+                value,
+                angles,
+            } = error
+            else {
+                panic!("{error}");
+            };
+            assert_eq!(value, broken);
+            let node = table_nodes()[3];
+            assert_eq!(angles[1], node.theta_d.to_degrees());
+        }
         brdf.fill([f32::NAN, 1.0, 1.0]);
-        let nothing = refused(&brdf);
-        assert!(matches!(nothing, TabulateError::Nothing(_)), "{nothing}");
+        let error = refused(&brdf);
+        assert!(matches!(
+            error,
+            TabulateError::Nothing { channel: "red", .. }
+        ));
     }
 }
