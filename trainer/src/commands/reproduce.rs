@@ -8,7 +8,6 @@ use glimpse_trainer::evaluation::TrainedOn;
 use glimpse_trainer::files::try_write;
 use glimpse_trainer::material::Source;
 use glimpse_trainer::meta::plan::Effort;
-use glimpse_trainer::report::Table;
 
 use super::cells::{self, Given, for_a_shell, paths_of, text_of, texts_of};
 use super::known::{known, lines};
@@ -33,6 +32,7 @@ use crate::experiment::{
 ///
 /// Example: trainer reproduce same-samples --data MERL-train/ --test MERL-test/ --out paper/
 ///          trainer reproduce all --effort quick --data MERL-train/ --test MERL-test/ --out paper/
+///          trainer reproduce losses --effort standard --paper-effort long --data MERL-train/ --test MERL-test/
 ///          trainer reproduce additional --data MERL/ --test MERL-test/ --additional RGL/ --out paper/
 #[derive(Args)]
 #[command(verbatim_doc_comment)]
@@ -52,9 +52,12 @@ pub(crate) struct Reproduce {
     /// The folder to write to
     #[arg(long, short, default_value = "paper")]
     out: PathBuf,
-    /// How long to train each recipe
+    /// Length of each training
     #[arg(long, value_enum, default_value_t = Effort::Quick)]
     effort: Effort,
+    /// Length of trainings by schedule paper, in `losses` and `again` [default: that of --effort]
+    #[arg(long, value_name = "EFFORT", value_enum)]
+    paper_effort: Option<Effort>,
     /// Repetitions of random methods
     #[arg(long, default_value_t = 5, value_parser = numbers::seeds)]
     seeds: u64,
@@ -64,7 +67,7 @@ pub(crate) struct Reproduce {
     /// The most samples, where n grows, 1 to 4096 [default: 64 for --effort quick, else 512]
     #[arg(long, value_parser = numbers::samples)]
     most_samples: Option<usize>,
-    /// Print only this table, as Markdown; tables are called as their files in OUT/EXPERIMENT are
+    /// Print only this table with its caption, as Markdown; tables are called as their files in OUT/EXPERIMENT are
     #[arg(long, value_name = "NAME")]
     table: Option<String>,
     /// Make nothing, and print each training and each judgement that is needed as a command of its own, one
@@ -88,6 +91,9 @@ impl Reproduce {
         }
         if self.most_samples.is_some() && !self.experiment.grows() {
             bail!("--most-samples has no effect: in {name} n does not grow");
+        }
+        if self.paper_effort.is_some() && !self.experiment.trains_as_the_paper() {
+            bail!("--paper-effort has no effect: {name} trains nothing by schedule paper");
         }
         Ok(())
     }
@@ -164,14 +170,7 @@ impl Reproduce {
                 eprintln!("{line}");
             }
         }
-        let sources = format!(
-            "trained on {} ({} materials), judged on {} ({})",
-            self.data.label(),
-            training.len(),
-            self.test.label(),
-            test.len()
-        );
-        let test = TestSet::new("test".into(), &test, &environment);
+        let test = TestSet::new("test".into(), &self.test, &test, &environment);
         let additional: Vec<TestSet<'_>> = self
             .additional
             .iter()
@@ -179,13 +178,14 @@ impl Reproduce {
             .zip(1..)
             .map(|((source, materials), number)| {
                 let name = format!("{number}-{}", source.label().replace([':', '/'], "-"));
-                TestSet::new(name, materials, &environment)
+                TestSet::new(name, source, materials, &environment)
             })
             .collect();
         let settings = Settings {
             out: self.out.clone(),
             data: self.data.clone(),
             effort: self.effort,
+            paper_effort: self.paper_effort.unwrap_or(self.effort),
             seed,
             seeds: self.seeds,
             light: match &self.environment {
@@ -208,7 +208,7 @@ impl Reproduce {
             if matches!(store.purpose, Purpose::Everything) {
                 eprintln!("[{number}/{}] {}", experiments.len(), experiment.name());
             }
-            let outcome = experiment.run(&store, most_samples, &sources);
+            let outcome = experiment.run(&store, most_samples);
             if interrupted() {
                 bail!("stopped; repeat the command to go on");
             }
@@ -255,7 +255,7 @@ impl Reproduce {
             None => Ok(findings.to_text() + "\n"),
             Some(name) => findings
                 .named(name)
-                .map(Table::to_markdown)
+                .map(|table| format!("{}\n{}\n", table.to_markdown(), table.caption))
                 .map_err(|names| {
                     anyhow!("there is no table {name}; there are {}", names.join(", "))
                 }),

@@ -8,8 +8,8 @@ use super::findings::Findings;
 use super::losses::on_others;
 use super::store::{Store, TestSet};
 use super::{
-    MODELS, PaperMetrics, SAMPLES, cells_beside_the_paper_s, columns_beside_the_paper_s, paper,
-    title,
+    MODELS, PaperMetrics, SAMPLES, SCHEDULE, cells_beside_the_paper_s, columns_beside_the_paper_s,
+    paper, title,
 };
 
 /// n of the paper's comparison with Nielsen et al.
@@ -22,14 +22,15 @@ pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
              the eight materials of Nielsen et al. or RGL's"
         );
     }
-    let mut findings = Findings::new("Other sources of materials");
+    let mut findings = Findings::new(store, "Other sources of materials", &[SCHEDULE]);
     findings.text(
         "Trained as before, judged on materials of other origin. The paper's figures are of the \
          eight materials of Nielsen et al. at n = 2, and of the RGL database's isotropic part at \
          n = 8.",
     );
     for (number, set) in (1..).zip(store.additional) {
-        let linear = [Approach::Njr15, Approach::Ours].map(|approach| {
+        findings.judged_on(store, set);
+        let linear = [Approach::Njr15, Approach::Ours(SCHEDULE)].map(|approach| {
             (
                 Case::new(approach, ModelKind::Linear, FEW),
                 paper::nielsen(approach),
@@ -40,7 +41,11 @@ pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
             table(store, set, FEW, &linear)?,
         );
         for model in MODELS {
-            let cases = [Approach::baseline(model), Approach::Ours].map(|approach| {
+            let cases = [
+                Approach::baseline(model, SCHEDULE),
+                Approach::Ours(SCHEDULE),
+            ]
+            .map(|approach| {
                 let case = Case::new(approach, model, SAMPLES);
                 (case, paper::rgl(model, approach))
             });
@@ -65,7 +70,7 @@ fn table(
         let evaluation = store.evaluation_on(set, case)?;
         let mut row = vec![
             Cell::Text(title(case.model).into()),
-            Cell::Text(case.approach.title().into()),
+            Cell::Text(case.approach.title()),
         ];
         row.extend(cells_beside_the_paper_s(&evaluation, *paper));
         rows.push(row);
@@ -73,11 +78,7 @@ fn table(
     let mut columns = vec![Column::text("Model"), Column::text("Method")];
     columns.extend(columns_beside_the_paper_s());
     Ok(Table {
-        caption: format!(
-            "{}: {} materials, n = {samples}",
-            set.label,
-            set.materials.len()
-        ),
+        caption: format!("n = {samples}"),
         columns,
         rows,
         compare: Compare::Down,

@@ -1,19 +1,22 @@
 //! Both stages trained once more after the end (paper, "Convergence").
 
+use anyhow::Context;
 use glimpse_core::model::ModelKind;
 use glimpse_trainer::evaluation::Method;
-use glimpse_trainer::linear::Prior;
 use glimpse_trainer::meta::options::Parts;
 use glimpse_trainer::meta::plan::Schedule;
 use glimpse_trainer::report::{Best, Cell, Column, Compare, Table};
 
-use super::case::TrainingRun;
+use super::case::{Approach, Case, TrainingRun};
 use super::findings::Findings;
 use super::store::Store;
 use super::{MODELS, SAMPLES, paper, title};
 
+/// The method that is trained by both stages.
+const OURS: Approach = Approach::Ours(Schedule::Paper);
+
 pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
-    let mut findings = Findings::new("Both stages once more");
+    let mut findings = Findings::new(store, "Both stages once more", &[Schedule::Paper]);
     findings.text(
         "By the paper's schedule: start and step sizes on random samples, then the pattern; and \
          then start and step sizes on that pattern, and the pattern once more. (Linear learns no \
@@ -24,17 +27,11 @@ pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
         if model == ModelKind::Linear {
             continue;
         }
+        let case = Case::new(OURS, model, SAMPLES);
         let mut losses = Vec::new();
         for (name, parts) in [("once", Parts::All), ("twice", Parts::AllTwice)] {
-            let training = TrainingRun {
-                model,
-                samples: SAMPLES,
-                schedule: Schedule::Paper,
-                parts,
-                prior: Prior::PAPER,
-                repetition: 0,
-                only: None,
-            };
+            let training = TrainingRun::of(&case).map(|training| TrainingRun { parts, ..training });
+            let training = training.context("Ours is trained")?;
             let name = format!("{}-n{SAMPLES}-paper-{name}", model.name());
             let evaluation = store.kept_evaluation(store.test, &name, 1, |judge| {
                 let learned = store.recipe(&training)?;
@@ -56,7 +53,7 @@ pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
     findings.table(
         "again",
         Table {
-            caption: format!("Loss of Ours at n = {SAMPLES}"),
+            caption: format!("Loss of {} at n = {SAMPLES}", OURS.title()),
             columns: vec![
                 Column::text("Model"),
                 Column::number("once", 4, Best::Least),

@@ -7,13 +7,13 @@ use glimpse_trainer::report::{Best, Cell, Column, Compare, Table};
 use super::case::{Approach, Case};
 use super::findings::Findings;
 use super::store::Store;
-use super::{METRICS, SAMPLES, metrics};
+use super::{METRICS, SAMPLES, SCHEDULE, metrics};
 
 /// The paper's two numbers of components.
 const COMPONENTS: [usize; 2] = [5, 240];
 
 pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
-    let mut findings = Findings::new("Linear with 5 components and with 240");
+    let mut findings = Findings::new(store, "Linear with 5 components and with 240", &[SCHEDULE]);
     findings.text(
         "The paper found similar results with both. There are at most as many components as \
          columns of training, three for each material.",
@@ -26,8 +26,8 @@ pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
         let approaches = [
             (Approach::Random, Some(40.0)),
             (Approach::Njr15, Some(40.0)),
-            (Approach::Ours, Some(40.0)),
-            (Approach::Ours, None),
+            (Approach::Ours(SCHEDULE), Some(40.0)),
+            (Approach::Ours(SCHEDULE), None),
         ];
         for (approach, eta) in approaches {
             let case = Case {
@@ -38,7 +38,7 @@ pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
             let eta = eta.map_or_else(|| "learned".to_owned(), |eta| eta.to_string());
             let mut row = vec![
                 Cell::Number(components as f64),
-                Cell::Text(approach.title().into()),
+                Cell::Text(approach.title()),
                 Cell::Text(eta),
             ];
             row.extend(metrics(&evaluation.scores).map(Cell::Number));

@@ -1,43 +1,70 @@
-//! What is asked of the store: methods to be judged, and recipes to be trained.
+//! Methods to evaluate, and recipes to train for them.
 
+use clap::ValueEnum;
 use glimpse_core::model::ModelKind;
 use glimpse_trainer::linear::Prior;
 use glimpse_trainer::meta::options::Parts;
 use glimpse_trainer::meta::plan::Schedule;
 
-/// How materials are measured and fitted.
+/// A way to measure and fit materials; one that is learned names its schedule.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Approach {
     Random,
-    Meta,
+    Meta(Schedule),
     Njr15,
-    Ours,
+    /// Start, step sizes and pattern are learned; by schedule prior readings are completed too.
+    Ours(Schedule),
     Optimum,
 }
 
+/// A value's name on the command line.
+pub(super) fn name_of(value: impl ValueEnum) -> String {
+    value
+        .to_possible_value()
+        .map_or_else(String::new, |value| value.get_name().to_owned())
+}
+
 impl Approach {
-    /// As the paper writes it.
-    pub(crate) fn title(self) -> &'static str {
+    /// The method's name without its schedule.
+    pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Random => "Random",
-            Self::Meta => "Meta",
+            Self::Meta(_) => "Meta",
             Self::Njr15 => "NJR15",
-            Self::Ours => "Ours",
+            Self::Ours(Schedule::Prior) => "Completed",
+            Self::Ours(Schedule::Joint | Schedule::Paper) => "Ours",
             Self::Optimum => "Optimum",
         }
     }
 
-    /// The one that learns less than Ours: the paper compares Linear with NJR15.
-    pub(crate) fn baseline(model: ModelKind) -> Self {
-        match model {
-            ModelKind::Linear => Self::Njr15,
-            _ => Self::Meta,
+    /// The schedule of the training that the method needs, if it needs one.
+    pub(crate) fn schedule(self) -> Option<Schedule> {
+        match self {
+            Self::Meta(schedule) | Self::Ours(schedule) => Some(schedule),
+            Self::Random | Self::Njr15 | Self::Optimum => None,
         }
     }
 
-    /// Those that the paper compares.
-    pub(crate) fn rivals(model: ModelKind) -> [Self; 3] {
-        [Self::Random, Self::baseline(model), Self::Ours]
+    /// The method's name in tables and pictures, with its schedule in parentheses.
+    pub(crate) fn title(self) -> String {
+        match self.schedule() {
+            Some(schedule) => format!("{} ({})", self.name(), name_of(schedule)),
+            None => self.name().into(),
+        }
+    }
+
+    /// The one that learns less than Ours: the paper compares Linear with NJR15.
+    pub(crate) fn baseline(model: ModelKind, schedule: Schedule) -> Self {
+        match model {
+            ModelKind::Linear => Self::Njr15,
+            _ => Self::Meta(schedule),
+        }
+    }
+
+    /// The methods that the paper compares, trained by one schedule.
+    pub(crate) fn rivals(model: ModelKind, schedule: Schedule) -> [Self; 3] {
+        let baseline = Self::baseline(model, schedule);
+        [Self::Random, baseline, Self::Ours(schedule)]
     }
 }
 
@@ -63,28 +90,23 @@ impl Case {
     }
 
     pub(super) fn name(&self) -> String {
-        let training = TrainingRun::of(self).name();
-        match self.approach {
-            Approach::Optimum => format!("{}-optimum{}", self.model.name(), bases(self)),
-            Approach::Ours => format!("{training}-ours"),
-            Approach::Meta => format!("{training}-on-random"),
-            Approach::Random | Approach::Njr15 => {
-                let title = self.approach.title().to_lowercase();
-                let (model, n) = (self.model.name(), self.samples);
-                format!("{model}-n{n}{}-{title}", bases(self))
-            }
+        let (model, n) = (self.model.name(), self.samples);
+        let bases = bases(self.model, self.prior);
+        match (self.approach, TrainingRun::of(self)) {
+            (Approach::Meta(_), Some(training)) => format!("{}-on-random", training.name()),
+            (_, Some(training)) => format!("{}-ours", training.name()),
+            (Approach::Optimum, None) => format!("{model}-optimum{bases}"),
+            (approach, None) => format!("{model}-n{n}{bases}-{}", approach.name().to_lowercase()),
         }
     }
 }
 
-fn bases(case: &Case) -> String {
-    match (case.model, case.prior) {
-        (ModelKind::Linear, Prior { components, eta }) => {
-            let eta = eta.map_or_else(|| "learned".to_owned(), |eta| eta.to_string());
-            format!("-m{components}-eta-{eta}")
-        }
-        _ => String::new(),
+fn bases(model: ModelKind, Prior { components, eta }: Prior) -> String {
+    if model != ModelKind::Linear {
+        return String::new();
     }
+    let eta = eta.map_or_else(|| "learned".to_owned(), |eta| eta.to_string());
+    format!("-m{components}-eta-{eta}")
 }
 
 /// A recipe to be trained.
@@ -102,20 +124,24 @@ pub(crate) struct TrainingRun {
 }
 
 impl TrainingRun {
-    /// What a case needs.
-    pub(crate) fn of(case: &Case) -> Self {
-        Self {
+    /// The training that a case needs, if it needs one.
+    ///
+    /// Meta by the paper's schedule takes the recipe of Ours: the second stage, which learns the
+    /// pattern, leaves start and step sizes as they are.
+    pub(crate) fn of(case: &Case) -> Option<Self> {
+        let schedule = case.approach.schedule()?;
+        Some(Self {
             model: case.model,
             samples: case.samples,
-            schedule: Schedule::Joint,
+            schedule,
             parts: match case.approach {
-                Approach::Meta => Parts::WithoutPattern,
+                Approach::Meta(Schedule::Joint | Schedule::Prior) => Parts::WithoutPattern,
                 _ => Parts::All,
             },
             prior: case.prior,
             repetition: 0,
             only: None,
-        }
+        })
     }
 
     /// The training that has to be done before, as this one starts from what it learned.
@@ -130,19 +156,17 @@ impl TrainingRun {
 
     pub(super) fn name(&self) -> String {
         let mut name = format!("{}-n{}", self.model.name(), self.samples);
-        name += &bases(&Case {
-            prior: self.prior,
-            ..Case::new(Approach::Ours, self.model, self.samples)
-        });
+        // A learned map takes the place of Linear's prior.
+        if self.schedule != Schedule::Prior {
+            name += &bases(self.model, self.prior);
+        }
+        name += &format!("-{}", name_of(self.schedule));
         name += match self.parts {
             Parts::All => "",
             Parts::AllTwice => "-twice",
             Parts::WithoutPattern => "-meta",
             Parts::PatternOnly(_) => "-pattern",
         };
-        if self.schedule == Schedule::Paper {
-            name += "-paper";
-        }
         if let Some((subset, _)) = &self.only {
             name += &format!("-{subset}");
         }
@@ -150,5 +174,49 @@ impl TrainingRun {
             0 => name,
             repetition => format!("{name}-seed{repetition}"),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn schedules_share_neither_a_label_nor_a_recipe_nor_a_sheet() {
+        for model in [ModelKind::Linear, ModelKind::Neural] {
+            let cases = Schedule::value_variants()
+                .iter()
+                .map(|schedule| Case::new(Approach::Ours(*schedule), model, 8));
+            let mut seen: Vec<[String; 3]> = Vec::new();
+            for case in cases {
+                let training = TrainingRun::of(&case).expect("Ours is trained");
+                assert_eq!(Some(training.schedule), case.approach.schedule());
+                let names = [case.approach.title(), training.name(), case.name()];
+                for (index, name) in names.iter().enumerate() {
+                    assert!(seen.iter().all(|other| other[index] != *name), "{name}");
+                    assert!(name.contains(&name_of(training.schedule)), "{name}");
+                }
+                seen.push(names);
+            }
+        }
+        for approach in [Approach::Random, Approach::Njr15, Approach::Optimum] {
+            let case = Case::new(approach, ModelKind::Linear, 8);
+            assert_eq!(TrainingRun::of(&case), None);
+        }
+    }
+
+    #[test]
+    fn meta_by_the_paper_s_schedule_takes_the_recipe_of_ours() {
+        let training = |approach| TrainingRun::of(&Case::new(approach, ModelKind::Neural, 8));
+        let of = |schedule| {
+            (
+                training(Approach::Meta(schedule)),
+                training(Approach::Ours(schedule)),
+            )
+        };
+        let (meta, ours) = of(Schedule::Paper);
+        assert_eq!(meta, ours);
+        let (meta, ours) = of(Schedule::Joint);
+        assert_ne!(meta, ours);
     }
 }

@@ -8,7 +8,7 @@ use glimpse_trainer::report::{
 use super::case::{Approach, Case};
 use super::findings::Findings;
 use super::store::{Evaluation, Store};
-use super::{METRICS, MODELS, PAPER_METRICS, SAMPLES, doublings, metrics, paper, title};
+use super::{METRICS, MODELS, PAPER_METRICS, SAMPLES, SCHEDULE, doublings, metrics, paper, title};
 
 /// A method's judgements, one for each n.
 type Curve = Vec<(usize, Evaluation)>;
@@ -28,15 +28,15 @@ fn curve(
 pub(super) fn look(approach: Approach) -> (Hue, Mark) {
     match approach {
         Approach::Random => (Hue::Vermillion, Mark::Crosses),
-        Approach::Meta => (Hue::Orange, Mark::Triangles),
+        Approach::Meta(_) => (Hue::Orange, Mark::Triangles),
         Approach::Njr15 => (Hue::Green, Mark::Rings),
-        Approach::Ours => (Hue::Blue, Mark::Discs),
+        Approach::Ours(_) => (Hue::Blue, Mark::Discs),
         Approach::Optimum => (Hue::Purple, Mark::Dots),
     }
 }
 
 pub(super) fn run(store: &Store<'_>, most_samples: usize) -> anyhow::Result<Findings> {
-    let mut findings = Findings::new("Quality by number of samples");
+    let mut findings = Findings::new(store, "Quality by number of samples", &[SCHEDULE]);
     findings.text(format!(
         "Each point of Meta and Ours is a training of its own. The dot is what the model can do \
          with samples and steps without limit ({} steps of 512 samples, Neural {}; Linear is \
@@ -46,7 +46,7 @@ pub(super) fn run(store: &Store<'_>, most_samples: usize) -> anyhow::Result<Find
     ));
     for model in MODELS {
         let mut curves = Vec::new();
-        for approach in Approach::rivals(model) {
+        for approach in Approach::rivals(model, SCHEDULE) {
             curves.push((approach, curve(store, approach, model, most_samples)?));
         }
         let optimum = store.evaluation(&Case::new(Approach::Optimum, model, 0))?;
@@ -71,7 +71,7 @@ fn plot(
     let series = |approach: Approach, points: Vec<[f64; 2]>| {
         let (hue, mark) = look(approach);
         Series {
-            name: approach.title().into(),
+            name: approach.title(),
             hue,
             mark,
             points,
@@ -111,7 +111,7 @@ fn table(model: ModelKind, curves: &[(Approach, Curve)], optimum: &Evaluation) -
     let mut columns = vec![Column::text("Method"), Column::text("n")];
     columns.extend(METRICS.map(|(title, decimals, _)| Column::number(title, decimals, Best::None)));
     let row = |approach: Approach, n: String, evaluation: &Evaluation| {
-        let mut row = vec![Cell::Text(approach.title().into()), Cell::Text(n)];
+        let mut row = vec![Cell::Text(approach.title()), Cell::Text(n)];
         row.extend(metrics(&evaluation.scores).map(Cell::Number));
         row
     };
@@ -133,7 +133,11 @@ fn table(model: ModelKind, curves: &[(Approach, Curve)], optimum: &Evaluation) -
 }
 
 pub(super) fn same_quality(store: &Store<'_>, most_samples: usize) -> anyhow::Result<Findings> {
-    let mut findings = Findings::new("Same quality: how many more samples others need");
+    let mut findings = Findings::new(
+        store,
+        "Same quality: how many more samples others need",
+        &[SCHEDULE],
+    );
     findings.text(format!(
         "Times the 8 samples of Ours that a method needs to be as good, between the n that were \
          tried by straight lines over ln n. What is not reached with {most_samples} samples is \
@@ -141,13 +145,13 @@ pub(super) fn same_quality(store: &Store<'_>, most_samples: usize) -> anyhow::Re
     ));
     let mut rows = Vec::new();
     for model in MODELS {
-        let ours = store.evaluation(&Case::new(Approach::Ours, model, SAMPLES))?;
+        let ours = store.evaluation(&Case::new(Approach::Ours(SCHEDULE), model, SAMPLES))?;
         let goals = metrics(&ours.scores);
-        for approach in [Approach::Random, Approach::baseline(model)] {
+        for approach in [Approach::Random, Approach::baseline(model, SCHEDULE)] {
             let curve = curve(store, approach, model, most_samples)?;
             let mut row = vec![
                 Cell::Text(title(model).into()),
-                Cell::Text(approach.title().into()),
+                Cell::Text(approach.title()),
             ];
             for (metric, goal) in goals.iter().enumerate() {
                 let points = curve
@@ -178,7 +182,10 @@ pub(super) fn same_quality(store: &Store<'_>, most_samples: usize) -> anyhow::Re
     findings.table(
         "times",
         Table {
-            caption: format!("Samples needed for the quality of Ours at n = {SAMPLES}, in times 8"),
+            caption: format!(
+                "Samples needed for the quality of {} at n = {SAMPLES}, in times 8",
+                Approach::Ours(SCHEDULE).title()
+            ),
             columns,
             rows,
             compare: Compare::Down,

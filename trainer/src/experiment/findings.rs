@@ -5,65 +5,77 @@ use std::path::Path;
 use std::time::Duration;
 
 use anyhow::Context;
+use glimpse_trainer::meta::plan::Schedule;
 use glimpse_trainer::report::{Cell, Gallery, Page, Plot, Table, svg_to_png};
 use serde_json::{Map, Value, json};
 
+use super::circumstances::Circumstances;
 use super::kept::keep;
-use super::store::Settings;
+use super::store::{Store, TestSet};
 
 /// A part of the findings, in the order of the page.
 pub(crate) enum Part {
     /// A paragraph.
     Text(String),
-    /// A table, and the name of its files.
-    Table(String, Table),
-    /// A plot, and the name of its files.
-    Plot(String, Plot),
+    /// A table, the name of its files, and the settings that it was found under.
+    Table(String, Table, Circumstances),
+    /// A plot with a caption, and the name of its files.
+    Plot(String, Plot, String),
     /// A drawing as SVG with a caption, and the name of its files.
     Drawing(String, String, String),
     /// Rows of pictures.
     Gallery(Gallery),
 }
 
-/// What an experiment has found.
+/// Results of an experiment. Every caption ends with the settings that it was run with.
 pub(crate) struct Findings {
-    /// What was asked.
-    pub(crate) title: &'static str,
-    /// What came out.
-    pub(crate) parts: Vec<Part>,
+    title: &'static str,
+    circumstances: Circumstances,
+    parts: Vec<Part>,
 }
 
 impl Findings {
-    pub(crate) fn new(title: &'static str) -> Self {
+    /// Findings on the store's test set, of methods trained by these schedules.
+    pub(crate) fn new(store: &Store<'_>, title: &'static str, schedules: &[Schedule]) -> Self {
         Self {
             title,
+            circumstances: store.circumstances(store.test, schedules),
             parts: Vec::new(),
         }
+    }
+
+    /// What follows was found on another test set.
+    pub(crate) fn judged_on(&mut self, store: &Store<'_>, set: &TestSet<'_>) {
+        self.circumstances.test_set = store.circumstances(set, &[]).test_set;
+    }
+
+    fn captioned(&self, caption: &str) -> String {
+        format!("{caption}. {}", self.circumstances)
     }
 
     pub(crate) fn text(&mut self, text: impl Into<String>) {
         self.parts.push(Part::Text(text.into()));
     }
 
-    pub(crate) fn table(&mut self, name: impl Into<String>, table: Table) {
-        self.parts.push(Part::Table(name.into(), table));
+    pub(crate) fn table(&mut self, name: impl Into<String>, mut table: Table) {
+        table.caption = self.captioned(&table.caption);
+        let circumstances = self.circumstances.clone();
+        self.parts
+            .push(Part::Table(name.into(), table, circumstances));
     }
 
     pub(crate) fn plot(&mut self, name: impl Into<String>, plot: Plot) {
-        self.parts.push(Part::Plot(name.into(), plot));
+        let caption = self.captioned(&plot.title);
+        self.parts.push(Part::Plot(name.into(), plot, caption));
     }
 
-    pub(crate) fn drawing(
-        &mut self,
-        name: impl Into<String>,
-        svg: String,
-        caption: impl Into<String>,
-    ) {
-        let part = Part::Drawing(name.into(), svg, caption.into());
+    pub(crate) fn drawing(&mut self, name: impl Into<String>, svg: String, caption: &str) {
+        let part = Part::Drawing(name.into(), svg, self.captioned(caption));
         self.parts.push(part);
     }
 
-    pub(crate) fn gallery(&mut self, gallery: Gallery) {
+    pub(crate) fn gallery(&mut self, mut gallery: Gallery) {
+        gallery.caption = self.captioned(&gallery.caption);
         self.parts.push(Part::Gallery(gallery));
     }
 
@@ -73,7 +85,7 @@ impl Findings {
         for part in &self.parts {
             match part {
                 Part::Text(paragraph) => text += &format!("\n{paragraph}\n"),
-                Part::Table(_, table) => {
+                Part::Table(_, table, _) => {
                     text += &format!("\n{}\n{}", table.caption, table.to_text());
                 }
                 _ => {}
@@ -85,7 +97,7 @@ impl Findings {
     /// The table whose files have this name, or the names that there are.
     pub(crate) fn named(&self, name: &str) -> Result<&Table, Vec<&str>> {
         let tables = self.parts.iter().filter_map(|part| match part {
-            Part::Table(name, table) => Some((&name[..], table)),
+            Part::Table(name, table, _) => Some((&name[..], table)),
             _ => None,
         });
         let found = tables.clone().find(|(each, _)| *each == name);
@@ -96,37 +108,26 @@ impl Findings {
     }
 
     /// Writes everything into the experiment's folder.
-    pub(crate) fn write(
-        &self,
-        experiment: &str,
-        settings: &Settings,
-        sources: &str,
-        took: Duration,
-    ) -> anyhow::Result<()> {
-        let folder = settings.out.join(experiment);
-        let circumstances = format!(
-            "Seed {}, effort {}, {sources}; {:.0} s, recipes and judgements that were there \
-             already left aside.",
-            settings.seed,
-            format!("{:?}", settings.effort).to_lowercase(),
-            took.as_secs_f64()
-        );
+    pub(crate) fn write(&self, experiment: &str, out: &Path, took: Duration) -> anyhow::Result<()> {
+        let folder = out.join(experiment);
+        let seconds = took.as_secs_f64();
+        let time = format!("Made in {seconds:.0} s, except what had been made before.");
         let pictures = format!("{experiment}/pictures");
-        let mut page = Page::with_pictures_in(self.title, pictures).paragraph(&circumstances);
+        let mut page = Page::with_pictures_in(self.title, pictures).paragraph(&time);
         let mut tables = Map::new();
         for part in &self.parts {
             page = match part {
                 Part::Text(text) => page.paragraph(text),
-                Part::Table(name, table) => {
+                Part::Table(name, table, circumstances) => {
                     let csv = folder.join(format!("{name}.csv"));
                     keep(&csv, table.to_csv().as_bytes())?;
-                    tables.insert(name.clone(), table_as_json(table));
+                    tables.insert(name.clone(), table_as_json(table, circumstances));
                     page.table(table)
                 }
-                Part::Plot(name, plot) => {
+                Part::Plot(name, plot, caption) => {
                     let svg = plot.to_svg()?;
                     draw(&folder, name, &svg)?;
-                    page.drawing(&svg, &plot.title)
+                    page.drawing(&svg, caption)
                 }
                 Part::Drawing(name, svg, caption) => {
                     draw(&folder, name, svg)?;
@@ -138,12 +139,12 @@ impl Findings {
         let found = json!({
             "experiment": experiment,
             "title": self.title,
-            "circumstances": circumstances,
+            "seconds": seconds,
             "tables": tables,
         });
         let path = folder.join("findings.json");
         keep(&path, serde_json::to_string_pretty(&found)?.as_bytes())?;
-        page.write_part(&settings.out, experiment)
+        page.write_part(out, experiment)
             .with_context(|| format!("cannot write down {experiment}"))?;
         Ok(())
     }
@@ -155,8 +156,8 @@ fn draw(folder: &Path, name: &str, svg: &str) -> anyhow::Result<()> {
     keep(&folder.join(format!("{name}.png")), &svg_to_png(svg)?)
 }
 
-/// A list of rows, each with its columns by their titles.
-fn table_as_json(table: &Table) -> Value {
+/// A list of rows, each with its columns by their titles, and the settings.
+fn table_as_json(table: &Table, circumstances: &Circumstances) -> Value {
     let row = |row: &Vec<Cell>| {
         let entries = table.columns.iter().zip(row).map(|(column, cell)| {
             let value = match cell {
@@ -170,6 +171,7 @@ fn table_as_json(table: &Table) -> Value {
     };
     json!({
         "caption": table.caption,
+        "settings": circumstances.to_json(),
         "rows": table.rows.iter().map(row).collect::<Vec<_>>(),
     })
 }

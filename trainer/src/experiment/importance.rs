@@ -1,5 +1,6 @@
 //! Samples drawn by the importance of the mean BRDF (paper, "Mean-BRDF importance sampling").
 
+use anyhow::Context;
 use glimpse_core::model::ModelKind;
 use glimpse_trainer::evaluation::Method;
 use glimpse_trainer::report::{
@@ -9,12 +10,12 @@ use glimpse_trainer::sampling::MeanBrdf;
 
 use super::case::{Approach, Case, TrainingRun};
 use super::curves::look;
-use super::doublings;
 use super::findings::Findings;
 use super::store::Store;
+use super::{SCHEDULE, doublings};
 
 pub(super) fn run(store: &Store<'_>, most_samples: usize) -> anyhow::Result<Findings> {
-    let mut findings = Findings::new("Importance sampling of the mean BRDF");
+    let mut findings = Findings::new(store, "Importance sampling of the mean BRDF", &[SCHEDULE]);
     findings.text(
         "A Sobol sequence through the inverse distribution of the logarithmic mean of the \
          training materials, with the start and step sizes of Meta. In the paper it is more than \
@@ -22,13 +23,15 @@ pub(super) fn run(store: &Store<'_>, most_samples: usize) -> anyhow::Result<Find
     );
     let mean = MeanBrdf::new(&store.settings.data.load()?);
     let mut rows = Vec::new();
+    let [_, baseline, best] = Approach::rivals(ModelKind::Neural, SCHEDULE);
     let mut curves = [Vec::new(), Vec::new(), Vec::new()];
     for n in doublings(most_samples) {
-        let meta = Case::new(Approach::Meta, ModelKind::Neural, n);
-        let ours = Case::new(Approach::Ours, ModelKind::Neural, n);
+        let meta = Case::new(baseline, ModelKind::Neural, n);
+        let ours = Case::new(best, ModelKind::Neural, n);
         let name = format!("neural-n{n}-importance");
         let importance = store.kept_evaluation(store.test, &name, 1, |judge| {
-            let learned = store.recipe(&TrainingRun::of(&meta))?;
+            let training = TrainingRun::of(&meta).context("Meta is trained")?;
+            let learned = store.recipe(&training)?;
             let recipe = learned.file.recipe()?;
             let pattern = mean.samples(n, store.settings.seed as u32);
             judge(&Method::elsewhere("importance", &recipe, None, pattern)?)
@@ -46,12 +49,8 @@ pub(super) fn run(store: &Store<'_>, most_samples: usize) -> anyhow::Result<Find
         row.push(Cell::Number(losses[0] / losses[2]));
         rows.push(row);
     }
-    let names = ["Importance", "Meta", "Ours"];
-    let looks = [
-        (Hue::Green, Mark::Rings),
-        look(Approach::Meta),
-        look(Approach::Ours),
-    ];
+    let names = ["Importance".to_owned(), baseline.title(), best.title()];
+    let looks = [(Hue::Green, Mark::Rings), look(baseline), look(best)];
     findings.plot(
         "importance",
         Plot {
@@ -69,7 +68,7 @@ pub(super) fn run(store: &Store<'_>, most_samples: usize) -> anyhow::Result<Find
                 .zip(looks)
                 .zip(curves)
                 .map(|((name, (hue, mark)), points)| Series {
-                    name: (*name).into(),
+                    name: name.clone(),
                     hue,
                     mark,
                     points,
@@ -79,7 +78,11 @@ pub(super) fn run(store: &Store<'_>, most_samples: usize) -> anyhow::Result<Find
     );
     let mut columns = vec![Column::number("n", 0, Best::None)];
     columns.extend(names.map(|name| Column::number(name, 4, Best::Least)));
-    columns.push(Column::number("Importance / Ours", 2, Best::None));
+    columns.push(Column::number(
+        format!("Importance / {}", best.title()),
+        2,
+        Best::None,
+    ));
     findings.table(
         "importance",
         Table {

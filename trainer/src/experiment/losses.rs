@@ -1,41 +1,28 @@
-//! The loss alone, of all models and methods in one table: what the front page shows.
+//! The loss of all models by all methods and schedules in one table, beside the paper's figures.
 
 use glimpse_core::geometry::HalfDifference;
 use glimpse_core::model::ModelKind;
 use glimpse_trainer::evaluation::directions;
 use glimpse_trainer::linear::Prior;
 use glimpse_trainer::material::Material;
+use glimpse_trainer::meta::plan::Schedule;
 use glimpse_trainer::report::{Best, Cell, Column, Compare, Table};
 use rayon::prelude::*;
 
 use super::case::{Approach, Case};
 use super::findings::Findings;
 use super::store::{Store, TestSet};
-use super::{MODELS, SAMPLES, doublings, paper, title};
+use super::{MODELS, SAMPLES, SCHEDULE, doublings, paper, title};
 
-/// The columns of the table of methods.
-const APPROACHES: [Approach; 5] = [
-    Approach::Random,
-    Approach::Meta,
-    Approach::Njr15,
-    Approach::Ours,
-    Approach::Optimum,
-];
+/// The schedules that the table compares.
+const SCHEDULES: [Schedule; 3] = [Schedule::Paper, Schedule::Joint, Schedule::Prior];
 
-/// All methods at n = 8, and what is lost without any measurement.
+/// All methods at n = 8, and the loss without any measurement.
 pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
-    let mut findings = Findings::new("Losses of all methods: n = 8");
-    findings.text(
-        "Means over the materials judged; Random and Meta over several seeds too. Linear has 5 \
-         components and eta = 40, where it says learned, more of them with a learned precision \
-         each; the paper's figures are on its own 20 materials of MERL.",
-    );
+    let mut findings = Findings::new(store, "Losses of all methods: n = 8", &SCHEDULES);
     let mut rows = Vec::new();
     for model in MODELS {
-        rows.push(row(store, model, Prior::PAPER)?);
-        if model == ModelKind::Linear {
-            rows.push(row(store, model, Prior::LEARNED)?);
-        }
+        rows.push(row(store, model)?);
     }
     let floors: Vec<[f64; 2]> = store
         .test
@@ -49,18 +36,26 @@ pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
     ];
     for (index, name) in names.into_iter().enumerate() {
         let sum: f64 = floors.iter().map(|floor| floor[index]).sum();
-        rows.push(vec![
-            Cell::Text(name.into()),
-            Cell::Number(sum / floors.len().max(1) as f64),
-        ]);
+        let mean = sum / floors.len().max(1) as f64;
+        let none = std::iter::repeat_n(Cell::Missing, PUBLISHED.len());
+        rows.push([Cell::Text(name.into())].into_iter().chain(none).collect());
+        rows[MODELS.len() + index].push(Cell::Number(mean));
     }
     let mut columns = vec![Column::text(format!("n = {SAMPLES}"))];
-    columns.extend(APPROACHES.map(|approach| loss_column(approach.title())));
-    columns.push(paper_column("the paper's Ours"));
+    columns
+        .extend(PUBLISHED.map(|column| paper_column(format!("published: {}", names_of(column)))));
+    columns.extend(MEASURED.map(|column| loss_column(titles_of(column))));
     findings.table(
         "losses",
         Table {
-            caption: format!("Loss, n = {SAMPLES}"),
+            caption: format!(
+                "Mean loss over the test set at n = {SAMPLES}. Published: the paper's figures, on {} \
+                 other materials; all other columns: on the test set named here, with the schedule \
+                 in parentheses. Linear has 5 components and eta = 40, also as Optimum; by schedule \
+                 joint it has 60 components with a learned precision each, by schedule prior a \
+                 learned map",
+                paper::MATERIALS
+            ),
             columns,
             rows,
             compare: Compare::Down,
@@ -69,46 +64,72 @@ pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
     Ok(findings)
 }
 
+/// A column: the method of most models, and that of Linear.
+type ColumnOf = [Approach; 2];
+
+/// The columns of the paper's figures.
+const PUBLISHED: [ColumnOf; 3] = [
+    [Approach::Random; 2],
+    [Approach::Meta(Schedule::Paper), Approach::Njr15],
+    [Approach::Ours(Schedule::Paper); 2],
+];
+
+/// The columns of our figures.
+const MEASURED: [ColumnOf; 6] = [
+    [Approach::Random; 2],
+    [Approach::Meta(Schedule::Paper), Approach::Njr15],
+    [Approach::Ours(Schedule::Paper); 2],
+    [Approach::Ours(Schedule::Joint); 2],
+    [Approach::Ours(Schedule::Prior); 2],
+    [Approach::Optimum; 2],
+];
+
+fn names_of([one, linear]: ColumnOf) -> String {
+    match one == linear {
+        true => one.name().into(),
+        false => format!("{}, {}", one.name(), linear.name()),
+    }
+}
+
+fn titles_of([one, linear]: ColumnOf) -> String {
+    match one == linear {
+        true => one.title(),
+        false => format!("{}, {}", one.title(), linear.title()),
+    }
+}
+
 fn loss_column(title: impl Into<String>) -> Column {
     Column::number(title, 4, Best::None)
 }
 
 /// With the digits that the paper gives.
-fn paper_column(title: &str) -> Column {
+fn paper_column(title: impl Into<String>) -> Column {
     Column::number(title, 3, Best::None)
 }
 
-/// A model's losses by each method that it has.
-fn row(store: &Store<'_>, model: ModelKind, prior: Prior) -> anyhow::Result<Vec<Cell>> {
-    let learned = model == ModelKind::Linear && prior.eta.is_none();
-    let name = title(model);
-    let mut row = vec![Cell::Text(match learned {
-        true => format!("{name}, learned"),
-        false => name.into(),
-    })];
-    for approach in APPROACHES {
-        let is_there = match approach {
-            Approach::Ours => true,
-            // Linear's start is its mean: to learn precisions is all that is left to Meta.
-            Approach::Meta => learned || model != ModelKind::Linear,
-            Approach::Njr15 => model == ModelKind::Linear && !learned,
-            Approach::Random | Approach::Optimum => !learned,
-        };
-        row.push(match is_there {
-            true => {
-                let case = Case {
-                    prior,
-                    ..Case::new(approach, model, SAMPLES)
-                };
-                Cell::Number(store.evaluation(&case)?.scores.loss)
-            }
-            false => Cell::Missing,
-        });
-    }
-    row.push(match paper::same_samples(model, Approach::Ours) {
-        Some([loss, ..]) if !learned => Cell::Number(loss),
-        _ => Cell::Missing,
+/// A model's losses by each method.
+fn row(store: &Store<'_>, model: ModelKind) -> anyhow::Result<Vec<Cell>> {
+    let of = |[others, linear]: ColumnOf| match model {
+        ModelKind::Linear => linear,
+        _ => others,
+    };
+    let published = PUBLISHED.map(|column| {
+        paper::same_samples(model, of(column))
+            .map_or(Cell::Missing, |[loss, ..]| Cell::Number(loss))
     });
+    let mut row = vec![Cell::Text(title(model).into())];
+    row.extend(published);
+    for column in MEASURED {
+        let approach = of(column);
+        let case = Case {
+            prior: match approach.schedule() {
+                Some(Schedule::Joint | Schedule::Prior) => Prior::LEARNED,
+                Some(Schedule::Paper) | None => Prior::PAPER,
+            },
+            ..Case::new(approach, model, SAMPLES)
+        };
+        row.push(Cell::Number(store.evaluation(&case)?.scores.loss));
+    }
     Ok(row)
 }
 
@@ -122,14 +143,17 @@ pub(super) fn by_samples(store: &Store<'_>, most: usize) -> anyhow::Result<Table
         for n in doublings(most) {
             let case = Case {
                 prior: Prior::LEARNED,
-                ..Case::new(Approach::Ours, model, n)
+                ..Case::new(Approach::Ours(SCHEDULE), model, n)
             };
             row.push(Cell::Number(store.evaluation(&case)?.scores.loss));
         }
         rows.push(row);
     }
     Ok(Table {
-        caption: "Loss of Ours by number of samples; Linear with learned precisions".into(),
+        caption: format!(
+            "Loss of {} by number of samples; Linear with learned precisions",
+            Approach::Ours(SCHEDULE).title()
+        ),
         columns,
         rows,
         compare: Compare::Down,
@@ -139,13 +163,20 @@ pub(super) fn by_samples(store: &Store<'_>, most: usize) -> anyhow::Result<Table
 /// Ours and what learns less, on materials of another source.
 pub(super) fn on_others(store: &Store<'_>, set: &TestSet<'_>) -> anyhow::Result<Table> {
     let mut columns = vec![Column::text(format!("n = {SAMPLES}"))];
-    for method in ["Meta, NJR15", "Ours"] {
-        columns.extend([loss_column(method), paper_column("the paper's")]);
+    for column in [
+        [Approach::Meta(SCHEDULE), Approach::Njr15],
+        [Approach::Ours(SCHEDULE); 2],
+    ] {
+        let published = format!("published: {}", names_of(column));
+        columns.extend([loss_column(titles_of(column)), paper_column(published)]);
     }
     let mut rows = Vec::new();
     for model in MODELS {
         let mut row = vec![Cell::Text(title(model).into())];
-        for approach in [Approach::baseline(model), Approach::Ours] {
+        for approach in [
+            Approach::baseline(model, SCHEDULE),
+            Approach::Ours(SCHEDULE),
+        ] {
             let evaluation = store.evaluation_on(set, &Case::new(approach, model, SAMPLES))?;
             row.push(Cell::Number(evaluation.scores.loss));
             row.push(match paper::rgl(model, approach) {
@@ -157,9 +188,7 @@ pub(super) fn on_others(store: &Store<'_>, set: &TestSet<'_>) -> anyhow::Result<
     }
     Ok(Table {
         caption: format!(
-            "Loss on {}: {} materials, the paper's on RGL's",
-            set.label,
-            set.materials.len()
+            "Loss at n = {SAMPLES}. Published: the paper's figures, on other materials of RGL's database"
         ),
         columns,
         rows,

@@ -7,6 +7,7 @@ mod additional;
 mod again;
 mod bases;
 mod case;
+mod circumstances;
 mod convergence;
 mod curves;
 mod findings;
@@ -31,11 +32,12 @@ use anyhow::Context;
 use clap::ValueEnum;
 use glimpse_trainer::report::Page;
 
+use case::name_of;
 pub(crate) use findings::Findings;
 pub(crate) use needed::{Needed, Notes, Purpose, Wanted};
 pub(crate) use store::{Settings, Store, TestSet};
 use tables::{
-    METRICS, MODELS, PAPER_METRICS, PaperMetrics, SAMPLES, cells_beside_the_paper_s,
+    METRICS, MODELS, PAPER_METRICS, PaperMetrics, SAMPLES, SCHEDULE, cells_beside_the_paper_s,
     columns_beside_the_paper_s, doublings, metrics, title,
 };
 
@@ -44,7 +46,7 @@ use tables::{
 pub(crate) enum Experiment {
     /// The main table: all methods for all models at n = 8, by all four metrics.
     SameSamples,
-    /// The loss of all methods and models at n = 8 in one table, and what black would lose.
+    /// The loss at n = 8 of all models by all methods and schedules, and of black.
     Losses,
     /// How many more samples other methods need for what Ours does with 8.
     SameQuality,
@@ -104,20 +106,19 @@ impl Experiment {
         )
     }
 
+    /// True if it trains by the paper's schedule.
+    pub(crate) fn trains_as_the_paper(self) -> bool {
+        matches!(self, Self::Losses | Self::Again | Self::All)
+    }
+
     /// As on the command line; also the folder's name.
     pub(crate) fn name(self) -> String {
-        self.to_possible_value()
-            .map_or_else(String::new, |value| value.get_name().to_owned())
+        name_of(self)
     }
 
     /// Makes the experiment, writes it down and returns what it found; where the store is for listing, or
     /// for one thing only, nothing is written but that.
-    pub(crate) fn run(
-        self,
-        store: &Store<'_>,
-        most_samples: usize,
-        sources: &str,
-    ) -> anyhow::Result<Findings> {
+    pub(crate) fn run(self, store: &Store<'_>, most_samples: usize) -> anyhow::Result<Findings> {
         let begin = Instant::now();
         let findings = match self {
             Self::SameSamples => same_samples::run(store),
@@ -141,7 +142,7 @@ impl Experiment {
         if !matches!(store.purpose, Purpose::Everything) {
             return Ok(findings);
         }
-        findings.write(&self.name(), &store.settings, sources, begin.elapsed())?;
+        findings.write(&self.name(), &store.settings.out, begin.elapsed())?;
         Ok(findings)
     }
 }

@@ -7,11 +7,11 @@ use glimpse_trainer::report::pattern_svg;
 use super::case::{Approach, Case};
 use super::findings::Findings;
 use super::store::Store;
-use super::{MODELS, SAMPLES, title};
+use super::{MODELS, SAMPLES, SCHEDULE, title};
 
 pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
-    let mut findings = Findings::new("Where each model measures");
-    let cases = MODELS.map(|model| (Approach::Ours, model));
+    let mut findings = Findings::new(store, "Where each model measures", &[SCHEDULE]);
+    let cases = MODELS.map(|model| (Approach::Ours(SCHEDULE), model));
     for (approach, model) in cases
         .into_iter()
         .chain([(Approach::Njr15, ModelKind::Linear)])
@@ -22,9 +22,9 @@ pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
         }
         let pattern: Vec<Angles<f32>> =
             store.with_method(&case, |method| Ok(method.pattern().to_vec()))?;
-        let name = format!("{}-{}", model.name(), approach.title().to_lowercase());
+        let name = format!("{}-{}", model.name(), approach.name().to_lowercase());
         let caption = format!("{}, {}, n = {SAMPLES}", title(model), approach.title());
-        findings.drawing(name, pattern_svg(&pattern), caption);
+        findings.drawing(name, pattern_svg(&pattern), &caption);
     }
     Ok(findings)
 }

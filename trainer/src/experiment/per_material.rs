@@ -8,12 +8,12 @@ use super::case::{Approach, Case};
 use super::curves::look;
 use super::findings::Findings;
 use super::store::Store;
-use super::{MODELS, SAMPLES, title};
+use super::{MODELS, SAMPLES, SCHEDULE, title};
 
 pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
-    let mut findings = Findings::new("Each material: n = 8");
+    let mut findings = Findings::new(store, "Each material: n = 8", &[SCHEDULE]);
     for model in MODELS {
-        let approaches = Approach::rivals(model);
+        let approaches = Approach::rivals(model, SCHEDULE);
         let mut losses = Vec::new();
         let mut color_differences = Vec::new();
         let mut names = Vec::new();
@@ -40,9 +40,10 @@ pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
             .iter()
             .filter(|index| ours[**index] < baseline[**index]);
         findings.text(format!(
-            "{}: Ours is better than {} on {} of {} materials.",
+            "{}: {} is better than {} on {} of {} materials.",
             title(model),
-            Approach::baseline(model).title(),
+            approaches[2].title(),
+            approaches[1].title(),
             better.count(),
             order.len()
         ));
@@ -50,7 +51,7 @@ pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
             let (hue, mark) = look(*approach);
             let points = order.iter().enumerate();
             Series {
-                name: approach.title().into(),
+                name: approach.title(),
                 hue,
                 mark,
                 points: points
@@ -63,7 +64,7 @@ pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
             Plot {
                 title: format!("{}: loss of each material", title(model)),
                 x: Axis {
-                    title: "material, by the loss of Ours".into(),
+                    title: format!("material, by the loss of {}", approaches[2].title()),
                     scale: Scale::Names(order.iter().map(|index| names[*index].clone()).collect()),
                 },
                 y: Axis {

@@ -1,5 +1,6 @@
 //! Learned samples replaced by random ones (paper, table "robustness").
 
+use anyhow::Context;
 use glimpse_core::geometry::Angles;
 use glimpse_trainer::evaluation::Method;
 use glimpse_trainer::report::{Best, Cell, Column, Compare, Table};
@@ -11,18 +12,24 @@ use rand_chacha::ChaCha8Rng;
 use super::case::{Approach, Case, TrainingRun};
 use super::findings::Findings;
 use super::store::Store;
-use super::{MODELS, SAMPLES, paper, title};
+use super::{MODELS, SAMPLES, SCHEDULE, paper, title};
 
 /// How many samples are replaced.
 const REPLACED: [usize; 2] = [2, 4];
+/// The method whose samples are replaced.
+const OURS: Approach = Approach::Ours(SCHEDULE);
 /// Independent runs.
 const RUNS: u64 = 5;
 
 pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
-    let mut findings = Findings::new("Some learned samples replaced by random ones");
+    let mut findings = Findings::new(
+        store,
+        "Some learned samples replaced by random ones",
+        &[SCHEDULE],
+    );
     let mut rows = Vec::new();
     for model in MODELS {
-        let case = Case::new(Approach::Ours, model, SAMPLES);
+        let case = Case::new(OURS, model, SAMPLES);
         let ours = store.evaluation(&case)?.scores.loss;
         for (count, paper) in REPLACED.into_iter().zip(paper::robustness(model)) {
             let mut sum = 0.0;
@@ -30,7 +37,8 @@ pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
                 let seed = store.settings.seed.wrapping_add(run << 32);
                 let name = format!("{}-n{SAMPLES}-replaced{count}-run{run}", model.name());
                 let evaluation = store.kept_evaluation(store.test, &name, 1, |judge| {
-                    let learned = store.recipe(&TrainingRun::of(&case))?;
+                    let training = TrainingRun::of(&case).context("Ours is trained")?;
+                    let learned = store.recipe(&training)?;
                     let recipe = learned.file.recipe()?;
                     let pattern: Vec<Angles<f32>> = recipe.pattern().collect();
                     let pattern = replaced(&pattern, count, seed);
@@ -54,7 +62,8 @@ pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
         "robustness",
         Table {
             caption: format!(
-                "Loss where r of {SAMPLES} learned samples are random instead, mean of {RUNS} runs"
+                "Loss of {} where r of {SAMPLES} learned samples are random instead, mean of {RUNS} runs",
+                OURS.title()
             ),
             columns: vec![
                 Column::text("Model"),

@@ -10,12 +10,12 @@ use super::case::{Approach, Case};
 use super::findings::Findings;
 use super::store::Store;
 use super::{
-    METRICS, MODELS, SAMPLES, cells_beside_the_paper_s, columns_beside_the_paper_s, metrics, paper,
-    spheres, title,
+    METRICS, MODELS, SAMPLES, SCHEDULE, cells_beside_the_paper_s, columns_beside_the_paper_s,
+    metrics, paper, spheres, title,
 };
 
 pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
-    let mut findings = Findings::new("Same number of samples: n = 8");
+    let mut findings = Findings::new(store, "Same number of samples: n = 8", &[SCHEDULE]);
     findings.text(
         "Means over the materials judged; Random and Meta over several seeds too (a material's PSNR \
          is that of its mean L2 then). The standard \
@@ -34,10 +34,10 @@ pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
     for model in MODELS {
         let mut rows = Vec::new();
         let mut scores = Vec::new();
-        for approach in Approach::rivals(model) {
+        for approach in Approach::rivals(model, SCHEDULE) {
             let evaluation = store.evaluation(&Case::new(approach, model, SAMPLES))?;
             let paper = paper::same_samples(model, approach);
-            let mut row = vec![Cell::Text(approach.title().into())];
+            let mut row = vec![Cell::Text(approach.title())];
             row.extend(cells_beside_the_paper_s(&evaluation, paper));
             rows.push(row);
             scores.push((approach, evaluation.scores));
@@ -45,10 +45,13 @@ pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
         if model == ModelKind::Linear {
             let learned = Case {
                 prior: Prior::LEARNED,
-                ..Case::new(Approach::Ours, model, SAMPLES)
+                ..Case::new(Approach::Ours(SCHEDULE), model, SAMPLES)
             };
             let evaluation = store.evaluation(&learned)?;
-            let mut row = vec![Cell::Text("Ours, 60 components, learned precisions".into())];
+            let mut row = vec![Cell::Text(format!(
+                "{}, 60 components, learned precisions",
+                learned.approach.title()
+            ))];
             row.extend(cells_beside_the_paper_s(&evaluation, None));
             rows.push(row);
         }
@@ -91,7 +94,7 @@ fn order_rows(model: ModelKind, scores: &[(Approach, Scores)]) -> Vec<Vec<Cell>>
     let order = |of: &dyn Fn(&(Approach, Scores)) -> Option<f64>, best: Best| {
         let mut ranked: Vec<(f64, &str)> = scores
             .iter()
-            .filter_map(|entry| Some((of(entry)?, entry.0.title())))
+            .filter_map(|entry| Some((of(entry)?, entry.0.name())))
             .collect();
         ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
         if best == Best::Greatest {

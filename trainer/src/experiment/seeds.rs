@@ -1,28 +1,32 @@
 //! Trainings with seeds of their own (paper, "Convergence": a spread of less than 5 %).
 
+use anyhow::Context;
 use glimpse_trainer::evaluation::Method;
 use glimpse_trainer::report::{Best, Cell, Column, Compare, Table};
 
 use super::case::{Approach, Case, TrainingRun};
 use super::findings::Findings;
 use super::store::Store;
-use super::{MODELS, SAMPLES, title};
+use super::{MODELS, SAMPLES, SCHEDULE, title};
 
+/// The method that is trained.
+const OURS: Approach = Approach::Ours(SCHEDULE);
 /// Independent trainings.
 const TRAININGS: u64 = 5;
 
 pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
-    let mut findings = Findings::new("Five trainings with seeds of their own");
+    let mut findings = Findings::new(store, "Five trainings with seeds of their own", &[SCHEDULE]);
     findings.text("In the paper the standard deviation is less than 5 % of the loss.");
     let mut rows = Vec::new();
     for model in MODELS {
-        let case = Case::new(Approach::Ours, model, SAMPLES);
+        let case = Case::new(OURS, model, SAMPLES);
         let mut losses = Vec::new();
         for repetition in 0..TRAININGS {
-            let training = TrainingRun {
+            let training = TrainingRun::of(&case).map(|training| TrainingRun {
                 repetition,
-                ..TrainingRun::of(&case)
-            };
+                ..training
+            });
+            let training = training.context("Ours is trained")?;
             let name = format!("{}-n{SAMPLES}-training{repetition}", model.name());
             let evaluation = store.kept_evaluation(store.test, &name, 1, |judge| {
                 let learned = store.recipe(&training)?;
@@ -53,7 +57,7 @@ pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
     findings.table(
         "seeds",
         Table {
-            caption: format!("Loss of Ours at n = {SAMPLES}"),
+            caption: format!("Loss of {} at n = {SAMPLES}", OURS.title()),
             columns,
             rows,
             compare: Compare::Down,

@@ -8,7 +8,7 @@ use super::case::{Approach, Case};
 use super::findings::Findings;
 use super::losses::by_samples;
 use super::store::Store;
-use super::{MODELS, doublings, title};
+use super::{MODELS, SCHEDULE, doublings, title};
 
 /// n of the paper's teaser.
 const TEASER: usize = 64;
@@ -16,17 +16,17 @@ const TEASER: usize = 64;
 const SHOWN: usize = 6;
 
 pub(super) fn teaser(store: &Store<'_>) -> anyhow::Result<Findings> {
-    let mut findings = Findings::new("Some materials by each method");
+    let mut findings = Findings::new(store, "Some materials by each method", &[SCHEDULE]);
     let order = store.by_glossiness(store.test.materials);
     let last = order.len().saturating_sub(1);
     let shown = SHOWN.min(order.len());
     let mut rows = Vec::new();
     for place in 0..shown {
         let index = order[place * last / shown.saturating_sub(1).max(1)];
-        let approaches = [Approach::Random, Approach::Meta, Approach::Ours];
+        let approaches = Approach::rivals(ModelKind::Neural, SCHEDULE);
         let cases = approaches.map(|approach| {
             let case = Case::new(approach, ModelKind::Neural, TEASER);
-            (approach.title().to_owned(), case)
+            (approach.title(), case)
         });
         rows.push(row(store, index, None, &cases)?);
     }
@@ -41,22 +41,28 @@ pub(super) fn teaser(store: &Store<'_>) -> anyhow::Result<Findings> {
 }
 
 pub(super) fn increasing(store: &Store<'_>, most_samples: usize) -> anyhow::Result<Findings> {
-    let mut findings = Findings::new("A glossy material, and more and more samples");
+    let mut findings = Findings::new(
+        store,
+        "A glossy material, and more and more samples",
+        &[SCHEDULE],
+    );
     let order = store.by_glossiness(store.test.materials);
     let Some(&index) = order.last() else {
         return Ok(findings);
     };
+    let ours = Approach::Ours(SCHEDULE);
     let mut rows = Vec::new();
     for model in MODELS {
         let cases: Vec<(String, Case)> = doublings(most_samples)
-            .map(|n| (format!("n = {n}"), Case::new(Approach::Ours, model, n)))
+            .map(|n| (format!("n = {n}"), Case::new(ours, model, n)))
             .collect();
         rows.push(row(store, index, Some(title(model)), &cases)?);
     }
     findings.gallery(Gallery {
         caption: format!(
-            "{} by Ours; every picture is of a recipe of its own; {}",
+            "{} by {}; every picture is of a recipe of its own; {}",
             store.test.materials[index].name(),
+            ours.title(),
             errors()
         ),
         rows,
@@ -69,9 +75,9 @@ pub(super) fn increasing(store: &Store<'_>, most_samples: usize) -> anyhow::Resu
 pub(super) fn by_model(store: &Store<'_>, index: usize, samples: usize) -> anyhow::Result<Gallery> {
     let mut rows = Vec::new();
     for model in MODELS {
-        let cases = Approach::rivals(model).map(|approach| {
+        let cases = Approach::rivals(model, SCHEDULE).map(|approach| {
             let case = Case::new(approach, model, samples);
-            (approach.title().to_owned(), case)
+            (approach.title(), case)
         });
         rows.push(row(store, index, Some(title(model)), &cases)?);
     }

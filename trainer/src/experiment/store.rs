@@ -19,11 +19,12 @@ use glimpse_trainer::meta;
 use glimpse_trainer::meta::checkpoint::Checkpoint;
 use glimpse_trainer::meta::options::Options;
 use glimpse_trainer::meta::outer::Checkpoints;
-use glimpse_trainer::meta::plan::Effort;
+use glimpse_trainer::meta::plan::{Effort, Schedule};
 use glimpse_trainer::meta::run::INNER_STEPS;
 use glimpse_trainer::render::Environment;
 
 use super::case::{Approach, Case, TrainingRun};
+use super::circumstances::{Circumstances, MaterialSet};
 pub(crate) use super::kept::{Evaluation, Recipe};
 use super::kept::{keep, read_evaluation, with_extension};
 use super::needed::{Needed, NotMade, Purpose, blank_evaluation, blank_recipe};
@@ -42,8 +43,10 @@ pub(crate) struct Settings {
     pub(crate) out: PathBuf,
     /// Materials to train on.
     pub(crate) data: Source,
-    /// How long to train.
+    /// How long to train, except by the paper's schedule.
     pub(crate) effort: Effort,
+    /// How long to train by the paper's schedule.
+    pub(crate) paper_effort: Effort,
     /// Seed of all random numbers.
     pub(crate) seed: u64,
     /// Repetitions of random methods.
@@ -52,10 +55,22 @@ pub(crate) struct Settings {
     pub(crate) light: String,
 }
 
+impl Settings {
+    /// The effort of trainings by a schedule.
+    fn effort_of(&self, schedule: Schedule) -> Effort {
+        match schedule {
+            Schedule::Paper => self.paper_effort,
+            Schedule::Joint | Schedule::Prior => self.effort,
+        }
+    }
+}
+
 /// Materials to judge on.
 pub(crate) struct TestSet<'a> {
-    /// What they are called in the names of files and in tables.
+    /// The folder of their judgements, also part of names of tables.
     pub(crate) label: String,
+    /// The name of their source.
+    source: String,
     /// The materials.
     pub(crate) materials: &'a [Box<dyn Material>],
     judge: OnceCell<Judge<'a>>,
@@ -65,11 +80,13 @@ pub(crate) struct TestSet<'a> {
 impl<'a> TestSet<'a> {
     pub(crate) fn new(
         label: String,
+        source: &Source,
         materials: &'a [Box<dyn Material>],
         environment: &'a Environment,
     ) -> Self {
         Self {
             label,
+            source: source.label().to_owned(),
             materials,
             judge: OnceCell::new(),
             environment,
@@ -97,6 +114,8 @@ pub(crate) struct Store<'a> {
     /// Other sources that are judged too.
     pub(crate) additional: &'a [TestSet<'a>],
     train: &'a Train,
+    /// The number of materials to train on.
+    training: usize,
     columns: OnceCell<Columns>,
 }
 
@@ -119,10 +138,11 @@ impl<'a> Store<'a> {
             names.join(" ")
         };
         let words = format!(
-            "{}\neffort {:?}\nseed {}\nseeds of random methods {}\nlight {}\ntrained on {}\njudged on {}\n\
+            "{}\neffort {:?}, of schedule paper {:?}\nseed {}\nseeds of random methods {}\nlight {}\ntrained on {}\njudged on {}\n\
              at {DIRECTIONS} fixed directions\n",
             concat!("glimpse-trainer ", env!("CARGO_PKG_VERSION")),
             settings.effort,
+            settings.paper_effort,
             settings.seed,
             settings.seeds,
             settings.light,
@@ -149,8 +169,30 @@ impl<'a> Store<'a> {
             test,
             additional,
             train,
+            training: training.len(),
             columns: OnceCell::new(),
         })
+    }
+
+    /// The settings that results are found under: of methods trained by these schedules, judged on a set.
+    pub(crate) fn circumstances(&self, set: &TestSet<'_>, schedules: &[Schedule]) -> Circumstances {
+        let settings = &self.settings;
+        let trainings = schedules.iter();
+        Circumstances {
+            trainings: trainings
+                .map(|schedule| (*schedule, settings.effort_of(*schedule)))
+                .collect(),
+            seed: settings.seed,
+            seeds: settings.seeds,
+            training_set: MaterialSet {
+                source: settings.data.label().to_owned(),
+                materials: self.training,
+            },
+            test_set: MaterialSet {
+                source: set.source.clone(),
+                materials: set.materials.len(),
+            },
+        }
     }
 
     /// The files of a training: the recipe, the basis that Linear has beside it, the checkpoint.
@@ -232,7 +274,7 @@ impl<'a> Store<'a> {
                 training.model,
                 training.samples,
                 training.schedule,
-                self.settings.effort,
+                self.settings.effort_of(training.schedule),
                 seed,
             )
         };
@@ -269,8 +311,8 @@ impl<'a> Store<'a> {
         if self.purpose.judges() {
             return Ok(false);
         }
-        if matches!(case.approach, Approach::Ours | Approach::Meta) {
-            self.recipe(&TrainingRun::of(case))?;
+        if let Some(training) = TrainingRun::of(case) {
+            self.recipe(&training)?;
         }
         Ok(true)
     }
@@ -287,12 +329,12 @@ impl<'a> Store<'a> {
             samples,
             prior,
         } = *case;
-        if matches!(approach, Approach::Ours | Approach::Meta) {
-            let learned = self.recipe(&TrainingRun::of(case))?;
+        if let Some(training) = TrainingRun::of(case) {
+            let learned = self.recipe(&training)?;
             let recipe = learned.file.recipe()?;
             return match approach {
-                Approach::Ours => then(&Method::ours(&recipe, learned.basis.as_ref())?),
-                _ => then(&Method::meta(&recipe, learned.basis.as_ref())?),
+                Approach::Meta(_) => then(&Method::meta(&recipe, learned.basis.as_ref())?),
+                _ => then(&Method::ours(&recipe, learned.basis.as_ref())?),
             };
         }
         if !self.purpose.judges() {

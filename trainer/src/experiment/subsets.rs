@@ -1,5 +1,6 @@
 //! Patterns trained and judged on parts of the materials (paper, "Subsets").
 
+use anyhow::Context;
 use glimpse_core::model::ModelKind;
 use glimpse_trainer::evaluation::{MaterialScores, Method};
 use glimpse_trainer::material::Material;
@@ -7,16 +8,20 @@ use glimpse_trainer::meta::options::Parts;
 use glimpse_trainer::meta::plan::Known;
 use glimpse_trainer::report::{Best, Cell, Column, Compare, Table};
 
-use super::SAMPLES;
 use super::case::{Approach, Case, TrainingRun};
 use super::findings::Findings;
 use super::store::Store;
+use super::{SAMPLES, SCHEDULE};
 
 /// The parts: all materials, the more diffuse half, the glossier half.
 const PARTS: [&str; 3] = ["all", "diffuse", "glossy"];
 
 pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
-    let mut findings = Findings::new("Patterns for diffuse and for glossy materials");
+    let mut findings = Findings::new(
+        store,
+        "Patterns for diffuse and for glossy materials",
+        &[SCHEDULE],
+    );
     let training = store.settings.data.load()?;
     let names = parts(store, &training);
     let judged = parts(store, store.test.materials);
@@ -34,8 +39,9 @@ pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
         judged[1].join(", ")
     ));
 
-    let case = Case::new(Approach::Meta, ModelKind::Neural, SAMPLES);
-    let meta = store.recipe(&TrainingRun::of(&case))?;
+    let case = Case::new(Approach::Meta(SCHEDULE), ModelKind::Neural, SAMPLES);
+    let whole = TrainingRun::of(&case).context("Meta is trained")?;
+    let meta = store.recipe(&whole)?;
     let recipe = meta.file.recipe()?;
     let Some(descent) = recipe.descent() else {
         anyhow::bail!("a recipe of the model neural is fitted by descent");
@@ -49,7 +55,7 @@ pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
         let training = TrainingRun {
             parts: Parts::PatternOnly(known.clone()),
             only: Some((part, names)),
-            ..TrainingRun::of(&case)
+            ..whole.clone()
         };
         let name = format!("neural-n{SAMPLES}-pattern-of-{part}");
         let evaluation = store.kept_evaluation(store.test, &name, 1, |judge| {
@@ -69,7 +75,10 @@ pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
     findings.table(
         "subsets",
         Table {
-            caption: format!("Neural, n = {SAMPLES}: loss"),
+            caption: format!(
+                "Neural, n = {SAMPLES}: loss of {} by the training set of its pattern",
+                Approach::Ours(SCHEDULE).title()
+            ),
             columns,
             rows,
             compare: Compare::Down,

@@ -2,6 +2,7 @@
 
 use glimpse_core::model::ModelKind;
 use glimpse_trainer::evaluation::Estimate;
+use glimpse_trainer::meta::plan::Schedule;
 use glimpse_trainer::metrics::Scores;
 use glimpse_trainer::report::{Best, Cell, Column};
 
@@ -14,6 +15,8 @@ pub(super) const MODELS: [ModelKind; 4] = [
     ModelKind::Linear,
     ModelKind::Neural,
 ];
+/// The schedule of all experiments that do not name another one.
+pub(super) const SCHEDULE: Schedule = Schedule::Joint;
 /// The paper's n.
 pub(super) const SAMPLES: usize = 8;
 

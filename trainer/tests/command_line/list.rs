@@ -144,7 +144,7 @@ fn an_experiment_s_cells_leave_what_it_does() {
     }
     let judged = listed
         .iter()
-        .position(|cell| cell["name"] == "sheets/test/linear-n8-m5-eta-40-ours");
+        .position(|cell| cell["name"] == "sheets/test/linear-n8-m5-eta-40-joint-ours");
     let judged = &listed[judged.expect("Ours is judged")];
     assert_eq!(
         texts(judged, "inputs").len(),
@@ -206,16 +206,46 @@ fn all_experiments_are_listed_without_making_anything() {
         made.extend(texts(cell, "outputs"));
     }
     for name in [
-        "recipes/neural-n8-meta",
-        "recipes/neural-n8-pattern-glossy",
+        "recipes/neural-n8-joint-meta",
+        "recipes/neural-n8-joint-pattern-glossy",
         "sheets/test/phong-n8-replaced4-run2",
         "sheets/test/neural-n4-importance",
         "recipes/phong-n8-paper",
+        "recipes/phong-n8-paper-twice",
+        "recipes/neural-n8-prior",
     ] {
         assert!(listed.iter().any(|cell| cell["name"] == name), "no {name}");
     }
     let names = fs::read_dir(scratch.path().join("paper")).expect("the folder is there");
     assert_eq!(names.count(), 0, "something was written");
+}
+
+#[test]
+fn losses_need_a_recipe_of_each_model_by_each_schedule() {
+    let scratch = tempfile::tempdir().expect("a temporary directory");
+    let words = "reproduce losses --paper-effort long --data procedural:3 --test procedural:2:1";
+    let command: Vec<&str> = words.split_whitespace().collect();
+    let listed = cells(scratch.path(), &command);
+    let names = listed.iter().filter_map(|cell| cell["name"].as_str());
+    let mut recipes: Vec<&str> = names
+        .filter_map(|name| name.strip_prefix("recipes/"))
+        .collect();
+    recipes.sort_unstable();
+    let expected = [
+        "cook-torrance-n8-joint",
+        "cook-torrance-n8-paper",
+        "cook-torrance-n8-prior",
+        "linear-n8-m5-eta-40-paper",
+        "linear-n8-m60-eta-learned-joint",
+        "linear-n8-prior",
+        "neural-n8-joint",
+        "neural-n8-paper",
+        "neural-n8-prior",
+        "phong-n8-joint",
+        "phong-n8-paper",
+        "phong-n8-prior",
+    ];
+    assert_eq!(recipes, expected);
 }
 
 #[test]

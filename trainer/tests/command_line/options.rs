@@ -101,6 +101,7 @@ fn an_option_without_effect_is_refused_by_name() {
         (&grid, &["--resume"]),
         (&bases, &["--additional", "procedural:1"]),
         (&bases, &["--most-samples", "8"]),
+        (&bases, &["--paper-effort", "long"]),
         (&page, &["--columns", "2"]),
     ] {
         let message = fail(scratch.path(), &[command, more].concat());

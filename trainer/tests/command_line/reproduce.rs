@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use serde_json::Value;
+use serde_json::{Value, json};
 
 use super::{fail, succeed, trainer};
 
@@ -43,7 +43,17 @@ fn an_experiment_is_printed_written_down_and_not_made_twice() {
     let json = fs::read_to_string(paper.join("bases/findings.json")).expect("it is there");
     let json: Value = serde_json::from_str(&json).expect("it is JSON");
     let row = &json["tables"]["bases"]["rows"][2];
-    assert_eq!(row["Method"], "Ours");
+    assert_eq!(row["Method"], "Ours (joint)");
+    let settings = &json["tables"]["bases"]["settings"];
+    let training = json!([{"schedule": "joint", "effort": "quick"}]);
+    assert_eq!(settings["trainings"], training);
+    let set = |source: &str, materials: usize| json!({"source": source, "materials": materials});
+    assert_eq!(settings["training_set"], set("procedural:10", 10));
+    assert_eq!(settings["test_set"], set("procedural:3:1", 3));
+    assert_eq!(
+        (&settings["seed"], &settings["seeds_of_random_methods"]),
+        (&json!(0), &json!(2))
+    );
     assert!(
         row["Loss"]
             .as_f64()
@@ -55,8 +65,8 @@ fn an_experiment_is_printed_written_down_and_not_made_twice() {
 
     // The same command again trains and evaluates nothing; a lost sheet, and one that an older version
     // wrote, which lacks a metric, are made again, the same.
-    let recipe = paper.join("recipes/linear-n8-m5-eta-40.recipe");
-    let sheets = ["ours", "njr15"]
+    let recipe = paper.join("recipes/linear-n8-m5-eta-40-joint.recipe");
+    let sheets = ["joint-ours", "njr15"]
         .map(|method| paper.join(format!("sheets/test/linear-n8-m5-eta-40-{method}.json")));
     let before = modified(&recipe);
     let read = || {

@@ -11,16 +11,24 @@ use glimpse_optimizer::Groups;
 /// Of so many random patterns of one sample the best begins stage 2.
 const GUESSES: usize = 50;
 
+impl Effort {
+    /// The paper's number of steps divided by that of schedule paper at this effort.
+    #[must_use]
+    pub fn divisor_of_the_paper_s_steps(self) -> usize {
+        match self {
+            Self::Brief => 500,
+            Self::Quick => 100,
+            Self::Standard => 10,
+            Self::Long => 1,
+        }
+    }
+}
+
 /// The paper's settings. Stage 1: initialisation and step sizes, 10,000 epochs. Stage 2: the
 /// pattern, from the best of random guesses at n = 1, doubled until it has the n asked for, and
 /// each n trained for 500 epochs. All of them with one task a step.
 pub(super) fn plan(effort: Effort, model: ModelKind, samples: usize, tasks: usize) -> Plan {
-    let share = match effort {
-        Effort::Brief => 500,
-        Effort::Quick => 100,
-        Effort::Standard => 10,
-        Effort::Long => 1,
-    };
+    let share = effort.divisor_of_the_paper_s_steps();
     let (rate, final_rate) = match model {
         ModelKind::Linear => (1e-3, 0.5),
         _ => (5e-4, 0.2),
