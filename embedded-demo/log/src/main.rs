@@ -10,9 +10,12 @@ use std::{env, fs};
 use defmt_decoder::{DecodeError, Table};
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let path = env::args().nth(1).ok_or("usage: glimpse-log ELF < FRAMES")?;
+    let path = env::args()
+        .nth(1)
+        .ok_or("usage: glimpse-log ELF < FRAMES")?;
     let elf = fs::read(&path).map_err(|error| format!("{path}: {error}"))?;
-    let table = Table::parse(&elf)?.ok_or_else(|| format!("{path}: the file has no defmt messages"))?;
+    let table =
+        Table::parse(&elf)?.ok_or_else(|| format!("{path}: the file has no defmt messages"))?;
     let mut decoder = table.new_stream_decoder();
     let mut bytes = [0; 1024];
     loop {

@@ -1,8 +1,8 @@
 //! A basis of one component, cut, extended and with other numbers here and there: it is refused, or written
 //! again byte by byte, and finite.
 
-use glimpse_trainer::linear::{BASIS_MAGIC, Basis, Grid};
 use crate::{Damage, Folder, PLACES, refused};
+use glimpse_trainer::linear::{BASIS_MAGIC, Basis, Grid};
 
 /// Numbers of a node: mean, ln(median w + e), and a component.
 const NODE: [f32; 3] = [0.5, -3.0, 0.01];

@@ -2,9 +2,9 @@
 //!
 //! The checksum of the recipe, which nobody guesses, is put in the place of its name.
 
+use crate::{Folder, refused};
 use glimpse_core::recipe::Recipe;
 use glimpse_trainer::measurement::DeviceReport;
-use crate::{Folder, refused};
 
 const RECIPE: &[u8] = include_bytes!("../../../embedded-demo/recipes/phong-n8.recipe");
 const NAME: &str = "device.json";

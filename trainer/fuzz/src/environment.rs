@@ -1,8 +1,8 @@
 //! A panorama, Radiance or OpenEXR: it is refused, or has the pixels that it should. (What light they give is
 //! no question of bytes, and takes a thousand times as long.)
 
-use glimpse_trainer::render::Image;
 use crate::{Folder, refused};
+use glimpse_trainer::render::Image;
 
 const MOST_PIXELS: usize = 1 << 25;
 

@@ -1,9 +1,9 @@
 //! A CSV of readings, of a white, or of angles: it is refused, or all of its numbers are what they should.
 
+use crate::{Folder, PLACES, refused};
 use glimpse_core::geometry::Angles;
 use glimpse_core::gonio::{Footprint, Quantity, Repeated};
 use glimpse_trainer::measurement::{AngleTable, Counts, Meaning, Measured, TableError, White};
-use crate::{Folder, PLACES, refused};
 
 const NAME: &str = "felt.csv";
 /// Radians.

@@ -5,7 +5,9 @@ use std::path::Path;
 
 /// Runs a target's check on each of its seeds.
 fn check_all(target: &str, check: fn(&[u8])) {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("seeds").join(target);
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("seeds")
+        .join(target);
     let mut count = 0;
     for entry in fs::read_dir(&folder).expect("the target has seeds") {
         let path = entry.expect("an entry").path();
