@@ -26,8 +26,8 @@ use super::{ModelName, numbers, print};
 /// measured in the same run: independent multiply-adds in registers, the fastest of many bursts,
 /// on as many threads as the line has.
 ///
-/// With --curve it times whole trainings instead, by each effort up to --effort, and says what loss each
-/// comes to on materials that it never saw: quality against seconds, which is what a faster training
+/// With --curve it times whole trainings instead, by each effort up to --effort, and reports the loss
+/// of each on materials that it never saw: quality against seconds, which is what a faster training
 /// is for. Recipes are thrown away.
 ///
 /// Example: trainer bench

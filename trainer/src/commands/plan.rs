@@ -42,7 +42,7 @@ enum OrderName {
 /// What the machine does not reach is named, all of it, and nothing is planned then.
 ///
 /// Example: trainer plan neural-n8.recipe --speed 20,10,20,10 --settle 1.5 --blank readings.csv
-///          trainer plan neural-n8.recipe --swap --max-theta-o 75 --out plan.csv
+///          trainer plan neural-n8.recipe --swap --max-theta-o 78 --out plan.csv
 #[derive(Args)]
 #[command(verbatim_doc_comment)]
 pub(crate) struct Plan {

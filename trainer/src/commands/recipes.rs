@@ -1,10 +1,12 @@
 //! `trainer recipes`
 
+use std::ffi::OsStr;
 use std::path::PathBuf;
 
 use anyhow::{Context, bail};
-use clap::builder::PossibleValuesParser;
-use clap::{Args, Subcommand};
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use clap::error::{ContextKind, ContextValue};
+use clap::{Arg, Args, Command, Subcommand};
 use glimpse_core::recipe::Recipe;
 use glimpse_trainer::linear::Basis;
 use glimpse_trainer::report::{Best, Cell, Column, Compare, Table};
@@ -16,9 +18,9 @@ use super::{print, print_json};
 
 /// List or write the bundled recipes, to scan with before anything is trained.
 ///
-/// All of them were trained on the built-in procedural materials alone, so that they may be passed on with your
-/// firmware; for arms that get to 80 degrees and no nearer to each other than 10, and readings with 2 % of noise. One
-/// that was trained on materials like yours has less loss: see `trainer train`.
+/// All of them were trained on the built-in procedural materials alone, so that they may be passed
+/// on with your firmware; for arms that reach 80 degrees and keep 10 degrees apart, and readings with
+/// 2 % of noise. A recipe trained on materials like yours has less loss: see `trainer train`.
 ///
 /// Example: trainer recipes list
 ///          trainer recipes get neural-n8 --out recipes/
@@ -55,7 +57,7 @@ struct Get {
         required = true,
         value_name = "NAME",
         hide_possible_values = true,
-        value_parser = PossibleValuesParser::new(names())
+        value_parser = NameParser
     )]
     names: Vec<String>,
     /// The directory to write NAME.recipe and, of the model linear, NAME.basis to
@@ -73,6 +75,41 @@ impl Recipes {
             Action::List(List { json: true }) => print_json(&list_as_json()?),
             Action::Get(get) => get.run(),
         }
+    }
+}
+
+/// A parser of names that suggests similar ones: by their letters, as clap does, or else those that hold all words
+/// of the given one in any order.
+#[derive(Clone)]
+struct NameParser;
+
+impl TypedValueParser for NameParser {
+    type Value = String;
+
+    fn parse_ref(
+        &self,
+        command: &Command,
+        arg: Option<&Arg>,
+        value: &OsStr,
+    ) -> Result<String, clap::Error> {
+        let parsed = PossibleValuesParser::new(names()).parse_ref(command, arg, value);
+        parsed.map_err(|mut error| {
+            let given = value.to_string_lossy();
+            let has_all = |name: &&str| {
+                given
+                    .split('-')
+                    .all(|word| name.split('-').any(|own| own == word))
+            };
+            let similar: Vec<String> = names().filter(has_all).map(str::to_owned).collect();
+            if error.get(ContextKind::SuggestedValue).is_none() && !similar.is_empty() {
+                error.insert(ContextKind::SuggestedValue, ContextValue::Strings(similar));
+            }
+            error
+        })
+    }
+
+    fn possible_values(&self) -> Option<Box<dyn Iterator<Item = PossibleValue> + '_>> {
+        Some(Box::new(names().map(PossibleValue::new)))
     }
 }
 

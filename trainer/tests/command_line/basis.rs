@@ -129,10 +129,7 @@ fn one_compact_basis_serves_every_n() {
     assert!(message.contains("not of this recipe"), "{message}");
 
     // What is asked for without effect or sense.
-    for (components, part) in [
-        ("0", "--components must be"),
-        ("999", "--components must be"),
-    ] {
+    for components in ["0", "999"] {
         let arguments = [
             "export",
             "n2.recipe",
@@ -144,7 +141,7 @@ fn one_compact_basis_serves_every_n() {
             "x",
         ];
         let message = fail(directory, &arguments);
-        assert!(message.contains(part), "{message}");
+        assert!(message.contains("--components"), "{message}");
     }
     let arguments = [
         "export",

@@ -122,6 +122,8 @@ fn a_name_that_is_almost_right_is_suggested() {
     let scratch = tempfile::tempdir().expect("a temporary directory");
     for (given, meant) in [
         ("linear-n16-maskd", "linear-n16-masked"),
+        ("masked-n16", "linear-n16-masked"),
+        ("masked-n16", "neural-n16-masked"),
         ("nural-n8", "neural-n8"),
         ("cook-torance-n4", "cook-torrance-n4"),
     ] {

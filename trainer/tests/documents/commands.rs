@@ -3,6 +3,7 @@
 use std::path::Path;
 use std::process::Command;
 
+use glimpse_trainer::shipped;
 use serde_json::Value;
 
 use super::figures::printed;
@@ -143,4 +144,31 @@ fn commands_that_are_unknown_are_found() {
     ] {
         assert_eq!(misunderstood(right), None, "{right}");
     }
+}
+
+/// As `trainer recipes get` writes them, and no other way.
+#[test]
+fn recipes_that_tolerate_missing_readings_have_their_bundled_names() {
+    let help = |command: &[&str]| {
+        let output = Command::new(env!("CARGO_BIN_EXE_trainer"))
+            .args(command)
+            .arg("--help")
+            .output();
+        String::from_utf8(output.expect("the trainer runs").stdout).expect("it prints text")
+    };
+    let help = [&["render", "view"][..], &["evaluate"], &["plan"], &["fit"]].map(help);
+    let texts = documents().into_iter().map(|document| document.text);
+    let mut count = 0;
+    for text in texts.chain(help) {
+        let is_part = |c: char| c.is_ascii_alphanumeric() || "-._/*".contains(c);
+        let files = text
+            .split(|c| !is_part(c))
+            .filter(|word| !word.contains('/'));
+        let names = files.filter_map(|word| word.strip_suffix(".recipe"));
+        for name in names.filter(|name| name.contains("masked")) {
+            assert!(shipped::find(name).is_some(), "{name}");
+            count += 1;
+        }
+    }
+    assert!(count > 2, "only {count} names were found");
 }
