@@ -20,6 +20,7 @@ mod kind;
 mod old;
 mod sections;
 mod statements;
+mod training;
 mod write;
 
 pub use crate::fit::{Completed, Descent, Learner, Ridge};
@@ -37,6 +38,9 @@ pub use ingredients::{
 pub use kind::Kind;
 pub use sections::{Materials, Sections};
 pub use statements::Statements;
+pub use training::{
+    Effort, Origin, Parts, Schedule, Training, TrainingSource, TrainingSources, ValidationSplit,
+};
 
 use crate::geometry::{Angles, Directions, HalfDifference};
 use crate::gonio::{Limits, Unreachable};

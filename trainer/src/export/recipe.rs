@@ -8,7 +8,7 @@ use glimpse_core::geometry::Angles;
 use glimpse_core::gonio::Limits;
 use glimpse_core::recipe::{
     Expectation, Field, HEADER_BYTES, Ingredients, Kind, Noise, PackedCompletion, PackedDescent,
-    PackedLearner, PackedRidge, PackedStart, Provenance, Recipe, RecipeError,
+    PackedLearner, PackedRidge, PackedStart, Provenance, Recipe, RecipeError, Training,
 };
 
 use super::quantise::quantised;
@@ -134,6 +134,8 @@ pub struct Statements<'a> {
     /// What predicts the loss of a material's fit, where readings are completed: a bias, and a weight
     /// for each coefficient.
     pub prediction: Option<&'a [f32]>,
+    /// How it was trained, in types.
+    pub training: Option<Training<'a>>,
 }
 
 impl Statements<'_> {
@@ -148,7 +150,10 @@ impl Statements<'_> {
             .map_or(0, |expectation| expectation.on.len());
         // Digest and length of a name take ten bytes at most.
         let names = self.materials.iter().map(|(name, _)| name.len() + 10);
-        texts.sum::<usize>() + on + names.sum::<usize>()
+        let sources = self.training.into_iter().flat_map(|each| each.sources);
+        // Lengths, counts and a share take twenty.
+        let labels = sources.map(|source| source.label.len() + 20);
+        texts.sum::<usize>() + on + names.sum::<usize>() + labels.sum::<usize>()
     }
 }
 
@@ -318,6 +323,7 @@ fn write(
         provenance: statements.provenance,
         materials: &statements.materials,
         prediction: prediction.as_deref(),
+        training: statements.training,
     };
     let room = HEADER_BYTES + pattern.len() + learner_bytes + statements.text_bytes() + ROOM;
     let room = room + prediction.as_ref().map_or(0, Vec::len);

@@ -9,7 +9,7 @@ use glimpse_trainer::measurement::{
 };
 use serde::Serialize;
 
-use super::super::promise::{caution, promise};
+use super::super::expected_loss::{self, caution};
 use crate::commit;
 
 /// The spread of repeated readings, relative to their mean, from which on something is wrong with one.
@@ -371,7 +371,9 @@ fn expected_loss(recipe: &Recipe<'_>, fit: &Fit) -> anyhow::Result<Option<Expect
             from: format!("{loss:.4}, as the recipe predicts from these readings{caution}"),
         }));
     }
-    let promised = recipe.expected_loss().zip(promise(recipe)?);
+    let promised = recipe
+        .expected_loss()
+        .zip(expected_loss::expected_loss(recipe)?);
     Ok(promised.map(|(loss, promise)| ExpectedLoss {
         loss,
         from: format!("as the recipe promises, {promise}"),
