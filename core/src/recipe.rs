@@ -75,7 +75,7 @@ impl<'a> Recipe<'a> {
     /// }
     ///
     /// let error = Recipe::parse(&BYTES[..100]).unwrap_err();
-    /// assert_eq!(error.to_string(), "the recipe should have 5577 bytes but has 100: it was cut or padded");
+    /// assert_eq!(error.to_string(), "the recipe should have 5631 bytes but has 100: it was cut or padded");
     /// # Ok::<(), RecipeError>(())
     /// ```
     ///
