@@ -20,6 +20,7 @@ mod kind;
 mod old;
 mod sections;
 mod statements;
+mod training;
 mod write;
 
 pub use crate::fit::{Completed, Descent, Learner, Ridge};
@@ -37,6 +38,9 @@ pub use ingredients::{
 pub use kind::Kind;
 pub use sections::{Materials, Sections};
 pub use statements::Statements;
+pub use training::{
+    Effort, Origin, Parts, Schedule, Training, TrainingSource, TrainingSources, ValidationSplit,
+};
 
 use crate::geometry::{Angles, Directions, HalfDifference};
 use crate::gonio::{Limits, Unreachable};
@@ -71,7 +75,7 @@ impl<'a> Recipe<'a> {
     /// }
     ///
     /// let error = Recipe::parse(&BYTES[..100]).unwrap_err();
-    /// assert_eq!(error, RecipeError::Length { expected: 5577, found: 100 });
+    /// assert_eq!(error, RecipeError::Length { expected: 5631, found: 100 });
     /// # Ok::<(), RecipeError>(())
     /// ```
     ///

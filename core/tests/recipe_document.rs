@@ -3,9 +3,10 @@
 use glimpse_core::fit::{MAX_ROWS, MAX_UNITS};
 use glimpse_core::gonio::Limits;
 use glimpse_core::recipe::{
-    Expectation, Field, HEADER_BYTES, Ingredients, Kind, MAX_BASIS, MAX_COMPONENTS,
+    Effort, Expectation, Field, HEADER_BYTES, Ingredients, Kind, MAX_BASIS, MAX_COMPONENTS,
     MAX_INNER_STEPS, MAX_MEAN, MAX_MEDIAN, MAX_PRECISION, MAX_SAMPLES, MAX_WEIGHT, MIN_PRECISION,
-    Noise, PackedLearner, PackedRidge, Provenance, Recipe, VERSION,
+    Noise, Origin, PackedLearner, PackedRidge, Parts, Provenance, Recipe, Schedule, Training,
+    TrainingSource, TrainingSources, VERSION, ValidationSplit,
 };
 
 const DOCUMENT: &str = include_str!("../docs/recipe.md");
@@ -13,6 +14,21 @@ const DOCUMENT: &str = include_str!("../docs/recipe.md");
 fn packed(numbers: &[f32]) -> Vec<u8> {
     numbers.iter().flat_map(|x| x.to_le_bytes()).collect()
 }
+
+const SOURCES: [TrainingSource<'_>; 1] = [TrainingSource {
+    label: "MERL",
+    origin: Origin::Files,
+    materials: 100,
+    share: 1.0,
+}];
+const TRAINING: Training<'_> = Training {
+    schedule: Schedule::Joint,
+    effort: Effort::Standard,
+    parts: Parts::All,
+    split: ValidationSplit::LeftOut,
+    digest: 300,
+    sources: TrainingSources::new(&SOURCES),
+};
 
 /// The recipe that the document shows, written.
 fn example() -> Vec<u8> {
@@ -55,6 +71,7 @@ fn example() -> Vec<u8> {
             options: "",
         }),
         materials: &[("brass", 0xcbf4_3926), ("felt", 5)],
+        training: Some(TRAINING),
         ..Ingredients::new(&pattern, learner)
     };
     let mut buffer = [0; 512];
@@ -94,6 +111,7 @@ fn the_documents_bytes_are_read() {
     assert_eq!(recipe.statements().unwrap().provenance.unwrap().seed, 300);
     let materials = [("brass", 0xcbf4_3926), ("felt", 5)];
     assert!(recipe.statements().unwrap().materials.eq(materials));
+    assert_eq!(recipe.statements().unwrap().training, Some(TRAINING));
 }
 
 /// The row of a table that begins with these cells.
@@ -153,6 +171,55 @@ fn section(kind: Kind) -> &'static str {
 }
 
 #[test]
+fn the_document_numbers_every_variant_of_training() {
+    let section = section(Kind::TRAINING);
+    let numbered = |names: &[&str]| {
+        let names = names.iter().enumerate();
+        let names: Vec<String> = names
+            .map(|(number, name)| format!("{number} {name}"))
+            .collect();
+        names.join(", ")
+    };
+    for (field, names) in [
+        (
+            "schedule",
+            &[Schedule::Joint, Schedule::Paper, Schedule::Prior].map(Schedule::name)[..],
+        ),
+        (
+            "effort",
+            &[Effort::Brief, Effort::Quick, Effort::Standard, Effort::Long].map(Effort::name),
+        ),
+        (
+            "parts",
+            &[
+                Parts::All,
+                Parts::AllTwice,
+                Parts::WithoutPattern,
+                Parts::PatternOnly,
+            ]
+            .map(Parts::name),
+        ),
+        (
+            "split",
+            &[
+                ValidationSplit::HeldOut,
+                ValidationSplit::Training,
+                ValidationSplit::LeftOut,
+                ValidationSplit::Folds,
+            ]
+            .map(ValidationSplit::name),
+        ),
+        (
+            "origin",
+            &[Origin::Files, Origin::BuiltIn].map(Origin::name),
+        ),
+    ] {
+        let row = format!("\n| {field} | varint | {} |", numbered(names));
+        assert!(section.contains(&row), "{row}");
+    }
+}
+
+#[test]
 fn errors_name_fields_as_the_document_does() {
     for (kind, fields) in [
         (Kind::PATTERN, &[Field::Pattern][..]),
@@ -197,6 +264,7 @@ fn errors_name_fields_as_the_document_does() {
                 Field::StartOutputScales,
             ],
         ),
+        (Kind::TRAINING, &[Field::Share]),
     ] {
         let section = section(kind);
         for field in fields {

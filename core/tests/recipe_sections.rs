@@ -7,8 +7,9 @@ use common::{neural, write, write_linear};
 use forged::sealed;
 use glimpse_core::gonio::{Limits, LimitsError};
 use glimpse_core::recipe::{
-    Expectation, Field, Ingredients, Kind, Noise, PackedDescent, PackedLearner, Provenance, Recipe,
-    RecipeError, Statements, VERSION,
+    Effort, Expectation, Field, Ingredients, Kind, Noise, Origin, PackedDescent, PackedLearner,
+    Parts, Provenance, Recipe, RecipeError, Schedule, Statements, Training, TrainingSource,
+    TrainingSources, VERSION, ValidationSplit,
 };
 use proptest::prelude::*;
 
@@ -39,6 +40,35 @@ const PROVENANCE: Provenance<'_> = Provenance {
 };
 const MATERIALS: [(&str, u32); 3] = [("alum-bronze", 1), ("", u32::MAX), ("Stoff für Bühnen", 0)];
 
+const SOURCES: [TrainingSource<'_>; 3] = [
+    TrainingSource {
+        label: "MERL",
+        origin: Origin::Files,
+        materials: 100,
+        share: 0.6,
+    },
+    TrainingSource {
+        label: "Stoff für Bühnen",
+        origin: Origin::Files,
+        materials: u32::MAX,
+        share: 0.0,
+    },
+    TrainingSource {
+        label: "",
+        origin: Origin::BuiltIn,
+        materials: 0,
+        share: 1.0,
+    },
+];
+const TRAINING: Training<'_> = Training {
+    schedule: Schedule::Prior,
+    effort: Effort::Standard,
+    parts: Parts::WithoutPattern,
+    split: ValidationSplit::Folds,
+    digest: u64::MAX,
+    sources: TrainingSources::new(&SOURCES),
+};
+
 /// A recipe of the model Phong with all sections that there are.
 fn full() -> Ingredients<'static> {
     let ones = &[0, 0, 0x80, 0x3F].repeat(7);
@@ -57,6 +87,7 @@ fn full() -> Ingredients<'static> {
         provenance: Some(PROVENANCE),
         materials: &MATERIALS,
         prediction: None,
+        training: Some(TRAINING),
     }
 }
 
@@ -107,8 +138,9 @@ fn every_section_that_is_written_is_read() {
     assert_eq!(statements.provenance, Some(PROVENANCE));
     assert_eq!(statements.materials.len(), 3);
     assert!(statements.materials.eq(MATERIALS));
+    assert_eq!(statements.training, Some(TRAINING));
     let kinds: Vec<u16> = recipe.sections().map(|(kind, _)| kind.number()).collect();
-    assert_eq!(kinds, [0, 1, 128, 129, 130, 131, 132]);
+    assert_eq!(kinds, [0, 1, 128, 129, 130, 131, 132, 134]);
     // The test's own writer agrees.
     assert_eq!(recipe_of(&sections_of(&bytes)), bytes);
 }
@@ -124,6 +156,7 @@ fn what_is_optional_may_be_missing() {
         (None, None)
     );
     assert_eq!(statements.materials.count(), 0);
+    assert_eq!(statements.training, None);
     assert_eq!(recipe.expected_loss(), None);
     assert_eq!(sections_of(&bytes).len(), 2);
     // A list of no materials is no mistake.
@@ -162,14 +195,14 @@ fn what_is_required_is_missed_by_name() {
 #[test]
 fn an_unknown_kind_is_passed_over_or_refused_by_its_number() {
     let mut sections = sections_of(&written(&full()).unwrap());
-    sections.push((134, b"from the future".to_vec()));
+    sections.push((135, b"from the future".to_vec()));
     sections.push((u16::MAX, Vec::new()));
     let bytes = recipe_of(&sections);
     let recipe = Recipe::parse(&bytes).unwrap();
     assert!(recipe.statements().unwrap().materials.eq(MATERIALS));
-    let unknown = (Kind::new(134), &b"from the future"[..]);
+    let unknown = (Kind::new(135), &b"from the future"[..]);
     assert!(recipe.sections().any(|section| section == unknown));
-    assert_eq!(Kind::new(134).name(), None);
+    assert_eq!(Kind::new(135).name(), None);
 
     for kind in [5, 127] {
         let mut sections = sections.clone();
@@ -218,7 +251,12 @@ fn a_section_that_is_cut_or_padded_is_refused_by_its_kind() {
         assert_eq!(refusal(&padded), RecipeError::Section(kind));
     }
     // Text that is not UTF-8.
-    for (index, name) in [(4, &b"held"[..]), (5, b"trainer"), (6, b"bronze")] {
+    for (index, name) in [
+        (4, &b"held"[..]),
+        (5, b"trainer"),
+        (6, b"bronze"),
+        (7, b"MERL"),
+    ] {
         let mut wrong = all.clone();
         let bytes = &mut wrong[index].1;
         let at = bytes.windows(name.len()).position(|text| text == name);
@@ -350,7 +388,7 @@ fn a_copy_lacks_what_it_was_to_lack_and_nothing_else() {
     assert_eq!(copy(&[]).unwrap(), bytes);
     let named = copy(&[Kind::MATERIALS]).unwrap();
     assert!(!named.windows(6).any(|text| text == b"bronze"));
-    for kind in [128, 129, 130, 131, 132, 1000] {
+    for kind in [128, 129, 130, 131, 132, 134, 1000] {
         let kept = copy(&[Kind::new(kind)]).unwrap();
         let mut expected = sections.clone();
         expected.retain(|(other, _)| *other != kind);
@@ -358,7 +396,7 @@ fn a_copy_lacks_what_it_was_to_lack_and_nothing_else() {
     }
     // One that is not there is left out without a word.
     assert_eq!(copy(&[Kind::new(999)]).unwrap(), bytes);
-    let bare = copy(&[128, 129, 130, 131, 132, 1000].map(Kind::new)).unwrap();
+    let bare = copy(&[128, 129, 130, 131, 132, 134, 1000].map(Kind::new)).unwrap();
     assert_eq!(sections_of(&bare), sections[..2]);
     for kind in [Kind::PATTERN, Kind::DESCENT, Kind::RIDGE, Kind::new(5)] {
         let error = copy(&[Kind::NOISE, kind]).unwrap_err();
@@ -388,10 +426,111 @@ fn a_list_of_four_billion_materials_is_refused() {
     assert_eq!(refusal(&sections), RecipeError::Section(Kind::MATERIALS));
 }
 
+/// The statement `training` of a recipe with these bytes in its section.
+fn training_of(bytes: Vec<u8>) -> Result<Vec<u8>, RecipeError> {
+    let mut sections = sections_of(&written(&full()).unwrap());
+    let last = sections.last_mut().unwrap();
+    assert_eq!(last.0, Kind::TRAINING.number());
+    last.1 = bytes;
+    let bytes = recipe_of(&sections);
+    let training = Recipe::parse(&bytes)?.statements()?.training.unwrap();
+    written(&Ingredients {
+        training: Some(training),
+        ..full()
+    })
+}
+
+#[test]
+fn every_variant_of_training_is_read_as_it_was_written() {
+    let all = sections_of(&written(&full()).unwrap());
+    let bytes = &all.last().unwrap().1;
+    // The first four bytes are the numbers of schedule, effort, parts and split.
+    for (field, variants) in [(0, 3), (1, 4), (2, 4), (3, 4)] {
+        for number in 0..=u8::MAX {
+            let mut bytes = bytes.clone();
+            bytes[field] = number;
+            match training_of(bytes.clone()) {
+                // What was read is written as the same bytes.
+                Ok(again) => {
+                    assert!(number < variants, "{field}");
+                    assert_eq!(sections_of(&again).last().unwrap().1, bytes);
+                }
+                Err(error) => {
+                    assert!(number >= variants, "{field}");
+                    assert_eq!(error, RecipeError::Section(Kind::TRAINING));
+                }
+            }
+        }
+    }
+    let none = Training {
+        sources: TrainingSources::new(&[]),
+        ..TRAINING
+    };
+    let bytes = written(&Ingredients {
+        training: Some(none),
+        ..full()
+    });
+    let bytes = bytes.unwrap();
+    let statements = Recipe::parse(&bytes).unwrap().statements().unwrap();
+    assert_eq!(statements.training, Some(none));
+    assert_ne!(statements.training, Some(TRAINING));
+}
+
+#[test]
+fn a_share_of_training_is_a_number_from_0_to_1() {
+    for (share, error) in [
+        (f32::NAN, RecipeError::NonFinite(Field::Share)),
+        (f32::INFINITY, RecipeError::NonFinite(Field::Share)),
+        (-1e-9, RecipeError::Negative(Field::Share)),
+        (1.001, RecipeError::Range(Field::Share)),
+    ] {
+        let mut sources = SOURCES;
+        sources[1].share = share;
+        let training = Training {
+            sources: TrainingSources::new(&sources),
+            ..TRAINING
+        };
+        let refused = written(&Ingredients {
+            training: Some(training),
+            ..full()
+        });
+        assert_eq!(refused, Err(error));
+    }
+}
+
+#[test]
+fn a_list_of_sources_that_is_not_whole_is_refused() {
+    let all = sections_of(&written(&full()).unwrap());
+    let whole = &all.last().unwrap().1;
+    // Four enums, and a digest of ten bytes.
+    let count = 4 + 10;
+    assert_eq!(whole[count], 3);
+    let refused = Err(RecipeError::Section(Kind::TRAINING));
+    for more in [4, 5, 127] {
+        let mut bytes = whole.clone();
+        bytes[count] = more;
+        assert_eq!(training_of(bytes), refused);
+    }
+    // Four billion of them, which end at once.
+    let mut bytes = whole.clone();
+    bytes.splice(count..=count, [0xFF, 0xFF, 0xFF, 0xFF, 0x0F]);
+    assert_eq!(training_of(bytes), refused);
+    // Fewer, with bytes that are left over.
+    let mut bytes = whole.clone();
+    bytes[count] = 2;
+    assert_eq!(training_of(bytes), refused);
+    // An origin that is unknown: it follows the length and the text of the label.
+    let mut bytes = whole.clone();
+    let origin = count + 2 + SOURCES[0].label.len();
+    assert_eq!(bytes[origin], 0);
+    bytes[origin] = 2;
+    assert_eq!(training_of(bytes), refused);
+}
+
 proptest! {
     #[test]
     fn a_section_of_noise_is_refused_by_its_kind_or_makes_sense(
-        which in 0..7usize,
+        which in 0..8usize,
         noise in prop::collection::vec(any::<u8>(), 0..80),
     ) {
         let mut sections = sections_of(&written(&full()).unwrap());
@@ -399,8 +538,10 @@ proptest! {
         let bytes = recipe_of(&sections);
         match Recipe::parse(&bytes) {
             Ok(recipe) => {
-                if let Ok(Statements { materials, .. }) = recipe.statements() {
+                if let Ok(Statements { materials, training, .. }) = recipe.statements() {
                     prop_assert_eq!(materials.count(), materials.len());
+                    let sources = training.map(|training| training.sources);
+                    prop_assert!(sources.is_none_or(|sources| sources.count() == sources.len()));
                 } else {
                     prop_assert!(which >= 2, "no statement");
                 }

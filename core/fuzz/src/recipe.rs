@@ -71,6 +71,12 @@ fn look(recipe: &Recipe<'_>) {
     if let Some(provenance) = statements.provenance {
         assert!(provenance.trainer.len() + provenance.options.len() < 1 << 20);
     }
+    if let Some(training) = statements.training {
+        let sources = training.sources;
+        assert_eq!(sources.count(), sources.len());
+        let mut sources = sources;
+        assert!(sources.all(|source| (0.0..=1.0).contains(&source.share)));
+    }
     let materials = statements.materials;
     assert_eq!(materials.count(), materials.len());
     let kinds: Vec<Kind> = recipe.sections().map(|(kind, _)| kind).collect();

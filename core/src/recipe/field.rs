@@ -75,6 +75,8 @@ pub enum Field {
     Prediction,
     /// Of a completion: what it was trained to do where readings are missing.
     Missing,
+    /// The share of training tasks that a source of materials has.
+    Share,
 }
 
 impl Field {
@@ -115,6 +117,7 @@ impl Field {
             Self::StartOutputScales => "start.output_scales",
             Self::Prediction => "prediction",
             Self::Missing => "completion.missing",
+            Self::Share => "training.share",
         }
     }
 
@@ -127,6 +130,7 @@ impl Field {
             Self::Basis => (-MAX_BASIS, MAX_BASIS),
             Self::Prediction => (-MAX_PREDICTION, MAX_PREDICTION),
             Self::Missing => (0.0, 2.0),
+            Self::Share => (0.0, 1.0),
             Self::Mean | Self::Centre => (-MAX_MEAN, MAX_MEAN),
             Self::Median => (0.0, MAX_MEDIAN),
             Self::Weight => (0.0, MAX_WEIGHT),

@@ -4,6 +4,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::training::Training;
 use crate::fit::{Descent, Learner, Target};
 use crate::gonio::Limits;
 use crate::model::ModelKind;
@@ -28,6 +29,8 @@ pub struct Ingredients<'a> {
     /// From a completion's coefficients to the logarithm of the loss that a fit is likely to have,
     /// packed little-endian f32: a bias, and a weight for each component.
     pub prediction: Option<&'a [u8]>,
+    /// How it was trained.
+    pub training: Option<Training<'a>>,
 }
 
 impl<'a> Ingredients<'a> {
@@ -43,6 +46,7 @@ impl<'a> Ingredients<'a> {
             provenance: None,
             materials: &[],
             prediction: None,
+            training: None,
         }
     }
 }

@@ -37,6 +37,8 @@ impl Kind {
     pub const MATERIALS: Self = Self(132);
     /// From a completion to the loss that a fit is likely to have.
     pub const PREDICTION: Self = Self(133);
+    /// How it was trained, in types.
+    pub const TRAINING: Self = Self(134);
 
     const FIRST_OPTIONAL: Self = Self(128);
 
@@ -73,6 +75,7 @@ impl Kind {
             Self::PROVENANCE => "provenance",
             Self::MATERIALS => "materials",
             Self::PREDICTION => "prediction",
+            Self::TRAINING => "training",
             _ => return None,
         })
     }

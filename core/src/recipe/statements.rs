@@ -8,6 +8,7 @@ use super::field::Field;
 use super::ingredients::{Expectation, Noise, Provenance};
 use super::kind::Kind;
 use super::sections::{Materials, Sections};
+use super::training::Training;
 use crate::gonio::Limits;
 
 /// What a recipe states about itself, by [`Recipe::statements`](super::Recipe::statements).
@@ -24,6 +25,8 @@ pub struct Statements<'a> {
     /// The materials that it was trained on: names, and digests of their BRDFs. None where the
     /// recipe does not name them.
     pub materials: Materials<'a>,
+    /// How it was trained, in types.
+    pub training: Option<Training<'a>>,
 }
 
 /// Where the statements stand, not decoded yet.
@@ -57,6 +60,10 @@ fn of_sections(sections: Sections<'_>) -> Result<Statements<'_>, RecipeError> {
             Kind::PROVENANCE => statements.provenance = Some(decode(kind, bytes)?),
             Kind::MATERIALS => {
                 statements.materials = Materials::new(bytes).ok_or(RecipeError::Section(kind))?;
+            }
+            Kind::TRAINING => {
+                let training = Training::read(bytes).ok_or(RecipeError::Section(kind))?;
+                statements.training = Some(training);
             }
             _ => {}
         }
@@ -103,6 +110,11 @@ fn check(statements: &Statements<'_>) -> Result<(), RecipeError> {
         finite(expectation.loss, Field::ExpectedLoss)?;
         let standard_error = expectation.standard_error.unwrap_or(0.0);
         not_negative(standard_error, Field::StandardError)?;
+    }
+    if let Some(training) = &statements.training {
+        for source in training.sources {
+            not_negative(source.share, Field::Share)?;
+        }
     }
     Ok(())
 }

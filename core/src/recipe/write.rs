@@ -58,6 +58,9 @@ impl<'b> Writer<'b> {
         if let Some(prediction) = &ingredients.prediction {
             self.section(Kind::PREDICTION, prediction)?;
         }
+        if let Some(training) = &ingredients.training {
+            self.section(Kind::TRAINING, training)?;
+        }
         Ok(())
     }
 

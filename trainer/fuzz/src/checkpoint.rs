@@ -5,13 +5,28 @@
 use std::fs;
 
 use crc::{CRC_32_ISO_HDLC, Crc};
+use glimpse_core::model::ModelKind;
+use glimpse_core::recipe::{Effort, Parts, Schedule};
 use glimpse_trainer::meta::checkpoint::{Checkpoint, CheckpointError};
+use glimpse_trainer::meta::identity::RunIdentity;
 
 use crate::{Folder, refused};
 
 /// Magic and checksum.
 const HEADER: usize = 8;
 const NAME: &str = "checkpoint.bin";
+/// The run of the seeds `valid`.
+const RUN: RunIdentity = RunIdentity {
+    model: ModelKind::Phong,
+    samples: 1,
+    schedule: Schedule::Joint,
+    effort: Effort::Quick,
+    parts: Parts::All,
+    seed: 7,
+    materials: 3,
+    options_digest: 0x0123_4567_89ab_cdef,
+    materials_digest: u64::MAX,
+};
 
 /// Checks one input.
 pub fn check(input: &[u8]) {
@@ -25,22 +40,23 @@ pub fn check(input: &[u8]) {
     }
     let folder = Folder::new();
     let path = folder.write(NAME, &bytes);
-    let run = "a run";
-    let found = match Checkpoint::read(&path, run) {
+    let found = match Checkpoint::read(&path, &RUN) {
         Ok(found) => found.expect("it is there"),
         Err(error) => {
             let is_known = matches!(
                 error,
-                CheckpointError::Damaged { .. } | CheckpointError::OtherRun { .. }
+                CheckpointError::Damaged { .. }
+                    | CheckpointError::OtherRun { .. }
+                    | CheckpointError::OtherVersion { .. }
             );
             assert!(is_known, "{error}");
             return refused(&error, NAME);
         }
     };
-    assert_eq!(found.run, run);
+    assert_eq!(found.run, RUN);
     found.write(&path).expect("it is written");
     let written = fs::read(&path).expect("it is there");
-    let again = Checkpoint::read(&path, run).expect("what is written is read");
+    let again = Checkpoint::read(&path, &RUN).expect("what is written is read");
     again
         .expect("it is there")
         .write(&path)

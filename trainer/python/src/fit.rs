@@ -6,7 +6,7 @@ use std::sync::Arc;
 use glimpse_trainer::export::RecipeFile;
 use glimpse_trainer::linear::Basis;
 use glimpse_trainer::material::{BasisFile, FittedMaterial};
-use glimpse_trainer::measurement::{Fit, fit};
+use glimpse_trainer::measurement::{Fate, Fit, fit};
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -159,7 +159,7 @@ impl PyFittedMaterial {
             z: suspect.opinion.z,
             read: self.read[suspect.sample].unwrap_or_default(),
             expected: suspect.opinion.expected,
-            left_out: self.fit.fates[suspect.sample].name() == "left out",
+            left_out: self.fit.fates[suspect.sample] == Fate::LeftOut,
         });
         each.collect()
     }
@@ -200,11 +200,8 @@ impl PyFittedMaterial {
     }
 
     fn __repr__(&self) -> String {
-        let used = self
-            .fates()
-            .into_iter()
-            .filter(|fate| *fate == "used")
-            .count();
+        let fates = self.fit.fates.iter();
+        let used = fates.filter(|fate| **fate == Fate::Used).count();
         format!(
             "<glimpse_brdf.FittedMaterial of the model {} by {used} readings>",
             self.model()

@@ -235,6 +235,32 @@ impl PyRecipe {
         Ok(Some(found))
     }
 
+    /// The training in types: a dict of schedule, effort, parts, split (the materials that the expected loss was found
+    /// on), digest (of all options, hexadecimal) and sources, a list of dicts of label, origin, materials (their number)
+    /// and share (of training tasks); or None.
+    #[getter]
+    fn training<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
+        let Some(training) = self.recipe()?.statements().map_err(raised)?.training else {
+            return Ok(None);
+        };
+        let sources = training.sources.map(|source| {
+            let found = PyDict::new(py);
+            found.set_item("label", source.label)?;
+            found.set_item("origin", source.origin.name())?;
+            found.set_item("materials", source.materials)?;
+            found.set_item("share", source.share)?;
+            Ok(found)
+        });
+        let found = PyDict::new(py);
+        found.set_item("schedule", training.schedule.name())?;
+        found.set_item("effort", training.effort.name())?;
+        found.set_item("parts", training.parts.name())?;
+        found.set_item("split", training.split.name())?;
+        found.set_item("digest", format!("{:016x}", training.digest))?;
+        found.set_item("sources", sources.collect::<PyResult<Vec<_>>>()?)?;
+        Ok(Some(found))
+    }
+
     /// The names of the materials that it was trained on; empty if it does not say.
     #[getter]
     fn trained_on(&self) -> PyResult<Vec<String>> {

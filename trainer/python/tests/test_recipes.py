@@ -26,6 +26,10 @@ def test_a_recipe_is_what_inspect_says(trainer, recipe_path):
     np.testing.assert_allclose(plain, recipe.directions, atol=1e-9)
     assert recipe.expected_loss == pytest.approx(recipe.expectation["loss"])
     assert recipe.provenance["trainer"].startswith("glimpse-trainer ")
+    assert recipe.training["split"] == told["training"]["split"]
+    assert recipe.training["digest"] == told["training"]["digest"]
+    shares = [source["share"] for source in recipe.training["sources"]]
+    assert sum(shares) == pytest.approx(1)
     assert recipe.checksum in repr(recipe)
 
 

@@ -8,7 +8,7 @@ use glimpse_core::model::ModelKind;
 use glimpse_trainer::evaluation::{Judge, Method};
 use glimpse_trainer::export::recipe_of;
 use glimpse_trainer::linear::Basis;
-use glimpse_trainer::material::Source;
+use glimpse_trainer::material::{Portion, Source};
 use glimpse_trainer::meta::options::Options;
 use glimpse_trainer::meta::plan::{Effort, Schedule};
 use glimpse_trainer::report::{Best, Cell, Column, Compare, Table};
@@ -50,9 +50,11 @@ impl Curve<'_> {
                 let name = value.map_or_else(String::new, |value| value.get_name().to_owned());
                 let model = ModelKind::from(*model);
                 eprintln!("{}, {name} effort", model.name());
-                let options =
-                    Options::new(model, self.samples, Schedule::Prior, *effort, self.seed);
                 let materials = load(self.data)?;
+                let options = Options {
+                    portions: vec![Portion::whole(self.data, materials.len())],
+                    ..Options::new(model, self.samples, Schedule::Prior, *effort, self.seed)
+                };
                 let begin = Instant::now();
                 let learned = train_with_progress(&options, materials)?;
                 let seconds = begin.elapsed().as_secs_f64();

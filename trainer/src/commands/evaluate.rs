@@ -9,7 +9,7 @@ use glimpse_core::model::ModelKind;
 use glimpse_trainer::evaluation::{Judge, Method, OPTIMUM_STEPS, Readings, TrainedOn, Verdict};
 use glimpse_trainer::export::{RecipeFile, recipe_of};
 use glimpse_trainer::linear::{Basis, Columns, Prior, least_condition};
-use glimpse_trainer::material::Source;
+use glimpse_trainer::material::{Portion, Source};
 use glimpse_trainer::meta::options::{Options, Parts};
 use glimpse_trainer::meta::plan::{Effort, Schedule};
 use glimpse_trainer::meta::run::INNER_STEPS;
@@ -323,7 +323,7 @@ impl Evaluate {
     /// Trains what the method needs.
     fn learn(&self, name: MethodName, seed: u64) -> anyhow::Result<Learned> {
         let effort = self.effort.unwrap_or(Effort::Standard);
-        let options = Options {
+        let mut options = Options {
             parts: match name {
                 MethodName::Meta => Parts::WithoutPattern,
                 _ => Parts::All,
@@ -338,7 +338,9 @@ impl Evaluate {
             )
         };
         let train = self.train();
-        let learned = train_with_progress(&options, load(&train)?)?;
+        let materials = load(&train)?;
+        options.portions = vec![Portion::whole(&train, materials.len())];
+        let learned = train_with_progress(&options, materials)?;
         let basis = learned.basis().map(Basis::from_bytes).transpose();
         let basis = basis.map_err(|what| anyhow!("the basis: {what}"))?;
         Ok((recipe_of(&learned, &options, train.label())?, basis))

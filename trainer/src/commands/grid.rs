@@ -8,7 +8,7 @@ use anyhow::{Context, bail};
 use clap::ValueEnum;
 use glimpse_core::model::ModelKind;
 use glimpse_trainer::files::write_whole;
-use glimpse_trainer::material::{Source, Sources};
+use glimpse_trainer::material::{Portion, Source, Sources};
 use glimpse_trainer::report::{Best, Cell, Column, Compare, Table};
 
 use super::cells::{self, Given, for_a_shell, paths_of, text_of, texts_of};
@@ -37,7 +37,7 @@ pub(crate) fn run(train: &Train, seed: u64) -> anyhow::Result<()> {
     make_out(&train.out)?;
     let _lock = Lock::within(&train.out)?;
     let sources = train.sources()?;
-    let materials = load_all(&sources)?.0.len();
+    let (_, portions) = load_all(&sources)?;
     let csv = train.out.join("grid.csv");
     let mut rows = Vec::new();
     let known = seconds_of(&csv);
@@ -64,7 +64,7 @@ pub(crate) fn run(train: &Train, seed: u64) -> anyhow::Result<()> {
         let begin = Instant::now();
         let outcome = train
             .job(model, samples, out, sources.label(), seed)
-            .and_then(|job| finish(&job, train, &sources, materials));
+            .and_then(|job| finish(&job, train, &sources, &portions));
         if interrupted() {
             bail!("stopped at {name}, n = {samples}; repeat the command to go on");
         }
@@ -118,7 +118,8 @@ pub(crate) fn list(train: &Train, seed: u64, given: &Given) -> anyhow::Result<()
     train.prior.refuse_for_others(&train.model)?;
     let sources = train.sources()?;
     let counts = sources.each().iter().map(Source::count);
-    let materials = counts.sum::<Result<usize, _>>()?;
+    let counts = counts.collect::<Result<Vec<usize>, _>>()?;
+    let portions = sources.portions(&counts);
     let mut cells = Vec::new();
     for (model, samples) in each(train) {
         let name = ModelKind::from(model).name();
@@ -135,7 +136,7 @@ pub(crate) fn list(train: &Train, seed: u64, given: &Given) -> anyhow::Result<()
             // Alone it would be refused, as having no effect.
             _ => given.but(&[&OF_A_GRID[..], &["bases", "eta"]].concat(), &own),
         };
-        let found = job.find(materials);
+        let found = job.find(&portions);
         cells.push(cells::Cell {
             name: format!("{name}-n{samples}"),
             shell: for_a_shell(&command)?,
@@ -163,10 +164,10 @@ fn finish(
     job: &Job,
     train: &Train,
     sources: &Sources,
-    materials: usize,
+    portions: &[Portion],
 ) -> anyhow::Result<(f32, bool)> {
     let _locks = job.lock()?;
-    match job.find(materials) {
+    match job.find(portions) {
         Found::Done(expected_loss) => {
             job.clean_up();
             eprintln!("{} is trained already", job.out.display());

@@ -11,9 +11,9 @@ use glimpse_core::recipe::{
 use glimpse_trainer::export::{RecipeFile, eta, to_json};
 use glimpse_trainer::route::arms_of;
 
+use super::expected_loss::expected_loss;
 use super::limits::describe;
 use super::print;
-use super::promise::promise;
 
 /// Show what is in a recipe: model, what it promises and for which machine, where it came from, and
 /// where it measures: by the angles of half and difference vector, and by where the arms stand.
@@ -133,7 +133,10 @@ fn describe_statements(recipe: &Recipe<'_>) -> Result<String, RecipeError> {
     let statements = recipe.statements()?;
     let unstated = || "not stated".to_owned();
     let mut lines = vec![
-        ("expected loss", promise(recipe)?.unwrap_or_else(unstated)),
+        (
+            "expected loss",
+            expected_loss(recipe)?.unwrap_or_else(unstated),
+        ),
         ("limits", statements.limits.map_or_else(unstated, describe)),
         ("noise", statements.noise.map_or_else(unstated, noise)),
     ];

@@ -11,7 +11,7 @@ use glimpse_kernels::lanes::InstructionSet;
 use glimpse_trainer::evaluation::{Judge, Method};
 use glimpse_trainer::export::{RecipeFile, recipe_of};
 use glimpse_trainer::files::try_write;
-use glimpse_trainer::material::{Material, Procedural, Source};
+use glimpse_trainer::material::{Material, Portion, Procedural, Source};
 use glimpse_trainer::meta::options::{Completing, Options, Parts};
 use glimpse_trainer::meta::plan::{Effort, Schedule};
 use glimpse_trainer::meta::run::INNER_STEPS;
@@ -71,7 +71,11 @@ impl Quickstart {
         }
         let _lock = Lock::within(&self.out)?;
         let source = Source(format!("procedural:{TRAINING}:{seed}"));
-        let found = found_at(&recipe, &completing(seed), source.label(), TRAINING);
+        let completed = Options {
+            portions: vec![Portion::whole(&source, TRAINING)],
+            ..completing(seed)
+        };
+        let found = found_at(&recipe, &completed, source.label());
         if let (Found::Other(what), false) = (found, self.force) {
             bail!("{what}: give --force to replace it, or another --out");
         }
@@ -197,8 +201,13 @@ fn completing(seed: u64) -> Options {
 }
 
 fn learn(source: &Source, options: &Options) -> anyhow::Result<RecipeFile> {
-    let learned = train_with_progress(options, load(source)?)?;
-    Ok(recipe_of(&learned, options, source.label())?)
+    let materials = load(source)?;
+    let options = Options {
+        portions: vec![Portion::whole(source, materials.len())],
+        ..options.clone()
+    };
+    let learned = train_with_progress(&options, materials)?;
+    Ok(recipe_of(&learned, &options, source.label())?)
 }
 
 /// The method's name as the paper writes it.

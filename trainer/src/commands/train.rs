@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use anyhow::{Context, bail};
 use clap::Args;
 use glimpse_core::model::ModelKind;
-use glimpse_trainer::export::{RecipeFile, options_of, provenance, recipe_of, schedule_of};
+use glimpse_trainer::export::{RecipeFile, describe_options, describe_training, recipe_of};
 use glimpse_trainer::files::{is_stream, try_write};
 use glimpse_trainer::linear::{Basis, Prior};
 use glimpse_trainer::material::{Joined, Portion, Source, Sources};
@@ -16,10 +16,10 @@ use glimpse_trainer::meta::outer::Checkpoints;
 use glimpse_trainer::meta::plan::{Effort, Schedule};
 
 use super::completing::CompletingArgs;
+use super::expected_loss::expected_loss;
 use super::lock::Lock;
 use super::output::write_file_forced;
 use super::progress::train_with_progress;
-use super::promise::promise;
 use super::{ModelName, PriorArgs, load_all, numbers};
 
 /// Train a recipe on materials, or many with --grid.
@@ -127,7 +127,7 @@ impl Train {
         job.try_write()?;
         let _locks = job.lock()?;
         let materials = load_all(&sources)?;
-        let found = job.find(materials.0.len());
+        let found = job.find(&materials.1);
         job.refuse_to_lose(&found, self.resume, self.force)?;
         if self.resume && !Checkpoint::is_in(&job.checkpoint) {
             if matches!(found, Found::Done(_)) {
@@ -142,11 +142,11 @@ impl Train {
         }
         let begin = Instant::now();
         let trained = job.train(materials, self.resume)?;
-        let promise = promise(&trained.file.recipe()?)?;
+        let expected_loss = expected_loss(&trained.file.recipe()?)?;
         eprintln!(
             "trained in {:.0} s; expected loss {}",
             begin.elapsed().as_secs_f64(),
-            promise.unwrap_or_else(|| "not stated".into()),
+            expected_loss.unwrap_or_else(|| "not stated".into()),
         );
         if let Some(rank) = trained.predicts {
             eprintln!(
@@ -311,9 +311,13 @@ impl Job {
         }
     }
 
-    /// Looks at what is there.
-    pub(super) fn find(&self, materials: usize) -> Found {
-        found_at(&self.out, &self.options, &self.data, materials)
+    /// Looks at what is there, for materials of these portions.
+    pub(super) fn find(&self, portions: &[Portion]) -> Found {
+        let options = Options {
+            portions: portions.to_vec(),
+            ..self.options.clone()
+        };
+        found_at(&self.out, &options, &self.data)
     }
 
     /// Trains and writes it; what is there is replaced.
@@ -355,9 +359,9 @@ impl Job {
         let percent = |share: f32| 100.0 * share;
         let mut parts: Vec<String> = portions
             .iter()
-            .map(|Portion { materials, share }| {
-                let share = percent(share * (1.0 - procedural));
-                format!("{share:.0} % of {materials} materials")
+            .map(|portion| {
+                let share = percent(portion.share * (1.0 - procedural));
+                format!("{share:.0} % of {} materials", portion.materials)
             })
             .collect();
         if procedural > 0.0 {
@@ -375,8 +379,9 @@ impl Job {
     }
 }
 
-/// Looks at what is at a path before a recipe is trained, judged by its provenance.
-pub(super) fn found_at(out: &Path, options: &Options, data: &str, materials: usize) -> Found {
+/// Looks at what is at a path before a recipe is trained. The digest of the options decides whether it is
+/// the recipe that training would write; `data` is what the materials are called in messages.
+pub(super) fn found_at(out: &Path, options: &Options, data: &str) -> Found {
     // A pipe or a device holds no recipe, and may have no end.
     if !out.exists() || is_stream(out) {
         return Found::Nothing;
@@ -391,22 +396,29 @@ pub(super) fn found_at(out: &Path, options: &Options, data: &str, materials: usi
         Ok(parsed) => parsed,
         Err(error) => return Found::Other(error.to_string()),
     };
-    let schedule = schedule_of(options);
-    let provenance = provenance(options, data, materials, &schedule);
-    let wanted = options_of(options.model.name(), options.samples, &provenance);
-    let (Some(provenance), Some(expectation)) = (statements.provenance, statements.expectation)
-    else {
-        return Found::Other(format!("{} does not say how it was trained", out.display()));
+    let (Some(training), Some(provenance), Some(expectation)) = (
+        statements.training,
+        statements.provenance,
+        statements.expectation,
+    ) else {
+        return Found::Other(format!(
+            "{} does not state how it was trained",
+            out.display()
+        ));
     };
-    let found = options_of(recipe.model().name(), recipe.samples(), &provenance);
     let has_basis = recipe.model() != ModelKind::Linear || Basis::beside(out).exists();
-    match found == wanted {
+    match training.digest == options.digest() {
         true if has_basis => Found::Done(expectation.loss),
         true => Found::Other(format!("{} lacks its basis", out.display())),
-        false => Found::Other(format!(
-            "{} was trained otherwise ({found}, not {wanted})",
-            out.display()
-        )),
+        false => {
+            let (model, samples) = (recipe.model(), recipe.samples());
+            Found::Other(format!(
+                "{} was trained with other options ({}, not {})",
+                out.display(),
+                describe_training(model, samples, &provenance, training.digest),
+                describe_options(options, data)
+            ))
+        }
     }
 }
 
@@ -415,4 +427,72 @@ fn beside(out: &Path) -> PathBuf {
     let mut name = out.as_os_str().to_owned();
     name.push(".checkpoint");
     name.into()
+}
+
+#[cfg(test)]
+mod tests {
+    use glimpse_core::recipe::ValidationSplit;
+    use glimpse_trainer::meta::learned::{ExpectedLoss, Learned, LearnedDescent};
+    use glimpse_trainer::meta::trainee::Expected;
+    use glimpse_trainer::sampling::sobol_valid;
+
+    use super::*;
+
+    fn options() -> Options {
+        Options {
+            portions: vec![Portion::whole(&Source("MERL".into()), 12)],
+            ..Options::new(ModelKind::Phong, 2, Schedule::Prior, Effort::Quick, 0)
+        }
+    }
+
+    fn recipe(options: &Options, data: &str) -> RecipeFile {
+        let learned = Learned::Descent(LearnedDescent {
+            model: ModelKind::Phong,
+            inner_steps: 1,
+            pattern: sobol_valid(2, 0),
+            initial: vec![0.5; 7],
+            step_sizes: vec![0.5; 7],
+            expected_loss: ExpectedLoss {
+                expected: Expected::new(0.25, [0.25; 2].into_iter()),
+                split: ValidationSplit::Folds,
+            },
+            materials: Vec::new(),
+        });
+        recipe_of(&learned, options, data).expect("it is a recipe")
+    }
+
+    #[test]
+    fn the_digest_decides_what_is_found_and_no_text_does() {
+        let scratch = tempfile::tempdir().expect("a temporary directory");
+        let out = scratch.path().join("phong.recipe");
+        assert!(matches!(found_at(&out, &options(), ""), Found::Nothing));
+
+        // The texts of the provenance differ, and the options do not.
+        write_file_forced(&out, recipe(&options(), "other words").bytes(), true)
+            .expect("it is written");
+        let found = found_at(&out, &options(), "MERL");
+        assert!(matches!(found, Found::Done(loss) if loss == 0.25));
+
+        let changes: [fn(&mut Options); 4] = [
+            |o| o.seed = 1,
+            |o| o.completing.limits.min_separation = 0.001,
+            |o| o.portions[0].materials = 13,
+            |o| o.parts = glimpse_trainer::meta::options::Parts::AllTwice,
+        ];
+        for change in changes {
+            let mut other = options();
+            change(&mut other);
+            let Found::Other(message) = found_at(&out, &other, "MERL") else {
+                panic!("another training is found");
+            };
+            for digest in [options().digest(), other.digest()] {
+                assert!(message.contains(&format!("{digest:016x}")), "{message}");
+            }
+        }
+        // One that does not state its options may be anything.
+        let old = include_bytes!("../../../core/tests/recipes/phong-format-2.recipe");
+        write_file_forced(&out, old, true).expect("it is written");
+        let found = found_at(&out, &options(), "MERL");
+        assert!(matches!(found, Found::Other(_)));
+    }
 }

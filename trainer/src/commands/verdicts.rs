@@ -6,8 +6,8 @@ use glimpse_trainer::meta::completion::prediction::rank_correlation;
 use glimpse_trainer::report::{Best, Cell, Column, Compare, Table};
 use serde_json::{Value, json};
 
+use super::expected_loss::expected_loss;
 use super::known::lines;
-use super::promise::promise;
 
 /// What a method has been found to do, and what is known besides.
 pub(super) struct Judged {
@@ -31,7 +31,7 @@ pub(super) fn promised(recipe: &Recipe<'_>) -> Result<Option<(String, Value)>, R
         "materials": expectation.materials,
         "on": expectation.on,
     });
-    Ok(promise(recipe)?.map(|words| (words, json)))
+    Ok(expected_loss(recipe)?.map(|words| (words, json)))
 }
 
 impl Judged {

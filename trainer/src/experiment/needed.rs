@@ -5,10 +5,11 @@ use std::fmt;
 use std::path::PathBuf;
 
 use glimpse_core::model::ModelKind;
+use glimpse_core::recipe::ValidationSplit;
 use glimpse_trainer::evaluation::MaterialScores;
 use glimpse_trainer::export::recipe_of;
 use glimpse_trainer::material::Material;
-use glimpse_trainer::meta::learned::{JudgedOn, Learned, LearnedDescent, Promise};
+use glimpse_trainer::meta::learned::{ExpectedLoss, Learned, LearnedDescent};
 use glimpse_trainer::meta::options::Options;
 use glimpse_trainer::meta::plan::{Effort, Schedule};
 use glimpse_trainer::meta::start::first_guess;
@@ -159,9 +160,9 @@ pub(super) fn blank_recipe(samples: usize) -> anyhow::Result<Recipe> {
         pattern: sobol_valid(samples, 0),
         step_sizes: vec![1e-3; initial.len()],
         initial,
-        promise: Promise {
+        expected_loss: ExpectedLoss {
             expected: Expected::new(1.0, [1.0; 2].into_iter()),
-            on: JudgedOn::Training,
+            split: ValidationSplit::Training,
         },
         materials: Vec::new(),
     });

@@ -10,11 +10,12 @@ use std::time::Duration;
 
 use anyhow::{Context, bail};
 use glimpse_core::model::ModelKind;
+use glimpse_core::recipe;
 use glimpse_trainer::evaluation::{DIRECTIONS, Judge, Method, OPTIMUM_STEPS, Verdict};
 use glimpse_trainer::export::{RecipeFile, recipe_of};
 use glimpse_trainer::files::make_folders;
 use glimpse_trainer::linear::{Basis, Columns, least_condition};
-use glimpse_trainer::material::{Material, Source};
+use glimpse_trainer::material::{Material, Portion, Source};
 use glimpse_trainer::meta;
 use glimpse_trainer::meta::checkpoint::Checkpoint;
 use glimpse_trainer::meta::options::Options;
@@ -22,6 +23,7 @@ use glimpse_trainer::meta::outer::Checkpoints;
 use glimpse_trainer::meta::plan::{Effort, Schedule};
 use glimpse_trainer::meta::run::INNER_STEPS;
 use glimpse_trainer::render::Environment;
+use serde::{Deserialize, Serialize};
 
 use super::case::{Approach, Case, TrainingRun};
 use super::circumstances::{Circumstances, MaterialSet};
@@ -63,6 +65,21 @@ impl Settings {
             Schedule::Joint | Schedule::Prior => self.effort,
         }
     }
+}
+
+/// The settings of a folder's experiments, as they are recorded in it. Work of other settings must not be
+/// mixed with them.
+#[derive(Debug, PartialEq, Serialize, Deserialize)]
+struct Recorded {
+    trainer: String,
+    effort: recipe::Effort,
+    paper_effort: recipe::Effort,
+    seed: u64,
+    seeds: u64,
+    light: String,
+    trained_on: Vec<String>,
+    evaluated_on: Vec<String>,
+    directions: usize,
 }
 
 /// Materials to judge on.
@@ -132,36 +149,35 @@ impl<'a> Store<'a> {
         additional: &'a [TestSet<'a>],
         train: &'a Train,
     ) -> anyhow::Result<Self> {
-        let path = settings.out.join("settings.txt");
+        let path = settings.out.join("settings.json");
         let names = |materials: &[Box<dyn Material>]| {
-            let names: Vec<&str> = materials.iter().map(|material| material.name()).collect();
-            names.join(" ")
+            let names = materials.iter().map(|material| material.name().to_owned());
+            names.collect()
         };
-        let words = format!(
-            "{}\neffort {:?}, of schedule paper {:?}\nseed {}\nseeds of random methods {}\nlight {}\ntrained on {}\njudged on {}\n\
-             at {DIRECTIONS} fixed directions\n",
-            concat!("glimpse-trainer ", env!("CARGO_PKG_VERSION")),
-            settings.effort,
-            settings.paper_effort,
-            settings.seed,
-            settings.seeds,
-            settings.light,
-            names(training),
-            names(test.materials),
-        );
+        let recorded = Recorded {
+            trainer: env!("CARGO_PKG_VERSION").into(),
+            effort: settings.effort.into(),
+            paper_effort: settings.paper_effort.into(),
+            seed: settings.seed,
+            seeds: settings.seeds,
+            light: settings.light.clone(),
+            trained_on: names(training),
+            evaluated_on: names(test.materials),
+            directions: DIRECTIONS,
+        };
         if path.exists() {
-            let found = fs::read_to_string(&path)
-                .with_context(|| format!("cannot read {}", path.display()))?;
-            if found != words {
+            let found =
+                fs::read(&path).with_context(|| format!("cannot read {}", path.display()))?;
+            if serde_json::from_slice(&found).ok().as_ref() != Some(&recorded) {
                 bail!(
-                    "{} holds experiments of other settings or materials ({} tells which): give \
+                    "{} holds experiments of other settings or materials ({} states which): give \
                      another --out, or remove it",
                     settings.out.display(),
                     path.display()
                 );
             }
         } else if !matches!(purpose, Purpose::Listing(_)) {
-            keep(&path, words.as_bytes())?;
+            keep(&path, serde_json::to_string_pretty(&recorded)?.as_bytes())?;
         }
         Ok(Self {
             settings,
@@ -263,6 +279,7 @@ impl<'a> Store<'a> {
         }
         let seed = self.settings.seed.wrapping_add(training.repetition);
         let options = Options {
+            portions: vec![Portion::whole(&self.settings.data, materials.len())],
             parts: training.parts.clone(),
             prior: training.prior,
             checkpoints: Some(Checkpoints {

@@ -6,14 +6,14 @@ use glimpse_core::geometry::ArmAngles;
 use glimpse_core::gonio::Limits;
 use glimpse_core::recipe::{
     Completed, Descent, Expectation, Floats, Learner, Materials, Noise, Provenance, Recipe,
-    RecipeError, Ridge,
+    RecipeError, Ridge, Training,
 };
 use serde_json::{Value, json};
 
 /// Model, n, pattern (rows of theta_h, theta_d, phi_d in radians), `arms`, the same as spherical angles
 /// of both directions (rows of theta_i, phi_i, theta_o, phi_o in radians), expected loss and checksum;
 /// what the recipe states about itself, null where it does not: `limits` (radians), `noise`, `expectation`,
-/// `provenance` and `materials`, names with digests in hex; besides, for a descent, inner steps, initial parameters and step sizes in the model's
+/// `provenance`, `training` (the same in types, the digest in hex) and `materials`, names with digests in hex; besides, for a descent, inner steps, initial parameters and step sizes in the model's
 /// order; for a ridge solve, the basis (n rows of m), mean, median BRDF and weight (each n), `eta` if
 /// all precisions are equal and otherwise `precision` (m), and the checksum of the whole basis (null
 /// if there is none). Where readings are completed, `completion`: for each sample the weights `own`,
@@ -48,6 +48,7 @@ pub fn to_json(recipe: &Recipe<'_>) -> Result<Value, RecipeError> {
         "noise": statements.noise.map(noise),
         "expectation": statements.expectation.map(expectation),
         "provenance": statements.provenance.map(provenance),
+        "training": statements.training.map(training),
         "materials": materials(statements.materials),
     });
     match recipe.learner() {
@@ -94,6 +95,25 @@ fn provenance(provenance: Provenance<'_>) -> Value {
         "schedule": provenance.schedule,
         "seed": provenance.seed,
         "options": provenance.options,
+    })
+}
+
+fn training(training: Training<'_>) -> Value {
+    let sources = training.sources.map(|source| {
+        json!({
+            "label": source.label,
+            "origin": source.origin.name(),
+            "materials": source.materials,
+            "share": source.share,
+        })
+    });
+    json!({
+        "schedule": training.schedule.name(),
+        "effort": training.effort.name(),
+        "parts": training.parts.name(),
+        "split": training.split.name(),
+        "digest": format!("{:016x}", training.digest),
+        "sources": sources.collect::<Vec<Value>>(),
     })
 }
 

@@ -16,4 +16,4 @@ pub use recipe::{
     RecipeFile, RecipeFileError, Statements, to_completed_recipe, to_recipe, to_ridge_recipe,
 };
 pub use rust::to_rust;
-pub use training::{NoRecipe, options_of, provenance, recipe_of, schedule_of};
+pub use training::{NoRecipe, describe_options, describe_training, recipe_of, split_in_words};

@@ -8,7 +8,7 @@ use glimpse_core::gonio::Limits;
 use glimpse_core::recipe::{
     Expectation, Field, HEADER_BYTES, Ingredients, Kind, MAX_COMPONENTS, MAX_SAMPLES, Noise,
     PackedCompletion, PackedDescent, PackedLearner, PackedRidge, PackedStart, Provenance, Recipe,
-    RecipeError,
+    RecipeError, Training,
 };
 
 use super::quantise::quantised;
@@ -139,6 +139,8 @@ pub struct Statements<'a> {
     /// What predicts the loss of a material's fit, where readings are completed: a bias, and a weight
     /// for each coefficient.
     pub prediction: Option<&'a [f32]>,
+    /// How it was trained, in types.
+    pub training: Option<Training<'a>>,
 }
 
 impl Statements<'_> {
@@ -153,7 +155,10 @@ impl Statements<'_> {
             .map_or(0, |expectation| expectation.on.len());
         // Digest and length of a name take ten bytes at most.
         let names = self.materials.iter().map(|(name, _)| name.len() + 10);
-        texts.sum::<usize>() + on + names.sum::<usize>()
+        let sources = self.training.into_iter().flat_map(|each| each.sources);
+        // Lengths, counts and a share take twenty.
+        let labels = sources.map(|source| source.label.len() + 20);
+        texts.sum::<usize>() + on + names.sum::<usize>() + labels.sum::<usize>()
     }
 }
 
@@ -323,6 +328,7 @@ fn write(
         provenance: statements.provenance,
         materials: &statements.materials,
         prediction: prediction.as_deref(),
+        training: statements.training,
     };
     let room = HEADER_BYTES + pattern.len() + learner_bytes + statements.text_bytes() + ROOM;
     let room = room + prediction.as_ref().map_or(0, Vec::len);

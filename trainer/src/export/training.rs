@@ -2,11 +2,13 @@
 
 use glimpse_core::gonio::Limits;
 use glimpse_core::model::ModelKind;
-use glimpse_core::recipe::{Expectation, Noise, Provenance, RecipeError};
+use glimpse_core::recipe::{
+    Expectation, Noise, Provenance, RecipeError, Training, TrainingSources, ValidationSplit,
+};
 
 use super::recipe::{RecipeFile, Statements, to_completed_recipe, to_recipe, to_ridge_recipe};
 use crate::linear::Prior;
-use crate::meta::learned::{Learned, Promise};
+use crate::meta::learned::{ExpectedLoss, Learned};
 use crate::meta::options::{Options, Parts};
 use crate::meta::plan::Schedule;
 
@@ -21,8 +23,9 @@ pub struct NoRecipe(#[from] RecipeError);
 /// If it is no recipe, as when a number is not finite.
 pub fn recipe_of(learned: &Learned, options: &Options, data: &str) -> Result<RecipeFile, NoRecipe> {
     let schedule = schedule_of(options);
-    let Promise { expected, on } = learned.promise();
-    let on = format!("materials of {data} {on}");
+    let ExpectedLoss { expected, split } = *learned.expected_loss();
+    let on = format!("materials of {data} {}", split_in_words(split));
+    let sources = options.sources();
     let materials = learned.materials();
     let completing = &options.completing;
     let completes = options.schedule == Schedule::Prior;
@@ -44,6 +47,14 @@ pub fn recipe_of(learned: &Learned, options: &Options, data: &str) -> Result<Rec
         },
         limits: Some(completing.limits).filter(|limits| completes && *limits != Limits::NONE),
         noise: Some(completing.noise()).filter(|noise| completes && !is_none(noise)),
+        training: Some(Training {
+            schedule: options.schedule.into(),
+            effort: options.effort.into(),
+            parts: options.parts.stated(),
+            split,
+            digest: options.digest(),
+            sources: TrainingSources::new(&sources),
+        }),
     };
     let file = match learned {
         Learned::Descent(learned) => to_recipe(learned, &statements),
@@ -57,9 +68,20 @@ fn is_none(noise: &Noise) -> bool {
     noise.multiplicative + noise.additive == 0.0 && noise.levels == 0
 }
 
-/// Where a recipe comes from that was trained so, by a [schedule](schedule_of).
+/// Returns words for the materials that a loss was found on; they follow "materials of" and a source.
 #[must_use]
-pub fn provenance<'a>(
+pub fn split_in_words(split: ValidationSplit) -> &'static str {
+    match split {
+        ValidationSplit::HeldOut => "held out of training",
+        ValidationSplit::Training => "that it was trained on",
+        ValidationSplit::LeftOut => "that it was trained on, each with a basis of others",
+        ValidationSplit::Folds => "that it was trained on, each by what was trained without it",
+        other => other.name(),
+    }
+}
+
+/// The provenance of a recipe that is trained with these options.
+fn provenance<'a>(
     options: &Options,
     data: &'a str,
     materials: usize,
@@ -81,8 +103,7 @@ pub fn provenance<'a>(
 }
 
 /// A schedule in words, with the prior of Linear.
-#[must_use]
-pub fn schedule_of(options: &Options) -> String {
+fn schedule_of(options: &Options) -> String {
     let schedule = format!("{:?} {:?}", options.schedule, options.effort).to_lowercase();
     if options.schedule == Schedule::Prior {
         return format!("{schedule}, {}", options.completing);
@@ -96,9 +117,24 @@ pub fn schedule_of(options: &Options) -> String {
     }
 }
 
-/// All of a recipe's provenance that decides what it holds, in words.
+/// Describes a training with these options to people.
 #[must_use]
-pub fn options_of(model: &str, samples: usize, provenance: &Provenance<'_>) -> String {
+pub fn describe_options(options: &Options, data: &str) -> String {
+    let materials = options.portions.iter().map(|each| each.materials).sum();
+    let schedule = schedule_of(options);
+    let provenance = provenance(options, data, materials, &schedule);
+    let (model, samples) = (options.model, options.samples);
+    describe_training(model, samples, &provenance, options.digest())
+}
+
+/// Describes a recipe's training to people.
+#[must_use]
+pub fn describe_training(
+    model: ModelKind,
+    samples: usize,
+    provenance: &Provenance<'_>,
+    digest: u64,
+) -> String {
     let Provenance {
         data,
         materials,
@@ -106,5 +142,8 @@ pub fn options_of(model: &str, samples: usize, provenance: &Provenance<'_>) -> S
         seed,
         ..
     } = provenance;
-    format!("{model} n = {samples}, {materials} materials of {data}, {schedule}, seed {seed}")
+    format!(
+        "{model} n = {samples}, {materials} materials of {data}, {schedule}, seed {seed}, digest \
+         {digest:016x}"
+    )
 }

@@ -1,7 +1,9 @@
 //! What is assumed of coefficients before anything was measured.
 
+use serde::Serialize;
+
 /// The prior of the coefficients.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Prior {
     /// m, the number of components; fewer where there are too few materials.
     pub components: usize,

@@ -23,7 +23,7 @@ type Range = [f64; 2];
 /// One kind of materials. Of roughness, width, reflectance and albedo all orders of magnitude are
 /// equally likely.
 struct Kind {
-    name: &'static str,
+    class: Class,
     /// Its share of a set.
     share: f64,
     /// Roughness of the core, and how much wider the haze is.
@@ -39,9 +39,34 @@ struct Kind {
     retro: f64,
 }
 
+/// The class of a kind.
+#[derive(Clone, Copy)]
+enum Class {
+    Metal,
+    MetallicPaint,
+    Plastic,
+    Rubber,
+    Fabric,
+    Wood,
+}
+
+impl Class {
+    /// The name, the last part of a material's name.
+    fn name(self) -> &'static str {
+        match self {
+            Self::Metal => "metal",
+            Self::MetallicPaint => "metallic-paint",
+            Self::Plastic => "plastic",
+            Self::Rubber => "rubber",
+            Self::Fabric => "fabric",
+            Self::Wood => "wood",
+        }
+    }
+}
+
 const KINDS: [Kind; 6] = [
     Kind {
-        name: "metal",
+        class: Class::Metal,
         share: 0.22,
         roughness: [0.003, 0.3],
         wider: [1.5, 8.0],
@@ -51,7 +76,7 @@ const KINDS: [Kind; 6] = [
         retro: 0.0,
     },
     Kind {
-        name: "metallic-paint",
+        class: Class::MetallicPaint,
         share: 0.15,
         roughness: [0.004, 0.2],
         wider: [1.5, 16.0],
@@ -61,7 +86,7 @@ const KINDS: [Kind; 6] = [
         retro: 0.0,
     },
     Kind {
-        name: "plastic",
+        class: Class::Plastic,
         share: 0.27,
         roughness: [0.002, 0.25],
         wider: [1.5, 8.0],
@@ -71,7 +96,7 @@ const KINDS: [Kind; 6] = [
         retro: 0.0,
     },
     Kind {
-        name: "rubber",
+        class: Class::Rubber,
         share: 0.12,
         roughness: [0.15, 0.6],
         wider: [1.2, 2.5],
@@ -81,7 +106,7 @@ const KINDS: [Kind; 6] = [
         retro: 0.0,
     },
     Kind {
-        name: "fabric",
+        class: Class::Fabric,
         share: 0.12,
         roughness: [0.25, 0.9],
         wider: [1.1, 1.8],
@@ -91,7 +116,7 @@ const KINDS: [Kind; 6] = [
         retro: 0.15,
     },
     Kind {
-        name: "wood",
+        class: Class::Wood,
         share: 0.12,
         roughness: [0.05, 0.4],
         wider: [1.3, 4.0],
@@ -182,23 +207,23 @@ impl Procedural {
             0 => String::new(),
             seed => format!("{seed}-"),
         };
-        let name = format!("procedural-{set}{index:03}-{}", kind.name);
+        let name = format!("procedural-{set}{index:03}-{}", kind.class.name());
         Self::of_kind(kind, name, random)
     }
 
     fn of_kind(kind: &Kind, name: String, random: &mut ChaCha8Rng) -> Self {
-        let hue = match kind.name {
-            "metal" => metal_tint(random),
-            "wood" => {
+        let hue = match kind.class {
+            Class::Metal => metal_tint(random),
+            Class::Wood => {
                 let stain = tint(random, 0.6);
                 mixed([0.75, 0.42, 0.2], stain, uniform(random, 0.0, 0.5))
             }
             _ => tint(random, 0.95),
         };
         // What reflects at its surface is white, unless the light has met pigments before.
-        let specular = match kind.name {
-            "metal" => hue,
-            "metallic-paint" | "fabric" => mixed(hue, [1.0; 3], uniform(random, 0.1, 0.9)),
+        let specular = match kind.class {
+            Class::Metal => hue,
+            Class::MetallicPaint | Class::Fabric => mixed(hue, [1.0; 3], uniform(random, 0.1, 0.9)),
             _ => [1.0; 3],
         };
         let sheen = mixed(hue, [1.0; 3], uniform(random, 0.0, 1.0));

@@ -2,6 +2,9 @@
 
 use std::collections::HashMap;
 
+use glimpse_core::recipe::Origin;
+use serde::Serialize;
+
 use super::error::SourceError;
 use super::{Material, Source};
 use crate::setting::{NamesSettings, Naming, Setting, display_with_setting_names};
@@ -14,13 +17,33 @@ pub struct Sources {
     shares: Option<Vec<f32>>,
 }
 
-/// Materials that lie in a row, and how often training takes one of them.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// The materials of one source, which lie in a row, and how often training takes one of them.
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Portion {
+    /// The source's label.
+    pub label: String,
+    /// The origin of the materials.
+    pub origin: Origin,
     /// How many they are.
     pub materials: usize,
     /// Their share of all tasks that are given ones; those of all portions are 1 together.
     pub share: f32,
+}
+
+impl Portion {
+    /// All materials of a source, which training takes alike.
+    #[must_use]
+    pub fn whole(source: &Source, materials: usize) -> Self {
+        Self {
+            label: source.label().to_owned(),
+            origin: match source.is_built_in() {
+                true => Origin::BuiltIn,
+                false => Origin::Files,
+            },
+            materials,
+            share: 1.0,
+        }
+    }
 }
 
 /// Materials of several sources, and which portion of them each source is.
@@ -132,16 +155,24 @@ impl Sources {
                 }
             }
         }
-        let count: usize = lists.iter().map(Vec::len).sum();
-        let portions = lists.iter().enumerate().map(|(index, list)| Portion {
-            materials: list.len(),
+        let counts: Vec<usize> = lists.iter().map(Vec::len).collect();
+        let portions = self.portions(&counts);
+        Ok((lists.into_iter().flatten().collect(), portions))
+    }
+
+    /// The portion of each source, given the number of its materials.
+    #[must_use]
+    pub fn portions(&self, counts: &[usize]) -> Vec<Portion> {
+        let total: usize = counts.iter().sum();
+        let each = self.sources.iter().zip(counts).enumerate();
+        each.map(|(index, (source, count))| Portion {
             share: match &self.shares {
                 Some(shares) => shares[index],
-                None => list.len() as f32 / count as f32,
+                None => *count as f32 / total as f32,
             },
-        });
-        let portions = portions.collect();
-        Ok((lists.into_iter().flatten().collect(), portions))
+            ..Portion::whole(source, *count)
+        })
+        .collect()
     }
 }
 

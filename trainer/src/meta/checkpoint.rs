@@ -8,16 +8,18 @@ use serde::{Deserialize, Serialize};
 
 use glimpse_optimizer::Record;
 
+use super::identity::RunIdentity;
 use super::state::RunState;
 use crate::files;
-use crate::foreign::{read_at_most, shown_up_to};
+use crate::foreign::read_at_most;
 
 /// The name of the first stage's file within the checkpoint directory, and the ending of all files.
 const FIRST: &str = "checkpoint";
 const ENDING: &str = "bin";
-/// How a file begins: with these bytes, of which the last counts formats, and the CRC-32 of all that
-/// follows, little-endian.
-const MAGIC: [u8; 4] = *b"GLC2";
+/// A file begins with these bytes, a byte that counts formats, and the CRC-32 of all that follows,
+/// little-endian.
+const MAGIC: [u8; 3] = *b"GLC";
+const FORMAT: u8 = b'3';
 const CHECKSUM: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
 /// The longest file that is read: hundreds of times the largest network's.
 const MOST_BYTES: u64 = 1 << 30;
@@ -38,15 +40,24 @@ pub enum CheckpointError {
         source: io::Error,
     },
     /// The operating system refuses to read.
-    #[error("cannot read the checkpoint {}: {source}; remove it to start anew", path.display())]
+    #[error("cannot read the checkpoint {}: {source}; remove it to start again", path.display())]
     Read {
         /// The file.
         path: PathBuf,
         /// Why.
         source: io::Error,
     },
-    /// The bytes are not a checkpoint of this program's version.
-    #[error("{} is damaged or of another version: {what}; remove it to start anew", path.display())]
+    /// Another version of this program wrote it.
+    #[error(
+        "{} is a checkpoint of another version of this program; resume with that version, or remove it to \
+         start again", path.display()
+    )]
+    OtherVersion {
+        /// The file.
+        path: PathBuf,
+    },
+    /// The bytes are not a checkpoint.
+    #[error("{} is not a whole checkpoint: {what}; remove it to start again", path.display())]
     Damaged {
         /// The file.
         path: PathBuf,
@@ -55,16 +66,16 @@ pub enum CheckpointError {
     },
     /// It is of another training run.
     #[error(
-        "{} belongs to another run ({}, not {expected}); repeat that run's options, or \
-         remove it to start anew", path.display(), shown_up_to(400, found)
+        "{} belongs to another run ({found}, not {expected}); repeat that run's options, or remove it to \
+         start again", path.display()
     )]
     OtherRun {
         /// The file.
         path: PathBuf,
         /// The run at hand.
-        expected: String,
+        expected: Box<RunIdentity>,
         /// The run of the checkpoint.
-        found: String,
+        found: Box<RunIdentity>,
     },
     /// The run cannot be written down.
     #[error("the run cannot be recorded: {0}")]
@@ -74,8 +85,8 @@ pub enum CheckpointError {
 /// A training run as it stands.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Checkpoint {
-    /// All options that decide the outcome, in words.
-    pub run: String,
+    /// The identity of the run.
+    pub run: RunIdentity,
     /// How far it is.
     pub state: RunState,
     /// Meta-parameters and optimizer.
@@ -117,24 +128,27 @@ impl Checkpoint {
         let body = postcard::to_stdvec(self)
             .map_err(|error| CheckpointError::Record(error.to_string()))?;
         let checksum = CHECKSUM.checksum(&body).to_le_bytes();
-        Ok([&MAGIC[..], &checksum, &body].concat())
+        Ok([&MAGIC[..], &[FORMAT], &checksum, &body].concat())
     }
 
-    /// The one of a file's bytes, none of which may be another or missing; or what is wrong with them.
-    fn parse(bytes: &[u8]) -> Result<Self, &'static str> {
-        let Some((checksum, body)) = bytes
-            .strip_prefix(&MAGIC)
-            .and_then(|rest| rest.split_first_chunk())
-        else {
-            return Err("it does not begin as this version's do");
+    /// Reads a file's bytes, all of which are covered by the checksum.
+    fn parse(bytes: &[u8]) -> Result<Self, Refusal> {
+        let Some((format, rest)) = bytes.strip_prefix(&MAGIC).and_then(<[u8]>::split_first) else {
+            return Err(Refusal::Damaged("it does not begin as checkpoints do"));
+        };
+        if *format != FORMAT {
+            return Err(Refusal::OtherVersion);
+        }
+        let Some((checksum, body)) = rest.split_first_chunk() else {
+            return Err(Refusal::Damaged("it is cut off"));
         };
         if CHECKSUM.checksum(body) != u32::from_le_bytes(*checksum) {
-            return Err("its checksum is another");
+            return Err(Refusal::Damaged("its checksum is wrong"));
         }
         match postcard::take_from_bytes(body) {
             Ok((checkpoint, [])) => Ok(checkpoint),
-            Ok(_) => Err("something was appended"),
-            Err(_) => Err("it is not what this version writes"),
+            Ok(_) => Err(Refusal::Damaged("bytes follow its end")),
+            Err(_) => Err(Refusal::Damaged("its content does not follow the format")),
         }
     }
 
@@ -156,7 +170,7 @@ impl Checkpoint {
     ///
     /// # Errors
     /// If it is damaged, or of another run.
-    pub fn read(path: &Path, run: &str) -> Result<Option<Self>, CheckpointError> {
+    pub fn read(path: &Path, run: &RunIdentity) -> Result<Option<Self>, CheckpointError> {
         let path = path.to_owned();
         let bytes = match read_at_most(&path, MOST_BYTES) {
             Ok(bytes) => bytes,
@@ -164,13 +178,14 @@ impl Checkpoint {
             Err(source) => return Err(CheckpointError::Read { path, source }),
         };
         match Self::parse(&bytes) {
-            Ok(checkpoint) if checkpoint.run == run => Ok(Some(checkpoint)),
+            Ok(checkpoint) if checkpoint.run == *run => Ok(Some(checkpoint)),
             Ok(checkpoint) => Err(CheckpointError::OtherRun {
                 path,
-                expected: run.into(),
-                found: checkpoint.run,
+                expected: Box::new(*run),
+                found: Box::new(checkpoint.run),
             }),
-            Err(what) => Err(CheckpointError::Damaged { path, what }),
+            Err(Refusal::OtherVersion) => Err(CheckpointError::OtherVersion { path }),
+            Err(Refusal::Damaged(what)) => Err(CheckpointError::Damaged { path, what }),
         }
     }
 
@@ -186,18 +201,37 @@ impl Checkpoint {
     }
 }
 
+/// The reason why bytes are refused.
+enum Refusal {
+    OtherVersion,
+    Damaged(&'static str),
+}
+
 fn make_folder_of(path: &Path) -> io::Result<()> {
     path.parent().map_or(Ok(()), files::make_folder)
 }
 
 #[cfg(test)]
 mod tests {
+    use glimpse_core::model::ModelKind;
+    use glimpse_core::recipe::{Effort, Parts, Schedule};
     use glimpse_optimizer::{Groups, Optimization};
 
     use super::*;
 
-    #[test]
-    fn a_checkpoint_is_whole_or_damaged_and_not_another_one() {
+    const RUN: RunIdentity = RunIdentity {
+        model: ModelKind::Phong,
+        samples: 1,
+        schedule: Schedule::Joint,
+        effort: Effort::Quick,
+        parts: Parts::All,
+        seed: 7,
+        materials: 3,
+        options_digest: 0x0123_4567_89ab_cdef,
+        materials_digest: u64::MAX,
+    };
+
+    fn checkpoint() -> Checkpoint {
         let values = Groups {
             initial: vec![0.5; 7],
             hyperparameters: vec![-1.0; 7],
@@ -212,31 +246,74 @@ mod tests {
             ..Groups::default()
         };
         optimization.step(values, &rates);
-        let whole = Checkpoint {
-            run: "a run".into(),
+        Checkpoint {
+            run: RUN,
             state: RunState::default(),
             record: optimization.record(),
-        };
+        }
+    }
+
+    #[test]
+    fn a_checkpoint_is_whole_or_damaged_and_not_another_one() {
+        let whole = checkpoint();
         let scratch = tempfile::tempdir().expect("a temporary directory");
         let path = Checkpoint::path(scratch.path(), 0);
         whole.write(&path).expect("it is written");
-        let found = Checkpoint::read(&path, "a run").expect("it is whole");
+        let found = Checkpoint::read(&path, &RUN).expect("it is whole");
         assert_eq!(found, Some(whole));
         let bytes = fs::read(&path).expect("it is there");
         for length in 0..bytes.len() {
             fs::write(&path, &bytes[..length]).expect("it is written");
-            let error = Checkpoint::read(&path, "a run").expect_err("a part of it");
+            let error = Checkpoint::read(&path, &RUN).expect_err("a part of it");
             assert!(matches!(error, CheckpointError::Damaged { .. }), "{error}");
         }
         for place in 0..bytes.len() {
             let mut other = bytes.clone();
             other[place] ^= 0x40;
             fs::write(&path, other).expect("it is written");
-            let error = Checkpoint::read(&path, "a run").expect_err("another byte");
-            assert!(matches!(error, CheckpointError::Damaged { .. }), "{error}");
+            let error = Checkpoint::read(&path, &RUN).expect_err("another byte");
+            let is_version = matches!(error, CheckpointError::OtherVersion { .. });
+            assert_eq!(is_version, place == MAGIC.len(), "{error}");
+            let is_damaged = matches!(error, CheckpointError::Damaged { .. });
+            assert_eq!(is_damaged, !is_version, "{error}");
         }
         fs::write(&path, [&bytes[..], &[0]].concat()).expect("it is written");
-        let error = Checkpoint::read(&path, "a run").expect_err("a byte more");
+        let error = Checkpoint::read(&path, &RUN).expect_err("a byte more");
         assert!(matches!(error, CheckpointError::Damaged { .. }), "{error}");
+    }
+
+    #[test]
+    fn a_checkpoint_of_another_run_or_version_is_refused() {
+        let scratch = tempfile::tempdir().expect("a temporary directory");
+        let path = Checkpoint::path(scratch.path(), 0);
+        checkpoint().write(&path).expect("it is written");
+        for other in [
+            RunIdentity {
+                options_digest: 1,
+                ..RUN
+            },
+            RunIdentity {
+                materials_digest: 1,
+                ..RUN
+            },
+            RunIdentity { seed: 8, ..RUN },
+        ] {
+            match Checkpoint::read(&path, &other).expect_err("another run") {
+                CheckpointError::OtherRun {
+                    expected, found, ..
+                } => {
+                    assert_eq!((*expected, *found), (other, RUN));
+                }
+                error => panic!("{error}"),
+            }
+        }
+        // As the version before wrote it: its run was a text.
+        let old = [&b"GLC2"[..], &[0; 40]].concat();
+        fs::write(&path, old).expect("it is written");
+        let error = Checkpoint::read(&path, &RUN).expect_err("another version");
+        assert!(
+            matches!(error, CheckpointError::OtherVersion { .. }),
+            "{error}"
+        );
     }
 }

@@ -1,10 +1,9 @@
 //! What a training run ends in: all that a recipe holds.
 
-use std::fmt;
-
 use glimpse_core::fit::completion::Missing;
 use glimpse_core::geometry::Angles;
 use glimpse_core::model::ModelKind;
+use glimpse_core::recipe::ValidationSplit;
 use glimpse_kernels::completion::Shape;
 
 use super::trainee::Expected;
@@ -35,8 +34,8 @@ pub struct LearnedDescent {
     pub initial: Vec<f32>,
     /// alpha.
     pub step_sizes: Vec<f32>,
-    /// What to expect of an unseen material.
-    pub promise: Promise,
+    /// The loss to expect on an unseen material.
+    pub expected_loss: ExpectedLoss,
     /// The materials that it was trained on, those held out for validation among them.
     pub materials: Vec<Identity>,
 }
@@ -63,8 +62,8 @@ pub struct LearnedCompleted {
     /// What predicts the loss of a material's fit; None where there were too few materials to leave
     /// some out.
     pub prediction: Option<LearnedPrediction>,
-    /// What to expect of an unseen material.
-    pub promise: Promise,
+    /// The loss to expect on an unseen material.
+    pub expected_loss: ExpectedLoss,
     /// The materials that it was trained on, those held out for validation among them.
     pub materials: Vec<Identity>,
 }
@@ -109,53 +108,29 @@ pub struct LearnedRidge {
     pub reduced: ReducedBasis,
     /// The file of the whole basis.
     pub basis: Vec<u8>,
-    /// What to expect of an unseen material.
-    pub promise: Promise,
+    /// The loss to expect on an unseen material.
+    pub expected_loss: ExpectedLoss,
     /// The materials that it was trained on.
     pub materials: Vec<Identity>,
 }
 
-/// What to expect of an unseen material, and on which materials that was found.
+/// The loss to expect on an unseen material, and the materials that it was found on.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Promise {
+pub struct ExpectedLoss {
     /// The loss.
     pub expected: Expected,
-    /// On which.
-    pub on: JudgedOn,
-}
-
-/// On which materials a loss was found.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum JudgedOn {
-    /// Materials that training did not see.
-    HeldOut,
-    /// Those of training: with fewer than ten none are held out.
-    Training,
-    /// Those of training, each with a basis of others, as Linear is learned.
-    LeftOut,
-    /// Those of training, each by what was trained without its fold, as completions are.
-    Folds,
-}
-
-impl fmt::Display for JudgedOn {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::HeldOut => "held out of training",
-            Self::Training => "that it was trained on",
-            Self::LeftOut => "that it was trained on, each with a basis of others",
-            Self::Folds => "that it was trained on, each by what was trained without it",
-        })
-    }
+    /// The materials.
+    pub split: ValidationSplit,
 }
 
 impl Learned {
-    /// What to expect of an unseen material.
+    /// The loss to expect on an unseen material.
     #[must_use]
-    pub fn promise(&self) -> &Promise {
+    pub fn expected_loss(&self) -> &ExpectedLoss {
         match self {
-            Self::Descent(learned) => &learned.promise,
-            Self::Ridge(learned) => &learned.promise,
-            Self::Completed(learned) => &learned.promise,
+            Self::Descent(learned) => &learned.expected_loss,
+            Self::Ridge(learned) => &learned.expected_loss,
+            Self::Completed(learned) => &learned.expected_loss,
         }
     }
 

@@ -4,6 +4,7 @@ pub mod checkpoint;
 pub mod completion;
 pub mod descent;
 pub mod evolution;
+pub mod identity;
 pub mod learned;
 pub mod linear;
 pub mod options;

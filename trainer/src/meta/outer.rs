@@ -8,6 +8,7 @@ use rayon::prelude::*;
 
 use super::checkpoint::{Checkpoint, CheckpointError};
 use super::evolution::Evolution;
+use super::identity::RunIdentity;
 use super::pattern::{Pattern, logits_of};
 use super::phase::{Added, Keep, OuterStep, Phase, Search, Start};
 use super::plan::Plan;
@@ -82,8 +83,8 @@ pub struct Run<'a> {
     pub trainee: &'a dyn Trainee,
     /// How.
     pub plan: &'a Plan,
-    /// All that decides the outcome, in words: a checkpoint of other words is of another run.
-    pub name: String,
+    /// Its identity, by which checkpoints of other runs are refused.
+    pub identity: RunIdentity,
     /// Seed of the random patterns.
     pub seed: u64,
     /// Where it is saved.
@@ -176,7 +177,7 @@ impl Run<'_> {
             largest.pattern.resize(3 * samples.unwrap_or(0), 0.0);
             self.checkpoint(&begun(largest)).try_write(&path)?;
             if checkpoints.resume
-                && let Some(found) = Checkpoint::read(&path, &self.name)?
+                && let Some(found) = Checkpoint::read(&path, &self.identity)?
             {
                 state.run = found.state;
                 state.optimization =
@@ -198,7 +199,7 @@ impl Run<'_> {
 
     fn checkpoint(&self, state: &State) -> Checkpoint {
         Checkpoint {
-            run: self.name.clone(),
+            run: self.identity,
             state: state.run.clone(),
             record: state.optimization.record(),
         }
@@ -424,6 +425,18 @@ mod tests {
         }
     }
 
+    const IDENTITY: RunIdentity = RunIdentity {
+        model: ModelKind::Linear,
+        samples: 2,
+        schedule: glimpse_core::recipe::Schedule::Paper,
+        effort: glimpse_core::recipe::Effort::Long,
+        parts: glimpse_core::recipe::Parts::All,
+        seed: 0,
+        materials: 2,
+        options_digest: 0,
+        materials_digest: 0,
+    };
+
     /// Two phases of so many steps, with one sample and with two.
     fn run(toy: &Toy, steps: usize, mut tell: impl FnMut(&Progress) + Send) -> Outcome {
         let mut plan = Plan::new(Schedule::Paper, Effort::Long, ModelKind::Linear, 2, 2);
@@ -434,7 +447,7 @@ mod tests {
         let run = Run {
             trainee: toy,
             plan: &plan,
-            name: String::new(),
+            identity: IDENTITY,
             seed: 0,
             checkpoints: None,
             stage: 0,

@@ -2,7 +2,9 @@
 //! them.
 
 use glimpse_core::model::ModelKind;
+use glimpse_core::recipe;
 use rand_chacha::ChaCha8Rng;
+use serde::Serialize;
 
 use super::phase::{OuterStep, Phase, StepSizeForm};
 use glimpse_kernels::samples::SampleOctets;
@@ -21,6 +23,16 @@ pub enum Schedule {
     Prior,
 }
 
+impl From<Schedule> for recipe::Schedule {
+    fn from(schedule: Schedule) -> Self {
+        match schedule {
+            Schedule::Joint => Self::Joint,
+            Schedule::Paper => Self::Paper,
+            Schedule::Prior => Self::Prior,
+        }
+    }
+}
+
 /// How long to train.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub enum Effort {
@@ -32,6 +44,17 @@ pub enum Effort {
     Standard,
     /// An hour or so: for the last few per cent. (Schedule paper: all of the paper's steps.)
     Long,
+}
+
+impl From<Effort> for recipe::Effort {
+    fn from(effort: Effort) -> Self {
+        match effort {
+            Effort::Brief => Self::Brief,
+            Effort::Quick => Self::Quick,
+            Effort::Standard => Self::Standard,
+            Effort::Long => Self::Long,
+        }
+    }
 }
 
 /// What the losses of materials count for in their mean.
@@ -69,7 +92,7 @@ impl Weighing {
 }
 
 /// A start and step sizes that are trained already.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Known {
     /// theta_0.
     pub initial: Vec<f32>,

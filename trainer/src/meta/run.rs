@@ -3,7 +3,7 @@
 use std::marker::PhantomData;
 
 use glimpse_core::model::ModelKind;
-use glimpse_core::recipe::{MAX_PRECISION, MIN_PRECISION};
+use glimpse_core::recipe::{MAX_PRECISION, MIN_PRECISION, ValidationSplit};
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
@@ -12,7 +12,8 @@ use super::checkpoint::CheckpointError;
 use super::completion::refinement::{Refinement, Steps};
 use super::completion::train::{STARTED_STEPS, train as complete};
 use super::descent::{DescentTrainee, Tasks};
-use super::learned::{JudgedOn, Learned, LearnedDescent, LearnedRidge, Promise};
+use super::identity::RunIdentity;
+use super::learned::{ExpectedLoss, Learned, LearnedDescent, LearnedRidge};
 use super::linear::LinearTrainee;
 use super::options::{CompletingError, Options, Parts};
 use super::outer::{Observer, Outcome, Run, RunError};
@@ -129,10 +130,9 @@ fn completed(
     materials: Vec<Box<dyn Material>>,
     observer: &mut Observer<'_>,
 ) -> Result<Learned, TrainError> {
-    let name = options.run(&materials);
     let plan = plan_of(options, materials.len());
     let train = |refinement: Option<&dyn Refinement>| {
-        complete(options, &plan, &name, refinement, materials, observer)
+        complete(options, &plan, refinement, materials, observer)
     };
     let learned = with_model!(
         options.model,
@@ -161,7 +161,7 @@ fn plan_of(options: &Options, materials: usize) -> Plan {
 /// What the training by all other schedules needs.
 struct Session<'o> {
     options: &'o Options,
-    name: String,
+    identity: RunIdentity,
     plan: Plan,
     /// Of all materials, in their own order.
     identities: Vec<Identity>,
@@ -171,13 +171,14 @@ struct Session<'o> {
 
 impl<'o> Session<'o> {
     fn new(options: &'o Options, materials: Vec<Box<dyn Material>>) -> Self {
-        let name = options.run(&materials);
-        let identities = materials.iter().map(|each| Identity::of(&**each)).collect();
+        let identities: Vec<Identity> =
+            materials.iter().map(|each| Identity::of(&**each)).collect();
+        let identity = options.identity(&identities);
         let (training, validation) = split(materials, options.seed);
         let plan = plan_of(options, training.len());
         Self {
             options,
-            name,
+            identity,
             plan,
             identities,
             training,
@@ -193,10 +194,10 @@ impl<'o> Session<'o> {
         }
     }
 
-    fn judged_on(&self) -> JudgedOn {
+    fn split(&self) -> ValidationSplit {
         match self.validation.is_empty() {
-            true => JudgedOn::Training,
-            false => JudgedOn::HeldOut,
+            true => ValidationSplit::Training,
+            false => ValidationSplit::HeldOut,
         }
     }
 
@@ -209,7 +210,7 @@ impl<'o> Session<'o> {
         let run = Run {
             trainee,
             plan: &self.plan,
-            name: self.name.clone(),
+            identity: self.identity,
             seed: self.options.seed,
             checkpoints: self.options.checkpoints.clone(),
             stage: 0,
@@ -241,9 +242,9 @@ impl<'o> Session<'o> {
             pattern: above_horizon(&values.pattern),
             initial: values.initial,
             step_sizes: self.plan.step_size_form.step_sizes(&values.hyperparameters),
-            promise: Promise {
+            expected_loss: ExpectedLoss {
                 expected,
-                on: self.judged_on(),
+                split: self.split(),
             },
             materials: self.identities.clone(),
         })
@@ -268,12 +269,12 @@ impl<'o> Session<'o> {
         Ok(LearnedRidge {
             reduced,
             basis: bytes,
-            promise: Promise {
+            expected_loss: ExpectedLoss {
                 expected,
                 // A single material has nothing to be left out of.
-                on: match self.identities.len() {
-                    1 => JudgedOn::Training,
-                    _ => JudgedOn::LeftOut,
+                split: match self.identities.len() {
+                    1 => ValidationSplit::Training,
+                    _ => ValidationSplit::LeftOut,
                 },
             },
             materials: self.identities,

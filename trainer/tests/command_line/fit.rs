@@ -95,7 +95,6 @@ fn readings_are_matched_looked_at_and_fitted() {
         "  missing        sample 3\n",
         "  looks wrong    sample 1: read ",
         "left out\n  used           14 readings\n",
-        "as the recipe predicts from these readings, but it was trained on built-in materials alone, and loses 0.",
         "right\n  read           14 of 16 samples",
         "  missing        samples 1, 3\n",
     ] {

@@ -4,7 +4,10 @@ use std::fs;
 
 use glimpse_core::geometry::Angles;
 use glimpse_core::gonio::Limits;
-use glimpse_core::recipe::{Expectation, Field, Noise, Provenance, Recipe, RecipeError};
+use glimpse_core::recipe::{
+    Effort, Expectation, Field, Noise, Origin, Parts, Provenance, Recipe, RecipeError, Schedule,
+    Training, TrainingSource, TrainingSources, ValidationSplit,
+};
 use glimpse_trainer::export::{RecipeFile, Statements, to_ridge_recipe};
 use glimpse_trainer::linear::ReducedBasis;
 use serde_json::{Value, json};
@@ -28,6 +31,13 @@ pub(crate) fn reduced() -> ReducedBasis {
         basis_checksum: 0x0123_abcd,
     }
 }
+
+const SOURCES: [TrainingSource<'_>; 1] = [TrainingSource {
+    label: "procedural:7",
+    origin: Origin::BuiltIn,
+    materials: 7,
+    share: 1.0,
+}];
 
 fn statements() -> Statements<'static> {
     Statements {
@@ -58,6 +68,14 @@ fn statements() -> Statements<'static> {
         }),
         materials: vec![("brass", 1), ("felt", 2), ("silk", 3), ("teflon", u32::MAX)],
         prediction: None,
+        training: Some(Training {
+            schedule: Schedule::Joint,
+            effort: Effort::Quick,
+            parts: Parts::All,
+            split: ValidationSplit::LeftOut,
+            digest: 0x0123_4567_89ab_cdef,
+            sources: TrainingSources::new(&SOURCES),
+        }),
     }
 }
 
@@ -124,6 +142,19 @@ fn a_linear_recipe_is_shown_and_exported() {
     );
     assert_eq!(json["provenance"]["data"], "procedural:7");
     assert_eq!(json["provenance"]["options"], "no options");
+    assert_eq!(
+        json["training"],
+        json!({
+            "schedule": "joint",
+            "effort": "quick",
+            "parts": "all",
+            "split": "left-out",
+            "digest": "0123456789abcdef",
+            "sources": [
+                {"label": "procedural:7", "origin": "built-in", "materials": 7, "share": 1.0},
+            ],
+        })
+    );
     assert_eq!(
         json["limits"],
         json!({"max_theta_i": 1.25, "max_theta_o": 1.5, "min_separation": 0.125, "in_plane": true})
@@ -208,6 +239,7 @@ fn a_recipe_that_states_nothing_is_shown_and_exported() {
         "noise",
         "expectation",
         "provenance",
+        "training",
         "materials",
     ] {
         assert_eq!(json[field], Value::Null, "{field}");

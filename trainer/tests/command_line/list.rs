@@ -130,7 +130,7 @@ fn an_experiment_s_cells_leave_what_it_does() {
     };
     let printed = succeed(directory, &bases("whole"));
     let listed = cells(directory, &bases("paper"));
-    assert!(!directory.join("paper/settings.txt").exists());
+    assert!(!directory.join("paper/settings.json").exists());
     // What needs a recipe says so, and comes after it.
     for (index, cell) in listed.iter().enumerate() {
         assert_eq!(cell["done"], false, "{cell}");

@@ -95,13 +95,9 @@ fn work_of_other_settings_is_not_mixed_in() {
     let scratch = tempfile::tempdir().expect("a temporary directory");
     let directory = scratch.path();
     fs::create_dir_all(directory.join("paper")).expect("it is made");
-    fs::write(directory.join("paper/settings.txt"), "another seed").expect("it is written");
+    fs::write(directory.join("paper/settings.json"), "another seed").expect("it is written");
     let message = fail(directory, &BASES);
-    for part in [
-        "paper holds experiments of other settings",
-        "--out",
-        "settings.txt",
-    ] {
+    for part in ["paper", "--out", "settings.json"] {
         assert!(message.contains(part), "no {part} in {message}");
     }
 }

@@ -19,6 +19,7 @@ use glimpse_trainer::meta::completion::dataset::{Dataset, Part};
 use glimpse_trainer::meta::completion::draw::{Group, Variety};
 use glimpse_trainer::meta::completion::refinement::{Refinement, Steps};
 use glimpse_trainer::meta::completion::trainee::CompletionTrainee;
+use glimpse_trainer::meta::identity::RunIdentity;
 use glimpse_trainer::meta::learned::Learned;
 use glimpse_trainer::meta::options::{Completing, Options};
 use glimpse_trainer::meta::outer::{Checkpoints, Outcome, Run, RunError};
@@ -200,13 +201,17 @@ fn samples_in_order_say_together_what_they_said_before() {
     });
 }
 
+fn identity(model: ModelKind) -> RunIdentity {
+    Options::new(model, SAMPLES, Schedule::Prior, Effort::Brief, 11).identity(&[])
+}
+
 /// The bits of each step's loss, and of what is learned in the end.
 fn bits(model: ModelKind) -> Vec<u32> {
     with_trainee(model, |trainee, plan| {
         let run = Run {
             trainee,
             plan,
-            name: String::new(),
+            identity: identity(model),
             seed: 11,
             checkpoints: None,
             stage: 0,
@@ -294,7 +299,7 @@ fn a_run_resumed_where_samples_are_put_in_order_comes_to_the_same_numbers() {
             let run = Run {
                 trainee,
                 plan,
-                name: String::new(),
+                identity: identity(ModelKind::Linear),
                 seed: 11,
                 checkpoints,
                 stage: 0,

@@ -8,9 +8,10 @@ use glimpse_kernels::LaneModel;
 use glimpse_optimizer::Groups;
 use glimpse_trainer::material::{Material, Procedural};
 use glimpse_trainer::meta::descent::{DescentTrainee, Tasks};
+use glimpse_trainer::meta::options::Options;
 use glimpse_trainer::meta::outer::{Outcome, Run};
 use glimpse_trainer::meta::phase::{Added, InnerSamples, Keep, Phase, Search, Start, StepSizeForm};
-use glimpse_trainer::meta::plan::{Plan, Weighing};
+use glimpse_trainer::meta::plan::{Effort, Plan, Schedule, Weighing};
 use glimpse_trainer::meta::pool::Pool;
 use glimpse_trainer::meta::start::first_guess;
 use glimpse_trainer::meta::trainee::RandomStreams;
@@ -71,7 +72,7 @@ fn train<M: LaneModel>(inner: InnerSamples) -> Vec<u32> {
     let run = Run {
         trainee: &trainee,
         plan: &plan,
-        name: String::new(),
+        identity: Options::new(M::KIND, 8, Schedule::Joint, Effort::Brief, 11).identity(&[]),
         seed: 11,
         checkpoints: None,
         stage: 0,

@@ -220,6 +220,7 @@ fn recipe() {
         ingredients.noise = statements.noise;
         ingredients.expectation = statements.expectation;
         ingredients.provenance = statements.provenance;
+        ingredients.training = statements.training;
         statements.materials.for_each(|material| {
             black_box(material);
         });

@@ -67,6 +67,22 @@ class _Provenance(TypedDict):
     options: str
 
 @type_check_only
+class _Source(TypedDict):
+    label: str
+    origin: str
+    materials: int
+    share: float
+
+@type_check_only
+class _Training(TypedDict):
+    schedule: str
+    effort: str
+    parts: str
+    split: str
+    digest: str
+    sources: list[_Source]
+
+@type_check_only
 class _Residual(TypedDict):
     mean: float
     worst: float
@@ -196,6 +212,8 @@ class Recipe:
     def noise(self) -> Optional[_Noise]: ...
     @property
     def provenance(self) -> Optional[_Provenance]: ...
+    @property
+    def training(self) -> Optional[_Training]: ...
     @property
     def trained_on(self) -> list[str]: ...
     def plan(

@@ -9,7 +9,7 @@ use glimpse_trainer::measurement::{
 };
 use serde::Serialize;
 
-use super::super::promise::{caution, promise};
+use super::super::expected_loss::{self, caution};
 use crate::commit;
 
 /// The spread of repeated readings, relative to their mean, from which on something is wrong with one.
@@ -418,7 +418,7 @@ fn expected_loss(recipe: &Recipe<'_>, fit: &Fit) -> anyhow::Result<Option<Expect
     }
     let stated = recipe.statements()?.expectation;
     Ok(stated
-        .zip(promise(recipe)?)
+        .zip(expected_loss::expected_loss(recipe)?)
         .map(|(stated, promise)| ExpectedLoss {
             loss: stated.loss,
             source: LossSource::Validation,

@@ -2,6 +2,7 @@
 
 use std::ops::ControlFlow;
 
+use glimpse_core::recipe::ValidationSplit;
 use glimpse_kernels::completion::Shape;
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
@@ -14,9 +15,10 @@ use super::reading::{Centres, SCALE};
 use super::refinement::Refinement;
 use super::trainee::CompletionTrainee;
 use crate::linear::ReducedBasis;
-use crate::material::{Identity, Material, Portion, Procedural};
-use crate::meta::learned::{JudgedOn, LearnedCompleted, LearnedPrediction, LearnedTarget, Promise};
-use crate::meta::options::Options;
+use crate::material::{Identity, Material, Procedural};
+use crate::meta::identity::RunIdentity;
+use crate::meta::learned::{ExpectedLoss, LearnedCompleted, LearnedPrediction, LearnedTarget};
+use crate::meta::options::{Completing, Options};
 use crate::meta::outer::{Observer, Outcome, Progress, Run, RunError};
 use crate::meta::pattern::reachable;
 use crate::meta::plan::Plan;
@@ -37,9 +39,6 @@ const AUXILIARY: f32 = 0.3;
 const POOL: usize = 8_192;
 /// How many bytes the values there may take: all of up to 4,096 materials.
 const POOL_BYTES: usize = 3 << 30;
-/// How many procedural materials are mixed in, and of which set.
-const PROCEDURAL: usize = 400;
-const PROCEDURAL_SEED: u64 = 5;
 /// Into how many folds materials are divided, and how many there are at least for that.
 const FOLDS: usize = 4;
 const LEAST_TO_FOLD: usize = 10;
@@ -55,18 +54,18 @@ const VARIED_OUTER: usize = 1_024;
 pub fn train(
     options: &Options,
     plan: &Plan,
-    name: &str,
     refinement: Option<&dyn Refinement>,
     materials: Vec<Box<dyn Material>>,
     observer: &mut Observer<'_>,
 ) -> Result<LearnedCompleted, RunError> {
     let identities: Vec<Identity> = materials.iter().map(|each| Identity::of(&**each)).collect();
+    let identity = options.identity(&identities);
     let dataset = dataset(materials, options);
     let folds = folds(dataset.own, options.seed);
     let fold_plan = Plan::of_a_fold(options.effort, options.model, options.samples, dataset.own);
     let mut session = Session {
         options,
-        name,
+        identity,
         refinement,
         dataset: &dataset,
         total: plan.steps() + folds.len() * fold_plan.steps(),
@@ -122,7 +121,7 @@ pub fn train(
     for witness in &mut witnesses {
         witness.loss *= seen.ratio();
     }
-    let promise = promise(expected, &witnesses);
+    let expected_loss = expected_loss(expected, &witnesses);
     let prediction = Prediction::new(&witnesses, FOLDS).map(|found| LearnedPrediction {
         weights: found.weights,
         rank_correlation: found.rank_correlation,
@@ -152,7 +151,7 @@ pub fn train(
         completion: values.completion,
         target,
         prediction,
-        promise,
+        expected_loss,
         materials: identities,
     })
 }
@@ -197,19 +196,19 @@ fn varied(dataset: &Dataset, fold: &[usize], index: usize, options: &Options) ->
 }
 
 /// What to expect: the mean over the materials that were left out, or, without folds, over all.
-fn promise(of_training: Expected, witnesses: &[Witness]) -> Promise {
+fn expected_loss(of_training: Expected, witnesses: &[Witness]) -> ExpectedLoss {
     let plain = witnesses.iter().filter(|each| each.plain);
     let losses: Vec<f64> = plain.map(|each| f64::from(each.loss)).collect();
     if losses.is_empty() {
-        return Promise {
+        return ExpectedLoss {
             expected: of_training,
-            on: JudgedOn::Training,
+            split: ValidationSplit::Training,
         };
     }
     let mean = losses.iter().sum::<f64>() / losses.len() as f64;
-    Promise {
+    ExpectedLoss {
         expected: Expected::new(mean as f32, losses.iter().copied()),
-        on: JudgedOn::Folds,
+        split: ValidationSplit::Folds,
     }
 }
 
@@ -217,16 +216,16 @@ fn promise(of_training: Expected, witnesses: &[Witness]) -> Promise {
 fn dataset(mut materials: Vec<Box<dyn Material>>, options: &Options) -> Dataset {
     let completing = &options.completing;
     let own = materials.len();
-    let all = [Portion {
-        materials: own,
-        share: 1.0,
-    }];
+    let parts = match &options.portions[..] {
+        [] => vec![(own, 1.0)],
+        some => some
+            .iter()
+            .map(|each| (each.materials, each.share))
+            .collect(),
+    };
     let mut groups = Vec::new();
     let mut first = 0;
-    for Portion { materials, share } in match &options.portions[..] {
-        [] => &all[..],
-        some => some,
-    } {
+    for (materials, share) in parts {
         groups.push(Group {
             materials: (first..first + materials).collect(),
             share: share * (1.0 - completing.procedural),
@@ -234,7 +233,8 @@ fn dataset(mut materials: Vec<Box<dyn Material>>, options: &Options) -> Dataset 
         first += materials;
     }
     if completing.procedural > 0.0 {
-        let set = Procedural::set(PROCEDURAL, PROCEDURAL_SEED).into_iter();
+        let (count, seed) = Completing::MIXED_IN;
+        let set = Procedural::set(count, seed).into_iter();
         materials.extend(set.map(|each| Box::new(each) as Box<dyn Material>));
         groups.push(Group {
             materials: (own..materials.len()).collect(),
@@ -277,7 +277,7 @@ fn folds(materials: usize, seed: u64) -> Vec<Vec<usize>> {
 /// Several runs that an observer sees as one.
 struct Session<'s, 'o> {
     options: &'s Options,
-    name: &'s str,
+    identity: RunIdentity,
     refinement: Option<&'s dyn Refinement>,
     dataset: &'s Dataset,
     /// Outer steps of all runs, and of those that are done.
@@ -322,7 +322,7 @@ impl<'s> Session<'s, '_> {
         let run = Run {
             trainee: &trainee,
             plan,
-            name: self.name.into(),
+            identity: self.identity,
             seed,
             checkpoints: self.options.checkpoints.clone(),
             stage,

@@ -1,0 +1,210 @@
+//! How a recipe was trained, in types: programs decide by it, and people read
+//! [`Provenance`](super::Provenance).
+//!
+//! The order of fields and variants here is the format; see `core/docs/recipe.md`.
+
+use serde::{Deserialize, Serialize, Serializer};
+
+/// How a recipe was trained.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Training<'a> {
+    /// The order in which its parts were trained.
+    pub schedule: Schedule,
+    /// The length of the training.
+    pub effort: Effort,
+    /// The parts that were trained.
+    pub parts: Parts,
+    /// The materials that the expected loss was found on.
+    pub split: ValidationSplit,
+    /// The trainer's CRC-64 of all options that decide the outcome. Two recipes with the same
+    /// digest were trained with the same options.
+    pub digest: u64,
+    /// The sources of the materials; none where they are not known.
+    pub sources: TrainingSources<'a>,
+}
+
+/// Defines an enum of the format, each variant with its name.
+macro_rules! named {
+    ($(#[$meta:meta])* $name:ident { $($(#[$doc:meta])* $variant:ident = $text:literal,)+ }) => {
+        $(#[$meta])*
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+        #[non_exhaustive]
+        pub enum $name {
+            $($(#[$doc])* $variant,)+
+        }
+
+        impl $name {
+            /// The name, as in `core/docs/recipe.md`.
+            #[must_use]
+            pub const fn name(self) -> &'static str {
+                match self {
+                    $(Self::$variant => $text,)+
+                }
+            }
+        }
+    };
+}
+
+named! {
+    /// The order in which the parts of a recipe are trained.
+    Schedule {
+        /// Initial parameters, step sizes and pattern together.
+        Joint = "joint",
+        /// The paper's two stages: initial parameters and step sizes, then the pattern.
+        Paper = "paper",
+        /// A learned map that completes readings, and the pattern.
+        Prior = "prior",
+    }
+}
+
+named! {
+    /// The length of a training.
+    Effort {
+        /// Seconds.
+        Brief = "brief",
+        /// About a minute.
+        Quick = "quick",
+        /// Minutes.
+        Standard = "standard",
+        /// About an hour.
+        Long = "long",
+    }
+}
+
+named! {
+    /// The parts of a recipe that are trained.
+    Parts {
+        /// All of them.
+        All = "all",
+        /// All of them, and then initial parameters with step sizes again, and the pattern again.
+        AllTwice = "all-twice",
+        /// Initial parameters and step sizes.
+        WithoutPattern = "without-pattern",
+        /// The pattern, for initial parameters and step sizes that are given.
+        PatternOnly = "pattern-only",
+    }
+}
+
+named! {
+    /// The materials that a recipe's expected loss was found on.
+    ValidationSplit {
+        /// Materials held out of training.
+        HeldOut = "held-out",
+        /// The materials of training themselves: nothing is known about others.
+        Training = "training",
+        /// The materials of training, each with a basis of the others.
+        LeftOut = "left-out",
+        /// The materials of training, each by a training without its fold.
+        Folds = "folds",
+    }
+}
+
+named! {
+    /// The origin of materials.
+    Origin {
+        /// The user's own: files, or materials that a program defines.
+        Files = "files",
+        /// The trainer's procedural materials.
+        BuiltIn = "built-in",
+    }
+}
+
+/// A source of materials that a recipe was trained on.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TrainingSource<'a> {
+    /// A name for people, without directories.
+    pub label: &'a str,
+    /// The origin of its materials.
+    pub origin: Origin,
+    /// The number of its materials.
+    pub materials: u32,
+    /// Its share of all training tasks, 0 to 1.
+    pub share: f32,
+}
+
+/// The sources of the materials that a recipe was trained on.
+#[derive(Clone, Copy, Debug)]
+pub struct TrainingSources<'a>(List<'a>);
+
+#[derive(Clone, Copy, Debug)]
+enum List<'a> {
+    /// To be written.
+    Given(&'a [TrainingSource<'a>]),
+    /// As a recipe holds them.
+    Packed { left: u32, rest: &'a [u8] },
+}
+
+impl<'a> TrainingSources<'a> {
+    /// A list to be written.
+    #[must_use]
+    pub const fn new(sources: &'a [TrainingSource<'a>]) -> Self {
+        Self(List::Given(sources))
+    }
+
+    /// A list in a recipe; None if it is not whole.
+    fn packed(bytes: &'a [u8]) -> Option<Self> {
+        let (left, rest) = postcard::take_from_bytes(bytes).ok()?;
+        let list = Self(List::Packed { left, rest });
+        let mut end = list;
+        (&mut end).for_each(drop);
+        matches!(end.0, List::Packed { left: 0, rest: [] }).then_some(list)
+    }
+}
+
+impl<'a> Iterator for TrainingSources<'a> {
+    type Item = TrainingSource<'a>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        match &mut self.0 {
+            List::Given(sources) => {
+                let (first, others) = sources.split_first()?;
+                *sources = others;
+                Some(*first)
+            }
+            List::Packed { left, rest } => {
+                let others = left.checked_sub(1)?;
+                let (first, end) = postcard::take_from_bytes(rest).ok()?;
+                (*left, *rest) = (others, end);
+                Some(first)
+            }
+        }
+    }
+
+    fn size_hint(&self) -> (usize, Option<usize>) {
+        let left = match &self.0 {
+            List::Given(sources) => sources.len(),
+            List::Packed { left, .. } => *left as usize,
+        };
+        (left, Some(left))
+    }
+}
+
+impl ExactSizeIterator for TrainingSources<'_> {}
+
+impl PartialEq for TrainingSources<'_> {
+    fn eq(&self, other: &Self) -> bool {
+        Iterator::eq(*self, *other)
+    }
+}
+
+impl Serialize for TrainingSources<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_seq(*self)
+    }
+}
+
+impl<'a> Training<'a> {
+    /// The statement in a section's bytes; None if they do not follow the format.
+    pub(super) fn read(bytes: &'a [u8]) -> Option<Self> {
+        let ((schedule, effort, parts, split, digest), sources) =
+            postcard::take_from_bytes(bytes).ok()?;
+        Some(Self {
+            schedule,
+            effort,
+            parts,
+            split,
+            digest,
+            sources: TrainingSources::packed(sources)?,
+        })
+    }
+}
