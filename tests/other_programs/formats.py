@@ -2,17 +2,17 @@
 
     python3 tests/other_programs/formats.py [TRAINER]
 
-Mitsuba 3, NumPy and Radiance's programs are installed from PyPI into an environment of their own in target/. The programs of
+Mitsuba 3, NumPy, scikit-image and Radiance's programs are installed from PyPI into an environment of their own in target/. The programs of
 trainer/docs/formats.md run as they stand there; what they write is read by the trainer; and Mitsuba's values
 are compared with the trainer's, at grazing angles too, its samples with a sum over all directions, and spheres
-by both under the same light. Radiance makes of PAB-Opto's text a BSDF whose reflectance is compared.
+by both under the same light. scikit-image finds the same errors of pictures. Radiance makes of PAB-Opto's text a BSDF whose reflectance is compared.
 """
-import csv, math, os, re, subprocess, sys, tempfile, venv
+import csv, json, math, os, re, subprocess, sys, tempfile, venv
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 ENVIRONMENT = ROOT / "target" / "other_programs"
-PACKAGES = ["mitsuba==3.9.1", "numpy", "pyradiance==1.3.1"]
+PACKAGES = ["mitsuba==3.9.1", "numpy", "pyradiance==1.3.1", "scikit-image"]
 
 
 def enter_environment():
@@ -161,6 +161,40 @@ def compare_spheres(trainer, material):
     assert most < 0.01 and error.max() < 0.02, "spheres by the trainer and by Mitsuba differ"
 
 
+def compare_picture_errors(trainer):
+    """scikit-image finds the errors that the trainer prints, in the PNG file of pairs of spheres, and of `evaluate`."""
+    import numpy as np
+    from skimage.color import deltaE_ciede2000, rgb2lab
+    from skimage.io import imread
+    from skimage.metrics import mean_squared_error, peak_signal_noise_ratio, structural_similarity
+
+    run(trainer, "recipes", "get", "neural-n8")
+    source = "procedural:3:9"
+    evaluated = json.loads(run(trainer, "evaluate", "--recipe", "neural-n8.recipe", "--test", source, "--json"))
+    for side in (128, 256):
+        printed = run(trainer, "render", "sphere", source, "--recipe", "neural-n8.recipe", "--size", side, "--columns", 1,
+                      "--out", "pairs.png").splitlines()[1:]
+        sheet = imread("pairs.png")[..., :3]
+        centers = np.arange(side) + 0.5 - side / 2
+        disc = np.hypot(*np.meshgrid(centers, centers)) <= 0.48 * side
+        for index, (line, material) in enumerate(zip(printed, evaluated["materials"], strict=True)):
+            top = index * (side + 4)
+            one, other = sheet[top:top + side, :side], sheet[top:top + side, side:2 * side]
+            expected = (
+                (1 - structural_similarity(one, other, channel_axis=2)) / 2,
+                mean_squared_error(one / 255, other / 255),
+                peak_signal_noise_ratio(one, other),
+                deltaE_ciede2000(rgb2lab(one), rgb2lab(other))[disc].mean(),
+            )
+            print(f"{material['name']} at {side} pixels: DSSIM, L2, PSNR, delta E {np.round(expected, 5)}")
+            # As printed: to 4, 6, 2 and 4 digits.
+            found = [float(word) for word in line.split()[4:]]
+            assert np.allclose(found, expected, rtol=0, atol=(1e-4, 1e-6, 0.01, 1e-4)), (line, expected)
+            if side == 128:
+                found = [material[name] for name in ("dssim", "l2", "psnr", "delta_e")]
+                assert np.allclose(found, expected, rtol=0, atol=(1e-9, 1e-9, 1e-6, 1e-4)), (found, expected)
+
+
 def integral(of_outgoing, mi, wi, steps=200):
     """Over all directions w_o, by half vectors: they are evenly spread where theta_m is the square of an even step."""
     import numpy as np
@@ -229,6 +263,7 @@ def main():
         assert loss(run(trainer, "convert", "made.binary", "made", "--format", "nbrdf")) < 0.02
         run(trainer, "convert", "procedural:1:3", "made", "--format", "pab")
         programs_of_the_document(trainer)
+        compare_picture_errors(trainer)
         read_by_radiance(trainer)
         compare_with_mitsuba(trainer, "made_rgb.bsdf")
         run(trainer, "convert", "made_fc1.npy", "network_rgb.bsdf")

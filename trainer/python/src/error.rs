@@ -3,7 +3,12 @@
 use std::error::Error;
 use std::io;
 
-use glimpse_trainer::material::SourceError;
+use glimpse_trainer::evaluation::JudgeError;
+use glimpse_trainer::material::{ShareError, SourceError};
+use glimpse_trainer::measurement::FitFailure;
+use glimpse_trainer::meta::options::CompletingError;
+use glimpse_trainer::meta::run::TrainError;
+use glimpse_trainer::setting::{NamesSettings, Setting};
 use pyo3::exceptions::{PyFileNotFoundError, PyPermissionError, PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 
@@ -17,8 +22,8 @@ pyo3::create_exception!(
 /// The exception of an error of the library: that of Python for a file that is missing or must not be
 /// opened, and `GlimpseError` for all else.
 pub(crate) fn raised(error: impl Error + 'static) -> PyErr {
-    let text = error.to_string();
     let error: &(dyn Error + 'static) = &error;
+    let text = message(error);
     if matches!(error.downcast_ref(), Some(SourceError::Missing(_))) {
         return PyFileNotFoundError::new_err(text);
     }
@@ -31,6 +36,33 @@ pub(crate) fn raised(error: impl Error + 'static) -> PyErr {
         Some(io::ErrorKind::NotFound) => PyFileNotFoundError::new_err(text),
         Some(io::ErrorKind::PermissionDenied) => PyPermissionError::new_err(text),
         _ => GlimpseError::new_err(text),
+    }
+}
+
+/// The message of an error, which names settings by Python's parameters.
+fn message(error: &(dyn Error + 'static)) -> String {
+    fn with_parameters<E: NamesSettings + Error + 'static>(
+        error: &(dyn Error + 'static),
+    ) -> Option<String> {
+        Some(error.downcast_ref::<E>()?.message(parameter))
+    }
+    if let Some(TrainError::Completing(error)) = error.downcast_ref() {
+        return error.message(parameter);
+    }
+    with_parameters::<JudgeError>(error)
+        .or_else(|| with_parameters::<ShareError>(error))
+        .or_else(|| with_parameters::<FitFailure>(error))
+        .or_else(|| with_parameters::<CompletingError>(error))
+        .unwrap_or_else(|| error.to_string())
+}
+
+/// The parameter of a setting.
+fn parameter(setting: Setting) -> &'static str {
+    match setting {
+        Setting::MaxThetaI => "max_theta_i_degrees",
+        Setting::MaxThetaO => "max_theta_o_degrees",
+        Setting::MinSeparation => "min_separation_degrees",
+        other => other.name(),
     }
 }
 

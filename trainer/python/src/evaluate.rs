@@ -24,9 +24,9 @@ enum Failure {
 /// Readings may be spoilt: only the `first` so many are taken, `lose` of them are lost, `noise` is relative, `additive` a
 /// share of a white surface, whose BRDF is 1/pi, `levels` those of the sensor; what is random is repeated `seeds` times.
 ///
-/// The answer is a dict of means over the materials: loss (mean cosine-weighted logarithmic error), dssim, l2 and psnr of a
-/// rendered sphere, loss_standard_error, loss_spread from seed to seed; of materials, a list of dicts of name, loss, dssim,
-/// l2, psnr and predicted_loss; and of trained_on and namesakes_trained_on, names of those whose loss says nothing of
+/// The answer is a dict of means over the materials: loss (see `loss`); dssim, l2, psnr and delta_e (mean CIEDE2000 over
+/// the sphere's disc) of a rendered sphere of 128 x 128 pixels; loss_standard_error, loss_spread from seed to seed; of
+/// materials, a list of dicts of name, loss, dssim, l2, psnr, delta_e and predicted_loss; and of trained_on and namesakes_trained_on, names of those whose loss says nothing of
 /// unseen ones (None if the recipe does not say what it was trained on).
 #[pyfunction]
 #[pyo3(signature = (

@@ -3,19 +3,21 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use glimpse_core::gonio::Repeated;
 use glimpse_trainer::export::RecipeFile;
 use glimpse_trainer::linear::Basis;
-use glimpse_trainer::material::{BasisFile, FittedMaterial};
-use glimpse_trainer::measurement::{Fate, Fit, fit};
+use glimpse_trainer::material::{BasisFile, FittedMaterial, Material};
+use glimpse_trainer::measurement::{Fate, Fit, Measured, fit};
 use numpy::PyArrayDyn;
+use pyo3::IntoPyObjectExt;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyBytes, PyDict, PyType};
 use serde_json::json;
 
 use crate::arrays::array;
 use crate::error::{GlimpseError, raised, refused};
 use crate::files::write;
-use crate::material::PyMaterial;
+use crate::material::{Origin, PyMaterial};
 use crate::waiting::detached;
 
 pub(crate) use crate::readings::ReadingArgs;
@@ -53,6 +55,10 @@ pub(crate) struct PyFittedMaterial {
     fit: Fit,
     /// What was read of each sample, BRDFs in sr^-1.
     read: Vec<Option<[f32; 3]>>,
+    /// The samples of which a reading was saturated.
+    saturated: Vec<bool>,
+    keep_all: bool,
+    file: RecipeFile,
     basis: Option<Arc<Basis>>,
 }
 
@@ -71,8 +77,20 @@ impl PyFittedMaterial {
         let recipe = file.recipe().map_err(raised)?;
         let pattern: Vec<_> = recipe.pattern().collect();
         let measured = args.measured(&pattern)?;
+        Self::of_measured(py, file, basis, &measured, name, keep_all)
+    }
+
+    fn of_measured<'py>(
+        py: Python<'py>,
+        file: &RecipeFile,
+        basis: Option<&Arc<Basis>>,
+        measured: &Measured,
+        name: &str,
+        keep_all: bool,
+    ) -> PyResult<Bound<'py, Self>> {
+        let recipe = file.recipe().map_err(raised)?;
         let (fit, material) = detached(py, || {
-            let fit = fit(&recipe, &measured, keep_all)?;
+            let fit = fit(&recipe, measured, keep_all)?;
             let values = fit.values.clone();
             let material = FittedMaterial::new(
                 name.to_owned(),
@@ -92,6 +110,7 @@ impl PyFittedMaterial {
         let base = PyMaterial {
             material: material.clone(),
             in_batches: true,
+            origin: Origin::Readings,
         };
         let fitted = Self {
             material,
@@ -101,6 +120,13 @@ impl PyFittedMaterial {
                 .iter()
                 .map(|sample| sample.mean())
                 .collect(),
+            saturated: measured
+                .samples
+                .iter()
+                .map(|sample| sample.saturated())
+                .collect(),
+            keep_all,
+            file: file.clone(),
             basis: basis.cloned(),
         };
         Bound::new(py, PyClassInitializer::from(base).add_subclass(fitted))
@@ -197,6 +223,56 @@ impl PyFittedMaterial {
         let text = text.map_err(|error| GlimpseError::new_err(error.to_string()))?;
         files.push((path, text.into_bytes()));
         write(&files, overwrite)
+    }
+
+    /// For other processes: the recipe and the readings, which are fitted again.
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let class = py.get_type::<Self>();
+        let basis = self.basis.as_ref().map(|basis| basis.to_bytes());
+        let arguments = (
+            PyBytes::new(py, self.file.bytes()),
+            basis.map(|bytes| PyBytes::new(py, &bytes)),
+            self.material.name(),
+            self.read.clone(),
+            self.saturated.clone(),
+            self.keep_all,
+        );
+        (class.getattr("_from_readings")?, arguments).into_bound_py_any(py)
+    }
+
+    /// A fit that was pickled.
+    #[classmethod]
+    #[expect(clippy::too_many_arguments, reason = "only pickle calls it")]
+    fn _from_readings<'py>(
+        _class: &Bound<'py, PyType>,
+        py: Python<'py>,
+        recipe: &[u8],
+        basis: Option<&[u8]>,
+        name: &str,
+        read: Vec<Option<[f32; 3]>>,
+        saturated: Vec<bool>,
+        keep_all: bool,
+    ) -> PyResult<Bound<'py, Self>> {
+        let file = RecipeFile::new(recipe.to_vec()).map_err(raised)?;
+        let checksum = file.recipe().map_err(raised)?.learner().basis_checksum();
+        let basis = basis.zip(checksum);
+        let basis = basis.map(|(bytes, checksum)| Basis::of_recipe(bytes, checksum));
+        let basis = basis.transpose();
+        let basis = basis.map_err(|what| GlimpseError::new_err(format!("the basis: {what}")))?;
+        let mut measured = Measured {
+            samples: vec![Repeated::new(); read.len()],
+            rows: 0,
+            furthest: None,
+        };
+        let samples = measured.samples.iter_mut().zip(read).zip(saturated);
+        for ((sample, read), saturated) in samples {
+            if let Some(brdf) = read {
+                sample.add(brdf, saturated).map_err(raised)?;
+                measured.rows += 1;
+            }
+        }
+        let basis = basis.map(Arc::new);
+        Self::of_measured(py, &file, basis.as_ref(), &measured, name, keep_all)
     }
 
     fn __repr__(&self) -> String {

@@ -12,6 +12,7 @@ mod error;
 mod evaluate;
 mod files;
 mod fit;
+mod loss;
 mod material;
 mod plan;
 mod readings;
@@ -30,6 +31,8 @@ mod _glimpse_brdf {
     use crate::evaluate::evaluate;
     #[pymodule_export]
     use crate::fit::{PyFittedMaterial, PySuspect};
+    #[pymodule_export]
+    use crate::loss::{directions, loss};
     #[pymodule_export]
     use crate::material::{
         PyMaterial, directions_from_degrees, load_material, load_materials, table_directions,

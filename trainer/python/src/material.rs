@@ -7,9 +7,13 @@ use std::sync::Arc;
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::NeuralParameters;
 use glimpse_trainer::conversion::{files_of, format_of_ending, name_of, paths};
-use glimpse_trainer::material::{Format, Material, MerlTable, Source, table_nodes};
+use glimpse_trainer::material::{
+    self, Format, Material, MerlTable, Source, SourceError, digest, table_nodes,
+};
 use glimpse_trainer::measurement::angles_of_pair;
 use numpy::PyArrayDyn;
+use pyo3::IntoPyObjectExt;
+use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::PyType;
 use rayon::prelude::*;
@@ -36,15 +40,36 @@ pub(crate) struct PyMaterial {
     pub(crate) material: Arc<dyn Material>,
     /// True if many places at once are looked up faster, and come to the same.
     pub(crate) in_batches: bool,
+    pub(crate) origin: Origin,
+}
+
+/// What a pickle makes a material of.
+pub(crate) enum Origin {
+    /// The source that it was read from, with a path that does not depend on the working directory, and its place
+    /// there. None if the path is not UTF-8.
+    Source(Option<(String, usize)>),
+    /// Values of its own.
+    Table(Arc<MerlTable>),
+    /// Readings: `PyFittedMaterial` pickles itself.
+    Readings,
 }
 
 impl PyMaterial {
-    /// One that was read.
-    fn read(material: Box<dyn Material>) -> Self {
-        Self {
+    /// The materials of a source.
+    fn read_all(source: &Source) -> Result<Vec<Self>, SourceError> {
+        let materials = source.load()?;
+        let paths = source.paths()?;
+        let origin = |index: usize| match paths.get(index) {
+            None => Some((source.0.clone(), index)),
+            Some(path) => Some((std::path::absolute(path).ok()?.to_str()?.to_owned(), 0)),
+        };
+        let all = materials.into_iter().enumerate();
+        let read = all.map(|(index, material)| Self {
             material: material.into(),
             in_batches: false,
-        }
+            origin: Origin::Source(origin(index)),
+        });
+        Ok(read.collect())
     }
 
     /// The BRDF at pairs of directions; 0 where one is not above the horizon.
@@ -84,6 +109,9 @@ impl PyMaterial {
     /// A material of a function(incoming, outgoing) -> (n, 3), which gets unit vectors (n, 3) each and gives the BRDF,
     /// linear RGB, sr^-1, not times the cosine; NaN where it is not known.
     ///
+    /// Infinite and negative values are refused, however small: set the noise of a dark measurement to 0. (`Recipe.fit`
+    /// takes readings down to -1 sr^-1, since noise around a dark reading has to average out.)
+    ///
     /// It is asked once, here, at `table_directions()`, 65,536 at a time, and its values are interpolated from then on;
     /// see there for what that loses. The table takes 35 MB of memory.
     #[classmethod]
@@ -120,7 +148,7 @@ impl PyMaterial {
     }
 
     /// A material of its BRDF at `table_directions()`, an array of as many rows (n, 3), in their order: linear RGB, sr^-1,
-    /// not times the cosine; NaN where it is not known.
+    /// not times the cosine; NaN where it is not known. Infinite and negative values are refused.
     #[classmethod]
     #[pyo3(signature = (brdf, name))]
     fn from_table(
@@ -133,7 +161,6 @@ impl PyMaterial {
         tabulated(py, name, brdf)
     }
 
-    /// Its name.
     /// Its name: of a file its stem.
     #[getter]
     fn name(&self) -> &str {
@@ -207,6 +234,59 @@ impl PyMaterial {
         )
     }
 
+    /// Itself: a material does not change.
+    fn __copy__(slf: Bound<'_, Self>) -> Bound<'_, Self> {
+        slf
+    }
+
+    /// Itself: a material does not change.
+    fn __deepcopy__<'py>(slf: Bound<'py, Self>, _memo: &Bound<'py, PyAny>) -> Bound<'py, Self> {
+        slf
+    }
+
+    /// For other processes. A material of a function or an array takes its table along; one that was read takes its
+    /// source along and is read again, from the same path, and refused if it is another one there.
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let class = py.get_type::<Self>();
+        let name = self.material.name();
+        match &self.origin {
+            Origin::Table(table) => {
+                let nodes = detached(py, || table.to_nodes())?;
+                let nodes = array(py, &[nodes.len(), 3], nodes.into_flattened())?;
+                (class.getattr("from_table")?, (nodes, name)).into_bound_py_any(py)
+            }
+            Origin::Source(Some((source, index))) => {
+                let digest = digest(&*self.material);
+                let arguments = (source, index, digest);
+                (class.getattr("_from_source")?, arguments).into_bound_py_any(py)
+            }
+            Origin::Source(None) | Origin::Readings => Err(PyTypeError::new_err(format!(
+                "the material {name} cannot be pickled: the path of its file is not UTF-8; rename it"
+            ))),
+        }
+    }
+
+    /// A material that was pickled by its source, its place there, and its digest.
+    #[classmethod]
+    fn _from_source(
+        _class: &Bound<'_, PyType>,
+        py: Python<'_>,
+        source: String,
+        index: usize,
+        digest: u32,
+    ) -> PyResult<Self> {
+        let source: Source = source.parse().map_err(raised)?;
+        let read = detached(py, || Self::read_all(&source))?.map_err(raised)?;
+        let found = read.into_iter().nth(index);
+        let same = |found: &Self| material::digest(&*found.material) == digest;
+        match found.filter(same) {
+            Some(found) => Ok(found),
+            None => refused(format!(
+                "{source} does not hold the material that was pickled: put it back, or pickle it again"
+            )),
+        }
+    }
+
     fn __repr__(&self) -> String {
         format!("<glimpse_brdf.Material {:?}>", self.material.name())
     }
@@ -217,9 +297,9 @@ impl PyMaterial {
 #[pyfunction]
 pub(crate) fn load_material(py: Python<'_>, source: &Bound<'_, PyAny>) -> PyResult<PyMaterial> {
     let source = source_of(source)?;
-    let mut materials = detached(py, || source.load())?.map_err(raised)?;
+    let mut materials = detached(py, || PyMaterial::read_all(&source))?.map_err(raised)?;
     match (materials.pop(), materials.len()) {
-        (Some(one), 0) => Ok(PyMaterial::read(one)),
+        (Some(one), 0) => Ok(one),
         (_, more) => refused(format!(
             "{source} holds {} materials, and one is asked for: name its file, or use load_materials",
             more + 1
@@ -234,8 +314,7 @@ pub(crate) fn load_materials(
     source: &Bound<'_, PyAny>,
 ) -> PyResult<Vec<PyMaterial>> {
     let source = source_of(source)?;
-    let materials = detached(py, || source.load())?.map_err(raised)?;
-    Ok(materials.into_iter().map(PyMaterial::read).collect())
+    detached(py, || PyMaterial::read_all(&source))?.map_err(raised)
 }
 
 /// A source by its text or its path.
@@ -311,7 +390,12 @@ pub(crate) fn directions_of(angles: &Angles<f32>) -> [[f64; 3]; 2] {
 
 fn tabulated(py: Python<'_>, name: String, brdf: Vec<[f32; 3]>) -> PyResult<PyMaterial> {
     let table = detached(py, || MerlTable::of_nodes(name, &brdf))?.map_err(raised)?;
-    Ok(PyMaterial::read(Box::new(table)))
+    let table = Arc::new(table);
+    Ok(PyMaterial {
+        material: table.clone(),
+        in_batches: false,
+        origin: Origin::Table(table),
+    })
 }
 
 fn narrow(rgb: [f64; 3]) -> [f32; 3] {

@@ -165,8 +165,7 @@ impl PyRecipe {
         array(py, &[recipe.samples(), 3], flat.collect())
     }
 
-    /// The loss to expect of an unseen material (mean cosine-weighted logarithmic error), or None if it is not
-    /// stated.
+    /// The loss to expect of an unseen material (see `loss`), or None if it is not stated.
     #[getter]
     fn expected_loss(&self) -> PyResult<Option<f32>> {
         let statements = self.recipe()?.statements().map_err(raised)?;

@@ -1,7 +1,12 @@
 """Materials: looked up as by `trainer query`, made of functions and arrays, written and read."""
 
+import copy
 import csv
 import io
+import os
+import pickle
+import subprocess
+import sys
 import threading
 
 import glimpse_brdf as glimpse
@@ -124,10 +129,131 @@ def test_a_function_becomes_a_material(tmp_path):
     values[5] = np.nan
     glimpse.Material.from_table(values, "with a hole")
     values[6, 1] = np.inf
-    with pytest.raises(glimpse.GlimpseError, match=r"\b6\b"):
+    with pytest.raises(glimpse.GlimpseError, match="6.*inf.*green"):
         glimpse.Material.from_table(values, "broken")
     with pytest.raises(glimpse.GlimpseError, match=rf"\b{len(values) - 1}\b"):
         glimpse.Material.from_table(values[1:], "short")
+
+
+@pytest.mark.parametrize("value", [-1, -1e-9, -np.inf, np.inf])
+def test_a_value_that_is_no_brdf_is_named_with_its_direction(value):
+    def function(incoming, outgoing):
+        # Red is wrong where the half vector is the normal and theta_d is 7 degrees.
+        wrong = np.isclose(incoming[:, 2], np.cos(np.radians(7))) & np.isclose(outgoing[:, 2], incoming[:, 2])
+        wrong &= np.isclose(np.linalg.norm((incoming + outgoing)[:, :2], axis=1), 0, atol=1e-9)
+        brdf = np.full((len(incoming), 3), 0.25)
+        brdf[wrong, 0] = value
+        return brdf
+
+    with pytest.raises(glimpse.GlimpseError) as error:
+        glimpse.Material.from_function(function, "a")
+    text = str(error.value)
+    assert "red" in text and "theta_h 0.000" in text and "theta_d 7.000" in text, text
+    shown = "inf" if value == np.inf else "-inf" if value == -np.inf else f"-{abs(np.float32(value)):.9f}".rstrip("0").rstrip(".")
+    assert f" {shown} " in text, text
+
+
+def test_nan_everywhere_is_called_nan():
+    for brdf, channel in [([np.nan, np.nan, np.nan], "red"), ([1, 1, np.nan], "blue")]:
+        with pytest.raises(glimpse.GlimpseError) as error:
+            glimpse.Material.from_function(lambda i, o, brdf=brdf: np.full((len(i), 3), brdf), "a")
+        text = str(error.value)
+        assert "NaN" in text and channel in text and "negative" not in text, text
+
+
+def test_the_loss_is_that_of_evaluate(trained):
+    at = glimpse.directions()
+    assert at.shape == (40503, 2, 3) and at.dtype == np.float64 and (at[..., 2] > 0).all()
+    np.testing.assert_allclose(np.linalg.norm(at, axis=-1), 1, atol=1e-6)
+    # Uniform in theta_h over the valid region; over the hemisphere few would be as small.
+    half = at.sum(1) / np.linalg.norm(at.sum(1), axis=-1, keepdims=True)
+    theta_h = np.degrees(np.arccos(np.clip(half[:, 2], -1, 1)))
+    assert (theta_h < 9).mean() > 0.15
+    for model in ("linear", "neural"):
+        recipe = trained[model]
+        for material, judged in zip(
+            glimpse.load_materials("procedural:2:8"), glimpse.evaluate(recipe, "procedural:2:8")["materials"]
+        ):
+            fitted = recipe.fit(material(recipe.directions))
+            loss = glimpse.loss(material, fitted)
+            assert loss == pytest.approx(judged["loss"], abs=1e-6) and isinstance(loss, float)
+            arrays = glimpse.loss(material(at), fitted(at))
+            # Directions as vectors are angles to some rounding.
+            assert arrays == pytest.approx(loss, rel=1e-4)
+            assert glimpse.loss(fitted, material) == pytest.approx(loss, rel=1e-9)
+            assert glimpse.loss(material, material) == 0
+            logarithms = [np.log1p(brdf.astype(float) * at[:, 0, 2:]) for brdf in (material(at), fitted(at))]
+            assert np.abs(logarithms[0] - logarithms[1]).mean() == pytest.approx(loss, rel=1e-4)
+    values = material(at)
+    for wrong, words in [(values[1:], "(40503, 3)"), (np.where(values > 0, -1, values), "row 0"), (values * np.nan, "nan")]:
+        with pytest.raises(glimpse.GlimpseError) as error:
+            glimpse.loss(material, wrong)
+        assert words in str(error.value).lower()
+
+
+def restored(material, tmp_path):
+    """In another process, which has another working directory: its values at some directions, and its name."""
+    (tmp_path / "m.pickle").write_bytes(pickle.dumps(material))
+    np.save(tmp_path / "at.npy", directions(300))
+    code = """
+        import pickle, numpy as np
+        material = pickle.load(open("m.pickle", "rb"))
+        np.save("values.npy", material(np.load("at.npy")))
+        print(type(material).__name__, material.name)
+    """
+    done = subprocess.run([sys.executable, "-c", "\n".join(map(str.strip, code.splitlines()))], cwd=tmp_path, text=True, capture_output=True)
+    assert done.returncode == 0, done.stderr
+    return np.load(tmp_path / "values.npy"), done.stdout.split()
+
+
+def materials_of_all_kinds(trained, folder):
+    glimpse.load_material("procedural:1:4").save(folder / "made.binary")
+    glimpse.load_material("procedural:1:5").save(folder / "other.bsdf")
+    yield from glimpse.load_materials("procedural:3:5")
+    yield from glimpse.load_materials(folder)
+    yield glimpse.Material.from_function(lambda i, o: np.full((len(i), 3), [0.1, 0.2, 0.3]) * i[:, 2:] * o[:, 2:], "of a lambda")
+    for recipe in trained.values():
+        material = glimpse.load_material("procedural:1:3")
+        readings = material(recipe.directions).astype(float)
+        readings[2] *= 1000
+        readings[4] = np.nan
+        yield recipe.fit(readings, name="fit")
+
+
+def test_materials_are_copied_and_pickled(trained, tmp_path, monkeypatch):
+    # Relative paths too: where they are unpickled, the working directory is another one.
+    folder, elsewhere = tmp_path / "folder", tmp_path / "elsewhere"
+    folder.mkdir()
+    elsewhere.mkdir()
+    monkeypatch.chdir(tmp_path)
+    at, kinds = directions(300), set()
+    for material in materials_of_all_kinds(trained, folder.relative_to(tmp_path)):
+        assert copy.copy(material) is material and copy.deepcopy([material])[0] is material
+        again = pickle.loads(pickle.dumps(material))
+        np.testing.assert_array_equal(again(at), material(at))
+        assert again.name == material.name and type(again) is type(material)
+        values, words = restored(material, elsewhere)
+        np.testing.assert_array_equal(values, material(at))
+        assert words == [type(material).__name__, *material.name.split()]
+        kinds.add(words[0])
+        if isinstance(material, glimpse.FittedMaterial):
+            np.testing.assert_array_equal(again.parameters, material.parameters)
+            assert again.fates == material.fates and again.predicted_loss == material.predicted_loss
+            assert [each.sample for each in again.suspects] == [each.sample for each in material.suspects]
+    assert kinds == {"Material", "FittedMaterial"}
+
+
+def test_a_pickle_of_a_file_wants_the_same_file(tmp_path):
+    path = tmp_path / "m.binary"
+    glimpse.load_material("procedural:1:4").save(path)
+    pickled = pickle.dumps(glimpse.load_material(path))
+    assert len(pickled) < 10_000
+    os.rename(path, tmp_path / "elsewhere.binary")
+    with pytest.raises(FileNotFoundError, match="m.binary"):
+        pickle.loads(pickled)
+    glimpse.load_material("procedural:1:5").save(path)
+    with pytest.raises(glimpse.GlimpseError, match="m.binary"):
+        pickle.loads(pickled)
 
 
 def test_what_a_function_raises_is_raised():

@@ -180,16 +180,19 @@ def test_a_judgement_is_the_trainers(trainer, tmp_path, trained):
         found = glimpse.evaluate(recipe, "procedural:5:8", **options)
         for key in ["method", "model", "samples", "seeds", "trained_on", "namesakes_trained_on"]:
             assert found[key] == told[key], key
-        for key in ["loss", "dssim", "l2", "psnr", "loss_standard_error", "loss_spread"]:
+        for key in ["loss", "dssim", "l2", "psnr", "delta_e", "loss_standard_error", "loss_spread"]:
             assert found[key] == pytest.approx(told[key], rel=1e-9), key
         for one, other in zip(found["materials"], told["materials"], strict=True) if sys.version_info >= (3, 10) else ():
             assert one["name"] == other["name"] and one["loss"] == pytest.approx(other["loss"], rel=1e-9)
+            assert one["delta_e"] == pytest.approx(other["delta_e"], rel=1e-9) and one["delta_e"] > 0
 
 
 def test_what_cannot_be_trained(trainer):
     def refusal(*args, **options):
         with pytest.raises(glimpse.GlimpseError) as error:
             glimpse.train(*args, **options)
+        # Nothing of the command line.
+        assert "--" not in str(error.value)
         return str(error.value)
 
     words = ["train", "--model", "phong", "--samples", "2", "--out", "a.recipe"]
@@ -201,12 +204,14 @@ def test_what_cannot_be_trained(trainer):
     assert_names(refusal("linear", schedule="joint", eta=-1), "eta")
     assert_names(refusal("phong", resume=True), "resume")
     assert_names(refusal("phong", share=[1]), "share")
-    assert_names(refusal("phong", ["procedural:2", "procedural:3"], share=[1]), "share", 1, 2)
+    for share in ([1], [1, 0]):
+        assert_names(refusal("phong", ["procedural:2", "procedural:3"], share=share), "share")
     assert_names(refusal("phong", ["procedural:2", "procedural:2"]), "procedural:2")
     refusal("phong", [])
     assert_names(refusal("phong", effort="hasty"), "brief", "quick")
     assert "max_theta_i" in refusal("phong", max_theta_i_degrees=95)
-    assert "min_separation" in refusal("phong", max_theta_i_degrees=30, min_separation_degrees=80)
+    far = refusal("phong", max_theta_i_degrees=30, min_separation_degrees=80)
+    assert_names(far, "min_separation_degrees", "max_theta_i_degrees", "60.0")
     with pytest.raises(FileNotFoundError):
         glimpse.train("phong", "nowhere/")
     with pytest.raises(TypeError):
@@ -216,8 +221,9 @@ def test_what_cannot_be_trained(trainer):
     with pytest.raises(OverflowError):
         glimpse.train("phong", samples=-1)
     recipe = glimpse.train("phong", "procedural:3", samples=2, schedule="joint", effort="brief")
-    with pytest.raises(glimpse.GlimpseError):
+    with pytest.raises(glimpse.GlimpseError) as error:
         glimpse.evaluate(recipe, "procedural:2", first=1)
+    assert "missing" in str(error.value) and "--" not in str(error.value)
     with pytest.raises(glimpse.GlimpseError, match="lose"):
         glimpse.evaluate(recipe, "procedural:2", lose=2)
     with pytest.raises(glimpse.GlimpseError, match="noise"):

@@ -27,4 +27,6 @@ def scan(path: Path) -> float:
         print(suspect.sample, suspect.z)
     fitted.save(path, "rgl", overwrite=True)
     verdict = glimpse.evaluate(recipe, "procedural:3:1")
-    return verdict["loss"] + verdict["materials"][0]["psnr"] + (fitted.predicted_loss or 0.0)
+    at: npt.NDArray[np.float64] = glimpse.directions()
+    loss: float = glimpse.loss(grey(at[:, 0], at[:, 1]), fitted)
+    return loss + verdict["loss"] + verdict["materials"][0]["delta_e"] + (fitted.predicted_loss or 0.0)

@@ -137,6 +137,20 @@ impl Source {
         Ok(all.collect())
     }
 
+    /// The path of each material, in the order of [`Source::load`]: of a network the first of its six
+    /// files. None for the built-in set.
+    ///
+    /// # Errors
+    /// If the directory cannot be listed, holds no materials, or two of the same name.
+    pub fn paths(&self) -> Result<Vec<PathBuf>, SourceError> {
+        let path = Path::new(&self.0);
+        match (procedural(&self.0)?, path.is_dir()) {
+            (Some(_), _) => Ok(Vec::new()),
+            (None, true) => list(path),
+            (None, false) => Ok(vec![path.to_owned()]),
+        }
+    }
+
     /// What [`Source::load`] passes over in silence though somebody may have meant it to be read;
     /// nothing for a single file and for the built-in set.
     ///

@@ -172,13 +172,13 @@ pub(super) mod tests {
         }
     }
 
-    pub(in super::super) fn reference() -> Picture {
+    pub(crate) fn reference() -> Picture {
         picture(23, 17, |x, y| {
             [9 * x + 3 * y, (x * x + 7 * y) / 3, 255 - 11 * y]
         })
     }
 
-    pub(in super::super) fn distorted() -> Picture {
+    pub(crate) fn distorted() -> Picture {
         picture(23, 17, |x, y| {
             [
                 9 * x + 3 * y + (5 * x * y) % 13,

@@ -6,7 +6,8 @@ the arms of a machine go, its :meth:`Recipe.fit` makes a :class:`FittedMaterial`
 
 Directions are unit vectors from the surface, z along its normal: the incoming one to the light, the outgoing one to
 the sensor. Arrays of pairs have the shape (n, 2, 3), incoming first. A BRDF is linear RGB in sr^-1, not times the
-cosine, an array (n, 3). What goes wrong is raised as :class:`GlimpseError`, a ValueError; files that are missing, may
+cosine, an array (n, 3). The :func:`loss` between two BRDFs is the mean over :func:`directions` and channels of
+abs(ln(1 + y cos) - ln(1 + f cos)); ``trainer/docs/losses.md`` defines it. What goes wrong is raised as :class:`GlimpseError`, a ValueError; files that are missing, may
 not be opened, or would be written over, as Python's own FileNotFoundError, PermissionError and FileExistsError.
 
 Work is done on all cores, without the GIL; the environment's RAYON_NUM_THREADS says on how many. Ctrl-C ends it.
@@ -21,10 +22,12 @@ from ._glimpse_brdf import (
     Recipe,
     Suspect,
     __version__,
+    directions,
     directions_from_degrees,
     evaluate,
     load_material,
     load_materials,
+    loss,
     table_directions,
     train,
 )
@@ -38,10 +41,12 @@ __all__ = [
     "Recipe",
     "Suspect",
     "__version__",
+    "directions",
     "directions_from_degrees",
     "evaluate",
     "load_material",
     "load_materials",
+    "loss",
     "table_directions",
     "train",
 ]

@@ -6,7 +6,7 @@ from typing import Any, Callable, Iterable, Literal, Optional, Sequence, TypedDi
 import numpy as np
 import numpy.typing as npt
 from typing import type_check_only
-from typing_extensions import disjoint_base
+from typing_extensions import Self, disjoint_base
 
 __version__: str
 
@@ -27,10 +27,12 @@ __all__ = [
     "Recipe",
     "Suspect",
     "__version__",
+    "directions",
     "directions_from_degrees",
     "evaluate",
     "load_material",
     "load_materials",
+    "loss",
     "table_directions",
     "train",
 ]
@@ -95,6 +97,7 @@ class _Scores(TypedDict):
     dssim: float
     l2: float
     psnr: float
+    delta_e: float
     predicted_loss: Optional[float]
 
 @type_check_only
@@ -106,6 +109,7 @@ class _Verdict(TypedDict):
     dssim: float
     l2: float
     psnr: float
+    delta_e: float
     loss_standard_error: Optional[float]
     seeds: int
     loss_spread: float
@@ -125,6 +129,9 @@ class Material:
     def save(
         self, path: _Path, format: Optional[_Format] = None, *, seed: int = 0, overwrite: bool = False
     ) -> None: ...
+    def __copy__(self) -> Self: ...
+    def __deepcopy__(self, _memo: Any, /) -> Self: ...
+    def __reduce__(self) -> tuple[Any, ...]: ...
 
 @final
 class FittedMaterial(Material):
@@ -271,6 +278,8 @@ class Progress:
 def load_material(source: _Path) -> Material: ...
 def load_materials(source: _Path) -> list[Material]: ...
 def table_directions() -> _Floats: ...
+def directions() -> _Floats: ...
+def loss(reference: Union[Material, npt.ArrayLike], fitted: Union[Material, npt.ArrayLike]) -> float: ...
 def directions_from_degrees(
     theta_i: npt.ArrayLike, phi_i: npt.ArrayLike, theta_o: npt.ArrayLike, phi_o: npt.ArrayLike
 ) -> _Floats: ...

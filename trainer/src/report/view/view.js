@@ -143,7 +143,7 @@ const start = async () => {
   }
   select(selected);
   if (data.reference) {
-    find("footnote").textContent = `Losses are means of |Δ ln(1 + f cos θi)| over ${judge.length / 24} directions, against the material itself. The reference is drawn from a table, whose loss is ${data.reference.table_loss.toFixed(4)}.`;
+    find("footnote").textContent = `Losses are means of |Δ ln(1 + f cos θi)| over ${judge.length / 24} directions, uniform in (θh, θd, φd), against the material itself. The reference is drawn from a table, whose loss is ${data.reference.table_loss.toFixed(4)}.`;
   }
 
   // What can be done.

@@ -1,0 +1,98 @@
+//! The loss between two BRDFs, at the trainer's own directions.
+
+use std::sync::Arc;
+
+use glimpse_core::geometry::HalfDifference;
+use glimpse_trainer::evaluation::{directions as loss_angles, loss_directions};
+use glimpse_trainer::material::Material;
+use glimpse_trainer::metrics::mean_log_error_of_values;
+use numpy::PyArrayDyn;
+use pyo3::prelude::*;
+use rayon::prelude::*;
+
+use crate::arrays::{array, rows};
+use crate::error::refused;
+use crate::material::{PyMaterial, directions_of};
+use crate::waiting::detached;
+
+/// Directions that a thread evaluates at a time.
+const BATCH: usize = 1024;
+
+/// The 40,503 directions at which every loss is taken: unit vectors, incoming and outgoing, float64 of shape
+/// (40503, 2, 3).
+///
+/// They are uniform in the Rusinkiewicz angles (theta_h, theta_d, phi_d) over the region where both directions are above
+/// the horizon, and always the same. They are not uniform over the hemisphere.
+#[pyfunction]
+pub(crate) fn directions(py: Python<'_>) -> PyResult<Bound<'_, PyArrayDyn<f64>>> {
+    let angles = loss_angles();
+    let flat = angles
+        .iter()
+        .flat_map(|angles| directions_of(angles).concat());
+    array(py, &[angles.len(), 2, 3], flat.collect())
+}
+
+/// The loss between a measured and a fitted BRDF, a float: the mean over `directions()` and channels of
+/// abs(ln(1 + y cos) - ln(1 + f cos)), where y and f are the BRDFs in linear RGB, sr^-1, and cos is the cosine of the
+/// incoming direction's polar angle. It is what `evaluate` reports.
+///
+/// Each of the two is a Material, or an array (40503, 3) of a BRDF at `directions()`, finite and not negative.
+#[pyfunction]
+pub(crate) fn loss(
+    py: Python<'_>,
+    reference: &Bound<'_, PyAny>,
+    fitted: &Bound<'_, PyAny>,
+) -> PyResult<f64> {
+    let at = loss_directions();
+    let reference = Values::of(reference, "reference", at.len())?;
+    let fitted = Values::of(fitted, "fitted", at.len())?;
+    detached(py, || {
+        let (reference, fitted) = (reference.at(&at), fitted.at(&at));
+        mean_log_error_of_values(&fitted, &at, &reference)
+    })
+}
+
+/// A BRDF that a loss is taken of.
+enum Values {
+    Material(Arc<dyn Material>),
+    /// At the directions of the loss.
+    Array(Vec<[f32; 3]>),
+}
+
+impl Values {
+    fn of(given: &Bound<'_, PyAny>, what: &str, count: usize) -> PyResult<Self> {
+        if let Ok(material) = given.cast::<PyMaterial>() {
+            return Ok(Self::Material(material.get().material.clone()));
+        }
+        let values = rows(given, what)?;
+        if values.len() != count {
+            return refused(format!(
+                "{what} should have the shape ({count}, 3), the BRDF at directions(), not ({}, 3)",
+                values.len()
+            ));
+        }
+        for (row, rgb) in values.iter().enumerate() {
+            if let Some(value) = rgb
+                .iter()
+                .find(|value| !(value.is_finite() && **value >= 0.0))
+            {
+                return refused(format!(
+                    "{what}: row {row} holds {value}, and a BRDF is finite and not negative: correct it"
+                ));
+            }
+        }
+        let values = values.into_iter().map(|rgb| rgb.map(|value| value as f32));
+        Ok(Self::Array(values.collect()))
+    }
+
+    fn at(self, at: &[HalfDifference<f32>]) -> Vec<[f32; 3]> {
+        let material = match self {
+            Self::Array(values) => return values,
+            Self::Material(material) => material,
+        };
+        let mut values = vec![[0.0; 3]; at.len()];
+        let batches = at.par_chunks(BATCH).zip(values.par_chunks_mut(BATCH));
+        batches.for_each(|(at, values)| material.brdf_batch(at, values));
+        values
+    }
+}
