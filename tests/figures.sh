@@ -11,6 +11,9 @@ figures() {
     for document in "${documents[@]}"; do
         figures_of "$document" "$word"
     done
+    if [[ quickstart == *"$word"* ]]; then
+        picture_of_quickstart
+    fi
 }
 
 # A document is written as a whole, at its end: a command that fails leaves it as it was.
@@ -54,4 +57,16 @@ lacks_materials() {
         fi
     done
     return 1
+}
+
+# Makes README's picture again: the first two materials of quickstart's comparison with the paper's methods.
+picture_of_quickstart() {
+    local folder=target/quickstart keep
+    keep='main>*{display:none}main>section:nth-of-type(2){display:block}'
+    keep+='section .caption,section h3:nth-of-type(n+3),section .row:nth-of-type(n+3){display:none}'
+    run trainer quickstart --out "$folder"
+    sed "s|</style>|$keep</style>|" "$folder/index.html" > "$folder/picture.html"
+    run chromium --headless --no-sandbox --disable-gpu --hide-scrollbars --window-size=944,590 \
+        --user-data-dir="$(mktemp -d)" --screenshot=trainer/pictures/quickstart.png \
+        "file://$PWD/$folder/picture.html"
 }

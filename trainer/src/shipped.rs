@@ -9,6 +9,8 @@ pub static BASIS: &[u8] = include_bytes!("../recipes/linear.basis24");
 /// What each of them loses: its name, then the mean loss on procedural materials that were not trained on, on 80 of
 /// MERL's as networks, and on 17 of RGL's.
 const LOSSES: &str = include_str!("../recipes/losses.csv");
+/// Cycles of a fit by some of them on a Cortex-M4F, as `core/docs/costs.md` has them.
+const CYCLES: &str = include_str!("../recipes/cycles.csv");
 
 /// A recipe that comes along.
 #[derive(Clone, Copy, Debug)]
@@ -71,6 +73,12 @@ pub static ALL: &[Shipped] = shipped![
     "neural-n16-masked" in "masked/neural-n16",
 ];
 
+/// A recipe of the paper's schedule, to compare the others with.
+pub static PAPER: Shipped = Shipped {
+    name: "neural-n8-paper",
+    bytes: include_bytes!("../recipes/paper/neural-n8.recipe"),
+};
+
 /// The recipe of a name; None if there is none.
 #[must_use]
 pub fn find(name: &str) -> Option<&'static Shipped> {
@@ -114,6 +122,14 @@ impl Shipped {
             })
         })
     }
+
+    /// Cycles of a fit on a Cortex-M4F, where the firmware's tests measure them.
+    #[must_use]
+    pub fn cycles(&self) -> Option<u64> {
+        let mut rows = CYCLES.lines().filter_map(|line| line.split_once(','));
+        let (_, cycles) = rows.find(|(name, _)| *name == self.name)?;
+        cycles.parse().ok()
+    }
 }
 
 #[cfg(test)]
@@ -141,5 +157,14 @@ mod tests {
             assert_eq!(same.map(|same| same.name), Some(shipped.name));
         }
         assert!(find("neural-n3").is_none());
+    }
+
+    #[test]
+    fn the_paper_s_recipe_descends_without_a_map() {
+        let recipe = PAPER.recipe().expect("it is whole");
+        assert_eq!((recipe.model(), recipe.samples()), (ModelKind::Neural, 8));
+        assert!(recipe.descent().is_some() && recipe.completed().is_none());
+        let provenance = recipe.statements().expect("they are whole").provenance;
+        assert!(provenance.is_some_and(|provenance| provenance.schedule.starts_with("paper ")));
     }
 }

@@ -1,319 +1,391 @@
 //! `trainer quickstart`
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Instant;
 
-use anyhow::{Context, bail};
+use anyhow::{Context, anyhow, bail};
 use clap::Args;
 use glimpse_core::gonio::Limits;
 use glimpse_core::model::ModelKind;
-use glimpse_kernels::lanes::InstructionSet;
-use glimpse_trainer::evaluation::{Judge, Method};
-use glimpse_trainer::export::{RecipeFile, recipe_of};
+use glimpse_core::recipe::Recipe;
+use glimpse_trainer::evaluation::{Judge, Method, SPHERE};
 use glimpse_trainer::files::try_write;
-use glimpse_trainer::material::{Material, Portion, Procedural, Source};
-use glimpse_trainer::meta::options::{Completing, Options, Parts};
-use glimpse_trainer::meta::plan::{Effort, Schedule};
+use glimpse_trainer::material::{Material, Source};
+use glimpse_trainer::meta::plan::Effort;
 use glimpse_trainer::meta::run::INNER_STEPS;
 use glimpse_trainer::metrics::Scores;
 use glimpse_trainer::render::Picture;
 use glimpse_trainer::report::{
     Best, Cell, Column, Compare, Gallery, GalleryRow, Page, Table, Tile, pattern_svg,
 };
-use glimpse_trainer::shipped;
+use glimpse_trainer::route::{Machine, Order, Route, stops};
+use glimpse_trainer::shipped::{self, Shipped};
 use rayon::prelude::*;
 
 use super::lock::Lock;
-use super::output::{make_out, write_file_forced};
-use super::progress::train_with_progress;
-use super::train::{Found, found_at};
+use super::output::{make_out, write_file};
 use super::{load, print};
 
-/// Materials to train on.
-const TRAINING: usize = 100;
-/// Materials that are scanned: of another seed than those of training.
+/// Number of unseen materials.
 const UNSEEN: usize = 8;
-/// n.
-const SAMPLES: usize = 8;
-/// What scans before anything is trained.
-const SHIPPED: &str = "neural-n8";
+/// Bundled recipes of growing n.
+const BY_SAMPLES: [&str; 5] = [
+    "neural-n1",
+    "neural-n2",
+    "neural-n4",
+    "neural-n8",
+    "neural-n16",
+];
+/// The bundled recipe that is compared with the paper's methods, and left for the next step.
+const COMPARED: &str = "neural-n8";
 
-/// Scan unseen materials with a recipe that comes along, then train one, and leave pictures: start here.
+/// Scan unseen materials with bundled recipes and write a page of results: start here.
 ///
-/// Within seconds eight procedural materials are measured at 8 directions and fitted by the recipe `neural-n8` of
-/// `trainer recipes list`; DIR/index.html shows them. It is written anew once training is done.
+/// Eight procedural materials that no bundled recipe was trained on are measured and fitted as a
+/// scanner's microcontroller would do it. The page DIR/index.html shows
 ///
-/// A network is meta-trained on 100 procedural materials; eight others, which training never saw,
-/// are then measured at 8 directions and fitted by four methods: Random (classic learning), Meta
-/// (learned start and step sizes, random samples), Ours (learned samples too: the paper's), each in 20
-/// steps, and Completed (a learned map completes the readings, and a single step follows).
-/// Takes a minute on two cores; leaves DIR/index.html and DIR/neural-n8.recipe, which is the last
-/// one's, for a machine whose arms get to 80 degrees and no nearer to each other than 10.
+/// - recipes of the model neural for n = 1, 2, 4, 8 and 16 measurements: errors, seconds of scan
+///   (by the rules of `trainer plan`) and cycles of the fit on a Cortex-M4F;
+/// - the paper's methods at n = 8, trained by the paper's schedule, beside the recipe of n = 8.
+///
+/// Nothing is trained: it takes some seconds. DIR/neural-n8.recipe is the bundled recipe of n = 8, to try
+/// other commands on, such as `trainer plan` and `trainer inspect`.
+///
+/// Example: trainer quickstart
+///          trainer quickstart --seed 7 --out other/
+///          trainer plan quickstart/neural-n8.recipe
 #[derive(Args)]
+#[command(verbatim_doc_comment)]
 pub(crate) struct Quickstart {
-    /// Where to leave the recipe, the pictures and index.html
-    #[arg(long, default_value = "quickstart")]
+    /// The folder for index.html, its pictures and the recipe
+    #[arg(long, short, value_name = "DIR", default_value = "quickstart")]
     out: PathBuf,
-    /// Replace a recipe DIR/neural-n8.recipe that is not of this seed's quickstart
-    #[arg(long)]
-    force: bool,
 }
 
 impl Quickstart {
     pub(crate) fn run(&self, seed: u64) -> anyhow::Result<()> {
         let begin = Instant::now();
-        // Better now than after a minute.
         make_out(&self.out)?;
-        let recipe = self.out.join("neural-n8.recipe");
-        for path in [&recipe, &self.out.join("index.html")] {
-            try_write(path, 1 << 16)
-                .map_err(|error| anyhow::anyhow!("cannot write {}: {error}", path.display()))?;
-        }
+        let index = self.out.join("index.html");
+        try_write(&index, 1 << 16)
+            .map_err(|error| anyhow!("cannot write {}: {error}", index.display()))?;
         let _lock = Lock::within(&self.out)?;
-        let source = Source(format!("procedural:{TRAINING}:{seed}"));
-        let completed = Options {
-            portions: vec![Portion::whole(&source, TRAINING)],
-            ..completing(seed)
-        };
-        let found = found_at(&recipe, &completed, source.label());
-        if let (Found::Other(what), false) = (found, self.force) {
-            bail!("{what}: give --force to replace it, or another --out");
-        }
-        let unseen: Vec<Box<dyn Material>> = Procedural::set(UNSEEN, seed.wrapping_add(1))
-            .into_iter()
-            .map(|material| Box::new(material) as Box<dyn Material>)
-            .collect();
-        let judge = Judge::new(&unseen);
-        let shipped = shipped::find(SHIPPED).with_context(|| format!("no recipe {SHIPPED}"))?;
-        let shipped = shipped.recipe()?;
-        first_scans(&judge, &Method::ours(&shipped, None)?, seed, &self.out)?;
-        eprintln!(
-            "look at {} ({:.0} s); training goes on, and will write it anew",
-            self.out.join("index.html").display(),
-            begin.elapsed().as_secs_f64()
-        );
-        eprintln!(
-            "computing with {}",
-            InstructionSet::of_this_machine().name()
-        );
-        eprintln!("training Meta");
-        let meta = learn(&source, &options(seed, Parts::WithoutPattern))?;
-        eprintln!("training Ours");
-        let ours = learn(&source, &options(seed, Parts::All))?;
-        eprintln!("training Completed");
-        let completed = learn(&source, &completing(seed))?;
-        write_file_forced(&recipe, completed.bytes(), true)?;
+        let left = bundled(COMPARED)?;
+        let path = self.out.join(format!("{COMPARED}.recipe"));
+        write_file(&path, left.bytes)?;
 
-        eprintln!("scanning {UNSEEN} materials that training never saw");
-        let (meta, ours, completed) = (meta.recipe()?, ours.recipe()?, completed.recipe()?);
-        let methods = [
-            Method::random(ModelKind::Neural, SAMPLES, INNER_STEPS),
-            Method::meta(&meta, None)?,
-            Method::ours(&ours, None)?,
-            Method::ours(&completed, None)?,
-        ];
-        let scans = scan_all(&judge, &methods, seed)?;
-        let means = means(&methods, &scans);
-        Page::new("Glimpse: materials from eight measurements")
-            .paragraph(
-                "A network of 675 weights learned, on 100 procedural materials, where to measure \
-                 a material and how to fit it. Here it meets eight materials that it never saw: \
-                 each is measured at 8 pairs of directions and fitted as a scanner's \
-                 microcontroller would do it. Random is classic learning, Meta has learned its \
-                 start and its step sizes, Ours has learned where to measure too: all of them \
-                 take 20 steps. For Completed a small map makes of the readings what a whole \
-                 material is likely to be, and one step follows.",
-            )
-            .table(&means)
-            .heading("Spheres")
-            .gallery(&gallery(&judge, &methods, &scans))
-            .heading("Loss of each material")
-            .table(&losses(&methods, &scans))
-            .heading("Where Completed measures")
-            .drawing(
-                &pattern_svg(&completed.pattern().collect::<Vec<_>>()),
-                "The eight directions of the recipe.",
-            )
-            .write(&self.out)?;
-        print(&means.to_text())?;
+        // Seed 0 is that of the materials that bundled recipes were trained on.
+        let source = Source(format!(
+            "procedural:{UNSEEN}:{}",
+            seed.wrapping_add(1).max(1)
+        ));
+        let unseen = load(&source)?;
+        let judge = Judge::new(&unseen);
+
         eprintln!(
-            "look at {} ({:.0} s in all)",
-            self.out.join("index.html").display(),
+            "scanning {UNSEEN} unseen materials with {}",
+            BY_SAMPLES.join(", ")
+        );
+        let mut by_samples = Vec::new();
+        for name in BY_SAMPLES {
+            by_samples.push(Contender::bundled(bundled(name)?, seed)?);
+        }
+        let scans_by_samples = scan_all(&judge, &by_samples, seed)?;
+
+        eprintln!("scanning them with the paper's methods");
+        let paper = &shipped::PAPER;
+        let recipe = paper.recipe()?;
+        let methods = [
+            Contender {
+                label: "Random".into(),
+                method: Method::random(ModelKind::Neural, recipe.samples(), INNER_STEPS),
+                training: None,
+                shipped: None,
+                seconds: None,
+            },
+            Contender {
+                label: "Meta (paper)".into(),
+                method: Method::meta(&recipe, None)?,
+                training: Some(training_of(&recipe)?),
+                shipped: None,
+                seconds: None,
+            },
+            Contender {
+                label: "Ours (paper)".into(),
+                ..Contender::bundled(paper, seed)?
+            },
+            Contender {
+                label: "Completed (prior)".into(),
+                ..Contender::bundled(left, seed)?
+            },
+        ];
+        let scans_of_methods = scan_all(&judge, &methods, seed)?;
+
+        let caption = |contenders: &[Contender<'_>]| {
+            format!(
+                "Training: {}. Test set: {source} ({UNSEEN} materials)",
+                trainings(contenders)
+            )
+        };
+        let first = table(
+            format!(
+                "Bundled recipes of the model neural. {}",
+                caption(&by_samples)
+            ),
+            &by_samples,
+            &scans_by_samples,
+        );
+        let second = table(
+            format!(
+                "Neural, n = {}, with the schedule in parentheses. {}",
+                recipe.samples(),
+                caption(&methods)
+            ),
+            &methods,
+            &scans_of_methods,
+        );
+        let pattern: Vec<_> = left.recipe()?.pattern().collect();
+        Page::new("Glimpse: materials from few measurements")
+            .paragraph(INTRODUCTION)
+            .table(&first)
+            .paragraph(&about_costs())
+            .heading("Spheres by number of measurements")
+            .gallery(&gallery(
+                caption(&by_samples),
+                &judge,
+                &by_samples,
+                &scans_by_samples,
+            ))
+            .heading("The paper's methods")
+            .gallery(&gallery(
+                caption(&methods),
+                &judge,
+                &methods,
+                &scans_of_methods,
+            ))
+            .table(&second)
+            .paragraph(&about_methods())
+            .heading("Directions of a recipe")
+            .drawing(
+                &pattern_svg(&pattern),
+                &format!(
+                    "The directions of {COMPARED}, {}",
+                    training_of(&left.recipe()?)?
+                ),
+            )
+            .heading("Next: your own materials")
+            .paragraph(NEXT)
+            .code(COMMAND)
+            .write(&self.out)?;
+        print(&format!(
+            "{}\n{}\n{}\n{}\n{NEXT}\n  {COMMAND}\n",
+            first.caption,
+            first.to_text(),
+            second.caption,
+            second.to_text()
+        ))?;
+        eprintln!(
+            "wrote {} in {:.0} s",
+            index.display(),
             begin.elapsed().as_secs_f64()
         );
         Ok(())
     }
 }
 
-/// What the recipe that comes along makes of the materials: a page, and its table.
-fn first_scans(
-    judge: &Judge<'_>,
-    shipped: &Method<'_>,
-    seed: u64,
-    out: &Path,
-) -> anyhow::Result<()> {
-    eprintln!("scanning {UNSEEN} materials with the recipe {SHIPPED}, which comes along");
-    let methods = std::slice::from_ref(shipped);
-    let scans = scan_all(judge, methods, seed)?;
-    let means = means(methods, &scans);
-    Page::new("Glimpse: materials from eight measurements")
-        .paragraph(
-            "Eight materials, each measured at 8 pairs of directions and fitted as a scanner's microcontroller \
-             would do it, by a recipe that comes with the trainer. Others are being trained; once they are, this \
-             page is written anew.",
-        )
-        .table(&means)
-        .heading("Spheres")
-        .gallery(&gallery(judge, methods, &scans))
-        .write(out)?;
-    print(&means.to_text())
+const INTRODUCTION: &str = "A recipe has learned where to measure a material and how to fit a small \
+    network to the readings. Here bundled recipes for 1, 2, 4, 8 and 16 pairs of directions meet eight \
+    materials that they were not trained on. Each material is measured without noise and fitted as a \
+    scanner's microcontroller would do it.";
+const NEXT: &str =
+    "Train a recipe for your own materials at standard effort, in about two minutes on two cores:";
+const COMMAND: &str = "trainer train --model neural --samples 8 --data YOUR/ --out mine.recipe";
+
+fn about_costs() -> String {
+    let machine = Machine::default();
+    format!(
+        "Loss is the paper's: the mean cosine-weighted logarithmic error over directions that are uniform in \
+         (theta_h, theta_d, phi_d). DSSIM and PSNR compare the pictures below, of {SPHERE} x {SPHERE} pixels. \
+         The time of a scan is that of motion and settling in the fastest order, at {} degrees per second and \
+         {} s at each sample, from all axes at 0. Cycles are those of one fit on a Cortex-M4F, for recipes that \
+         the firmware's tests measure.",
+        machine.speeds.theta_i, machine.settle
+    )
 }
 
-fn options(seed: u64, parts: Parts) -> Options {
-    Options {
-        parts,
-        ..Options::new(
-            ModelKind::Neural,
-            SAMPLES,
-            Schedule::Joint,
-            Effort::Brief,
-            seed,
-        )
+fn about_methods() -> String {
+    format!(
+        "Random is classic learning: a random start, and one draw of random directions for each material. Meta has a learned start and learned step \
+         sizes, and random directions. Ours has learned directions too. These three take {INNER_STEPS} steps. \
+         Schedule paper takes 1/{} of the paper's steps at effort standard. Completed has a learned map that \
+         completes the readings, and takes one step; its recipe is for noisy readings and for arms with limits, \
+         those of the paper's methods are not.",
+        Effort::Standard.divisor_of_the_paper_s_steps()
+    )
+}
+
+fn bundled(name: &str) -> anyhow::Result<&'static Shipped> {
+    shipped::find(name).with_context(|| format!("no recipe {name} is bundled"))
+}
+
+/// A method that scans the materials.
+struct Contender<'a> {
+    label: String,
+    method: Method<'a>,
+    /// Schedule, effort and training set, if it was trained.
+    training: Option<String>,
+    /// The bundled recipe that scans, if one does.
+    shipped: Option<&'static Shipped>,
+    /// Seconds of a scan, if the directions are the same for all materials.
+    seconds: Option<f64>,
+}
+
+impl Contender<'static> {
+    /// The scan by a bundled recipe that needs no basis.
+    fn bundled(shipped: &'static Shipped, seed: u64) -> anyhow::Result<Self> {
+        let recipe = shipped.recipe()?;
+        Ok(Self {
+            label: shipped.name.into(),
+            method: Method::ours(&recipe, None)?,
+            training: Some(training_of(&recipe)?),
+            shipped: Some(shipped),
+            seconds: Some(seconds_of_scan(&recipe, seed)?),
+        })
     }
 }
 
-/// What becomes of the recipe that is left: readings completed, for a machine as many are.
-fn completing(seed: u64) -> Options {
-    let limits = Limits {
-        max_theta_i: 80.0_f32.to_radians(),
-        max_theta_o: 80.0_f32.to_radians(),
-        min_separation: 10.0_f32.to_radians(),
-        in_plane: false,
-    };
-    Options {
-        schedule: Schedule::Prior,
-        completing: Completing {
-            limits,
-            ..Completing::default()
-        },
-        ..options(seed, Parts::All)
+/// Schedule, effort and training set of a recipe.
+fn training_of(recipe: &Recipe<'_>) -> anyhow::Result<String> {
+    let provenance = recipe.statements()?.provenance;
+    let provenance = provenance.context("a bundled recipe lacks its provenance")?;
+    // The rest of the text are options of the schedule.
+    let schedule = provenance.schedule.split(',').next().unwrap_or_default();
+    Ok(format!(
+        "schedule {}, {} ({} materials)",
+        schedule.replacen(' ', " at effort ", 1),
+        provenance.data,
+        provenance.materials
+    ))
+}
+
+/// The trainings of all contenders, each once.
+fn trainings(contenders: &[Contender<'_>]) -> String {
+    let mut parts: Vec<(String, Vec<&str>)> = Vec::new();
+    for contender in contenders {
+        let Some(training) = &contender.training else {
+            continue;
+        };
+        match parts.iter_mut().find(|(known, _)| known == training) {
+            Some((_, labels)) => labels.push(&contender.label),
+            None => parts.push((training.clone(), vec![&contender.label])),
+        }
     }
+    let parts = parts
+        .into_iter()
+        .map(|(training, labels)| format!("{}: {training}", labels.join(", ")));
+    parts.collect::<Vec<_>>().join("; ")
 }
 
-fn learn(source: &Source, options: &Options) -> anyhow::Result<RecipeFile> {
-    let materials = load(source)?;
-    let options = Options {
-        portions: vec![Portion::whole(source, materials.len())],
-        ..options.clone()
+/// Seconds of motion and settling on the default machine within the recipe's limits.
+fn seconds_of_scan(recipe: &Recipe<'_>, seed: u64) -> anyhow::Result<f64> {
+    let machine = Machine {
+        limits: recipe.statements()?.limits.unwrap_or(Limits::NONE),
+        ..Machine::default()
     };
-    let learned = train_with_progress(&options, materials)?;
-    Ok(recipe_of(&learned, &options, source.label())?)
+    let Ok(stops) = stops(recipe, &machine.limits, false) else {
+        bail!("a bundled recipe leaves its own limits");
+    };
+    Ok(Route::new(&machine, &stops, Order::Travel, seed).total())
 }
 
-/// The method's name as the paper writes it.
-fn title(method: &str) -> String {
-    let mut letters = method.chars();
-    let first = letters.next().map(|letter| letter.to_ascii_uppercase());
-    first.into_iter().chain(letters).collect()
-}
-
-/// One material by each method: what it scores, and how it looks.
+/// A material's results by each method.
 struct Scans {
     material: String,
     each: Vec<(Scores, Picture)>,
 }
 
-impl Scans {
-    fn losses(&self) -> impl Iterator<Item = f64> {
-        self.each.iter().map(|(scores, _)| scores.loss)
-    }
-}
-
-fn scan_all(judge: &Judge<'_>, methods: &[Method<'_>], seed: u64) -> anyhow::Result<Vec<Scans>> {
-    (0..UNSEEN)
+fn scan_all(
+    judge: &Judge<'_>,
+    contenders: &[Contender<'_>],
+    seed: u64,
+) -> anyhow::Result<Vec<Scans>> {
+    let scan = |index: usize| -> anyhow::Result<Scans> {
+        let material: &dyn Material = &*judge.materials()[index];
+        let each = contenders.iter().map(|contender| {
+            let seed = seed.wrapping_add(index as u64);
+            let fitted = contender.method.fit(material, seed)?;
+            Ok(judge.score(index, &fitted)?)
+        });
+        Ok(Scans {
+            material: material.name().to_owned(),
+            each: each.collect::<anyhow::Result<_>>()?,
+        })
+    };
+    (0..judge.materials().len())
         .into_par_iter()
-        .map(|material| scan(judge, methods, material, seed))
+        .map(scan)
         .collect()
 }
 
-fn scan(
-    judge: &Judge<'_>,
-    methods: &[Method<'_>],
-    index: usize,
-    seed: u64,
-) -> anyhow::Result<Scans> {
-    let material = &*judge.materials()[index];
-    let each = methods.iter().map(|method| {
-        let fitted = method.fit(material, seed.wrapping_add(index as u64))?;
-        Ok(judge.score(index, &fitted)?)
-    });
-    Ok(Scans {
-        material: material.name().to_owned(),
-        each: each.collect::<anyhow::Result<_>>()?,
-    })
+/// The metrics that are shown: title, decimals, and the better direction.
+const METRICS: [(&str, usize, Best); 4] = [
+    ("Loss", 4, Best::Least),
+    ("delta E", 2, Best::Least),
+    ("DSSIM", 4, Best::Least),
+    ("PSNR (dB)", 1, Best::Greatest),
+];
+
+/// The metrics of [`METRICS`].
+fn metrics(scores: &Scores) -> [f64; METRICS.len()] {
+    [scores.loss, scores.delta_e, scores.dssim, scores.psnr]
 }
 
-fn means(methods: &[Method<'_>], scans: &[Scans]) -> Table {
-    let rows = methods.iter().enumerate().map(|(index, method)| {
+/// Means over the materials, and costs.
+fn table(caption: String, contenders: &[Contender<'_>], scans: &[Scans]) -> Table {
+    let number = |number: Option<f64>| number.map_or(Cell::Missing, Cell::Number);
+    let rows = contenders.iter().enumerate().map(|(index, contender)| {
         let scores = scans.iter().map(|scans| scans.each[index].0);
         let mean = Scores::mean(scores).unwrap_or_default();
-        vec![
-            Cell::Text(title(method.name())),
-            Cell::Number(mean.loss),
-            Cell::Number(mean.dssim),
-            Cell::Number(mean.l2),
-            Cell::Number(mean.psnr),
-        ]
+        let cycles = contender.shipped.and_then(Shipped::cycles);
+        let mut row = vec![Cell::Text(contender.label.clone())];
+        row.extend(metrics(&mean).map(Cell::Number));
+        row.push(number(contender.seconds));
+        row.push(number(cycles.map(|cycles| cycles as f64)));
+        row
     });
+    let mut columns = vec![Column::text("Method")];
+    columns.extend(METRICS.map(|(title, decimals, best)| Column::number(title, decimals, best)));
+    columns.extend([
+        Column::number("Scan (s)", 1, Best::None),
+        Column::number("Fit (cycles)", 0, Best::None),
+    ]);
     Table {
-        caption: format!("Neural, n = {SAMPLES}: means over {UNSEEN} unseen materials"),
-        columns: vec![
-            Column::text("Method"),
-            Column::number("Loss", 4, Best::Least),
-            Column::number("DSSIM", 4, Best::Least),
-            Column::number("L2", 5, Best::Least),
-            Column::number("PSNR (dB)", 2, Best::Greatest),
-        ],
+        caption,
+        columns,
         rows: rows.collect(),
         compare: Compare::Down,
     }
 }
 
-fn losses(methods: &[Method<'_>], scans: &[Scans]) -> Table {
-    let losses = methods
-        .iter()
-        .map(|method| Column::number(title(method.name()), 4, Best::Least));
-    let rows = scans.iter().map(|scans| {
-        let losses = scans.losses().map(Cell::Number);
-        [Cell::Text(scans.material.clone())]
-            .into_iter()
-            .chain(losses)
-            .collect()
-    });
-    Table {
-        caption: "Cosine-weighted logarithmic error".into(),
-        columns: [Column::text("Material")]
-            .into_iter()
-            .chain(losses)
-            .collect(),
-        rows: rows.collect(),
-        compare: Compare::Across,
-    }
-}
-
 /// Each material as it is and by each method, with its errors.
-fn gallery(judge: &Judge<'_>, methods: &[Method<'_>], scans: &[Scans]) -> Gallery {
+fn gallery(
+    caption: String,
+    judge: &Judge<'_>,
+    contenders: &[Contender<'_>],
+    scans: &[Scans],
+) -> Gallery {
     let rows = scans.iter().enumerate().map(|(index, scans)| {
-        let least = scans.losses().fold(f64::INFINITY, f64::min);
+        let losses = scans.each.iter().map(|(scores, _)| scores.loss);
+        let least = losses.fold(f64::INFINITY, f64::min);
         let reference = Tile {
             label: "Reference".into(),
             details: Vec::new(),
             best: false,
             picture: judge.reference(index).clone(),
         };
-        let fits = methods.iter().zip(&scans.each);
-        let fits = fits.map(|(method, (scores, picture))| Tile {
-            label: title(method.name()),
+        let fits = contenders.iter().zip(&scans.each);
+        let fits = fits.map(|(contender, (scores, picture))| Tile {
+            label: contender.label.clone(),
             details: vec![
                 format!("loss {:.4}", scores.loss),
                 format!("{:.1} dB", scores.psnr),
@@ -327,7 +399,7 @@ fn gallery(judge: &Judge<'_>, methods: &[Method<'_>], scans: &[Scans]) -> Galler
         }
     });
     Gallery {
-        caption: "Reference, and fits of eight measurements; click to enlarge".into(),
+        caption,
         rows: rows.collect(),
     }
 }

@@ -44,7 +44,7 @@ impl Findings {
         }
     }
 
-    /// What follows was found on another test set.
+    /// Sets the test set of all parts that are added from here on.
     pub(crate) fn judged_on(&mut self, store: &Store<'_>, set: &TestSet<'_>) {
         self.circumstances.test_set = store.circumstances(set, &[]).test_set;
     }

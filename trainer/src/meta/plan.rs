@@ -36,7 +36,7 @@ impl From<Schedule> for recipe::Schedule {
 /// How long to train.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub enum Effort {
-    /// Seconds: for a first look, as quickstart takes. (Schedule paper: 1/500 of the paper's steps.)
+    /// Seconds: for a first look. (Schedule paper: 1/500 of the paper's steps.)
     Brief,
     /// A minute or so: to try things out. (Schedule paper: 1/100.)
     Quick,

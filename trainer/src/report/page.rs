@@ -113,6 +113,12 @@ impl Page {
         self.push(&html! { h2 { (text) } "\n" })
     }
 
+    /// A command or a program's text, as it is.
+    #[must_use]
+    pub fn code(self, text: &str) -> Self {
+        self.push(&html! { pre { code { (text) } } "\n" })
+    }
+
     /// A paragraph of plain text.
     #[must_use]
     pub fn paragraph(self, text: &str) -> Self {

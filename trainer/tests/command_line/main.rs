@@ -13,6 +13,7 @@ mod output;
 mod plan;
 mod prior;
 mod query;
+mod quickstart;
 mod recipes;
 mod render;
 mod reproduce;

@@ -271,10 +271,13 @@ fn what_took_hours_stays_until_it_is_told_to_go() {
     // The first command that anybody types.
     fs::create_dir(at("recipes")).expect("it is made");
     write("recipes/neural-n8.recipe", RECIPE);
-    refuse(
-        &["quickstart", "--out", "recipes"],
-        "recipes/neural-n8.recipe",
+    let message = fail(scratch.path(), &["quickstart", "--out", "recipes"]);
+    assert!(message.contains("neural-n8.recipe"), "{message}");
+    assert_eq!(
+        fs::read(at("recipes/neural-n8.recipe")).expect("it is there"),
+        RECIPE
     );
+    assert!(!at("recipes/index.html").exists());
 
     // Commands that have no --force name another remedy.
     write("a.csv", b"theta_h,theta_d,phi_d\n1,2,3\n");

@@ -80,6 +80,40 @@ fn markers_are_in_pairs_with_something_between() {
     assert!(count >= 6, "only {count} commands print into documents");
 }
 
+/// The document of what fits cost, the file of the same cycles, and the target that both are for.
+const COSTS: &str = "core/docs/costs.md";
+const CYCLES: &str = "embedded-demo/recipes/cycles.csv";
+const BOARD: &str = "thumbv7em-none-eabihf";
+
+#[test]
+fn cycles_of_bundled_recipes_are_those_that_the_firmware_s_tests_print() {
+    let costs = super::document(COSTS.into()).text;
+    let mut expected: Vec<String> = Vec::new();
+    for line in costs.lines() {
+        let cells: Vec<&str> = line.split('|').map(str::trim).collect();
+        let ["", BOARD, fit, _, cycles, ..] = cells[..] else {
+            continue;
+        };
+        let recipe = match fit.rsplit_once('-') {
+            Some((model, "completed")) => format!("{model}-n8"),
+            Some((model, "masked")) => format!("{model}-n16-masked"),
+            _ => continue,
+        };
+        expected.push(format!("{recipe},{}", cycles.replace(',', "")));
+    }
+    assert!(expected.len() >= 5, "{COSTS} has its table");
+    let text = std::fs::read_to_string(super::root().join(CYCLES)).expect("it is there");
+    let mut found: Vec<&str> = text.lines().skip(1).collect();
+    expected.sort_unstable();
+    found.sort_unstable();
+    assert_eq!(found, expected);
+    for line in found {
+        let (name, cycles) = line.split_once(',').expect("two columns");
+        let bundled = glimpse_trainer::shipped::find(name).expect("it is bundled");
+        assert_eq!(bundled.cycles(), cycles.parse().ok(), "{name}");
+    }
+}
+
 /// A table whose cells come from several commands each, which the text beside it names: none prints it.
 const OF_SEVERAL_COMMANDS: &str = "core/docs/basis.md";
 
