@@ -256,15 +256,16 @@ impl Contender<'static> {
 
 /// Schedule, effort and training set of a recipe.
 fn training_of(recipe: &Recipe<'_>) -> anyhow::Result<String> {
-    let provenance = recipe.statements()?.provenance;
-    let provenance = provenance.context("a bundled recipe lacks its provenance")?;
-    // The rest of the text are options of the schedule.
-    let schedule = provenance.schedule.split(',').next().unwrap_or_default();
+    let training = recipe.statements()?.training;
+    let training = training.context("a bundled recipe lacks its training section")?;
+    let sources = training
+        .sources
+        .map(|source| format!("{} ({} materials)", source.label, source.materials));
     Ok(format!(
-        "schedule {}, {} ({} materials)",
-        schedule.replacen(' ', " at effort ", 1),
-        provenance.data,
-        provenance.materials
+        "schedule {} at effort {}, {}",
+        training.schedule.name(),
+        training.effort.name(),
+        sources.collect::<Vec<_>>().join(" and ")
     ))
 }
 
