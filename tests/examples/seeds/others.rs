@@ -6,8 +6,10 @@ use glimpse_core::geometry::Angles;
 use glimpse_optimizer::{Groups, Optimization};
 use glimpse_trainer::material::Material;
 use glimpse_trainer::meta::checkpoint::Checkpoint;
+use glimpse_trainer::meta::identity::RunIdentity;
 use glimpse_trainer::meta::state::RunState;
 use glimpse_trainer::render::Image;
+use glimpse_trainer_fuzz::checkpoint::RUN;
 
 use crate::{Folder, Outcome};
 
@@ -105,9 +107,10 @@ pub(crate) fn checkpoint(folder: &Folder) -> Outcome {
     let mut optimization = Optimization::new(values.clone());
     optimization.step(values, &rates);
     let path = folder.0.join("valid");
-    for (name, run) in [("valid", "a run"), ("other-run", "another")] {
+    let other = RunIdentity { seed: 8, ..RUN };
+    for (name, run) in [("valid", RUN), ("other-run", other)] {
         let checkpoint = Checkpoint {
-            run: run.into(),
+            run,
             state: RunState::default(),
             record: optimization.record(),
         };

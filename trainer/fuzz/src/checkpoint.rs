@@ -16,7 +16,7 @@ use crate::{Folder, refused};
 const HEADER: usize = 8;
 const NAME: &str = "checkpoint.bin";
 /// The run of the seeds `valid`.
-const RUN: RunIdentity = RunIdentity {
+pub const RUN: RunIdentity = RunIdentity {
     model: ModelKind::Phong,
     samples: 1,
     schedule: Schedule::Joint,
