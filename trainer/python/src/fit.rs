@@ -55,7 +55,7 @@ pub(crate) struct PyFittedMaterial {
     fit: Fit,
     /// What was read of each sample, BRDFs in sr^-1.
     read: Vec<Option<[f32; 3]>>,
-    /// The samples of which a reading was saturated.
+    /// True for each sample with a saturated reading.
     saturated: Vec<bool>,
     keep_all: bool,
     file: RecipeFile,

@@ -43,7 +43,7 @@ pub(crate) struct PyMaterial {
     pub(crate) origin: Origin,
 }
 
-/// What a pickle makes a material of.
+/// The origin of a material, by which it is pickled.
 pub(crate) enum Origin {
     /// The source that it was read from, with a path that does not depend on the working directory, and its place
     /// there. None if the path is not UTF-8.
