@@ -215,10 +215,10 @@ fn about_costs() -> String {
 
 fn about_methods() -> String {
     format!(
-        "Random is classic learning: a random start, and one draw of random directions for each material. Meta has a learned start and learned step \
-         sizes, and random directions. Ours has learned directions too. These three take {INNER_STEPS} steps. \
-         Schedule paper takes 1/{} of the paper's steps at effort standard. Completed has a learned map that \
-         completes the readings, and takes one step; its recipe is for noisy readings and for arms with limits, \
+        "Random is classic learning: a random start, and one draw of random directions for each material. Meta \
+         has a learned start and learned step sizes, and random directions. Ours has learned directions too. \
+         These three take {INNER_STEPS} steps. Schedule paper takes 1/{} of the paper's steps at effort \
+         standard. Completed has a learned map that completes the readings, and takes one step; its recipe is for noisy readings and for arms with limits, \
          those of the paper's methods are not.",
         Effort::Standard.divisor_of_the_paper_s_steps()
     )
