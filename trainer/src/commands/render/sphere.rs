@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use anyhow::ensure;
 use clap::Args;
-use glimpse_trainer::evaluation::{Method, loss_between};
+use glimpse_trainer::evaluation::{Method, SPHERE, loss_between};
 use glimpse_trainer::material::{Material, Source};
 use glimpse_trainer::metrics::Scores;
 use glimpse_trainer::render::{BACKGROUND, Environment, Image, render_sphere};
@@ -31,7 +31,7 @@ const SMALLEST_COMPARED: usize = 7;
 /// A PNG file shows them row by row, in the order that is printed; an EXR file holds the same as
 /// linear radiance, neither exposed nor tone-mapped; an HTML page has names and errors beneath,
 /// its pictures in a folder beside it. The loss is that of `trainer evaluate`; DSSIM, L2, PSNR and
-/// delta E are of the very pictures, at their --size (`evaluate` takes 128 x 128 pixels).
+/// delta E are those of the pictures. At the default size they are the metrics of `evaluate`.
 ///
 /// The light is an open-air studio, or a panorama in latitude and longitude: Radiance (*.hdr) or
 /// OpenEXR (*.exr), 2:1. Its centre is straight ahead of the viewer, behind the sphere; its edges
@@ -53,7 +53,7 @@ pub(super) struct Sphere {
     #[arg(long, short, value_name = "FILE", default_value = "sphere.png")]
     out: PathBuf,
     /// Width and height of each sphere in pixels, 1 to 4096
-    #[arg(long, value_name = "PIXELS", default_value_t = 256, value_parser = whole(1..=MOST_PIXELS))]
+    #[arg(long, value_name = "PIXELS", default_value_t = SPHERE, value_parser = whole(1..=MOST_PIXELS))]
     size: usize,
     /// Materials in a row, 1 to 4096 [default: up to 8; with --recipe up to 4]
     #[arg(long, value_name = "COUNT", value_parser = whole(1..=MOST_PIXELS))]
