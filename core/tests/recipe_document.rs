@@ -128,9 +128,9 @@ fn the_document_names_every_kind_and_every_bound() {
         ("centre", format!("-{MAX_MEAN} to {MAX_MEAN}")),
         (
             "bias",
-            format!("m + h: what is added to each row | 1 to {MAX_ROWS} of them"),
+            format!("1 to {MAX_ROWS} "),
         ),
-        ("bias", format!("p, g | 1 to {MAX_UNITS} of them")),
+        ("bias", format!("1 to {MAX_UNITS} ")),
     ] {
         let rows = DOCUMENT
             .lines()
