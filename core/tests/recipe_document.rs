@@ -144,11 +144,8 @@ fn the_document_names_every_kind_and_every_bound() {
         ("inner_steps", format!("1 to {MAX_INNER_STEPS}")),
         ("pattern", format!("1 to {MAX_SAMPLES}")),
         ("centre", format!("-{MAX_MEAN} to {MAX_MEAN}")),
-        (
-            "bias",
-            format!("m + h: what is added to each row | 1 to {MAX_ROWS} of them"),
-        ),
-        ("bias", format!("p, g | 1 to {MAX_UNITS} of them")),
+        ("bias", format!("1 to {MAX_ROWS} ")),
+        ("bias", format!("1 to {MAX_UNITS} ")),
     ] {
         let rows = DOCUMENT
             .lines()

@@ -10,7 +10,9 @@ use glimpse_trainer::material::{Material, Procedural};
 use glimpse_trainer::measurement::Arms;
 use serde_json::{Value, json};
 
-use super::{fail, succeed};
+use super::common::assert_names;
+use super::shared::LINEAR_N4;
+use super::{fail, fail_naming, succeed, succeed_as_json};
 
 const MASKED: &str = concat!(
     env!("CARGO_MANIFEST_DIR"),
@@ -89,17 +91,23 @@ fn readings_are_matched_looked_at_and_fitted() {
         "--out",
         "fits",
     ];
-    let text = succeed(directory, &fit);
-    for part in [
-        "wrong\n  read           15 of 16 samples of neural-n16.recipe in 15 rows of wrong.csv (BRDF)",
-        "  missing        sample 3\n",
-        "  looks wrong    sample 1: read ",
-        "left out\n  used           14 readings\n",
-        "right\n  read           14 of 16 samples",
-        "  missing        samples 1, 3\n",
-    ] {
-        assert!(text.contains(part), "no {part} in {text}");
-    }
+    let report = succeed_as_json(directory, &[&fit[..], &["--json"]].concat());
+    let [wrong, right] = [0, 1].map(|index| &report[index]);
+    assert_eq!(
+        (&wrong["name"], &right["name"]),
+        (&json!("wrong"), &json!("right"))
+    );
+    assert_eq!(wrong["measured"]["rows"], 15);
+    assert_eq!(wrong["measured"]["file"], "wrong.csv");
+    assert_eq!(wrong["recipe"]["file"], "neural-n16.recipe");
+    assert_eq!(wrong["recipe"]["samples"], 16);
+    assert_eq!(wrong["readings"]["missing"], json!([3]));
+    assert_eq!(wrong["readings"]["looks_wrong"][0]["sample"], 1);
+    assert_eq!(wrong["readings"]["left_out"], json!([1]));
+    assert_eq!(wrong["readings"]["used"], 14);
+    assert!(wrong["expected_loss"]["loss"].is_number(), "{wrong}");
+    assert_eq!(right["measured"]["rows"], 14);
+    assert_eq!(right["readings"]["missing"], json!([1, 3]));
     let files = ["lobe.svg", "material.json", "readings.csv", "sphere.png"];
     assert_eq!(names(&directory.join("fits")), ["right", "wrong"]);
     assert_eq!(names(&directory.join("fits/wrong")), files);
@@ -151,15 +159,7 @@ fn readings_are_matched_looked_at_and_fitted() {
         "kept",
     ];
     let text = succeed(directory, &kept);
-    assert!(
-        text.contains("kept by --keep-all") && text.contains("used           15"),
-        "{text}"
-    );
-    let machine = [&kept[..4], &["--json", "--out", "machine"]].concat();
-    let told = json(&succeed(directory, &machine));
-    assert_eq!(told[0]["readings"]["left_out"], json!([1]));
-    assert_eq!(told[0]["readings"]["looks_wrong"][0]["sample"], 1);
-    assert_eq!(told[0]["name"], "wrong");
+    assert_names(&text, &["wrong.csv", "--keep-all", "15", "16", "1", "3"]);
 }
 
 #[test]
@@ -170,14 +170,10 @@ fn a_recipe_that_needs_all_readings_says_so() {
     let some: Vec<(usize, f32)> =
         [(7, 1.0), (1, 1.0), (2, 1.0), (4, 1.0), (5, 1.0), (6, 1.0)].into();
     fs::write(directory.join("some.csv"), csv(whole, &some)).expect("written");
-    let message = fail(
+    fail_naming(
         directory,
         &["fit", WHOLE, "--measurements", "some.csv", "--out", "out"],
-    );
-    assert!(
-        message.contains("some.csv: samples 0, 3 were not measured, and this recipe needs all 8")
-            && message.contains("--missing"),
-        "{message}"
+        &["some.csv", "0", "3", "8", "--missing"],
     );
     assert!(!directory.join("out").exists());
 
@@ -186,14 +182,12 @@ fn a_recipe_that_needs_all_readings_says_so() {
         .collect();
     fs::write(directory.join("all.csv"), csv(whole, &all)).expect("written");
     let fit = ["fit", WHOLE, "--measurements", "all.csv", "--out", "out"];
-    let text = succeed(directory, &fit);
-    assert!(
-        text.contains("sample 0: read") && text.contains("the recipe cannot do without"),
-        "{text}"
-    );
-    assert!(
-        text.contains("as the recipe promises") || text.contains("not stated"),
-        "{text}"
+    let report = succeed_as_json(directory, &[&fit[..], &["--json"]].concat());
+    let readings = &report[0]["readings"];
+    assert_eq!(readings["looks_wrong"][0]["sample"], 0);
+    assert_eq!(
+        (&readings["used"], &readings["left_out"]),
+        (&json!(8), &json!([]))
     );
 }
 
@@ -220,13 +214,12 @@ fn what_a_file_says_of_itself_holds() {
     // Neither is lost to a command that writes something else.
     let query = ["query", "procedural:1", "--angles", "read.csv", "--out"];
     let export = ["export", MASKED, "--format", "json", "--out"];
-    for (command, file, what) in [
-        (&query[..], "first/readings.csv", "a sheet of readings"),
-        (&export[..], "first/material.json", "a fitted material"),
+    for (command, file) in [
+        (&query[..], "first/readings.csv"),
+        (&export[..], "first/material.json"),
     ] {
         let before = fs::read(directory.join(file)).expect("it is there");
-        let message = fail(directory, &[command, &[file]].concat());
-        assert!(message.contains(what), "{message}");
+        fail_naming(directory, &[command, &[file]].concat(), &[file]);
         assert_eq!(fs::read(directory.join(file)).expect("there"), before);
     }
 
@@ -237,18 +230,13 @@ fn what_a_file_says_of_itself_holds() {
     )
     .expect("copied");
     let factor = [&fit("brdf.csv")[..], &["--quantity", "reflectance-factor"]].concat();
-    let message = fail(directory, &factor);
-    assert!(
-        message.contains("line 2, column quantity: its numbers are `brdf`")
-            && message.contains("`reflectance-factor`"),
-        "{message}"
+    fail_naming(
+        directory,
+        &factor,
+        &["brdf.csv", "2", "quantity", "brdf", "reflectance-factor"],
     );
     let counts = [&fit("read.csv")[..], &["--white", "brdf.csv"]].concat();
-    let message = fail(directory, &counts);
-    assert!(
-        message.contains("brdf.csv: line 2, column quantity") && message.contains("`counts`"),
-        "{message}"
-    );
+    fail_naming(directory, &counts, &["brdf.csv", "2", "quantity", "counts"]);
     assert!(!directory.join("out").exists());
 
     // A quantity that is the options' own is none but that, by either of its names.
@@ -258,12 +246,10 @@ fn what_a_file_says_of_itself_holds() {
     )
     .expect("written");
     let cosine = [&fit("cosine.csv")[..], &["--quantity", "brdf-cos"]].concat();
-    let message = fail(directory, &cosine);
-    assert!(
-        message.contains(
-            "line 5, column quantity: its numbers are `brdf`, and would be taken for `brdf-cos-o`"
-        ),
-        "{message}"
+    fail_naming(
+        directory,
+        &cosine,
+        &["cosine.csv", "5", "quantity", "brdf", "brdf-cos-o"],
     );
 
     // A file is of one material.
@@ -272,10 +258,10 @@ fn what_a_file_says_of_itself_holds() {
         "material,index,value\ngold,0,1\nfelt,0,0.1\n",
     )
     .expect("written");
-    let message = fail(directory, &fit("two.csv"));
-    assert!(
-        message.contains("line 3, column material: it is of felt, and rows above are of gold"),
-        "{message}"
+    fail_naming(
+        directory,
+        &fit("two.csv"),
+        &["two.csv", "3", "material", "felt", "gold"],
     );
 
     // Light and sensor exchanged, and nothing that says so.
@@ -291,10 +277,10 @@ fn what_a_file_says_of_itself_holds() {
         format!("theta_h,theta_d,phi_d,value\n{theta_h},{theta_d},{phi_d},0.1\n"),
     )
     .expect("written");
-    let message = fail(directory, &fit("swapped.csv"));
-    assert!(
-        message.contains("With light and sensor exchanged they are those of sample 2"),
-        "{message}"
+    fail_naming(
+        directory,
+        &fit("swapped.csv"),
+        &["swapped.csv", "2", "--swap", "index"],
     );
 }
 
@@ -303,16 +289,20 @@ fn readings_without_light_are_named() {
     let scratch = tempfile::tempdir().expect("a temporary directory");
     let directory = scratch.path();
     let whole = Path::new(WHOLE);
-    for (dark, says) in [(8, "is the lamp on"), (3, "nothing above 0\n")] {
+    for dark in [8, 3] {
         let all: Vec<(usize, f32)> = (0..8)
             .map(|sample| (sample, if sample < dark { -0.0 } else { 1.0 }))
             .collect();
         fs::write(directory.join("dark.csv"), csv(whole, &all)).expect("written");
         let fit = ["fit", WHOLE, "--measurements", "dark.csv", "--out"];
-        let text = succeed(directory, &[&fit[..], &[&dark.to_string()]].concat());
-        assert!(text.contains("no light") && text.contains(says), "{text}");
-        let mostly = text.contains("not known, as most readings are dark");
-        assert_eq!(mostly, dark == 8, "{text}");
+        let out = dark.to_string();
+        let fit = [&fit[..], &[&out, "--json"]].concat();
+        let report = succeed_as_json(directory, &fit);
+        let no_light: Vec<usize> = (0..dark).collect();
+        assert_eq!(report[0]["readings"]["no_light"], json!(no_light));
+        // Of a black material no loss is promised.
+        let is_known = report[0]["expected_loss"].is_object();
+        assert_eq!(is_known, dark == 3, "{report}");
     }
 }
 
@@ -325,8 +315,7 @@ fn nothing_is_written_over_unless_it_is_forced() {
     fs::write(directory.join("a.csv"), &text).expect("written");
     let fit = ["fit", MASKED, "--measurements", "a.csv", "--out", "out"];
     succeed(directory, &fit);
-    let message = fail(directory, &fit);
-    assert!(message.contains("out/material.json is there already") && message.contains("--force"));
+    fail_naming(directory, &fit, &["out/material.json", "--force"]);
     succeed(directory, &[&fit[..], &["--force"]].concat());
 
     // Not what is read, and no folder above the one that is named.
@@ -340,7 +329,7 @@ fn nothing_is_written_over_unless_it_is_forced() {
         ".",
         "--force",
     ];
-    assert!(fail(directory, &here).contains("is what is read"));
+    fail_naming(directory, &here, &["readings.csv"]);
     assert_eq!(
         fs::read_to_string(directory.join("readings.csv")).expect("there"),
         text
@@ -353,7 +342,8 @@ fn nothing_is_written_over_unless_it_is_forced() {
         "--out",
         "none/deeper",
     ];
-    assert!(fail(directory, &deep).contains("there is no folder"));
+    fail_naming(directory, &deep, &["none"]);
+    assert!(!directory.join("none").exists());
     fs::create_dir(directory.join("b")).expect("it is made");
     fs::copy(directory.join("a.csv"), directory.join("b/a.csv")).expect("copied");
     let twice = [
@@ -365,25 +355,26 @@ fn nothing_is_written_over_unless_it_is_forced() {
         "--out",
         "two",
     ];
-    assert!(fail(directory, &twice).contains("two --measurements are named a"));
+    fail_naming(directory, &twice, &["--measurements", "a"]);
+    assert!(!directory.join("two").exists());
 }
 
 #[test]
 fn an_option_without_effect_is_refused() {
     let scratch = tempfile::tempdir().expect("a temporary directory");
-    for (arguments, expected) in [
-        (&[][..], "give --measurements, or --values"),
+    for (arguments, named) in [
+        (&[][..], &["--measurements", "--values"][..]),
         (
             &["--measurements", "a.csv", "--values", "b.json"],
-            "give no --measurements",
+            &["--measurements"],
         ),
         (
             &["--measurements", "a.csv", "--dark", "9"],
-            "--dark has no effect without --white",
+            &["--dark", "--white"],
         ),
         (
             &["--measurements", "a.csv", "--footprint", "light"],
-            "--footprint has no effect",
+            &["--footprint"],
         ),
         (
             &[
@@ -394,25 +385,25 @@ fn an_option_without_effect_is_refused() {
                 "--quantity",
                 "brdf",
             ],
-            "--quantity has no effect with --white",
+            &["--quantity", "--white"],
         ),
         (
             &["--values", "b.json", "--keep-all"],
-            "--keep-all has no effect with --values",
+            &["--keep-all", "--values"],
         ),
         (
             &["--values", "b.json", "--quantity", "brdf-cos"],
-            "--quantity has no effect with --values",
+            &["--quantity", "--values"],
         ),
         (
             &["--values", "b.json", "--tolerance", "1"],
-            "--tolerance has no effect with --values",
+            &["--tolerance", "--values"],
         ),
     ] {
         let all = [&["fit", MASKED, "--out", "out"], arguments].concat();
-        let message = fail(scratch.path(), &all);
-        assert!(message.contains(expected), "{message}");
+        fail_naming(scratch.path(), &all, named);
     }
+    assert!(!scratch.path().join("out").exists());
 }
 
 #[test]
@@ -425,8 +416,11 @@ fn what_a_device_has_found_becomes_the_same_folder() {
         directory,
         &["fit", MASKED, "--measurements", "a.csv", "--out", "lab"],
     );
-    let text = fs::read_to_string(directory.join("lab/material.json")).expect("it is there");
-    let lab = json(&text);
+    let json_of = |folder: &str| {
+        let path = directory.join(folder).join("material.json");
+        json(&fs::read_to_string(path).expect("it is there"))
+    };
+    let lab = json_of("lab");
     let pattern = pattern(masked);
     let readings: Vec<Value> = pattern
         .iter()
@@ -450,34 +444,23 @@ fn what_a_device_has_found_becomes_the_same_folder() {
     write(&sent).expect("written");
     let values = ["fit", MASKED, "--values", "scan.json", "--out", "device"];
     let text = succeed(directory, &values);
-    assert!(
-        text.contains("16 of 16 samples") && text.contains("as the recipe promises"),
-        "{text}"
-    );
+    assert_names(&text, &["16"]);
+    assert_ne!(json_of("device")["expected_loss"], Value::Null);
     assert_eq!(
         names(&directory.join("device")),
         names(&directory.join("lab"))
     );
-    let device = fs::read_to_string(directory.join("device/material.json")).expect("there");
-    assert_eq!(json(&device)["values"], lab["values"]);
+    assert_eq!(json_of("device")["values"], lab["values"]);
 
-    for (field, value, expected) in [
-        (
-            "recipe",
-            json!("00000000"),
-            "give the recipe that the device has",
-        ),
-        (
-            "values",
-            json!([1.0]),
-            "1 values are not what the recipe's model has",
-        ),
+    for (field, value, named) in [
+        ("recipe", json!("00000000"), "00000000"),
+        ("values", json!([1.0]), "1"),
     ] {
         sent = json!({ "model": "neural", "recipe": lab["recipe"]["checksum"], "values": [] });
         sent[field] = value;
         write(&sent).expect("written");
-        let message = fail(directory, &[&values[..4], &["--out", "other"]].concat());
-        assert!(message.contains(expected), "{message}");
+        let other = [&values[..4], &["--out", "other"]].concat();
+        fail_naming(directory, &other, &["scan.json", named]);
     }
 }
 
@@ -485,20 +468,19 @@ fn what_a_device_has_found_becomes_the_same_folder() {
 fn a_fit_of_linear_has_its_basis_beside_it() {
     let scratch = tempfile::tempdir().expect("a temporary directory");
     let directory = scratch.path();
-    let train = "train --model linear --schedule joint --samples 4 --data procedural:6 --effort quick \
-                 --out l.recipe";
-    succeed(directory, &train.split_whitespace().collect::<Vec<_>>());
+    LINEAR_N4.copy_to(directory);
+    let (recipe, basis) = ("linear-n4.recipe", "linear-n4.basis");
     let all: Vec<(usize, f32)> = (0..4).map(|sample| (sample, 1.0)).collect();
-    let text = csv(&directory.join("l.recipe"), &all);
+    let text = csv(&directory.join(recipe), &all);
     fs::write(directory.join("a.csv"), &text).expect("written");
     fs::write(directory.join("b.csv"), &text).expect("written");
     succeed(
         directory,
-        &["fit", "l.recipe", "--measurements", "a.csv", "--out", "one"],
+        &["fit", recipe, "--measurements", "a.csv", "--out", "one"],
     );
     let two = [
         "fit",
-        "l.recipe",
+        recipe,
         "--measurements",
         "a.csv",
         "b.csv",
@@ -506,15 +488,14 @@ fn a_fit_of_linear_has_its_basis_beside_it() {
         "two",
     ];
     succeed(directory, &two);
-    assert_eq!(names(&directory.join("two")), ["a", "b", "l.basis"]);
+    assert_eq!(names(&directory.join("two")), ["a", "b", basis]);
     // Both can be moved, and say the same.
     fs::rename(directory.join("two"), directory.join("moved")).expect("it is moved");
-    fs::remove_file(directory.join("l.basis")).expect("it is removed");
+    fs::remove_file(directory.join(basis)).expect("it is removed");
     let query = |source| succeed(directory, &["query", source, "--angles", "a.csv"]);
     assert_eq!(query("one"), query("moved/b"));
-    fs::remove_file(directory.join("one/l.basis")).expect("it is removed");
-    let message = fail(directory, &["query", "one", "--angles", "a.csv"]);
-    assert!(message.contains("l.basis"), "{message}");
+    fs::remove_file(directory.join("one").join(basis)).expect("it is removed");
+    fail_naming(directory, &["query", "one", "--angles", "a.csv"], &[basis]);
 }
 
 /// What another program reads stands in a folder of its own, so that the fit is one material still.
@@ -545,11 +526,10 @@ fn a_fit_goes_out_in_other_formats() {
     expected.push("a_rgb.bsdf".to_owned());
     assert_eq!(names(&formats), expected);
     // A network that was fitted is written to the bit.
-    let loss = |file: &str| {
-        let arguments = ["convert", "fits", file, "--format", "nbrdf"];
-        succeed(directory, &arguments)
-    };
-    assert_eq!(loss("again"), "loss 0.000000\n");
+    succeed(
+        directory,
+        &["convert", "fits", "again", "--format", "nbrdf"],
+    );
     for name in ["fc1", "b1", "fc2", "b2", "fc3", "b3"] {
         let read = |path: &Path| fs::read(path).expect("it is there");
         assert_eq!(
@@ -558,7 +538,7 @@ fn a_fit_goes_out_in_other_formats() {
         );
     }
     let again = fail(directory, &[&fit[..], &["--force"]].concat());
-    assert!(again.contains("formats of an earlier run"), "{again}");
+    assert_names(&again, &["fits/formats"]);
 }
 
 /// Rows at a recipe's samples, whose azimuths are counted by a sign.

@@ -7,8 +7,9 @@ use glimpse_core::recipe::Recipe;
 use glimpse_trainer::material::Source;
 use serde_json::Value;
 
+use super::common::assert_names;
 use super::linear::stated;
-use super::{fail, succeed, trainer};
+use super::{fail, fail_naming, succeed, succeed_as_json, trainer};
 
 const NEURAL: &[u8] = include_bytes!("../../../core/examples/recipes/neural-n8.recipe");
 
@@ -30,8 +31,10 @@ fn plan(directory: &Path, options: &[&str]) -> String {
 }
 
 fn plan_as_json(directory: &Path, options: &[&str]) -> Value {
-    let printed = plan(directory, &[options, &["--json"]].concat());
-    serde_json::from_str(&printed).expect("it is JSON")
+    succeed_as_json(
+        directory,
+        &[&["plan", "n8.recipe", "--json"], options].concat(),
+    )
 }
 
 fn number(value: &Value) -> f64 {
@@ -104,13 +107,7 @@ fn a_plan_is_quicker_than_the_naive_order_and_visits_every_sample() {
         assert_eq!(row, angles.join(",") + ",,,");
     }
     let text = plan(directory, &[]);
-    for part in [
-        "no other order takes less time",
-        "planned        28.8 seconds",
-        "naive order    70.9",
-    ] {
-        assert!(text.contains(part), "no {part} in {text}");
-    }
+    assert_names(&text, &["28.8", "70.9"]);
 }
 
 #[test]
@@ -144,16 +141,11 @@ fn what_is_out_of_reach_is_named_and_nothing_is_planned() {
         "plan.csv",
     ];
     let message = fail(directory, &within);
-    for part in [
-        "does not reach 2 of 8 samples",
-        "sample 6 (theta_i 56.90, phi_i 1.86, theta_o 86.76, phi_o -1.56 degrees)",
-        "sample 7 (theta_i 79.04",
-        "6.756 degrees above the limit `max_theta_o`",
-        "trainer train --max-theta-i",
-        "--swap",
-    ] {
-        assert!(message.contains(part), "no {part} in {message}");
-    }
+    let missed = [
+        "2", "8", "6", "56.90", "1.86", "86.76", "-1.56", "7", "79.04", "6.756",
+    ];
+    assert_names(&message, &missed);
+    assert_names(&message, &["max_theta_o", "--max-theta-i", "--swap"]);
     assert!(!directory.join("plan.csv").exists());
     succeed(directory, &[&within[..], &["--swap"]].concat());
     let csv = fs::read_to_string(directory.join("plan.csv")).expect("it is there");
@@ -165,8 +157,7 @@ fn what_is_out_of_reach_is_named_and_nothing_is_planned() {
 
     // Limits that a recipe states hold unless others are given.
     let masked = masked();
-    let printed = succeed(directory, &["plan", &masked, "--swap", "--json"]);
-    let found: Value = serde_json::from_str(&printed).expect("it is JSON");
+    let found = succeed_as_json(directory, &["plan", &masked, "--swap", "--json"]);
     for (limit, degrees) in [
         ("max_theta_i", 80.0),
         ("max_theta_o", 80.0),
@@ -177,38 +168,28 @@ fn what_is_out_of_reach_is_named_and_nothing_is_planned() {
     }
     fail(directory, &["plan", &masked, "--max-theta-i", "70"]);
     fs::write(directory.join("stated.recipe"), stated().bytes()).expect("it is written");
-    let message = fail(directory, &["plan", "stated.recipe"]);
-    assert!(
-        message.contains("3 of 3 samples") && message.contains("`in_plane`"),
-        "{message}"
-    );
+    fail_naming(directory, &["plan", "stated.recipe"], &["3", "in_plane"]);
 }
 
 #[test]
 fn options_that_make_no_sense_are_refused_by_name() {
     let scratch = folder();
-    for (options, expected) in [
-        (
-            &["--speed", "fast"][..],
-            "give one number for all axes, or four, as 20,10,20,10",
-        ),
-        (&["--speed", "1,2"], "--speed"),
-        (&["--speed", "1,2,3,inf"], "--speed"),
-        (&["--speed", "0"], "the speed of theta_i is 0"),
-        (&["--speed", "-5"], "the speed of theta_i is -5"),
-        (&["--speed", "10,0,10,0"], "both 0"),
-        (
-            &["--speed", "10,0,10,10", "--anisotropic"],
-            "needs both azimuths",
-        ),
-        (&["--settle", "-1"], "--settle"),
-        (&["--start", "0"], "give four numbers"),
-        (&["--start", "-200,0,0,0"], "the start of theta_i is -200"),
+    for (options, named) in [
+        (&["--speed", "fast"][..], &["--speed", "fast"][..]),
+        (&["--speed", "1,2"], &["--speed", "1,2"]),
+        (&["--speed", "1,2,3,inf"], &["--speed", "1,2,3,inf"]),
+        (&["--speed", "0"], &["theta_i", "0"]),
+        (&["--speed", "-5"], &["theta_i", "-5"]),
+        (&["--speed", "10,0,10,0"], &["phi_i", "phi_o", "0"]),
+        (&["--speed", "10,0,10,10", "--anisotropic"], &["phi_i", "0"]),
+        (&["--settle", "-1"], &["-1"]),
+        (&["--start", "0"], &["--start", "0"]),
+        (&["--start", "-200,0,0,0"], &["theta_i", "-200"]),
         (
             &["--start", "0,0,0,200", "--no-full-turns"],
-            "200 degrees apart",
+            &["200", "180"],
         ),
-        (&["--max-theta-i", "95"], "--max-theta-i"),
+        (&["--max-theta-i", "95"], &["--max-theta-i", "90"]),
         (
             &[
                 "--max-theta-i",
@@ -218,24 +199,18 @@ fn options_that_make_no_sense_are_refused_by_name() {
                 "--min-separation",
                 "50",
             ],
-            "do not go together",
+            &[],
         ),
-        (&["--force"], "--force has no effect"),
+        (&["--force"], &["--force"]),
         (
             &["--out", "a.csv", "--blank", "./a.csv"],
-            "--out and --blank are the same file",
+            &["--out", "--blank"],
         ),
-        (
-            &["--out", "n8.recipe", "--force"],
-            "--out n8.recipe is what is read",
-        ),
-        (
-            &["--blank", "n8.recipe"],
-            "--blank n8.recipe is what is read",
-        ),
+        (&["--out", "n8.recipe", "--force"], &["--out", "n8.recipe"]),
+        (&["--blank", "n8.recipe"], &["--blank", "n8.recipe"]),
     ] {
-        let message = fail(scratch.path(), &[&["plan", "n8.recipe"], options].concat());
-        assert!(message.contains(expected), "{options:?}: {message}");
+        let arguments = [&["plan", "n8.recipe"], options].concat();
+        fail_naming(scratch.path(), &arguments, named);
     }
     let names = fs::read_dir(scratch.path()).expect("it can be listed");
     assert_eq!(names.count(), 1, "something was written");
@@ -251,11 +226,8 @@ fn a_sheet_that_was_filled_in_stays() {
         let sheet = directory.join("sheet.csv");
         let filled = fs::read_to_string(&sheet).expect("it is there") + "more\n";
         fs::write(&sheet, &filled).expect("it is written");
-        let message = fail(directory, &["plan", "n8.recipe", option, "sheet.csv"]);
-        assert!(
-            message.contains("filled in") && message.contains(option),
-            "{message}"
-        );
+        let again = ["plan", "n8.recipe", option, "sheet.csv"];
+        fail_naming(directory, &again, &[option, "sheet.csv", "--force"]);
         assert_eq!(fs::read_to_string(&sheet).expect("it is there"), filled);
         plan(directory, &[option, "sheet.csv", "--force"]);
         assert_ne!(fs::read_to_string(&sheet).expect("it is there"), filled);
@@ -264,18 +236,14 @@ fn a_sheet_that_was_filled_in_stays() {
 }
 
 #[test]
-fn the_recipe_s_own_order_is_kept_and_said_to_be_in_vain_where_all_are_needed() {
+fn the_recipe_s_own_order_is_kept_and_noted_to_be_in_vain_where_all_are_needed() {
     let scratch = folder();
     let masked = masked();
     for (recipe, samples, in_vain) in [("n8.recipe", 8, true), (&masked, 16, false)] {
         let arguments = ["plan", recipe, "--order", "progressive", "--swap", "--json"];
         let output = trainer(scratch.path(), &arguments);
-        let talk = String::from_utf8_lossy(&output.stderr);
-        assert_eq!(
-            talk.contains("needs all of its readings"),
-            in_vain,
-            "{talk}"
-        );
+        assert!(output.status.success(), "{output:?}");
+        assert_eq!(!output.stderr.is_empty(), in_vain, "{output:?}");
         let found: Value = serde_json::from_slice(&output.stdout).expect("it is JSON");
         let visits = found["visits"].as_array().expect("a list");
         let indices = visits.iter().map(|visit| number(&visit["index"]) as usize);
@@ -288,10 +256,7 @@ fn inspect_shows_where_the_arms_stand() {
     let scratch = folder();
     let directory = scratch.path();
     let shown = succeed(directory, &["inspect", "n8.recipe"]);
-    assert!(
-        shown.contains(" theta_i    phi_i  theta_o    phi_o"),
-        "{shown}"
-    );
+    assert_names(&shown, &["theta_i", "phi_i", "theta_o", "phi_o"]);
     let json = succeed(directory, &["inspect", "n8.recipe", "--json"]);
     succeed(
         directory,

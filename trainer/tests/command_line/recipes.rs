@@ -7,7 +7,7 @@ use glimpse_trainer::shipped;
 
 use serde_json::{Value, json};
 
-use super::{fail, succeed, trainer};
+use super::{fail, fail_naming, succeed, succeed_as_json, trainer};
 
 #[test]
 fn recipes_that_come_along_are_listed_written_and_used() {
@@ -27,16 +27,12 @@ fn recipes_that_come_along_are_listed_written_and_used() {
     assert_eq!(written("neural-n16-masked.recipe"), neural.bytes);
 
     // The compact basis serves wherever a whole one does. (That it is a device's is tested beside core.)
-    let evaluate = ["evaluate", "--test", "procedural:2:5", "--recipe"];
-    let judged = succeed(
+    let evaluate = ["evaluate", "--test", "procedural:2:5", "--json", "--recipe"];
+    let judged = succeed_as_json(
         directory,
         &[&evaluate[..], &["mine/linear-n8.recipe"]].concat(),
     );
-    let mean = judged.lines().find(|line| line.starts_with("mean "));
-    let loss = mean.and_then(|line| line.split_whitespace().nth(1));
-    let loss: f64 = loss
-        .and_then(|word| word.parse().ok())
-        .expect("a mean loss");
+    let loss = judged["loss"].as_f64().expect("a mean loss");
     assert!(loss < 0.005, "{loss}");
 
     let view = [
@@ -60,16 +56,14 @@ fn recipes_that_come_along_are_listed_written_and_used() {
         "--out",
         "x.basis",
     ];
-    let told = fail(directory, &again);
-    assert!(told.contains("is a compact basis already"), "{told}");
-    let told = fail(directory, &["recipes", "get", "neural-n3"]);
-    assert!(told.contains("'neural-n3'"), "{told}");
+    fail_naming(directory, &again, &["mine/linear-n8.basis"]);
+    fail_naming(directory, &["recipes", "get", "neural-n3"], &["neural-n3"]);
 
     fs::write(directory.join("mine/phong-n1.recipe"), neural.bytes).expect("a file");
-    let told = fail(directory, &["recipes", "get", "phong-n1", "--out", "mine"]);
-    assert!(
-        told.contains("a recipe that would be lost: give --force"),
-        "{told}"
+    fail_naming(
+        directory,
+        &["recipes", "get", "phong-n1", "--out", "mine"],
+        &["mine/phong-n1.recipe", "--force"],
     );
 }
 

@@ -7,7 +7,7 @@ use glimpse_core::recipe::Recipe;
 use glimpse_trainer::material::{Material, Procedural};
 use serde_json::Value;
 
-use super::{fail, succeed};
+use super::{fail_naming, succeed};
 
 const RECIPES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../embedded-demo/recipes");
 
@@ -119,7 +119,7 @@ fn readings_from_a_lab_are_shown_without_a_reference() {
         ]
         .concat(),
     );
-    let message = fail(
+    fail_naming(
         directory,
         &[
             "render",
@@ -128,10 +128,7 @@ fn readings_from_a_lab_are_shown_without_a_reference() {
             "--measurements",
             "<gold>.csv",
         ],
-    );
-    assert!(
-        message.contains("needs all 8") || message.contains("index"),
-        "{message}"
+        &["<gold>.csv", "8"],
     );
 }
 
@@ -143,35 +140,28 @@ fn what_cannot_be_shown_is_refused_with_a_remedy() {
     let (neural, linear) = (neural.as_str(), linear.as_str());
     fs::write(directory.join("a.csv"), "index,r,g,b\n0,1,1,1\n").expect("it can be written");
     let material = ["--material", "procedural:1:77"];
-    for (more, parts) in [
-        (vec![neural], &["give --material", "--measurements"][..]),
+    for (more, named) in [
+        (vec![neural], &["--material", "--measurements"][..]),
         (
             vec![neural, neural, "--material", "procedural:1"],
-            &["two recipes are named neural-n8", "rename"],
+            &["neural-n8"],
         ),
         (
             vec![linear, material[0], material[1]],
-            &[
-                "linear-n8.basis",
-                "--basis",
-                "trainer export --format basis",
-            ],
+            &["linear-n8.basis", "--basis", "--format"],
         ),
-        (
-            vec![neural, "--material", "procedural:2"],
-            &["2 are given", "name a single one"],
-        ),
+        (vec![neural, "--material", "procedural:2"], &["2"]),
         (
             vec![neural, "--measurements", "a.csv", "a.csv"],
-            &["2 --measurements for 1 recipes"],
+            &["2", "--measurements", "1"],
         ),
         (
             vec![neural, "--measurements", "a.csv", "--noise", "0.1"],
-            &["--noise has no effect"],
+            &["--noise"],
         ),
         (
             vec![neural, "--material", "procedural:1", "--noise", "1.5"],
-            &["0 to 1"],
+            &["0", "1"],
         ),
         (
             vec![
@@ -181,7 +171,7 @@ fn what_cannot_be_shown_is_refused_with_a_remedy() {
                 "--reference",
                 "procedural:1",
             ],
-            &["cannot be used with"],
+            &["--material", "--reference"],
         ),
         (
             vec![neural, "--material", "procedural:1", "--out", "a.png"],
@@ -196,10 +186,7 @@ fn what_cannot_be_shown_is_refused_with_a_remedy() {
             &["a.csv"],
         ),
     ] {
-        let message = fail(directory, &[&["render", "view"], &more[..]].concat());
-        for part in parts {
-            assert!(message.contains(part), "{more:?}: no {part} in {message}");
-        }
+        fail_naming(directory, &[&["render", "view"], &more[..]].concat(), named);
     }
     assert!(!directory.join("view.html").exists());
 }
