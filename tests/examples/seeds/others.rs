@@ -120,7 +120,7 @@ pub(crate) fn checkpoint(folder: &Folder) -> Outcome {
         folder.write_lengths(name, &[&[0][..], &bytes].concat())?;
         folder.write_lengths(&format!("{name}-mended"), &[&[1][..], &bytes].concat())?;
     }
-    Ok(())
+    folder.write("other-version", [&b"\0GLC2"[..], &[0; 40]].concat())
 }
 
 pub(crate) fn environment(folder: &Folder) -> Outcome {
