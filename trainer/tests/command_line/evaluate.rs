@@ -300,8 +300,6 @@ fn a_promise_is_told_with_what_it_was_found_on() {
         assert_names(text, &[&loss, "1", "procedural:1"]);
     }
     assert_eq!(judged["promise"]["standard_error"], Value::Null);
-    let on = "materials of procedural:1 that it was trained on";
-    assert_eq!(judged["promise"]["on"], on);
     // An older recipe does not say.
     let arguments = ["--recipe", "phong.recipe", "--test", "procedural:1:3"];
     let judged = as_json(directory, &arguments);

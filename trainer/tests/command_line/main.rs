@@ -30,7 +30,7 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
 
-use glimpse_core::recipe::{Kind, Recipe};
+use glimpse_core::recipe::{Effort, Kind, Parts, Recipe, Schedule, ValidationSplit};
 use glimpse_trainer::material::{Material, Procedural, digest};
 use serde_json::{Value, json};
 
@@ -105,11 +105,17 @@ fn a_recipe_is_trained_shown_exported_and_judged() {
         .expect("they make sense")
         .provenance
         .expect("it says where it came from");
-    assert_eq!(provenance.data, "procedural:12");
     assert_eq!(
-        (provenance.materials, provenance.options),
-        (12, "all parts")
+        (provenance.data, provenance.materials),
+        ("procedural:12", 12)
     );
+    let training = recipe.statements().expect("they make sense").training;
+    let training = training.expect("it says how it was trained");
+    assert_eq!(
+        (training.schedule, training.effort, training.parts),
+        (Schedule::Joint, Effort::Brief, Parts::All)
+    );
+    assert_eq!(training.split, ValidationSplit::HeldOut);
     // Of twelve materials one is held out, and one has no standard error.
     let expectation = recipe
         .statements()
@@ -119,10 +125,6 @@ fn a_recipe_is_trained_shown_exported_and_judged() {
     assert_eq!(
         (expectation.materials, expectation.standard_error),
         (1, None)
-    );
-    assert_eq!(
-        expectation.on,
-        "materials of procedural:12 held out of training"
     );
     let materials = Procedural::set(12, 0);
     let identities = materials.iter().map(|each| (each.name(), digest(each)));
@@ -189,7 +191,7 @@ fn a_recipe_is_trained_shown_exported_and_judged() {
     assert_eq!(json["inner_steps"], 20);
     assert_eq!(json["expectation"]["materials"], 1);
     assert_eq!(json["expectation"]["loss"], json["expected_loss"]);
-    assert_eq!(json["provenance"]["options"], "all parts");
+    assert_eq!(json["training"]["parts"], "all");
     assert_eq!(json["materials"].as_array().map(Vec::len), Some(12));
     let digest = format!("{:08x}", digest(&materials[3]));
     assert_eq!(json["materials"][3]["digest"], digest);
