@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use super::common::assert_names;
 use super::survival::start;
-use super::{TRAIN, fail, fail_naming, succeed, succeed_as_json};
+use super::{TRAIN, fail, fail_naming, succeed, succeed_as_json, trainer};
 
 const RECIPE: &[u8] = include_bytes!("../../../core/examples/recipes/phong-n8.recipe");
 const OTHER: &[u8] = include_bytes!("../../../core/examples/recipes/neural-n8.recipe");

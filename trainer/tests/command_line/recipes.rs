@@ -7,7 +7,7 @@ use glimpse_trainer::shipped;
 
 use serde_json::{Value, json};
 
-use super::{fail, fail_naming, succeed, succeed_as_json, trainer};
+use super::{fail_naming, succeed, succeed_as_json, trainer};
 
 #[test]
 fn recipes_that_come_along_are_listed_written_and_used() {
