@@ -237,11 +237,10 @@ impl<'a> Recipe<'a> {
     }
 
     /// The loss to expect on a material that training never saw. None if the recipe states none, or
-    /// if what it states makes no sense: [`Recipe::statements`] says why.
+    /// if that statement makes no sense: [`Recipe::statements`] says why. Other statements are not decoded.
     #[must_use]
     pub fn expected_loss(&self) -> Option<f32> {
-        let expectation = self.statements().ok()?.expectation?;
-        Some(expectation.loss)
+        Some(self.stated.expectation()?.loss)
     }
 
     /// All sections with their postcard bytes, also those of kinds that are unknown here. None in

@@ -372,6 +372,15 @@ fn a_bad_statement_is_an_error_only_of_those_who_ask() {
     let error = recipe.statements().unwrap_err();
     assert_eq!(error, RecipeError::Section(Kind::EXPECTATION));
     assert_eq!(recipe.expected_loss(), None);
+
+    // The loss alone is read although another statement is damaged.
+    let mut sections = sections_of(&written(&full()).unwrap());
+    sections.last_mut().unwrap().1.clear();
+    let bytes = recipe_of(&sections);
+    let recipe = Recipe::parse(&bytes).unwrap();
+    let error = recipe.statements().unwrap_err();
+    assert_eq!(error, RecipeError::Section(Kind::TRAINING));
+    assert_eq!(recipe.expected_loss(), Some(EXPECTATION.loss));
 }
 
 #[test]

@@ -48,8 +48,8 @@ fn look(recipe: &Recipe<'_>) {
     assert_eq!(recipe.pattern().count(), recipe.samples());
     let directions = recipe.directions().map(|(index, _)| usize::from(index));
     assert!(directions.eq(0..recipe.samples()));
+    assert!(recipe.expected_loss().is_none_or(f32::is_finite));
     let Ok(statements) = recipe.statements() else {
-        assert_eq!(recipe.expected_loss(), None);
         return;
     };
     if let Some(limits) = statements.limits {

@@ -48,6 +48,20 @@ impl<'a> Stated<'a> {
         check(&statements)?;
         Ok(statements)
     }
+
+    /// Decodes and checks the loss to expect, and nothing else: firmware that asks for it alone
+    /// carries no code for the other statements. None if there is none, or it makes no sense.
+    pub(super) fn expectation(self) -> Option<Expectation<'a>> {
+        let expectation = match self {
+            Self::Sections(mut sections) => {
+                let (kind, bytes) = sections.find(|(kind, _)| *kind == Kind::EXPECTATION)?;
+                decode(kind, bytes).ok()?
+            }
+            Self::End(end) => of_end(end).ok()?.expectation?,
+        };
+        check_expectation(&expectation).ok()?;
+        Some(expectation)
+    }
 }
 
 fn of_sections(sections: Sections<'_>) -> Result<Statements<'_>, RecipeError> {
@@ -107,9 +121,7 @@ fn check(statements: &Statements<'_>) -> Result<(), RecipeError> {
         not_negative(noise.additive, Field::Additive)?;
     }
     if let Some(expectation) = &statements.expectation {
-        finite(expectation.loss, Field::ExpectedLoss)?;
-        let standard_error = expectation.standard_error.unwrap_or(0.0);
-        not_negative(standard_error, Field::StandardError)?;
+        check_expectation(expectation)?;
     }
     if let Some(training) = &statements.training {
         for source in training.sources {
@@ -117,4 +129,10 @@ fn check(statements: &Statements<'_>) -> Result<(), RecipeError> {
         }
     }
     Ok(())
+}
+
+fn check_expectation(expectation: &Expectation<'_>) -> Result<(), RecipeError> {
+    finite(expectation.loss, Field::ExpectedLoss)?;
+    let standard_error = expectation.standard_error.unwrap_or(0.0);
+    not_negative(standard_error, Field::StandardError)
 }

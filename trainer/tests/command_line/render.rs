@@ -276,6 +276,8 @@ fn what_was_drawn_is_reported_as_json() {
         json!([2, 1, null])
     );
 
+    // The default size is that of the metrics.
+    let sphere = ["sphere", "procedural:3:5"];
     let light = ["--environment", "grey.hdr", "--recipe", "r.recipe"];
     let told = run(&[&sphere[..], &light].concat(), "scans.png");
     assert_eq!(told["environment"], "grey.hdr");
@@ -292,7 +294,7 @@ fn what_was_drawn_is_reported_as_json() {
     let judged: Value = serde_json::from_str(&judged).expect("it is JSON");
     for index in 0..3 {
         let (scan, material) = (&told["spheres"][index]["scan"], &judged["materials"][index]);
-        for metric in ["loss", "dssim", "l2", "psnr"] {
+        for metric in ["loss", "dssim", "l2", "psnr", "delta_e"] {
             assert!(scan[metric].is_number());
             assert_eq!(scan[metric], material[metric], "{metric}");
         }
