@@ -11,10 +11,10 @@ use std::time::{Duration, Instant};
 use crate::elf::Firmware;
 use crate::microcontroller::spawn;
 
-/// The program of `embedded-demo/log`, where `tests/run firmware` builds it.
+/// The program of `tests/log`, where `tests/run firmware` builds it.
 const LOG: &str = concat!(
     env!("CARGO_MANIFEST_DIR"),
-    "/../embedded-demo/target/debug/glimpse-log"
+    "/../target/log/debug/glimpse-log"
 );
 /// Whatever takes longer than this hangs.
 const PATIENCE: Duration = Duration::from_secs(60);
@@ -58,6 +58,10 @@ impl Emulator {
     /// As [`Emulator::boot`].
     #[must_use]
     pub fn boot_with(firmware: &Firmware, image: &Path, options: &[&str]) -> Self {
+        assert!(
+            Path::new(LOG).exists(),
+            "{LOG} is not there: `tests/run firmware` builds it"
+        );
         let (serial, serial_address) = listen();
         let (control, control_address) = listen();
         let mut process = spawn(
