@@ -87,13 +87,13 @@ impl Firmware {
         Self::at(Path::new(DEFAULT).with_file_name("arms-board"))
     }
 
-    /// Reads the firmware of a model, whose image holds the largest bundled recipe of up to 16 samples.
+    /// Reads the firmware of a model, whose image holds the model's largest bundled recipe.
     ///
     /// # Panics
     /// As [`Firmware::load`].
     #[must_use]
     pub fn of_model(model: ModelKind) -> Self {
-        let name = format!("{}-n16-masked", model.name());
+        let name = format!("{}-n32", model.name());
         let bundled = shipped::find(&name).unwrap_or_else(|| panic!("no bundled recipe {name}"));
         Self::with(format!("{DEFAULT}-{}", model.name()).into(), bundled.bytes)
     }
