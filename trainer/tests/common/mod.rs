@@ -7,8 +7,9 @@ pub(crate) fn assert_names(message: &str, identifiers: &[&str]) {
         let (first, last) = (identifier.chars().next(), identifier.chars().next_back());
         let found = message.match_indices(identifier).any(|(start, _)| {
             let (before, behind) = (&message[..start], &message[start + identifier.len()..]);
-            !(is_word(before.chars().next_back()) && is_word(first))
-                && !(is_word(behind.chars().next()) && is_word(last))
+            let joined_before = is_word(before.chars().next_back()) && is_word(first);
+            let joined_behind = is_word(behind.chars().next()) && is_word(last);
+            !joined_before && !joined_behind
         });
         assert!(found, "no {identifier} in {message}");
     }
