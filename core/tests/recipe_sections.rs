@@ -459,7 +459,7 @@ fn every_variant_of_training_is_read_as_it_was_written() {
             let mut bytes = bytes.clone();
             bytes[field] = number;
             match training_of(bytes.clone()) {
-                // What was read is written as the same bytes.
+                // Written again, it has the same bytes.
                 Ok(again) => {
                     assert!(number < variants, "{field}");
                     assert_eq!(sections_of(&again).last().unwrap().1, bytes);

@@ -8,7 +8,7 @@ use glimpse_core::model::{CookTorrance, Neural, Phong};
 use glimpse_core::recipe::{Completed, HEADER_BYTES, Kind, Learner, Recipe, VERSION};
 use glimpse_core::scan::{FinishError, Memory, Reading, Scan};
 
-/// Room for so many samples, and for as many components: more than any completion takes.
+/// Capacity in samples and in components: more than any completion takes.
 const CAPACITY: usize = 64;
 const WORDS: usize = linear_words(CAPACITY, CAPACITY);
 const _: () = assert!(WORDS >= 4 * MAX_ROWS);
@@ -120,7 +120,7 @@ fn look_at_completed(recipe: &Recipe<'_>, completed: &Completed<'_>) {
 /// A copy says the same, and a copy without the optional sections nothing but the rest.
 fn copy(recipe: &Recipe<'_>, bytes: &[u8]) {
     let mut buffer = vec![0; bytes.len() + 32];
-    // Only what an older format states about itself can be in the way: it is written anew.
+    // A copy fails only by damaged statements of an older format, which have to be rewritten.
     let Ok(whole) = recipe.copy_without(&[], &mut buffer) else {
         assert!(recipe.statements().is_err() && recipe.sections().next().is_none());
         return;

@@ -29,7 +29,7 @@ pub struct Ingredients<'a> {
     /// From a completion's coefficients to the logarithm of the loss that a fit is likely to have,
     /// packed little-endian f32: a bias, and a weight for each component.
     pub prediction: Option<&'a [u8]>,
-    /// How it was trained.
+    /// The training, in types.
     pub training: Option<Training<'a>>,
 }
 

@@ -37,7 +37,7 @@ impl Kind {
     pub const MATERIALS: Self = Self(132);
     /// From a completion to the loss that a fit is likely to have.
     pub const PREDICTION: Self = Self(133);
-    /// How it was trained, in types.
+    /// The training, in types.
     pub const TRAINING: Self = Self(134);
 
     const FIRST_OPTIONAL: Self = Self(128);

@@ -25,7 +25,7 @@ pub struct Statements<'a> {
     /// The materials that it was trained on: names, and digests of their BRDFs. None where the
     /// recipe does not name them.
     pub materials: Materials<'a>,
-    /// How it was trained, in types.
+    /// The training, in types.
     pub training: Option<Training<'a>>,
 }
 

@@ -1,11 +1,11 @@
-//! How a recipe was trained, in types: programs decide by it, and people read
+//! The training of a recipe, in types: programs decide by it, and people read
 //! [`Provenance`](super::Provenance).
 //!
 //! The order of fields and variants here is the format; see `core/docs/recipe.md`.
 
 use serde::{Deserialize, Serialize, Serializer};
 
-/// How a recipe was trained.
+/// The training of a recipe.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Training<'a> {
     /// The order in which its parts were trained.

@@ -2,7 +2,7 @@
 
 use glimpse_core::scan::Reading;
 
-/// How the lines begin that tests wait for.
+/// The first words of log lines that tests wait for.
 pub(crate) const FINISHED: &str = "finished";
 pub(crate) const NO_HOST: &str = "no host";
 pub(crate) const NEW_RECIPE: &str = "a new recipe";

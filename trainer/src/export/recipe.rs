@@ -139,7 +139,7 @@ pub struct Statements<'a> {
     /// What predicts the loss of a material's fit, where readings are completed: a bias, and a weight
     /// for each coefficient.
     pub prediction: Option<&'a [f32]>,
-    /// How it was trained, in types.
+    /// The training, in types.
     pub training: Option<Training<'a>>,
 }
 
