@@ -552,7 +552,8 @@ fn in_force(flash: &mut Flash) -> Option<Vec<u8>> {
 #[test]
 fn a_recipe_that_cannot_be_used_is_fetched_once_and_not_put_in_force() {
     let mut flash = Flash::new(6);
-    assert_eq!(offer(COOK_TORRANCE, &mut flash), [1; 4]);
+    let asked = offer(COOK_TORRANCE, &mut flash);
+    assert!(asked.iter().all(|&times| times == 1), "{asked:?}");
     assert_eq!(in_force(&mut flash), None);
 }
 
