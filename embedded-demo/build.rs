@@ -11,8 +11,8 @@ use glimpse_core::recipe::Recipe;
 /// What to measure and how to fit it, as the trainer wrote it. For another recipe, of any model,
 /// name its file here (or in the environment, as `GLIMPSE_RECIPE`). To train one, from the
 /// repository's root:
-/// `cargo run --release -- train --model neural --samples 8 --out embedded-demo/recipes/neural-n8.recipe`
-const RECIPE: &str = "recipes/neural-n8.recipe";
+/// `cargo run --release -- train --model neural --samples 8 --out trainer/recipes/neural-n8.recipe`
+const RECIPE: &str = "../trainer/recipes/neural-n8.recipe";
 /// For another chip name its file here.
 const MEMORY: &str = "memory/stm32f405.x";
 

@@ -14,10 +14,10 @@ use glimpse_core::model::{
 use proptest::prelude::*;
 use proptest::test_runner::{TestCaseError, TestRunner};
 
-use glimpse_differences::cases::{
+use glimpse_gradcheck::cases::{
     NAMES, Variables, cook_torrance, is_too_steep, mirror_cosine, neural, phong, sample, variables,
 };
-use glimpse_differences::{Differences, Traced, parameters, scale_of};
+use glimpse_gradcheck::{Differences, Traced, parameters, scale_of};
 
 /// The weighted loss, every branch recorded.
 fn loss<M: Model>(list: &[f64], variables: Variables, weight: f64) -> Traced {

@@ -1,4 +1,4 @@
-//! Prints `embedded-demo/recipes/losses.csv`: what each recipe that comes along loses, on 40 procedural materials that it
+//! Prints `trainer/recipes/losses.csv`: what each recipe that comes along loses, on 40 procedural materials that it
 //! was not trained on and on the materials of two folders, in the mean.
 //!
 //!     cargo run --release -p glimpse-tests --example recipe_losses -- MERL-networks/ RGL/

@@ -15,8 +15,8 @@ use std::process::Command;
 use glimpse_core::geometry::HalfDifference;
 use glimpse_core::model::Phong;
 use glimpse_core::recipe::{Learner, Recipe};
-use glimpse_fits::judge::loss;
-use glimpse_fits::{Material, SAMPLES, measure, recipes};
+use glimpse_bench::judge::loss;
+use glimpse_bench::{Material, SAMPLES, measure, recipes};
 use glimpse_tests::cycles::of_fit;
 use glimpse_tests::microcontroller::{Binary, Functions, TARGETS};
 
@@ -120,7 +120,7 @@ fn numbers() -> Result<String, Box<dyn Error>> {
 
 /// Compiles the rival; returns the ELF file.
 fn compile(directory: &Path, options: &[&str]) -> Result<std::path::PathBuf, Box<dyn Error>> {
-    let rivals = Path::new(env!("CARGO_MANIFEST_DIR")).join("../embedded-demo/fits/rivals");
+    let rivals = Path::new(env!("CARGO_MANIFEST_DIR")).join("../embedded-demo/bench/rivals");
     let out = directory.join(format!("rival{}", options.join("")));
     let status = Command::new("arm-none-eabi-gcc")
         .args([

@@ -1,4 +1,4 @@
-//! The budgets of `embedded-demo/fits/budgets.toml`.
+//! The budgets of `embedded-demo/bench/budgets.toml`.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -14,7 +14,7 @@ impl Budgets {
     /// If the file is not there or holds anything but numbers.
     #[must_use]
     pub fn load() -> Self {
-        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../embedded-demo/fits/budgets.toml");
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../embedded-demo/bench/budgets.toml");
         let text = std::fs::read_to_string(&path)
             .unwrap_or_else(|error| panic!("{}: {error}", path.display()));
         let table: BTreeMap<String, BTreeMap<String, BTreeMap<String, u64>>> =

@@ -1,6 +1,6 @@
 //! Costs of fits on each kind of microcontroller and of the demo firmware, as `target.fit.name` and a value.
 
-use glimpse_fits::recipes::{self, completed, masked};
+use glimpse_bench::recipes::{self, completed, masked};
 
 use glimpse_trainer::scanner::{ScannerNoise, VirtualScanner};
 
@@ -10,7 +10,7 @@ use crate::emulator::Emulator;
 use crate::host::unseen;
 use crate::microcontroller::{Binary, Functions, TARGETS, Target};
 
-/// A fit that is tried: a binary of `embedded-demo/fits`.
+/// A fit that is tried: a binary of `embedded-demo/bench`.
 #[derive(Clone, Copy, Debug)]
 pub struct Fit {
     /// The binary's name.

@@ -11,7 +11,7 @@ pub mod line;
 pub mod microcontroller;
 
 /// The recipe that the firmware holds.
-pub const RECIPE: &[u8] = include_bytes!("../../embedded-demo/recipes/neural-n8.recipe");
+pub const RECIPE: &[u8] = include_bytes!("../../trainer/recipes/neural-n8.recipe");
 
 /// The front page's programs, compiled as documentation is.
 #[cfg(doctest)]

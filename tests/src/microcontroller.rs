@@ -1,4 +1,4 @@
-//! The microcontrollers that QEMU plays, and the binaries of `embedded-demo/fits` on them.
+//! The microcontrollers that QEMU plays, and the binaries of `embedded-demo/bench` on them.
 
 use std::collections::HashMap;
 use std::fs;
@@ -58,7 +58,7 @@ pub enum Functions {
     Micromath,
 }
 
-/// A binary of `embedded-demo/fits`.
+/// A binary of `embedded-demo/bench`.
 #[derive(Clone, Debug)]
 pub struct Binary {
     target: Target,

@@ -1,7 +1,7 @@
 //! The firmware in QEMU, in front of a good scanner. What happens on bad days is in `faults`.
 
 use glimpse_core::recipe::Recipe;
-use glimpse_fits::recipes;
+use glimpse_bench::recipes;
 use glimpse_tests::RECIPE;
 use glimpse_tests::device::{assert_agrees, fit};
 use glimpse_tests::elf::Firmware;

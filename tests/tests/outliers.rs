@@ -6,8 +6,8 @@ use glimpse_core::scan::Residual;
 use glimpse_kernels::scan::scan;
 use glimpse_trainer::material::{Material, Procedural};
 
-const NEURAL: &[u8] = include_bytes!("../../embedded-demo/recipes/neural-n8.recipe");
-const LINEAR: &[u8] = include_bytes!("../../embedded-demo/recipes/linear-n8.recipe");
+const NEURAL: &[u8] = include_bytes!("../../trainer/recipes/neural-n8.recipe");
+const LINEAR: &[u8] = include_bytes!("../../trainer/recipes/linear-n8.recipe");
 
 /// What a scan of these readings says of itself.
 fn fit(recipe: &Recipe<'_>, measured: &[[f32; 3]]) -> Residual {

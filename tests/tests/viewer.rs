@@ -97,7 +97,7 @@ fn modules() -> Vec<Vec<u8>> {
 
 /// Recipes of every model and every kind.
 fn recipes() -> Vec<PathBuf> {
-    let folder = Path::new(ROOT).join("embedded-demo/recipes");
+    let folder = Path::new(ROOT).join("trainer/recipes");
     let of = |folder: PathBuf| {
         let all = fs::read_dir(folder).expect("it can be listed");
         all.map(|entry| entry.expect("it can be listed").path())

@@ -1,7 +1,7 @@
 //! The host side of Glimpse: materials, meta-learning, evaluation, export.
 //!
 //! Rooms from the bottom up. Imports point down only: a room imports those that stand before it, and no
-//! two files import each other. `tests/arrows.py` checks it by this list.
+//! two files import each other. `tests/check_layers.py` checks it by this list.
 //!
 //! - [`files`]: files that are written whole or not at all
 //! - `foreign`: files of other people, read within bounds and quoted without harm

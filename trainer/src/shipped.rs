@@ -1,5 +1,5 @@
 //! Recipes that come with the trainer: trained on its own procedural materials and nothing measured, so that
-//! they may be passed on. How they are made is in `embedded-demo/recipes/README.md`.
+//! they may be passed on. How they are made is in `trainer/recipes/README.md`.
 
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::{Recipe, RecipeError};

@@ -20,14 +20,14 @@ use crate::types::{glimpse_directions, glimpse_reading, glimpse_sample};
 
 /// Of each model one that descends or solves, and then one that completes the readings.
 pub(crate) const RECIPES: [&[u8]; 8] = [
-    include_bytes!("../../../embedded-demo/recipes/phong-n8.recipe"),
-    include_bytes!("../../../embedded-demo/recipes/cook-torrance-n8.recipe"),
-    include_bytes!("../../../embedded-demo/recipes/neural-n8.recipe"),
-    include_bytes!("../../../embedded-demo/recipes/linear-n8.recipe"),
-    include_bytes!("../../../embedded-demo/recipes/completed/phong-n8.recipe"),
-    include_bytes!("../../../embedded-demo/recipes/completed/cook-torrance-n8.recipe"),
-    include_bytes!("../../../embedded-demo/recipes/completed/neural-n8.recipe"),
-    include_bytes!("../../../embedded-demo/recipes/completed/linear-n8.recipe"),
+    include_bytes!("../../../trainer/recipes/phong-n8.recipe"),
+    include_bytes!("../../../trainer/recipes/cook-torrance-n8.recipe"),
+    include_bytes!("../../../trainer/recipes/neural-n8.recipe"),
+    include_bytes!("../../../trainer/recipes/linear-n8.recipe"),
+    include_bytes!("../../../trainer/recipes/completed/phong-n8.recipe"),
+    include_bytes!("../../../trainer/recipes/completed/cook-torrance-n8.recipe"),
+    include_bytes!("../../../trainer/recipes/completed/neural-n8.recipe"),
+    include_bytes!("../../../trainer/recipes/completed/linear-n8.recipe"),
 ];
 pub(crate) const NEURAL: &[u8] = RECIPES[2];
 

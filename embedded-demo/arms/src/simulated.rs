@@ -45,7 +45,7 @@ pub struct World {
 }
 
 /// A made-up material: a diffuse colour, and a highlight of two widths; sr^-1, linear RGB. (That of
-/// `glimpse-fits`, whose fit is counted.)
+/// `glimpse-bench`, whose fit is counted.)
 fn brdf(angles: Angles<f32>) -> [f32; 3] {
     let lobe = |sharpness: f32| {
         let falloff = 1.0 + sharpness * angles.theta_h * angles.theta_h;

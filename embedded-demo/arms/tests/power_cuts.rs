@@ -151,7 +151,7 @@ fn what_is_read_is_what_was_kept() {
 
 /// A chip comes with whatever somebody else put there.
 #[test]
-fn another_programs_bytes_are_no_readings() {
+fn aninterop_bytes_are_no_readings() {
     for filling in [0x00, 0x5A, 0xA5, 0xFF] {
         let mut flash = Flash::new(2);
         flash.bytes.fill(filling);
@@ -162,8 +162,8 @@ fn another_programs_bytes_are_no_readings() {
     }
 }
 
-static PHONG: &[u8] = include_bytes!("../../recipes/phong-n8.recipe");
-static COOK_TORRANCE: &[u8] = include_bytes!("../../recipes/cook-torrance-n8.recipe");
+static PHONG: &[u8] = include_bytes!("../../../trainer/recipes/phong-n8.recipe");
+static COOK_TORRANCE: &[u8] = include_bytes!("../../../trainer/recipes/cook-torrance-n8.recipe");
 const SLOTS: [Range<u32>; 2] = [0..4 * SECTOR as u32, 4 * SECTOR as u32..8 * SECTOR as u32];
 
 fn in_force(flash: &mut Flash) -> Option<Vec<u8>> {

@@ -18,7 +18,7 @@ use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::{Reading, Residual, Scan};
 use support::{Flash, LEAVES, SECTOR};
 
-static RECIPE: &[u8] = include_bytes!("../../recipes/phong-n8.recipe");
+static RECIPE: &[u8] = include_bytes!("../../../trainer/recipes/phong-n8.recipe");
 
 const fn sectors(range: Range<u32>) -> Range<u32> {
     range.start * SECTOR as u32..range.end * SECTOR as u32

@@ -28,8 +28,8 @@ use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::{self, ReadingError, Residual};
 use support::{Flash, SECTOR};
 
-static PHONG: &[u8] = include_bytes!("../../recipes/phong-n8.recipe");
-static COOK_TORRANCE: &[u8] = include_bytes!("../../recipes/cook-torrance-n8.recipe");
+static PHONG: &[u8] = include_bytes!("../../../trainer/recipes/phong-n8.recipe");
+static COOK_TORRANCE: &[u8] = include_bytes!("../../../trainer/recipes/cook-torrance-n8.recipe");
 
 /// Microseconds that each round takes.
 const ROUND: u64 = 40;

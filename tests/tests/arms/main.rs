@@ -91,7 +91,7 @@ fn lost_steps_are_found_by_name_and_what_they_spoilt_is_read_again() {
 fn a_recipe_is_replaced_over_the_link_and_halfway_leaves_the_old_one() {
     let mut emulator = boot();
     let old = Recipe::parse(RECIPE).unwrap().checksum();
-    let other = glimpse_fits::recipes::PHONG;
+    let other = glimpse_bench::recipes::PHONG;
     let new = Recipe::parse(other).unwrap().checksum();
 
     let hello = host::offer(&mut emulator.serial, other, other.len() / 2);

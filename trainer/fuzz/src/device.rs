@@ -6,7 +6,7 @@ use crate::{Folder, refused};
 use glimpse_core::recipe::Recipe;
 use glimpse_trainer::measurement::DeviceReport;
 
-const RECIPE: &[u8] = include_bytes!("../../../embedded-demo/recipes/phong-n8.recipe");
+const RECIPE: &[u8] = include_bytes!("../../../trainer/recipes/phong-n8.recipe");
 const NAME: &str = "device.json";
 
 /// Checks one input.

@@ -13,7 +13,7 @@ ROOT = Path(__file__).resolve().parents[3]
 TRAINER = Path(os.environ.get("GLIMPSE_TRAINER", ROOT / "target/release/trainer"))
 RECIPES = ROOT / "core/examples/recipes"
 # Those that come along with the trainer.
-SHIPPED = ROOT / "embedded-demo/recipes"
+SHIPPED = ROOT / "trainer/recipes"
 
 
 @pytest.fixture

@@ -19,7 +19,7 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::{Columns, Matrix, Program, TOLERANCE, TURN, disagreement, matrix, sigmoid};
-use glimpse_differences::parameters;
+use glimpse_gradcheck::parameters;
 
 /// e of the mapping.
 const EPSILON: f64 = 1e-3;

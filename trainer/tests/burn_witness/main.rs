@@ -29,7 +29,7 @@ use proptest::test_runner::{TestCaseError, TestRunner};
 use crate::problem::{
     COOK_TORRANCE_STEPS, NEURAL_STEPS, PHONG_STEPS, Problem, by_variables, problems,
 };
-use glimpse_differences::cases::{Variables, cook_torrance, neural, phong};
+use glimpse_gradcheck::cases::{Variables, cook_torrance, neural, phong};
 
 type B = Autodiff<NdArray<f64>>;
 type Matrix = Tensor<B, 2>;

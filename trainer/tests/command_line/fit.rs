@@ -16,11 +16,11 @@ use super::{fail, fail_naming, succeed, succeed_as_json};
 
 const MASKED: &str = concat!(
     env!("CARGO_MANIFEST_DIR"),
-    "/../embedded-demo/recipes/masked/neural-n16.recipe"
+    "/recipes/masked/neural-n16.recipe"
 );
 const WHOLE: &str = concat!(
     env!("CARGO_MANIFEST_DIR"),
-    "/../embedded-demo/recipes/cook-torrance-n8.recipe"
+    "/recipes/cook-torrance-n8.recipe"
 );
 
 fn material() -> Procedural {

@@ -22,7 +22,7 @@ fn folder() -> tempfile::TempDir {
 
 /// A recipe whose readings may be missing, for arms that get to 80 degrees and no nearer than 10.
 fn masked() -> String {
-    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../embedded-demo/recipes/");
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/recipes/");
     format!("{folder}masked/neural-n16.recipe")
 }
 

@@ -183,7 +183,7 @@ fn options_of_schedule_prior_are_refused_where_they_have_no_effect() {
 fn readings_are_lost_where_a_recipe_can_do_without_them() {
     let scratch = tempfile::tempdir().expect("a temporary directory");
     let recipe = |name: &str| {
-        let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../embedded-demo/recipes/");
+        let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/recipes/");
         format!("{folder}{name}")
     };
     let (all, masked) = (

@@ -9,7 +9,7 @@ use serde_json::Value;
 
 use super::{fail_naming, succeed};
 
-const RECIPES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../embedded-demo/recipes");
+const RECIPES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/recipes");
 
 fn recipe(name: &str) -> String {
     format!("{RECIPES}/{name}.recipe")

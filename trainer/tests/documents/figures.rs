@@ -82,7 +82,7 @@ fn markers_are_in_pairs_with_something_between() {
 
 /// The document of what fits cost, the file of the same cycles, and the target that both are for.
 const COSTS: &str = "core/docs/costs.md";
-const CYCLES: &str = "embedded-demo/recipes/cycles.csv";
+const CYCLES: &str = "trainer/recipes/cycles.csv";
 const BOARD: &str = "thumbv7em-none-eabihf";
 
 #[test]

@@ -6,7 +6,7 @@ use glimpse_trainer::material::Material;
 use glimpse_trainer::sampling::uniform_valid;
 
 use crate::network;
-use glimpse_differences::{Differences, Traced, parameters, scale_of};
+use glimpse_gradcheck::{Differences, Traced, parameters, scale_of};
 
 /// The network's BRDF in double precision, every branch recorded.
 fn brdf(weights: &NeuralParameters<f32>, [theta_h, theta_d, phi_d]: [f64; 3]) -> [Traced; 3] {

@@ -21,7 +21,7 @@ use rand_chacha::ChaCha8Rng;
 fn network(seed: u64) -> NeuralBrdf {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let list = (0..Neural::PARAMETERS).map(|_| random.random_range(-1.0..1.0f32));
-    let mut weights: NeuralParameters<f32> = glimpse_differences::parameters(list, 0.0);
+    let mut weights: NeuralParameters<f32> = glimpse_gradcheck::parameters(list, 0.0);
     let scales = [0.8, 0.3, 0.4, 0.3, 0.4, 0.4];
     for (run, scale) in weights.runs_mut().zip(scales) {
         run.iter_mut().for_each(|entry| *entry *= scale);

@@ -15,7 +15,7 @@ use glimpse_trainer::measurement::{Meaning, Measured, TableError};
 
 /// One of the firmware's recipes.
 pub(crate) fn recipe(name: &str) -> RecipeFile {
-    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../embedded-demo/recipes/");
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/recipes/");
     RecipeFile::read(&PathBuf::from(folder).join(name)).expect("it is a recipe")
 }
 

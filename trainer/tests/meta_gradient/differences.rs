@@ -9,8 +9,8 @@ use proptest::test_runner::{TestCaseError, TestRunner};
 use crate::problem::{
     COOK_TORRANCE_STEPS, NEURAL_STEPS, PHONG_STEPS, Problem, by_variables, problems,
 };
-use glimpse_differences::cases::{NAMES, cook_torrance, is_too_steep, neural, phong};
-use glimpse_differences::{Differences, scale_of};
+use glimpse_gradcheck::cases::{NAMES, cook_torrance, is_too_steep, neural, phong};
+use glimpse_gradcheck::{Differences, scale_of};
 
 /// What has been compared so far.
 struct Compared {

@@ -9,7 +9,7 @@ use glimpse_kernels::samples::{SampleOctets, SampleWeights};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use glimpse_differences::parameters;
+use glimpse_gradcheck::parameters;
 
 /// All that comes out of gradient and product at some samples.
 fn everything(theta: &CookTorranceParameters<Dual<f32>>, samples: &SampleOctets<'_>) -> Vec<f32> {

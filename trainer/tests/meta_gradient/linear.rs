@@ -20,7 +20,7 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use crate::pattern::{BARRIER, angles, is_valid, network};
-use glimpse_differences::{Differences, Traced, parameters, scale_of};
+use glimpse_gradcheck::{Differences, Traced, parameters, scale_of};
 
 /// How many materials there are, each of three columns.
 const MATERIALS: usize = 6;

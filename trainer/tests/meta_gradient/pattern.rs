@@ -18,7 +18,7 @@ use rand_chacha::ChaCha8Rng;
 
 use crate::lanes::unpack;
 use crate::problem::Found;
-use glimpse_differences::{Differences, Traced, parameters, scale_of};
+use glimpse_gradcheck::{Differences, Traced, parameters, scale_of};
 
 const STEPS: usize = 5;
 pub(crate) const BARRIER: f64 = 0.005;

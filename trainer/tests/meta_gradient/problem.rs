@@ -7,8 +7,8 @@ use glimpse_core::numeric::Scalar;
 use glimpse_kernels::inner_loop::{InnerLoop, MetaGradient, Real, SampleList};
 use proptest::prelude::*;
 
-use glimpse_differences::cases::{Variables, sample, variables};
-use glimpse_differences::{Traced, parameters};
+use glimpse_gradcheck::cases::{Variables, sample, variables};
+use glimpse_gradcheck::{Traced, parameters};
 
 /// An inner loop and what judges it.
 #[derive(Clone, Debug)]

@@ -36,7 +36,7 @@ fn read_sensor(angles: Angles<f32>) -> Reading {
 
 /// Where they are: those that the firmware in Rust is tried with.
 fn recipes() -> PathBuf {
-    folder().join("../../embedded-demo/recipes")
+    folder().join("../../trainer/recipes")
 }
 
 fn line(name: &str, what: &str, values: impl Iterator<Item = f32>) -> String {

@@ -23,7 +23,7 @@ use glimpse_arms::{Memory, retained};
 use glimpse_core::scan::Residual;
 
 /// The recipe that it comes with.
-static RECIPE: &[u8] = include_bytes!("../../../recipes/neural-n8.recipe");
+static RECIPE: &[u8] = include_bytes!("../../../../trainer/recipes/neural-n8.recipe");
 /// Two sectors for readings, two and two for recipes.
 const FLASH_BYTES: usize = 6 * SECTOR;
 /// Steps that an arm loses at a time.

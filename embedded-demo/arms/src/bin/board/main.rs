@@ -38,7 +38,7 @@ use flash::{Flash, sector};
 use machine::{arm, machine, white};
 
 /// The recipe that it comes with; a host may send another.
-static RECIPE: &[u8] = include_bytes!("../../../../recipes/neural-n8.recipe");
+static RECIPE: &[u8] = include_bytes!("../../../../../trainer/recipes/neural-n8.recipe");
 /// Room for the recipe from the flash.
 const RECIPE_BYTES: usize = 16 * 1024;
 /// Readings of the converter for one reading of the scan.

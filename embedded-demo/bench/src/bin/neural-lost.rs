@@ -4,7 +4,7 @@
 #![no_main]
 
 use glimpse_core::model::Neural;
-use glimpse_fits::MASKED_SAMPLES;
-use glimpse_fits::recipes::masked::NEURAL;
+use glimpse_bench::MASKED_SAMPLES;
+use glimpse_bench::recipes::masked::NEURAL;
 
-glimpse_fits::fit!(Neural, MASKED_SAMPLES, NEURAL, true);
+glimpse_bench::fit!(Neural, MASKED_SAMPLES, NEURAL, true);

@@ -1,6 +1,6 @@
 """Checks by other people's programs of what `trainer convert` writes and reads.
 
-    python3 tests/other_programs/formats.py [TRAINER]
+    python3 tests/interop/formats.py [TRAINER]
 
 Mitsuba 3, NumPy, scikit-image and Radiance's programs are installed from PyPI into an environment of their own in target/. The programs of
 trainer/docs/formats.md run as they stand there; what they write is read by the trainer; and Mitsuba's values
@@ -11,7 +11,7 @@ import csv, json, math, os, re, subprocess, sys, tempfile, venv
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-ENVIRONMENT = ROOT / "target" / "other_programs"
+ENVIRONMENT = ROOT / "target" / "interop"
 PACKAGES = ["mitsuba==3.9.1", "numpy", "pyradiance==1.3.1", "scikit-image"]
 
 

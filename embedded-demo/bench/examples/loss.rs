@@ -3,8 +3,8 @@
 //! were not measured. With the feature `micromath` the fit is micromath's; the loss is by libm.
 //!
 //! ```sh
-//! cargo run --release --manifest-path embedded-demo/fits/Cargo.toml --example loss
-//! cargo run --release --manifest-path embedded-demo/fits/Cargo.toml --example loss --features micromath
+//! cargo run --release --manifest-path embedded-demo/bench/Cargo.toml --example loss
+//! cargo run --release --manifest-path embedded-demo/bench/Cargo.toml --example loss --features micromath
 //! ```
 
 use std::error::Error;
@@ -12,8 +12,8 @@ use std::error::Error;
 use glimpse_core::model::{CookTorrance, Model, Neural, Phong};
 use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::{Memory, Scan};
-use glimpse_fits::judge::loss;
-use glimpse_fits::{Material, SAMPLES, recipes};
+use glimpse_bench::judge::loss;
+use glimpse_bench::{Material, SAMPLES, recipes};
 
 /// Materials in the family.
 const MATERIALS: u32 = 64;

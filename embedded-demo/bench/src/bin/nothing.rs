@@ -3,9 +3,9 @@
 #![no_std]
 #![no_main]
 
-use glimpse_fits::report;
+use glimpse_bench::report;
 
-glimpse_fits::firmware!({
+glimpse_bench::firmware!({
     report::nothing();
     Ok(())
 });

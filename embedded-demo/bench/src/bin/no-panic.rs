@@ -34,7 +34,7 @@ use glimpse_core::model::{CookTorrance, ModelKind, Neural, Phong, Sample};
 use glimpse_core::numeric::math;
 use glimpse_core::recipe::{Field, Floats, Ingredients, Kind, Learner, Recipe};
 use glimpse_core::scan::{Memory, Reading, Residual, Saved, Scan};
-use glimpse_fits::Linear;
+use glimpse_bench::Linear;
 
 unsafe extern "C" {
     /// Is nowhere.

@@ -9,10 +9,10 @@ use core::hint::black_box;
 
 use glimpse_core::geometry::HalfDifference;
 use glimpse_core::recipe::{Learner, Recipe};
-use glimpse_fits::machine::counter;
-use glimpse_fits::recipes::PHONG;
-use glimpse_fits::report::print_result;
-use glimpse_fits::{Refused, SAMPLES, measure};
+use glimpse_bench::machine::counter;
+use glimpse_bench::recipes::PHONG;
+use glimpse_bench::report::print_result;
+use glimpse_bench::{Refused, SAMPLES, measure};
 use multicalc::numerical_derivative::AutoDiffMulti;
 use multicalc::optimization::LevenbergMarquardt;
 use multicalc::scalar::{Numeric, VectorFn};
@@ -57,10 +57,10 @@ impl VectorFn<PARAMETERS, RESIDUALS> for Measured {
     }
 }
 
-glimpse_fits::firmware!(fit());
+glimpse_bench::firmware!(fit());
 
 fn fit() -> Result<(), Refused> {
-    glimpse_fits::machine::stack::paint();
+    glimpse_bench::machine::stack::paint();
     let recipe = Recipe::parse(black_box(PHONG)).map_err(|_| Refused)?;
     let Learner::Descent(descent) = recipe.learner() else {
         return Err(Refused);

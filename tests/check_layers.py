@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Imports point down: `tests/arrows.py CRATE/src ...` fails if files or rooms import in a circle, or a
+"""Imports point down: `tests/check_layers.py CRATE/src ...` fails if files or rooms import in a circle, or a
 room one above it; `--self-test` tries that on trees that are made up.
 
 An arrow goes from a file to every file whose items it names: by `use`, `pub use`, `super::` or a path

@@ -1,6 +1,6 @@
 """Snakemake runs a grid's cells, is killed and goes on; recipes are those of the grid by itself, to the bit.
 
-    python3 tests/other_programs/workflow.py [TRAINER]
+    python3 tests/interop/workflow.py [TRAINER]
 
 Snakemake is installed from PyPI into an environment of its own in target/.
 """

@@ -1,6 +1,6 @@
 """Looks at pages of `trainer render view` in headless Chromium, without a GPU.
 
-    python3 tests/other_programs/viewer.py [TRAINER] [PICTURES]
+    python3 tests/interop/viewer.py [TRAINER] [PICTURES]
 
 Playwright is installed from PyPI into an environment of its own in target/; Chromium is the system's. A page
 with a recipe of every model is opened from its file: light and camera are dragged, by mouse, finger and keys; a slider is
@@ -12,7 +12,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 ENVIRONMENT = ROOT / "target" / "viewer"
-RECIPES = ROOT / "embedded-demo" / "recipes"
+RECIPES = ROOT / "trainer" / "recipes"
 MATERIAL = "procedural:1:77"
 # What fits may differ by, relative to the largest of their values; frames a second while a finger moves.
 TOLERANCE, LEAST_FRAMES = 1e-5, 10

@@ -20,34 +20,34 @@ use glimpse_core::scan::{Reading, Residual};
 /// The recipes that are tried: n = 8, and 20 steps or 5 components.
 pub mod recipes {
     /// Phong.
-    pub static PHONG: &[u8] = include_bytes!("../../recipes/phong-n8.recipe");
+    pub static PHONG: &[u8] = include_bytes!("../../../trainer/recipes/phong-n8.recipe");
     /// Cook-Torrance.
-    pub static COOK_TORRANCE: &[u8] = include_bytes!("../../recipes/cook-torrance-n8.recipe");
+    pub static COOK_TORRANCE: &[u8] = include_bytes!("../../../trainer/recipes/cook-torrance-n8.recipe");
     /// Neural.
-    pub static NEURAL: &[u8] = include_bytes!("../../recipes/neural-n8.recipe");
+    pub static NEURAL: &[u8] = include_bytes!("../../../trainer/recipes/neural-n8.recipe");
     /// Linear.
-    pub static LINEAR: &[u8] = include_bytes!("../../recipes/linear-n8.recipe");
+    pub static LINEAR: &[u8] = include_bytes!("../../../trainer/recipes/linear-n8.recipe");
 
     /// Those that complete the readings: n = 8, and one step from where the completion leads, or for
     /// Linear none.
     pub mod completed {
         /// Phong.
-        pub static PHONG: &[u8] = include_bytes!("../../recipes/completed/phong-n8.recipe");
+        pub static PHONG: &[u8] = include_bytes!("../../../trainer/recipes/completed/phong-n8.recipe");
         /// Cook-Torrance.
         pub static COOK_TORRANCE: &[u8] =
-            include_bytes!("../../recipes/completed/cook-torrance-n8.recipe");
+            include_bytes!("../../../trainer/recipes/completed/cook-torrance-n8.recipe");
         /// Neural.
-        pub static NEURAL: &[u8] = include_bytes!("../../recipes/completed/neural-n8.recipe");
+        pub static NEURAL: &[u8] = include_bytes!("../../../trainer/recipes/completed/neural-n8.recipe");
         /// Linear.
-        pub static LINEAR: &[u8] = include_bytes!("../../recipes/completed/linear-n8.recipe");
+        pub static LINEAR: &[u8] = include_bytes!("../../../trainer/recipes/completed/linear-n8.recipe");
     }
 
     /// Those that complete readings of which some may be missing: n = 16.
     pub mod masked {
         /// Neural.
-        pub static NEURAL: &[u8] = include_bytes!("../../recipes/masked/neural-n16.recipe");
+        pub static NEURAL: &[u8] = include_bytes!("../../../trainer/recipes/masked/neural-n16.recipe");
         /// Linear.
-        pub static LINEAR: &[u8] = include_bytes!("../../recipes/masked/linear-n16.recipe");
+        pub static LINEAR: &[u8] = include_bytes!("../../../trainer/recipes/masked/linear-n16.recipe");
     }
 }
 

@@ -1,0 +1,10 @@
+//! Cook-Torrance, a step from where 8 samples are completed to.
+
+#![no_std]
+#![no_main]
+
+use glimpse_core::model::CookTorrance;
+use glimpse_bench::SAMPLES;
+use glimpse_bench::recipes::completed::COOK_TORRANCE;
+
+glimpse_bench::fit!(CookTorrance, SAMPLES, COOK_TORRANCE);

@@ -1,0 +1,10 @@
+//! Cook-Torrance, 20 steps on 8 samples.
+
+#![no_std]
+#![no_main]
+
+use glimpse_core::model::CookTorrance;
+use glimpse_bench::SAMPLES;
+use glimpse_bench::recipes::COOK_TORRANCE;
+
+glimpse_bench::fit!(CookTorrance, SAMPLES, COOK_TORRANCE);

@@ -1,0 +1,9 @@
+//! Linear, 16 samples completed to 24 components, of which every third reading is lost.
+
+#![no_std]
+#![no_main]
+
+use glimpse_bench::recipes::masked::LINEAR;
+use glimpse_bench::{CompletedLinear, MASKED_SAMPLES};
+
+glimpse_bench::fit!(CompletedLinear, MASKED_SAMPLES, LINEAR, true);

@@ -1,0 +1,10 @@
+//! Neural, a step from where 8 samples are completed to.
+
+#![no_std]
+#![no_main]
+
+use glimpse_core::model::Neural;
+use glimpse_bench::SAMPLES;
+use glimpse_bench::recipes::completed::NEURAL;
+
+glimpse_bench::fit!(Neural, SAMPLES, NEURAL);

@@ -1,0 +1,10 @@
+//! Neural, 20 steps on 8 samples.
+
+#![no_std]
+#![no_main]
+
+use glimpse_core::model::Neural;
+use glimpse_bench::SAMPLES;
+use glimpse_bench::recipes::NEURAL;
+
+glimpse_bench::fit!(Neural, SAMPLES, NEURAL);

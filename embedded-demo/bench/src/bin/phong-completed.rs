@@ -1,0 +1,10 @@
+//! Phong, a step from where 8 samples are completed to.
+
+#![no_std]
+#![no_main]
+
+use glimpse_core::model::Phong;
+use glimpse_bench::SAMPLES;
+use glimpse_bench::recipes::completed::PHONG;
+
+glimpse_bench::fit!(Phong, SAMPLES, PHONG);

@@ -1,0 +1,10 @@
+//! Phong, 20 steps on 8 samples.
+
+#![no_std]
+#![no_main]
+
+use glimpse_core::model::Phong;
+use glimpse_bench::SAMPLES;
+use glimpse_bench::recipes::PHONG;
+
+glimpse_bench::fit!(Phong, SAMPLES, PHONG);
