@@ -6,9 +6,10 @@
 use std::env;
 use std::error::Error;
 
-use glimpse_trainer::basis::Basis;
-use glimpse_trainer::evaluation::{Method, loss_between};
-use glimpse_trainer::material::{Material, Source};
+use glimpse_materials::basis::Basis;
+use glimpse_materials::loss::loss_between;
+use glimpse_materials::{Material, Source};
+use glimpse_trainer::evaluation::Method;
 use glimpse_trainer::shipped::{self, Shipped};
 use rayon::prelude::*;
 

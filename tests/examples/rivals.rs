@@ -12,11 +12,11 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
+use glimpse_bench::judge::loss;
+use glimpse_bench::{Material, SAMPLES, measure, recipes};
 use glimpse_core::geometry::HalfDifference;
 use glimpse_core::model::Phong;
 use glimpse_core::recipe::{Learner, Recipe};
-use glimpse_bench::judge::loss;
-use glimpse_bench::{Material, SAMPLES, measure, recipes};
 use glimpse_tests::cycles::of_fit;
 use glimpse_tests::microcontroller::{Binary, Functions, TARGETS};
 

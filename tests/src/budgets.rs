@@ -14,7 +14,8 @@ impl Budgets {
     /// If the file is not there or holds anything but numbers.
     #[must_use]
     pub fn load() -> Self {
-        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../embedded-demo/bench/budgets.toml");
+        let path =
+            Path::new(env!("CARGO_MANIFEST_DIR")).join("../embedded-demo/bench/budgets.toml");
         let text = std::fs::read_to_string(&path)
             .unwrap_or_else(|error| panic!("{}: {error}", path.display()));
         let table: BTreeMap<String, BTreeMap<String, BTreeMap<String, u64>>> =

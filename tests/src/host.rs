@@ -4,7 +4,7 @@ use std::io::{Read, Write};
 
 use glimpse_core::link::{Answerer, FRAME_BYTES, PROTOCOL, Received, Reply, Request};
 use glimpse_core::scan::Reading;
-use glimpse_trainer::material::Procedural;
+use glimpse_materials::Procedural;
 
 /// The answer to hello.
 pub const WELCOME: Reply = Reply::Welcome { protocol: PROTOCOL };

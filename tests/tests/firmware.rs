@@ -1,14 +1,14 @@
 //! The firmware in QEMU, in front of a good scanner. What happens on bad days is in `faults`.
 
-use glimpse_core::recipe::Recipe;
 use glimpse_bench::recipes;
+use glimpse_core::recipe::Recipe;
+use glimpse_materials::Material;
 use glimpse_tests::RECIPE;
 use glimpse_tests::device::{assert_agrees, fit};
 use glimpse_tests::elf::Firmware;
 use glimpse_tests::emulator::Emulator;
 use glimpse_tests::host::unseen;
 use glimpse_trainer::evaluation::{Judge, Method};
-use glimpse_trainer::material::Material;
 use glimpse_trainer::scanner::{ScannerNoise, VirtualScanner};
 use glimpse_trainer::shipped;
 

@@ -1,12 +1,12 @@
 //! Every model, by every kind of recipe, on microcontrollers: the host's numbers, within the budgets.
 
+use glimpse_bench::recipes::masked;
+use glimpse_bench::{Linear, is_lost, measure};
 use glimpse_core::fit::Fitter;
 use glimpse_core::geometry::HalfDifference;
 use glimpse_core::model::loss::cosine_weighted_log_error;
 use glimpse_core::model::{CookTorrance, ModelKind, Neural, Phong};
 use glimpse_core::recipe::Recipe;
-use glimpse_bench::recipes::masked;
-use glimpse_bench::{Linear, is_lost, measure};
 use glimpse_kernels::scan::scan_some;
 use glimpse_tests::budgets::Budgets;
 use glimpse_tests::figures::{FITS, Fit, demo_figures, figures};

@@ -4,7 +4,7 @@ use glimpse_core::geometry::HalfDifference;
 use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::Residual;
 use glimpse_kernels::scan::scan;
-use glimpse_trainer::material::{Material, Procedural};
+use glimpse_materials::{Material, Procedural};
 
 const NEURAL: &[u8] = include_bytes!("../../trainer/recipes/neural-n8.recipe");
 const LINEAR: &[u8] = include_bytes!("../../trainer/recipes/linear-n8.recipe");

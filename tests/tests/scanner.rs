@@ -8,11 +8,11 @@ use glimpse_core::geometry::{Directions, HalfDifference};
 use glimpse_core::link::{Failure, PROTOCOL, Refusal, Reply, Request};
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::{Recipe, RecipeError};
+use glimpse_materials::sampling::uniform_valid;
+use glimpse_materials::{Material, Procedural};
 use glimpse_tests::RECIPE;
 use glimpse_tests::device::{Device, fit};
 use glimpse_tests::line::{BadLine, Fault};
-use glimpse_trainer::material::{Material, Procedural};
-use glimpse_trainer::sampling::uniform_valid;
 use glimpse_trainer::scanner::{ScanReport, ScannerError, ScannerNoise, VirtualScanner, angles_of};
 
 const PATIENCE: Duration = Duration::from_millis(30);

@@ -11,10 +11,10 @@ use glimpse_core::model::linear::Basis;
 use glimpse_core::model::loss::cosine_weighted_log_error;
 use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::{Memory, Reading, Scan};
-use glimpse_trainer::linear::{CHANNELS, SINGLE_NODES, single_material};
-use glimpse_trainer::material::{Material, Procedural};
-use glimpse_trainer::report::WASM;
-use glimpse_trainer::sampling::uniform_valid;
+use glimpse_materials::sampling::uniform_valid;
+use glimpse_materials::{Material, Procedural};
+use glimpse_training::linear::{CHANNELS, SINGLE_NODES, single_material};
+use glimpse_viewer::WASM;
 use wasmi::{Engine, Instance, Linker, Module, Store, WasmParams, WasmResults};
 
 /// What results may differ by, relative to the largest of them.

@@ -5,12 +5,13 @@
 use std::path::{Path, PathBuf};
 
 use glimpse_core::model::{ModelKind, Neural, NeuralParameters, ParameterSet};
-
-use crate::evaluation::{Fitted, JudgeError, Method, OPTIMUM_STEPS, loss_between};
-use crate::material::{
+use glimpse_materials::loss::loss_between;
+use glimpse_materials::{
     Format, Material, NeuralBrdf, NotFinite, Source, SourceError, pab_endings, to_merl, to_nbrdf,
     to_pab, to_rgl,
 };
+
+use crate::evaluation::{Fitted, JudgeError, Method, OPTIMUM_STEPS};
 
 /// Why a material is not written in a format.
 #[derive(Debug, thiserror::Error)]
@@ -145,4 +146,28 @@ fn fit_network(
         *weight = fitted;
     }
     Ok(network)
+}
+
+#[cfg(test)]
+mod tests {
+    use glimpse_materials::{Procedural, RglMeasurement};
+
+    use super::*;
+
+    #[test]
+    fn fits_of_every_model_keep_their_loss_in_a_tensor_file() {
+        let material = Procedural::set(3, 8).remove(2);
+        let directory = tempfile::tempdir().expect("a temporary directory");
+        for model in [ModelKind::Phong, ModelKind::CookTorrance, ModelKind::Neural] {
+            let fitted = Method::optimum(model, 500).fit(&material, 1);
+            let fitted = fitted.expect("it can be fitted");
+            let path = directory.path().join("written_rgb.bsdf");
+            let bytes = to_rgl("a fit", &fitted).expect("it is finite");
+            std::fs::write(&path, bytes).expect("it is written");
+            let read = RglMeasurement::read(&path).expect("it is read");
+            let before = loss_between(&fitted, &material);
+            let after = loss_between(&read as &dyn Material, &material);
+            assert!(after < 1.02 * before, "{model:?}: {before} became {after}");
+        }
+    }
 }

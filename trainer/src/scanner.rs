@@ -13,14 +13,14 @@ use glimpse_core::link::{
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::{Reading, Residual};
+use glimpse_materials::Material;
+use glimpse_materials::basis::Basis;
+use glimpse_materials::loss::{directions, mean_log_error};
+use glimpse_training::meta::start::standard_normal;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
-use crate::evaluation::{Fitted, directions};
-use crate::linear::Basis;
-use crate::material::{self, Material};
-use crate::meta::start::standard_normal;
-use crate::metrics::mean_log_error;
+use crate::evaluation::Fitted;
 
 /// Why a scan did not come to its end. The next one may.
 #[derive(Debug, thiserror::Error)]
@@ -105,7 +105,7 @@ impl ScanReport {
 #[must_use]
 pub fn angles_of(directions: &Directions<f32>) -> Option<Angles<f32>> {
     let at = HalfDifference::from_directions(directions).filter(HalfDifference::is_valid)?;
-    Some(material::angles_of(&at))
+    Some(glimpse_materials::angles_of(&at))
 }
 
 /// What is known of the scan under way.

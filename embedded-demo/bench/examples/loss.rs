@@ -9,11 +9,11 @@
 
 use std::error::Error;
 
+use glimpse_bench::judge::loss;
+use glimpse_bench::{Material, SAMPLES, recipes};
 use glimpse_core::model::{CookTorrance, Model, Neural, Phong};
 use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::{Memory, Scan};
-use glimpse_bench::judge::loss;
-use glimpse_bench::{Material, SAMPLES, recipes};
 
 /// Materials in the family.
 const MATERIALS: u32 = 64;

@@ -22,7 +22,8 @@ pub mod recipes {
     /// Phong.
     pub static PHONG: &[u8] = include_bytes!("../../../trainer/recipes/phong-n8.recipe");
     /// Cook-Torrance.
-    pub static COOK_TORRANCE: &[u8] = include_bytes!("../../../trainer/recipes/cook-torrance-n8.recipe");
+    pub static COOK_TORRANCE: &[u8] =
+        include_bytes!("../../../trainer/recipes/cook-torrance-n8.recipe");
     /// Neural.
     pub static NEURAL: &[u8] = include_bytes!("../../../trainer/recipes/neural-n8.recipe");
     /// Linear.
@@ -32,22 +33,27 @@ pub mod recipes {
     /// Linear none.
     pub mod completed {
         /// Phong.
-        pub static PHONG: &[u8] = include_bytes!("../../../trainer/recipes/completed/phong-n8.recipe");
+        pub static PHONG: &[u8] =
+            include_bytes!("../../../trainer/recipes/completed/phong-n8.recipe");
         /// Cook-Torrance.
         pub static COOK_TORRANCE: &[u8] =
             include_bytes!("../../../trainer/recipes/completed/cook-torrance-n8.recipe");
         /// Neural.
-        pub static NEURAL: &[u8] = include_bytes!("../../../trainer/recipes/completed/neural-n8.recipe");
+        pub static NEURAL: &[u8] =
+            include_bytes!("../../../trainer/recipes/completed/neural-n8.recipe");
         /// Linear.
-        pub static LINEAR: &[u8] = include_bytes!("../../../trainer/recipes/completed/linear-n8.recipe");
+        pub static LINEAR: &[u8] =
+            include_bytes!("../../../trainer/recipes/completed/linear-n8.recipe");
     }
 
     /// Those that complete readings of which some may be missing: n = 16.
     pub mod masked {
         /// Neural.
-        pub static NEURAL: &[u8] = include_bytes!("../../../trainer/recipes/masked/neural-n16.recipe");
+        pub static NEURAL: &[u8] =
+            include_bytes!("../../../trainer/recipes/masked/neural-n16.recipe");
         /// Linear.
-        pub static LINEAR: &[u8] = include_bytes!("../../../trainer/recipes/masked/linear-n16.recipe");
+        pub static LINEAR: &[u8] =
+            include_bytes!("../../../trainer/recipes/masked/linear-n16.recipe");
     }
 }
 

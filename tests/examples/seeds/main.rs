@@ -12,8 +12,7 @@ use std::error::Error;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use glimpse_trainer::material::Procedural;
-
+use glimpse_materials::Procedural;
 use materials::{fitted, format, nbrdf, pab, texts};
 use others::{checkpoint, device, environment, readings};
 use tensors::{rgl, tensors};

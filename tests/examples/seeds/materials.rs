@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::error::Error;
 
 use glimpse_core::model::{ModelKind, NeuralParameters, ParameterSet};
-use glimpse_trainer::material::{FittedMaterial, Material, to_nbrdf, to_pab};
+use glimpse_materials::{FittedMaterial, Material, to_nbrdf, to_pab};
 
 use crate::{Folder, Outcome};
 

@@ -3,13 +3,13 @@
 use std::fs;
 
 use glimpse_core::geometry::Angles;
+use glimpse_materials::Material;
 use glimpse_optimizer::{Groups, Optimization};
-use glimpse_trainer::material::Material;
-use glimpse_trainer::meta::checkpoint::Checkpoint;
-use glimpse_trainer::meta::identity::RunIdentity;
-use glimpse_trainer::meta::state::RunState;
 use glimpse_trainer::render::Image;
 use glimpse_trainer_fuzz::checkpoint::RUN;
+use glimpse_training::meta::checkpoint::Checkpoint;
+use glimpse_training::meta::identity::RunIdentity;
+use glimpse_training::meta::state::RunState;
 
 use crate::{Folder, Outcome};
 

@@ -1,7 +1,7 @@
 //! Tensor files of few nodes.
 
 use glimpse_core::geometry::Angles;
-use glimpse_trainer::material::Material;
+use glimpse_materials::Material;
 
 use crate::{Folder, Outcome};
 

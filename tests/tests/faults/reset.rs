@@ -4,11 +4,11 @@ use std::io::{self, ErrorKind, Read, Write};
 use std::net::TcpStream;
 
 use glimpse_core::link::{FrameReader, Request};
+use glimpse_materials::Material;
 use glimpse_tests::RECIPE;
 use glimpse_tests::device::assert_agrees;
 use glimpse_tests::emulator::Emulator;
 use glimpse_tests::host::unseen;
-use glimpse_trainer::material::Material;
 use glimpse_trainer::scanner::{ScanReport, ScannerError, ScannerNoise, VirtualScanner};
 
 /// The device's serial line, overheard until a certain request, which nobody hears any more.

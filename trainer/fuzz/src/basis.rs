@@ -1,8 +1,9 @@
 //! A basis of one component, cut, extended and with other numbers here and there: it is refused, or written
 //! again byte by byte, and finite.
 
+use glimpse_materials::basis::{BASIS_MAGIC, Basis, Grid};
+
 use crate::{Damage, Folder, PLACES, refused};
-use glimpse_trainer::linear::{BASIS_MAGIC, Basis, Grid};
 
 /// Numbers of a node: mean, ln(median w + e), and a component.
 const NODE: [f32; 3] = [0.5, -3.0, 0.01];
@@ -35,7 +36,7 @@ pub fn check(input: &[u8]) {
     for at in PLACES {
         let _ = reconstruction.brdf(&at, 0.5);
         let _ = reconstruction.brdf_with_derivative(&at);
-        let tabulated = basis.look_up(glimpse_trainer::linear::widened(&at));
+        let tabulated = basis.look_up(glimpse_materials::basis::widened(&at));
         assert!(tabulated.mean[0].is_finite());
     }
 }

@@ -7,8 +7,8 @@ use std::fs;
 use crc::{CRC_32_ISO_HDLC, Crc};
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::{Effort, Parts, Schedule};
-use glimpse_trainer::meta::checkpoint::{Checkpoint, CheckpointError};
-use glimpse_trainer::meta::identity::RunIdentity;
+use glimpse_training::meta::checkpoint::{Checkpoint, CheckpointError};
+use glimpse_training::meta::identity::RunIdentity;
 
 use crate::{Folder, refused};
 

@@ -1,7 +1,8 @@
 //! Which format a file has, by what is in it: one of them, or a message.
 
+use glimpse_materials::{Format, Source};
+
 use crate::{Folder, refused};
-use glimpse_trainer::material::{Format, Source};
 
 const NAMES: [&str; 6] = [
     "felt.binary",

@@ -20,7 +20,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use glimpse_core::geometry::Angles;
-use glimpse_trainer::material::Material;
+use glimpse_materials::Material;
 use tempfile::TempDir;
 
 /// No message is longer, whatever a file holds.

@@ -2,8 +2,9 @@
 
 use std::collections::BTreeMap;
 
+use glimpse_materials::{FittedMaterial, Material, Source};
+
 use crate::{Folder, PLACES, refused};
-use glimpse_trainer::material::{FittedMaterial, Material, Source};
 
 const NAME: &str = "material.json";
 

@@ -6,9 +6,10 @@ use std::os::fd::AsRawFd;
 use std::path::PathBuf;
 use std::sync::LazyLock;
 
-use crate::{Damage, look, refused};
 use glimpse_core::geometry::HalfDifference;
-use glimpse_trainer::material::{Brdf, MerlTable, to_merl};
+use glimpse_materials::{Brdf, MerlTable, to_merl};
+
+use crate::{Damage, look, refused};
 
 /// Matt, and redder than blue.
 struct Matt;

@@ -2,9 +2,10 @@
 
 use std::sync::LazyLock;
 
-use crate::{Folder, PLACES, refused};
 use glimpse_core::model::{NeuralParameters, ParameterSet};
-use glimpse_trainer::material::{Material, NeuralBrdf, Source, to_nbrdf};
+use glimpse_materials::{Material, NeuralBrdf, Source, to_nbrdf};
+
+use crate::{Folder, PLACES, refused};
 
 static VALID: LazyLock<[(String, Vec<u8>); 6]> =
     LazyLock::new(|| to_nbrdf(&NeuralParameters::filled(0.1)));

@@ -1,9 +1,10 @@
 //! A set of PAB-Opto's texts, one after the other with a zero byte between them: it is refused, or it is a
 //! BRDF.
 
-use crate::{Folder, PLACES, refused};
 use glimpse_core::geometry::HalfDifference;
-use glimpse_trainer::material::{Brdf, PabSet};
+use glimpse_materials::{Brdf, PabSet};
+
+use crate::{Folder, PLACES, refused};
 
 /// Checks one input.
 pub fn check(bytes: &[u8]) {

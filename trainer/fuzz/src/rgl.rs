@@ -1,7 +1,8 @@
 //! A tensor file: it is refused, or it is a BRDF.
 
+use glimpse_materials::RglMeasurement;
+
 use crate::{Folder, look, refused};
-use glimpse_trainer::material::RglMeasurement;
 
 /// Checks one input.
 pub fn check(bytes: &[u8]) {

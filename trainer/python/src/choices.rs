@@ -2,9 +2,9 @@
 
 use glimpse_core::gonio::{Footprint, Limits, Quantity};
 use glimpse_core::model::ModelKind;
-use glimpse_trainer::material::Format;
-use glimpse_trainer::meta::plan::{Effort, Schedule};
+use glimpse_materials::Format;
 use glimpse_trainer::route::Order;
+use glimpse_training::meta::plan::{Effort, Schedule};
 use pyo3::prelude::*;
 
 use crate::error::refused;

@@ -3,12 +3,12 @@
 use std::error::Error;
 use std::io;
 
+use glimpse_materials::setting::{NamesSettings, Setting};
+use glimpse_materials::{ShareError, SourceError};
 use glimpse_trainer::evaluation::JudgeError;
-use glimpse_trainer::material::{ShareError, SourceError};
 use glimpse_trainer::measurement::FitFailure;
-use glimpse_trainer::meta::options::CompletingError;
-use glimpse_trainer::meta::run::TrainError;
-use glimpse_trainer::setting::{NamesSettings, Setting};
+use glimpse_training::meta::options::CompletingError;
+use glimpse_training::meta::run::TrainError;
 use pyo3::exceptions::{PyFileNotFoundError, PyPermissionError, PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 

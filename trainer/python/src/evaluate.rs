@@ -2,8 +2,8 @@
 
 use std::sync::atomic::Ordering;
 
+use glimpse_materials::SourceError;
 use glimpse_trainer::evaluation::{Judge, JudgeError, Known, Method, Readings, TrainedOn, Verdict};
-use glimpse_trainer::material::SourceError;
 use pyo3::prelude::*;
 use serde_json::{Value, json};
 

@@ -4,10 +4,10 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use glimpse_core::gonio::Repeated;
-use glimpse_trainer::export::RecipeFile;
-use glimpse_trainer::linear::Basis;
-use glimpse_trainer::material::{BasisFile, FittedMaterial, Material};
+use glimpse_materials::basis::Basis;
+use glimpse_materials::{BasisFile, FittedMaterial, Material};
 use glimpse_trainer::measurement::{Fate, Fit, Measured, fit};
+use glimpse_training::recipe::RecipeFile;
 use numpy::PyArrayDyn;
 use pyo3::IntoPyObjectExt;
 use pyo3::prelude::*;

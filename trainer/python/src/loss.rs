@@ -3,9 +3,9 @@
 use std::sync::Arc;
 
 use glimpse_core::geometry::HalfDifference;
-use glimpse_trainer::evaluation::{directions as loss_angles, loss_directions};
-use glimpse_trainer::material::Material;
-use glimpse_trainer::metrics::mean_log_error_of_values;
+use glimpse_materials::Material;
+use glimpse_materials::loss::mean_log_error_of_values;
+use glimpse_materials::loss::{directions as loss_angles, loss_directions};
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 use rayon::prelude::*;

@@ -6,10 +6,10 @@ use std::sync::Arc;
 
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::NeuralParameters;
-use glimpse_trainer::conversion::{files_of, format_of_ending, name_of, paths};
-use glimpse_trainer::material::{
+use glimpse_materials::{
     self, Format, Material, MerlTable, Source, SourceError, digest, table_nodes,
 };
+use glimpse_trainer::conversion::{files_of, format_of_ending, name_of, paths};
 use glimpse_trainer::measurement::angles_of_pair;
 use numpy::PyArrayDyn;
 use pyo3::IntoPyObjectExt;
@@ -278,7 +278,7 @@ impl PyMaterial {
         let source: Source = source.parse().map_err(raised)?;
         let read = detached(py, || Self::read_all(&source))?.map_err(raised)?;
         let found = read.into_iter().nth(index);
-        let same = |found: &Self| material::digest(&*found.material) == digest;
+        let same = |found: &Self| glimpse_materials::digest(&*found.material) == digest;
         match found.filter(same) {
             Some(found) => Ok(found),
             None => refused(format!(

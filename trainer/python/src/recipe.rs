@@ -4,9 +4,9 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use glimpse_core::recipe::Recipe;
-use glimpse_trainer::export::RecipeFile;
-use glimpse_trainer::linear::Basis;
+use glimpse_materials::basis::Basis;
 use glimpse_trainer::route::arms_of;
+use glimpse_training::recipe::RecipeFile;
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyType};

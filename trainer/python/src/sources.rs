@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use glimpse_trainer::material::{Joined, Material, Source, SourceError, Sources};
+use glimpse_materials::{Joined, Material, Source, SourceError, Sources};
 use pyo3::prelude::*;
 
 use crate::error::{raised, refused};

@@ -8,14 +8,14 @@ use std::time::Duration;
 
 use glimpse_core::gonio::Limits;
 use glimpse_core::model::ModelKind;
-use glimpse_trainer::export::{NoRecipe, RecipeFile, recipe_of};
-use glimpse_trainer::linear::Prior;
-use glimpse_trainer::material::SourceError;
-use glimpse_trainer::meta::checkpoint::Checkpoint;
-use glimpse_trainer::meta::options::{Completing, Options};
-use glimpse_trainer::meta::outer::{self, Checkpoints};
-use glimpse_trainer::meta::plan::Schedule;
-use glimpse_trainer::meta::run::{TrainError, train as meta_train};
+use glimpse_materials::SourceError;
+use glimpse_training::linear::Prior;
+use glimpse_training::meta::checkpoint::Checkpoint;
+use glimpse_training::meta::options::{Completing, Options};
+use glimpse_training::meta::outer::{self, Checkpoints};
+use glimpse_training::meta::plan::Schedule;
+use glimpse_training::meta::run::{TrainError, train as meta_train};
+use glimpse_training::recipe::{NoRecipe, RecipeFile, recipe_of};
 use pyo3::prelude::*;
 
 use crate::choices::{EFFORTS, MODELS, SCHEDULES, choose, limits};

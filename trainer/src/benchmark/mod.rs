@@ -13,23 +13,22 @@ mod timing;
 use std::marker::PhantomData;
 
 use glimpse_core::model::{CookTorrance, ModelKind, Neural, ParameterSet, Phong};
-use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
-
-use crate::material::{Material, Procedural};
-use crate::meta::descent::{DescentTrainee, Tasks};
-use crate::meta::pattern::{Pattern, logits_of};
-use crate::meta::phase::{InnerSamples, OuterStep, Phase, Search};
-use crate::meta::plan::{Effort, Plan, Schedule};
-use crate::meta::pool::Pool;
-use crate::meta::run::INNER_STEPS;
-use crate::meta::start::first_guess;
-use crate::meta::trainee::{RandomStreams, Trainee};
-use crate::sampling::sobol_valid;
 use glimpse_kernels::Dual;
 use glimpse_kernels::LaneModel;
 use glimpse_kernels::inner_loop::{InnerLoop, MetaGradient};
+use glimpse_materials::sampling::sobol_valid;
+use glimpse_materials::{Material, Procedural};
 use glimpse_optimizer::{Groups, Optimization};
+use glimpse_training::meta::descent::{DescentTrainee, Tasks};
+use glimpse_training::meta::pattern::{Pattern, logits_of};
+use glimpse_training::meta::phase::{InnerSamples, OuterStep, Phase, Search};
+use glimpse_training::meta::plan::{Effort, Plan, Schedule};
+use glimpse_training::meta::pool::Pool;
+use glimpse_training::meta::run::INNER_STEPS;
+use glimpse_training::meta::start::first_guess;
+use glimpse_training::meta::trainee::{RandomStreams, Trainee};
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
 
 pub use peak::{Peak, peak};
 pub use timing::{Timing, measure};

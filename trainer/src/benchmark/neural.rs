@@ -11,7 +11,7 @@
 //! On dual numbers a product forward or backward is three (value times value, tangent times value,
 //! value times tangent). Of what is accumulated only the tangent is wanted: two.
 
-use crate::meta::run::INNER_STEPS;
+use glimpse_training::meta::run::INNER_STEPS;
 
 const WEIGHTS: [u64; 3] = [5 * 21, 21 * 21, 21 * 3];
 const ALL: u64 = WEIGHTS[0] + WEIGHTS[1] + WEIGHTS[2];

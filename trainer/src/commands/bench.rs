@@ -4,9 +4,9 @@ use anyhow::ensure;
 use clap::{Args, ValueEnum};
 use glimpse_core::model::ModelKind;
 use glimpse_kernels::lanes::InstructionSet;
+use glimpse_materials::Source;
 use glimpse_trainer::benchmark::{Ground, Item, Peak, Threads, Timing, materials, measure, peak};
-use glimpse_trainer::material::Source;
-use glimpse_trainer::meta::plan::Effort;
+use glimpse_training::meta::plan::Effort;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::{Value, json};
 

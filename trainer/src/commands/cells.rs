@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, bail};
 use clap::parser::ValueSource;
 use clap::{ArgMatches, Command};
-use glimpse_trainer::material::Source;
+use glimpse_materials::Source;
 use serde::Serialize;
 
 use super::print;

@@ -3,8 +3,8 @@
 use anyhow::bail;
 use clap::Args;
 use glimpse_core::gonio::Limits;
-use glimpse_trainer::meta::options::Completing;
-use glimpse_trainer::meta::plan::Schedule;
+use glimpse_training::meta::options::Completing;
+use glimpse_training::meta::plan::Schedule;
 
 use super::numbers;
 

@@ -5,9 +5,9 @@ use std::path::PathBuf;
 
 use anyhow::{Context, bail, ensure};
 use clap::Args;
+use glimpse_materials::files::holds;
+use glimpse_materials::{Format, Source};
 use glimpse_trainer::conversion::{format_of_ending, loss_of, name_of, paths};
-use glimpse_trainer::files::holds;
-use glimpse_trainer::material::{Format, Source};
 use serde_json::json;
 
 use super::formats::{Files, FormatName, files_of};

@@ -5,13 +5,13 @@ use std::time::Instant;
 use anyhow::Context;
 use clap::ValueEnum;
 use glimpse_core::model::ModelKind;
+use glimpse_materials::basis::Basis;
+use glimpse_materials::{Portion, Source};
 use glimpse_trainer::evaluation::{Judge, Method};
-use glimpse_trainer::export::recipe_of;
-use glimpse_trainer::linear::Basis;
-use glimpse_trainer::material::{Portion, Source};
-use glimpse_trainer::meta::options::Options;
-use glimpse_trainer::meta::plan::{Effort, Schedule};
 use glimpse_trainer::report::{Best, Cell, Column, Compare, Table};
+use glimpse_training::meta::options::Options;
+use glimpse_training::meta::plan::{Effort, Schedule};
+use glimpse_training::recipe::recipe_of;
 
 use super::known::tell;
 use super::progress::train_with_progress;

@@ -6,13 +6,14 @@ use std::sync::atomic::AtomicBool;
 use anyhow::{Context, Error, anyhow, bail};
 use clap::{ArgGroup, Args, ValueEnum};
 use glimpse_core::model::ModelKind;
+use glimpse_materials::basis::Basis;
+use glimpse_materials::{Portion, Source};
 use glimpse_trainer::evaluation::{Judge, Method, OPTIMUM_STEPS, Readings, TrainedOn, Verdict};
-use glimpse_trainer::export::{RecipeFile, recipe_of};
-use glimpse_trainer::linear::{Basis, Columns, Prior, least_condition};
-use glimpse_trainer::material::{Portion, Source};
-use glimpse_trainer::meta::options::{Options, Parts};
-use glimpse_trainer::meta::plan::{Effort, Schedule};
-use glimpse_trainer::meta::run::INNER_STEPS;
+use glimpse_training::linear::{Columns, Prior, least_condition, principal_components};
+use glimpse_training::meta::options::{Options, Parts};
+use glimpse_training::meta::plan::{Effort, Schedule};
+use glimpse_training::meta::run::INNER_STEPS;
+use glimpse_training::recipe::{RecipeFile, recipe_of};
 
 use super::export_basis::read_compact;
 use super::known::known;
@@ -274,7 +275,7 @@ impl Evaluate {
             let training = load(&self.train())?;
             let columns = Columns::new(&training);
             let all: Vec<usize> = (0..columns.count()).collect();
-            let basis = Basis::new(&columns, &all, prior.components);
+            let basis = principal_components(&columns, &all, prior.components);
             let method = match name {
                 MethodName::Njr15 => {
                     let pattern = least_condition(&basis, self.samples()?, seed);

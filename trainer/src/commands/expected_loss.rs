@@ -3,8 +3,8 @@
 use glimpse_core::recipe::{
     Expectation, Origin, Recipe, RecipeError, Statements, Training, ValidationSplit,
 };
-use glimpse_trainer::export::split_in_words;
 use glimpse_trainer::shipped;
+use glimpse_training::recipe::split_in_words;
 
 /// The loss to expect by a recipe, in words that begin with the number; None if it states none.
 pub(super) fn expected_loss(recipe: &Recipe<'_>) -> Result<Option<String>, RecipeError> {

@@ -4,8 +4,9 @@ use std::path::PathBuf;
 
 use anyhow::bail;
 use clap::Args;
-use glimpse_trainer::export::{RecipeFile, to_c, to_csv, to_json, to_rust};
-use glimpse_trainer::linear::Basis;
+use glimpse_materials::basis::Basis;
+use glimpse_trainer::export::{to_c, to_csv, to_json, to_rust};
+use glimpse_training::recipe::RecipeFile;
 
 use super::export_basis::compact_basis;
 use super::numbers;

@@ -4,7 +4,8 @@ use std::path::Path;
 
 use anyhow::{Context, bail};
 use glimpse_core::model::linear;
-use glimpse_trainer::linear::{Basis, COMPACT_COMPONENTS, COMPACT_NODES};
+use glimpse_materials::basis::Basis;
+use glimpse_training::linear::{COMPACT_COMPONENTS, COMPACT_NODES, compact};
 
 use super::read_recipe;
 
@@ -37,7 +38,7 @@ pub(crate) fn compacted(basis: &Basis, components: Option<usize>) -> anyhow::Res
         Some(count) => count,
         None => COMPACT_COMPONENTS.min(all),
     };
-    let bytes = basis.compact(components, COMPACT_NODES);
+    let bytes = compact(basis, components, COMPACT_NODES);
     linear::Basis::parse(&bytes).context("the compact basis that was made")?;
     eprintln!(
         "{components} of {all} components, {} bytes; it serves every recipe that was trained with \

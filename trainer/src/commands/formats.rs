@@ -2,8 +2,8 @@
 
 use std::path::PathBuf;
 
+use glimpse_materials::{Format, Material};
 use glimpse_trainer::conversion::{self, ConversionError};
-use glimpse_trainer::material::{Format, Material};
 
 /// The formats.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]

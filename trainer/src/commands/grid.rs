@@ -7,8 +7,8 @@ use std::time::Instant;
 use anyhow::{Context, bail};
 use clap::ValueEnum;
 use glimpse_core::model::ModelKind;
-use glimpse_trainer::files::write_whole;
-use glimpse_trainer::material::{Portion, Source, Sources};
+use glimpse_materials::files::write_whole;
+use glimpse_materials::{Portion, Source, Sources};
 use glimpse_trainer::report::{Best, Cell, Column, Compare, Table};
 
 use super::cells::{self, Given, for_a_shell, paths_of, text_of, texts_of};

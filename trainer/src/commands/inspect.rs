@@ -8,8 +8,9 @@ use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::{
     Completed, Descent, Floats, Learner, Materials, Noise, Recipe, RecipeError, Ridge,
 };
-use glimpse_trainer::export::{RecipeFile, eta, to_json};
+use glimpse_trainer::export::{eta, to_json};
 use glimpse_trainer::route::arms_of;
+use glimpse_training::recipe::RecipeFile;
 
 use super::expected_loss::expected_loss;
 use super::limits::describe;

@@ -1,8 +1,8 @@
 //! Says which materials a recipe was trained on: what it does on those is no news.
 
 use glimpse_core::recipe::{Recipe, RecipeError};
+use glimpse_materials::Material;
 use glimpse_trainer::evaluation::{Known, TrainedOn};
-use glimpse_trainer::material::Material;
 
 /// Which of some materials are known, and how; None if that cannot be told.
 pub(super) fn known(

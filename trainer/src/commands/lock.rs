@@ -5,7 +5,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
-use glimpse_trainer::files::require_folder_of;
+use glimpse_materials::files::require_folder_of;
 
 /// Held while a run lasts. Its file goes with it; of a run that was killed the file stays behind,
 /// and is free.

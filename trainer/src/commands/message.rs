@@ -2,11 +2,11 @@
 
 use std::error::Error;
 
+use glimpse_materials::ShareError;
+use glimpse_materials::setting::{NamesSettings, Setting};
 use glimpse_trainer::evaluation::JudgeError;
-use glimpse_trainer::material::ShareError;
 use glimpse_trainer::measurement::FitFailure;
-use glimpse_trainer::meta::options::CompletingError;
-use glimpse_trainer::setting::{NamesSettings, Setting};
+use glimpse_training::meta::options::CompletingError;
 
 /// An error and its causes, those left out that the one before has said already.
 pub(crate) fn message(error: &anyhow::Error) -> String {

@@ -37,11 +37,11 @@ use std::path::Path;
 use anyhow::{Context, bail};
 use clap::Args;
 use glimpse_core::model::ModelKind;
-use glimpse_trainer::export::RecipeFile;
-use glimpse_trainer::linear::{Basis, Prior};
-
-use glimpse_trainer::material::{Joined, Material, Source, Sources};
+use glimpse_materials::basis::Basis;
+use glimpse_materials::{Joined, Material, Source, Sources};
 use glimpse_trainer::render::Environment;
+use glimpse_training::linear::Prior;
+use glimpse_training::recipe::RecipeFile;
 pub(crate) use output::write_file;
 use serde::Serialize;
 

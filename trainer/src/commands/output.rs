@@ -7,9 +7,9 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, bail, ensure};
 use glimpse_core::model::linear::format::MAGIC as COMPACT_MAGIC;
 use glimpse_core::recipe::MAGIC;
-use glimpse_trainer::files::{holds, make_folder, try_write, write_whole};
-use glimpse_trainer::linear::BASIS_MAGIC;
-use glimpse_trainer::material::{FittedMaterial, Source};
+use glimpse_materials::basis::BASIS_MAGIC;
+use glimpse_materials::files::{holds, make_folder, try_write, write_whole};
+use glimpse_materials::{FittedMaterial, Source};
 use serde_json::{Value, json};
 
 /// Writes a file whole or not at all, and says so. A recipe, a material or a sheet of readings that is there, and is

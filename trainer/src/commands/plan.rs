@@ -5,10 +5,10 @@ use std::path::{Path, PathBuf, absolute};
 use anyhow::{Error, bail, ensure};
 use clap::Args;
 use glimpse_core::gonio::Limits;
-use glimpse_trainer::export::RecipeFile;
-use glimpse_trainer::files::holds;
-use glimpse_trainer::linear::Basis;
+use glimpse_materials::basis::Basis;
+use glimpse_materials::files::holds;
 use glimpse_trainer::route::{self, Axes, Machine, MachineError, Order, Route, stops};
+use glimpse_training::recipe::RecipeFile;
 
 use super::limits::{LimitArgs, describe};
 use super::output::{is_same_file, write_file_forced};

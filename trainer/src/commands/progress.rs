@@ -5,10 +5,10 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use glimpse_trainer::material::Material;
-use glimpse_trainer::meta::learned::Learned;
-use glimpse_trainer::meta::options::Options;
-use glimpse_trainer::meta::run::{TrainError, train};
+use glimpse_materials::Material;
+use glimpse_training::meta::learned::Learned;
+use glimpse_training::meta::options::Options;
+use glimpse_training::meta::run::{TrainError, train};
 use indicatif::{ProgressBar, ProgressStyle};
 
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);

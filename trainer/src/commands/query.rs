@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use anyhow::Context;
 use clap::Args;
-use glimpse_trainer::material::{Convention, Material, Source};
+use glimpse_materials::{Convention, Material, Source};
 use glimpse_trainer::measurement::{AngleRow, AngleTable};
 use rayon::prelude::*;
 use serde_json::{Value, json};

@@ -8,11 +8,9 @@ use clap::Args;
 use glimpse_core::gonio::Limits;
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::Recipe;
+use glimpse_materials::files::try_write;
+use glimpse_materials::{Material, Source};
 use glimpse_trainer::evaluation::{Judge, Method, SPHERE};
-use glimpse_trainer::files::try_write;
-use glimpse_trainer::material::{Material, Source};
-use glimpse_trainer::meta::plan::Effort;
-use glimpse_trainer::meta::run::INNER_STEPS;
 use glimpse_trainer::metrics::Scores;
 use glimpse_trainer::render::Picture;
 use glimpse_trainer::report::{
@@ -20,6 +18,8 @@ use glimpse_trainer::report::{
 };
 use glimpse_trainer::route::{Machine, Order, Route, stops};
 use glimpse_trainer::shipped::{self, Shipped};
+use glimpse_training::meta::plan::Effort;
+use glimpse_training::meta::run::INNER_STEPS;
 use rayon::prelude::*;
 
 use super::lock::Lock;

@@ -8,7 +8,7 @@ use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::error::{ContextKind, ContextValue};
 use clap::{Arg, Args, Command, Subcommand};
 use glimpse_core::recipe::Recipe;
-use glimpse_trainer::linear::Basis;
+use glimpse_materials::basis::Basis;
 use glimpse_trainer::report::{Best, Cell, Column, Compare, Table};
 use glimpse_trainer::shipped::{self, Shipped};
 use serde_json::{Value, json};

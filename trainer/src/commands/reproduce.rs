@@ -4,10 +4,10 @@ use std::path::PathBuf;
 
 use anyhow::{anyhow, bail};
 use clap::Args;
+use glimpse_materials::Source;
+use glimpse_materials::files::try_write;
 use glimpse_trainer::evaluation::TrainedOn;
-use glimpse_trainer::files::try_write;
-use glimpse_trainer::material::Source;
-use glimpse_trainer::meta::plan::Effort;
+use glimpse_training::meta::plan::Effort;
 
 use super::cells::{self, Given, for_a_shell, paths_of, text_of, texts_of};
 use super::known::{known, lines};

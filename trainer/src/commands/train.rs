@@ -6,14 +6,15 @@ use std::time::{Duration, Instant};
 use anyhow::{Context, bail};
 use clap::Args;
 use glimpse_core::model::ModelKind;
-use glimpse_trainer::export::{RecipeFile, describe_options, describe_training, recipe_of};
-use glimpse_trainer::files::{is_stream, try_write};
-use glimpse_trainer::linear::{Basis, Prior};
-use glimpse_trainer::material::{Joined, Portion, Source, Sources};
-use glimpse_trainer::meta::checkpoint::Checkpoint;
-use glimpse_trainer::meta::options::Options;
-use glimpse_trainer::meta::outer::Checkpoints;
-use glimpse_trainer::meta::plan::{Effort, Schedule};
+use glimpse_materials::basis::Basis;
+use glimpse_materials::files::{is_stream, try_write};
+use glimpse_materials::{Joined, Portion, Source, Sources};
+use glimpse_training::linear::Prior;
+use glimpse_training::meta::checkpoint::Checkpoint;
+use glimpse_training::meta::options::Options;
+use glimpse_training::meta::outer::Checkpoints;
+use glimpse_training::meta::plan::{Effort, Schedule};
+use glimpse_training::recipe::{RecipeFile, describe_options, describe_training, recipe_of};
 
 use super::completing::CompletingArgs;
 use super::expected_loss::expected_loss;
@@ -432,9 +433,9 @@ fn beside(out: &Path) -> PathBuf {
 #[cfg(test)]
 mod tests {
     use glimpse_core::recipe::ValidationSplit;
-    use glimpse_trainer::meta::learned::{ExpectedLoss, Learned, LearnedDescent};
-    use glimpse_trainer::meta::trainee::Expected;
-    use glimpse_trainer::sampling::sobol_valid;
+    use glimpse_materials::sampling::sobol_valid;
+    use glimpse_training::meta::learned::{ExpectedLoss, Learned, LearnedDescent};
+    use glimpse_training::meta::trainee::Expected;
 
     use super::*;
 
@@ -477,7 +478,7 @@ mod tests {
             |o| o.seed = 1,
             |o| o.completing.limits.min_separation = 0.001,
             |o| o.portions[0].materials = 13,
-            |o| o.parts = glimpse_trainer::meta::options::Parts::AllTwice,
+            |o| o.parts = glimpse_training::meta::options::Parts::AllTwice,
         ];
         for change in changes {
             let mut other = options();

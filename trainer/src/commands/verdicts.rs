@@ -2,8 +2,8 @@
 
 use glimpse_core::recipe::{Recipe, RecipeError};
 use glimpse_trainer::evaluation::{Estimate, Known, Verdict};
-use glimpse_trainer::meta::completion::prediction::rank_correlation;
 use glimpse_trainer::report::{Best, Cell, Column, Compare, Table};
+use glimpse_training::meta::completion::prediction::rank_correlation;
 use serde_json::{Value, json};
 
 use super::expected_loss::expected_loss;

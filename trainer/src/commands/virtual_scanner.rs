@@ -5,8 +5,8 @@ use std::path::PathBuf;
 
 use anyhow::{Context, bail};
 use clap::Args;
-use glimpse_trainer::linear::Basis;
-use glimpse_trainer::material::{Material, Source};
+use glimpse_materials::basis::Basis;
+use glimpse_materials::{Material, Source};
 use glimpse_trainer::scanner::{self, ScanReport, ScannerError, ScannerNoise};
 use serde_json::{Value, json};
 

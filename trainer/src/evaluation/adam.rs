@@ -2,15 +2,14 @@
 //! go on from any fit.
 
 use glimpse_core::model::{Model, ParameterSet, Sample};
-use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
-
-use crate::material::Material;
-use crate::meta::pool::Pool;
-use crate::meta::start::{first_guess, random_start};
 use glimpse_kernels::LaneModel;
 use glimpse_kernels::inner_loop::unflatten;
+use glimpse_materials::Material;
 use glimpse_optimizer::{Groups, Optimization};
+use glimpse_training::meta::pool::Pool;
+use glimpse_training::meta::start::{first_guess, random_start};
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
 
 /// The learning rate of the method Random.
 const RANDOM_RATE: f32 = 1e-3;

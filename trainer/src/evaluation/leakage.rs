@@ -3,8 +3,7 @@
 use std::collections::{HashMap, HashSet};
 
 use glimpse_core::recipe::{Recipe, RecipeError};
-
-use crate::material::{Identity, Material};
+use glimpse_materials::{Identity, Material};
 
 /// The materials that something was trained on, by name and by digest.
 #[derive(Clone, Debug, Default)]
@@ -67,8 +66,8 @@ impl TrainedOn {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::material::{Procedural, Source};
     use glimpse_core::geometry::Angles;
+    use glimpse_materials::{Procedural, Source};
 
     /// A material under another name.
     struct Renamed<'a>(&'a str, &'a Procedural);

@@ -4,17 +4,18 @@ use glimpse_core::fit::Fitter;
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::{Model, ModelKind, ParameterSet, Sample};
 use glimpse_core::recipe::{Descent, Learner, Recipe};
-
-use super::JudgeError;
-use super::adam;
-use super::readings::Readings;
-use crate::linear::{Basis, Coefficients, Reconstruction, Reduced};
-use crate::material::{Brdf, Material};
-use crate::sampling::uniform_valid;
 use glimpse_kernels::LaneModel;
 use glimpse_kernels::inner_loop::unflatten;
 use glimpse_kernels::scan::scan_some;
 use glimpse_kernels::with_model;
+use glimpse_materials::basis::{Basis, Coefficients, Reconstruction};
+use glimpse_materials::sampling::uniform_valid;
+use glimpse_materials::{Brdf, Material};
+use glimpse_training::linear::Reduced;
+
+use super::JudgeError;
+use super::adam;
+use super::readings::Readings;
 
 /// What a fit has found.
 #[derive(Clone, Debug, PartialEq)]
@@ -377,7 +378,10 @@ impl<'a> Method<'a> {
                 }
             }
             Fitting::RidgeAnywhere(precision, basis) => {
-                let places: Vec<Angles<f64>> = angles.iter().map(crate::linear::widened).collect();
+                let places: Vec<Angles<f64>> = angles
+                    .iter()
+                    .map(glimpse_materials::basis::widened)
+                    .collect();
                 let measured: Vec<[f32; 3]> =
                     angles.iter().map(|angles| material.brdf(*angles)).collect();
                 let coefficients = Reduced::new(basis, &places).fit(precision, &measured)?;

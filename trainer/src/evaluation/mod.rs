@@ -1,14 +1,12 @@
 //! Judging methods on materials: fit each from a few of its samples, compare with all of it.
 
 mod adam;
-mod directions;
 mod leakage;
 mod method;
 mod readings;
 mod uncertainty;
 
 pub use adam::OPTIMUM_STEPS;
-pub use directions::{DIRECTIONS, directions, fewer_directions};
 pub use glimpse_kernels::scan::{Found, scan};
 pub use leakage::{Known, TrainedOn};
 pub use method::{Fitted, Method, measure};
@@ -18,12 +16,13 @@ pub use uncertainty::Estimate;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use glimpse_core::geometry::HalfDifference;
+use glimpse_materials::Material;
+use glimpse_materials::loss::{loss_directions, mean_log_error};
+use glimpse_materials::setting::{NamesSettings, Naming, Setting};
 use rayon::prelude::*;
 
-use crate::material::{Brdf, Material};
-use crate::metrics::{CompareError, Scores, mean_log_error};
+use crate::metrics::{CompareError, Scores};
 use crate::render::{Environment, Picture, render_sphere};
-use crate::setting::{NamesSettings, Naming, Setting};
 
 /// Width and height of the spheres that metrics are of, in pixels.
 ///
@@ -65,7 +64,7 @@ pub enum JudgeError {
     Ridge(#[from] glimpse_core::fit::ridge::RidgeError),
     /// A basis does not belong to a recipe.
     #[error(transparent)]
-    Count(#[from] crate::linear::CountError),
+    Count(#[from] glimpse_materials::basis::CountError),
     /// A material cannot be scanned by a recipe.
     #[error(transparent)]
     Scan(#[from] glimpse_kernels::scan::HostScanError),
@@ -111,22 +110,6 @@ pub struct Judge<'a> {
 struct Reference {
     values: Vec<[f32; 3]>,
     sphere: Picture,
-}
-
-/// The loss of a BRDF against a material: what [`Judge`] finds of a fit, and nothing of pictures.
-#[must_use]
-pub fn loss_between(brdf: &(impl Brdf + ?Sized), material: &dyn Material) -> f64 {
-    let at = loss_directions();
-    let mut values = vec![[0.0; 3]; at.len()];
-    material.brdf_batch(&at, &mut values);
-    mean_log_error(brdf, &at, &values)
-}
-
-/// Returns the [`directions`] of the loss as half and difference vectors.
-#[must_use]
-pub fn loss_directions() -> Vec<HalfDifference<f32>> {
-    let angles = directions().into_iter();
-    angles.map(HalfDifference::from_angles).collect()
 }
 
 /// A material's name and how well it was fitted.

@@ -3,12 +3,11 @@
 use std::f32::consts::FRAC_1_PI;
 
 use glimpse_core::geometry::{Angles, HalfDifference};
+use glimpse_materials::{Material, quantised};
 use rand::seq::SliceRandom;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
-
-use crate::material::{Material, quantised};
 
 /// What becomes of readings.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -75,7 +74,7 @@ impl Readings {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::material::Procedural;
+    use glimpse_materials::Procedural;
 
     fn read(readings: Readings, seed: u64) -> Vec<Option<[f32; 3]>> {
         let material = Procedural::set(1, 3).remove(0);

@@ -3,9 +3,9 @@
 use anyhow::Context;
 use glimpse_core::model::ModelKind;
 use glimpse_trainer::evaluation::Method;
-use glimpse_trainer::meta::options::Parts;
-use glimpse_trainer::meta::plan::Schedule;
 use glimpse_trainer::report::{Best, Cell, Column, Compare, Table};
+use glimpse_training::meta::options::Parts;
+use glimpse_training::meta::plan::Schedule;
 
 use super::case::{Approach, Case, TrainingRun};
 use super::findings::Findings;

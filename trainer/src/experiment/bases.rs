@@ -1,8 +1,8 @@
 //! Linear with few components and with many (paper, "Same-quality").
 
 use glimpse_core::model::ModelKind;
-use glimpse_trainer::linear::Prior;
 use glimpse_trainer::report::{Best, Cell, Column, Compare, Table};
+use glimpse_training::linear::Prior;
 
 use super::case::{Approach, Case};
 use super::findings::Findings;

@@ -2,9 +2,9 @@
 
 use clap::ValueEnum;
 use glimpse_core::model::ModelKind;
-use glimpse_trainer::linear::Prior;
-use glimpse_trainer::meta::options::Parts;
-use glimpse_trainer::meta::plan::Schedule;
+use glimpse_training::linear::Prior;
+use glimpse_training::meta::options::Parts;
+use glimpse_training::meta::plan::Schedule;
 
 /// A way to measure and fit materials; one that is learned names its schedule.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

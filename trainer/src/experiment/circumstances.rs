@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use glimpse_trainer::meta::plan::{Effort, Schedule};
+use glimpse_training::meta::plan::{Effort, Schedule};
 use serde_json::{Value, json};
 
 use super::case::name_of;

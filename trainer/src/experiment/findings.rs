@@ -5,8 +5,8 @@ use std::path::Path;
 use std::time::Duration;
 
 use anyhow::Context;
-use glimpse_trainer::meta::plan::Schedule;
 use glimpse_trainer::report::{Cell, Gallery, Page, Plot, Table, svg_to_png};
+use glimpse_training::meta::plan::Schedule;
 use serde_json::{Map, Value, json};
 
 use super::circumstances::Circumstances;

@@ -2,11 +2,11 @@
 
 use anyhow::Context;
 use glimpse_core::model::ModelKind;
+use glimpse_materials::sampling::MeanBrdf;
 use glimpse_trainer::evaluation::Method;
 use glimpse_trainer::report::{
     Axis, Best, Cell, Column, Compare, Hue, Mark, Plot, Scale, Series, Table,
 };
-use glimpse_trainer::sampling::MeanBrdf;
 
 use super::case::{Approach, Case, TrainingRun};
 use super::curves::look;

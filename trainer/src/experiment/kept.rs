@@ -5,11 +5,11 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, anyhow};
+use glimpse_materials::basis::Basis;
+use glimpse_materials::files::{make_folders, write_whole};
 use glimpse_trainer::evaluation::{MaterialScores, Verdict};
-use glimpse_trainer::export::RecipeFile;
-use glimpse_trainer::files::{make_folders, write_whole};
-use glimpse_trainer::linear::Basis;
 use glimpse_trainer::metrics::Scores;
+use glimpse_training::recipe::RecipeFile;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 

@@ -2,11 +2,11 @@
 
 use glimpse_core::geometry::HalfDifference;
 use glimpse_core::model::ModelKind;
-use glimpse_trainer::evaluation::directions;
-use glimpse_trainer::linear::Prior;
-use glimpse_trainer::material::Material;
-use glimpse_trainer::meta::plan::Schedule;
+use glimpse_materials::Material;
+use glimpse_materials::loss::directions;
 use glimpse_trainer::report::{Best, Cell, Column, Compare, Table};
+use glimpse_training::linear::Prior;
+use glimpse_training::meta::plan::Schedule;
 use rayon::prelude::*;
 
 use super::case::{Approach, Case};

@@ -6,16 +6,16 @@ use std::path::PathBuf;
 
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::ValidationSplit;
+use glimpse_materials::Material;
+use glimpse_materials::sampling::sobol_valid;
 use glimpse_trainer::evaluation::MaterialScores;
-use glimpse_trainer::export::recipe_of;
-use glimpse_trainer::material::Material;
-use glimpse_trainer::meta::learned::{ExpectedLoss, Learned, LearnedDescent};
-use glimpse_trainer::meta::options::Options;
-use glimpse_trainer::meta::plan::{Effort, Schedule};
-use glimpse_trainer::meta::start::first_guess;
-use glimpse_trainer::meta::trainee::Expected;
 use glimpse_trainer::metrics::Scores;
-use glimpse_trainer::sampling::sobol_valid;
+use glimpse_training::meta::learned::{ExpectedLoss, Learned, LearnedDescent};
+use glimpse_training::meta::options::Options;
+use glimpse_training::meta::plan::{Effort, Schedule};
+use glimpse_training::meta::start::first_guess;
+use glimpse_training::meta::trainee::Expected;
+use glimpse_training::recipe::recipe_of;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 

@@ -1,7 +1,7 @@
 //! The paper's own figures, to be printed beside ours.
 
 use glimpse_core::model::ModelKind;
-use glimpse_trainer::meta::plan::Schedule;
+use glimpse_training::meta::plan::Schedule;
 
 use super::PaperMetrics;
 use super::case::Approach;

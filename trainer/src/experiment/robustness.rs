@@ -2,9 +2,9 @@
 
 use anyhow::Context;
 use glimpse_core::geometry::Angles;
+use glimpse_materials::sampling::uniform_valid;
 use glimpse_trainer::evaluation::Method;
 use glimpse_trainer::report::{Best, Cell, Column, Compare, Table};
-use glimpse_trainer::sampling::uniform_valid;
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;

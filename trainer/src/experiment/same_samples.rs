@@ -2,9 +2,9 @@
 //! spheres of two materials (figure "MethodsModels").
 
 use glimpse_core::model::ModelKind;
-use glimpse_trainer::linear::Prior;
 use glimpse_trainer::metrics::Scores;
 use glimpse_trainer::report::{Best, Cell, Column, Compare, Table};
+use glimpse_training::linear::Prior;
 
 use super::case::{Approach, Case};
 use super::findings::Findings;

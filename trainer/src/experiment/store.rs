@@ -11,18 +11,20 @@ use std::time::Duration;
 use anyhow::{Context, bail};
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe;
-use glimpse_trainer::evaluation::{DIRECTIONS, Judge, Method, OPTIMUM_STEPS, Verdict};
-use glimpse_trainer::export::{RecipeFile, recipe_of};
-use glimpse_trainer::files::make_folders;
-use glimpse_trainer::linear::{Basis, Columns, least_condition};
-use glimpse_trainer::material::{Material, Portion, Source};
-use glimpse_trainer::meta;
-use glimpse_trainer::meta::checkpoint::Checkpoint;
-use glimpse_trainer::meta::options::Options;
-use glimpse_trainer::meta::outer::Checkpoints;
-use glimpse_trainer::meta::plan::{Effort, Schedule};
-use glimpse_trainer::meta::run::INNER_STEPS;
+use glimpse_materials::basis::Basis;
+use glimpse_materials::files::make_folders;
+use glimpse_materials::loss::DIRECTIONS;
+use glimpse_materials::{Material, Portion, Source};
+use glimpse_trainer::evaluation::{Judge, Method, OPTIMUM_STEPS, Verdict};
 use glimpse_trainer::render::Environment;
+use glimpse_training::linear::{Columns, least_condition, principal_components};
+use glimpse_training::meta;
+use glimpse_training::meta::checkpoint::Checkpoint;
+use glimpse_training::meta::options::Options;
+use glimpse_training::meta::outer::Checkpoints;
+use glimpse_training::meta::plan::{Effort, Schedule};
+use glimpse_training::meta::run::INNER_STEPS;
+use glimpse_training::recipe::{RecipeFile, recipe_of};
 use serde::{Deserialize, Serialize};
 
 use super::case::{Approach, Case, TrainingRun};
@@ -319,7 +321,7 @@ impl<'a> Store<'a> {
             }
         };
         let all: Vec<usize> = (0..columns.count()).collect();
-        Ok(Basis::new(columns, &all, components))
+        Ok(principal_components(columns, &all, components))
     }
 
     /// Where an experiment is not run to be made: takes note of the recipe that a case needs, and returns
@@ -454,7 +456,7 @@ impl<'a> Store<'a> {
     /// uniform valid directions.
     pub(crate) fn glossiness(&self, material: &dyn Material) -> f32 {
         const PLACES: usize = 4_096;
-        let angles = glimpse_trainer::sampling::uniform_valid(PLACES, self.settings.seed);
+        let angles = glimpse_materials::sampling::uniform_valid(PLACES, self.settings.seed);
         let mut values: Vec<f32> = angles
             .into_iter()
             .map(|angles| {

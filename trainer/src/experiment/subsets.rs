@@ -2,11 +2,11 @@
 
 use anyhow::Context;
 use glimpse_core::model::ModelKind;
+use glimpse_materials::Material;
 use glimpse_trainer::evaluation::{MaterialScores, Method};
-use glimpse_trainer::material::Material;
-use glimpse_trainer::meta::options::Parts;
-use glimpse_trainer::meta::plan::Known;
 use glimpse_trainer::report::{Best, Cell, Column, Compare, Table};
+use glimpse_training::meta::options::Parts;
+use glimpse_training::meta::plan::Known;
 
 use super::case::{Approach, Case, TrainingRun};
 use super::findings::Findings;

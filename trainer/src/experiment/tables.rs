@@ -2,9 +2,9 @@
 
 use glimpse_core::model::ModelKind;
 use glimpse_trainer::evaluation::Estimate;
-use glimpse_trainer::meta::plan::Schedule;
 use glimpse_trainer::metrics::Scores;
 use glimpse_trainer::report::{Best, Cell, Column};
+use glimpse_training::meta::plan::Schedule;
 
 use super::store::Evaluation;
 

@@ -3,9 +3,9 @@
 use std::path::Path;
 
 use glimpse_core::geometry::{Angles, HalfDifference};
+use glimpse_materials::untrusted::escaped;
 
 use super::table::{Row, Table, TableError};
-use crate::foreign::shown;
 
 /// Rusinkiewicz angles.
 const HALF_DIFFERENCE: [&str; 3] = ["theta_h", "theta_d", "phi_d"];
@@ -185,7 +185,7 @@ fn cells<const N: usize>(
     let mut angles = [0.0; N];
     for ((angle, name), column) in angles.iter_mut().zip(names).zip(columns) {
         let cell = row.cell(column);
-        let shown = shown(cell);
+        let shown = escaped(cell);
         let Ok(degrees) = cell.parse::<f64>() else {
             return Err(format!(
                 "column {name}: `{shown}` is no number; give an angle in degrees"

@@ -1,8 +1,9 @@
 //! Columns of readings, and what stands in them.
 
+use glimpse_materials::untrusted::escaped;
+
 use super::angles::{AngleColumns, Given, INDEX};
 use super::table::{Row, Table, TableError};
-use crate::foreign::shown;
 
 /// The columns of a sensor with three channels.
 const CHANNELS: [&str; 3] = ["r", "g", "b"];
@@ -80,7 +81,7 @@ impl Columns {
                 .unwrap_or(cell)
                 .parse()
                 .map_err(|_| {
-                    let shown = shown(cell);
+                    let shown = escaped(cell);
                     format!("column index: `{shown}` is no sample's number; give 0, 1, 2, ...")
                 })
         });
@@ -118,13 +119,13 @@ impl Columns {
             values[channel] = cell.parse().map_err(|_| {
                 format!(
                     "column {name}: `{}` is no number; leave it empty if nothing was read",
-                    shown(cell)
+                    escaped(cell)
                 )
             })?;
             if !values[channel].is_finite() {
                 return Err(format!(
                     "column {name}: {} is not finite; leave it empty if nothing was read",
-                    shown(cell)
+                    escaped(cell)
                 ));
             }
         }
@@ -157,7 +158,7 @@ impl Columns {
             "1" => Ok(true),
             cell => Err(format!(
                 "column saturated: `{}` is neither 0 nor 1; give 1 where the sensor was at its end",
-                shown(cell)
+                escaped(cell)
             )),
         }
     }

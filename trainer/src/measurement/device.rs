@@ -6,13 +6,13 @@ use glimpse_core::geometry::Angles;
 use glimpse_core::gonio::Repeated;
 use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::Residual;
+use glimpse_materials::basis::widened;
+use glimpse_materials::untrusted::{escaped, in_short, read_at_most};
 use serde::Deserialize;
 
 use super::fit::{Fate, Fit, examine};
 use super::matching::Arms;
 use super::measured::Measured;
-use crate::basis::widened;
-use crate::foreign::{in_short, read_at_most, shown};
 
 /// How far the directions that a device asked for may be from its recipe's, radians: rounding.
 const ROUNDING: f64 = 1e-3;
@@ -134,8 +134,8 @@ impl DeviceReport {
                 expected,
                 found: format!(
                     "{} of the model {}",
-                    shown(&report.recipe),
-                    shown(&report.model)
+                    escaped(&report.recipe),
+                    escaped(&report.model)
                 ),
             });
         }

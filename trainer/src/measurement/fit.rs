@@ -4,11 +4,12 @@ use glimpse_core::gonio::Repeated;
 use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::Residual;
 use glimpse_kernels::scan::{HostScanError, scan_some};
+use glimpse_materials::display_with_setting_names;
+use glimpse_materials::setting::{NamesSettings, Naming, Setting};
 use serde::Serialize;
 
 use super::measured::Measured;
 use super::outliers::{Distribution, Examined};
-use crate::setting::{NamesSettings, Naming, Setting, display_with_setting_names};
 
 /// What becomes of a sample's reading. Files hold it as a code: `used`, `missing`, `saturated` or `outlier`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]

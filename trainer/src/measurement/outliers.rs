@@ -23,11 +23,10 @@ use glimpse_core::fit::completion::standardized;
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::linear::unmap;
 use glimpse_core::recipe::{Learner, Recipe};
+use glimpse_materials::basis::widened;
+use glimpse_materials::{Material, Procedural};
 use nalgebra::{Cholesky, DMatrix, DVector};
 use rayon::prelude::*;
-
-use crate::basis::widened;
-use crate::material::{Material, Procedural};
 
 /// The most samples that are looked at: the work grows with their cube.
 pub const MOST_SAMPLES: usize = 512;

@@ -4,13 +4,13 @@ use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
 
 use glimpse_core::geometry::{Angles, Directions, HalfDifference};
+use glimpse_materials::basis::widened;
+use glimpse_materials::untrusted::escaped;
 
 use super::angles::Given;
 use super::columns::{Columns, ReadRow};
 use super::matching::{Arms, Distance};
 use super::table::{Table, TableError};
-use crate::basis::widened;
-use crate::foreign::shown;
 
 /// What is said of a white that says nothing.
 pub(super) const SATURATED_WHITE: &str = "column saturated: the white is, so that nothing can be compared with it; read it with less light";
@@ -116,7 +116,7 @@ impl Rows {
                 &format!(
                     "column quantity: its numbers are `{}`, and would be taken for `{name}`; give \
                      the options for what they are, or correct the column",
-                    shown(&row.quantity)
+                    escaped(&row.quantity)
                 ),
             )),
         }
@@ -338,8 +338,8 @@ fn refuse_several_materials(table: &Table) -> Result<(), TableError> {
             &format!(
                 "column material: it is of {}, and rows above are of {}; give a file for each \
                  material",
-                shown(name),
-                shown(first)
+                escaped(name),
+                escaped(first)
             ),
         )),
     }

@@ -3,8 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use csv::{Position, ReaderBuilder, StringRecord, Trim};
-
-use crate::foreign::{read_at_most, shown};
+use glimpse_materials::untrusted::{escaped, read_at_most};
 
 /// The longest file that is read: a million rows and more.
 const MOST_BYTES: u64 = 1 << 28;
@@ -88,7 +87,7 @@ impl Table {
 
     /// The names of all columns.
     pub(super) fn names(&self) -> String {
-        shown(&self.header.iter().collect::<Vec<_>>().join(", "))
+        escaped(&self.header.iter().collect::<Vec<_>>().join(", "))
     }
 
     /// All rows.

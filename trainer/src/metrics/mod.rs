@@ -3,11 +3,9 @@
 
 pub mod color;
 pub mod image;
-pub mod loss;
 
 pub use color::mean_ciede2000;
 pub use image::{CompareError, PictureErrors, psnr};
-pub use loss::{mean_log_error, mean_log_error_of_values};
 
 use crate::render::{Picture, sphere_disc};
 
@@ -17,7 +15,7 @@ use crate::render::{Picture, sphere_disc};
 /// pixels.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Scores {
-    /// Mean cosine-weighted logarithmic error; 0 is best. See [`loss`].
+    /// Mean cosine-weighted logarithmic error; 0 is best. See [`glimpse_materials::loss`].
     pub loss: f64,
     /// Structural dissimilarity of the spheres, in \[0, 1\]; 0 is best. See [`mod@image`].
     pub dssim: f64,

@@ -4,9 +4,9 @@ use std::io::Cursor;
 use std::path::Path;
 
 use exr::prelude::{SpecificChannels, Vec2, WritableImage};
+use glimpse_materials::files::write_whole;
 
 use super::{Picture, PictureError};
-use crate::files::write_whole;
 
 /// Radiance is multiplied by this before anything else.
 const EXPOSURE: f32 = 1.7;

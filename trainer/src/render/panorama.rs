@@ -8,7 +8,7 @@ use ::image::codecs::hdr::HdrDecoder;
 use exr::prelude::{ReadChannels, ReadLayers, Vec2};
 
 use super::{Environment, Image};
-use crate::foreign::{open_at_most, shown};
+use glimpse_materials::untrusted::{escaped, open_at_most};
 
 /// The largest panorama: 8192 x 4096.
 const MOST_PIXELS: u64 = 1 << 25;
@@ -114,7 +114,7 @@ fn check_size(width: u64, height: u64, bytes: u64) -> Result<(), String> {
 /// A Radiance file. Its EXPOSURE is left aside, because exposure is chosen anew.
 fn radiance<R: BufRead + Seek>(mut file: R, bytes: u64) -> Result<Image, String> {
     let damaged = |error: &dyn std::fmt::Display| {
-        let error = shown(&error.to_string());
+        let error = escaped(&error.to_string());
         format!("not a whole Radiance file (*.hdr): {error}; fetch it or save it again, as RGBE")
     };
     let mut magic = [0; 2];
@@ -150,7 +150,7 @@ fn open_exr<R: BufRead + Seek>(file: R, bytes: u64) -> Result<Image, String> {
         format!(
             "not a whole OpenEXR file with channels R, G and B: {}; save it again, with ZIP \
              compression",
-            shown(&error.to_string())
+            escaped(&error.to_string())
         )
     };
     let reader = exr::block::read(file, false).map_err(damaged)?;

@@ -3,7 +3,7 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
-use crate::files::write_whole;
+use glimpse_materials::files::write_whole;
 
 /// Why a picture cannot be written.
 #[derive(Debug, thiserror::Error)]

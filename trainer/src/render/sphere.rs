@@ -3,11 +3,11 @@
 use std::array;
 use std::collections::BTreeMap;
 
+use glimpse_materials::Brdf;
 use rayon::prelude::*;
 
 use super::quadrature::{HalfVectors, Nodes, RINGS};
 use super::{Environment, Image};
-use crate::material::Brdf;
 
 /// Radiance beside the sphere.
 pub const BACKGROUND: [f32; 3] = [0.08; 3];

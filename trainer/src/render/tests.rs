@@ -4,11 +4,11 @@ use std::f32::consts::{FRAC_1_PI, PI};
 
 use glimpse_core::geometry::HalfDifference;
 use glimpse_core::numeric::math;
+use glimpse_materials::Brdf;
 
 use super::quadrature::RINGS;
 use super::sphere::{DIAMETER, circles, render_with};
 use super::{BACKGROUND, Environment, Image, render_sphere};
-use crate::material::Brdf;
 use crate::metrics::image::{mean_squared_error, psnr};
 
 /// White paint.

@@ -1,10 +1,10 @@
 //! A BRDF in the plane of incidence, as a polar plot with a logarithmic radius.
 
 use glimpse_core::geometry::{Directions, HalfDifference};
+use glimpse_materials::Brdf;
 use maud::{Markup, html};
 
 use super::svg::{COLOURS, INK, Rule, drawing, power_of_ten, tenths};
-use crate::material::Brdf;
 
 /// How many curves can be told apart: one for each colour.
 pub const MOST_LOBES: usize = COLOURS.len();

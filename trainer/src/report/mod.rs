@@ -10,13 +10,11 @@ mod plot;
 mod raster;
 mod svg;
 mod table;
-mod view;
 
 pub use gallery::{Gallery, GalleryRow, Tile};
 pub use lobe::{Lobe, MOST_LOBES, lobe, lobe_svg};
-pub use page::{Page, PageError};
+pub use page::{Page, PageError, document};
 pub use pattern::pattern_svg;
 pub use plot::{Axis, Hue, Mark, Plot, PlotError, Scale, Series};
 pub use raster::{RasterError, svg_to_png};
 pub use table::{Best, Cell, Column, Compare, Table};
-pub use view::{Reference, Shown, View, WASM};

@@ -3,11 +3,11 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
+use glimpse_materials::files::{make_folder, write_whole, write_whole_below};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use super::gallery::Names;
 use super::{Gallery, Table};
-use crate::files::{make_folder, write_whole, write_whole_below};
 use crate::render::{Picture, PictureError};
 
 /// The file of a part of a page, in its folder.
@@ -52,8 +52,9 @@ pub struct Page {
     pictures: Vec<(String, Picture)>,
 }
 
-/// A whole document of HTML, in the house's style and, after it, in one of its own.
-pub(super) fn document(title: &str, style: &str, body: &Markup) -> String {
+/// Returns a whole document of HTML, in the style of all pages followed by one of its own.
+#[must_use]
+pub fn document(title: &str, style: &str, body: &Markup) -> String {
     let page = html! {
         (DOCTYPE)
         html lang="en" {

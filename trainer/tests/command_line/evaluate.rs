@@ -5,10 +5,10 @@ use std::path::Path;
 
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::recipe::Recipe;
+use glimpse_materials::loss::mean_log_error;
+use glimpse_materials::{Material, Procedural, Source, digest};
 use glimpse_trainer::evaluation::Method;
-use glimpse_trainer::export::{RecipeFile, Statements, to_ridge_recipe};
-use glimpse_trainer::material::{Material, Procedural, Source, digest};
-use glimpse_trainer::metrics::mean_log_error;
+use glimpse_training::recipe::{RecipeFile, Statements, to_ridge_recipe};
 use serde_json::{Value, json};
 
 use super::common::assert_names;

@@ -5,8 +5,8 @@ use std::path::Path;
 
 use glimpse_core::geometry::Angles;
 use glimpse_core::recipe::Recipe;
-use glimpse_trainer::linear::widened;
-use glimpse_trainer::material::{Material, Procedural};
+use glimpse_materials::basis::widened;
+use glimpse_materials::{Material, Procedural};
 use glimpse_trainer::measurement::Arms;
 use serde_json::{Value, json};
 

@@ -8,8 +8,8 @@ use glimpse_core::recipe::{
     Effort, Expectation, Field, Noise, Origin, Parts, Provenance, Recipe, RecipeError, Schedule,
     Training, TrainingSource, TrainingSources, ValidationSplit,
 };
-use glimpse_trainer::export::{RecipeFile, Statements, to_ridge_recipe};
-use glimpse_trainer::linear::ReducedBasis;
+use glimpse_training::linear::ReducedBasis;
+use glimpse_training::recipe::{RecipeFile, Statements, to_ridge_recipe};
 use serde_json::{Value, json};
 
 use super::common::assert_names;

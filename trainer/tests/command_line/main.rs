@@ -30,11 +30,10 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
 
-use glimpse_core::recipe::{Effort, Kind, Parts, Recipe, Schedule, ValidationSplit};
-use glimpse_trainer::material::{Material, Procedural, digest};
-use serde_json::{Value, json};
-
 use common::assert_names;
+use glimpse_core::recipe::{Effort, Kind, Parts, Recipe, Schedule, ValidationSplit};
+use glimpse_materials::{Material, Procedural, digest};
+use serde_json::{Value, json};
 
 fn trainer(directory: &Path, arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_trainer"))
@@ -362,12 +361,12 @@ fn a_stopped_run_goes_on_to_the_same_recipe() {
     use std::time::Duration;
 
     use glimpse_core::model::ModelKind;
-    use glimpse_trainer::material::Source;
-    use glimpse_trainer::meta::checkpoint::CheckpointError;
-    use glimpse_trainer::meta::options::Options;
-    use glimpse_trainer::meta::outer::Checkpoints;
-    use glimpse_trainer::meta::plan::{Effort, Schedule};
-    use glimpse_trainer::meta::run::{TrainError, train};
+    use glimpse_materials::Source;
+    use glimpse_training::meta::checkpoint::CheckpointError;
+    use glimpse_training::meta::options::Options;
+    use glimpse_training::meta::outer::Checkpoints;
+    use glimpse_training::meta::plan::{Effort, Schedule};
+    use glimpse_training::meta::run::{TrainError, train};
 
     let scratch = tempfile::tempdir().expect("a temporary directory");
     let materials = || Source("procedural:12".into()).load().expect("materials");

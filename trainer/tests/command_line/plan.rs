@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use glimpse_core::recipe::Recipe;
-use glimpse_trainer::material::Source;
+use glimpse_materials::Source;
 use serde_json::Value;
 
 use super::common::assert_names;

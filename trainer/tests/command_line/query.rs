@@ -4,8 +4,8 @@ use std::fs;
 use std::path::Path;
 
 use glimpse_core::geometry::HalfDifference;
-use glimpse_trainer::material::Source;
-use glimpse_trainer::sampling::uniform_valid;
+use glimpse_materials::Source;
+use glimpse_materials::sampling::uniform_valid;
 use serde_json::Value;
 
 use super::common::assert_names;

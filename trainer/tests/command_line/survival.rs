@@ -232,12 +232,12 @@ fn a_disk_that_goes_away_costs_only_what_was_not_saved() {
     use std::ops::ControlFlow;
 
     use glimpse_core::model::ModelKind;
-    use glimpse_trainer::material::Source;
-    use glimpse_trainer::meta::checkpoint::CheckpointError;
-    use glimpse_trainer::meta::options::Options;
-    use glimpse_trainer::meta::outer::Checkpoints;
-    use glimpse_trainer::meta::plan::{Effort, Schedule};
-    use glimpse_trainer::meta::run::{TrainError, train};
+    use glimpse_materials::Source;
+    use glimpse_training::meta::checkpoint::CheckpointError;
+    use glimpse_training::meta::options::Options;
+    use glimpse_training::meta::outer::Checkpoints;
+    use glimpse_training::meta::plan::{Effort, Schedule};
+    use glimpse_training::meta::run::{TrainError, train};
 
     let scratch = tempfile::tempdir().expect("a temporary directory");
     let directory = scratch.path().join("checkpoint");

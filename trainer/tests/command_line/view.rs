@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use glimpse_core::recipe::Recipe;
-use glimpse_trainer::material::{Material, Procedural};
+use glimpse_materials::{Material, Procedural};
 use serde_json::Value;
 
 use super::{fail_naming, succeed};

@@ -10,8 +10,8 @@ use std::path::PathBuf;
 
 use glimpse_core::geometry::Angles;
 use glimpse_core::gonio::Quantity;
-use glimpse_trainer::export::RecipeFile;
 use glimpse_trainer::measurement::{Meaning, Measured, TableError};
+use glimpse_training::recipe::RecipeFile;
 
 /// One of the firmware's recipes.
 pub(crate) fn recipe(name: &str) -> RecipeFile {

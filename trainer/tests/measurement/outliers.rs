@@ -1,7 +1,7 @@
 //! Which readings look wrong, on materials that the statistics were not made of.
 
 use glimpse_core::geometry::Angles;
-use glimpse_trainer::material::{Material, Procedural};
+use glimpse_materials::{Material, Procedural};
 use glimpse_trainer::measurement::{Distribution, Examined};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;

@@ -17,6 +17,7 @@ use cortex_m_rt::entry;
 #[cfg(target_arch = "riscv32")]
 use riscv_rt::entry;
 
+use glimpse_bench::Linear;
 use glimpse_core::driver::{Config, Driver, Host};
 use glimpse_core::fit::completion::{
     Completion, CompletionGradient, Input, Plain, Start, StartGradient, standardized,
@@ -34,7 +35,6 @@ use glimpse_core::model::{CookTorrance, ModelKind, Neural, Phong, Sample};
 use glimpse_core::numeric::math;
 use glimpse_core::recipe::{Field, Floats, Ingredients, Kind, Learner, Recipe};
 use glimpse_core::scan::{Memory, Reading, Residual, Saved, Scan};
-use glimpse_bench::Linear;
 
 unsafe extern "C" {
     /// Is nowhere.

@@ -7,12 +7,12 @@
 
 use core::hint::black_box;
 
-use glimpse_core::geometry::HalfDifference;
-use glimpse_core::recipe::{Learner, Recipe};
 use glimpse_bench::machine::counter;
 use glimpse_bench::recipes::PHONG;
 use glimpse_bench::report::print_result;
 use glimpse_bench::{Refused, SAMPLES, measure};
+use glimpse_core::geometry::HalfDifference;
+use glimpse_core::recipe::{Learner, Recipe};
 use multicalc::numerical_derivative::AutoDiffMulti;
 use multicalc::optimization::LevenbergMarquardt;
 use multicalc::scalar::{Numeric, VectorFn};

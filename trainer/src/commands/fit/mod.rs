@@ -7,22 +7,22 @@ mod options;
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
+use about::About;
 use anyhow::{Context, bail, ensure};
 use clap::Args;
+use folder::Folder;
 use glimpse_core::recipe::Recipe;
+use glimpse_materials::basis::Basis;
+use glimpse_materials::files::holds;
+use glimpse_materials::{BasisFile, FittedMaterial, Material};
 use glimpse_trainer::conversion::loss_of;
-use glimpse_trainer::files::holds;
-use glimpse_trainer::linear::Basis;
-use glimpse_trainer::material::{BasisFile, FittedMaterial, Material};
 use glimpse_trainer::measurement::{DeviceReport, Fit as Found, Meaning, Measured, fit};
+use options::MeaningArgs;
 
 use super::formats::{Files, FormatName, files_of};
 use super::lock::Lock;
 use super::output::{make_out, refuse_input, write_file_forced, write_files_forced};
 use super::{print, read_recipe};
-use about::About;
-use folder::Folder;
-use options::MeaningArgs;
 
 /// Fit readings from a lab by a recipe, as a device would, without one.
 ///

@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use anyhow::bail;
 use clap::Args;
+use glimpse_materials::{Material, Source};
 use glimpse_trainer::evaluation::Method;
-use glimpse_trainer::material::{Material, Source};
 use glimpse_trainer::report::{self, MOST_LOBES, lobe, lobe_svg};
 use serde_json::json;
 

@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use glimpse_trainer::export::RecipeFile;
 use glimpse_trainer::report::pattern_svg;
+use glimpse_training::recipe::RecipeFile;
 use serde_json::json;
 
 use super::super::output::{file_as_json, refuse_input};

@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use anyhow::{Context, bail};
+use glimpse_materials::files::try_write;
 use glimpse_trainer::evaluation::Method;
-use glimpse_trainer::files::try_write;
 
 use super::super::read_recipe;
 

@@ -4,8 +4,9 @@ use std::path::PathBuf;
 
 use anyhow::ensure;
 use clap::Args;
-use glimpse_trainer::evaluation::{Method, SPHERE, loss_between};
-use glimpse_trainer::material::{Material, Source};
+use glimpse_materials::loss::loss_between;
+use glimpse_materials::{Material, Source};
+use glimpse_trainer::evaluation::{Method, SPHERE};
 use glimpse_trainer::metrics::Scores;
 use glimpse_trainer::render::{BACKGROUND, Environment, Image, render_sphere};
 use glimpse_trainer::report::{

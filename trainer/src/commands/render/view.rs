@@ -9,12 +9,13 @@ use glimpse_core::gonio::Quantity;
 use glimpse_core::model::linear;
 use glimpse_core::recipe::Recipe;
 use glimpse_kernels::scan::scan_some;
+use glimpse_materials::basis::Basis;
+use glimpse_materials::{Material, Source};
 use glimpse_trainer::evaluation::Readings;
-use glimpse_trainer::export::RecipeFile;
-use glimpse_trainer::linear::Basis;
-use glimpse_trainer::material::{Material, Source};
 use glimpse_trainer::measurement::{Fate, Meaning, Measured, fit};
-use glimpse_trainer::report::{MOST_LOBES, Reference, Shown, View as Page};
+use glimpse_trainer::report::{MOST_LOBES, document};
+use glimpse_training::recipe::RecipeFile;
+use glimpse_viewer::{Reference, STYLE, Shown, View as Page};
 use serde_json::json;
 
 use super::super::export_basis::{compacted, read_compact};
@@ -143,7 +144,8 @@ impl View {
             reference,
             shown,
         };
-        write_file(&self.out, page.to_html().as_bytes())?;
+        let html = document(&page.title, STYLE, &page.body());
+        write_file(&self.out, html.as_bytes())?;
         if !self.json {
             return Ok(());
         }

@@ -1,0 +1,378 @@
+//! Mean, median and principal components of mapped materials, tabulated: what a recipe's coefficients
+//! become a BRDF by.
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+use glimpse_core::geometry::{Angles, HalfDifference};
+use glimpse_core::model::linear::format::MAGIC as COMPACT_MAGIC;
+use glimpse_core::model::linear::{self, Basis as CompactBasis, EPSILON, unmap};
+use rayon::prelude::*;
+
+use super::Grid;
+use super::nodes::Nodes;
+use super::values::{ByAngles, Coefficients, median_of, widened};
+use crate::untrusted::read_at_most;
+
+/// Numbers before the components of a node: mean of the mapped columns, and ln(median w + e).
+pub const HEAD: usize = 2;
+/// The first bytes of a basis file.
+pub const MAGIC: [u8; 4] = *b"GLMB";
+/// The format of basis files.
+const VERSION: u32 = 1;
+/// Words before a file's table: magic, version, shape of the grid, number of components.
+const HEADER: usize = 6;
+/// The longest file that is read: of 500 components, more than any completion takes.
+const MOST_BYTES: u64 = 1 << 28;
+
+/// Why a basis file cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum BasisError {
+    /// The operating system refuses.
+    #[error(
+        "cannot read the basis {}: {source}; a recipe of the model linear needs the file that \
+         was written beside it", path.display()
+    )]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// The bytes are not those that were written with the recipe.
+    #[error(
+        "{} is not the basis of this recipe ({what}); put the file that was written with the \
+         recipe beside it", path.display()
+    )]
+    Damaged {
+        /// The file.
+        path: PathBuf,
+        /// In what way.
+        what: &'static str,
+    },
+}
+
+/// The table of a basis, node by node: mean, ln(median w + e), and m components. The nodes are those of a
+/// [`Grid`], or, of a compact basis, core's.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Basis {
+    table: Vec<f32>,
+    components: usize,
+    compact: Option<Compact>,
+}
+
+/// What is a compact basis's own.
+#[derive(Clone, Debug, PartialEq)]
+struct Compact {
+    nodes: linear::Nodes,
+    /// The checksum of the whole basis that it was made of.
+    of: u32,
+    file: Vec<u8>,
+}
+
+/// A basis at some directions, and its derivatives by the three angles.
+#[derive(Clone, Debug)]
+pub struct Tabulated {
+    /// The mean of the mapped columns.
+    pub mean: [f64; 4],
+    /// ln(median w + e).
+    pub log_median: [f64; 4],
+    /// The components.
+    pub components: Vec<[f64; 4]>,
+}
+
+impl Tabulated {
+    /// The mean of the columns as ln((f w + e) / e), with its derivatives: what readings are centred by.
+    #[must_use]
+    pub fn centre(&self) -> [f64; 4] {
+        let mut sum = std::array::from_fn(|i| self.mean[i] + self.log_median[i]);
+        sum[0] -= EPSILON.ln();
+        sum
+    }
+}
+
+impl Basis {
+    /// Of a table, node by node: mean, ln(median w + e), and m components.
+    #[must_use]
+    pub fn of_table(table: Vec<f32>, components: usize) -> Self {
+        Self {
+            table,
+            components,
+            compact: None,
+        }
+    }
+
+    /// The same components of a whole basis, each times a number.
+    #[must_use]
+    pub fn scaled(mut self, scale: f32) -> Self {
+        for row in self.table.chunks_exact_mut(HEAD + self.components) {
+            for entry in &mut row[HEAD..] {
+                *entry *= scale;
+            }
+        }
+        self
+    }
+
+    /// m.
+    #[must_use]
+    pub fn components(&self) -> usize {
+        self.components
+    }
+
+    fn nodes(&self) -> Nodes {
+        match &self.compact {
+            None => Nodes::Whole,
+            Some(compact) => Nodes::Compact(compact.nodes),
+        }
+    }
+
+    fn row(&self, node: usize) -> &[f32] {
+        let length = HEAD + self.components;
+        &self.table[node * length..][..length]
+    }
+
+    /// The basis at some angles in radians, with derivatives: a value, then its derivatives by theta_h,
+    /// theta_d and phi_d.
+    #[must_use]
+    pub fn look_up(&self, angles: Angles<f64>) -> Tabulated {
+        let mut sums = vec![[0.0_f64; 4]; HEAD + self.components];
+        for corner in self.nodes().with_derivatives(angles) {
+            let [h, d, p] = corner.derivatives;
+            let shares = [corner.weight, h, d, p];
+            for (sum, value) in sums.iter_mut().zip(self.row(corner.node)) {
+                for (sum, share) in sum.iter_mut().zip(shares) {
+                    *sum += share * f64::from(*value);
+                }
+            }
+        }
+        let components = sums.split_off(HEAD);
+        Tabulated {
+            mean: sums[0],
+            log_median: sums[1],
+            components,
+        }
+    }
+
+    /// The whole BRDF of a material's coefficients, ready to be looked up.
+    #[must_use]
+    pub fn reconstruct(&self, coefficients: &Coefficients) -> Reconstruction {
+        let rows = || self.table.par_chunks_exact(HEAD + self.components);
+        let table = rows()
+            .map(|row| {
+                let (head, components) = row.split_at(HEAD);
+                coefficients.each_ref().map(|channel| {
+                    let products = components.iter().zip(channel);
+                    let sum: f64 = products.map(|(a, c)| f64::from(*a) * c).sum();
+                    (sum + f64::from(head[0])) as f32
+                })
+            })
+            .collect();
+        Reconstruction {
+            nodes: self.nodes(),
+            table,
+            log_medians: rows().map(|row| row[1]).collect(),
+        }
+    }
+
+    /// The bytes of its file. Of a whole basis: little-endian words of 32 bits (magic, version, nodes along
+    /// theta_h, theta_d and phi_d, components), then the table in f32.
+    #[must_use]
+    pub fn to_bytes(&self) -> Vec<u8> {
+        if let Some(compact) = &self.compact {
+            return compact.file.clone();
+        }
+        let [h, d, p] = Grid::SHAPE;
+        let magic = u32::from_le_bytes(MAGIC);
+        let header: [u32; HEADER] = [magic, VERSION, h, d, p, self.components as u32];
+        let words = header
+            .into_iter()
+            .chain(self.table.iter().map(|value| value.to_bits()));
+        words.flat_map(u32::to_le_bytes).collect()
+    }
+
+    /// The CRC-32 that a recipe names its basis by; never 0.
+    #[must_use]
+    pub fn checksum(bytes: &[u8]) -> u32 {
+        crc::Crc::<u32, crc::Table<16>>::new(&crc::CRC_32_ISO_HDLC)
+            .checksum(bytes)
+            .max(1)
+    }
+
+    /// True of a compact one.
+    #[must_use]
+    pub fn is_compact(&self) -> bool {
+        self.compact.is_some()
+    }
+
+    /// What recipes name it by: the checksum of its file, or, of a compact one, of what it was made of.
+    #[must_use]
+    pub fn named_by(&self) -> u32 {
+        match &self.compact {
+            None => Self::checksum(&self.to_bytes()),
+            Some(compact) => compact.of,
+        }
+    }
+
+    /// Where the basis of a recipe is.
+    #[must_use]
+    pub fn beside(recipe: &Path) -> PathBuf {
+        recipe.with_extension("basis")
+    }
+
+    /// Reads the basis that lies beside a recipe, the whole one or a compact one that was made of it.
+    ///
+    /// # Errors
+    /// If it cannot be read, or is another one than `checksum` names or made of another one.
+    pub fn read(path: &Path, checksum: u32) -> Result<Self, BasisError> {
+        let damaged = |what| BasisError::Damaged {
+            path: path.into(),
+            what,
+        };
+        // Somebody else's material.json may name anything: a device has no end.
+        let read = match path.exists() && !path.is_file() {
+            true => Err(io::Error::other("it is no regular file")),
+            false => read_at_most(path, MOST_BYTES),
+        };
+        let bytes = read.map_err(|source| BasisError::Read {
+            path: path.into(),
+            source,
+        })?;
+        Self::of_recipe(&bytes, checksum).map_err(damaged)
+    }
+
+    /// Reads the bytes of a compact basis's file.
+    ///
+    /// # Errors
+    /// If the operating system refuses, or the file is longer than any basis.
+    pub fn read_compact(path: &Path) -> io::Result<Vec<u8>> {
+        read_at_most(path, MOST_BYTES)
+    }
+
+    /// The basis that a recipe names, of a file's bytes, which are those of the whole one or of a compact one
+    /// that was made of it; or what is wrong with them.
+    ///
+    /// # Errors
+    /// If it is another one than `checksum` names, made of another one, or none.
+    pub fn of_recipe(bytes: &[u8], checksum: u32) -> Result<Self, &'static str> {
+        if bytes.starts_with(&COMPACT_MAGIC) {
+            let compact = Self::of_compact(bytes)?;
+            return match compact.named_by() == checksum {
+                true => Ok(compact),
+                false => Err("it was made of another basis"),
+            };
+        }
+        match Self::checksum(bytes) == checksum {
+            true => Self::from_bytes(bytes),
+            false => Err("its checksum is another"),
+        }
+    }
+
+    /// A compact basis of a file's bytes, which is looked up as a device does; or what is wrong with them.
+    ///
+    /// # Errors
+    /// If they are not those of a compact basis.
+    pub fn of_compact(bytes: &[u8]) -> Result<Self, &'static str> {
+        let altered = "a compact basis that was cut or altered";
+        let compact = CompactBasis::parse(bytes).map_err(|_| altered)?;
+        let nodes = compact.nodes();
+        let mut table = Vec::new();
+        for node in 0..nodes.count().ok_or(altered)? {
+            let (mean, components) = compact.at_node(node).ok_or(altered)?;
+            // Its mean is that of the mapping with a median of 0.
+            table.extend([mean, EPSILON.ln() as f32]);
+            table.extend(components);
+        }
+        Ok(Self {
+            table,
+            components: compact.components(),
+            compact: Some(Compact {
+                nodes,
+                of: compact.of(),
+                file: bytes.to_vec(),
+            }),
+        })
+    }
+
+    /// The whole basis of a file's bytes; or what is wrong with them.
+    ///
+    /// # Errors
+    /// If they are not those of a basis.
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self, &'static str> {
+        let (words, []) = bytes.as_chunks::<4>() else {
+            return Err("its length is wrong");
+        };
+        let mut words = words.iter().map(|word| u32::from_le_bytes(*word));
+        let header: Vec<u32> = words.by_ref().take(HEADER).collect();
+        let Ok([head @ .., components]) = <[u32; HEADER]>::try_from(header) else {
+            return Err("it is too short");
+        };
+        let [h, d, p] = Grid::SHAPE;
+        if head != [u32::from_le_bytes(MAGIC), VERSION, h, d, p] {
+            return Err("it is of another version");
+        }
+        let components = components as usize;
+        if components == 0 {
+            return Err("it has no components");
+        }
+        let length = components
+            .checked_add(HEAD)
+            .and_then(|row| row.checked_mul(Grid::LEN));
+        if length != Some(words.len()) {
+            return Err("its length is wrong");
+        }
+        let table: Vec<f32> = words.map(f32::from_bits).collect();
+        match table.iter().all(|number| number.is_finite()) {
+            true => Ok(Self::of_table(table, components)),
+            false => Err("a number of its table is not finite"),
+        }
+    }
+}
+
+/// A BRDF that a ridge solve found: its mapped values at the nodes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Reconstruction {
+    nodes: Nodes,
+    table: Vec<[f32; 3]>,
+    log_medians: Vec<f32>,
+}
+
+impl Reconstruction {
+    /// The BRDF in linear RGB, sr^-1 (not times the cosine), at angles in radians whose cosines
+    /// multiply to `weight`.
+    #[must_use]
+    pub fn brdf(&self, angles: &Angles<f32>, weight: f64) -> [f32; 3] {
+        let mut mapped = [0.0; 3];
+        let mut log_median = 0.0;
+        for corner in self.nodes.corners(widened(angles)) {
+            log_median += corner.weight * f64::from(self.log_medians[corner.node]);
+            for (sum, value) in mapped.iter_mut().zip(self.table[corner.node]) {
+                *sum += corner.weight * f64::from(value);
+            }
+        }
+        let median = median_of(log_median, weight);
+        mapped.map(|mapped| unmap(mapped, median, weight) as f32)
+    }
+
+    /// The same, and its derivatives by theta_h, theta_d and phi_d, as the interpolation has them.
+    #[must_use]
+    pub fn brdf_with_derivative(&self, angles: &Angles<f32>) -> [ByAngles; 3] {
+        let angles = widened(angles);
+        let mut mapped = [ByAngles::from_value(0.0); 3];
+        let mut log_median = ByAngles::from_value(0.0);
+        for corner in self.nodes.with_derivatives(angles) {
+            let share = ByAngles {
+                value: corner.weight,
+                tangent: corner.derivatives,
+            };
+            let times = |value: f32| share * ByAngles::from_value(f64::from(value));
+            log_median = log_median + times(self.log_medians[corner.node]);
+            for (sum, value) in mapped.iter_mut().zip(self.table[corner.node]) {
+                *sum = *sum + times(value);
+            }
+        }
+        let at = HalfDifference::from_angles(ByAngles::variables(angles));
+        let weight = at.cos_theta_i() * at.cos_theta_o();
+        let median = median_of(log_median, weight);
+        mapped.map(|mapped| unmap(mapped, median, weight))
+    }
+}

@@ -1,0 +1,51 @@
+//! Sources of BRDFs, and the loss between two of them.
+//!
+//! [`Source`] reads MERL tables, RGL measurements, NBRDF networks, PAB-Opto files, fitted materials and
+//! the built-in procedural set; each is a [`Material`]. [`Format`] names the formats that one can be
+//! written in.
+//!
+//! Below the materials are [`untrusted`] and [`files`] (reading and writing), [`setting`] (names in errors),
+//! and [`basis`] (Linear's coefficients become a BRDF). Above them are [`sampling`] (directions) and [`loss`]
+//! (the paper's loss of a whole BRDF).
+
+pub mod basis;
+pub mod files;
+pub mod loss;
+pub mod sampling;
+pub mod setting;
+pub mod untrusted;
+
+mod brdf;
+mod error;
+mod fitted;
+mod format;
+mod identity;
+mod left_out;
+mod mapped;
+mod material;
+mod merl;
+mod name;
+mod nbrdf;
+mod pab;
+mod procedural;
+mod rgl;
+mod sensor;
+mod source;
+mod sources;
+
+pub use basis::angles_of;
+pub use brdf::Brdf;
+pub use error::{NotFinite, SourceError};
+pub use fitted::{BasisFile, Convention, FittedMaterial};
+pub use format::Format;
+pub use identity::{Identity, digest};
+pub use left_out::LeftOut;
+pub use material::Material;
+pub use merl::{MerlTable, TabulateError, table_nodes, to_merl, write_merl};
+pub use nbrdf::{NeuralBrdf, to_nbrdf};
+pub use pab::{PabSet, pab_endings, read_pab, to_pab};
+pub use procedural::Procedural;
+pub use rgl::{RglMeasurement, to_rgl};
+pub use sensor::quantised;
+pub use source::{Source, WHOLLY_CHECKED};
+pub use sources::{Joined, Portion, ShareError, Sources};

@@ -1,0 +1,120 @@
+//! The paper's loss of a whole BRDF: mean cosine-weighted logarithmic error over many directions.
+//!
+//! `trainer/docs/losses.md` defines it; [`directions`] are the directions of every evaluation.
+
+mod directions;
+
+pub use directions::{DIRECTIONS, directions, fewer_directions};
+
+use glimpse_core::geometry::HalfDifference;
+use glimpse_core::model::loss::cosine_weighted_log_error;
+
+use crate::{Brdf, Material};
+
+/// Directions that are evaluated in one call.
+const BATCH: usize = 4096;
+
+/// Mean over directions and channels of |ln(1 + y c) - ln(1 + f c)|, c = cos(theta_i) clamped to
+/// \[0, 1\].
+///
+/// `brdf` is f, the fitted BRDF; `reference` holds y, the measured BRDF at each of `at`. Both are in
+/// linear RGB, sr^-1, not times the cosine. The mean is taken in f64. If the lists differ in length the longer one is cut. No samples have
+/// mean 0; a value that is not a number makes the mean one that is none either.
+pub fn mean_log_error(
+    brdf: &(impl Brdf + ?Sized),
+    at: &[HalfDifference<f32>],
+    reference: &[[f32; 3]],
+) -> f64 {
+    let count = at.len().min(reference.len());
+    let mut values = vec![[0.0; 3]; count.min(BATCH)];
+    let mut sum = 0.0;
+    for (at, reference) in at.chunks(BATCH).zip(reference.chunks(BATCH)) {
+        let batch = at.len().min(reference.len());
+        let (at, values) = (&at[..batch], &mut values[..batch]);
+        brdf.evaluate(at, values);
+        sum += sum_of_errors(at, reference, values);
+    }
+    sum / (3 * count.max(1)) as f64
+}
+
+/// The same of a fitted BRDF by its values at each of `at`.
+#[must_use]
+pub fn mean_log_error_of_values(
+    fitted: &[[f32; 3]],
+    at: &[HalfDifference<f32>],
+    reference: &[[f32; 3]],
+) -> f64 {
+    let count = at.len().min(reference.len()).min(fitted.len());
+    sum_of_errors(at, reference, fitted) / (3 * count.max(1)) as f64
+}
+
+/// Sum over directions and channels.
+fn sum_of_errors(at: &[HalfDifference<f32>], reference: &[[f32; 3]], fitted: &[[f32; 3]]) -> f64 {
+    let each = at.iter().zip(reference).zip(fitted);
+    let errors = each.map(|((at, measured), fitted)| {
+        let error = cosine_weighted_log_error(*measured, *fitted, at.cos_theta_i(), 1.0).error;
+        f64::from(error.value())
+    });
+    errors.sum()
+}
+
+/// Returns the loss of a BRDF against a material, at [`directions`].
+#[must_use]
+pub fn loss_between(brdf: &(impl Brdf + ?Sized), material: &dyn Material) -> f64 {
+    let at = loss_directions();
+    let mut values = vec![[0.0; 3]; at.len()];
+    material.brdf_batch(&at, &mut values);
+    mean_log_error(brdf, &at, &values)
+}
+
+/// Returns [`directions`] as half and difference vectors.
+#[must_use]
+pub fn loss_directions() -> Vec<HalfDifference<f32>> {
+    let angles = directions().into_iter();
+    angles.map(HalfDifference::from_angles).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use glimpse_core::geometry::Angles;
+
+    use super::*;
+
+    fn straight_down(count: usize) -> Vec<HalfDifference<f32>> {
+        vec![HalfDifference::from_angles(Angles::default()); count]
+    }
+
+    #[test]
+    fn the_mean_is_over_samples_and_channels() {
+        // Two batches and a bit. By hand: ln 2, ln 3 and 0 for the channels of every sample.
+        let at = straight_down(2 * BATCH + 5);
+        let reference = vec![[1.0, 0.0, 0.5]; at.len()];
+        let brdf = |_: &HalfDifference<f32>| [0.0, 2.0, 0.5];
+        let expected = 6.0_f64.ln() / 3.0;
+        assert!((mean_log_error(&brdf, &at, &reference) - expected).abs() < 1e-7);
+        let fitted = vec![[0.0, 2.0, 0.5]; at.len()];
+        let of_values = mean_log_error_of_values(&fitted, &at, &reference);
+        assert!((of_values - expected).abs() < 1e-7);
+    }
+
+    #[test]
+    fn values_are_weighted_by_the_cosine_of_the_incoming_direction() {
+        let angles = Angles {
+            theta_h: 0.4,
+            theta_d: 0.3,
+            phi_d: 0.7,
+        };
+        let at = [HalfDifference::from_angles(angles)];
+        // 1 + f c = 2
+        let brdf = |at: &HalfDifference<f32>| [1.0 / at.cos_theta_i(); 3];
+        let error = mean_log_error(&brdf, &at, &[[0.0; 3]]);
+        assert!((error - 2.0_f64.ln()).abs() < 1e-6, "{error}");
+    }
+
+    #[test]
+    fn nothing_has_no_error_and_broken_values_are_not_hidden() {
+        let broken = |_: &HalfDifference<f32>| [f32::NAN; 3];
+        assert_eq!(mean_log_error(&broken, &[], &[]), 0.0);
+        assert!(mean_log_error(&broken, &straight_down(2), &[[1.0; 3]; 2]).is_nan());
+    }
+}

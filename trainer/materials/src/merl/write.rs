@@ -1,0 +1,73 @@
+//! MERL's tables, written: any BRDF at the table's nodes.
+
+use std::io;
+use std::path::Path;
+
+use glimpse_core::geometry::{Angles, HalfDifference};
+use rayon::prelude::*;
+
+use super::nodes::header;
+use super::{FILE_BYTES, NODES, NOT_MEASURED, SCALE, degrees, theta_h};
+use crate::files::write_whole;
+use crate::{Brdf, Material, NotFinite, SourceError};
+
+/// Tabulates a BRDF at MERL's nodes: the bytes of a `NAME.binary`.
+///
+/// Below the horizon stands "not measured", and 0 for what is less than 0, which would read as that.
+///
+/// # Errors
+/// If the BRDF is not finite at some node.
+pub fn to_merl(brdf: &(impl Brdf + ?Sized)) -> Result<Vec<u8>, NotFinite> {
+    let rows: Vec<Vec<[f64; 3]>> = (0..NODES[0] * NODES[1])
+        .into_par_iter()
+        .map(|row| tabulate_row(brdf, theta_h(row / NODES[1]), degrees(row % NODES[1])))
+        .collect::<Result<_, _>>()?;
+    let mut bytes = Vec::with_capacity(FILE_BYTES);
+    bytes.extend_from_slice(&header());
+    for channel in 0..SCALE.len() {
+        for values in rows.iter().flatten() {
+            bytes.extend_from_slice(&values[channel].to_le_bytes());
+        }
+    }
+    Ok(bytes)
+}
+
+/// Writes what [`to_merl`] makes of a material.
+///
+/// The file appears whole or not at all.
+///
+/// # Errors
+/// If the material is not finite somewhere, or the file cannot be written.
+pub fn write_merl(path: &Path, material: &dyn Material) -> Result<(), SourceError> {
+    let fail = |source| SourceError::Write {
+        path: path.into(),
+        source,
+    };
+    let bytes = to_merl(material)
+        .map_err(|error| fail(io::Error::new(io::ErrorKind::InvalidData, error)))?;
+    write_whole(path, &bytes).map_err(fail)
+}
+
+/// A BRDF's stored values at all phi_d.
+fn tabulate_row(
+    brdf: &(impl Brdf + ?Sized),
+    theta_h: f64,
+    theta_d: f64,
+) -> Result<Vec<[f64; 3]>, NotFinite> {
+    let value = |phi: usize| {
+        let angles = Angles {
+            theta_h: theta_h as f32,
+            theta_d: theta_d as f32,
+            phi_d: degrees(phi) as f32,
+        };
+        if !HalfDifference::from_angles(angles).is_valid() {
+            return Ok([NOT_MEASURED; 3]);
+        }
+        let values = brdf.at_angles(angles);
+        NotFinite::check(angles, values)?;
+        Ok(std::array::from_fn(|channel| {
+            f64::from(values[channel]).max(0.0) / SCALE[channel]
+        }))
+    };
+    (0..NODES[2]).map(value).collect()
+}

@@ -1,0 +1,258 @@
+//! Every reader, and every length that a file may be cut to: one message with the file, what is wrong and the
+//! remedy, and never a part of a file taken for the whole.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+
+use glimpse_core::model::ModelKind;
+use glimpse_materials::{
+    FittedMaterial, MerlTable, NeuralBrdf, PabSet, RglMeasurement, SourceError, to_nbrdf,
+    write_merl,
+};
+
+use crate::common::assert_names;
+use crate::rgl::{write_anisotropic, write_rgl, write_spectral};
+use crate::{Made, network};
+
+/// A file's name, its valid bytes, where in it a cut is left out, and how it is read.
+struct Case {
+    name: &'static str,
+    bytes: Vec<u8>,
+    read: fn(&Path) -> Result<(), SourceError>,
+    /// How much shorter the file may be without loss: by the line break after a JSON.
+    needless: usize,
+}
+
+const PAB: &str = "#sample_name \"card\"\n#colorimetry: CIE-XYZ\n#format: theta phi BRDF\n#intheta 30\n\
+                   #inphi 0\n#set_intheta 30\n#values 3\n0 0 0.1 0.11 0.12\n10 0 0.1 0.12 0.13\n\
+                   10 90 0.13 0.14 0.15\n";
+
+fn cases() -> Vec<Case> {
+    let scratch = tempfile::tempdir().expect("a temporary directory");
+    let tensors = scratch.path().join("a.bsdf");
+    write_rgl(&tensors);
+    let values = vec![0.25; ModelKind::Phong.parameters().expect("it has some")];
+    let fitted = FittedMaterial::new("felt".into(), ModelKind::Phong, values, None);
+    let nothing = BTreeMap::<&str, &str>::new();
+    let json = fitted.expect("it is one").to_json(None, nothing);
+    let [_, (_, b1), ..] = to_nbrdf(network(1).parameters());
+    vec![
+        Case {
+            name: "felt.bsdf",
+            bytes: fs::read(tensors).expect("it is there"),
+            read: |path| RglMeasurement::read(path).map(|_| ()),
+            needless: 0,
+        },
+        Case {
+            name: "felt_b1.npy",
+            bytes: b1,
+            read: |path| NeuralBrdf::read(path).map(|_| ()),
+            needless: 0,
+        },
+        Case {
+            name: "felt.txt",
+            bytes: PAB.into(),
+            read: |path| PabSet::read(path).map(|_| ()),
+            needless: 0,
+        },
+        Case {
+            name: "material.json",
+            bytes: json.expect("it is JSON").into_bytes(),
+            read: |path| FittedMaterial::read(path).map(|_| ()),
+            needless: 1,
+        },
+    ]
+}
+
+/// The message about a file that is damaged; its siblings, of a network, are there.
+fn damage(case: &Case, bytes: &[u8]) -> Option<String> {
+    let scratch = tempfile::tempdir().expect("a temporary directory");
+    if case.name.ends_with(".npy") {
+        for (ending, bytes) in to_nbrdf(network(1).parameters()) {
+            fs::write(scratch.path().join(format!("felt{ending}")), bytes).expect("it is written");
+        }
+    }
+    let path = scratch.path().join(case.name);
+    fs::write(&path, bytes).expect("it is written");
+    match (case.read)(&path).err()? {
+        SourceError::Damaged { path: named, what } => {
+            assert_eq!(named, path);
+            assert!(!what.contains(char::is_control), "{what:?}");
+            Some(what)
+        }
+        other => panic!("{other}"),
+    }
+}
+
+#[test]
+fn no_length_but_its_own_is_a_file() {
+    for case in &cases() {
+        let (name, whole) = (case.name, &case.bytes[..]);
+        assert_eq!(damage(case, whole), None, "{name}");
+        for length in 0..whole.len() - case.needless {
+            let what = damage(case, &whole[..length]);
+            assert!(
+                what.is_some(),
+                "{name}: {length} of {} bytes are read",
+                whole.len()
+            );
+        }
+        for more in [&b"0"[..], b"0\n", &[0; 8]] {
+            let what = damage(case, &[whole, more].concat());
+            assert!(what.is_some(), "{name}: {more:?} more are read");
+        }
+    }
+}
+
+#[test]
+fn no_byte_takes_a_reader_further_than_a_message() {
+    for case in &cases() {
+        let (mut read, mut refused) = (0, 0);
+        for place in 0..case.bytes.len().min(600) {
+            for change in [0x01, 0x20, 0x80, 0xff] {
+                let mut other = case.bytes.clone();
+                other[place] ^= change;
+                match damage(case, &other) {
+                    None => read += 1,
+                    Some(_) => refused += 1,
+                }
+            }
+        }
+        println!("{}: {refused} refused, {read} read", case.name);
+        assert!(
+            refused > 100 && read > 0,
+            "{}: {refused}, {read}",
+            case.name
+        );
+    }
+}
+
+#[test]
+fn other_dialects_are_named_with_what_they_say() {
+    let cases = cases();
+    let case = |name: &str| {
+        cases
+            .iter()
+            .find(|case| case.name == name)
+            .expect("it is there")
+    };
+    let array = |from: &str, to: &str| {
+        let bytes = &case("felt_b1.npy").bytes;
+        let text: Vec<u8> = bytes[..128].to_vec();
+        let at = text
+            .windows(from.len())
+            .position(|window| window == from.as_bytes());
+        let at = at.expect("it is in the header");
+        let mut other = bytes.clone();
+        other.splice(at..at + from.len(), to.bytes());
+        other
+    };
+    let text = |from: &str, to: &str| PAB.replace(from, to).into_bytes();
+    let json = |from: &str, to: &str| {
+        let text = String::from_utf8_lossy(&case("material.json").bytes).replace(from, to);
+        text.into_bytes()
+    };
+    let tensors = |write: fn(&Path)| {
+        let scratch = tempfile::tempdir().expect("a temporary directory");
+        write(&scratch.path().join("a"));
+        fs::read(scratch.path().join("a")).expect("it is there")
+    };
+    let mut big_endian = case("felt.bsdf").bytes.clone();
+    big_endian[14..18].reverse();
+    let long = "x".repeat(100_000);
+    for (name, bytes, named) in [
+        (
+            "felt_b1.npy",
+            array("<f4", "<f8"),
+            &["<f4", "descr", "<f8"][..],
+        ),
+        (
+            "felt_b1.npy",
+            array("False", "True "),
+            &["C", "[21]", "Fortran"],
+        ),
+        ("felt_b1.npy", array("(21,)", "(7,3)"), &["[21]", "[7, 3]"]),
+        ("felt_b1.npy", array("(21,)", "((((("), &["6", "2"]),
+        ("felt.bsdf", tensors(write_spectral), &["RGB"]),
+        ("felt.bsdf", tensors(write_anisotropic), &["3", "phi_i"]),
+        ("felt.bsdf", big_endian, &["8"]),
+        (
+            "felt.txt",
+            text("#values 3", "#values 4"),
+            &["3", "#values", "4"],
+        ),
+        (
+            "felt.txt",
+            text("#set_intheta 30", "#set_intheta 30 60"),
+            &["intheta", "60"],
+        ),
+        ("felt.txt", text("0.1 0.11", "0,1 0,11"), &["8", "0,1"]),
+        ("felt.txt", text("0.1 0.11", "inf 0.11"), &["8", "inf"]),
+        (
+            "felt.txt",
+            text("card", "../card"),
+            &["sample_name", "../card"],
+        ),
+        ("felt.txt", text("CIE-XYZ", &long), &["colorimetry"]),
+        (
+            "material.json",
+            json("\"version\": 1", "\"version\": 2, \"values\": {}"),
+            &["2"],
+        ),
+        ("material.json", json("phong", &long), &["model"]),
+        (
+            "material.json",
+            json("felt", "\\u001b[2J"),
+            &["name", "\\u{1b}[2J"],
+        ),
+        ("material.json", json("0.25", "1e300"), &["0", "values"]),
+    ] {
+        let what = damage(case(name), &bytes).expect("it is refused");
+        assert_names(&what, named);
+        assert!(what.len() < 500, "{} bytes of {name}", what.len());
+    }
+}
+
+#[test]
+fn a_table_has_its_length() {
+    let scratch = tempfile::tempdir().expect("a temporary directory");
+    let path = scratch.path().join("felt.binary");
+    write_merl(&path, &Made(|_| [0.1; 3])).expect("it is written");
+    let whole = fs::metadata(&path).expect("it is there").len();
+    let file = fs::OpenOptions::new()
+        .write(true)
+        .open(&path)
+        .expect("it is there");
+    // Longer ones first, as a cut takes what was there.
+    for length in [
+        whole + 8,
+        whole + 1,
+        whole - 1,
+        whole - 8,
+        whole / 2,
+        13,
+        12,
+        11,
+        1,
+        0,
+    ] {
+        file.set_len(length).expect("its length is changed");
+        let error = MerlTable::read(&path).err().expect("it is refused");
+        assert!(matches!(error, SourceError::Damaged { .. }), "{error}");
+        assert_names(&error.to_string(), &[&length.to_string()]);
+    }
+}
+
+/// What a stranger's file names is read no further than it may reach.
+#[cfg(unix)]
+#[test]
+fn a_device_is_no_basis() {
+    let scratch = tempfile::tempdir().expect("a temporary directory");
+    let path = scratch.path().join("material.json");
+    let text = r#"{"format": "glimpse-material", "version": 1, "name": "felt", "model": "linear",
+        "basis": {"file": "/dev/zero", "checksum": "00000001"}, "values": [1, 1, 1]}"#;
+    fs::write(&path, text).expect("it is written");
+    let error = FittedMaterial::read(&path).expect_err("it is refused");
+    assert_names(&error.to_string(), &["/dev/zero"]);
+}

@@ -1,0 +1,54 @@
+//! The derivatives of networks, as materials, against central differences.
+
+use glimpse_core::geometry::{Angles, HalfDifference};
+use glimpse_core::model::{Model, Neural, NeuralParameters, ParameterSet};
+use glimpse_gradcheck::{Differences, Traced, parameters, scale_of};
+use glimpse_materials::Material;
+use glimpse_materials::sampling::uniform_valid;
+
+use crate::network;
+
+/// The network's BRDF in double precision, every branch recorded.
+fn brdf(weights: &NeuralParameters<f32>, [theta_h, theta_d, phi_d]: [f64; 3]) -> [Traced; 3] {
+    let theta = parameters(
+        weights.iter().map(|value| Traced((*value).into())),
+        Traced(0.0),
+    );
+    let at = HalfDifference::from_angles(Angles {
+        theta_h,
+        theta_d,
+        phi_d,
+    });
+    let [hx, hz, dx, dy, dz] = [at.hx, at.hz, at.dx, at.dy, at.dz].map(Traced);
+    Neural::brdf(&theta, &HalfDifference { hx, hz, dx, dy, dz })
+}
+
+#[test]
+fn a_network_s_derivatives_agree_with_differences() {
+    // Single precision is all that the derivatives are found in.
+    let mut differences = Differences::new(2e-4, 1e-4);
+    for seed in 0..20 {
+        let network = network(seed);
+        for angles in uniform_valid(100, seed) {
+            let (values, derivative) = network.brdf_with_derivative(angles);
+            assert_eq!(values, network.brdf(angles));
+            let place = [angles.theta_h, angles.theta_d, angles.phi_d].map(f64::from);
+            let slopes = derivative.map(|by_angles| by_angles.map(f64::from));
+            let scale = 100.0 * scale_of(slopes.as_flattened());
+            for (channel, by_angles) in slopes.iter().enumerate() {
+                for (i, slope) in by_angles.iter().enumerate() {
+                    let outcome =
+                        differences.compare(&format!("angle {i}"), *slope, scale, |offset| {
+                            let mut place = place;
+                            place[i] += offset;
+                            brdf(network.parameters(), place)[channel]
+                        });
+                    if let Err(error) = outcome {
+                        panic!("network {seed} at {angles:?}: {error}");
+                    }
+                }
+            }
+        }
+    }
+    differences.conclude("networks by angles", 9_000);
+}

@@ -1,0 +1,153 @@
+//! Fitted materials: their file, their derivatives, and where they are found.
+
+use std::fs;
+use std::sync::LazyLock;
+
+use glimpse_core::model::ModelKind;
+use glimpse_materials::basis::{Basis, Grid};
+use glimpse_materials::sampling::uniform_valid;
+use glimpse_materials::{BasisFile, FittedMaterial, Material, Source, SourceError};
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use crate::common::assert_names;
+
+/// Four components of which each node has other values.
+static BASIS: LazyLock<Basis> = LazyLock::new(|| {
+    let node = |node: usize| {
+        let wave = |k: f32| 0.1 * (k * node as f32).sin();
+        [wave(0.3), -2.0, wave(0.5), wave(0.7), wave(1.1), wave(1.3)]
+    };
+    Basis::of_table((0..Grid::LEN).flat_map(node).collect(), 4)
+});
+
+const MODELS: [ModelKind; 4] = [
+    ModelKind::Phong,
+    ModelKind::CookTorrance,
+    ModelKind::Neural,
+    ModelKind::Linear,
+];
+
+fn fitted(model: ModelKind, seed: u64) -> FittedMaterial {
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    let count = model.parameters().unwrap_or(3 * BASIS.components());
+    let values = (0..count).map(|_| random.random_range(-0.5..0.5_f32));
+    let name = format!("{model} {seed}");
+    FittedMaterial::new(name, model, values.collect(), Some(&BASIS)).expect("it is one")
+}
+
+#[test]
+fn what_is_written_is_read_again_bit_by_bit() {
+    let scratch = tempfile::tempdir().expect("a temporary directory");
+    let bytes = BASIS.to_bytes();
+    fs::write(scratch.path().join("a.basis"), &bytes).expect("it is written");
+    let basis = BasisFile::new("../a.basis".to_owned(), Basis::checksum(&bytes));
+    for (seed, model) in (0..).zip(MODELS) {
+        let material = fitted(model, seed);
+        let basis = (model == ModelKind::Linear).then_some(&basis);
+        let about = serde_json::json!({ "residual": 0.5 });
+        let folder = scratch.path().join(model.name());
+        fs::create_dir(&folder).expect("it is made");
+        let text = material.to_json(basis, about).expect("it is JSON");
+        fs::write(folder.join("material.json"), text).expect("it is written");
+
+        // By its file, by its folder, and by the folder above, by the name that it has.
+        for source in [folder.join("material.json"), folder] {
+            let source = Source(source.display().to_string());
+            let found = source.load().expect("it loads");
+            let [found] = &found[..] else {
+                panic!("not one material in {source}")
+            };
+            assert_eq!(found.name(), format!("{model} {seed}"));
+            for angles in uniform_valid(200, seed) {
+                assert_eq!(found.brdf(angles), material.brdf(angles));
+            }
+            let files = source.files().expect("they are there");
+            assert_eq!(files.len(), if basis.is_some() { 2 } else { 1 });
+        }
+        let path = scratch.path().join(model.name()).join("material.json");
+        let found = FittedMaterial::read(&path).expect("it is read");
+        assert_eq!((found.values(), found.model()), (material.values(), model));
+    }
+    let all = Source(scratch.path().display().to_string());
+    assert_eq!(all.load().expect("they load").len(), 4);
+    assert!(all.left_out().expect("it can be listed").is_empty());
+}
+
+#[test]
+fn derivatives_agree_with_differences() {
+    for (seed, model) in (0..).zip(MODELS) {
+        let material = fitted(model, seed);
+        let mut wrong = 0;
+        for angles in uniform_valid(200, seed) {
+            let (value, slopes) = material.brdf_with_derivative(angles);
+            let scale = value.iter().fold(0.1_f32, |most, f| most.max(f.abs()));
+            let step = 2e-3_f32;
+            let moved = |axis: usize, step: f32| {
+                let mut angles = angles;
+                match axis {
+                    0 => angles.theta_h += step,
+                    1 => angles.theta_d += step,
+                    _ => angles.phi_d += step,
+                }
+                material.brdf(angles)
+            };
+            let differences = [0, 1, 2].map(|axis| {
+                let (up, down) = (moved(axis, step), moved(axis, -step));
+                [0, 1, 2].map(|channel: usize| (up[channel] - down[channel]) / (2.0 * step))
+            });
+            for (axis, by_axis) in differences.into_iter().enumerate() {
+                for (difference, slopes) in by_axis.into_iter().zip(slopes) {
+                    let apart = (difference - slopes[axis]).abs();
+                    wrong += usize::from(apart > 0.02 * (slopes[axis].abs() + scale));
+                }
+            }
+        }
+        println!("{model}: {wrong} of 1800");
+        // Where a step leads over a kink: of a network, and of an interpolation, which has many.
+        let most = if model == ModelKind::Linear { 450 } else { 90 };
+        assert!(wrong < most, "{model}: {wrong} of 1800");
+    }
+}
+
+#[test]
+fn what_is_damaged_is_named() {
+    let scratch = tempfile::tempdir().expect("a temporary directory");
+    let path = scratch.path().join("material.json");
+    let good = fitted(ModelKind::Phong, 1)
+        .to_json(None, serde_json::json!({}))
+        .expect("it is JSON");
+    let linear = BasisFile::new("none.basis".to_owned(), 7);
+    let linear = fitted(ModelKind::Linear, 1)
+        .to_json(Some(&linear), serde_json::json!({}))
+        .expect("it is JSON");
+    for (text, named) in [
+        ("{".to_owned(), &[][..]),
+        (
+            good.replace("glimpse-material", "other"),
+            &["format", "glimpse-material"],
+        ),
+        (good.replace("\"version\": 1", "\"version\": 2"), &["2"]),
+        (good.replace("phong 1", "../phong"), &["name", "../phong"]),
+        (good.replace("\"phong\"", "\"blinn\""), &["model", "blinn"]),
+        (
+            good.replace("\"phong\"", "\"neural\""),
+            &["values", "675", "7"],
+        ),
+        (good.replace("\"phong\"", "\"linear\""), &["basis"]),
+        (good.replacen("[\n    ", "[\n    1e99, ", 1), &["values"]),
+        (linear.clone(), &["none.basis"]),
+        (linear.replace("00000007", "seven"), &["checksum"]),
+    ] {
+        fs::write(&path, text).expect("it is written");
+        let error = FittedMaterial::read(&path).expect_err("it is damaged");
+        assert!(matches!(
+            &error,
+            SourceError::Damaged { .. } | SourceError::Read { .. }
+        ));
+        assert_names(&error.to_string(), &["material.json"]);
+        assert_names(&error.to_string(), named);
+    }
+    fs::write(&path, good).expect("it is written");
+    assert!(FittedMaterial::read(&path).is_ok());
+}

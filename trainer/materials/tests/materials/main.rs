@@ -1,0 +1,55 @@
+//! Materials: look-ups, their derivatives, files, and what is said of files that are damaged.
+
+#[path = "../../../tests/common/mod.rs"]
+mod common;
+mod damage;
+mod derivatives;
+mod fitted;
+mod formats;
+mod merl;
+mod pab;
+mod rgl;
+mod sources;
+
+use glimpse_core::geometry::Angles;
+use glimpse_core::model::{Model, Neural, NeuralParameters, ParameterSet};
+use glimpse_materials::{Material, NeuralBrdf};
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+/// A network with random weights, whose outputs are on nearly everywhere.
+fn network(seed: u64) -> NeuralBrdf {
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    let list = (0..Neural::PARAMETERS).map(|_| random.random_range(-1.0..1.0f32));
+    let mut weights: NeuralParameters<f32> = glimpse_gradcheck::parameters(list, 0.0);
+    let scales = [0.8, 0.3, 0.4, 0.3, 0.4, 0.4];
+    for (run, scale) in weights.runs_mut().zip(scales) {
+        run.iter_mut().for_each(|entry| *entry *= scale);
+    }
+    weights.b3.iter_mut().for_each(|bias| *bias += 1.0);
+    NeuralBrdf::new(format!("network-{seed}"), weights)
+}
+
+/// A material that is a function.
+struct Made<F>(F);
+
+impl<F: Fn(Angles<f32>) -> [f32; 3] + Send + Sync> Material for Made<F> {
+    fn name(&self) -> &str {
+        "made"
+    }
+    fn brdf(&self, angles: Angles<f32>) -> [f32; 3] {
+        self.0(angles)
+    }
+    fn brdf_with_derivative(&self, angles: Angles<f32>) -> ([f32; 3], [[f32; 3]; 3]) {
+        (self.0(angles), [[0.0; 3]; 3])
+    }
+}
+
+/// Angles from radians in double precision.
+fn angles([theta_h, theta_d, phi_d]: [f64; 3]) -> Angles<f32> {
+    Angles {
+        theta_h: theta_h as f32,
+        theta_d: theta_d as f32,
+        phi_d: phi_d as f32,
+    }
+}

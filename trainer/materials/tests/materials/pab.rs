@@ -1,0 +1,123 @@
+//! PAB-Opto's text: read as it is written, and refused by field and line.
+
+use std::fs;
+use std::path::Path;
+
+use glimpse_materials::loss::loss_between;
+use glimpse_materials::{Material, PabSet, Procedural, Source, SourceError, pab_endings, to_pab};
+use tempfile::TempDir;
+
+use crate::Made;
+use crate::common::assert_names;
+
+/// A set of files in a folder of its own.
+fn written(name: &str, material: &dyn Material) -> TempDir {
+    let directory = tempfile::tempdir().expect("a temporary directory");
+    let texts = to_pab(name, material).expect("it is finite");
+    for (ending, text) in pab_endings().zip(texts) {
+        fs::write(directory.path().join(format!("{name}{ending}")), text).expect("it is written");
+    }
+    directory
+}
+
+fn load(path: &Path) -> Result<Vec<Box<dyn Material>>, SourceError> {
+    Source(path.display().to_string()).load()
+}
+
+#[test]
+fn what_is_written_is_read() {
+    // Grey, a fabric, and a highlight.
+    let set = Procedural::set(40, 2);
+    let of_kind = |kind: &str| set.iter().find(|each| each.name().contains(kind));
+    let [fabric, rubber] = ["fabric", "rubber"].map(|kind| of_kind(kind).expect("there is one"));
+    let grey = Made(|_| [0.3, 0.2, 0.1]);
+    let materials: [(&str, &dyn Material, f64); 3] = [
+        ("grey", &grey, 1e-3),
+        ("fabric", fabric, 0.01),
+        ("rubber", rubber, 0.02),
+    ];
+    for (name, material, most) in materials {
+        let directory = written(name, material);
+        let path = directory.path().join(format!("{name}_in40.txt"));
+        let set = PabSet::read(&path).expect("it is read");
+        let loss = loss_between(&set, material);
+        assert!(loss < most, "{name}: {loss}");
+        let files = Source(path.display().to_string())
+            .files()
+            .expect("they are listed");
+        assert_eq!(files.len(), pab_endings().count());
+    }
+
+    // As a material they are tabulated once more, which takes seconds.
+    let directory = written("rubber", rubber);
+    let read = load(&directory.path().join("rubber_in00.txt")).expect("it is read");
+    assert_eq!(read[0].name(), "rubber");
+    let loss = loss_between(&*read[0], rubber);
+    assert!(loss < 0.02, "{loss}");
+}
+
+#[test]
+fn only_files_of_the_same_sample_are_read_together() {
+    let directory = written("one", &Made(|_| [0.3; 3]));
+    let other = to_pab("other", &Made(|_| [0.1_f32; 3]) as &dyn Material).expect("it is finite");
+    for (ending, text) in pab_endings().zip(&other) {
+        fs::write(directory.path().join(format!("other{ending}")), text).expect("it is written");
+    }
+    fs::write(directory.path().join("notes.txt"), "notes").expect("it is written");
+    fs::write(directory.path().join("broken.txt"), b"\xff\xfe").expect("it is written");
+    for (name, value) in [("one", 0.3), ("other", 0.1)] {
+        let path = directory.path().join(format!("{name}_in00.txt"));
+        let read = PabSet::read(&path).expect("it is read");
+        let loss = loss_between(&read, &Made(move |_| [value; 3]));
+        assert!(loss < 1e-3, "{name}: {loss}");
+    }
+}
+
+#[test]
+fn damage_is_told_by_field_and_line() {
+    const HEADER: &str = "#colorimetry: CIE-XYZ\n#format: theta phi BRDF\n#intheta 30\n#inphi 0\n";
+    let line = "10 0 0.1 0.1 0.1\n";
+    let with = |from: &str, to: &str| HEADER.replace(from, to) + line;
+    for (text, named) in [
+        (
+            with("CIE-XYZ", "spectral"),
+            &["colorimetry", "spectral"][..],
+        ),
+        (with("BRDF", "BTDF"), &["format", "BTDF"]),
+        (with("#intheta 30\n", ""), &["#intheta"]),
+        (with("#inphi 0\n", ""), &["#inphi"]),
+        (with("#format: theta phi BRDF\n", ""), &["#format"]),
+        (with("intheta 30", "intheta inf"), &["intheta", "inf"]),
+        (with("intheta 30", "intheta 120"), &["intheta", "120"]),
+        (format!("{HEADER}{line}10 0 0.1 NaN 0.1\n"), &["6", "NaN"]),
+        (format!("{HEADER}{line}10 0 0.1\n"), &["6", "3"]),
+        (format!("{HEADER}120 0 0.1 0.1 0.1\n"), &[]),
+        (HEADER.to_owned(), &[]),
+    ] {
+        let directory = tempfile::tempdir().expect("a temporary directory");
+        let path = directory.path().join("a.dat");
+        fs::write(&path, &text).expect("it is written");
+        match load(&path).err() {
+            Some(SourceError::Damaged {
+                path: damaged,
+                what,
+            }) if damaged == path => {
+                assert_names(&what, named);
+            }
+            other => panic!("{text}: {other:?}"),
+        }
+    }
+    // Two azimuths, and one incidence twice.
+    for (second, named) in [
+        (with("inphi 0", "inphi 90"), &["inphi", "0", "90"][..]),
+        (HEADER.to_owned() + line, &["30"]),
+    ] {
+        let directory = tempfile::tempdir().expect("a temporary directory");
+        let path = directory.path().join("a.dat");
+        fs::write(&path, HEADER.to_owned() + line).expect("it is written");
+        fs::write(directory.path().join("b.dat"), second).expect("it is written");
+        let error = load(&path).err().expect("it is refused");
+        assert!(matches!(error, SourceError::Damaged { .. }), "{error}");
+        assert_names(&error.to_string(), named);
+    }
+}

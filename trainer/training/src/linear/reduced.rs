@@ -1,0 +1,108 @@
+//! A basis reduced to the directions of a pattern.
+
+use glimpse_core::fit::ridge::{Factors, Problem, RidgeError, factor_length, scratch_length};
+use glimpse_core::geometry::{Angles, HalfDifference};
+use glimpse_core::model::linear::map;
+use glimpse_materials::basis::{Basis, ByAngles, Coefficients, median_of};
+
+/// The rows of a basis at n directions.
+#[derive(Clone, Debug)]
+pub struct Reduced {
+    /// Where, in radians.
+    pub angles: Vec<Angles<f64>>,
+    /// A: n rows of m.
+    pub basis: Vec<f64>,
+    /// The derivatives of A's entries by the angles of their row.
+    pub derivatives: Vec<[f64; 3]>,
+    /// The mean of the mapped columns, n.
+    pub mean: Vec<ByAngles>,
+    /// The median BRDF of the columns, sr^-1, n.
+    pub median: Vec<ByAngles>,
+    /// cos(theta_i) cos(theta_o), n.
+    pub weight: Vec<ByAngles>,
+}
+
+impl Reduced {
+    /// Looks the basis up at angles in radians, which have to be valid.
+    #[must_use]
+    pub fn new(basis: &Basis, pattern: &[Angles<f64>]) -> Self {
+        let mut reduced = Self {
+            angles: pattern.to_vec(),
+            basis: Vec::with_capacity(pattern.len() * basis.components()),
+            derivatives: Vec::with_capacity(pattern.len() * basis.components()),
+            mean: Vec::new(),
+            median: Vec::new(),
+            weight: Vec::new(),
+        };
+        for angles in pattern {
+            let found = basis.look_up(*angles);
+            for [value, derivatives @ ..] in found.components {
+                reduced.basis.push(value);
+                reduced.derivatives.push(derivatives);
+            }
+            let dual = |[value, tangent @ ..]: [f64; 4]| ByAngles { value, tangent };
+            let at = HalfDifference::from_angles(ByAngles::variables(*angles));
+            let weight = at.cos_theta_i() * at.cos_theta_o();
+            reduced.mean.push(dual(found.mean));
+            reduced
+                .median
+                .push(median_of(dual(found.log_median), weight));
+            reduced.weight.push(weight);
+        }
+        reduced
+    }
+
+    /// n.
+    #[must_use]
+    pub fn samples(&self) -> usize {
+        self.mean.len()
+    }
+
+    /// t: a measured BRDF of a sample, mapped, minus the mean.
+    #[must_use]
+    pub fn mapped(&self, sample: usize, brdf: ByAngles) -> ByAngles {
+        map(brdf, self.median[sample], self.weight[sample]) - self.mean[sample]
+    }
+
+    /// The ridge problem's factors, in `buffer`.
+    ///
+    /// # Errors
+    /// If the system has no solution.
+    pub fn factorize<'a, 'b>(
+        &'a self,
+        precision: &'a [f64],
+        buffer: &'b mut Vec<f64>,
+    ) -> Result<Factors<'a, 'b, f64, f64>, RidgeError> {
+        buffer.resize(factor_length(self.samples(), precision.len()), 0.0);
+        let mut scratch = vec![0.0; scratch_length(self.samples(), precision.len())];
+        Problem::new(&self.basis[..], precision)?.factorize(buffer, &mut scratch)
+    }
+
+    /// The coefficients of what was measured (BRDF in linear RGB, sr^-1), sample by sample.
+    ///
+    /// # Errors
+    /// If the system has no solution.
+    pub fn fit(
+        &self,
+        precision: &[f64],
+        measured: &[[f32; 3]],
+    ) -> Result<Coefficients, RidgeError> {
+        let mut buffer = Vec::new();
+        let factors = self.factorize(precision, &mut buffer)?;
+        let components = precision.len();
+        let mut scratch = vec![0.0; scratch_length(self.samples(), components)];
+        let mut coefficients = [(); 3].map(|()| vec![0.0; components]);
+        for (channel, coefficients) in coefficients.iter_mut().enumerate() {
+            let mapped: Vec<f64> = measured
+                .iter()
+                .enumerate()
+                .map(|(sample, brdf)| {
+                    let brdf = ByAngles::from_value(f64::from(brdf[channel]));
+                    self.mapped(sample, brdf).value
+                })
+                .collect();
+            factors.coefficients(&mapped, coefficients, &mut scratch)?;
+        }
+        Ok(coefficients)
+    }
+}

@@ -1,0 +1,317 @@
+//! The meta-gradient of the Linear model: by the pattern, and by the precision of each coefficient.
+//!
+//! Forward: the basis is looked up at the pattern, the ridge problem factorized; each material of
+//! a batch is measured there, mapped and solved for, and judged by the loss at random directions.
+//! Reverse: the loss's gradient by the coefficients goes through the solve (core's adjoint, two
+//! triangular solves) to the basis, the measurements and the precisions, and from there through
+//! the look-ups to the angles.
+//!
+//! A material that is among the columns of its own basis looks easier than it is. So materials are
+//! dealt into folds, and each is learned on with the basis of all the others; the final basis has
+//! all of them.
+
+mod task;
+
+pub use task::{Outer, OuterBasis, TaskGradient};
+
+use glimpse_core::fit::ridge::{Factors, RidgeError};
+use glimpse_core::geometry::Angles;
+use glimpse_materials::Material;
+use glimpse_materials::basis::{ByAngles, widened};
+use glimpse_materials::sampling::uniform_valid;
+use glimpse_optimizer::Groups;
+use rand::Rng;
+use rayon::prelude::*;
+
+use super::pattern::{Pattern, above_horizon};
+use super::phase::{InnerSamples, OuterStep, Phase};
+use super::plan::Plan;
+use super::trainee::{Expected, RandomStreams, Trainee};
+use crate::linear::principal_components;
+use crate::linear::{Columns, Prior, Reduced};
+
+/// Folds that materials are dealt into.
+const FOLDS: usize = 5;
+/// Directions that the loss is drawn from.
+const POOL: usize = 8_192;
+
+/// Where learned precisions begin.
+const FIRST_ETA: f64 = 4.0;
+
+/// What the Linear model learns on.
+pub struct LinearTrainee<'a> {
+    plan: &'a Plan,
+    streams: RandomStreams,
+    prior: Prior,
+    materials: &'a [Box<dyn Material>],
+    folds: Vec<OuterBasis>,
+    /// The materials at the pool's directions.
+    values: Vec<Vec<[f32; 3]>>,
+}
+
+impl<'a> LinearTrainee<'a> {
+    /// Tabulates the materials and computes the bases of all folds.
+    #[must_use]
+    pub fn new(
+        materials: &'a [Box<dyn Material>],
+        columns: &Columns,
+        prior: Prior,
+        plan: &'a Plan,
+        seed: u64,
+    ) -> Self {
+        let angles = uniform_valid(POOL, seed);
+        let folds = FOLDS.min(materials.len());
+        // A single material has nothing to be left out of.
+        let outside = |fold: usize| columns.of(|index| folds == 1 || index % folds != fold);
+        let fewest = (0..folds).map(|fold| outside(fold).len()).min();
+        let components = prior.components.min(fewest.unwrap_or(0).max(2) - 1);
+        let folds = (0..folds)
+            .map(|fold| {
+                OuterBasis::new(
+                    principal_components(columns, &outside(fold), components),
+                    &angles,
+                )
+            })
+            .collect();
+        let values = materials
+            .par_iter()
+            .map(|material| {
+                let values = angles.iter().map(|angles| material.brdf(*angles)).collect();
+                material.release();
+                values
+            })
+            .collect();
+        Self {
+            plan,
+            streams: RandomStreams { seed },
+            prior,
+            materials,
+            folds,
+            values,
+        }
+    }
+
+    /// m.
+    #[must_use]
+    pub fn components(&self) -> usize {
+        self.folds.first().map_or(0, |fold| fold.basis.components())
+    }
+
+    /// The mean loss of some materials, each at its directions of the pool, and its gradient by
+    /// logarithms of precisions and logits of the pattern; the barrier's part included.
+    ///
+    /// # Errors
+    /// If a ridge problem cannot be factorized, as with precisions that are not finite.
+    pub fn gradient_over(
+        &self,
+        pattern: &Pattern,
+        log_precision: &[f32],
+        tasks: &[(usize, Vec<u32>)],
+    ) -> Result<(f32, Groups<Vec<f32>>), RidgeError> {
+        let places: Vec<Angles<f64>> = pattern
+            .valid_angles()
+            .map(|angles| widened(&angles))
+            .collect();
+        let precision = precisions(log_precision);
+        if places.is_empty() {
+            return Ok(self.without_samples(pattern, precision.len(), tasks));
+        }
+        let reduced = self.reduced(&places);
+        let mut buffers = vec![Vec::new(); self.folds.len()];
+        let factors: Vec<Factors<'_, '_, f64, f64>> = reduced
+            .iter()
+            .zip(&mut buffers)
+            .map(|(reduced, buffer)| reduced.factorize(&precision, buffer))
+            .collect::<Result<_, _>>()?;
+        let derivatives: Vec<TaskGradient> = tasks
+            .par_iter()
+            .map(|(material, directions)| {
+                let fold = material % self.folds.len();
+                let measured: Vec<[ByAngles; 3]> = pattern
+                    .valid_angles()
+                    .map(|angles| measured(&*self.materials[*material], angles))
+                    .collect();
+                let outer = Outer {
+                    basis: &self.folds[fold],
+                    directions,
+                    values: &self.values[*material],
+                };
+                TaskGradient::new(&reduced[fold], &factors[fold], &measured, &outer)
+            })
+            .collect::<Result<_, _>>()?;
+
+        let mut mean = TaskGradient {
+            loss: 0.0,
+            by_angles: vec![[0.0; 3]; places.len()],
+            by_precision: vec![0.0; precision.len()],
+        };
+        for derivatives in &derivatives {
+            mean.add(derivatives, 1.0 / tasks.len() as f64);
+        }
+        let mut by_angles = mean.by_angles.into_iter();
+        let by_logits = pattern.gradient_by_logits(|_| {
+            let derivatives = by_angles.next().unwrap_or_default();
+            derivatives.map(|slope| slope as f32)
+        });
+        let by_logarithms = mean.by_precision.iter().zip(&precision);
+        let gradient = Groups {
+            initial: Vec::new(),
+            hyperparameters: by_logarithms.map(|(slope, p)| (slope * p) as f32).collect(),
+            pattern: by_logits,
+            ..Groups::default()
+        };
+        Ok((mean.loss as f32, gradient))
+    }
+
+    /// The same for a pattern all of whose samples are below the horizon, as a pattern of one can be
+    /// on its way: nothing is measured, so that all coefficients are 0, and only the barrier pulls.
+    fn without_samples(
+        &self,
+        pattern: &Pattern,
+        components: usize,
+        tasks: &[(usize, Vec<u32>)],
+    ) -> (f32, Groups<Vec<f32>>) {
+        let coefficients = [(); 3].map(|()| vec![0.0; components]);
+        let losses = tasks.iter().map(|(material, directions)| {
+            let outer = Outer {
+                basis: &self.folds[material % self.folds.len()],
+                directions,
+                values: &self.values[*material],
+            };
+            outer.loss(&coefficients, None)
+        });
+        let gradient = Groups {
+            initial: Vec::new(),
+            hyperparameters: vec![0.0; components],
+            pattern: pattern.gradient_by_logits(|_| [0.0; 3]),
+            ..Groups::default()
+        };
+        let loss = losses.sum::<f64>() / tasks.len() as f64;
+        (loss as f32, gradient)
+    }
+
+    /// The loss of each material over the whole pool, with the basis of others, for a valid
+    /// pattern.
+    ///
+    /// # Errors
+    /// As [`LinearTrainee::gradient_over`].
+    pub fn losses(
+        &self,
+        pattern: &[Angles<f32>],
+        log_precision: &[f32],
+    ) -> Result<Vec<f64>, RidgeError> {
+        let places: Vec<Angles<f64>> = pattern.iter().map(widened).collect();
+        let precision = precisions(log_precision);
+        let reduced = self.reduced(&places);
+        let directions: Vec<u32> = (0..POOL as u32).collect();
+        (0..self.materials.len())
+            .into_par_iter()
+            .map(|material| {
+                let fold = material % self.folds.len();
+                let brdf = pattern
+                    .iter()
+                    .map(|angles| self.materials[material].brdf(*angles));
+                let measured: Vec<[f32; 3]> = brdf.collect();
+                let outer = Outer {
+                    basis: &self.folds[fold],
+                    directions: &directions,
+                    values: &self.values[material],
+                };
+                Ok(outer.loss(&reduced[fold].fit(&precision, &measured)?, None))
+            })
+            .collect()
+    }
+
+    /// The loss of each material; no number where precisions have run away.
+    fn judged(&self, values: &Groups<Vec<f32>>) -> Vec<f64> {
+        let pattern = above_horizon(&values.pattern);
+        let losses = self.losses(&pattern, &values.hyperparameters);
+        losses.unwrap_or_else(|_| vec![f64::NAN; self.materials.len()])
+    }
+
+    fn reduced(&self, places: &[Angles<f64>]) -> Vec<Reduced> {
+        let folds = self.folds.par_iter();
+        folds
+            .map(|fold| Reduced::new(&fold.basis, places))
+            .collect()
+    }
+}
+
+fn mean_loss(losses: &[f64]) -> f32 {
+    (losses.iter().sum::<f64>() / losses.len() as f64) as f32
+}
+
+impl Trainee for LinearTrainee<'_> {
+    fn first_values(&self, guess: u64) -> Groups<Vec<f32>> {
+        let samples = self.plan.phases.first().map_or(1, |phase| phase.samples);
+        let eta = self.prior.eta.unwrap_or(FIRST_ETA);
+        Groups {
+            initial: Vec::new(),
+            hyperparameters: vec![eta.ln() as f32; self.components()],
+            pattern: self.streams.first_pattern(guess, samples),
+            ..Groups::default()
+        }
+    }
+
+    fn gradient(&self, values: &Groups<Vec<f32>>, at: OuterStep<'_>) -> (f32, Groups<Vec<f32>>) {
+        let phase = at.phase;
+        let batch = self.streams.batch(at, self.materials.len());
+        let slots = batch.into_iter().enumerate();
+        let tasks: Vec<(usize, Vec<u32>)> = slots
+            .map(|(slot, material)| {
+                let mut random = self.streams.slot(at, slot + 1);
+                let draw = |_| random.random_range(0..POOL as u32);
+                (material, (0..phase.outer).map(draw).collect())
+            })
+            .collect();
+        let pattern = match phase.inner {
+            InnerSamples::Pattern => Pattern::from_logits(&values.pattern),
+            InnerSamples::Fresh(count) | InnerSamples::Random(count) => {
+                let seed = self.streams.slot(at, phase.batch + 1).random();
+                Pattern::new(uniform_valid(count, seed))
+            }
+        };
+        let none = || Groups {
+            initial: Vec::new(),
+            hyperparameters: vec![0.0; values.hyperparameters.len()],
+            pattern: vec![0.0; values.pattern.len()],
+            ..Groups::default()
+        };
+        match self.gradient_over(&pattern, &values.hyperparameters, &tasks) {
+            Ok((loss, mut gradient)) => {
+                if phase.inner != InnerSamples::Pattern {
+                    gradient.pattern = none().pattern;
+                }
+                (loss, gradient)
+            }
+            // Precisions that have run away: no best values come of a loss that is no number.
+            Err(_) => (f32::NAN, none()),
+        }
+    }
+
+    fn fitness(&self, values: &Groups<Vec<f32>>, _: &Phase) -> f32 {
+        self.judge(values) + Pattern::from_logits(&values.pattern).barrier()
+    }
+
+    fn expected(&self, values: &Groups<Vec<f32>>) -> Expected {
+        let losses = self.judged(values);
+        Expected::new(mean_loss(&losses), losses.into_iter())
+    }
+
+    fn judge(&self, values: &Groups<Vec<f32>>) -> f32 {
+        mean_loss(&self.judged(values))
+    }
+}
+
+/// A material's BRDF with its derivatives.
+fn measured(material: &dyn Material, angles: Angles<f32>) -> [ByAngles; 3] {
+    let (brdf, derivatives) = material.brdf_with_derivative(angles);
+    [0, 1, 2].map(|channel| ByAngles {
+        value: f64::from(brdf[channel]),
+        tangent: derivatives[channel].map(f64::from),
+    })
+}
+
+fn precisions(logarithms: &[f32]) -> Vec<f64> {
+    logarithms.iter().map(|log| f64::from(*log).exp()).collect()
+}

@@ -1,0 +1,199 @@
+//! One task of Linear's outer loop: a material is solved for, its loss taken at some directions, and
+//! differentiated.
+
+use glimpse_core::fit::ridge::{Factors, RidgeError, RidgeGradient, scratch_length};
+use glimpse_core::geometry::{Angles, HalfDifference};
+use glimpse_core::model::linear::unmap;
+use glimpse_core::model::loss::cosine_weighted_log_error;
+use glimpse_kernels::Dual;
+use glimpse_materials::basis::{Basis, ByAngles, Coefficients, widened};
+use rayon::prelude::*;
+
+use crate::linear::Reduced;
+
+/// A basis, looked up where the loss is taken.
+pub struct OuterBasis {
+    pub(super) basis: Basis,
+    at: Vec<HalfDifference<f64>>,
+    components: Vec<f32>,
+    mean: Vec<f64>,
+    median: Vec<f64>,
+}
+
+impl OuterBasis {
+    /// Looks a basis up at angles in radians.
+    #[must_use]
+    pub fn new(basis: Basis, angles: &[Angles<f32>]) -> Self {
+        let places: Vec<Angles<f64>> = angles.iter().map(widened).collect();
+        let blocks: Vec<Reduced> = places
+            .par_chunks(256)
+            .map(|places| Reduced::new(&basis, places))
+            .collect();
+        let all = |list: fn(&Reduced) -> &Vec<ByAngles>| {
+            let values = blocks.iter().flat_map(list);
+            values.map(|dual| dual.value).collect::<Vec<f64>>()
+        };
+        let components = blocks.iter().flat_map(|block| &block.basis);
+        Self {
+            at: places
+                .into_iter()
+                .map(HalfDifference::from_angles)
+                .collect(),
+            components: components.map(|value| *value as f32).collect(),
+            mean: all(|block| &block.mean),
+            median: all(|block| &block.median),
+            basis,
+        }
+    }
+}
+
+/// The outer loss of one material, a function of its coefficients.
+pub struct Outer<'a> {
+    /// Where it can be taken.
+    pub basis: &'a OuterBasis,
+    /// Which of these directions it is taken at.
+    pub directions: &'a [u32],
+    /// The material's BRDF at all of them, sr^-1.
+    pub values: &'a [[f32; 3]],
+}
+
+impl Outer<'_> {
+    /// The mean loss of some coefficients; its derivatives by them are added to `lambda`.
+    #[must_use]
+    pub fn loss(&self, coefficients: &Coefficients, mut lambda: Option<&mut Coefficients>) -> f64 {
+        let outer = self.basis;
+        let components = outer.basis.components();
+        let share = 1.0 / (3.0 * self.directions.len() as f64);
+        let mut loss = 0.0;
+        for direction in self.directions {
+            let index = *direction as usize;
+            let row = &outer.components[index * components..][..components];
+            let at = &outer.at[index];
+            let weight = Dual::from_value(at.cos_theta_i() * at.cos_theta_o());
+            let median = Dual::from_value(outer.median[index]);
+            // Dual numbers, so that the formula of the mapping is core's.
+            let modelled: [Dual<f64>; 3] = coefficients.each_ref().map(|coefficients| {
+                let products = row.iter().zip(coefficients);
+                let sum: f64 = products.map(|(a, c)| f64::from(*a) * c).sum();
+                let mapped = Dual {
+                    value: sum + outer.mean[index],
+                    tangent: [1.0],
+                };
+                unmap(mapped, median, weight)
+            });
+            let found = cosine_weighted_log_error(
+                self.values[index].map(f64::from),
+                modelled.map(|brdf| brdf.value),
+                at.cos_theta_i(),
+                share,
+            );
+            loss += found.error.value();
+            let Some(lambda) = &mut lambda else {
+                continue;
+            };
+            for ((lambda, by_brdf), brdf) in lambda.iter_mut().zip(found.by_modelled).zip(modelled)
+            {
+                let slope = by_brdf * brdf.tangent[0];
+                for (entry, a) in lambda.iter_mut().zip(row) {
+                    *entry += slope * f64::from(*a);
+                }
+            }
+        }
+        loss
+    }
+}
+
+/// The outer loss of one material, and its gradient.
+#[derive(Clone, Debug)]
+pub struct TaskGradient {
+    /// The loss.
+    pub loss: f64,
+    /// By theta_h, theta_d and phi_d of each sample.
+    pub by_angles: Vec<[f64; 3]>,
+    /// By the precision of each coefficient.
+    pub by_precision: Vec<f64>,
+}
+
+impl TaskGradient {
+    /// Solves for a material that was measured at the pattern, and differentiates its loss.
+    ///
+    /// # Errors
+    /// If lengths do not fit.
+    pub fn new(
+        reduced: &Reduced,
+        factors: &Factors<'_, '_, f64, f64>,
+        measured: &[[ByAngles; 3]],
+        outer: &Outer<'_>,
+    ) -> Result<Self, RidgeError> {
+        let samples = reduced.samples();
+        let components = factors.problem().components();
+        let mut scratch = vec![0.0; scratch_length(samples, components)];
+        let none = || [(); 3].map(|()| vec![0.0; components]);
+        let mapped: [Vec<ByAngles>; 3] = [0, 1, 2].map(|channel| {
+            let brdf = measured.iter().map(|brdf| brdf[channel]).enumerate();
+            brdf.map(|(sample, brdf)| reduced.mapped(sample, brdf))
+                .collect()
+        });
+        let values: [Vec<f64>; 3] = mapped
+            .each_ref()
+            .map(|mapped| mapped.iter().map(|mapped| mapped.value).collect());
+        let mut coefficients = none();
+        for (values, coefficients) in values.iter().zip(&mut coefficients) {
+            factors.coefficients(values, coefficients, &mut scratch)?;
+        }
+        let mut lambda = none();
+        let loss = outer.loss(&coefficients, Some(&mut lambda));
+
+        let mut by_angles = vec![[0.0; 3]; samples];
+        let mut by_basis = vec![0.0; samples * components];
+        let mut by_precision = vec![0.0; components];
+        for channel in 0..3 {
+            let mut by_mapped = vec![0.0; samples];
+            let mut gradient = RidgeGradient {
+                mapped: &mut by_mapped,
+                basis: &mut by_basis,
+                precision: &mut by_precision,
+            };
+            let (values, coefficients) = (&values[channel], &coefficients[channel]);
+            factors.adjoint(
+                values,
+                coefficients,
+                &lambda[channel],
+                &mut gradient,
+                &mut scratch,
+            )?;
+            let mapped = mapped[channel].iter().zip(by_mapped);
+            for (by_angles, (mapped, by_mapped)) in by_angles.iter_mut().zip(mapped) {
+                add_scaled(by_angles, by_mapped, &mapped.tangent);
+            }
+        }
+        let rows = by_basis
+            .chunks(components)
+            .zip(reduced.derivatives.chunks(components));
+        for (by_angles, (by_row, derivatives)) in by_angles.iter_mut().zip(rows) {
+            for (by_entry, derivatives) in by_row.iter().zip(derivatives) {
+                add_scaled(by_angles, *by_entry, derivatives);
+            }
+        }
+        Ok(Self {
+            loss,
+            by_angles,
+            by_precision,
+        })
+    }
+
+    pub(super) fn add(&mut self, other: &Self, share: f64) {
+        self.loss += share * other.loss;
+        for (sum, derivatives) in self.by_angles.iter_mut().zip(&other.by_angles) {
+            add_scaled(sum, share, derivatives);
+        }
+        add_scaled(&mut self.by_precision, share, &other.by_precision);
+    }
+}
+
+/// sum += factor * vector
+fn add_scaled(sum: &mut [f64], factor: f64, vector: &[f64]) {
+    for (entry, value) in sum.iter_mut().zip(vector) {
+        *entry += factor * value;
+    }
+}

@@ -1,0 +1,177 @@
+//! What the tables are: mean, median and principal components of the columns.
+
+use std::f64::consts::PI;
+
+use glimpse_core::geometry::{Angles, HalfDifference};
+use glimpse_core::model::linear::EPSILON;
+use glimpse_materials::Brdf;
+use glimpse_materials::basis::Grid;
+use nalgebra::{DMatrix, DVector};
+
+use super::{SET, basis, rows};
+
+/// The columns' values at all nodes, less their mean.
+fn centred() -> DMatrix<f64> {
+    let count = SET.columns.count();
+    let mut matrix = DMatrix::from_fn(Grid::LEN, count, |node, column| {
+        f64::from(SET.columns.at(node)[column])
+    });
+    for mut row in matrix.row_iter_mut() {
+        let mean = row.mean();
+        row.add_scalar_mut(-mean);
+    }
+    matrix
+}
+
+/// The components of a basis, a column each.
+fn components(rows: &[Vec<f64>]) -> DMatrix<f64> {
+    DMatrix::from_fn(rows.len(), rows[0].len() - 2, |node, k| rows[node][2 + k])
+}
+
+fn half_difference(angles: Angles<f64>, turn: f64) -> HalfDifference<f32> {
+    HalfDifference::from_angles(Angles {
+        theta_h: angles.theta_h as f32,
+        theta_d: angles.theta_d as f32,
+        phi_d: (angles.phi_d + turn) as f32,
+    })
+}
+
+#[test]
+fn columns_hold_the_mapped_materials() {
+    for node in (0..Grid::LEN).step_by(37) {
+        let angles = Grid::angles(node);
+        let at = HalfDifference::from_angles(angles);
+        let weight = at.cos_theta_i().max(0.0) * at.cos_theta_o().max(0.0);
+        let mut found = [[[0.0; 3]; 2]; 6];
+        for (material, found) in SET.materials.iter().zip(&mut found) {
+            let at = [0.0, PI].map(|turn| half_difference(angles, turn));
+            material.brdf_batch(&at, found);
+        }
+        for (column, value) in SET.columns.at(node).iter().enumerate() {
+            let [one, other] = found[column / 3].map(|brdf| f64::from(brdf[column % 3]));
+            let expected = (0.5 * (one + other) * weight / EPSILON).ln_1p();
+            let error = (f64::from(*value) - expected).abs();
+            // Materials are evaluated in single precision, in lanes or not.
+            assert!(
+                error < 1e-4,
+                "node {node}, column {column}: {value} and not {expected}"
+            );
+        }
+    }
+}
+
+#[test]
+fn mean_and_median_are_those_of_the_columns() {
+    for (node, row) in rows(&basis(5)).iter().enumerate() {
+        let mut values: Vec<f64> = SET
+            .columns
+            .at(node)
+            .iter()
+            .copied()
+            .map(f64::from)
+            .collect();
+        let count = values.len();
+        let mean = values.iter().sum::<f64>() / count as f64;
+        values.sort_by(f64::total_cmp);
+        let median = 0.5 * (values[count / 2 - 1] + values[count / 2]);
+        assert!((row[0] - (mean - median)).abs() < 2e-6, "node {node}");
+        assert!(
+            (row[1] - (median + EPSILON.ln())).abs() < 2e-6,
+            "node {node}"
+        );
+    }
+}
+
+#[test]
+fn components_are_orthogonal_and_as_long_as_singular_values() {
+    let centred = centred();
+    // In double precision and by another route than training's.
+    let gram = centred.tr_mul(&centred);
+    let mut expected: Vec<f64> = gram
+        .symmetric_eigenvalues()
+        .iter()
+        .map(|square| square.max(0.0).sqrt())
+        .collect();
+    expected.sort_by(|a, b| b.total_cmp(a));
+
+    let components = components(&rows(&basis(10)));
+    let valid: Vec<usize> = (0..Grid::LEN)
+        .filter(|node| Grid::is_valid(*node))
+        .collect();
+    let components = components.select_rows(&valid);
+    let products = components.tr_mul(&components);
+    let (mut obliqueness, mut stretch) = (0.0_f64, 0.0_f64);
+    for i in 0..components.ncols() {
+        let length = products[(i, i)].sqrt();
+        stretch = stretch.max((length - expected[i]).abs() / expected[i]);
+        for j in 0..i {
+            let cosine = products[(i, j)] / (length * products[(j, j)].sqrt());
+            obliqueness = obliqueness.max(cosine.abs());
+        }
+    }
+    println!(
+        "singular values {:.1} to {:.1}: lengths {stretch:.1e} off, cosines up to {obliqueness:.1e}",
+        expected[0],
+        expected[components.ncols() - 1]
+    );
+    assert!(stretch < 1e-4, "{stretch}");
+    assert!(obliqueness < 1e-4, "{obliqueness}");
+}
+
+#[test]
+fn all_components_reproduce_the_columns() {
+    let count = SET.columns.count();
+    // There are at most one less than columns, as the mean is taken out.
+    let basis = basis(usize::MAX);
+    assert_eq!(basis.components(), count - 1);
+    let rows = rows(&basis);
+    let components = components(&rows);
+    let centred = centred();
+    // Least squares, each component scaled to length 1.
+    let scales = DVector::from_iterator(
+        count - 1,
+        components.column_iter().map(|column| 1.0 / column.norm()),
+    );
+    let unit = &components * DMatrix::from_diagonal(&scales);
+    let normal = unit.tr_mul(&unit).cholesky().expect("they are independent");
+    let coefficients = DMatrix::from_diagonal(&scales) * normal.solve(&unit.tr_mul(&centred));
+
+    let mut largest = [0.0_f64; 2];
+    let left = (&components * &coefficients - &centred).amax();
+    largest[0] = largest[0].max(left);
+    for (index, material) in SET.materials.iter().enumerate() {
+        let found = [0, 1, 2].map(|channel| {
+            coefficients
+                .column(3 * index + channel)
+                .iter()
+                .copied()
+                .collect()
+        });
+        let reconstruction = basis.reconstruct(&found);
+        for node in (0..Grid::LEN).step_by(11) {
+            let angles = Grid::angles(node);
+            let at = HalfDifference::from_angles(angles);
+            let weight = at.cos_theta_i() * at.cos_theta_o();
+            if at.cos_theta_i().min(at.cos_theta_o()) < 0.05 || !Grid::is_valid(node) {
+                continue;
+            }
+            let at = [0.0, PI].map(|turn| half_difference(angles, turn));
+            let (mut both, mut brdf) = ([[0.0; 3]; 2], [[0.0; 3]]);
+            material.brdf_batch(&at, &mut both);
+            reconstruction.evaluate(&at[..1], &mut brdf);
+            for channel in 0..3 {
+                let expected = 0.5 * f64::from(both[0][channel] + both[1][channel]);
+                let found = f64::from(brdf[0][channel]);
+                // Relative, where the mapping is.
+                let error = (found - expected).abs() / (expected + EPSILON / weight);
+                largest[1] = largest[1].max(error);
+                assert!(
+                    error < 1e-3,
+                    "material {index}, node {node}: {found} and not {expected}"
+                );
+            }
+        }
+    }
+    println!("columns {:.1e} off, BRDFs {:.1e}", largest[0], largest[1]);
+    assert!(largest[0] < 1e-4, "{}", largest[0]);
+}

@@ -1,0 +1,368 @@
+//! Schedule prior: its gradient against differences of its loss, the same bits on any number of
+//! threads, and a recipe that fits as what was trained does.
+
+use std::ops::{ControlFlow, Range};
+use std::path::Path;
+use std::time::Duration;
+
+use glimpse_core::fit::completion::standardized;
+use glimpse_core::geometry::HalfDifference;
+use glimpse_core::gonio::Limits;
+use glimpse_core::model::{CookTorrance, ModelKind, Neural, Phong};
+use glimpse_core::recipe::Noise;
+use glimpse_kernels::completion::{Batch, CompletionWeights, Shape};
+use glimpse_kernels::scan::scan;
+use glimpse_materials::{Material, Procedural};
+use glimpse_optimizer::Groups;
+use glimpse_training::meta::completion::dataset::{Dataset, Part};
+use glimpse_training::meta::completion::draw::{Group, Variety};
+use glimpse_training::meta::completion::refinement::{Refinement, Steps};
+use glimpse_training::meta::completion::trainee::CompletionTrainee;
+use glimpse_training::meta::identity::RunIdentity;
+use glimpse_training::meta::learned::Learned;
+use glimpse_training::meta::options::{Completing, Options};
+use glimpse_training::meta::outer::{Checkpoints, Outcome, Run, RunError};
+use glimpse_training::meta::pattern::Pattern;
+use glimpse_training::meta::phase::{OuterStep, Start};
+use glimpse_training::meta::plan::{Effort, Plan, Schedule, Weighing};
+use glimpse_training::meta::run::{TrainError, train};
+use glimpse_training::meta::trainee::{RandomStreams, Trainee};
+use glimpse_training::recipe::recipe_of;
+
+const SAMPLES: usize = 5;
+const STEPS: usize = 4;
+/// The pattern's place among the groups.
+const PATTERN: usize = 2;
+
+fn materials(count: usize) -> Vec<Box<dyn Material>> {
+    let set = Procedural::set(count, 3).into_iter();
+    set.map(|material| Box::new(material) as Box<dyn Material>)
+        .collect()
+}
+
+/// Calls a function with a small trainee of a model, and a plan of a few steps.
+fn with_trainee<T>(model: ModelKind, of: impl FnOnce(&CompletionTrainee<'_>, &Plan) -> T) -> T {
+    let variety = Variety {
+        missing: 0.5,
+        noise: Noise {
+            multiplicative: 0.02,
+            additive: 0.001,
+            // The derivative does not see a sensor's steps.
+            levels: 0,
+        },
+        ..Variety::default()
+    };
+    let group = |materials: Range<usize>, share| Group {
+        materials: materials.collect(),
+        share,
+    };
+    let groups = vec![group(0..8, 0.7), group(8..12, 0.3)];
+    let dataset = Dataset::new(materials(12), 8, groups, variety, 512, 5);
+    let part = Part::whole(&dataset, 6);
+    let (phong, cook_torrance) = (Steps::<Phong>::new(2), Steps::<CookTorrance>::new(2));
+    let neural = Steps::<Neural>::new(2);
+    let refinement: Option<&dyn Refinement> = match model {
+        ModelKind::Phong => Some(&phong),
+        ModelKind::CookTorrance => Some(&cook_torrance),
+        ModelKind::Neural => Some(&neural),
+        ModelKind::Linear => None,
+    };
+    let mut plan = Plan::new(Schedule::Prior, Effort::Quick, model, SAMPLES, 12);
+    for phase in &mut plan.phases {
+        (phase.steps, phase.batch, phase.outer) = (STEPS, 40, 512);
+    }
+    let trainee = CompletionTrainee {
+        dataset: &dataset,
+        part: &part,
+        shape: Shape {
+            samples: SAMPLES,
+            components: part.basis.components(),
+            hidden: 7,
+            units: if refinement.is_some() { 5 } else { 0 },
+            parameters: model.parameters().unwrap_or(0),
+        },
+        weighing: Weighing::Relative,
+        streams: RandomStreams { seed: 11 },
+        refinement,
+        first_step_size: plan.first_step_size,
+        auxiliary: 0.0,
+        limits: Limits {
+            max_theta_i: 1.4,
+            min_separation: 0.2,
+            ..Limits::NONE
+        },
+        pattern: None,
+    };
+    of(&trainee, &plan)
+}
+
+/// Along the gradient of each group by itself, the loss changes as fast as the gradient is long.
+fn gradient_is_that_of_the_loss(model: ModelKind) {
+    with_trainee(model, |trainee, plan| {
+        let number = plan.phases.len() - 1;
+        let at = OuterStep {
+            phase: &plan.phases[number],
+            number,
+            step: 1,
+        };
+        let mut values = trainee.first_values(0);
+        // A start that hears of the readings: steps by themselves jump where a sample changes sides.
+        values.start.iter_mut().for_each(|weight| *weight *= 5.0);
+        // All samples where the arms get to: the barrier is in the gradient and not in the loss.
+        for logits in values.pattern.chunks_mut(3) {
+            logits[0] -= 1.0;
+            logits[1] -= 1.0;
+        }
+        let pattern = Pattern::within(&values.pattern, trainee.limits);
+        assert!(pattern.valid().iter().all(|valid| *valid));
+        let mut compared = 0;
+        for group in [0, 1, 3, 4, PATTERN] {
+            // With a place, a descent's steps jump: where a sample changes sides. That is what they are
+            // short for here; `pattern.rs` holds their own derivative by places against differences.
+            if group == PATTERN {
+                values.hyperparameters.fill(-30.0);
+            }
+            let (loss, gradient) = trainee.gradient(&values, at);
+            assert!(loss > 0.0 && loss.is_finite());
+            let along = gradient.each()[group].clone();
+            let square: f64 = along.iter().map(|by| f64::from(*by).powi(2)).sum();
+            if square == 0.0 {
+                continue;
+            }
+            // So far that the loss changes by a few thousandths of itself, but no value by much.
+            let largest = along.iter().fold(0.0_f32, |most, by| most.max(by.abs()));
+            let step = (2e-3 * f64::from(loss) / square).min(0.004 / f64::from(largest));
+            let moved = |sign: f64| {
+                let mut values: Groups<Vec<f32>> = values.clone();
+                let list = values.each_mut().into_iter().nth(group);
+                for (value, by) in list.into_iter().flatten().zip(&along) {
+                    *value += (sign * step * f64::from(*by)) as f32;
+                }
+                f64::from(trainee.gradient(&values, at).0)
+            };
+            let slope = (moved(1.0) - moved(-1.0)) / (2.0 * step);
+            let error = (slope - square).abs() / square;
+            println!("{model}, group {group}: {slope:.4e} and {square:.4e}");
+            assert!(error < 0.03, "{model}, group {group}: {slope} and {square}");
+            compared += 1;
+        }
+        let expected = if model == ModelKind::Linear { 2 } else { 5 };
+        assert_eq!(compared, expected, "groups of {model}");
+    });
+}
+
+#[test]
+fn linear_s_gradient_is_that_of_the_loss() {
+    gradient_is_that_of_the_loss(ModelKind::Linear);
+}
+
+#[test]
+fn phong_s_gradient_is_that_of_the_loss() {
+    gradient_is_that_of_the_loss(ModelKind::Phong);
+}
+
+#[test]
+fn cook_torrance_s_gradient_is_that_of_the_loss() {
+    gradient_is_that_of_the_loss(ModelKind::CookTorrance);
+}
+
+#[test]
+fn neural_s_gradient_is_that_of_the_loss() {
+    gradient_is_that_of_the_loss(ModelKind::Neural);
+}
+
+/// Samples change places, and what each of them says of a material goes with them.
+#[test]
+fn samples_in_order_say_together_what_they_said_before() {
+    with_trainee(ModelKind::Linear, |trainee, _| {
+        let mut values = trainee.first_values(0);
+        for logits in values.pattern.chunks_mut(3) {
+            logits[0] -= 1.0;
+            logits[1] -= 1.0;
+        }
+        let ordered = trainee.in_order(values.clone());
+        assert_ne!(ordered.pattern, values.pattern);
+        let places = |values: &Groups<Vec<f32>>| {
+            let mut places: Vec<[u32; 3]> = values
+                .pattern
+                .as_chunks()
+                .0
+                .iter()
+                .map(|logits: &[f32; 3]| logits.map(f32::to_bits))
+                .collect();
+            places.sort_unstable();
+            places
+        };
+        assert_eq!(places(&ordered), places(&values));
+        let (before, after) = (trainee.judge(&values), trainee.judge(&ordered));
+        assert!((after / before - 1.0).abs() < 1e-4, "{before} and {after}");
+        // What comes first is what tells most by itself, and once in order they stay so.
+        assert_eq!(trainee.in_order(ordered.clone()), ordered);
+    });
+}
+
+fn identity(model: ModelKind) -> RunIdentity {
+    Options::new(model, SAMPLES, Schedule::Prior, Effort::Brief, 11).identity(&[])
+}
+
+/// The bits of each step's loss, and of what is learned in the end.
+fn bits(model: ModelKind) -> Vec<u32> {
+    with_trainee(model, |trainee, plan| {
+        let run = Run {
+            trainee,
+            plan,
+            identity: identity(model),
+            seed: 11,
+            checkpoints: None,
+            stage: 0,
+        };
+        let mut bits = Vec::new();
+        let outcome = run.finish(&mut |progress| {
+            bits.push(progress.loss.to_bits());
+            ControlFlow::Continue(())
+        });
+        let Outcome { expected, values } = outcome.expect("nothing stops it");
+        bits.push(expected.loss.to_bits());
+        let values = values.each().into_iter().flatten();
+        bits.extend(values.map(|value| value.to_bits()));
+        bits
+    })
+}
+
+#[test]
+fn every_model_trains_the_same_on_any_number_of_threads() {
+    for model in [
+        ModelKind::Linear,
+        ModelKind::Phong,
+        ModelKind::CookTorrance,
+        ModelKind::Neural,
+    ] {
+        let [one, two, seven] = [1, 2, 7].map(|threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+            pool.expect("threads start").install(|| bits(model))
+        });
+        assert!(one.len() > 100 && one.iter().all(|bits| f32::from_bits(*bits).is_finite()));
+        assert_eq!(one, two, "{model} on one thread and on two");
+        assert_eq!(one, seven, "{model} on one thread and on seven");
+    }
+}
+
+/// Stopped in its last phase and resumed, a run comes to the same numbers.
+#[test]
+fn a_resumed_run_comes_to_the_same_numbers() {
+    let scratch = tempfile::tempdir().expect("a temporary directory");
+    let options = |checkpoints| Options {
+        completing: Completing {
+            missing: 0.5,
+            noise: 0.02,
+            procedural: 0.0,
+            ..Completing::default()
+        },
+        checkpoints,
+        ..Options::new(ModelKind::Phong, 2, Schedule::Prior, Effort::Brief, 3)
+    };
+    let whole = train(&options(None), materials(10), &mut |_| {
+        ControlFlow::Continue(())
+    });
+    let whole = whole.expect("it is trained");
+    let checkpoints = Some(Checkpoints {
+        directory: scratch.path().join("checkpoint"),
+        every: Duration::from_secs(3600),
+        resume: true,
+    });
+    let options = options(checkpoints);
+    let stopped = train(
+        &options,
+        materials(10),
+        &mut |progress| match 4 * progress.done > 3 * progress.total {
+            true => ControlFlow::Break(()),
+            false => ControlFlow::Continue(()),
+        },
+    );
+    assert!(matches!(stopped, Err(TrainError::Stopped(_))));
+    let resumed = train(&options, materials(10), &mut |_| ControlFlow::Continue(()));
+    assert_eq!(resumed.expect("it is trained"), whole);
+}
+
+/// Stopped where patterns were tried and samples are about to be put in order, or just after that.
+#[test]
+fn a_run_resumed_where_samples_are_put_in_order_comes_to_the_same_numbers() {
+    with_trainee(ModelKind::Linear, |trainee, plan| {
+        let tried = plan.phases.len() - 1;
+        assert!(plan.phases[tried].start == Start::BestInOrder && plan.phases[tried].in_order);
+        let run = |directory: Option<&Path>, until| {
+            let checkpoints = directory.map(|directory| Checkpoints {
+                directory: directory.to_owned(),
+                every: Duration::from_secs(3600),
+                resume: true,
+            });
+            let run = Run {
+                trainee,
+                plan,
+                identity: identity(ModelKind::Linear),
+                seed: 11,
+                checkpoints,
+                stage: 0,
+            };
+            run.finish(&mut |progress| match progress.done == until {
+                true => ControlFlow::Break(()),
+                false => ControlFlow::Continue(()),
+            })
+        };
+        let whole = run(None, usize::MAX).expect("nothing stops it");
+        for until in [tried * STEPS, tried * STEPS + 1] {
+            let scratch = tempfile::tempdir().expect("a temporary directory");
+            let stopped = run(Some(scratch.path()), until);
+            assert!(matches!(stopped, Err(RunError::Stopped(done)) if done == until));
+            let resumed = run(Some(scratch.path()), usize::MAX).expect("nothing stops it");
+            assert_eq!(resumed.values, whole.values, "stopped after {until} steps");
+        }
+    });
+}
+
+/// What bytes cost: a recipe's coefficients are those of the weights that were trained, but for a
+/// hundredth.
+#[test]
+fn a_recipe_completes_as_what_was_trained() {
+    let options = Options::new(
+        ModelKind::Linear,
+        SAMPLES,
+        Schedule::Prior,
+        Effort::Brief,
+        1,
+    );
+    let learned = train(&options, materials(12), &mut |_| ControlFlow::Continue(()));
+    let learned = learned.expect("it is trained");
+    let file = recipe_of(&learned, &options, "procedural:12:3");
+    let file = file.expect("it is a recipe");
+    let recipe = file.recipe().expect("it is whole");
+    let Learned::Completed(learned) = &learned else {
+        panic!("{learned:?}");
+    };
+    let (mut error, mut size) = (0.0, 0.0);
+    for material in Procedural::set(6, 77) {
+        let found = scan(&recipe, &mut |angles| material.brdf(angles)).expect("it is fitted");
+        let mut batch = Batch::new(learned.shape, 1);
+        for (sample, (angles, centre)) in learned.pattern.iter().zip(&learned.centre).enumerate() {
+            let at = HalfDifference::from_angles(*angles);
+            let weight = at.cos_theta_i() * at.cos_theta_o();
+            let reading = material.brdf(*angles);
+            let reading = reading.map(|y| standardized(y, weight, *centre, learned.scale));
+            batch.set(0, sample, Some(reading));
+        }
+        batch.complete(&CompletionWeights {
+            shape: learned.shape,
+            completion: &learned.completion,
+            start: &[],
+        });
+        let expected = batch.coefficients(0);
+        assert_eq!(found.values.len(), expected.len());
+        for (found, expected) in found.values.iter().zip(expected) {
+            error += f64::from(found - expected).powi(2);
+            size += f64::from(expected).powi(2);
+        }
+    }
+    let error = (error / size).sqrt();
+    println!("bytes move coefficients by {error:.1e}");
+    assert!(error > 0.0 && error < 0.01, "{error}");
+}
