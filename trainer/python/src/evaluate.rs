@@ -61,7 +61,7 @@ pub(crate) fn evaluate<'py>(
         levels,
     };
     let recipe = recipe.get();
-    let parsed = recipe.recipe()?;
+    let parsed = recipe.recipe();
     if first == Some(0) || lose >= first.unwrap_or(usize::MAX).min(parsed.samples()) {
         return refused("first and lose leave nothing to fit");
     }

@@ -58,14 +58,14 @@ pub(crate) struct PyFittedMaterial {
     /// True for each sample with a saturated reading.
     saturated: Vec<bool>,
     keep_all: bool,
-    file: RecipeFile,
+    file: Arc<RecipeFile>,
     basis: Option<Arc<Basis>>,
 }
 
 impl PyFittedMaterial {
     pub(crate) fn of<'py>(
         py: Python<'py>,
-        file: &RecipeFile,
+        file: &Arc<RecipeFile>,
         basis: Option<&Arc<Basis>>,
         args: &ReadingArgs<'_, '_>,
         name: &str,
@@ -74,7 +74,7 @@ impl PyFittedMaterial {
         if name.is_empty() || name.contains(|c: char| c.is_control() || "/\\".contains(c)) {
             return refused("name should be the name of a material, without slashes");
         }
-        let recipe = file.recipe().map_err(raised)?;
+        let recipe = file.recipe();
         let pattern: Vec<_> = recipe.pattern().collect();
         let measured = args.measured(&pattern)?;
         Self::of_measured(py, file, basis, &measured, name, keep_all)
@@ -82,13 +82,13 @@ impl PyFittedMaterial {
 
     fn of_measured<'py>(
         py: Python<'py>,
-        file: &RecipeFile,
+        file: &Arc<RecipeFile>,
         basis: Option<&Arc<Basis>>,
         measured: &Measured,
         name: &str,
         keep_all: bool,
     ) -> PyResult<Bound<'py, Self>> {
-        let recipe = file.recipe().map_err(raised)?;
+        let recipe = file.recipe();
         let (fit, material) = detached(py, || {
             let fit = fit(&recipe, measured, keep_all)?;
             let values = fit.values.clone();
@@ -253,8 +253,8 @@ impl PyFittedMaterial {
         saturated: Vec<bool>,
         keep_all: bool,
     ) -> PyResult<Bound<'py, Self>> {
-        let file = RecipeFile::new(recipe.to_vec()).map_err(raised)?;
-        let checksum = file.recipe().map_err(raised)?.learner().basis_checksum();
+        let file = Arc::new(RecipeFile::new(recipe.to_vec()).map_err(raised)?);
+        let checksum = file.recipe().learner().basis_checksum();
         let basis = basis.zip(checksum);
         let basis = basis.map(|(bytes, checksum)| Basis::of_recipe(bytes, checksum));
         let basis = basis.transpose();

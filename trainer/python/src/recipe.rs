@@ -28,20 +28,20 @@ type Parts<'py> = (Bound<'py, PyBytes>, Option<Bound<'py, PyBytes>>);
 /// compared by their bytes, can be copied and sent to other processes; len() is the number of samples.
 #[pyclass(frozen, name = "Recipe", module = "glimpse_brdf")]
 pub(crate) struct PyRecipe {
-    pub(crate) file: RecipeFile,
+    pub(crate) file: Arc<RecipeFile>,
     /// The basis, of the model Linear.
     pub(crate) basis: Option<Arc<Basis>>,
 }
 
 impl PyRecipe {
     /// The recipe, which borrows its bytes.
-    pub(crate) fn recipe(&self) -> PyResult<Recipe<'_>> {
-        self.file.recipe().map_err(raised)
+    pub(crate) fn recipe(&self) -> Recipe<'_> {
+        self.file.recipe()
     }
 
     /// From bytes, and those of its basis if it needs one.
     pub(crate) fn of_bytes(file: RecipeFile, basis: Option<&[u8]>) -> PyResult<Self> {
-        let checksum = file.recipe().map_err(raised)?.learner().basis_checksum();
+        let checksum = file.recipe().learner().basis_checksum();
         let basis = match (checksum, basis) {
             (None, None) => None,
             (None, Some(_)) => {
@@ -63,7 +63,10 @@ impl PyRecipe {
                 Some(Arc::new(basis))
             }
         };
-        Ok(Self { file, basis })
+        Ok(Self {
+            file: Arc::new(file),
+            basis,
+        })
     }
 }
 
@@ -81,7 +84,7 @@ impl PyRecipe {
         let read = detached(py, || RecipeFile::read_with_basis(&path))?;
         let (file, basis) = read.map_err(raised)?;
         Ok(Self {
-            file,
+            file: Arc::new(file),
             basis: basis.map(Arc::new),
         })
     }
@@ -112,32 +115,32 @@ impl PyRecipe {
 
     /// The model that is fitted: "phong", "cook-torrance", "linear" or "neural".
     #[getter]
-    fn model(&self) -> PyResult<&'static str> {
-        Ok(self.recipe()?.model().name())
+    fn model(&self) -> &'static str {
+        self.recipe().model().name()
     }
 
     /// n, how many samples it measures.
     #[getter]
-    fn samples(&self) -> PyResult<usize> {
-        Ok(self.recipe()?.samples())
+    fn samples(&self) -> usize {
+        self.recipe().samples()
     }
 
     /// Its CRC-32, eight digits of hex, by which devices name it.
     #[getter]
-    fn checksum(&self) -> PyResult<String> {
-        Ok(format!("{:08x}", self.recipe()?.checksum()))
+    fn checksum(&self) -> String {
+        format!("{:08x}", self.recipe().checksum())
     }
 
     /// True if it fits whatever was read; otherwise it needs all of its readings.
     #[getter]
-    fn takes_missing(&self) -> PyResult<bool> {
-        Ok(self.recipe()?.learner().takes_missing())
+    fn takes_missing(&self) -> bool {
+        self.recipe().learner().takes_missing()
     }
 
     /// Where it measures: unit vectors, incoming and outgoing, float64 of shape (n, 2, 3).
     #[getter]
     fn directions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
-        let recipe = self.recipe()?;
+        let recipe = self.recipe();
         let flat = recipe
             .pattern()
             .flat_map(|angles| directions_of(&angles).concat());
@@ -147,7 +150,7 @@ impl PyRecipe {
     /// The same as theta_i, phi_i, theta_o, phi_o in degrees, float64 of shape (n, 4).
     #[getter]
     fn angles_degrees<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
-        let recipe = self.recipe()?;
+        let recipe = self.recipe();
         let flat = recipe.pattern().flat_map(|angles| arms_of(angles).values());
         array(py, &[recipe.samples(), 4], flat.collect())
     }
@@ -158,7 +161,7 @@ impl PyRecipe {
         &self,
         py: Python<'py>,
     ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
-        let recipe = self.recipe()?;
+        let recipe = self.recipe();
         let flat = recipe
             .pattern()
             .flat_map(|angles| [angles.theta_h, angles.theta_d, angles.phi_d].map(f64::from));
@@ -167,16 +170,16 @@ impl PyRecipe {
 
     /// The loss to expect of an unseen material (see `loss`), or None if it is not stated.
     #[getter]
-    fn expected_loss(&self) -> PyResult<Option<f32>> {
-        let statements = self.recipe()?.statements().map_err(raised)?;
-        Ok(statements.expectation.map(|expectation| expectation.loss))
+    fn expected_loss(&self) -> Option<f32> {
+        let expectation = self.file.statements().expectation;
+        expectation.map(|expectation| expectation.loss)
     }
 
     /// The same with what it was found on: a dict of loss, standard_error (or None), materials (how many) and on
     /// (which, in words); or None.
     #[getter]
     fn expectation<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
-        let statements = self.recipe()?.statements().map_err(raised)?;
+        let statements = self.file.statements();
         let Some(expectation) = statements.expectation else {
             return Ok(None);
         };
@@ -192,7 +195,7 @@ impl PyRecipe {
     /// and in_plane; or None if for any.
     #[getter]
     fn limits<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
-        let Some(limits) = self.recipe()?.statements().map_err(raised)?.limits else {
+        let Some(limits) = self.file.statements().limits else {
             return Ok(None);
         };
         let found = PyDict::new(py);
@@ -208,7 +211,7 @@ impl PyRecipe {
     /// besides, of the BRDF) and levels (of the sensor; 0: any number); or None.
     #[getter]
     fn noise<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
-        let Some(noise) = self.recipe()?.statements().map_err(raised)?.noise else {
+        let Some(noise) = self.file.statements().noise else {
             return Ok(None);
         };
         let found = PyDict::new(py);
@@ -221,7 +224,7 @@ impl PyRecipe {
     /// Where it came from: a dict of trainer, data, materials (how many), schedule, seed and options; or None.
     #[getter]
     fn provenance<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
-        let Some(provenance) = self.recipe()?.statements().map_err(raised)?.provenance else {
+        let Some(provenance) = self.file.statements().provenance else {
             return Ok(None);
         };
         let found = PyDict::new(py);
@@ -239,7 +242,7 @@ impl PyRecipe {
     /// and share (of training tasks); or None.
     #[getter]
     fn training<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
-        let Some(training) = self.recipe()?.statements().map_err(raised)?.training else {
+        let Some(training) = self.file.statements().training else {
             return Ok(None);
         };
         let sources = training.sources.map(|source| {
@@ -263,7 +266,7 @@ impl PyRecipe {
     /// The names of the materials that it was trained on; empty if it does not say.
     #[getter]
     fn trained_on(&self) -> PyResult<Vec<String>> {
-        let statements = self.recipe()?.statements().map_err(raised)?;
+        let statements = self.file.statements();
         Ok(statements
             .materials
             .map(|(name, _)| name.to_owned())
@@ -314,7 +317,7 @@ impl PyRecipe {
                 min_separation_degrees,
             ],
         };
-        PyPlan::of(py, &self.recipe()?, order, &machine, swap, seed)
+        PyPlan::of(py, &self.recipe(), order, &machine, swap, seed)
     }
 
     /// Fits readings as a device does, by the same code, and looks for those that look wrong; as `trainer fit`.
@@ -371,7 +374,7 @@ impl PyRecipe {
     }
 
     fn __repr__(&self) -> PyResult<String> {
-        let recipe = self.recipe()?;
+        let recipe = self.recipe();
         Ok(format!(
             "<glimpse_brdf.Recipe of the model {}, {} samples, {:08x}>",
             recipe.model().name(),
@@ -380,7 +383,7 @@ impl PyRecipe {
         ))
     }
 
-    fn __len__(&self) -> PyResult<usize> {
+    fn __len__(&self) -> usize {
         self.samples()
     }
 
@@ -389,8 +392,8 @@ impl PyRecipe {
         other.is_ok_and(|other| other.get().file.bytes() == self.file.bytes())
     }
 
-    fn __hash__(&self) -> PyResult<u32> {
-        Ok(self.recipe()?.checksum())
+    fn __hash__(&self) -> u32 {
+        self.recipe().checksum()
     }
 
     /// For copies and other processes.

@@ -61,7 +61,7 @@ impl Curve<'_> {
                 let file = recipe_of(&learned, &options, self.data.label())?;
                 let basis = learned.basis().map(Basis::from_bytes).transpose();
                 let basis = basis.map_err(anyhow::Error::msg).context("the basis")?;
-                let recipe = file.recipe()?;
+                let recipe = file.recipe();
                 tell(&recipe, &unseen)?;
                 let method = Method::ours(&recipe, basis.as_ref())?;
                 let verdict = judge.judge(&method, self.seed, 1)?;

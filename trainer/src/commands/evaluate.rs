@@ -165,7 +165,7 @@ impl Evaluate {
         };
         let mut all = Vec::new();
         for (path, (file, basis)) in &recipes {
-            let recipe = file.recipe()?;
+            let recipe = file.recipe();
             let method = match name {
                 MethodName::Meta => Method::meta(&recipe, basis.as_ref())?,
                 _ => Method::ours(&recipe, basis.as_ref())?,

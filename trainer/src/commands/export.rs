@@ -67,7 +67,7 @@ impl Export {
         refuse_input(&self.out, &self.recipe)?;
         refuse_input(&self.out, &Basis::beside(&self.recipe))?;
         let file = RecipeFile::read(&self.recipe)?;
-        let recipe = file.recipe()?;
+        let recipe = file.recipe();
         let bytes = match self.format {
             Format::Postcard if self.strip => file.stripped()?.bytes().to_vec(),
             Format::C if self.strip => to_c(file.stripped()?.bytes())?.into_bytes(),

@@ -179,7 +179,7 @@ fn finish(
         found => {
             job.refuse_to_lose(&found, true, train.force)?;
             let trained = job.train(sources.load()?, true)?;
-            let expected_loss = trained.file.recipe()?.expected_loss();
+            let expected_loss = trained.file.recipe().expected_loss();
             Ok((expected_loss.context("the recipe promises nothing")?, true))
         }
     }

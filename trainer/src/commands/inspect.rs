@@ -32,7 +32,7 @@ pub(crate) struct Inspect {
 impl Inspect {
     pub(crate) fn run(&self) -> anyhow::Result<()> {
         let file = RecipeFile::read(&self.recipe)?;
-        let recipe = file.recipe()?;
+        let recipe = file.recipe();
         if self.json {
             return print(&(serde_json::to_string_pretty(&to_json(&recipe)?)? + "\n"));
         }

@@ -110,7 +110,7 @@ impl Plan {
     pub(crate) fn run(&self, seed: u64) -> anyhow::Result<()> {
         self.refuse_what_cannot_be()?;
         let file = RecipeFile::read(&self.recipe)?;
-        let recipe = file.recipe()?;
+        let recipe = file.recipe();
         let stated = recipe.statements()?.limits;
         let machine = Machine {
             speeds: self.speed,

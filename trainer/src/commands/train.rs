@@ -143,7 +143,7 @@ impl Train {
         }
         let begin = Instant::now();
         let trained = job.train(materials, self.resume)?;
-        let expected_loss = expected_loss(&trained.file.recipe()?)?;
+        let expected_loss = expected_loss(&trained.file.recipe())?;
         eprintln!(
             "trained in {:.0} s; expected loss {}",
             begin.elapsed().as_secs_f64(),
@@ -391,12 +391,7 @@ pub(super) fn found_at(out: &Path, options: &Options, data: &str) -> Found {
         Ok(file) => file,
         Err(error) => return Found::Other(error.to_string()),
     };
-    let parsed = file.recipe();
-    let parsed = parsed.and_then(|recipe| Ok((recipe, recipe.statements()?)));
-    let (recipe, statements) = match parsed {
-        Ok(parsed) => parsed,
-        Err(error) => return Found::Other(error.to_string()),
-    };
+    let (recipe, statements) = (file.recipe(), file.statements());
     let (Some(training), Some(provenance), Some(expectation)) = (
         statements.training,
         statements.provenance,

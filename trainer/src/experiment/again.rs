@@ -35,7 +35,7 @@ pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
             let name = format!("{}-n{SAMPLES}-paper-{name}", model.name());
             let evaluation = store.kept_evaluation(store.test, &name, 1, |judge| {
                 let learned = store.recipe(&training)?;
-                judge(&Method::ours(&learned.file.recipe()?, None)?)
+                judge(&Method::ours(&learned.file.recipe(), None)?)
             })?;
             losses.push(evaluation.scores.loss);
         }

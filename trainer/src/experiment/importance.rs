@@ -32,7 +32,7 @@ pub(super) fn run(store: &Store<'_>, most_samples: usize) -> anyhow::Result<Find
         let importance = store.kept_evaluation(store.test, &name, 1, |judge| {
             let training = TrainingRun::of(&meta).context("Meta is trained")?;
             let learned = store.recipe(&training)?;
-            let recipe = learned.file.recipe()?;
+            let recipe = learned.file.recipe();
             let pattern = mean.samples(n, store.settings.seed as u32);
             judge(&Method::elsewhere("importance", &recipe, None, pattern)?)
         })?;

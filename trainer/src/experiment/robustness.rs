@@ -39,7 +39,7 @@ pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
                 let evaluation = store.kept_evaluation(store.test, &name, 1, |judge| {
                     let training = TrainingRun::of(&case).context("Ours is trained")?;
                     let learned = store.recipe(&training)?;
-                    let recipe = learned.file.recipe()?;
+                    let recipe = learned.file.recipe();
                     let pattern: Vec<Angles<f32>> = recipe.pattern().collect();
                     let pattern = replaced(&pattern, count, seed);
                     let basis = learned.basis.as_ref();

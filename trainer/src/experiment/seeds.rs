@@ -30,7 +30,7 @@ pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
             let name = format!("{}-n{SAMPLES}-training{repetition}", model.name());
             let evaluation = store.kept_evaluation(store.test, &name, 1, |judge| {
                 let learned = store.recipe(&training)?;
-                let recipe = learned.file.recipe()?;
+                let recipe = learned.file.recipe();
                 judge(&Method::ours(&recipe, learned.basis.as_ref())?)
             })?;
             losses.push(evaluation.scores.loss);

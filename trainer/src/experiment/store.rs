@@ -350,7 +350,7 @@ impl<'a> Store<'a> {
         } = *case;
         if let Some(training) = TrainingRun::of(case) {
             let learned = self.recipe(&training)?;
-            let recipe = learned.file.recipe()?;
+            let recipe = learned.file.recipe();
             return match approach {
                 Approach::Meta(_) => then(&Method::meta(&recipe, learned.basis.as_ref())?),
                 _ => then(&Method::ours(&recipe, learned.basis.as_ref())?),

@@ -42,7 +42,7 @@ pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
     let case = Case::new(Approach::Meta(SCHEDULE), ModelKind::Neural, SAMPLES);
     let whole = TrainingRun::of(&case).context("Meta is trained")?;
     let meta = store.recipe(&whole)?;
-    let recipe = meta.file.recipe()?;
+    let recipe = meta.file.recipe();
     let Some(descent) = recipe.descent() else {
         anyhow::bail!("a recipe of the model neural is fitted by descent");
     };
@@ -60,7 +60,7 @@ pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
         let name = format!("neural-n{SAMPLES}-pattern-of-{part}");
         let evaluation = store.kept_evaluation(store.test, &name, 1, |judge| {
             let learned = store.recipe(&training)?;
-            judge(&Method::ours(&learned.file.recipe()?, None)?)
+            judge(&Method::ours(&learned.file.recipe(), None)?)
         })?;
         let mut row = vec![Cell::Text(part.into())];
         row.extend(

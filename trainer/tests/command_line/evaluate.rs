@@ -181,7 +181,7 @@ fn recipes_are_compared_pair_by_pair() {
 fn that_knows(directory: &Path, materials: Vec<(&str, u32)>) {
     LINEAR_N2.copy_to(directory);
     let file = RecipeFile::read(&directory.join("linear-n2.recipe")).expect("it is a recipe");
-    let recipe = file.recipe().expect("it is a recipe");
+    let recipe = file.recipe();
     let ridge = recipe.ridge().expect("it is Linear");
     let mut reduced = linear::reduced();
     reduced.pattern = recipe.pattern().collect();

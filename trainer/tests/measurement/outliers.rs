@@ -23,7 +23,7 @@ enum Spoilt {
 /// named, and how often one that was not.
 fn rates(name: &str, spoilt: Spoilt) -> [f64; 2] {
     let file = recipe(name);
-    let recipe = file.recipe().expect("it is a recipe");
+    let recipe = file.recipe();
     let distribution = Distribution::new(&recipe).expect("it is not too large");
     let pattern: Vec<Angles<f32>> = recipe.pattern().collect();
     let mut random = ChaCha8Rng::seed_from_u64(1);
@@ -93,7 +93,7 @@ fn one_that_is_too_small_or_of_one_channel_is_named_too() {
 #[test]
 fn at_most_a_quarter_of_the_readings_looks_wrong() {
     let file = recipe("masked/linear-n16.recipe");
-    let recipe = file.recipe().expect("it is a recipe");
+    let recipe = file.recipe();
     let distribution = Distribution::new(&recipe).expect("it is not too large");
     let absurd: Vec<Option<[f32; 3]>> = (0..recipe.samples())
         .map(|index| Some([if index % 2 == 0 { 1e-4 } else { 50.0 }; 3]))

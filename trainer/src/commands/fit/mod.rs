@@ -101,7 +101,7 @@ impl Fit {
     pub(crate) fn run(&self, seed: u64) -> anyhow::Result<()> {
         self.refuse_what_has_no_effect()?;
         let (file, basis) = read_recipe(&self.recipe)?;
-        let recipe = file.recipe()?;
+        let recipe = file.recipe();
         let jobs = self.jobs()?;
         self.refuse_inputs(&jobs, basis.is_some())?;
         let pattern: Vec<_> = recipe.pattern().collect();

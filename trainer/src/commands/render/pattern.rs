@@ -32,7 +32,7 @@ impl Pattern {
         let file = RecipeFile::read(&self.recipe)?;
         refuse_input(&self.out, &self.recipe)?;
         check_out(&self.out)?;
-        let recipe = file.recipe()?;
+        let recipe = file.recipe();
         let pattern: Vec<_> = recipe.pattern().collect();
         write_file(&self.out, pattern_svg(&pattern).as_bytes())?;
         if !self.json {

@@ -31,7 +31,7 @@ pub(super) fn with_method<T>(
         return go_on(None);
     };
     let (file, basis) = read_recipe(path)?;
-    let recipe = file.recipe()?;
+    let recipe = file.recipe();
     go_on(Some(&Method::ours(&recipe, basis.as_ref())?))
 }
 

@@ -116,7 +116,7 @@ impl Sphere {
 
         let steps = Steps::new("rendering", materials.len());
         if let Some(path) = &self.recipe {
-            tell(&read_recipe(path)?.0.recipe()?, &materials)?;
+            tell(&read_recipe(path)?.0.recipe(), &materials)?;
         }
         let mut all = Vec::new();
         for material in &materials {

@@ -98,7 +98,7 @@ impl View {
         let mut recipes = Vec::new();
         let mut is_used = false;
         for (index, (path, file)) in self.recipes.iter().zip(&files).enumerate() {
-            let recipe = file.recipe()?;
+            let recipe = file.recipe();
             tell_of(&recipe, &materials)?;
             let basis = match recipe.learner().basis_checksum() {
                 Some(of) => Some(basis(path, of, compact.as_deref(), &mut is_used)?),

@@ -6,13 +6,14 @@ use std::path::{Path, PathBuf};
 use glimpse_core::geometry::Angles;
 use glimpse_core::gonio::Limits;
 use glimpse_core::recipe::{
-    Expectation, Field, HEADER_BYTES, Ingredients, Kind, MAX_COMPONENTS, MAX_SAMPLES, Noise,
+    self, Expectation, Field, HEADER_BYTES, Ingredients, Kind, MAX_COMPONENTS, MAX_SAMPLES, Noise,
     PackedCompletion, PackedDescent, PackedLearner, PackedRidge, PackedStart, Provenance, Recipe,
     RecipeError, Training,
 };
 use glimpse_kernels::completion::split_lists;
 use glimpse_materials::basis::{Basis, BasisError};
 use glimpse_materials::untrusted::read_at_most;
+use self_cell::self_cell;
 
 use super::quantise::quantised;
 use crate::linear::ReducedBasis;
@@ -46,17 +47,32 @@ pub enum RecipeFileError {
 /// rest is for names of materials.
 const MOST_BYTES: u64 = 4 * (MAX_SAMPLES * MAX_COMPONENTS * size_of::<f32>()) as u64;
 
-/// A recipe's bytes, checked.
-#[derive(Clone, Debug)]
-pub struct RecipeFile {
-    bytes: Vec<u8>,
+/// A recipe, and what it states about itself.
+#[derive(Debug)]
+struct Parsed<'a> {
+    recipe: Recipe<'a>,
+    statements: recipe::Statements<'a>,
 }
+
+self_cell! {
+    struct Owned {
+        owner: Vec<u8>,
+        #[covariant]
+        dependent: Parsed,
+    }
+
+    impl {Debug}
+}
+
+/// A recipe that owns its bytes, parsed once.
+#[derive(Debug)]
+pub struct RecipeFile(Owned);
 
 impl RecipeFile {
     /// Reads and checks a recipe file.
     ///
     /// # Errors
-    /// If it cannot be read or is no recipe.
+    /// If it cannot be read or is not a recipe.
     pub fn read(path: &Path) -> Result<Self, RecipeFileError> {
         let bytes = read_at_most(path, MOST_BYTES).map_err(|source| RecipeFileError::Read {
             path: path.into(),
@@ -68,54 +84,57 @@ impl RecipeFile {
         })
     }
 
-    /// The same, and, of the model Linear, the basis that was written beside it.
+    /// Reads a recipe file and, for the model Linear, the basis that was written beside it.
     ///
     /// # Errors
     /// If one of them cannot be read, or they do not belong together.
     pub fn read_with_basis(path: &Path) -> Result<(Self, Option<Basis>), RecipeFileError> {
         let file = Self::read(path)?;
-        let recipe = file.recipe().map_err(|source| RecipeFileError::Damaged {
-            path: path.into(),
-            source,
-        })?;
-        let checksum = recipe.learner().basis_checksum();
+        let checksum = file.recipe().learner().basis_checksum();
         let basis = checksum.map(|checksum| Basis::read(&Basis::beside(path), checksum));
         Ok((file, basis.transpose()?))
     }
 
-    /// Checks a recipe's bytes.
+    /// Parses a recipe's bytes.
     ///
     /// # Errors
-    /// If they are no recipe.
+    /// If they are not a recipe, or one of its statements is damaged.
     pub fn new(bytes: Vec<u8>) -> Result<Self, RecipeError> {
-        Recipe::parse(&bytes)?.statements()?;
-        Ok(Self { bytes })
+        let owned = Owned::try_new(bytes, |bytes| {
+            let recipe = Recipe::parse(bytes)?;
+            let statements = recipe.statements()?;
+            Ok::<_, RecipeError>(Parsed { recipe, statements })
+        });
+        owned.map(Self)
     }
 
-    /// The bytes.
+    /// Returns the bytes.
     #[must_use]
     pub fn bytes(&self) -> &[u8] {
-        &self.bytes
+        self.0.borrow_owner()
     }
 
-    /// The recipe.
-    ///
-    /// # Errors
-    /// None: the bytes were checked when they came. (They are parsed again, since a recipe
-    /// borrows them.)
-    pub fn recipe(&self) -> Result<Recipe<'_>, RecipeError> {
-        Recipe::parse(&self.bytes)
+    /// Returns the recipe.
+    #[must_use]
+    pub fn recipe(&self) -> Recipe<'_> {
+        self.0.borrow_dependent().recipe
     }
 
-    /// The recipe without the names of its materials, as flash holds it.
+    /// Returns the statements of the recipe about itself.
+    #[must_use]
+    pub fn statements(&self) -> recipe::Statements<'_> {
+        self.0.borrow_dependent().statements
+    }
+
+    /// Returns the recipe without the names of its materials, as flash holds it.
     ///
     /// # Errors
-    /// None: see [`RecipeFile::recipe`].
+    /// If it is of an older format and cannot be written in the current one.
     pub fn stripped(&self) -> Result<Self, RecipeError> {
         // One of an older format grows a little.
-        let mut buffer = vec![0; self.bytes.len() + ROOM];
+        let mut buffer = vec![0; self.bytes().len() + ROOM];
         let bytes = self
-            .recipe()?
+            .recipe()
             .copy_without(&[Kind::MATERIALS], &mut buffer)?;
         Self::new(bytes.to_vec())
     }
@@ -335,7 +354,7 @@ fn write(
     let room = room + prediction.as_ref().map_or(0, Vec::len);
     let mut buffer = vec![0; room];
     let bytes = Recipe::write(&ingredients, &mut buffer)?.to_vec();
-    Ok(RecipeFile { bytes })
+    RecipeFile::new(bytes)
 }
 
 fn packed(values: &[f32]) -> Vec<u8> {

@@ -335,7 +335,7 @@ fn a_recipe_completes_as_what_was_trained() {
     let learned = learned.expect("it is trained");
     let file = recipe_of(&learned, &options, "procedural:12:3");
     let file = file.expect("it is a recipe");
-    let recipe = file.recipe().expect("it is whole");
+    let recipe = file.recipe();
     let Learned::Completed(learned) = &learned else {
         panic!("{learned:?}");
     };
