@@ -4,14 +4,14 @@
 
 use std::path::{Path, PathBuf};
 
-use glimpse_core::model::{ModelKind, Neural, NeuralParameters, ParameterSet};
+use glimpse_core::model::{ModelKind, NeuralParameters};
 use glimpse_materials::loss::loss_between;
 use glimpse_materials::{
     Format, Material, NeuralBrdf, NotFinite, Source, SourceError, pab_endings, to_merl, to_nbrdf,
     to_pab, to_rgl,
 };
 
-use crate::evaluation::{Fitted, JudgeError, Method, OPTIMUM_STEPS};
+use crate::evaluation::{JudgeError, Method, OPTIMUM_STEPS};
 
 /// Why a material is not written in a format.
 #[derive(Debug, thiserror::Error)]
@@ -135,17 +135,9 @@ fn fit_network(
     seed: u64,
 ) -> Result<NeuralParameters<f32>, ConversionError> {
     let fitted = Method::optimum(ModelKind::Neural, OPTIMUM_STEPS).fit(material, seed)?;
-    let Fitted::Parameters { parameters, .. } = fitted else {
-        return Err(ConversionError::NoNetwork);
-    };
-    if !parameters.iter().all(|weight| weight.is_finite()) {
-        return Err(ConversionError::NoNetwork);
-    }
-    let mut network = <Neural as glimpse_core::model::Model>::Parameters::filled(0.0);
-    for (weight, fitted) in network.iter_mut().zip(parameters) {
-        *weight = fitted;
-    }
-    Ok(network)
+    let is_finite = fitted.values().iter().all(|weight| weight.is_finite());
+    let network = fitted.network().filter(|_| is_finite);
+    network.ok_or(ConversionError::NoNetwork)
 }
 
 #[cfg(test)]

@@ -13,14 +13,12 @@ use glimpse_core::link::{
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::{Reading, Residual};
-use glimpse_materials::Material;
 use glimpse_materials::basis::Basis;
 use glimpse_materials::loss::{directions, mean_log_error};
+use glimpse_materials::{Fitted, Material};
 use glimpse_training::meta::start::standard_normal;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
-
-use crate::evaluation::Fitted;
 
 /// Why a scan did not come to its end. The next one may.
 #[derive(Debug, thiserror::Error)]
@@ -83,7 +81,7 @@ impl ScanReport {
     /// without it.
     #[must_use]
     pub fn fitted(&self, basis: Option<&Basis>) -> Option<Fitted> {
-        Fitted::of_values(self.model, &self.values, basis)
+        Fitted::new(self.model, self.values.clone(), basis)
     }
 
     /// The loss of that BRDF against a material, over the same directions as `trainer evaluate` takes.

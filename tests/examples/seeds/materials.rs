@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::error::Error;
 
 use glimpse_core::model::{ModelKind, NeuralParameters, ParameterSet};
-use glimpse_materials::{FittedMaterial, Material, to_nbrdf, to_pab};
+use glimpse_materials::{Fitted, FittedMaterial, Material, to_nbrdf, to_pab};
 
 use crate::{Folder, Outcome};
 
@@ -139,7 +139,8 @@ pub(crate) fn fitted(folder: &Folder) -> Outcome {
     for model in [ModelKind::Phong, ModelKind::CookTorrance, ModelKind::Neural] {
         let values = (0..model.parameters().unwrap_or_default())
             .map(|index| 0.1 + 0.01 * (index % 7) as f32);
-        let Some(material) = FittedMaterial::new("seed".into(), model, values.collect(), None)
+        let fitted = Fitted::new(model, values.collect(), None);
+        let Some(material) = fitted.and_then(|fitted| FittedMaterial::new("seed".into(), fitted))
         else {
             return Err("not as many values as the model has".into());
         };

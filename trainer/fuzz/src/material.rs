@@ -16,7 +16,13 @@ pub fn check(bytes: &[u8]) {
         Ok(material) => material,
         Err(error) => return refused(&error, NAME),
     };
-    assert!(material.values().iter().all(|value| value.is_finite()));
+    assert!(
+        material
+            .fitted()
+            .values()
+            .iter()
+            .all(|value| value.is_finite())
+    );
     for at in PLACES {
         material.brdf(at);
         material.brdf_with_derivative(at);
@@ -27,6 +33,7 @@ pub fn check(bytes: &[u8]) {
     let again = FittedMaterial::read(&path).expect("what is written is read");
     let bits = |material: &FittedMaterial| -> Vec<u32> {
         material
+            .fitted()
             .values()
             .iter()
             .map(|value| value.to_bits())
@@ -34,8 +41,8 @@ pub fn check(bytes: &[u8]) {
     };
     assert_eq!(bits(&again), bits(&material));
     assert_eq!(
-        (again.name(), again.model()),
-        (material.name(), material.model())
+        (again.name(), again.fitted().model()),
+        (material.name(), material.fitted().model())
     );
     let source = Source(folder.path().display().to_string());
     assert_eq!(source.load().expect("it is found").len(), 1);

@@ -3,14 +3,12 @@
 use std::path::{Path, PathBuf};
 
 use glimpse_core::geometry::{Angles, HalfDifference};
-use glimpse_core::model::{Model, ModelKind, NeuralParameters, ParameterSet};
-use glimpse_kernels::brdf::with_derivative;
-use glimpse_kernels::inner_loop::unflatten;
-use glimpse_kernels::{LaneModel, with_model};
+use glimpse_core::model::{ModelKind, NeuralParameters};
 use serde::{Deserialize, Serialize};
 
-use crate::basis::{Basis, Reconstruction};
+use crate::basis::Basis;
 use crate::error::refused;
+use crate::fit::Fitted;
 use crate::name::is_name;
 use crate::untrusted::{escaped, in_short, read_at_most};
 use crate::{Brdf, Material, SourceError};
@@ -103,51 +101,25 @@ struct Written<'a, A: Serialize> {
     values: &'a [f32],
 }
 
-/// A material that a scan has found: a model and its values.
+/// A material that a scan has found: a name, and the BRDF of a fit.
 #[derive(Clone, Debug)]
 pub struct FittedMaterial {
     name: String,
-    model: ModelKind,
-    values: Vec<f32>,
-    /// What Linear's coefficients make with their basis; None of other models.
-    reconstruction: Option<Reconstruction>,
+    fitted: Fitted,
 }
 
 impl FittedMaterial {
-    /// From a model's parameters in its order, or Linear's coefficients, m for red, m for green, m
-    /// for blue, and the basis that makes a BRDF of them. None if there are not as many values as
-    /// the model or the basis has, one of them is not finite, or Linear has no basis.
+    /// Names a fit. Returns None if one of its values is not finite.
     #[must_use]
-    pub fn new(
-        name: String,
-        model: ModelKind,
-        values: Vec<f32>,
-        basis: Option<&Basis>,
-    ) -> Option<Self> {
-        let reconstruction = match model.parameters() {
-            Some(count) if count == values.len() => None,
-            Some(_) => return None,
-            None => Some(basis?.reconstruct_values(&values).ok()?),
-        };
-        values.iter().all(|value| value.is_finite()).then_some(())?;
-        Some(Self {
-            name,
-            model,
-            values,
-            reconstruction,
-        })
+    pub fn new(name: String, fitted: Fitted) -> Option<Self> {
+        let is_finite = fitted.values().iter().all(|value| value.is_finite());
+        is_finite.then_some(Self { name, fitted })
     }
 
-    /// The model.
+    /// Returns the fit.
     #[must_use]
-    pub fn model(&self) -> ModelKind {
-        self.model
-    }
-
-    /// The values, as they were given.
-    #[must_use]
-    pub fn values(&self) -> &[f32] {
-        &self.values
+    pub fn fitted(&self) -> &Fitted {
+        &self.fitted
     }
 
     /// The text of its file: values with digits enough to get the same 32-bit floats back, the
@@ -164,11 +136,11 @@ impl FittedMaterial {
             format: FORMAT,
             version: VERSION,
             name: &self.name,
-            model: self.model.name(),
+            model: self.fitted.model().name(),
             convention: Convention::BRDF,
             about,
             basis,
-            values: &self.values,
+            values: self.fitted.values(),
         };
         Ok(serde_json::to_string_pretty(&written)? + "\n")
     }
@@ -209,7 +181,8 @@ impl FittedMaterial {
             )));
         }
         let count = contents.values.len();
-        Self::new(name, model, contents.values, basis.as_ref()).ok_or_else(|| {
+        let fitted = Fitted::new(model, contents.values, basis.as_ref());
+        fitted.and_then(|fitted| Self::new(name, fitted)).ok_or_else(|| {
             let expected = match (model.parameters(), &basis) {
                 (Some(count), _) => count,
                 (None, Some(basis)) => 3 * basis.components(),
@@ -310,14 +283,7 @@ fn read_basis(path: &Path, named: &BasisFile) -> Result<Basis, SourceError> {
 
 impl Brdf for FittedMaterial {
     fn evaluate(&self, at: &[HalfDifference<f32>], brdf: &mut [[f32; 3]]) {
-        if let Some(reconstruction) = &self.reconstruction {
-            return reconstruction.evaluate(at, brdf);
-        }
-        with_model!(self.model, M => {
-            let mut parameters = <M as Model>::Parameters::filled(0.0);
-            unflatten(&self.values, &mut parameters);
-            <M as LaneModel>::evaluate(&parameters, at, brdf);
-        }, _ => brdf.fill([f32::NAN; 3]));
+        self.fitted.evaluate(at, brdf);
     }
 }
 
@@ -333,24 +299,11 @@ impl Material for FittedMaterial {
     }
 
     fn network(&self) -> Option<NeuralParameters<f32>> {
-        (self.model == ModelKind::Neural).then(|| {
-            let mut network = NeuralParameters::filled(0.0);
-            unflatten(&self.values, &mut network);
-            network
-        })
+        self.fitted.network()
     }
 
     fn brdf_with_derivative(&self, angles: Angles<f32>) -> ([f32; 3], [[f32; 3]; 3]) {
-        if let Some(reconstruction) = &self.reconstruction {
-            let found = reconstruction.brdf_with_derivative(&angles);
-            let slopes = found.map(|dual| dual.tangent.map(|slope| slope as f32));
-            return (self.brdf(angles), slopes);
-        }
-        with_model!(self.model, M => {
-            let mut parameters = <M as Model>::Parameters::filled(0.0);
-            unflatten(&self.values, &mut parameters);
-            with_derivative::<M>(&parameters, angles)
-        }, _ => ([f32::NAN; 3], [[f32::NAN; 3]; 3]))
+        self.fitted.with_derivative(angles)
     }
 
     fn brdf_batch(&self, at: &[HalfDifference<f32>], brdf: &mut [[f32; 3]]) {

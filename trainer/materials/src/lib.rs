@@ -17,6 +17,7 @@ pub mod untrusted;
 
 mod brdf;
 mod error;
+mod fit;
 mod fitted;
 mod format;
 mod identity;
@@ -36,6 +37,7 @@ mod sources;
 pub use basis::angles_of;
 pub use brdf::Brdf;
 pub use error::{NotFinite, SourceError};
+pub use fit::Fitted;
 pub use fitted::{BasisFile, Convention, FittedMaterial};
 pub use format::Format;
 pub use identity::{Identity, digest};

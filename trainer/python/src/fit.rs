@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use glimpse_core::gonio::Repeated;
 use glimpse_materials::basis::Basis;
-use glimpse_materials::{BasisFile, FittedMaterial, Material};
+use glimpse_materials::{BasisFile, Fitted, FittedMaterial, Material};
 use glimpse_trainer::measurement::{Fate, Fit, Measured, fit};
 use glimpse_training::recipe::RecipeFile;
 use numpy::PyArrayDyn;
@@ -92,12 +92,8 @@ impl PyFittedMaterial {
         let (fit, material) = detached(py, || {
             let fit = fit(&recipe, measured, keep_all)?;
             let values = fit.values.clone();
-            let material = FittedMaterial::new(
-                name.to_owned(),
-                recipe.model(),
-                values,
-                basis.map(|basis| &**basis),
-            );
+            let fitted = Fitted::new(recipe.model(), values, basis.map(|basis| &**basis));
+            let material = fitted.and_then(|fitted| FittedMaterial::new(name.to_owned(), fitted));
             Ok((fit, material))
         })?
         .map_err(|error: glimpse_trainer::measurement::FitFailure| raised(error))?;
@@ -138,14 +134,14 @@ impl PyFittedMaterial {
     /// The model that was fitted: "phong", "cook-torrance", "linear" or "neural".
     #[getter]
     fn model(&self) -> &'static str {
-        self.material.model().name()
+        self.material.fitted().model().name()
     }
 
     /// A model's parameters in its order, or linear's coefficients, m for red, m for green, m for blue: float32 of
     /// shape (p,).
     #[getter]
     fn parameters<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f32>>> {
-        let values = self.material.values().to_vec();
+        let values = self.material.fitted().values().to_vec();
         array(py, &[values.len()], values)
     }
 

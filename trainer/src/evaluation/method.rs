@@ -2,66 +2,18 @@
 
 use glimpse_core::fit::Fitter;
 use glimpse_core::geometry::{Angles, HalfDifference};
-use glimpse_core::model::{Model, ModelKind, ParameterSet, Sample};
+use glimpse_core::model::{Model, ModelKind, Sample};
 use glimpse_core::recipe::{Descent, Learner, Recipe};
-use glimpse_kernels::LaneModel;
-use glimpse_kernels::inner_loop::unflatten;
 use glimpse_kernels::scan::scan_some;
 use glimpse_kernels::with_model;
-use glimpse_materials::basis::{Basis, Coefficients, Reconstruction};
+use glimpse_materials::basis::{Basis, Coefficients};
 use glimpse_materials::sampling::uniform_valid;
-use glimpse_materials::{Brdf, Material};
+use glimpse_materials::{Fitted, Material};
 use glimpse_training::linear::Reduced;
 
 use super::JudgeError;
 use super::adam;
 use super::readings::Readings;
-
-/// What a fit has found.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Fitted {
-    /// A model's parameters, flat in its order.
-    Parameters {
-        /// The model.
-        model: ModelKind,
-        /// Its parameters.
-        parameters: Vec<f32>,
-    },
-    /// A BRDF of the model Linear.
-    Linear(Reconstruction),
-}
-
-impl Fitted {
-    /// What a device or a scan has found: a model's parameters in its order, or Linear's
-    /// coefficients, m for red, m for green, m for blue, which the basis makes a BRDF of. None if
-    /// there are not as many values as the model has, or no basis for Linear.
-    #[must_use]
-    pub fn of_values(model: ModelKind, values: &[f32], basis: Option<&Basis>) -> Option<Self> {
-        match model.parameters() {
-            Some(count) => (count == values.len()).then(|| Self::Parameters {
-                model,
-                parameters: values.to_vec(),
-            }),
-            None => Some(Self::Linear(basis?.reconstruct_values(values).ok()?)),
-        }
-    }
-}
-
-impl Brdf for Fitted {
-    fn evaluate(&self, at: &[HalfDifference<f32>], brdf: &mut [[f32; 3]]) {
-        match self {
-            Self::Linear(reconstruction) => reconstruction.evaluate(at, brdf),
-            Self::Parameters {
-                model,
-                parameters: list,
-            } => with_model!(*model, M => {
-                let mut parameters = <M as Model>::Parameters::filled(0.0);
-                unflatten(list, &mut parameters);
-                <M as LaneModel>::evaluate(&parameters, at, brdf);
-            }, _ => brdf.fill([f32::NAN; 3])),
-        }
-    }
-}
 
 /// Where a method measures.
 #[derive(Clone, Debug, PartialEq)]
@@ -227,7 +179,7 @@ impl<'a> Method<'a> {
     }
 
     fn reconstruct(&self, basis: &Basis, coefficients: &Coefficients) -> Fitted {
-        Fitted::Linear(self.compact.unwrap_or(basis).reconstruct(coefficients))
+        Fitted::linear(self.compact.unwrap_or(basis), coefficients)
     }
 
     /// Adam from a random start on random samples.
@@ -406,10 +358,7 @@ impl<'a> Method<'a> {
                 _ => parameters
             ),
         };
-        Ok(Fitted::Parameters {
-            model: self.model(),
-            parameters,
-        })
+        Fitted::new(self.model(), parameters, None).ok_or(JudgeError::Basis)
     }
 }
 

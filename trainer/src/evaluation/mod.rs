@@ -9,16 +9,16 @@ mod uncertainty;
 pub use adam::OPTIMUM_STEPS;
 pub use glimpse_kernels::scan::{Found, scan};
 pub use leakage::{Known, TrainedOn};
-pub use method::{Fitted, Method, measure};
+pub use method::{Method, measure};
 pub use readings::Readings;
 pub use uncertainty::Estimate;
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use glimpse_core::geometry::HalfDifference;
-use glimpse_materials::Material;
 use glimpse_materials::loss::{loss_directions, mean_log_error};
 use glimpse_materials::setting::{NamesSettings, Naming, Setting};
+use glimpse_materials::{Fitted, Material};
 use rayon::prelude::*;
 
 use crate::metrics::{CompareError, Scores};

@@ -7,7 +7,7 @@ use std::path::Path;
 
 use glimpse_core::model::ModelKind;
 use glimpse_materials::{
-    FittedMaterial, MerlTable, NeuralBrdf, PabSet, RglMeasurement, SourceError, to_nbrdf,
+    Fitted, FittedMaterial, MerlTable, NeuralBrdf, PabSet, RglMeasurement, SourceError, to_nbrdf,
     write_merl,
 };
 
@@ -33,7 +33,8 @@ fn cases() -> Vec<Case> {
     let tensors = scratch.path().join("a.bsdf");
     write_rgl(&tensors);
     let values = vec![0.25; ModelKind::Phong.parameters().expect("it has some")];
-    let fitted = FittedMaterial::new("felt".into(), ModelKind::Phong, values, None);
+    let fitted = Fitted::new(ModelKind::Phong, values, None).expect("as many values");
+    let fitted = FittedMaterial::new("felt".into(), fitted);
     let nothing = BTreeMap::<&str, &str>::new();
     let json = fitted.expect("it is one").to_json(None, nothing);
     let [_, (_, b1), ..] = to_nbrdf(network(1).parameters());

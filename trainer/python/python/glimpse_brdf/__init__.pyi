@@ -69,7 +69,7 @@ class _Provenance(TypedDict):
     options: str
 
 @type_check_only
-class _Source(TypedDict):
+class _TrainingSource(TypedDict):
     label: str
     origin: str
     materials: int
@@ -82,7 +82,7 @@ class _Training(TypedDict):
     parts: str
     split: str
     digest: str
-    sources: list[_Source]
+    sources: list[_TrainingSource]
 
 @type_check_only
 class _Residual(TypedDict):

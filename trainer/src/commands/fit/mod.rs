@@ -14,7 +14,7 @@ use folder::Folder;
 use glimpse_core::recipe::Recipe;
 use glimpse_materials::basis::Basis;
 use glimpse_materials::files::holds;
-use glimpse_materials::{BasisFile, FittedMaterial, Material};
+use glimpse_materials::{BasisFile, Fitted, FittedMaterial, Material};
 use glimpse_trainer::conversion::loss_of;
 use glimpse_trainer::measurement::{DeviceReport, Fit as Found, Meaning, Measured, fit};
 use options::MeaningArgs;
@@ -111,12 +111,8 @@ impl Fit {
         let mut folders = Vec::new();
         for job in &jobs {
             let (measured, found) = self.find(&recipe, job, &meaning)?;
-            let material = FittedMaterial::new(
-                job.name.clone(),
-                recipe.model(),
-                found.values.clone(),
-                basis.as_ref(),
-            );
+            let fitted = Fitted::new(recipe.model(), found.values.clone(), basis.as_ref());
+            let material = fitted.and_then(|fitted| FittedMaterial::new(job.name.clone(), fitted));
             let material = material.with_context(|| {
                 format!(
                     "{}: {} values are not what the recipe's model has",

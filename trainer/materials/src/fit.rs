@@ -1,0 +1,105 @@
+//! The BRDF of a fit.
+
+use glimpse_core::geometry::{Angles, HalfDifference};
+use glimpse_core::model::{Model, ModelKind, NeuralParameters, ParameterSet};
+use glimpse_kernels::brdf::with_derivative;
+use glimpse_kernels::inner_loop::unflatten;
+use glimpse_kernels::{LaneModel, with_model};
+
+use crate::Brdf;
+use crate::basis::{Basis, Coefficients, Reconstruction};
+
+/// The BRDF of a fit: a model and its values.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Fitted {
+    model: ModelKind,
+    values: Vec<f32>,
+    /// The BRDF of Linear's coefficients with their basis; None for other models.
+    reconstruction: Option<Reconstruction>,
+}
+
+impl Fitted {
+    /// Makes a BRDF of a model's parameters in its order, or of Linear's coefficients (m for red, m for
+    /// green, m for blue) with their basis. Returns None if the model or the basis has another number of
+    /// values, or Linear has no basis.
+    #[must_use]
+    pub fn new(model: ModelKind, values: Vec<f32>, basis: Option<&Basis>) -> Option<Self> {
+        let reconstruction = match model.parameters() {
+            Some(count) if count == values.len() => None,
+            Some(_) => return None,
+            None => Some(basis?.reconstruct_values(&values).ok()?),
+        };
+        Some(Self {
+            model,
+            values,
+            reconstruction,
+        })
+    }
+
+    /// Makes a BRDF of Linear's coefficients in double precision.
+    #[must_use]
+    pub fn linear(basis: &Basis, coefficients: &Coefficients) -> Self {
+        Self {
+            model: ModelKind::Linear,
+            values: coefficients
+                .concat()
+                .iter()
+                .map(|value| *value as f32)
+                .collect(),
+            reconstruction: Some(basis.reconstruct(coefficients)),
+        }
+    }
+
+    /// Returns the model.
+    #[must_use]
+    pub fn model(&self) -> ModelKind {
+        self.model
+    }
+
+    /// Returns the model's parameters, or Linear's coefficients.
+    #[must_use]
+    pub fn values(&self) -> &[f32] {
+        &self.values
+    }
+
+    /// Returns the weights of the model Neural, or None for other models.
+    #[must_use]
+    pub fn network(&self) -> Option<NeuralParameters<f32>> {
+        (self.model == ModelKind::Neural).then(|| {
+            let mut network = NeuralParameters::filled(0.0);
+            unflatten(&self.values, &mut network);
+            network
+        })
+    }
+
+    /// Returns the BRDF at angles in radians, and its derivative by theta_h, theta_d and phi_d for each
+    /// channel.
+    #[must_use]
+    pub fn with_derivative(&self, angles: Angles<f32>) -> ([f32; 3], [[f32; 3]; 3]) {
+        if let Some(reconstruction) = &self.reconstruction {
+            let mut brdf = [[0.0; 3]];
+            reconstruction.evaluate(&[HalfDifference::from_angles(angles)], &mut brdf);
+            let found = reconstruction.brdf_with_derivative(&angles);
+            let slopes = found.map(|dual| dual.tangent.map(|slope| slope as f32));
+            return (brdf[0], slopes);
+        }
+        with_model!(self.model, M => {
+            let mut parameters = <M as Model>::Parameters::filled(0.0);
+            unflatten(&self.values, &mut parameters);
+            with_derivative::<M>(&parameters, angles)
+        }, _ => ([f32::NAN; 3], [[f32::NAN; 3]; 3]))
+    }
+}
+
+impl Brdf for Fitted {
+    fn evaluate(&self, at: &[HalfDifference<f32>], brdf: &mut [[f32; 3]]) {
+        if let Some(reconstruction) = &self.reconstruction {
+            return reconstruction.evaluate(at, brdf);
+        }
+        with_model!(self.model, M => {
+            let mut parameters = <M as Model>::Parameters::filled(0.0);
+            unflatten(&self.values, &mut parameters);
+            <M as LaneModel>::evaluate(&parameters, at, brdf);
+        }, _ => brdf.fill([f32::NAN; 3]));
+    }
+}
