@@ -112,8 +112,7 @@ impl RecipeFile {
     /// # Errors
     /// None: see [`RecipeFile::recipe`].
     pub fn stripped(&self) -> Result<Self, RecipeError> {
-        // One of an older format grows a little.
-        let mut buffer = vec![0; self.bytes.len() + ROOM];
+        let mut buffer = vec![0; self.bytes.len()];
         let bytes = self
             .recipe()?
             .copy_without(&[Kind::MATERIALS], &mut buffer)?;
