@@ -1,12 +1,9 @@
 //! What stands before the body: magic, version, length and checksum.
 
-use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
-
 use super::error::RecipeError;
 use super::field::Field;
 use super::format::{HEADER_BYTES, MAGIC, VERSION};
-
-const CHECKSUM: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
+use crate::checksum::crc_32;
 
 /// A body whose bytes are those that were written.
 pub(super) struct Sealed<'a> {
@@ -62,9 +59,5 @@ pub(super) fn seal(bytes: &mut [u8]) -> Result<(), RecipeError> {
 }
 
 fn checksum_of(length: u32, body: &[u8]) -> u32 {
-    let mut digest = CHECKSUM.digest();
-    digest.update(&VERSION.to_le_bytes());
-    digest.update(&length.to_le_bytes());
-    digest.update(body);
-    digest.finalize()
+    crc_32(&[&VERSION.to_le_bytes(), &length.to_le_bytes(), body])
 }
