@@ -12,7 +12,9 @@
 
 // From the bottom up: a room imports from rooms above it in this list only.
 //
-// geometry, numeric, model, fit, gonio, recipe, scan, link, driver
+// checksum, geometry, numeric, model, fit, gonio, recipe, scan, link, driver
+#[deny(clippy::arithmetic_side_effects)]
+pub mod checksum;
 #[deny(clippy::arithmetic_side_effects)]
 pub mod driver;
 pub mod fit;

@@ -6,7 +6,7 @@
 //!
 //! The format is written down in `core/docs/recipe.md`, with an example in bytes: magic, version,
 //! length and CRC-32, and then sections, each a [`Kind`] and postcard bytes. What comes later is a
-//! new kind; old recipes, of formats 1 and 2 too, stay readable.
+//! new kind; older recipes stay readable.
 
 mod check;
 mod contents;
@@ -17,7 +17,6 @@ mod format;
 mod header;
 mod ingredients;
 mod kind;
-mod old;
 mod sections;
 mod statements;
 mod training;
@@ -29,7 +28,7 @@ pub use error::RecipeError;
 pub use field::Field;
 pub use format::{
     HEADER_BYTES, MAGIC, MAX_BASIS, MAX_COMPONENTS, MAX_INNER_STEPS, MAX_MEAN, MAX_MEDIAN,
-    MAX_PRECISION, MAX_PREDICTION, MAX_SAMPLES, MAX_WEIGHT, MIN_PRECISION, OLDEST_VERSION, VERSION,
+    MAX_PRECISION, MAX_PREDICTION, MAX_SAMPLES, MAX_WEIGHT, MIN_PRECISION, VERSION,
 };
 pub use ingredients::{
     Expectation, Ingredients, Noise, PackedCompletion, PackedDescent, PackedLearner, PackedRidge,
@@ -48,7 +47,6 @@ use crate::model::ModelKind;
 use check::PackedAngles;
 use contents::Contents;
 use header::Sealed;
-use statements::Stated;
 use write::Writer;
 
 /// A recipe in memory or in flash, checked.
@@ -56,7 +54,7 @@ use write::Writer;
 pub struct Recipe<'a> {
     pattern: &'a [PackedAngles],
     learner: Learner<'a>,
-    stated: Stated<'a>,
+    sections: Sections<'a>,
     checksum: u32,
 }
 
@@ -83,22 +81,14 @@ impl<'a> Recipe<'a> {
     /// What is wrong with the bytes, by name. After `Ok` no scan can fail by the recipe; what it
     /// states about itself is checked by [`Recipe::statements`].
     pub fn parse(bytes: &'a [u8]) -> Result<Self, RecipeError> {
-        let Sealed {
-            version,
-            checksum,
-            body,
-        } = header::open(bytes)?;
-        let contents = match version {
-            1 => old::first(body)?,
-            2 => old::second(body)?,
-            _ => Contents::of_sections(body)?,
-        };
+        let Sealed { checksum, body } = header::open(bytes)?;
+        let contents = Contents::of_sections(body)?;
         let pattern = check::pattern(contents.pattern)?;
         let learner = check::learner(contents.learner, contents.prediction, pattern.len())?;
         Ok(Self {
             pattern,
             learner,
-            stated: contents.stated,
+            sections: Sections::new(body),
             checksum,
         })
     }
@@ -128,12 +118,9 @@ impl<'a> Recipe<'a> {
     /// bytes used. What is left, also of kinds that are unknown here, is the same to the bit; but
     /// the copy has a checksum, and so a name on the link, of its own.
     ///
-    /// The copy of a recipe of format 1 or 2 has format [`VERSION`].
-    ///
     /// # Errors
     /// [`RecipeError::Required`] if a kind is not an optional one, or
-    /// [`RecipeError::BufferTooSmall`]: the copy of a recipe of format 3 takes no more bytes than
-    /// the recipe, others some 32 more. Or what [`Recipe::statements`] refuses of an older format.
+    /// [`RecipeError::BufferTooSmall`]: the copy takes no more bytes than the recipe.
     pub fn copy_without<'b>(
         &self,
         kinds: &[Kind],
@@ -143,15 +130,6 @@ impl<'a> Recipe<'a> {
             return Err(RecipeError::Required(*kind));
         }
         let mut writer = Writer::new(buffer);
-        if matches!(self.stated, Stated::End(_)) {
-            let kept = |kind| !kinds.contains(&kind);
-            let statements = self.statements()?;
-            let mut ingredients =
-                Ingredients::new(self.pattern.as_flattened(), self.learner.into());
-            ingredients.expectation = statements.expectation.filter(|_| kept(Kind::EXPECTATION));
-            ingredients.provenance = statements.provenance.filter(|_| kept(Kind::PROVENANCE));
-            writer.ingredients(&ingredients)?;
-        }
         for (kind, bytes) in self.sections() {
             if !kinds.contains(&kind) {
                 writer.copy(kind, bytes)?;
@@ -225,7 +203,7 @@ impl<'a> Recipe<'a> {
     /// # Errors
     /// Which section or field makes no sense.
     pub fn statements(&self) -> Result<Statements<'a>, RecipeError> {
-        self.stated.read()
+        statements::read(self.sections)
     }
 
     /// The first sample of the pattern that a machine does not reach, and why: to be asked before
@@ -240,17 +218,13 @@ impl<'a> Recipe<'a> {
     /// if that statement makes no sense: [`Recipe::statements`] says why. Other statements are not decoded.
     #[must_use]
     pub fn expected_loss(&self) -> Option<f32> {
-        Some(self.stated.expectation()?.loss)
+        Some(statements::expectation(self.sections)?.loss)
     }
 
-    /// All sections with their postcard bytes, also those of kinds that are unknown here. None in
-    /// formats 1 and 2, which have no sections.
+    /// All sections with their postcard bytes, also those of kinds that are unknown here.
     #[must_use]
     pub fn sections(&self) -> Sections<'a> {
-        match self.stated {
-            Stated::Sections(sections) => sections,
-            Stated::End(_) => Sections::default(),
-        }
+        self.sections
     }
 
     /// The CRC-32 in its header: names the recipe on the link.

@@ -573,7 +573,7 @@ proptest! {
     }
 }
 
-/// A recipe of a trained size is not much longer than it was in format 2.
+/// A recipe of a trained size is not much longer than its numbers.
 #[test]
 fn sections_cost_little() {
     let bytes = write(&neural()).unwrap();

@@ -185,7 +185,7 @@ pub(crate) const TEXTS: &[(Status, &CStr)] = &[
     ),
     (
         Status::RecipeVersion,
-        c"the recipe has a format that this library does not read: export it again, or take a newer library",
+        c"the recipe has a format that this library does not read: train again, or take a newer library",
     ),
     (
         Status::RecipeLength,

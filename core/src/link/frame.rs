@@ -1,12 +1,12 @@
 //! Frames: messages that can be told from noise.
 
 use cobs::{CobsEncoder, DecodeResult, DecoderState, max_encoding_length};
-use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
 use heapless::Vec;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use super::VALUES_PER_FRAME;
+use crate::checksum::crc_32;
 
 /// The longest sequence number and message: `Values`, with its sequence number (5 bytes), variant
 /// (1), offset and total (3 each) and length (1). (`RecipePart` has 72.)
@@ -17,8 +17,6 @@ const CHECKSUM_BYTES: usize = 4;
 const CONTENT_BYTES: usize = MESSAGE_BYTES + CHECKSUM_BYTES;
 /// The longest frame, with the zeros at both ends.
 pub const FRAME_BYTES: usize = 1 + max_encoding_length(CONTENT_BYTES) + 1;
-
-const CHECKSUM: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
 
 /// Why bytes are not a frame, or a message cannot become one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -57,7 +55,7 @@ pub fn encode<'b, T: Serialize>(
     let mut content = [0; MESSAGE_BYTES];
     let content =
         postcard::to_slice(&(sequence, message), &mut content).map_err(|_| FrameError::TooLong)?;
-    let checksum = CHECKSUM.checksum(content).to_le_bytes();
+    let checksum = crc_32(&[content]).to_le_bytes();
 
     let (first, rest) = buffer.split_first_mut().ok_or(FrameError::TooLong)?;
     *first = 0;
@@ -73,7 +71,7 @@ pub fn encode<'b, T: Serialize>(
 pub(super) fn checksum_of<T: Serialize>(sequence: u32, message: &T) -> u32 {
     let mut content = [0; MESSAGE_BYTES];
     let content = postcard::to_slice(&(sequence, message), &mut content);
-    content.map_or(0, |content| CHECKSUM.checksum(content))
+    content.map_or(0, |content| crc_32(&[content]))
 }
 
 /// Finds frames in a stream of bytes.
@@ -130,7 +128,7 @@ fn read<T: DeserializeOwned>(content: &[u8]) -> Result<(u32, T), FrameError> {
     let (message, checksum) = content
         .split_last_chunk::<CHECKSUM_BYTES>()
         .ok_or(FrameError::Damaged)?;
-    if CHECKSUM.checksum(message) != u32::from_le_bytes(*checksum) {
+    if crc_32(&[message]) != u32::from_le_bytes(*checksum) {
         return Err(FrameError::Damaged);
     }
     match postcard::take_from_bytes(message) {

@@ -5,18 +5,16 @@ use super::error::RecipeError;
 use super::ingredients::PackedLearner;
 use super::kind::Kind;
 use super::sections::Sections;
-use super::statements::Stated;
 
 /// What every recipe holds.
 pub(super) struct Contents<'a> {
     pub(super) pattern: &'a [u8],
     pub(super) learner: PackedLearner<'a>,
     pub(super) prediction: Option<&'a [u8]>,
-    pub(super) stated: Stated<'a>,
 }
 
 impl<'a> Contents<'a> {
-    /// Of a body of format 3.
+    /// Decodes the sections of a body.
     pub(super) fn of_sections(body: &'a [u8]) -> Result<Self, RecipeError> {
         let mut pattern = None;
         let mut descent = None;
@@ -65,7 +63,6 @@ impl<'a> Contents<'a> {
                 (_, _, _, None) => return Err(RecipeError::Missing(Kind::START)),
             },
             prediction,
-            stated: Stated::Sections(Sections::new(body)),
         })
     }
 }

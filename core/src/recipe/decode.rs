@@ -1,4 +1,4 @@
-//! Values by postcard: one for all of a section, or one field after the other.
+//! A section's value by postcard.
 
 use serde::Deserialize;
 
@@ -13,18 +13,5 @@ pub(super) fn decode<'a, T: Deserialize<'a>>(
     match postcard::take_from_bytes(bytes) {
         Ok((value, [])) => Ok(value),
         _ => Err(RecipeError::Section(kind)),
-    }
-}
-
-/// The fields of a body that are not read yet, one after the other: what reads one by one is there
-/// for the sections already, and takes a firmware no flash.
-pub(super) struct Fields<'a>(pub(super) &'a [u8]);
-
-impl<'a> Fields<'a> {
-    pub(super) fn next<T: Deserialize<'a>>(&mut self) -> Result<T, RecipeError> {
-        let (field, rest) =
-            postcard::take_from_bytes(self.0).map_err(|_| RecipeError::Malformed)?;
-        self.0 = rest;
-        Ok(field)
     }
 }

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::field::Field;
-use super::format::{OLDEST_VERSION, VERSION};
+use super::format::VERSION;
 use super::kind::Kind;
 use crate::gonio::LimitsError;
 use crate::model::ModelKind;
@@ -71,7 +71,8 @@ impl core::fmt::Display for RecipeError {
             Self::Version(version) => {
                 write!(
                     f,
-                    "recipe format {version} is unknown: this reads formats {OLDEST_VERSION} to {VERSION}"
+                    "recipe format {version} is unknown: this reads format {VERSION}; train \
+                     again, or build with the glimpse-core of the trainer"
                 )
             }
             Self::Length { expected, found } => {

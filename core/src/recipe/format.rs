@@ -2,10 +2,8 @@
 
 /// The first bytes of every recipe.
 pub const MAGIC: [u8; 4] = *b"GLMP";
-/// The format version that this crate writes, and the newest that it reads.
+/// The format version that this crate writes, and the only one that it reads.
 pub const VERSION: u16 = 3;
-/// The oldest format version that this crate reads.
-pub const OLDEST_VERSION: u16 = 1;
 /// Bytes before the body.
 pub const HEADER_BYTES: usize = 14;
 /// The largest number of samples in a pattern.

@@ -1,16 +1,12 @@
 //! What stands before the body: magic, version, length and checksum.
 
-use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
-
 use super::error::RecipeError;
 use super::field::Field;
-use super::format::{HEADER_BYTES, MAGIC, OLDEST_VERSION, VERSION};
-
-const CHECKSUM: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
+use super::format::{HEADER_BYTES, MAGIC, VERSION};
+use crate::checksum::crc_32;
 
 /// A body whose bytes are those that were written.
 pub(super) struct Sealed<'a> {
-    pub(super) version: u16,
     pub(super) checksum: u32,
     pub(super) body: &'a [u8],
 }
@@ -30,7 +26,7 @@ pub(super) fn open(bytes: &[u8]) -> Result<Sealed<'_>, RecipeError> {
     let (length, after_length) = after_version.split_first_chunk().ok_or(header)?;
     let (checksum, body) = after_length.split_first_chunk().ok_or(header)?;
     let version = u16::from_le_bytes(*version);
-    if !(OLDEST_VERSION..=VERSION).contains(&version) {
+    if version != VERSION {
         return Err(RecipeError::Version(version));
     }
     let expected = u32::from_le_bytes(*length);
@@ -38,14 +34,10 @@ pub(super) fn open(bytes: &[u8]) -> Result<Sealed<'_>, RecipeError> {
         return Err(short(expected.saturating_add(HEADER_BYTES as u32)));
     }
     let checksum = u32::from_le_bytes(*checksum);
-    if checksum != checksum_of(version, expected, body) {
+    if checksum != checksum_of(expected, body) {
         return Err(RecipeError::Checksum);
     }
-    Ok(Sealed {
-        version,
-        checksum,
-        body,
-    })
+    Ok(Sealed { checksum, body })
 }
 
 /// Writes the header of a recipe whose body is there; `bytes` are both.
@@ -54,7 +46,7 @@ pub(super) fn seal(bytes: &mut [u8]) -> Result<(), RecipeError> {
         .split_first_chunk_mut::<HEADER_BYTES>()
         .ok_or(RecipeError::BufferTooSmall)?;
     let length = u32::try_from(body.len()).map_err(|_| RecipeError::Count(Field::Body))?;
-    let checksum = checksum_of(VERSION, length, body);
+    let checksum = checksum_of(length, body);
     let fields = MAGIC
         .into_iter()
         .chain(VERSION.to_le_bytes())
@@ -66,10 +58,6 @@ pub(super) fn seal(bytes: &mut [u8]) -> Result<(), RecipeError> {
     Ok(())
 }
 
-fn checksum_of(version: u16, length: u32, body: &[u8]) -> u32 {
-    let mut digest = CHECKSUM.digest();
-    digest.update(&version.to_le_bytes());
-    digest.update(&length.to_le_bytes());
-    digest.update(body);
-    digest.finalize()
+fn checksum_of(length: u32, body: &[u8]) -> u32 {
+    crc_32(&[&VERSION.to_le_bytes(), &length.to_le_bytes(), body])
 }

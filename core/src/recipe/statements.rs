@@ -2,7 +2,7 @@
 //! firmware that does not ask carries no code for it.
 
 use super::check::{finite, not_negative};
-use super::decode::{Fields, decode};
+use super::decode::decode;
 use super::error::RecipeError;
 use super::field::Field;
 use super::ingredients::{Expectation, Noise, Provenance};
@@ -29,42 +29,23 @@ pub struct Statements<'a> {
     pub training: Option<Training<'a>>,
 }
 
-/// Where the statements stand, not decoded yet.
-#[derive(Clone, Copy, Debug)]
-pub(super) enum Stated<'a> {
-    /// Among the sections of format 3.
-    Sections(Sections<'a>),
-    /// At the end of a body of format 1 or 2.
-    End(&'a [u8]),
+/// Decodes and checks the statements among these sections.
+pub(super) fn read(sections: Sections<'_>) -> Result<Statements<'_>, RecipeError> {
+    let statements = decoded(sections)?;
+    check(&statements)?;
+    Ok(statements)
 }
 
-impl<'a> Stated<'a> {
-    /// Decodes and checks them.
-    pub(super) fn read(self) -> Result<Statements<'a>, RecipeError> {
-        let statements = match self {
-            Self::Sections(sections) => of_sections(sections)?,
-            Self::End(end) => of_end(end)?,
-        };
-        check(&statements)?;
-        Ok(statements)
-    }
-
-    /// Decodes and checks the loss to expect, and nothing else: firmware that asks for it alone
-    /// carries no code for the other statements. None if there is none, or it makes no sense.
-    pub(super) fn expectation(self) -> Option<Expectation<'a>> {
-        let expectation = match self {
-            Self::Sections(mut sections) => {
-                let (kind, bytes) = sections.find(|(kind, _)| *kind == Kind::EXPECTATION)?;
-                decode(kind, bytes).ok()?
-            }
-            Self::End(end) => of_end(end).ok()?.expectation?,
-        };
-        check_expectation(&expectation).ok()?;
-        Some(expectation)
-    }
+/// Decodes and checks the loss to expect, and nothing else: firmware that asks for it alone carries
+/// no code for the other statements. None if there is none, or if it is invalid.
+pub(super) fn expectation(mut sections: Sections<'_>) -> Option<Expectation<'_>> {
+    let (kind, bytes) = sections.find(|(kind, _)| *kind == Kind::EXPECTATION)?;
+    let expectation = decode(kind, bytes).ok()?;
+    check_expectation(&expectation).ok()?;
+    Some(expectation)
 }
 
-fn of_sections(sections: Sections<'_>) -> Result<Statements<'_>, RecipeError> {
+fn decoded(sections: Sections<'_>) -> Result<Statements<'_>, RecipeError> {
     let mut statements = Statements::default();
     for (kind, bytes) in sections {
         match kind {
@@ -83,33 +64,6 @@ fn of_sections(sections: Sections<'_>) -> Result<Statements<'_>, RecipeError> {
         }
     }
     Ok(statements)
-}
-
-/// What formats 1 and 2 end in: the loss to expect, and where the recipe came from.
-fn of_end(end: &[u8]) -> Result<Statements<'_>, RecipeError> {
-    let mut end = Fields(end);
-    let loss = end.next()?;
-    let provenance = Provenance {
-        trainer: end.next()?,
-        data: end.next()?,
-        materials: end.next()?,
-        schedule: end.next()?,
-        seed: end.next()?,
-        options: "",
-    };
-    if !end.0.is_empty() {
-        return Err(RecipeError::Malformed);
-    }
-    Ok(Statements {
-        expectation: Some(Expectation {
-            loss,
-            standard_error: None,
-            materials: 0,
-            on: "",
-        }),
-        provenance: Some(provenance),
-        ..Statements::default()
-    })
 }
 
 fn check(statements: &Statements<'_>) -> Result<(), RecipeError> {

@@ -12,19 +12,17 @@
 //! All of it is written anew after each reading. If that is cut short, or the memory has lost what
 //! it held, the CRC says so, and the scan begins afresh.
 
-use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
 use super::{Reading, ReadingError};
+use crate::checksum::crc_32;
 use crate::recipe::Recipe;
 
 /// Bytes of a reading: index, three numbers and a flag.
 const READING_BYTES: usize = 3 + 3 * 4 + 1;
 /// Bytes of the recipe's checksum and of the number of readings, at most, and of the CRC.
 const OTHER_BYTES: usize = 5 + 5 + 4;
-
-const CHECKSUM: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
 
 /// Why bytes are not readings by this recipe, or cannot become some.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -107,7 +105,7 @@ impl<const CAPACITY: usize> Saved<CAPACITY> {
         let (saved, rest) =
             postcard::take_from_bytes::<Self>(bytes).map_err(|_| SavedError::Damaged)?;
         let content = bytes.get(..bytes.len().saturating_sub(rest.len()));
-        let checksum = CHECKSUM.checksum(content.unwrap_or_default());
+        let checksum = crc_32(&[content.unwrap_or_default()]);
         match rest.first_chunk() {
             Some(written) if u32::from_le_bytes(*written) == checksum => {}
             _ => return Err(SavedError::Damaged),
@@ -129,7 +127,7 @@ impl<const CAPACITY: usize> Saved<CAPACITY> {
     /// [`SavedError::Full`] if `buffer` has no room; [`Saved::BYTES`] always suffice.
     pub fn write<'b>(&self, buffer: &'b mut [u8]) -> Result<&'b [u8], SavedError> {
         let content = postcard::to_slice(self, buffer).map_err(|_| SavedError::Full)?;
-        let (length, checksum) = (content.len(), CHECKSUM.checksum(content).to_le_bytes());
+        let (length, checksum) = (content.len(), crc_32(&[content]).to_le_bytes());
         let place = buffer.get_mut(length..).unwrap_or_default();
         *place.first_chunk_mut().ok_or(SavedError::Full)? = checksum;
         buffer

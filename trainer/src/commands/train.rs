@@ -427,7 +427,7 @@ fn beside(out: &Path) -> PathBuf {
 
 #[cfg(test)]
 mod tests {
-    use glimpse_core::recipe::ValidationSplit;
+    use glimpse_core::recipe::{Kind, ValidationSplit};
     use glimpse_materials::sampling::sobol_valid;
     use glimpse_training::meta::learned::{ExpectedLoss, Learned, LearnedDescent};
     use glimpse_training::meta::trainee::Expected;
@@ -486,8 +486,13 @@ mod tests {
             }
         }
         // One that does not state its options may be anything.
-        let old = include_bytes!("../../../core/tests/recipes/phong-format-2.recipe");
-        write_file_forced(&out, old, true).expect("it is written");
+        let stated = recipe(&options(), "MERL");
+        let mut buffer = vec![0; stated.bytes().len()];
+        let silent = stated
+            .recipe()
+            .and_then(|recipe| recipe.copy_without(&[Kind::TRAINING], &mut buffer))
+            .expect("a copy");
+        write_file_forced(&out, silent, true).expect("it is written");
         let found = found_at(&out, &options(), "MERL");
         assert!(matches!(found, Found::Other(_)));
     }

@@ -292,22 +292,6 @@ fn names_of_materials_are_left_out_for_flash() {
         );
         assert!(!directory.join("out").exists());
     }
-
-    // One of format 2 becomes one of format 3.
-    let old = include_bytes!("../../../core/tests/recipes/phong-format-2.recipe");
-    fs::write(directory.join("old.recipe"), old).expect("it is written");
-    succeed(directory, &strip("old.recipe", "postcard", "new.recipe"));
-    let bytes = fs::read(directory.join("new.recipe")).expect("it is there");
-    let (new, old) = (
-        Recipe::parse(&bytes).expect("it is a recipe"),
-        Recipe::parse(old).expect("it is a recipe"),
-    );
-    assert!(new.pattern().eq(old.pattern()));
-    assert_eq!(
-        new.statements().expect("they make sense").provenance,
-        old.statements().expect("they make sense").provenance
-    );
-    succeed(directory, &["inspect", "old.recipe"]);
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! The numbers of the compact basis's format, which `docs/basis.md` writes down.
 
-use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
+use crate::checksum::crc_32;
 
 /// The first bytes of every compact basis.
 pub const MAGIC: [u8; 4] = *b"GLMC";
@@ -16,14 +16,8 @@ pub const NODE_HEAD_BYTES: usize = 4;
 /// The largest number of components of a compact basis.
 pub const MAX_COMPONENTS: u16 = 1024;
 
-const CHECKSUM: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
-
 /// The CRC-32 that belongs into a compact basis's header: over version, length and body.
 #[must_use]
 pub fn checksum_of(version: u16, length: u32, body: &[u8]) -> u32 {
-    let mut digest = CHECKSUM.digest();
-    digest.update(&version.to_le_bytes());
-    digest.update(&length.to_le_bytes());
-    digest.update(body);
-    digest.finalize()
+    crc_32(&[&version.to_le_bytes(), &length.to_le_bytes(), body])
 }

@@ -22,8 +22,8 @@
 
 use core::ops::Range;
 
-use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
 use embedded_storage::nor_flash::NorFlash;
+use glimpse_core::checksum::crc_32;
 
 use super::StoreError;
 
@@ -33,8 +33,6 @@ const ITEM_BYTES: usize = 32;
 pub(super) const CONTENT_BYTES: usize = 22;
 /// The number of an area's header; no item has it.
 const HEADER: u16 = u16::MAX;
-
-const CHECKSUM: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
 
 /// What an item holds.
 pub(super) type Content = [u8; CONTENT_BYTES];
@@ -176,7 +174,7 @@ fn read<F: NorFlash>(flash: &mut F, place: u32) -> Result<Option<(u16, u32, Cont
 
 fn parse(bytes: &[u8; ITEM_BYTES]) -> Option<(u16, u32, Content)> {
     let (rest, checksum) = bytes.split_last_chunk()?;
-    if CHECKSUM.checksum(rest) != u32::from_le_bytes(*checksum) {
+    if crc_32(&[rest]) != u32::from_le_bytes(*checksum) {
         return None;
     }
     let (number, rest) = rest.split_first_chunk()?;
@@ -205,7 +203,7 @@ fn write<F: NorFlash>(
         *to = from;
     }
     if let Some((rest, checksum)) = bytes.split_last_chunk_mut() {
-        *checksum = CHECKSUM.checksum(rest).to_le_bytes();
+        *checksum = crc_32(&[rest]).to_le_bytes();
     }
     flash.write(place, &bytes).map_err(|_| StoreError::Flash)
 }

@@ -129,10 +129,9 @@ impl RecipeFile {
     /// Returns the recipe without the names of its materials, as flash holds it.
     ///
     /// # Errors
-    /// If it is of an older format and cannot be written in the current one.
+    /// None: the recipe was parsed.
     pub fn stripped(&self) -> Result<Self, RecipeError> {
-        // One of an older format grows a little.
-        let mut buffer = vec![0; self.bytes().len() + ROOM];
+        let mut buffer = vec![0; self.bytes().len()];
         let bytes = self
             .recipe()
             .copy_without(&[Kind::MATERIALS], &mut buffer)?;
