@@ -103,7 +103,7 @@ fn main() -> ExitCode {
         }
         Command::Reproduce(command) => command.run(common.seed),
         Command::VirtualScanner(command) => command.run(common.seed),
-        Command::Bench(command) => command.run(common.seed),
+        Command::Bench(command) => command.run(),
         Command::Completion(command) => command.run(&mut Cli::command()),
     };
     match outcome {

@@ -1,16 +1,13 @@
 //! `trainer bench`
 
 use anyhow::ensure;
-use clap::{Args, ValueEnum};
+use clap::Args;
 use glimpse_core::model::ModelKind;
 use glimpse_kernels::lanes::InstructionSet;
-use glimpse_materials::Source;
 use glimpse_trainer::benchmark::{Ground, Item, Peak, Threads, Timing, materials, measure, peak};
-use glimpse_training::meta::plan::Effort;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::{Value, json};
 
-use super::curve::{Curve, Point, table};
 use super::{ModelName, numbers, print};
 
 /// Time the work of meta-learning, and hold it against what this machine can do.
@@ -26,13 +23,8 @@ use super::{ModelName, numbers, print};
 /// measured in the same run: independent multiply-adds in registers, the fastest of many bursts,
 /// on as many threads as the line has.
 ///
-/// With --curve it times whole trainings instead, by each effort up to --effort, and reports the loss
-/// of each on materials that it never saw: quality against seconds, which is what a faster training
-/// is for. Recipes are thrown away.
-///
 /// Example: trainer bench
 ///          trainer bench --model neural --seconds 5 --threads 1
-///          trainer bench --curve --model neural --data MERL/ --test MERL-test/
 #[derive(Args)]
 #[command(verbatim_doc_comment)]
 pub(crate) struct Bench {
@@ -40,28 +32,8 @@ pub(crate) struct Bench {
     #[arg(long, value_enum)]
     model: Option<ModelName>,
     /// Seconds for each line, 0.001 to 3600
-    #[arg(
-        long,
-        default_value_t = 1.0,
-        conflicts_with = "curve",
-        value_parser = numbers::number(0.001..=3_600.0)
-    )]
+    #[arg(long, default_value_t = 1.0, value_parser = numbers::number(0.001..=3_600.0))]
     seconds: f64,
-    /// Time whole trainings by --schedule prior, and judge what they come to
-    #[arg(long)]
-    curve: bool,
-    /// With --curve: the longest effort; all that are shorter come before it
-    #[arg(long, value_enum, default_value_t = Effort::Quick, requires = "curve")]
-    effort: Effort,
-    /// With --curve: how many directions are measured
-    #[arg(long, short = 'n', default_value_t = 8, requires = "curve", value_parser = numbers::samples)]
-    samples: usize,
-    /// With --curve: materials to train on
-    #[arg(long, default_value = "procedural:100", requires = "curve")]
-    data: Source,
-    /// With --curve: materials to judge on
-    #[arg(long, default_value = "procedural:20:1", requires = "curve")]
-    test: Source,
     /// Print JSON
     #[arg(long)]
     json: bool,
@@ -71,40 +43,16 @@ pub(crate) struct Bench {
 type Peaks = [Peak; 2];
 
 impl Bench {
-    pub(crate) fn run(&self, seed: u64) -> anyhow::Result<()> {
-        if self.curve {
-            return self.run_curve(seed);
-        }
+    pub(crate) fn run(&self) -> anyhow::Result<()> {
         ensure!(
             !matches!(self.model, Some(ModelName::Linear)),
-            "--model linear has no inner loop to be timed: give another model, or --curve, which times its \
-             training"
+            "--model linear has no inner loop to be timed: give another model"
         );
         // On a thread of the pool, as training is.
         let (peaks, lines) = rayon::scope(|_| self.measure());
         match self.json {
             true => print(&(serde_json::to_string_pretty(&to_json(&peaks, &lines))? + "\n")),
             false => print(&to_text(&peaks, &lines)),
-        }
-    }
-
-    fn run_curve(&self, seed: u64) -> anyhow::Result<()> {
-        let models = match &self.model {
-            Some(model) => std::slice::from_ref(model),
-            None => ModelName::value_variants(),
-        };
-        let curve = Curve {
-            models,
-            samples: self.samples,
-            effort: self.effort,
-            data: &self.data,
-            test: &self.test,
-            seed,
-        };
-        let points = curve.points()?;
-        match self.json {
-            true => print(&(serde_json::to_string_pretty(&curve_to_json(&points))? + "\n")),
-            false => print(&table(&points).to_text()),
         }
     }
 
@@ -239,19 +187,6 @@ fn to_json(peaks: &[Peaks], lines: &[Line]) -> Value {
         "peaks": peaks.iter().flatten().map(peak).collect::<Vec<_>>(),
         "items": lines.iter().map(line).collect::<Vec<_>>(),
     })
-}
-
-fn curve_to_json(points: &[Point]) -> Value {
-    let point = |point: &Point| {
-        json!({
-            "model": point.model,
-            "effort": point.effort,
-            "seconds": point.seconds,
-            "loss": point.loss,
-            "standard_error": point.standard_error,
-        })
-    };
-    json!({ "curve": points.iter().map(point).collect::<Vec<_>>() })
 }
 
 /// Says what is being measured: in a bar on a terminal, line by line elsewhere.

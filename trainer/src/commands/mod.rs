@@ -5,7 +5,6 @@ pub(crate) mod cells;
 mod completing;
 pub(crate) mod completion;
 pub(crate) mod convert;
-mod curve;
 pub(crate) mod evaluate;
 mod expected_loss;
 pub(crate) mod export;

@@ -22,7 +22,7 @@ use crate::experiment::{
 /// Make the paper's tables and figures again, on your materials.
 ///
 /// Each experiment trains what it needs, judges it, prints its tables (the paper's figures beside
-/// ours where the paper gives some) and writes them into OUT/EXPERIMENT as CSV, JSON, SVG and PNG.
+/// ours where the paper gives some) and writes them into OUT/EXPERIMENT as CSV, JSON and SVG.
 /// OUT/index.html shows all that was made. Recipes and judgements are kept in OUT: experiments share
 /// them, and the same command goes on after Ctrl-C or kill -9.
 ///

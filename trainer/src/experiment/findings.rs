@@ -1,11 +1,11 @@
-//! What an experiment has found, and how it is written down: each table as CSV and JSON, each
-//! drawing as SVG and PNG, and all of it as a part of the page.
+//! Findings of an experiment and their files: each table as CSV and JSON, each drawing as SVG, and
+//! all of them as a part of the page.
 
 use std::path::Path;
 use std::time::Duration;
 
 use anyhow::Context;
-use glimpse_trainer::report::{Cell, Gallery, Page, Plot, Table, svg_to_png};
+use glimpse_trainer::report::{Cell, Gallery, Page, Plot, Table};
 use glimpse_training::meta::plan::Schedule;
 use serde_json::{Map, Value, json};
 
@@ -126,11 +126,11 @@ impl Findings {
                 }
                 Part::Plot(name, plot, caption) => {
                     let svg = plot.to_svg()?;
-                    draw(&folder, name, &svg)?;
+                    keep(&folder.join(format!("{name}.svg")), svg.as_bytes())?;
                     page.drawing(&svg, caption)
                 }
                 Part::Drawing(name, svg, caption) => {
-                    draw(&folder, name, svg)?;
+                    keep(&folder.join(format!("{name}.svg")), svg.as_bytes())?;
                     page.drawing(svg, caption)
                 }
                 Part::Gallery(gallery) => page.gallery(gallery),
@@ -148,12 +148,6 @@ impl Findings {
             .with_context(|| format!("cannot write down {experiment}"))?;
         Ok(())
     }
-}
-
-/// A drawing as SVG and as PNG.
-fn draw(folder: &Path, name: &str, svg: &str) -> anyhow::Result<()> {
-    keep(&folder.join(format!("{name}.svg")), svg.as_bytes())?;
-    keep(&folder.join(format!("{name}.png")), &svg_to_png(svg)?)
 }
 
 /// A list of rows, each with its columns by their titles, and the settings.

@@ -152,7 +152,7 @@ pub(crate) fn write_index(settings: &Settings) -> anyhow::Result<()> {
     let mut page = Page::new("Glimpse: the paper's experiments").paragraph(
         "Learning to Learn and Sample BRDFs (Liu, Fischer, Ritschel 2023), made again. The best \
          of what competes is marked; arrows say which way is better; click a sphere to enlarge \
-         its row. Tables lie beside this page as CSV and JSON, drawings as SVG and PNG.",
+         its row. Tables lie beside this page as CSV and JSON, drawings as SVG.",
     );
     for experiment in Experiment::All.each(true) {
         page = page

@@ -7,7 +7,6 @@ mod lobe;
 mod page;
 mod pattern;
 mod plot;
-mod raster;
 mod svg;
 mod table;
 
@@ -16,5 +15,4 @@ pub use lobe::{Lobe, MOST_LOBES, lobe, lobe_svg};
 pub use page::{Page, PageError, document};
 pub use pattern::pattern_svg;
 pub use plot::{Axis, Hue, Mark, Plot, PlotError, Scale, Series};
-pub use raster::{RasterError, svg_to_png};
 pub use table::{Best, Cell, Column, Compare, Table};

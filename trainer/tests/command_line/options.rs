@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::common::assert_names;
-use super::{fail, fail_naming, succeed, succeed_as_json};
+use super::{fail, fail_naming, succeed};
 
 #[test]
 fn an_option_without_effect_is_refused_by_name() {
@@ -189,39 +189,8 @@ fn the_version_names_the_commit_where_there_is_one() {
 }
 
 #[test]
-fn a_curve_says_what_each_effort_takes_and_comes_to() {
+fn options_without_an_effect_are_refused() {
     let scratch = tempfile::tempdir().expect("a temporary directory");
-    let curve = [
-        "bench",
-        "--curve",
-        "--model",
-        "linear",
-        "-n",
-        "2",
-        "--effort",
-        "brief",
-        "--data",
-        "procedural:4",
-        "--test",
-        "procedural:2:1",
-        "--json",
-    ];
-    let found = succeed_as_json(scratch.path(), &curve);
-    let points = found["curve"].as_array().expect("a list");
-    assert_eq!(points.len(), 1);
-    assert_eq!(
-        (&points[0]["model"], &points[0]["effort"]),
-        (&"linear".into(), &"brief".into())
-    );
-    let [seconds, loss] =
-        ["seconds", "loss"].map(|name| points[0][name].as_f64().expect("a number"));
-    assert!(
-        seconds > 0.0 && (0.001..0.1).contains(&loss),
-        "{seconds} {loss}"
-    );
-
-    let seconds = ["bench", "--curve", "--seconds", "2"];
-    fail_naming(scratch.path(), &seconds, &["--seconds"]);
     fail_naming(scratch.path(), &["bench", "--model", "linear"], &["linear"]);
     let random = "evaluate --method random --model phong -n 8 --test procedural:2";
     let random: Vec<&str> = random.split(' ').collect();
@@ -229,8 +198,6 @@ fn a_curve_says_what_each_effort_takes_and_comes_to() {
         let reading = [&random[..], &reading].concat();
         fail_naming(scratch.path(), &reading, &["--method", "random"]);
     }
-    let test = ["bench", "--test", "procedural:2"];
-    fail_naming(scratch.path(), &test, &["--curve"]);
 }
 
 /// A leading minus is no option: the number is refused by the option, its value and its range.
