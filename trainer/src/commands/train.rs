@@ -490,7 +490,7 @@ mod tests {
         let mut buffer = vec![0; stated.bytes().len()];
         let silent = stated
             .recipe()
-            .and_then(|recipe| recipe.copy_without(&[Kind::TRAINING], &mut buffer))
+            .copy_without(&[Kind::TRAINING], &mut buffer)
             .expect("a copy");
         write_file_forced(&out, silent, true).expect("it is written");
         let found = found_at(&out, &options(), "MERL");
