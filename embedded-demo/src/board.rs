@@ -52,7 +52,7 @@ pub fn start() -> Option<Board> {
     clocks::turn_on(RCC_AHB1ENR, port.clock);
     lead_out(port, WIRING.transmit);
     lead_out(port, WIRING.receive);
-    let uart = Uart::start(WIRING.usart, bus.start(clocks), BAUD);
+    let uart = Uart::start(WIRING.usart, bus.start(clocks), BAUD)?;
     let meter = Meter::start(clocks);
     let clock = Clock::start(clocks, core.SYST);
     interrupts::start(&mut core.NVIC, &mut core.SCB);

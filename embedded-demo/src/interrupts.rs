@@ -2,7 +2,7 @@
 //!
 //! | interrupt | priority | handler |
 //! |---|---|---|
-//! | the UART's | 0, the most urgent: the next byte overwrites this one after 87 us | puts the byte into a ring |
+//! | the UART's | 0, the most urgent: the next byte overwrites this one after 87 us | puts the byte into a queue |
 //! | SysTick | 0xF0, the least urgent | none: it wakes the core, and may be late |
 //!
 //! Everything else is the main loop's. Handlers neither log nor feed the watchdog. The main loop
@@ -37,7 +37,7 @@ pub fn start(nvic: &mut NVIC, scb: &mut SCB) {
         nvic.set_priority(Uart, UART_PRIORITY);
         scb.set_priority(SystemHandler::SysTick, SYSTICK_PRIORITY);
     }
-    // SAFETY: its handler is there, and shares only atomics with the main loop.
+    // SAFETY: its handler is there, and shares with the main loop only atomics and the ends of a queue.
     unsafe { NVIC::unmask(Uart) };
 }
 

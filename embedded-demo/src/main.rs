@@ -21,7 +21,6 @@ mod log;
 mod meter;
 mod recipe;
 mod register;
-mod ring;
 mod time;
 mod uart;
 mod watchdog;

@@ -1,12 +1,15 @@
 //! A USART of the STM32F4. Neither reading nor writing ever waits.
 //!
-//! An interrupt puts each byte that comes into a [`Ring`], so that none is lost while a slice of
+//! An interrupt puts each byte that comes into a [`Queue`], so that none is lost while a slice of
 //! the fit runs.
 
+use core::cell::Cell;
 use core::sync::atomic::{AtomicU32, Ordering};
 
+use critical_section::Mutex;
+use heapless::spsc::{Consumer, Producer, Queue};
+
 use crate::register::Usart;
-use crate::ring::Ring;
 
 /// Status: overrun, received, ready to transmit.
 const OVERRUN: u32 = 1 << 3;
@@ -15,23 +18,35 @@ const READY: u32 = 1 << 7;
 /// Control: enable, interrupt when received, transmitter on, receiver on.
 const ENABLE: u32 = 1 << 13 | 1 << 5 | 1 << 3 | 1 << 2;
 
-static BYTES: Ring = Ring::new();
+/// Places of the queue, of which one stays free: room for the bytes of 22 ms at 115,200 baud.
+const PLACES: usize = 256;
+
+/// The interrupt's end of the queue, once the UART is on.
+static BYTES: Mutex<Cell<Option<Producer<'static, u8>>>> = Mutex::new(Cell::new(None));
 /// Bytes that came when there was no room, or that the interrupt was too late for.
 static LOST: AtomicU32 = AtomicU32::new(0);
 
 /// The UART that leads to the scanner: 8 bits, no parity, one stop bit. There is one.
 pub struct Uart {
     usart: Usart,
+    bytes: Consumer<'static, u8>,
     /// How many lost bytes were told.
     told: u32,
 }
 
 impl Uart {
-    /// Turns it on; `clock_hz` is its clock, `baud` its speed in bits a second.
-    pub fn start(usart: Usart, clock_hz: u32, baud: u32) -> Self {
+    /// Turns it on; `clock_hz` is its clock, `baud` its speed in bits a second. None if it is on already.
+    pub fn start(usart: Usart, clock_hz: u32, baud: u32) -> Option<Self> {
+        let queue = cortex_m::singleton!(: Queue<u8, PLACES> = Queue::new())?;
+        let (producer, bytes) = queue.split();
+        critical_section::with(|section| BYTES.borrow(section).set(Some(producer)));
         usart.baud.write(divider(clock_hz, baud));
         usart.control.write(ENABLE);
-        Self { usart, told: 0 }
+        Some(Self {
+            usart,
+            bytes,
+            told: 0,
+        })
     }
 
     /// The next byte, if one has come.
@@ -41,7 +56,7 @@ impl Uart {
             defmt::warn!("the UART has lost {=u32} bytes so far", lost);
             self.told = lost;
         }
-        BYTES.pop()
+        self.bytes.dequeue()
     }
 
     /// Sends a byte; false if the one before is still on its way.
@@ -55,13 +70,26 @@ impl Uart {
 
     /// True if a byte has come.
     pub fn has_byte(&self) -> bool {
-        !BYTES.is_empty()
+        self.bytes.ready()
     }
 }
 
 /// The nearest divider of a clock for a speed.
 pub const fn divider(clock_hz: u32, baud: u32) -> u32 {
     (clock_hz + baud / 2) / baud
+}
+
+/// Adds a byte to the queue; false if it has no room. For the interrupt's handler.
+fn enqueue(byte: u8) -> bool {
+    critical_section::with(|section| {
+        let end = BYTES.borrow(section);
+        let mut producer = end.take();
+        let added = producer
+            .as_mut()
+            .is_some_and(|producer| producer.enqueue(byte).is_ok());
+        end.set(producer);
+        added
+    })
 }
 
 /// Takes the byte that has come. For the interrupt's handler.
@@ -73,7 +101,7 @@ pub fn receive(usart: Usart) {
     // Reading the data after the status also ends an overrun, which would block receiving.
     let byte = usart.data.read() as u8;
     let overrun = status & OVERRUN != 0;
-    let dropped = status & RECEIVED != 0 && !BYTES.push(byte);
+    let dropped = status & RECEIVED != 0 && !enqueue(byte);
     let lost = u32::from(overrun) + u32::from(dropped);
     // No other handler writes it: to load and to store is enough.
     LOST.store(
