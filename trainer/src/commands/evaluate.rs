@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
 
-use anyhow::{Context, Error, anyhow, bail};
+use anyhow::{Context, Error, anyhow, bail, ensure};
 use clap::{ArgGroup, Args, ValueEnum};
 use glimpse_core::model::ModelKind;
 use glimpse_materials::basis::Basis;
@@ -76,7 +76,7 @@ pub(crate) struct Evaluate {
     recipe: Vec<PathBuf>,
     /// A compact basis (trainer export --format basis): the recipe's coefficients become a BRDF by
     /// it, as on a device, and not by the whole basis
-    #[arg(long, requires = "recipe")]
+    #[arg(long, requires = "recipe", conflicts_with = "model")]
     basis: Option<PathBuf>,
     /// The method [default with --recipe: ours]
     #[arg(long, value_enum)]
@@ -213,13 +213,10 @@ impl Evaluate {
                  --samples"
             );
         }
-        if self.recipe.is_empty() && self.basis.is_some() {
-            // (Clap waives what is required where that would conflict with something given.)
-            bail!("--basis has no effect without --recipe: it belongs to what a recipe finds");
-        }
-        if self.recipe.len() > 1 && self.basis.is_some() {
-            bail!("--basis takes a single --recipe");
-        }
+        ensure!(
+            self.recipe.len() <= 1 || self.basis.is_none(),
+            "--basis takes a single --recipe"
+        );
         if name != MethodName::Ours && self.readings() != Readings::default() {
             bail!(
                 "--first, --lose, --noise, --additive and --levels have no effect with --method {method}: they \

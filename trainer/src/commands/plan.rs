@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf, absolute};
 
 use anyhow::{Error, bail, ensure};
-use clap::Args;
+use clap::{ArgGroup, Args};
 use glimpse_core::gonio::Limits;
 use glimpse_materials::basis::Basis;
 use glimpse_materials::files::holds;
@@ -44,7 +44,7 @@ enum OrderName {
 /// Example: trainer plan neural-n8.recipe --speed 20,10,20,10 --settle 1.5 --blank readings.csv
 ///          trainer plan neural-n8.recipe --swap --max-theta-o 78 --out plan.csv
 #[derive(Args)]
-#[command(verbatim_doc_comment)]
+#[command(verbatim_doc_comment, group = ArgGroup::new("written").args(["out", "blank"]).multiple(true))]
 pub(crate) struct Plan {
     /// The recipe file
     recipe: PathBuf,
@@ -99,7 +99,7 @@ pub(crate) struct Plan {
     #[arg(long, value_name = "FILE.csv")]
     blank: Option<PathBuf>,
     /// Replace files that are there and differ, as sheets do that somebody has filled in
-    #[arg(long)]
+    #[arg(long, requires = "written")]
     force: bool,
     /// Print JSON
     #[arg(long)]
@@ -193,10 +193,6 @@ impl Plan {
                 "--out and --blank are the same file: give two"
             );
         }
-        ensure!(
-            !self.force || self.out.is_some() || self.blank.is_some(),
-            "--force has no effect without --out or --blank: nothing is written"
-        );
         Ok(())
     }
 

@@ -8,8 +8,8 @@ use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
 use about::About;
-use anyhow::{Context, bail, ensure};
-use clap::Args;
+use anyhow::{Context, ensure};
+use clap::{ArgGroup, Args};
 use folder::Folder;
 use glimpse_core::recipe::Recipe;
 use glimpse_materials::basis::Basis;
@@ -52,7 +52,10 @@ use super::{print, read_recipe};
 ///          trainer fit n16.recipe --values scan.json --out scanned/     # what a device has found
 ///          trainer render sphere fits/ --out fits.png
 #[derive(Args)]
-#[command(verbatim_doc_comment)]
+#[command(
+    verbatim_doc_comment,
+    group = ArgGroup::new("given").args(["measurements", "values"]).required(true)
+)]
 pub(crate) struct Fit {
     /// The recipe; of the model linear with its basis beside it
     recipe: PathBuf,
@@ -66,7 +69,7 @@ pub(crate) struct Fit {
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
     /// Largest distance of a row from its sample, degrees above 0 to 180 [default: 0.5]
-    #[arg(long, value_name = "DEGREES", value_parser = super::numbers::degrees)]
+    #[arg(long, value_name = "DEGREES", conflicts_with = "values", value_parser = super::numbers::degrees)]
     tolerance: Option<f32>,
     #[command(flatten)]
     meaning: MeaningArgs,
@@ -74,7 +77,7 @@ pub(crate) struct Fit {
     #[arg(long, value_enum, value_delimiter = ',', value_name = "FORMAT,...")]
     format: Vec<FormatName>,
     /// Leave no reading out that looks wrong
-    #[arg(long)]
+    #[arg(long, conflicts_with = "values")]
     keep_all: bool,
     /// Replace the results of an earlier run in DIR
     #[arg(long)]
@@ -99,7 +102,6 @@ struct Job<'a> {
 
 impl Fit {
     pub(crate) fn run(&self, seed: u64) -> anyhow::Result<()> {
-        self.refuse_what_has_no_effect()?;
         let (file, basis) = read_recipe(&self.recipe)?;
         let recipe = file.recipe();
         let jobs = self.jobs()?;
@@ -211,31 +213,6 @@ impl Fit {
     fn label(&self) -> String {
         let name = self.recipe.file_name().unwrap_or_default();
         name.to_string_lossy().into_owned()
-    }
-
-    fn refuse_what_has_no_effect(&self) -> anyhow::Result<()> {
-        self.meaning.refuse_what_has_no_effect()?;
-        match (&self.measurements[..], &self.values) {
-            ([], None) => bail!("give --measurements, or --values that a device has found"),
-            ([_, ..], Some(_)) => {
-                bail!("--values is what a device has fitted already: give no --measurements")
-            }
-            ([_, ..], None) => return Ok(()),
-            ([], Some(_)) => {}
-        }
-        let given = [
-            ("--tolerance", self.tolerance.is_some()),
-            ("--keep-all", self.keep_all),
-        ];
-        let given = given
-            .into_iter()
-            .find_map(|(name, given)| given.then_some(name));
-        match given.or(self.meaning.given()) {
-            Some(name) => {
-                bail!("{name} has no effect with --values, which a device has fitted already")
-            }
-            None => Ok(()),
-        }
     }
 
     /// Each input, its material's name and its folder.

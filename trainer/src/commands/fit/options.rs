@@ -2,7 +2,6 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{bail, ensure};
 use clap::{Args, ValueEnum};
 use glimpse_core::geometry::Angles;
 use glimpse_core::gonio::{Footprint, Quantity};
@@ -37,24 +36,24 @@ enum FootprintName {
 #[derive(Args)]
 pub(super) struct MeaningArgs {
     /// What the numbers are [default: brdf]
-    #[arg(long, value_enum)]
+    #[arg(long, value_enum, conflicts_with_all = ["white", "values"])]
     quantity: Option<QuantityName>,
     /// The numbers are counts, and here are those of a white tile: at the same directions, or one row
     /// and --footprint
-    #[arg(long, value_name = "FILE.csv")]
+    #[arg(long, value_name = "FILE.csv", conflicts_with = "values")]
     white: Option<PathBuf>,
     /// With --white: counts without light, of all channels or of each [default: 0]
-    #[arg(long, value_name = "V[,V,V]", value_parser = channels)]
+    #[arg(long, value_name = "V[,V,V]", requires = "white", value_parser = channels)]
     dark: Option<[f32; 3]>,
     /// With --white: the tile's reflectance, above 0, at most 2 [default: 0.99]
-    #[arg(long, value_name = "R[,R,R]", value_parser = reflectances)]
+    #[arg(long, value_name = "R[,R,R]", requires = "white", value_parser = reflectances)]
     white_reflectance: Option<[f32; 3]>,
     /// With --white: the count at and above which the sensor is saturated [default: none]
-    #[arg(long, value_name = "LEVEL", value_parser = finite)]
+    #[arg(long, value_name = "LEVEL", requires = "white", value_parser = finite)]
     saturation: Option<f32>,
     /// With --white of one row: whose spot on the sample is the larger at all angles, which tells
     /// by which cosine counts go
-    #[arg(long, value_enum)]
+    #[arg(long, value_enum, requires = "white")]
     footprint: Option<FootprintName>,
 }
 
@@ -62,45 +61,6 @@ impl MeaningArgs {
     /// The file of white readings.
     pub(super) fn white(&self) -> Option<&Path> {
         self.white.as_deref()
-    }
-
-    /// The first of these options that was given.
-    pub(super) fn given(&self) -> Option<&'static str> {
-        let quantity = [
-            ("--quantity", self.quantity.is_some()),
-            ("--white", self.white.is_some()),
-        ];
-        let given = quantity.into_iter().chain(self.with_white());
-        given
-            .filter_map(|(name, given)| given.then_some(name))
-            .next()
-    }
-
-    /// Those that are for counts, and whether they were given.
-    fn with_white(&self) -> [(&'static str, bool); 4] {
-        [
-            ("--dark", self.dark.is_some()),
-            ("--white-reflectance", self.white_reflectance.is_some()),
-            ("--saturation", self.saturation.is_some()),
-            ("--footprint", self.footprint.is_some()),
-        ]
-    }
-
-    /// Refuses what has no effect, by name.
-    pub(super) fn refuse_what_has_no_effect(&self) -> anyhow::Result<()> {
-        if self.white.is_some() {
-            ensure!(
-                self.quantity.is_none(),
-                "--quantity has no effect with --white: the numbers are counts then"
-            );
-            return Ok(());
-        }
-        for (name, given) in self.with_white() {
-            if given {
-                bail!("{name} has no effect without --white, by which counts become a BRDF");
-            }
-        }
-        Ok(())
     }
 
     /// Reads what is needed.

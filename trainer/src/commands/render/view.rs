@@ -3,8 +3,8 @@
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, bail, ensure};
-use clap::Args;
+use anyhow::{Context, ensure};
+use clap::{ArgGroup, Args};
 use glimpse_core::gonio::Quantity;
 use glimpse_core::model::linear;
 use glimpse_core::recipe::Recipe;
@@ -46,13 +46,16 @@ const TOLERANCE: f64 = 0.5 / 180.0 * std::f64::consts::PI;
 ///          trainer render view neural-n16-masked.recipe --material procedural:1:77 --noise 0.02
 ///          trainer render view n16.recipe --measurements gold/readings.csv --out gold.html
 #[derive(Args)]
-#[command(verbatim_doc_comment)]
+#[command(
+    verbatim_doc_comment,
+    group = ArgGroup::new("given").args(["material", "measurements"]).required(true)
+)]
 pub(super) struct View {
     /// The recipes
     #[arg(required = true, value_name = "RECIPE")]
     recipes: Vec<PathBuf>,
     /// What is scanned, and compared with: a source that holds one material
-    #[arg(long, value_name = "SOURCE", conflicts_with_all = ["measurements", "reference"])]
+    #[arg(long, value_name = "SOURCE", conflicts_with = "reference")]
     material: Option<Source>,
     /// Instead: readings from a lab, CSV with BRDFs, a file for each recipe
     #[arg(long, value_name = "FILE.csv", num_args = 1..)]
@@ -62,7 +65,7 @@ pub(super) struct View {
     reference: Option<Source>,
     /// Standard deviation of Gaussian noise on each reading of --material, relative to its value, 0 to 1
     /// [default: 0]
-    #[arg(long, value_name = "S", value_parser = share)]
+    #[arg(long, value_name = "S", conflicts_with = "measurements", value_parser = share)]
     noise: Option<f32>,
     /// Recipes of the model linear: their compact basis (trainer export --format basis) [default: made
     /// of the basis beside each recipe]
@@ -79,7 +82,7 @@ pub(super) struct View {
 impl View {
     pub(super) fn run(&self, seed: u64) -> anyhow::Result<()> {
         file_type(&self.out, &["html"])?;
-        self.refuse_what_has_no_effect()?;
+        self.refuse_what_cannot_be_shown()?;
         self.refuse_inputs()?;
         let files = self.recipes.iter().map(|path| RecipeFile::read(path));
         let files: Vec<RecipeFile> = files.collect::<Result<_, _>>()?;
@@ -157,24 +160,17 @@ impl View {
         }))
     }
 
-    fn refuse_what_has_no_effect(&self) -> anyhow::Result<()> {
+    fn refuse_what_cannot_be_shown(&self) -> anyhow::Result<()> {
         let (recipes, files) = (self.recipes.len(), self.measurements.len());
         ensure!(
             recipes < MOST_LOBES,
             "{recipes} recipes and a reference cannot be told apart: give {} at most",
             MOST_LOBES - 1
         );
-        match (&self.material, files) {
-            (None, 0) => bail!("give --material, which is scanned, or --measurements from a lab"),
-            (None, files) if files != recipes => bail!(
-                "{files} --measurements for {recipes} recipes: give a file for each recipe, in their order"
-            ),
-            (None, _) => ensure!(
-                self.noise.is_none(),
-                "--noise has no effect with --measurements, which have their own"
-            ),
-            (Some(_), _) => {}
-        }
+        ensure!(
+            self.material.is_some() || files == recipes,
+            "{files} --measurements for {recipes} recipes: give a file for each recipe, in their order"
+        );
         let mut names = HashSet::new();
         for path in &self.recipes {
             ensure!(
