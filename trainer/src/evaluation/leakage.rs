@@ -23,7 +23,7 @@ pub enum Known {
 }
 
 impl TrainedOn {
-    /// As a recipe names them; None if it does not (older formats, and recipes stripped for flash).
+    /// As a recipe names them; None if it does not, as recipes stripped for flash.
     ///
     /// # Errors
     /// If what the recipe states about itself makes no sense.

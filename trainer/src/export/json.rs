@@ -76,7 +76,7 @@ fn noise(noise: Noise) -> Value {
     })
 }
 
-/// What is not known, as in older formats, is null.
+/// Unknown values are null.
 fn expectation(expectation: Expectation<'_>) -> Value {
     let is_known = expectation.materials > 0;
     json!({
