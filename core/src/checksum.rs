@@ -5,15 +5,25 @@ use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
 // No table: flash is scarcer than time here.
 const CRC_32: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
 
-/// Returns the CRC-32 (ISO-HDLC) of these parts, one after the other.
-///
-/// Out of line, so that firmware holds it once.
+/// Returns the CRC-32 (ISO-HDLC) of some bytes.
 #[must_use]
+pub fn crc_32(bytes: &[u8]) -> u32 {
+    crc_32_of_both(&[], bytes)
+}
+
+/// Returns the CRC-32 (ISO-HDLC) of a version and a length, in little endian, and the body behind them: the
+/// checksum of recipes and compact bases.
+#[must_use]
+pub fn crc_32_of_file(version: u16, length: u32, body: &[u8]) -> u32 {
+    let ([a, b], [c, d, e, f]) = (version.to_le_bytes(), length.to_le_bytes());
+    crc_32_of_both(&[a, b, c, d, e, f], body)
+}
+
+/// Out of line, so that firmware holds it once. Two slices fit into the registers of all targets.
 #[inline(never)]
-pub fn crc_32(parts: &[&[u8]]) -> u32 {
+fn crc_32_of_both(head: &[u8], body: &[u8]) -> u32 {
     let mut digest = CRC_32.digest();
-    for part in parts {
-        digest.update(part);
-    }
+    digest.update(head);
+    digest.update(body);
     digest.finalize()
 }

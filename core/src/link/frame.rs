@@ -55,7 +55,7 @@ pub fn encode<'b, T: Serialize>(
     let mut content = [0; MESSAGE_BYTES];
     let content =
         postcard::to_slice(&(sequence, message), &mut content).map_err(|_| FrameError::TooLong)?;
-    let checksum = crc_32(&[content]).to_le_bytes();
+    let checksum = crc_32(content).to_le_bytes();
 
     let (first, rest) = buffer.split_first_mut().ok_or(FrameError::TooLong)?;
     *first = 0;
@@ -71,7 +71,7 @@ pub fn encode<'b, T: Serialize>(
 pub(super) fn checksum_of<T: Serialize>(sequence: u32, message: &T) -> u32 {
     let mut content = [0; MESSAGE_BYTES];
     let content = postcard::to_slice(&(sequence, message), &mut content);
-    content.map_or(0, |content| crc_32(&[content]))
+    content.map_or(0, |content| crc_32(content))
 }
 
 /// Finds frames in a stream of bytes.
@@ -128,7 +128,7 @@ fn read<T: DeserializeOwned>(content: &[u8]) -> Result<(u32, T), FrameError> {
     let (message, checksum) = content
         .split_last_chunk::<CHECKSUM_BYTES>()
         .ok_or(FrameError::Damaged)?;
-    if crc_32(&[message]) != u32::from_le_bytes(*checksum) {
+    if crc_32(message) != u32::from_le_bytes(*checksum) {
         return Err(FrameError::Damaged);
     }
     match postcard::take_from_bytes(message) {

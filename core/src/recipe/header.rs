@@ -3,7 +3,7 @@
 use super::error::RecipeError;
 use super::field::Field;
 use super::format::{HEADER_BYTES, MAGIC, VERSION};
-use crate::checksum::crc_32;
+use crate::checksum::crc_32_of_file;
 
 /// A body whose bytes are those that were written.
 pub(super) struct Sealed<'a> {
@@ -59,5 +59,5 @@ pub(super) fn seal(bytes: &mut [u8]) -> Result<(), RecipeError> {
 }
 
 fn checksum_of(length: u32, body: &[u8]) -> u32 {
-    crc_32(&[&VERSION.to_le_bytes(), &length.to_le_bytes(), body])
+    crc_32_of_file(VERSION, length, body)
 }

@@ -105,7 +105,7 @@ impl<const CAPACITY: usize> Saved<CAPACITY> {
         let (saved, rest) =
             postcard::take_from_bytes::<Self>(bytes).map_err(|_| SavedError::Damaged)?;
         let content = bytes.get(..bytes.len().saturating_sub(rest.len()));
-        let checksum = crc_32(&[content.unwrap_or_default()]);
+        let checksum = crc_32(content.unwrap_or_default());
         match rest.first_chunk() {
             Some(written) if u32::from_le_bytes(*written) == checksum => {}
             _ => return Err(SavedError::Damaged),
@@ -127,7 +127,7 @@ impl<const CAPACITY: usize> Saved<CAPACITY> {
     /// [`SavedError::Full`] if `buffer` has no room; [`Saved::BYTES`] always suffice.
     pub fn write<'b>(&self, buffer: &'b mut [u8]) -> Result<&'b [u8], SavedError> {
         let content = postcard::to_slice(self, buffer).map_err(|_| SavedError::Full)?;
-        let (length, checksum) = (content.len(), crc_32(&[content]).to_le_bytes());
+        let (length, checksum) = (content.len(), crc_32(content).to_le_bytes());
         let place = buffer.get_mut(length..).unwrap_or_default();
         *place.first_chunk_mut().ok_or(SavedError::Full)? = checksum;
         buffer

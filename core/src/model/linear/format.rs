@@ -1,6 +1,6 @@
 //! The numbers of the compact basis's format, which `docs/basis.md` writes down.
 
-use crate::checksum::crc_32;
+use crate::checksum::crc_32_of_file;
 
 /// The first bytes of every compact basis.
 pub const MAGIC: [u8; 4] = *b"GLMC";
@@ -19,5 +19,5 @@ pub const MAX_COMPONENTS: u16 = 1024;
 /// The CRC-32 that belongs into a compact basis's header: over version, length and body.
 #[must_use]
 pub fn checksum_of(version: u16, length: u32, body: &[u8]) -> u32 {
-    crc_32(&[&version.to_le_bytes(), &length.to_le_bytes(), body])
+    crc_32_of_file(version, length, body)
 }

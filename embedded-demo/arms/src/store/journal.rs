@@ -174,7 +174,7 @@ fn read<F: NorFlash>(flash: &mut F, place: u32) -> Result<Option<(u16, u32, Cont
 
 fn parse(bytes: &[u8; ITEM_BYTES]) -> Option<(u16, u32, Content)> {
     let (rest, checksum) = bytes.split_last_chunk()?;
-    if crc_32(&[rest]) != u32::from_le_bytes(*checksum) {
+    if crc_32(rest) != u32::from_le_bytes(*checksum) {
         return None;
     }
     let (number, rest) = rest.split_first_chunk()?;
@@ -203,7 +203,7 @@ fn write<F: NorFlash>(
         *to = from;
     }
     if let Some((rest, checksum)) = bytes.split_last_chunk_mut() {
-        *checksum = crc_32(&[rest]).to_le_bytes();
+        *checksum = crc_32(rest).to_le_bytes();
     }
     flash.write(place, &bytes).map_err(|_| StoreError::Flash)
 }
