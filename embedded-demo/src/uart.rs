@@ -30,8 +30,8 @@ static LOST: AtomicU32 = AtomicU32::new(0);
 pub struct Uart {
     usart: Usart,
     bytes: Consumer<'static, u8>,
-    /// How many lost bytes were told.
-    told: u32,
+    /// How many lost bytes were reported.
+    reported: u32,
 }
 
 impl Uart {
@@ -45,16 +45,16 @@ impl Uart {
         Some(Self {
             usart,
             bytes,
-            told: 0,
+            reported: 0,
         })
     }
 
     /// The next byte, if one has come.
     pub fn read(&mut self) -> Option<u8> {
         let lost = LOST.load(Ordering::Relaxed);
-        if lost != self.told {
+        if lost != self.reported {
             defmt::warn!("the UART has lost {=u32} bytes so far", lost);
-            self.told = lost;
+            self.reported = lost;
         }
         self.bytes.dequeue()
     }

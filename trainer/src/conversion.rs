@@ -147,7 +147,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn fits_of_every_model_keep_their_loss_in_a_tensor_file() {
+    fn fits_by_descent_keep_their_loss_in_a_tensor_file() {
         let material = Procedural::set(3, 8).remove(2);
         let directory = tempfile::tempdir().expect("a temporary directory");
         for model in [ModelKind::Phong, ModelKind::CookTorrance, ModelKind::Neural] {

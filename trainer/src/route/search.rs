@@ -1,7 +1,7 @@
 //! A good order where there are too many for the best.
 //!
 //! Iterated local search: pieces of the path are moved as long as that makes it quicker. Then
-//! neighboring pieces are exchanged at random, and the next result is kept if it is no slower.
+//! neighboring pieces are exchanged at random, and the next result is kept unless it is slower.
 
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;

@@ -399,6 +399,26 @@ fn an_option_without_effect_is_refused() {
             &["--values", "b.json", "--tolerance", "1"],
             &["--tolerance", "--values"],
         ),
+        (
+            &["--values", "b.json", "--white", "w.csv"],
+            &["--white", "--values"],
+        ),
+        (
+            &["--values", "b.json", "--dark", "9"],
+            &["--dark", "--values"],
+        ),
+        (
+            &["--values", "b.json", "--white-reflectance", "0.9"],
+            &["--white-reflectance", "--values"],
+        ),
+        (
+            &["--values", "b.json", "--saturation", "4095"],
+            &["--saturation", "--values"],
+        ),
+        (
+            &["--values", "b.json", "--footprint", "light"],
+            &["--footprint", "--values"],
+        ),
     ] {
         let all = [&["fit", MASKED, "--out", "out"], arguments].concat();
         fail_naming(scratch.path(), &all, named);

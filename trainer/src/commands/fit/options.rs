@@ -43,17 +43,17 @@ pub(super) struct MeaningArgs {
     #[arg(long, value_name = "FILE.csv", conflicts_with = "values")]
     white: Option<PathBuf>,
     /// With --white: counts without light, of all channels or of each [default: 0]
-    #[arg(long, value_name = "V[,V,V]", requires = "white", value_parser = channels)]
+    #[arg(long, value_name = "V[,V,V]", requires = "white", conflicts_with = "values", value_parser = channels)]
     dark: Option<[f32; 3]>,
     /// With --white: the tile's reflectance, above 0, at most 2 [default: 0.99]
-    #[arg(long, value_name = "R[,R,R]", requires = "white", value_parser = reflectances)]
+    #[arg(long, value_name = "R[,R,R]", requires = "white", conflicts_with = "values", value_parser = reflectances)]
     white_reflectance: Option<[f32; 3]>,
     /// With --white: the count at and above which the sensor is saturated [default: none]
-    #[arg(long, value_name = "LEVEL", requires = "white", value_parser = finite)]
+    #[arg(long, value_name = "LEVEL", requires = "white", conflicts_with = "values", value_parser = finite)]
     saturation: Option<f32>,
     /// With --white of one row: whose spot on the sample is the larger at all angles, which tells
     /// by which cosine counts go
-    #[arg(long, value_enum, requires = "white")]
+    #[arg(long, value_enum, requires = "white", conflicts_with = "values")]
     footprint: Option<FootprintName>,
 }
 

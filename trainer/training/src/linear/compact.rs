@@ -72,7 +72,7 @@ fn columns_at_nodes(basis: &Basis, components: usize, nodes: Nodes) -> Vec<Vec<f
         .collect()
 }
 
-/// What the columns hold at some angles, averaged with their mirror image.
+/// Returns the columns at some angles, averaged with their mirror image.
 fn mirrored(basis: &Basis, angles: &Angles<f64>, components: usize) -> Vec<f32> {
     let both =
         [angles.phi_d, TAU - angles.phi_d].map(|phi_d| basis.look_up(Angles { phi_d, ..*angles }));
