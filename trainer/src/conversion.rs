@@ -143,16 +143,29 @@ fn fit_network(
 #[cfg(test)]
 mod tests {
     use glimpse_materials::{Procedural, RglMeasurement};
+    use glimpse_training::linear::{Columns, principal_components};
 
     use super::*;
 
     #[test]
-    fn fits_by_descent_keep_their_loss_in_a_tensor_file() {
+    fn fits_of_every_model_keep_their_loss_in_a_tensor_file() {
         let material = Procedural::set(3, 8).remove(2);
         let directory = tempfile::tempdir().expect("a temporary directory");
-        for model in [ModelKind::Phong, ModelKind::CookTorrance, ModelKind::Neural] {
-            let fitted = Method::optimum(model, 500).fit(&material, 1);
-            let fitted = fitted.expect("it can be fitted");
+        let others: Vec<Box<dyn Material>> = Procedural::set(2, 9)
+            .into_iter()
+            .map(|each| Box::new(each) as _)
+            .collect();
+        let columns = Columns::new(&others);
+        let all: Vec<usize> = (0..columns.count()).collect();
+        let basis = principal_components(&columns, &all, 4);
+        for method in [
+            Method::optimum(ModelKind::Phong, 500),
+            Method::optimum(ModelKind::CookTorrance, 500),
+            Method::optimum(ModelKind::Neural, 500),
+            Method::linear_optimum(&basis, 40.0),
+        ] {
+            let model = method.model();
+            let fitted = method.fit(&material, 1).expect("it can be fitted");
             let path = directory.path().join("written_rgb.bsdf");
             let bytes = to_rgl("a fit", &fitted).expect("it is finite");
             std::fs::write(&path, bytes).expect("it is written");
