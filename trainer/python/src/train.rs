@@ -226,7 +226,7 @@ pub(crate) fn train(
         };
         let learned = meta_train(&options, materials, observe).map_err(Failure::Train)?;
         let file = recipe_of(&learned, &options, &sources.label()).map_err(Failure::NoRecipe)?;
-        Ok::<(RecipeFile, Option<Vec<u8>>), Failure>((file, learned.basis().map(<[u8]>::to_vec)))
+        Ok::<(RecipeFile, Option<Vec<u8>>), Failure>((file, learned.basis))
     })?;
     let (file, basis) = found?;
     if let Some(checkpoints) = &options.checkpoints {

@@ -339,7 +339,7 @@ impl Evaluate {
         let materials = load(&train)?;
         options.portions = vec![Portion::whole(&train, materials.len())];
         let learned = train_with_progress(&options, materials)?;
-        let basis = learned.basis().map(Basis::from_bytes).transpose();
+        let basis = learned.basis.as_deref().map(Basis::from_bytes).transpose();
         let basis = basis.map_err(|what| anyhow!("the basis: {what}"))?;
         Ok((recipe_of(&learned, &options, train.label())?, basis))
     }

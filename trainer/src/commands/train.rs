@@ -342,7 +342,7 @@ impl Job {
         }
         let learned = train_with_progress(&options, materials)?;
         let file = recipe_of(&learned, &options, &self.data)?;
-        if let Some(basis) = learned.basis() {
+        if let Some(basis) = &learned.basis {
             // First: a recipe without its basis would be of no use.
             write_file_forced(&Basis::beside(&self.out), basis, true)?;
         }
@@ -350,7 +350,9 @@ impl Job {
         self.clean_up();
         Ok(Trained {
             file,
-            predicts: learned.rank_correlation(),
+            predicts: learned
+                .prediction
+                .and_then(|prediction| prediction.rank_correlation),
         })
     }
 
@@ -429,7 +431,7 @@ fn beside(out: &Path) -> PathBuf {
 mod tests {
     use glimpse_core::recipe::{Kind, ValidationSplit};
     use glimpse_materials::sampling::sobol_valid;
-    use glimpse_training::meta::learned::{ExpectedLoss, Learned, LearnedDescent};
+    use glimpse_training::meta::learned::{ExpectedLoss, Learned, LearnedDescent, LearnedFit};
     use glimpse_training::meta::trainee::Expected;
 
     use super::*;
@@ -442,18 +444,22 @@ mod tests {
     }
 
     fn recipe(options: &Options, data: &str) -> RecipeFile {
-        let learned = Learned::Descent(LearnedDescent {
-            model: ModelKind::Phong,
-            inner_steps: 1,
+        let learned = Learned {
             pattern: sobol_valid(2, 0),
-            initial: vec![0.5; 7],
-            step_sizes: vec![0.5; 7],
+            fit: LearnedFit::Descent(LearnedDescent {
+                model: ModelKind::Phong,
+                inner_steps: 1,
+                initial: vec![0.5; 7],
+                step_sizes: vec![0.5; 7],
+            }),
+            prediction: None,
+            basis: None,
             expected_loss: ExpectedLoss {
                 expected: Expected::new(0.25, [0.25; 2].into_iter()),
                 split: ValidationSplit::Folds,
             },
             materials: Vec::new(),
-        });
+        };
         recipe_of(&learned, options, data).expect("it is a recipe")
     }
 

@@ -10,7 +10,7 @@ use glimpse_materials::Material;
 use glimpse_materials::sampling::sobol_valid;
 use glimpse_trainer::evaluation::MaterialScores;
 use glimpse_trainer::metrics::Scores;
-use glimpse_training::meta::learned::{ExpectedLoss, Learned, LearnedDescent};
+use glimpse_training::meta::learned::{ExpectedLoss, Learned, LearnedDescent, LearnedFit};
 use glimpse_training::meta::options::Options;
 use glimpse_training::meta::plan::{Effort, Schedule};
 use glimpse_training::meta::start::first_guess;
@@ -154,18 +154,22 @@ pub(super) fn blank_recipe(samples: usize) -> anyhow::Result<Recipe> {
     const MODEL: ModelKind = ModelKind::Neural;
     let initial = first_guess(MODEL, &mut ChaCha8Rng::seed_from_u64(0));
     let options = Options::new(MODEL, samples, Schedule::Joint, Effort::Brief, 0);
-    let learned = Learned::Descent(LearnedDescent {
-        model: MODEL,
-        inner_steps: 1,
+    let learned = Learned {
         pattern: sobol_valid(samples, 0),
-        step_sizes: vec![1e-3; initial.len()],
-        initial,
+        fit: LearnedFit::Descent(LearnedDescent {
+            model: MODEL,
+            inner_steps: 1,
+            step_sizes: vec![1e-3; initial.len()],
+            initial,
+        }),
+        prediction: None,
+        basis: None,
         expected_loss: ExpectedLoss {
             expected: Expected::new(1.0, [1.0; 2].into_iter()),
             split: ValidationSplit::Training,
         },
         materials: Vec::new(),
-    });
+    };
     Ok(Recipe {
         file: recipe_of(&learned, &options, "nothing")?,
         basis: None,

@@ -303,12 +303,12 @@ impl<'a> Store<'a> {
         let found = (self.train)(&options, materials)?;
         let file = recipe_of(&found, &options, self.settings.data.label())?;
         Checkpoint::remove(&checkpoint);
-        if let Some(bytes) = found.basis() {
+        if let Some(bytes) = &found.basis {
             // First: a recipe without its basis would be of no use.
             keep(&basis, bytes)?;
         }
         keep(&recipe, file.bytes())?;
-        Recipe::of(file, found.basis())
+        Recipe::of(file, found.basis.as_deref())
     }
 
     /// The basis of the training materials with so many components.

@@ -4,16 +4,16 @@ use std::fs;
 use std::path::Path;
 
 use glimpse_core::geometry::{Angles, HalfDifference};
-use glimpse_core::recipe::Recipe;
+use glimpse_core::recipe::{Ingredients, Recipe};
 use glimpse_materials::loss::mean_log_error;
 use glimpse_materials::{Material, Procedural, Source, digest};
 use glimpse_trainer::evaluation::Method;
-use glimpse_training::recipe::{RecipeFile, Statements, to_ridge_recipe};
+use glimpse_training::recipe::{RecipeFile, packed_pattern};
 use serde_json::{Value, json};
 
 use super::common::assert_names;
 use super::shared::LINEAR_N2;
-use super::{TRAIN, fail_naming, linear, succeed, succeed_as_json, trainer};
+use super::{TRAIN, fail_naming, succeed, succeed_as_json, trainer};
 
 const PHONG: &[u8] = include_bytes!("../../../core/examples/recipes/phong-n8.recipe");
 const NEURAL: &[u8] = include_bytes!("../../../core/examples/recipes/neural-n8.recipe");
@@ -178,25 +178,17 @@ fn recipes_are_compared_pair_by_pair() {
 }
 
 /// A recipe of Linear that says it was trained on these, with the basis of one that was.
-fn that_knows(directory: &Path, materials: Vec<(&str, u32)>) {
+fn that_knows(directory: &Path, materials: &[(&str, u32)]) {
     LINEAR_N2.copy_to(directory);
     let file = RecipeFile::read(&directory.join("linear-n2.recipe")).expect("it is a recipe");
     let recipe = file.recipe();
-    let ridge = recipe.ridge().expect("it is Linear");
-    let mut reduced = linear::reduced();
-    reduced.pattern = recipe.pattern().collect();
-    reduced.basis = ridge.basis().iter().collect();
-    reduced.mean = ridge.mean().iter().collect();
-    reduced.median = ridge.median().iter().collect();
-    reduced.weight = ridge.weight().iter().collect();
-    reduced.precision = ridge.precision().iter().collect();
-    reduced.basis_checksum = ridge.basis_checksum().expect("it has one");
-    let statements = Statements {
+    let pattern: Vec<_> = recipe.pattern().collect();
+    let file = RecipeFile::write(&Ingredients {
         expectation: recipe.statements().expect("they make sense").expectation,
         materials,
-        ..Statements::default()
-    };
-    let file = to_ridge_recipe(&reduced, &statements).expect("it is a recipe");
+        ..Ingredients::new(&packed_pattern(&pattern), recipe.learner().into())
+    });
+    let file = file.expect("it is a recipe");
     fs::write(directory.join("k.recipe"), file.bytes()).expect("it is written");
     let basis = directory.join("linear-n2.basis");
     fs::copy(basis, directory.join("k.basis")).expect("it is copied");
@@ -212,7 +204,7 @@ fn materials_of_training_are_told() {
     // One under another name, one by its name only, two that are new.
     that_knows(
         directory,
-        vec![("another-name", digest(&set[1])), (set[2].name(), 7)],
+        &[("another-name", digest(&set[1])), (set[2].name(), 7)],
     );
     let judged = judge("procedural:4");
     assert_eq!(judged["trained_on"], json!([set[1].name()]));
@@ -242,13 +234,13 @@ fn materials_of_training_are_told() {
     }
 
     // All new.
-    that_knows(directory, vec![("another", 1)]);
+    that_knows(directory, &[("another", 1)]);
     let judged = judge("procedural:1");
     assert_eq!(judged["trained_on"], json!([]));
     assert_eq!(judged.get("new"), None);
 
     // A recipe that does not name its materials.
-    that_knows(directory, Vec::new());
+    that_knows(directory, &[]);
     let judged = judge("procedural:1");
     assert_eq!(judged["trained_on"], Value::Null);
     assert_eq!(judged["materials"][0]["trained_on"], Value::Null);

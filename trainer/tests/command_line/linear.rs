@@ -5,25 +5,27 @@ use std::fs;
 use glimpse_core::geometry::Angles;
 use glimpse_core::gonio::Limits;
 use glimpse_core::recipe::{
-    Effort, Expectation, Field, Noise, Origin, Parts, Provenance, Recipe, RecipeError, Schedule,
-    Training, TrainingSource, TrainingSources, ValidationSplit,
+    Effort, Expectation, Field, Ingredients, Noise, Origin, Parts, Provenance, Recipe, RecipeError,
+    Schedule, Training, TrainingSource, TrainingSources, ValidationSplit,
 };
 use glimpse_training::linear::ReducedBasis;
-use glimpse_training::recipe::{RecipeFile, Statements, to_ridge_recipe};
+use glimpse_training::meta::learned::LearnedFit;
+use glimpse_training::recipe::{RecipeFile, packed_fit, packed_pattern};
 use serde_json::{Value, json};
 
 use super::common::assert_names;
 use super::{fail_naming, succeed, succeed_as_json};
 
-pub(crate) fn reduced() -> ReducedBasis {
+fn pattern() -> [Angles<f32>; 3] {
+    [0.1, 0.2, 0.3].map(|theta_h| Angles {
+        theta_h,
+        theta_d: 0.2,
+        phi_d: 1.0,
+    })
+}
+
+fn reduced() -> ReducedBasis {
     ReducedBasis {
-        pattern: (0..3)
-            .map(|k| Angles {
-                theta_h: 0.1 + 0.1 * k as f32,
-                theta_d: 0.2,
-                phi_d: 1.0,
-            })
-            .collect(),
         basis: vec![1.5, -2.0, 0.25, 8.0, 3.0, -0.1],
         mean: vec![-0.5, 0.0, 0.5],
         median: vec![0.25, 0.0, 1.5],
@@ -40,8 +42,9 @@ const SOURCES: [TrainingSource<'_>; 1] = [TrainingSource {
     share: 1.0,
 }];
 
-fn statements() -> Statements<'static> {
-    Statements {
+/// States all that a recipe can state.
+fn with_statements(bare: Ingredients<'_>) -> Ingredients<'_> {
+    Ingredients {
         limits: Some(Limits {
             max_theta_i: 1.25,
             max_theta_o: 1.5,
@@ -67,8 +70,7 @@ fn statements() -> Statements<'static> {
             seed: 5,
             options: "no options",
         }),
-        materials: vec![("brass", 1), ("felt", 2), ("silk", 3), ("teflon", u32::MAX)],
-        prediction: None,
+        materials: &[("brass", 1), ("felt", 2), ("silk", 3), ("teflon", u32::MAX)],
         training: Some(Training {
             schedule: Schedule::Joint,
             effort: Effort::Quick,
@@ -77,12 +79,22 @@ fn statements() -> Statements<'static> {
             digest: 0x0123_4567_89ab_cdef,
             sources: TrainingSources::new(&SOURCES),
         }),
+        ..bare
     }
+}
+
+fn write(
+    reduced: ReducedBasis,
+    state: fn(Ingredients<'_>) -> Ingredients<'_>,
+) -> Result<RecipeFile, RecipeError> {
+    packed_fit(&LearnedFit::Ridge(reduced), |fit| {
+        RecipeFile::write(&state(Ingredients::new(&packed_pattern(&pattern()), fit)))
+    })
 }
 
 /// A recipe of all that can be stated.
 pub(crate) fn stated() -> RecipeFile {
-    to_ridge_recipe(&reduced(), &statements()).expect("it is a recipe")
+    write(reduced(), with_statements).expect("it is a recipe")
 }
 
 /// A list that JSON holds, as the f32 that it was written from.
@@ -101,10 +113,10 @@ fn a_linear_recipe_is_shown_and_exported() {
     unequal.precision[1] = 4.0;
     unequal.basis_checksum = 0;
     for (name, reduced) in [("equal.recipe", reduced()), ("unequal.recipe", unequal)] {
-        let file = to_ridge_recipe(&reduced, &statements()).expect("it is a recipe");
+        let file = write(reduced.clone(), with_statements).expect("it is a recipe");
         fs::write(directory.join(name), file.bytes()).expect("it is written");
         let recipe = file.recipe();
-        assert!(recipe.pattern().eq(reduced.pattern));
+        assert!(recipe.pattern().eq(pattern()));
         let ridge = recipe.ridge().expect("a ridge");
         assert!(ridge.basis().iter().eq(reduced.basis));
         assert!(ridge.precision().iter().eq(reduced.precision));
@@ -209,7 +221,7 @@ fn a_linear_recipe_is_shown_and_exported() {
 fn a_recipe_that_states_nothing_is_shown_and_exported() {
     let scratch = tempfile::tempdir().expect("a temporary directory");
     let directory = scratch.path();
-    let file = to_ridge_recipe(&reduced(), &Statements::default()).expect("it is a recipe");
+    let file = write(reduced(), |bare| bare).expect("it is a recipe");
     fs::write(directory.join("bare.recipe"), file.bytes()).expect("it is written");
     succeed(directory, &["inspect", "bare.recipe"]);
     for format in ["json", "rust"] {
@@ -233,7 +245,7 @@ fn a_recipe_that_states_nothing_is_shown_and_exported() {
 #[test]
 fn a_linear_recipe_is_not_judged_without_its_basis() {
     let scratch = tempfile::tempdir().expect("a temporary directory");
-    let file = to_ridge_recipe(&reduced(), &statements()).expect("it is a recipe");
+    let file = write(reduced(), with_statements).expect("it is a recipe");
     fs::write(scratch.path().join("linear.recipe"), file.bytes()).expect("it is written");
     for method in ["ours", "meta"] {
         let arguments = [
@@ -253,10 +265,10 @@ fn a_linear_recipe_is_not_judged_without_its_basis() {
 fn a_basis_that_does_not_fit_its_pattern_is_refused() {
     let mut wrong = reduced();
     wrong.basis.pop();
-    let error = to_ridge_recipe(&wrong, &statements()).expect_err("it is short");
+    let error = write(wrong, with_statements).expect_err("it is short");
     assert_eq!(error, RecipeError::Count(Field::Basis));
     let mut wrong = reduced();
     wrong.weight[2] = 0.0;
-    let error = to_ridge_recipe(&wrong, &statements()).expect_err("its weight is 0");
+    let error = write(wrong, with_statements).expect_err("its weight is 0");
     assert_eq!(error, RecipeError::NotPositive(Field::Weight));
 }

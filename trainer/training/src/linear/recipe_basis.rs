@@ -1,4 +1,4 @@
-//! What of a basis a recipe holds.
+//! The part of a basis that a recipe holds.
 
 use glimpse_core::geometry::Angles;
 use glimpse_materials::basis::{Basis, ByAngles, widened};
@@ -8,8 +8,6 @@ use super::Reduced;
 /// The model Linear, reduced to the directions that are measured.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ReducedBasis {
-    /// Where to measure; both directions of each sample are above the horizon.
-    pub pattern: Vec<Angles<f32>>,
     /// The components there, n rows of m: principal components of the mapped training columns,
     /// scaled as the precisions ask for.
     pub basis: Vec<f32>,
@@ -26,14 +24,13 @@ pub struct ReducedBasis {
 }
 
 impl ReducedBasis {
-    /// A basis at a pattern; precisions and checksum are left open.
+    /// Evaluates a basis at a pattern; precisions and checksum are left open.
     #[must_use]
-    pub fn new(basis: &Basis, pattern: Vec<Angles<f32>>) -> Self {
+    pub fn new(basis: &Basis, pattern: &[Angles<f32>]) -> Self {
         let places: Vec<Angles<f64>> = pattern.iter().map(widened).collect();
         let found = Reduced::new(basis, &places);
         let values = |list: &[ByAngles]| list.iter().map(|dual| dual.value as f32).collect();
         Self {
-            pattern,
             basis: found.basis.iter().map(|value| *value as f32).collect(),
             mean: values(&found.mean),
             median: values(&found.median),

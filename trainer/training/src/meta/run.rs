@@ -17,7 +17,7 @@ use super::completion::refinement::{Refinement, Steps};
 use super::completion::train::{STARTED_STEPS, train as complete};
 use super::descent::{DescentTrainee, Tasks};
 use super::identity::RunIdentity;
-use super::learned::{ExpectedLoss, Learned, LearnedDescent, LearnedRidge};
+use super::learned::{ExpectedLoss, Learned, LearnedDescent, LearnedFit};
 use super::linear::LinearTrainee;
 use super::options::{CompletingError, Options, Parts};
 use super::outer::{Observer, Outcome, Run, RunError};
@@ -105,8 +105,8 @@ pub fn train(
         let session = Session::new(options, materials);
         with_model!(
             options.model,
-            M => session.descent::<M>(observer).map(Learned::Descent),
-            _ => session.ridge(observer).map(Learned::Ridge),
+            M => session.descent::<M>(observer),
+            _ => session.ridge(observer),
         )
     })
 }
@@ -140,8 +140,8 @@ fn completed(
         options.model,
         M => train(Some(&Steps::<M>::new(STARTED_STEPS))),
         _ => train(None),
-    )?;
-    Ok(Learned::Completed(Box::new(learned)))
+    );
+    Ok(learned?)
 }
 
 /// The plan of a run on so many materials.
@@ -220,10 +220,7 @@ impl<'o> Session<'o> {
         Ok(run.finish(observer)?)
     }
 
-    fn descent<M: LaneModel>(
-        &self,
-        observer: &mut Observer<'_>,
-    ) -> Result<LearnedDescent, TrainError> {
+    fn descent<M: LaneModel>(&self, observer: &mut Observer<'_>) -> Result<Learned, TrainError> {
         let seed = self.options.seed;
         let tasks = |materials, size, seed| Tasks {
             pool: Pool::new(materials, size, seed),
@@ -238,12 +235,16 @@ impl<'o> Session<'o> {
             model: PhantomData,
         };
         let Outcome { expected, values } = self.finish(&trainee, observer)?;
-        Ok(LearnedDescent {
-            model: M::KIND,
-            inner_steps: INNER_STEPS,
+        Ok(Learned {
             pattern: above_horizon(&values.pattern),
-            initial: values.initial,
-            step_sizes: self.plan.step_size_form.step_sizes(&values.hyperparameters),
+            fit: LearnedFit::Descent(LearnedDescent {
+                model: M::KIND,
+                inner_steps: INNER_STEPS,
+                initial: values.initial,
+                step_sizes: self.plan.step_size_form.step_sizes(&values.hyperparameters),
+            }),
+            prediction: None,
+            basis: None,
             expected_loss: ExpectedLoss {
                 expected,
                 split: self.split(),
@@ -253,7 +254,7 @@ impl<'o> Session<'o> {
     }
 
     /// Linear holds no materials out: each is learned on with a basis of others.
-    fn ridge(mut self, observer: &mut Observer<'_>) -> Result<LearnedRidge, TrainError> {
+    fn ridge(mut self, observer: &mut Observer<'_>) -> Result<Learned, TrainError> {
         self.training.append(&mut self.validation);
         let columns = Columns::new(&self.training);
         let (prior, seed) = (self.options.prior, self.options.seed);
@@ -263,14 +264,17 @@ impl<'o> Session<'o> {
         let all: Vec<usize> = (0..columns.count()).collect();
         let basis = principal_components(&columns, &all, trainee.components());
         let bytes = basis.to_bytes();
-        let mut reduced = ReducedBasis::new(&basis, above_horizon(&values.pattern));
+        let pattern = above_horizon(&values.pattern);
+        let mut reduced = ReducedBasis::new(&basis, &pattern);
         // A coefficient that is left free, or held at 0, may run out of what recipes hold.
         let precision = |log: &f32| log.exp().clamp(MIN_PRECISION, MAX_PRECISION);
         reduced.precision = values.hyperparameters.iter().map(precision).collect();
         reduced.basis_checksum = Basis::checksum(&bytes);
-        Ok(LearnedRidge {
-            reduced,
-            basis: bytes,
+        Ok(Learned {
+            pattern,
+            fit: LearnedFit::Ridge(reduced),
+            prediction: None,
+            basis: Some(bytes),
             expected_loss: ExpectedLoss {
                 expected,
                 // A single material has nothing to be left out of.

@@ -3,10 +3,12 @@
 use glimpse_core::gonio::Limits;
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::{
-    Expectation, Noise, Provenance, RecipeError, Training, TrainingSources, ValidationSplit,
+    Expectation, Ingredients, Noise, Provenance, RecipeError, Training, TrainingSources,
+    ValidationSplit,
 };
 
-use super::file::{RecipeFile, Statements, to_completed_recipe, to_recipe, to_ridge_recipe};
+use super::file::RecipeFile;
+use super::pack::{packed, packed_fit, packed_pattern};
 use crate::linear::Prior;
 use crate::meta::learned::{ExpectedLoss, Learned};
 use crate::meta::options::{Options, Parts};
@@ -23,44 +25,45 @@ pub struct NoRecipe(#[from] RecipeError);
 /// If it is no recipe, as when a number is not finite.
 pub fn recipe_of(learned: &Learned, options: &Options, data: &str) -> Result<RecipeFile, NoRecipe> {
     let schedule = schedule_of(options);
-    let ExpectedLoss { expected, split } = *learned.expected_loss();
+    let ExpectedLoss { expected, split } = learned.expected_loss;
     let on = format!("materials of {data} {}", split_in_words(split));
     let sources = options.sources();
-    let materials = learned.materials();
+    let materials: Vec<(&str, u32)> = learned
+        .materials
+        .iter()
+        .map(|material| (&material.name[..], material.digest))
+        .collect();
     let completing = &options.completing;
     let completes = options.schedule == Schedule::Prior;
-    let statements = Statements {
-        expectation: Some(Expectation {
-            loss: expected.loss,
-            standard_error: expected.standard_error,
-            materials: expected.materials as u32,
-            on: &on,
-        }),
-        provenance: Some(provenance(options, data, materials.len(), &schedule)),
-        materials: materials
-            .iter()
-            .map(|material| (&material.name[..], material.digest))
-            .collect(),
-        prediction: match learned {
-            Learned::Completed(learned) => learned.prediction.as_ref().map(|p| &p.weights[..]),
-            _ => None,
-        },
-        limits: Some(completing.limits).filter(|limits| completes && *limits != Limits::NONE),
-        noise: Some(completing.noise()).filter(|noise| completes && !is_none(noise)),
-        training: Some(Training {
-            schedule: options.schedule.into(),
-            effort: options.effort.into(),
-            parts: options.parts.stated(),
-            split,
-            digest: options.digest(),
-            sources: TrainingSources::new(&sources),
-        }),
-    };
-    let file = match learned {
-        Learned::Descent(learned) => to_recipe(learned, &statements),
-        Learned::Ridge(learned) => to_ridge_recipe(&learned.reduced, &statements),
-        Learned::Completed(learned) => to_completed_recipe(learned, &statements),
-    };
+    let prediction = learned
+        .prediction
+        .as_ref()
+        .map(|each| packed(&each.weights));
+    let pattern = packed_pattern(&learned.pattern);
+    let file = packed_fit(&learned.fit, |fit| {
+        RecipeFile::write(&Ingredients {
+            limits: Some(completing.limits).filter(|limits| completes && *limits != Limits::NONE),
+            noise: Some(completing.noise()).filter(|noise| completes && !is_none(noise)),
+            expectation: Some(Expectation {
+                loss: expected.loss,
+                standard_error: expected.standard_error,
+                materials: expected.materials as u32,
+                on: &on,
+            }),
+            provenance: Some(provenance(options, data, materials.len(), &schedule)),
+            materials: &materials,
+            prediction: prediction.as_deref(),
+            training: Some(Training {
+                schedule: options.schedule.into(),
+                effort: options.effort.into(),
+                parts: options.parts.stated(),
+                split,
+                digest: options.digest(),
+                sources: TrainingSources::new(&sources),
+            }),
+            ..Ingredients::new(&pattern, fit)
+        })
+    });
     Ok(file?)
 }
 

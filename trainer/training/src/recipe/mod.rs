@@ -2,9 +2,9 @@
 
 mod describe;
 mod file;
+mod pack;
 mod quantise;
 
 pub use describe::{NoRecipe, describe_options, describe_training, recipe_of, split_in_words};
-pub use file::{
-    RecipeFile, RecipeFileError, Statements, to_completed_recipe, to_recipe, to_ridge_recipe,
-};
+pub use file::{RecipeFile, RecipeFileError};
+pub use pack::{packed_fit, packed_pattern};

@@ -19,7 +19,7 @@ use glimpse_training::meta::completion::draw::{Group, Variety};
 use glimpse_training::meta::completion::refinement::{Refinement, Steps};
 use glimpse_training::meta::completion::trainee::CompletionTrainee;
 use glimpse_training::meta::identity::RunIdentity;
-use glimpse_training::meta::learned::Learned;
+use glimpse_training::meta::learned::LearnedFit;
 use glimpse_training::meta::options::{Completing, Options};
 use glimpse_training::meta::outer::{Checkpoints, Outcome, Run, RunError};
 use glimpse_training::meta::pattern::Pattern;
@@ -336,23 +336,24 @@ fn a_recipe_completes_as_what_was_trained() {
     let file = recipe_of(&learned, &options, "procedural:12:3");
     let file = file.expect("it is a recipe");
     let recipe = file.recipe();
-    let Learned::Completed(learned) = &learned else {
+    let LearnedFit::Completed(completion, _) = &learned.fit else {
         panic!("{learned:?}");
     };
     let (mut error, mut size) = (0.0, 0.0);
     for material in Procedural::set(6, 77) {
         let found = scan(&recipe, &mut |angles| material.brdf(angles)).expect("it is fitted");
-        let mut batch = Batch::new(learned.shape, 1);
-        for (sample, (angles, centre)) in learned.pattern.iter().zip(&learned.centre).enumerate() {
+        let mut batch = Batch::new(completion.shape, 1);
+        for (sample, (angles, centre)) in learned.pattern.iter().zip(&completion.centre).enumerate()
+        {
             let at = HalfDifference::from_angles(*angles);
             let weight = at.cos_theta_i() * at.cos_theta_o();
             let reading = material.brdf(*angles);
-            let reading = reading.map(|y| standardized(y, weight, *centre, learned.scale));
+            let reading = reading.map(|y| standardized(y, weight, *centre, completion.scale));
             batch.set(0, sample, Some(reading));
         }
         batch.complete(&CompletionWeights {
-            shape: learned.shape,
-            completion: &learned.completion,
+            shape: completion.shape,
+            completion: &completion.weights,
             start: &[],
         });
         let expected = batch.coefficients(0);

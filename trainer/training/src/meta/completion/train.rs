@@ -4,6 +4,7 @@ use std::ops::ControlFlow;
 
 use glimpse_core::recipe::ValidationSplit;
 use glimpse_kernels::completion::Shape;
+use glimpse_materials::basis::Basis;
 use glimpse_materials::{Identity, Material, Procedural};
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
@@ -17,7 +18,9 @@ use super::refinement::Refinement;
 use super::trainee::CompletionTrainee;
 use crate::linear::ReducedBasis;
 use crate::meta::identity::RunIdentity;
-use crate::meta::learned::{ExpectedLoss, LearnedCompleted, LearnedPrediction, LearnedTarget};
+use crate::meta::learned::{
+    CompletionTarget, ExpectedLoss, Learned, LearnedCompletion, LearnedDescent, LearnedFit,
+};
 use crate::meta::options::{Completing, Options};
 use crate::meta::outer::{Observer, Outcome, Progress, Run, RunError};
 use crate::meta::pattern::reachable;
@@ -57,7 +60,7 @@ pub fn train(
     refinement: Option<&dyn Refinement>,
     materials: Vec<Box<dyn Material>>,
     observer: &mut Observer<'_>,
-) -> Result<LearnedCompleted, RunError> {
+) -> Result<Learned, RunError> {
     let identities: Vec<Identity> = materials.iter().map(|each| Identity::of(&**each)).collect();
     let identity = options.identity(&identities);
     let dataset = dataset(materials, options);
@@ -122,35 +125,36 @@ pub fn train(
         witness.loss *= seen.ratio();
     }
     let expected_loss = expected_loss(expected, &witnesses);
-    let prediction = Prediction::new(&witnesses, FOLDS).map(|found| LearnedPrediction {
-        weights: found.weights,
-        rank_correlation: found.rank_correlation,
-    });
-
     let pattern = reachable(&values.pattern, &options.completing.limits);
     let centres = Centres::new(&whole.basis, &pattern);
-    let target = match refinement {
-        None => LearnedTarget::Linear {
-            rows: ReducedBasis::new(&whole.basis, pattern.clone()).basis,
-            basis: whole.basis.to_bytes(),
-        },
-        Some(refinement) => LearnedTarget::Descent {
-            inner_steps: refinement.steps(),
-            initial: values.initial,
-            step_sizes: plan.step_size_form.step_sizes(&values.hyperparameters),
-            start: values.start,
-        },
-    };
-    Ok(LearnedCompleted {
-        model: options.model,
-        pattern,
+    let completion = LearnedCompletion {
         shape,
         missing: dataset.variety.where_missing(),
         centre: centres.means(),
         scale: SCALE,
-        completion: values.completion,
-        target,
-        prediction,
+        weights: values.completion,
+    };
+    let mut basis = None;
+    let target = match refinement {
+        None => CompletionTarget::Linear {
+            rows: ReducedBasis::new(&whole.basis, &pattern).basis,
+            basis_checksum: Basis::checksum(basis.insert(whole.basis.to_bytes())),
+        },
+        Some(refinement) => {
+            let descent = LearnedDescent {
+                model: options.model,
+                inner_steps: refinement.steps(),
+                initial: values.initial,
+                step_sizes: plan.step_size_form.step_sizes(&values.hyperparameters),
+            };
+            CompletionTarget::Descent(descent, values.start)
+        }
+    };
+    Ok(Learned {
+        pattern,
+        fit: LearnedFit::Completed(completion, target),
+        prediction: Prediction::new(&witnesses, FOLDS),
+        basis,
         expected_loss,
         materials: identities,
     })
