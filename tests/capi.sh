@@ -19,9 +19,9 @@ capi_firmware() {
     if [ ! -e /usr/lib/arm-none-eabi/newlib ] && [ ! -e /usr/arm-none-eabi/lib ]; then
         install libnewlib-arm-none-eabi
     fi
-    # In its folder, where its .cargo/config.toml counts; the test looks for the libraries there.
+    # In its folder, where its .cargo/config.toml counts.
     pushd core/capi > /dev/null
-    local triple build=(build --release --target-dir target "${build_std[@]}")
+    local triple build=(build --release --target-dir "$firmware_target" "${build_std[@]}")
     run "${firmware_cargo[@]}" "${build[@]}" --target "$target" --features prove-no-panic,can-panic
     if ! { capi_links "$target" glimpse_any_of_three 2>&1 || true; } | grep glimpse_can_panic; then
         say "the proof proves nothing: a function that can panic links" >&2
@@ -44,12 +44,12 @@ capi_firmware() {
 # nowhere, so this fails if one of them can reach it: sections that nothing reaches are left out
 # before symbols are looked for.
 capi_links() {
-    local library=target/$1/release/libglimpse.a emulation=armelf function functions=()
+    local library=$firmware_target/$1/release/libglimpse.a emulation=armelf function functions=()
     case $1 in riscv32*) emulation=elf32lriscv ;; esac
     shift
     for function in "$@"; do
         functions+=(--undefined="$function")
     done
     ld.lld -m "$emulation" --gc-sections --entry=glimpse_version "${functions[@]}" \
-        --unresolved-symbols=report-all "$library" -o target/proof
+        --unresolved-symbols=report-all "$library" -o "$firmware_target/proof"
 }

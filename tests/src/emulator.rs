@@ -12,10 +12,7 @@ use crate::elf::Firmware;
 use crate::microcontroller::spawn;
 
 /// The program of `tests/log`, where `tests/run firmware` builds it.
-const LOG: &str = concat!(
-    env!("CARGO_MANIFEST_DIR"),
-    "/../target/log/debug/glimpse-log"
-);
+const LOG: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../target/debug/glimpse-log");
 /// Whatever takes longer than this hangs.
 const PATIENCE: Duration = Duration::from_secs(60);
 

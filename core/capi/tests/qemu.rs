@@ -42,7 +42,7 @@ fn the_examples_print_the_bits_of_rust_in_qemu() {
     let script = format!("-T{}", script.display());
     for board in BOARDS {
         let library = folder()
-            .join("target")
+            .join("../../embedded-demo/target")
             .join(board.triple)
             .join("release/libglimpse.a");
         assert!(
