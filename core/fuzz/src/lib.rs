@@ -5,3 +5,4 @@
 pub mod basis;
 pub mod link;
 pub mod recipe;
+pub mod seeds;
