@@ -6,8 +6,8 @@ use glimpse_kernels::LaneModel;
 use glimpse_kernels::inner_loop::InnerLoop;
 use glimpse_kernels::lanes::{InstructionSet, Lanes, MOST_OCTETS, Octet, PortableLanes, WIDTH};
 use glimpse_kernels::samples::SampleOctets;
+use glimpse_materials::Material;
 use glimpse_materials::sampling::sobol_valid;
-use glimpse_materials::{Material, Procedural};
 use glimpse_training::meta::pattern::Pattern;
 use glimpse_training::meta::pool::{Draw, Pool};
 use glimpse_training::meta::start::first_guess;
@@ -16,6 +16,7 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use crate::problem::Found;
+use crate::support::{double, procedural};
 
 /// Largest distance of a gradient in f32 from the one in f64, relative to its length.
 const TOLERANCE: f64 = 1e-4;
@@ -56,10 +57,6 @@ pub(crate) fn unpack(samples: &SampleOctets<'_>) -> Vec<Sample<f64>> {
     }
     list.retain(|sample| sample.weight != 0.0);
     list
-}
-
-fn double(list: &[f32]) -> Vec<f64> {
-    list.iter().copied().map(f64::from).collect()
 }
 
 /// The meta-gradient in f64; `inner` are the samples of each step.
@@ -109,10 +106,7 @@ impl Setting {
     fn new<M: Model>(seed: u64) -> Self {
         // (In sets 0 to 11 one unit is within rounding of its kink, at one sample of 300: f64 goes to the
         // other side, and that sample's derivatives are other ones.)
-        let materials: Vec<Box<dyn Material>> = Procedural::set(4, seed + 20)
-            .into_iter()
-            .map(|material| Box::new(material) as Box<dyn Material>)
-            .collect();
+        let materials = procedural(4, seed + 20);
         let pool = Pool::new(&materials, 1024, seed);
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         Self {

@@ -3,12 +3,10 @@
 use std::ops::Range;
 
 use glimpse_core::model::{Model, ParameterSet, Sample, SampleGradient};
-use glimpse_core::numeric::Scalar;
 use glimpse_kernels::inner_loop::{InnerLoop, MetaGradient, Real, SampleList};
 use proptest::prelude::*;
 
 use glimpse_gradcheck::cases::{Variables, sample, variables};
-use glimpse_gradcheck::{Traced, parameters};
 
 /// An inner loop and what judges it.
 #[derive(Clone, Debug)]
@@ -48,26 +46,12 @@ pub(crate) fn problems<M: Model>(
 }
 
 /// Samples in equal weights: the mean over samples and channels.
-fn samples<S: Scalar>(list: &[Variables]) -> Vec<Sample<S>> {
+fn samples(list: &[Variables]) -> Vec<Sample<f64>> {
     let weight = 1.0 / (3.0 * list.len() as f64);
     list.iter().map(|each| sample(*each, weight)).collect()
 }
 
 impl Problem {
-    /// The outer loss, every branch on the way recorded.
-    pub(crate) fn loss<M: Model>(&self) -> Traced {
-        let traced = |list: &[f64]| -> Vec<Traced> { list.iter().copied().map(Traced).collect() };
-        let initial = traced(&self.initial);
-        let inner_loop =
-            InnerLoop::<M, Traced>::new(&initial, &traced(&self.step_sizes), self.steps);
-        let learned = inner_loop.fit(&samples(&self.inner)[..]);
-        let zero = Traced(0.0);
-        let mut gradient = parameters([], zero);
-        samples(&self.outer).iter().fold(zero, |sum, sample| {
-            sum + M::accumulate_gradient::<Traced, false>(&learned, sample, &mut gradient).loss()
-        })
-    }
-
     /// The meta-gradient under test.
     pub(crate) fn meta_gradient<M: Model>(&self) -> Found<f64, SampleGradient<f64>> {
         let inner_loop = InnerLoop::<M, f64>::new(&self.initial, &self.step_sizes, self.steps);

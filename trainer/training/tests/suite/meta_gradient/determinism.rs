@@ -1,15 +1,13 @@
 //! Training gives the same bits on any number of threads.
 
 use std::marker::PhantomData;
-use std::ops::ControlFlow;
 
 use glimpse_core::model::{CookTorrance, Neural, Phong};
 use glimpse_kernels::LaneModel;
-use glimpse_materials::{Material, Procedural};
 use glimpse_optimizer::Groups;
 use glimpse_training::meta::descent::{DescentTrainee, Tasks};
 use glimpse_training::meta::options::Options;
-use glimpse_training::meta::outer::{Outcome, Run};
+use glimpse_training::meta::outer::Run;
 use glimpse_training::meta::phase::{
     Added, InnerSamples, Keep, Phase, Search, Start, StepSizeForm,
 };
@@ -18,14 +16,13 @@ use glimpse_training::meta::pool::Pool;
 use glimpse_training::meta::start::first_guess;
 use glimpse_training::meta::trainee::RandomStreams;
 
+use crate::support::{bits_of, procedural, same_on_any_number_of_threads};
+
 const STEPS: usize = 5;
 
 /// The bits of each step's loss, and of what is learned in the end.
 fn train<M: LaneModel>(inner: InnerSamples) -> Vec<u32> {
-    let materials: Vec<Box<dyn Material>> = Procedural::set(12, 3)
-        .into_iter()
-        .map(|material| Box::new(material) as Box<dyn Material>)
-        .collect();
+    let materials = procedural(12, 3);
     let tasks = Tasks {
         pool: Pool::new(&materials, 1024, 5),
         materials: &materials,
@@ -79,19 +76,10 @@ fn train<M: LaneModel>(inner: InnerSamples) -> Vec<u32> {
         checkpoints: None,
         stage: 0,
     };
-    let mut bits = Vec::new();
-    let outcome = run.finish(&mut |progress| {
-        bits.push(progress.loss.to_bits());
-        ControlFlow::Continue(())
-    });
-    let Outcome { expected, values } = outcome.expect("nothing stops it");
-    bits.push(expected.loss.to_bits());
-    let values = values.each().into_iter().flatten();
-    bits.extend(values.map(|value| value.to_bits()));
-    bits
+    bits_of(&run)
 }
 
-fn same_on_any_number_of_threads<M: LaneModel>() {
+fn trains_the_same_on_any_number_of_threads<M: LaneModel>() {
     for inner in [
         InnerSamples::Pattern,
         InnerSamples::Fresh(20),
@@ -99,41 +87,25 @@ fn same_on_any_number_of_threads<M: LaneModel>() {
         InnerSamples::Fresh(600),
         InnerSamples::Random(8),
     ] {
-        let outcomes = [1, 2, 7].map(|threads| {
-            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-            pool.expect("threads start").install(|| train::<M>(inner))
-        });
-        let losses: Vec<f32> = outcomes[0][..STEPS]
-            .iter()
-            .copied()
-            .map(f32::from_bits)
-            .collect();
-        assert!(
-            losses.iter().all(|loss| *loss > 0.0 && loss.is_finite()),
-            "{losses:?}"
-        );
-        assert_eq!(
-            outcomes[0], outcomes[1],
-            "{inner:?} on one thread and on two"
-        );
-        assert_eq!(
-            outcomes[0], outcomes[2],
-            "{inner:?} on one thread and on seven"
-        );
+        let bits = same_on_any_number_of_threads(&format!("{inner:?}"), || train::<M>(inner));
+        let losses = bits[..STEPS].iter().copied().map(f32::from_bits);
+        for loss in losses {
+            assert!(loss > 0.0 && loss.is_finite(), "{inner:?}: {loss}");
+        }
     }
 }
 
 #[test]
 fn phong_trains_the_same_on_any_number_of_threads() {
-    same_on_any_number_of_threads::<Phong>();
+    trains_the_same_on_any_number_of_threads::<Phong>();
 }
 
 #[test]
 fn cook_torrance_trains_the_same_on_any_number_of_threads() {
-    same_on_any_number_of_threads::<CookTorrance>();
+    trains_the_same_on_any_number_of_threads::<CookTorrance>();
 }
 
 #[test]
 fn neural_trains_the_same_on_any_number_of_threads() {
-    same_on_any_number_of_threads::<Neural>();
+    trains_the_same_on_any_number_of_threads::<Neural>();
 }

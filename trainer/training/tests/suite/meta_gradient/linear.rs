@@ -9,19 +9,19 @@ use glimpse_core::model::loss::cosine_weighted_log_error;
 use glimpse_core::model::{Model, ModelKind, Neural, NeuralParameters, ParameterSet};
 use glimpse_core::numeric::Scalar;
 use glimpse_gradcheck::{Differences, Traced, parameters, scale_of};
-use glimpse_kernels::Dual;
-use glimpse_materials::basis::{Basis, ByAngles, Grid, widened};
-use glimpse_materials::sampling::{sobol_valid, uniform_valid};
+use glimpse_materials::basis::{Basis, Grid, widened};
+use glimpse_materials::sampling::uniform_valid;
 use glimpse_materials::{Material, NeuralBrdf};
-use glimpse_training::linear::{Columns, Prior, Reduced, principal_components};
-use glimpse_training::meta::linear::{LinearTrainee, Outer, OuterBasis, TaskGradient};
+use glimpse_training::linear::{Columns, Prior, principal_components};
+use glimpse_training::meta::linear::LinearTrainee;
 use glimpse_training::meta::pattern::{Pattern, logits_of};
 use glimpse_training::meta::plan::{Effort, Plan, Schedule};
 use nalgebra::{DMatrix, DVector};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use crate::pattern::{BARRIER, angles, is_valid, network};
+use super::pattern::{angles, barrier, is_valid, logits_with_one_below};
+use crate::support::{boxed, double, named, network};
 
 /// How many materials there are, each of three columns.
 const MATERIALS: usize = 6;
@@ -38,8 +38,7 @@ static SET: LazyLock<Set> = LazyLock::new(|| {
     let networks: Vec<NeuralBrdf> = (0..MATERIALS).map(|_| network(&mut random)).collect();
     let weights = networks.iter().map(|network| *network.parameters());
     let weights = weights.collect();
-    let boxed = |network| Box::new(network) as Box<dyn Material>;
-    let materials: Vec<_> = networks.into_iter().map(boxed).collect();
+    let materials = boxed(networks);
     Set {
         networks: weights,
         columns: Columns::new(&materials),
@@ -47,22 +46,10 @@ static SET: LazyLock<Set> = LazyLock::new(|| {
     }
 });
 
-/// A network's BRDF in another arithmetic.
-fn brdf<S: Scalar<Parameter = S>>(
-    network: &NeuralParameters<f32>,
-    at: &HalfDifference<S>,
-) -> [S; 3] {
-    let weights = network.iter().map(|weight| S::constant((*weight).into()));
-    let weights: NeuralParameters<S> = parameters(weights, S::constant(0.0));
-    Neural::brdf::<S>(&weights, at)
-}
-
-fn named([theta_h, theta_d, phi_d]: [f64; 3]) -> Angles<f64> {
-    Angles {
-        theta_h,
-        theta_d,
-        phi_d,
-    }
+/// A network's BRDF.
+fn brdf(network: &NeuralParameters<f32>, at: &HalfDifference<Traced>) -> [Traced; 3] {
+    let weights = network.iter().map(|weight| Traced((*weight).into()));
+    Neural::brdf(&parameters(weights, Traced(0.0)), at)
 }
 
 fn traced(at: HalfDifference<f64>) -> HalfDifference<Traced> {
@@ -170,113 +157,14 @@ fn precisions(components: usize, random: &mut ChaCha8Rng) -> Vec<f64> {
         .collect()
 }
 
-/// Compares the slopes of one material's loss, in double precision, for n samples and m components.
-fn compare(samples: usize, components: usize) {
-    let set = &*SET;
-    let all: Vec<usize> = (0..set.columns.count()).collect();
-    let basis = principal_components(&set.columns, &all, components);
-    assert_eq!(basis.components(), components);
-    let mut by_angles = Differences::new(2e-5, 1e-5);
-    let mut by_precision = Differences::new(2e-4, 1e-5);
-    const SEEDS: usize = 20;
-    for seed in 0..SEEDS {
-        let mut random = ChaCha8Rng::seed_from_u64(seed as u64);
-        let index = seed % MATERIALS;
-        let outer = uniform_valid(64, random.random());
-        let values: Vec<[f32; 3]> = outer
-            .iter()
-            .map(|angles| set.materials[index].brdf(*angles))
-            .collect();
-        let directions: Vec<u32> = (0..64).collect();
-        let precision = match seed {
-            0 => vec![0.5; components],
-            1 => vec![100.0; components],
-            _ => precisions(components, &mut random),
-        };
-        let pattern: Vec<[f64; 3]> = uniform_valid(samples, random.random())
-            .iter()
-            .map(widened)
-            .map(|angles| [angles.theta_h, angles.theta_d, angles.phi_d])
-            .collect();
-
-        let places: Vec<Angles<f64>> = pattern.iter().copied().map(named).collect();
-        let reduced = Reduced::new(&basis, &places);
-        let mut buffer = Vec::new();
-        let factors = reduced.factorize(&precision, &mut buffer);
-        let factors = factors.expect("it can be factorized");
-        let measured: Vec<[ByAngles; 3]> = places
-            .iter()
-            .map(|angles| {
-                let at = HalfDifference::from_angles(Dual::<f64, 3>::variables(*angles));
-                brdf(&set.networks[index], &at)
-            })
-            .collect();
-        let judge = OuterBasis::new(basis.clone(), &outer);
-        let judged = Outer {
-            basis: &judge,
-            directions: &directions,
-            values: &values,
-        };
-        let found = TaskGradient::new(&reduced, &factors, &measured, &judged).expect("lengths fit");
-
-        let task = Task {
-            network: &set.networks[index],
-            basis: &basis,
-            outer: &outer,
-            values: &values,
-            directions: &directions,
-        };
-        let expected = task.loss(&pattern, &precision).0;
-        assert!(
-            (found.loss - expected).abs() < 1e-11,
-            "{} and not {expected}",
-            found.loss
-        );
-        let check = |outcome: Result<(), String>| {
-            if let Err(error) = outcome {
-                panic!("n = {samples}, m = {components}, seed {seed}, {error}");
-            }
-        };
-        let scale = scale_of(found.by_angles.as_flattened());
-        for (index, slope) in found.by_angles.as_flattened().iter().enumerate() {
-            let what = format!("angle {index}");
-            check(by_angles.compare(&what, *slope, scale, |offset| {
-                let mut pattern = pattern.clone();
-                pattern[index / 3][index % 3] += offset;
-                task.loss(&pattern, &precision)
-            }));
-        }
-        let logarithmic = found.by_precision.iter().zip(&precision);
-        let slopes: Vec<f64> = logarithmic.map(|(slope, p)| slope * p).collect();
-        let scale = scale_of(&slopes);
-        for (index, slope) in slopes.iter().enumerate() {
-            let what = format!("ln of precision {index}");
-            check(by_precision.compare(&what, *slope, scale, |offset| {
-                let mut precision = precision.clone();
-                precision[index] *= offset.exp();
-                task.loss(&pattern, &precision)
-            }));
-        }
-    }
-    let name = format!("linear, n = {samples}, m = {components}");
-    by_angles.conclude(&format!("{name}, by angles"), SEEDS * 3 * samples * 9 / 10);
-    by_precision.conclude(
-        &format!("{name}, by precisions"),
-        SEEDS * components * 9 / 10,
-    );
-}
-
-#[test]
-fn linear_agrees_with_differences_where_samples_are_few() {
-    compare(3, 5);
-    compare(8, 12);
-}
-
-#[test]
-fn linear_agrees_with_differences_where_samples_are_many() {
-    compare(8, 5);
-    compare(20, 12);
-    compare(5, 5);
+fn plan(schedule: Schedule, samples: usize) -> Plan {
+    Plan::new(
+        schedule,
+        Effort::Quick,
+        ModelKind::Linear,
+        samples,
+        MATERIALS,
+    )
 }
 
 /// What training takes its steps along: mean loss of a batch, each material with the basis of the
@@ -289,13 +177,7 @@ fn linear_by_logits_agrees_with_differences() {
     const POOL: usize = 8_192;
     const SEEDS: usize = 15;
     let set = &*SET;
-    let plan = Plan::new(
-        Schedule::Joint,
-        Effort::Quick,
-        ModelKind::Linear,
-        8,
-        MATERIALS,
-    );
+    let plan = plan(Schedule::Joint, 8);
     let prior = Prior {
         components: COMPONENTS,
         eta: None,
@@ -324,16 +206,7 @@ fn linear_by_logits_agrees_with_differences() {
     for seed in 0..SEEDS {
         let mut random = ChaCha8Rng::seed_from_u64(100 + seed as u64);
         let count = if seed % 2 == 0 { 7 } else { 3 };
-        let mut logits: Vec<[f32; 3]> = sobol_valid(count, random.random())
-            .into_iter()
-            .map(logits_of)
-            .collect();
-        let below = [
-            random.random_range(1.5..2.5),
-            random.random_range(1.5..2.5),
-            -2.5,
-        ];
-        logits.insert(random.random_range(0..=count), below);
+        let logits = logits_with_one_below(count, &mut random);
         let pattern = Pattern::from_logits(logits.as_flattened());
         assert_eq!(pattern.valid_angles().count(), count);
         let log_precision: Vec<f32> = precisions(COMPONENTS, &mut random)
@@ -354,26 +227,17 @@ fn linear_by_logits_agrees_with_differences() {
         let wide: Vec<[f64; 3]> = logits.iter().map(|each| each.map(f64::from)).collect();
         // The place of a sample is what single precision made of its logits: near the horizon a
         // last digit matters to slopes.
-        let rounding: Vec<[f64; 3]> = pattern
-            .angles()
-            .iter()
-            .map(widened)
+        let rounded = pattern.angles().iter().map(widened);
+        let rounding: Vec<[f64; 3]> = rounded
             .zip(&wide)
             .map(|(rounded, logits)| {
-                let [theta_h, theta_d, phi_d] = angles(*logits);
-                [
-                    rounded.theta_h - theta_h,
-                    rounded.theta_d - theta_d,
-                    rounded.phi_d - phi_d,
-                ]
+                let exact = angles(*logits);
+                let rounded = [rounded.theta_h, rounded.theta_d, rounded.phi_d];
+                [0, 1, 2].map(|i| rounded[i] - exact[i])
             })
             .collect();
-        assert!(
-            rounding
-                .as_flattened()
-                .iter()
-                .all(|error| error.abs() < 1e-6)
-        );
+        let mut errors = rounding.as_flattened().iter();
+        assert!(errors.all(|error| error.abs() < 1e-6));
         let total = |logits: &[[f64; 3]], log_precision: &[f64]| {
             let mut samples = Vec::new();
             let mut below = Vec::new();
@@ -399,12 +263,10 @@ fn linear_by_logits_agrees_with_differences() {
                 sum = sum + task.loss(&samples, &precision);
             }
             let mean = sum / Traced(tasks.len() as f64);
-            let barriers = below.into_iter().map(|[theta_h, theta_d, _]| {
-                Traced(BARRIER * (theta_h * theta_h + theta_d * theta_d))
-            });
+            let barriers = below.into_iter().map(|place| Traced(barrier(place)));
             barriers.fold(mean, |sum, each| sum + each)
         };
-        let wide_precision: Vec<f64> = log_precision.iter().copied().map(f64::from).collect();
+        let wide_precision = double(&log_precision);
         let expected = total(&wide, &wide_precision).0;
         let error = f64::from(loss + pattern.barrier()) - expected;
         assert!(error.abs() < 1e-6, "seed {seed}: the loss is {error:e} off");
@@ -414,7 +276,7 @@ fn linear_by_logits_agrees_with_differences() {
                 panic!("seed {seed}, {error}");
             }
         };
-        let slopes: Vec<f64> = gradient.pattern.iter().copied().map(f64::from).collect();
+        let slopes = double(&gradient.pattern);
         let scale = 100.0 * scale_of(&slopes);
         for (index, slope) in slopes.iter().enumerate() {
             invalid += usize::from(!is_valid(wide[index / 3]));
@@ -425,12 +287,7 @@ fn linear_by_logits_agrees_with_differences() {
                 total(&logits, &wide_precision)
             }));
         }
-        let slopes: Vec<f64> = gradient
-            .hyperparameters
-            .iter()
-            .copied()
-            .map(f64::from)
-            .collect();
+        let slopes = double(&gradient.hyperparameters);
         let scale = 100.0 * scale_of(&slopes);
         for (index, slope) in slopes.iter().enumerate() {
             let what = format!("logarithm of precision {index}");
@@ -455,13 +312,7 @@ fn linear_by_logits_agrees_with_differences() {
 #[test]
 fn linear_without_a_sample_above_the_horizon_is_the_mean_and_is_pulled_back() {
     let set = &*SET;
-    let plan = Plan::new(
-        Schedule::Paper,
-        Effort::Quick,
-        ModelKind::Linear,
-        1,
-        MATERIALS,
-    );
+    let plan = plan(Schedule::Paper, 1);
     let trainee = LinearTrainee::new(&set.materials, &set.columns, Prior::PAPER, &plan, 3);
     let below = Angles {
         theta_h: 1.5,

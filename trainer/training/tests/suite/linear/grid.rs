@@ -8,20 +8,13 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::{basis, rows};
+use crate::support::named;
 
 /// All numbers of a look-up, each with its slopes.
 fn all(found: Tabulated) -> Vec<[f64; 4]> {
     let mut list = vec![found.mean, found.log_median];
     list.extend(found.components);
     list
-}
-
-fn named([theta_h, theta_d, phi_d]: [f64; 3]) -> Angles<f64> {
-    Angles {
-        theta_h,
-        theta_d,
-        phi_d,
-    }
 }
 
 fn random_angles(random: &mut ChaCha8Rng) -> [f64; 3] {

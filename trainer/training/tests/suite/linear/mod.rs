@@ -9,12 +9,13 @@ mod grid;
 
 use std::sync::LazyLock;
 
-use glimpse_core::model::{Model, Neural, NeuralParameters, ParameterSet};
 use glimpse_materials::basis::Basis;
-use glimpse_materials::{Material, NeuralBrdf, Procedural};
+use glimpse_materials::{Material, Procedural};
 use glimpse_training::linear::{Columns, principal_components};
-use rand::{Rng, SeedableRng};
+use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
+
+use crate::support::network;
 
 /// A few materials of both kinds, and their columns.
 pub(crate) struct Set {
@@ -26,12 +27,7 @@ pub(crate) static SET: LazyLock<Set> = LazyLock::new(|| {
     let mut random = ChaCha8Rng::seed_from_u64(9);
     let mut materials: Vec<Box<dyn Material>> = Vec::new();
     for index in 0..3 {
-        let mut network = NeuralParameters::filled(0.0);
-        assert_eq!(network.iter().count(), Neural::PARAMETERS);
-        for weight in network.iter_mut() {
-            *weight = random.random_range(-0.3..0.4);
-        }
-        materials.push(Box::new(NeuralBrdf::new("network".to_owned(), network)));
+        materials.push(Box::new(network(&mut random)));
         materials.push(Box::new(Procedural::new(index, 4)));
     }
     Set {

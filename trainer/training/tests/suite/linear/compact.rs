@@ -12,7 +12,7 @@ use glimpse_training::linear::{COMPACT_NODES, Reduced, compact};
 use super::{SET, basis};
 
 /// The compact basis of the bundled recipes.
-const BASIS: &[u8] = include_bytes!("../../../recipes/linear.basis24");
+const BASIS: &[u8] = include_bytes!("../../../../recipes/linear.basis24");
 const COMPONENTS: usize = 8;
 /// Bytes of a compact basis before its nodes.
 const HEAD: usize = 14 + 16 + 4 * COMPONENTS;

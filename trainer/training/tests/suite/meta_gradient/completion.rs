@@ -18,10 +18,9 @@ use glimpse_training::meta::completion::dataset::{Dataset, Part};
 use glimpse_training::meta::completion::draw::{Group, Variety};
 use glimpse_training::meta::completion::refinement::{Refinement, Steps};
 use glimpse_training::meta::completion::trainee::CompletionTrainee;
-use glimpse_training::meta::identity::RunIdentity;
 use glimpse_training::meta::learned::Learned;
 use glimpse_training::meta::options::{Completing, Options};
-use glimpse_training::meta::outer::{Checkpoints, Outcome, Run, RunError};
+use glimpse_training::meta::outer::{Checkpoints, Run, RunError};
 use glimpse_training::meta::pattern::Pattern;
 use glimpse_training::meta::phase::{OuterStep, Start};
 use glimpse_training::meta::plan::{Effort, Plan, Schedule, Weighing};
@@ -29,16 +28,18 @@ use glimpse_training::meta::run::{TrainError, train};
 use glimpse_training::meta::trainee::{RandomStreams, Trainee};
 use glimpse_training::recipe::recipe_of;
 
+use crate::support::{bits_of, procedural, same_on_any_number_of_threads};
+
 const SAMPLES: usize = 5;
 const STEPS: usize = 4;
 /// The pattern's place among the groups.
 const PATTERN: usize = 2;
-
-fn materials(count: usize) -> Vec<Box<dyn Material>> {
-    let set = Procedural::set(count, 3).into_iter();
-    set.map(|material| Box::new(material) as Box<dyn Material>)
-        .collect()
-}
+const MODELS: [ModelKind; 4] = [
+    ModelKind::Linear,
+    ModelKind::Phong,
+    ModelKind::CookTorrance,
+    ModelKind::Neural,
+];
 
 /// Calls a function with a small trainee of a model, and a plan of a few steps.
 fn with_trainee<T>(model: ModelKind, of: impl FnOnce(&CompletionTrainee<'_>, &Plan) -> T) -> T {
@@ -57,7 +58,7 @@ fn with_trainee<T>(model: ModelKind, of: impl FnOnce(&CompletionTrainee<'_>, &Pl
         share,
     };
     let groups = vec![group(0..8, 0.7), group(8..12, 0.3)];
-    let dataset = Dataset::new(materials(12), 8, groups, variety, 512, 5);
+    let dataset = Dataset::new(procedural(12, 3), 8, groups, variety, 512, 5);
     let part = Part::whole(&dataset, 6);
     let (phong, cook_torrance) = (Steps::<Phong>::new(2), Steps::<CookTorrance>::new(2));
     let neural = Steps::<Neural>::new(2);
@@ -96,6 +97,14 @@ fn with_trainee<T>(model: ModelKind, of: impl FnOnce(&CompletionTrainee<'_>, &Pl
     of(&trainee, &plan)
 }
 
+/// Brings all samples nearer to the normal: where the arms get to.
+fn raise(values: &mut Groups<Vec<f32>>) {
+    for logits in values.pattern.chunks_mut(3) {
+        logits[0] -= 1.0;
+        logits[1] -= 1.0;
+    }
+}
+
 /// Along the gradient of each group by itself, the loss changes as fast as the gradient is long.
 fn gradient_is_that_of_the_loss(model: ModelKind) {
     with_trainee(model, |trainee, plan| {
@@ -109,10 +118,7 @@ fn gradient_is_that_of_the_loss(model: ModelKind) {
         // A start that hears of the readings: steps by themselves jump where a sample changes sides.
         values.start.iter_mut().for_each(|weight| *weight *= 5.0);
         // All samples where the arms get to: the barrier is in the gradient and not in the loss.
-        for logits in values.pattern.chunks_mut(3) {
-            logits[0] -= 1.0;
-            logits[1] -= 1.0;
-        }
+        raise(&mut values);
         let pattern = Pattern::within(&values.pattern, trainee.limits);
         assert!(pattern.valid().iter().all(|valid| *valid));
         let mut compared = 0;
@@ -176,10 +182,7 @@ fn neural_s_gradient_is_that_of_the_loss() {
 fn samples_in_order_say_together_what_they_said_before() {
     with_trainee(ModelKind::Linear, |trainee, _| {
         let mut values = trainee.first_values(0);
-        for logits in values.pattern.chunks_mut(3) {
-            logits[0] -= 1.0;
-            logits[1] -= 1.0;
-        }
+        raise(&mut values);
         let ordered = trainee.in_order(values.clone());
         assert_ne!(ordered.pattern, values.pattern);
         let places = |values: &Groups<Vec<f32>>| {
@@ -201,49 +204,43 @@ fn samples_in_order_say_together_what_they_said_before() {
     });
 }
 
-fn identity(model: ModelKind) -> RunIdentity {
-    Options::new(model, SAMPLES, Schedule::Prior, Effort::Brief, 11).identity(&[])
+/// A run that is saved in a directory, if one is given.
+fn run<'a>(
+    trainee: &'a CompletionTrainee<'_>,
+    plan: &'a Plan,
+    model: ModelKind,
+    directory: Option<&Path>,
+) -> Run<'a> {
+    let options = Options::new(model, SAMPLES, Schedule::Prior, Effort::Brief, 11);
+    Run {
+        trainee,
+        plan,
+        identity: options.identity(&[]),
+        seed: 11,
+        checkpoints: directory.map(checkpoints),
+        stage: 0,
+    }
 }
 
-/// The bits of each step's loss, and of what is learned in the end.
-fn bits(model: ModelKind) -> Vec<u32> {
-    with_trainee(model, |trainee, plan| {
-        let run = Run {
-            trainee,
-            plan,
-            identity: identity(model),
-            seed: 11,
-            checkpoints: None,
-            stage: 0,
-        };
-        let mut bits = Vec::new();
-        let outcome = run.finish(&mut |progress| {
-            bits.push(progress.loss.to_bits());
-            ControlFlow::Continue(())
-        });
-        let Outcome { expected, values } = outcome.expect("nothing stops it");
-        bits.push(expected.loss.to_bits());
-        let values = values.each().into_iter().flatten();
-        bits.extend(values.map(|value| value.to_bits()));
-        bits
-    })
+/// Checkpoints that are written where a run is stopped only.
+fn checkpoints(directory: &Path) -> Checkpoints {
+    Checkpoints {
+        directory: directory.to_owned(),
+        every: Duration::from_secs(3600),
+        resume: true,
+    }
 }
 
 #[test]
 fn every_model_trains_the_same_on_any_number_of_threads() {
-    for model in [
-        ModelKind::Linear,
-        ModelKind::Phong,
-        ModelKind::CookTorrance,
-        ModelKind::Neural,
-    ] {
-        let [one, two, seven] = [1, 2, 7].map(|threads| {
-            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-            pool.expect("threads start").install(|| bits(model))
+    for model in MODELS {
+        let bits = same_on_any_number_of_threads(model.name(), || {
+            with_trainee(model, |trainee, plan| {
+                let run = run(trainee, plan, model, None);
+                bits_of(&run)
+            })
         });
-        assert!(one.len() > 100 && one.iter().all(|bits| f32::from_bits(*bits).is_finite()));
-        assert_eq!(one, two, "{model} on one thread and on two");
-        assert_eq!(one, seven, "{model} on one thread and on seven");
+        assert!(bits.len() > 100 && bits.iter().all(|bits| f32::from_bits(*bits).is_finite()));
     }
 }
 
@@ -261,26 +258,19 @@ fn a_resumed_run_comes_to_the_same_numbers() {
         checkpoints,
         ..Options::new(ModelKind::Phong, 2, Schedule::Prior, Effort::Brief, 3)
     };
-    let whole = train(&options(None), materials(10), &mut |_| {
-        ControlFlow::Continue(())
-    });
-    let whole = whole.expect("it is trained");
-    let checkpoints = Some(Checkpoints {
-        directory: scratch.path().join("checkpoint"),
-        every: Duration::from_secs(3600),
-        resume: true,
-    });
-    let options = options(checkpoints);
+    let go_on = &mut |_: &_| ControlFlow::Continue(());
+    let whole = train(&options(None), procedural(10, 3), go_on).expect("it is trained");
+    let options = options(Some(checkpoints(&scratch.path().join("checkpoint"))));
     let stopped = train(
         &options,
-        materials(10),
+        procedural(10, 3),
         &mut |progress| match 4 * progress.done > 3 * progress.total {
             true => ControlFlow::Break(()),
             false => ControlFlow::Continue(()),
         },
     );
     assert!(matches!(stopped, Err(TrainError::Stopped(_))));
-    let resumed = train(&options, materials(10), &mut |_| ControlFlow::Continue(()));
+    let resumed = train(&options, procedural(10, 3), go_on);
     assert_eq!(resumed.expect("it is trained"), whole);
 }
 
@@ -291,19 +281,7 @@ fn a_run_resumed_where_samples_are_put_in_order_comes_to_the_same_numbers() {
         let tried = plan.phases.len() - 1;
         assert!(plan.phases[tried].start == Start::BestInOrder && plan.phases[tried].in_order);
         let run = |directory: Option<&Path>, until| {
-            let checkpoints = directory.map(|directory| Checkpoints {
-                directory: directory.to_owned(),
-                every: Duration::from_secs(3600),
-                resume: true,
-            });
-            let run = Run {
-                trainee,
-                plan,
-                identity: identity(ModelKind::Linear),
-                seed: 11,
-                checkpoints,
-                stage: 0,
-            };
+            let run = run(trainee, plan, ModelKind::Linear, directory);
             run.finish(&mut |progress| match progress.done == until {
                 true => ControlFlow::Break(()),
                 false => ControlFlow::Continue(()),
@@ -324,14 +302,11 @@ fn a_run_resumed_where_samples_are_put_in_order_comes_to_the_same_numbers() {
 /// hundredth.
 #[test]
 fn a_recipe_completes_as_what_was_trained() {
-    let options = Options::new(
-        ModelKind::Linear,
-        SAMPLES,
-        Schedule::Prior,
-        Effort::Brief,
-        1,
-    );
-    let learned = train(&options, materials(12), &mut |_| ControlFlow::Continue(()));
+    let model = ModelKind::Linear;
+    let options = Options::new(model, SAMPLES, Schedule::Prior, Effort::Brief, 1);
+    let learned = train(&options, procedural(12, 3), &mut |_| {
+        ControlFlow::Continue(())
+    });
     let learned = learned.expect("it is trained");
     let file = recipe_of(&learned, &options, "procedural:12:3");
     let file = file.expect("it is a recipe");

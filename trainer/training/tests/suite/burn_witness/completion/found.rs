@@ -2,15 +2,14 @@
 //! precision, and of the trainer's batches, on lanes.
 
 use glimpse_core::fit::completion::{
-    Completion, CompletionGradient, Input, Packed as Bytes, Plain, Start, StartGradient,
-    standardized,
+    Completion, CompletionGradient, Input, Plain, Start, StartGradient, standardized,
 };
 use glimpse_core::numeric::Scalar;
 use glimpse_kernels::Dual;
 use glimpse_kernels::completion::{Batch, CompletionWeights};
 
 use super::Outcome;
-use super::case::{Case, Packed};
+use super::case::Case;
 
 /// A reading as it enters, or none.
 fn entering<S: Scalar>(case: &Case, material: usize, sample: usize) -> Option<[S; 3]> {
@@ -210,42 +209,4 @@ pub(super) fn side_by_side(case: &Case) -> Outcome {
         by_weights,
         by_readings: case.by_logarithms(&by_readings(case, &by_inputs)),
     }
-}
-
-/// The device's, from bytes: coefficients and theta_0 of all materials.
-pub(super) fn packed(case: &Case, packed: &Packed) -> [Vec<f64>; 2] {
-    let size = case.size;
-    let Packed {
-        bytes,
-        scales,
-        bias,
-    } = packed;
-    let completion = Completion::<f32, Bytes> {
-        components: size.components,
-        readings: &bytes[0],
-        scales: &scales[0],
-        bias: &bias[0],
-        output: &bytes[1],
-        output_scales: &scales[1],
-    };
-    let start = Start::<f32, Bytes> {
-        hidden: &bytes[2],
-        hidden_scales: &scales[2],
-        bias: &bias[1],
-        output: &bytes[3],
-        output_scales: &scales[3],
-    };
-    let [mut coefficients, mut initial] = [const { Vec::new() }; 2];
-    for material in 0..case.materials {
-        let mut state = vec![0.0; completion.words()];
-        completion.compute(&inputs(case, material), &mut state);
-        let found = completion.coefficients(&state);
-        coefficients.extend(wide(&found.concat()));
-        let mut units = vec![0.0; size.units];
-        start.activate(found, &mut units);
-        for (parameter, value) in case.initial.iter().enumerate() {
-            initial.push(f64::from(*value as f32 + start.offset(parameter, &units)));
-        }
-    }
-    [coefficients, initial]
 }

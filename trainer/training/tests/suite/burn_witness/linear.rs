@@ -21,7 +21,8 @@ use glimpse_training::meta::pattern::Pattern;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use super::{Columns, Matrix, Program, TOLERANCE, TURN, disagreement, matrix, sigmoid};
+use super::{Columns, Matrix, Program, TOLERANCE, TURN, disagreement, list, matrix, sigmoid};
+use crate::support::{boxed, double, named, network};
 
 /// e of the mapping.
 const EPSILON: f64 = 1e-3;
@@ -42,17 +43,8 @@ struct Set {
 
 static SET: LazyLock<Set> = LazyLock::new(|| {
     let mut random = ChaCha8Rng::seed_from_u64(21);
-    let networks: Vec<NeuralBrdf> = (0..5)
-        .map(|_| {
-            let list = (0..Neural::PARAMETERS).map(|_| random.random_range(-0.3..0.4f32));
-            NeuralBrdf::new("network".to_owned(), parameters(list, 0.0))
-        })
-        .collect();
-    let boxed = networks.iter().cloned();
-    let materials: Vec<Box<dyn Material>> = boxed
-        .map(|network| Box::new(network) as Box<dyn Material>)
-        .collect();
-    let columns = Tables::new(&materials);
+    let networks: Vec<NeuralBrdf> = (0..5).map(|_| network(&mut random)).collect();
+    let columns = Tables::new(&boxed(networks.clone()));
     let all: Vec<usize> = (0..columns.count()).collect();
     let basis = principal_components(&columns, &all, COMPONENTS);
     let bytes = basis.to_bytes();
@@ -75,10 +67,6 @@ static SET: LazyLock<Set> = LazyLock::new(|| {
     }
 });
 
-fn list(tensor: &Matrix) -> Vec<f64> {
-    tensor.clone().into_data().iter::<f64>().collect()
-}
-
 /// Angles of logits.
 fn angles(logits: &Matrix) -> Matrix {
     sigmoid(logits.clone()) * matrix(&RANGES, [1, 3])
@@ -97,7 +85,7 @@ fn look_up(angles: &Matrix) -> [Matrix; 3] {
         axis(2) * p as f64,
     ];
     let lows = places.each_ref().map(|place| -> Vec<usize> {
-        list(place)
+        list(place.clone())
             .iter()
             .map(|place| place.floor() as usize)
             .collect()
@@ -204,34 +192,25 @@ fn witness(network: &[Matrix], logits: &[f64], log_precision: &[f64], judging: &
         .collect();
     let [mean, log_median, rows] = look_up(&matrix(&folded, [count, 3]));
     // Training keeps these rows in single precision.
-    let rounded: Vec<f64> = list(&rows)
-        .iter()
-        .map(|entry| f64::from(*entry as f32))
+    let rounded: Vec<f64> = list(rows)
+        .into_iter()
+        .map(|entry| f64::from(entry as f32))
         .collect();
     let rows = matrix(&rounded, [count, COMPONENTS]);
-    let values: Vec<f64> = judging
-        .values
-        .as_flattened()
-        .iter()
-        .copied()
-        .map(f64::from)
-        .collect();
+    let values = double(judging.values.as_flattened());
     let at = Columns {
         angles: matrix(&outer, [count, 3]),
         measured: matrix(&values, [count, 3]),
     };
     let w = weight(&at);
-    assert!(list(&w).iter().all(|w| *w > 1e-6));
+    assert!(list(w.clone()).iter().all(|w| *w > 1e-6));
     let above = relu(log_median.exp().sub_scalar(EPSILON)).add_scalar(EPSILON);
     let mapped = rows.matmul(coefficients) + mean;
     let modelled = relu((above * mapped.exp()).sub_scalar(EPSILON)) / w;
     let loss = at.loss(modelled);
 
     let gradients = loss.backward();
-    let slopes = |tensor: &Matrix| -> Vec<f64> {
-        let slopes = tensor.grad(&gradients).expect("the loss depends on it");
-        slopes.into_data().iter::<f64>().collect()
-    };
+    let slopes = |tensor: &Matrix| list(tensor.grad(&gradients).expect("the loss depends on it"));
     Found {
         by_logits: slopes(&logits),
         by_precision: slopes(&log_precision),
@@ -244,15 +223,7 @@ fn found(network: &NeuralBrdf, logits: &[f64], log_precision: &[f64], judging: &
     let basis = &SET.basis;
     let places: Vec<Angles<f64>> = logits
         .chunks(3)
-        .map(|logits| {
-            let [theta_h, theta_d, phi_d] =
-                std::array::from_fn(|i| RANGES[i] / (1.0 + (-logits[i]).exp()));
-            Angles {
-                theta_h,
-                theta_d,
-                phi_d,
-            }
-        })
+        .map(|logits| named([0, 1, 2].map(|i| RANGES[i] / (1.0 + (-logits[i]).exp()))))
         .collect();
     let precision: Vec<f64> = log_precision.iter().map(|log| log.exp()).collect();
     let reduced = Reduced::new(basis, &places);
@@ -343,13 +314,10 @@ fn compare(samples: usize) {
 }
 
 #[test]
-fn linear_agrees_with_burn_where_samples_are_few() {
-    compare(3);
-}
-
-#[test]
-fn linear_agrees_with_burn_where_samples_are_many() {
-    compare(8);
+fn linear_agrees_with_burn_where_samples_are_few_or_many() {
+    for samples in [3, COMPONENTS, 8] {
+        compare(samples);
+    }
 }
 
 #[test]
@@ -365,14 +333,13 @@ fn the_barrier_agrees_with_burn() {
             .collect();
         let pattern = Pattern::from_logits(&logits);
 
-        let wide: Vec<f64> = logits.iter().copied().map(f64::from).collect();
-        let tensor = matrix(&wide, [8, 3]).require_grad();
+        let tensor = matrix(&double(&logits), [8, 3]).require_grad();
         let angles = angles(&tensor);
         let at = columns(angles.clone());
         let [hx, hz] = at.half();
         let [dx, _, dz] = at.difference();
         // Both cosines are positive where hz dz > |hx dx|.
-        let valid: Vec<f64> = list(&(hz * dz - (hx * dx).abs()))
+        let valid: Vec<f64> = list(hz * dz - (hx * dx).abs())
             .iter()
             .map(|lower| f64::from(u8::from(*lower > 0.0)))
             .collect();
@@ -381,11 +348,11 @@ fn the_barrier_agrees_with_burn() {
         let [theta_h, theta_d] = [0, 1].map(|i| angles.clone().narrow(1, i, 1));
         let squares = theta_h.clone() * theta_h + theta_d.clone() * theta_d;
         let barrier = (squares * invalid * 0.005).sum();
-        let slopes: Vec<f64> = by.as_flattened().iter().copied().map(f64::from).collect();
+        let slopes = double(by.as_flattened());
         let others = (angles * matrix(&slopes, [8, 3]) * matrix(&valid, [8, 1])).sum();
         let gradients = (barrier.clone() + others).backward();
         let witnessed = tensor.grad(&gradients).expect("the barrier depends on it");
-        let witnessed: Vec<f64> = witnessed.into_data().iter::<f64>().collect();
+        let witnessed = list(witnessed);
 
         let mut asked = Vec::new();
         let found = pattern.gradient_by_logits(|index| {
@@ -394,8 +361,7 @@ fn the_barrier_agrees_with_burn() {
         });
         let valid: Vec<usize> = (0..8).filter(|index| valid[*index] == 1.0).collect();
         assert_eq!(asked, valid);
-        let found: Vec<f64> = found.iter().copied().map(f64::from).collect();
-        let error = disagreement(&found, &witnessed);
+        let error = disagreement(&double(&found), &witnessed);
         // What is under test is in single precision.
         assert!(error < 1e-6, "seed {seed}: {error}");
         largest = largest.max(error);

@@ -5,12 +5,8 @@
 //! burn's autodiff is first-order, so the gradient that the inner loop steps along is written out
 //! by hand; burn then differentiates the steps, and the outer loss, which it reads as plain
 //! formulas. All of it runs in f64, except where burn does not: it computes sigmoids, and slopes
-//! through a division by a number, in f32, so neither is used. These tests have a process of their
-//! own, because burn settles once in each whether tensors are in f32 or f64.
-
-#[allow(dead_code, reason = "losses are traced elsewhere")]
-#[path = "../meta_gradient/problem.rs"]
-mod problem;
+//! through a division by a number, in f32, so neither is used. Every tensor is asked for in f64:
+//! otherwise burn settles once in each process whether tensors are in f32 or f64.
 
 mod completion;
 mod linear;
@@ -19,7 +15,8 @@ use std::f64::consts::{FRAC_1_PI, PI};
 use std::sync::{Mutex, PoisonError};
 
 use burn::tensor::activation::relu;
-use burn::tensor::{Tensor, TensorData};
+use burn::tensor::backend::Backend;
+use burn::tensor::{DType, Tensor, TensorData};
 use burn_autodiff::Autodiff;
 use burn_ndarray::{NdArray, NdArrayDevice};
 use glimpse_core::model::{CookTorrance, Model, Neural, Phong};
@@ -39,12 +36,18 @@ const TOLERANCE: f64 = 1e-10;
 
 fn matrix(values: &[f64], shape: [usize; 2]) -> Matrix {
     let data = TensorData::new(values.to_vec(), shape);
-    Tensor::from_data(data, &NdArrayDevice::Cpu)
+    Tensor::from_data(data, (&NdArrayDevice::Cpu, DType::F64))
+}
+
+/// All entries, row by row.
+fn list<B: Backend>(matrix: Tensor<B, 2>) -> Vec<f64> {
+    matrix.into_data().iter::<f64>().collect()
 }
 
 /// 1 where positive, else 0.
 fn positive(values: &Matrix) -> Matrix {
-    values.clone().greater_elem(0.0).float()
+    let is_positive = values.clone().greater_elem(0.0);
+    is_positive.float().cast(DType::F64)
 }
 
 /// 1 / (1 + exp(-x)).
@@ -346,7 +349,7 @@ fn witness<P: Program>(problem: &Problem) -> Witnessed {
     let gradients = loss.backward();
     let slopes = |tensors: &[Matrix]| -> Vec<f64> {
         let lists = tensors.iter().map(|tensor| match tensor.grad(&gradients) {
-            Some(slopes) => slopes.into_data().iter::<f64>().collect(),
+            Some(slopes) => list(slopes),
             // burn leaves out what the loss does not depend on.
             None => vec![0.0; tensor.dims().iter().product()],
         });

@@ -9,7 +9,7 @@ use glimpse_kernels::LaneModel;
 use glimpse_kernels::inner_loop::InnerLoop;
 use glimpse_kernels::lanes::{Octet, OctetAt, WIDTH};
 use glimpse_materials::sampling::sobol_valid;
-use glimpse_materials::{Material, NeuralBrdf, Procedural};
+use glimpse_materials::{Material, Procedural};
 use glimpse_training::meta::pattern::{Pattern, angles_of, logits_of};
 use glimpse_training::meta::pool::Pool;
 use glimpse_training::meta::start::first_guess;
@@ -17,11 +17,12 @@ use glimpse_training::meta::variation::Variation;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use crate::lanes::unpack;
+use super::lanes::unpack;
 use crate::problem::Found;
+use crate::support::{double, named, network};
 
 const STEPS: usize = 5;
-pub(crate) const BARRIER: f64 = 0.005;
+const BARRIER: f64 = 0.005;
 
 /// Angles of a sample's logits.
 pub(crate) fn angles(logits: [f64; 3]) -> [f64; 3] {
@@ -30,22 +31,11 @@ pub(crate) fn angles(logits: [f64; 3]) -> [f64; 3] {
 }
 
 fn at(logits: [f64; 3]) -> HalfDifference<f64> {
-    let [theta_h, theta_d, phi_d] = angles(logits);
-    HalfDifference::from_angles(Angles {
-        theta_h,
-        theta_d,
-        phi_d,
-    })
+    HalfDifference::from_angles(named(angles(logits)))
 }
 
 pub(crate) fn is_valid(logits: [f64; 3]) -> bool {
     at(logits).cos_theta_i() > 0.0 && at(logits).cos_theta_o() > 0.0
-}
-
-/// A network with random weights, most of whose outputs are on.
-pub(crate) fn network(random: &mut ChaCha8Rng) -> NeuralBrdf {
-    let list = (0..Neural::PARAMETERS).map(|_| random.random_range(-0.3..0.4f32));
-    NeuralBrdf::new("network".to_owned(), parameters(list, 0.0))
 }
 
 /// What a variation of the first of two materials with the other is.
@@ -64,19 +54,22 @@ fn varied(materials: [&dyn Material; 2], variation: &Variation, logits: [f64; 3]
     })
 }
 
-/// Seven valid samples and one whose directions are below the horizon, as logits.
-fn logits(random: &mut ChaCha8Rng) -> Vec<[f32; 3]> {
-    let mut logits: Vec<_> = sobol_valid(7, random.random())
-        .into_iter()
-        .map(logits_of)
-        .collect();
+/// Valid samples and one whose directions are below the horizon, as logits.
+pub(crate) fn logits_with_one_below(valid: usize, random: &mut ChaCha8Rng) -> Vec<[f32; 3]> {
+    let places = sobol_valid(valid, random.random()).into_iter();
+    let mut logits: Vec<_> = places.map(logits_of).collect();
     let below = [
         random.random_range(1.5..2.5),
         random.random_range(1.5..2.5),
         -2.5,
     ];
-    logits.insert(random.random_range(0..8), below);
+    logits.insert(random.random_range(0..=valid), below);
     logits
+}
+
+/// The barrier of a sample below the horizon, by its angles.
+pub(crate) fn barrier([theta_h, theta_d, _]: [f64; 3]) -> f64 {
+    BARRIER * (theta_h * theta_h + theta_d * theta_d)
 }
 
 /// A task: its pattern, what to begin with, and what judges.
@@ -123,10 +116,9 @@ impl Task<'_> {
         let outer = self.outer.iter().map(traced).map(|sample| {
             M::accumulate_gradient::<Traced, false>(&learned, &sample, &mut ignored).loss()
         });
-        let barriers = invalid.into_iter().map(|each| {
-            let [theta_h, theta_d, _] = angles(each);
-            Traced(BARRIER * (theta_h * theta_h + theta_d * theta_d))
-        });
+        let barriers = invalid
+            .into_iter()
+            .map(|each| Traced(barrier(angles(each))));
         outer
             .chain(barriers)
             .fold(Traced(0.0), |sum, each| sum + each)
@@ -149,7 +141,7 @@ fn compare<M: LaneModel>() {
             .map(|_| random.random_range(-6.0..-3.0f32).exp())
             .collect();
         for (index, material) in materials.iter().enumerate() {
-            let logits = logits(&mut random);
+            let logits = logits_with_one_below(7, &mut random);
             let pattern = Pattern::from_logits(logits.as_flattened());
             let variation = Variation::random(2.0, materials.len(), &mut random);
             let partner = &*materials[variation.partner];
@@ -159,7 +151,7 @@ fn compare<M: LaneModel>() {
             let [inner, outer] = [measured.octets(), outer.octets()];
             let found = Found::compute(&inner_loop, &[&inner], &outer, inner.zero_derivatives());
             let by_logits = measured.gradient_by_logits(&found.samples);
-            let slopes: Vec<f64> = by_logits.iter().copied().map(f64::from).collect();
+            let slopes = double(&by_logits);
             let scale = 100.0 * scale_of(&slopes);
 
             let task = Task {
@@ -216,28 +208,23 @@ fn neural_by_logits_agrees_with_differences() {
 #[test]
 fn an_invalid_sample_has_the_barrier_s_slope_and_nothing_else() {
     let mut random = ChaCha8Rng::seed_from_u64(1);
-    let logits = logits(&mut random);
+    let logits = logits_with_one_below(7, &mut random);
     let pattern = Pattern::from_logits(logits.as_flattened());
     let measured = pattern.measure(&Procedural::new(0, 0));
     // Whatever is said of the samples.
     let by_logits = measured.gradient_by_logits(&[random_gradient(&mut random)]);
-    for (index, logits) in logits.iter().enumerate() {
-        let logits = logits.map(f64::from);
-        if is_valid(logits) {
-            continue;
-        }
-        let [theta_h, theta_d, _] = angles(logits);
-        // d(0.005 theta^2) / d(logit), theta = pi/2 sigmoid(logit)
-        let slope = |theta: f64| 2.0 * BARRIER * theta * theta * (1.0 - theta / FRAC_PI_2);
-        let expected = [slope(theta_h), slope(theta_d), 0.0];
-        for (found, expected) in by_logits[3 * index..][..3].iter().zip(expected) {
-            assert!((f64::from(*found) - expected).abs() <= 1e-6 * expected);
-        }
-        let barrier = BARRIER * (theta_h * theta_h + theta_d * theta_d);
-        assert!((f64::from(pattern.barrier()) - barrier).abs() < 1e-6 * barrier);
-        return;
+    let mut wide = logits.iter().map(|each| each.map(f64::from));
+    let index = wide.clone().position(|logits| !is_valid(logits));
+    let index = index.expect("a sample is invalid");
+    let place = angles(wide.nth(index).expect("it is there"));
+    // d(0.005 theta^2) / d(logit), theta = pi/2 sigmoid(logit)
+    let slope = |theta: f64| 2.0 * BARRIER * theta * theta * (1.0 - theta / FRAC_PI_2);
+    let expected = [slope(place[0]), slope(place[1]), 0.0];
+    for (found, expected) in by_logits[3 * index..][..3].iter().zip(expected) {
+        assert!((f64::from(*found) - expected).abs() <= 1e-6 * expected);
     }
-    panic!("no sample is invalid");
+    let barrier = barrier(place);
+    assert!((f64::from(pattern.barrier()) - barrier).abs() < 1e-6 * barrier);
 }
 
 fn random_gradient(random: &mut ChaCha8Rng) -> SampleGradient<Octet> {

@@ -33,16 +33,6 @@ pub(super) struct Case {
     pub(super) by_initial: Vec<f64>,
 }
 
-/// Weights as a recipe packs them.
-pub(super) struct Packed {
-    /// Signed bytes of readings, W, P and U.
-    pub(super) bytes: [Vec<u8>; 4],
-    /// The scales of their rows.
-    pub(super) scales: [Vec<[u8; 4]>; 4],
-    /// Of the completion and of the start.
-    pub(super) bias: [Vec<[u8; 4]>; 2],
-}
-
 /// A number of single precision.
 fn number(random: &mut ChaCha8Rng, size: f64) -> f64 {
     f64::from((size * random.random_range(-1.0..1.0_f64)) as f32)
@@ -122,48 +112,6 @@ impl Case {
             by_coefficients: numbers(&mut random, MATERIALS * 3 * size.components, 1.0),
             by_initial: numbers(&mut random, MATERIALS * size.parameters, 1.0),
         }
-    }
-
-    /// The same of bytes times the scales of their rows.
-    pub(super) fn packed(size: Size, missing: f64) -> (Self, Packed) {
-        let mut case = Self::new(size, missing);
-        let rows = size.rows();
-        let mut random = ChaCha8Rng::seed_from_u64(rows as u64);
-        let mut bytes = [const { Vec::new() }; 4];
-        let mut scales = [const { Vec::new() }; 4];
-        let spreads = spreads(size);
-        // How many rows each list has, and how many entries one after the other are of the same row:
-        // weights of readings go row by row through each column, the others column by column.
-        let lists = [
-            (0, rows, 1),
-            (2, size.components, size.hidden),
-            (3, size.units, 3 * size.components),
-            (5, size.parameters, size.units),
-        ];
-        for (k, (list, rows, together)) in lists.into_iter().enumerate() {
-            let scale: Vec<f32> = (0..rows)
-                .map(|_| (spreads[list] / 127.0 * random.random_range(0.5..1.0)) as f32)
-                .collect();
-            let entries = case.weights[list].iter_mut().enumerate();
-            bytes[k] = entries
-                .map(|(index, weight)| {
-                    let byte: i8 = random.random();
-                    *weight = f64::from(byte) * f64::from(scale[index / together % rows]);
-                    byte.cast_unsigned()
-                })
-                .collect();
-            scales[k] = scale.iter().map(|scale| scale.to_le_bytes()).collect();
-        }
-        let bias = [1, 4].map(|list| {
-            let list = case.weights[list].iter();
-            list.map(|number| (*number as f32).to_le_bytes()).collect()
-        });
-        let packed = Packed {
-            bytes,
-            scales,
-            bias,
-        };
-        (case, packed)
     }
 
     /// 1 where a reading is missing, else 0: a row for each material.
