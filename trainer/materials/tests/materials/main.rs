@@ -1,6 +1,6 @@
 //! Materials: look-ups, their derivatives, files, and what is said of files that are damaged.
 
-#[path = "../../../tests/common/mod.rs"]
+#[path = "../../../tests/suite/common.rs"]
 mod common;
 mod damage;
 mod derivatives;

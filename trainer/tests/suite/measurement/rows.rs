@@ -2,8 +2,8 @@
 
 use glimpse_trainer::measurement::spread;
 
-use super::common::assert_names;
 use super::{measured, mistake};
+use crate::common::assert_names;
 
 #[test]
 fn rows_come_in_any_order_and_some_are_missing_or_repeated() {

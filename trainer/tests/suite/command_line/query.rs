@@ -1,17 +1,13 @@
 //! `trainer query`
 
-use std::fs;
-use std::path::Path;
-
 use glimpse_core::geometry::HalfDifference;
 use glimpse_materials::Source;
 use glimpse_materials::sampling::uniform_valid;
-use serde_json::Value;
+use serde_json::json;
 
-use super::common::assert_names;
-use super::{fail, fail_naming, succeed};
-
-const NEURAL: &[u8] = include_bytes!("../../../core/examples/recipes/neural-n8.recipe");
+use super::Folder;
+use super::folder::NEURAL_N8;
+use crate::common::assert_names;
 
 /// The rows of a CSV file, as text, without its first line, which must be `header`.
 fn rows(csv: &str, header: &str) -> Vec<Vec<String>> {
@@ -23,16 +19,13 @@ fn rows(csv: &str, header: &str) -> Vec<Vec<String>> {
 }
 
 fn numbers(cells: &[String]) -> Vec<f32> {
-    cells
-        .iter()
-        .map(|cell| cell.parse().expect("a number"))
-        .collect()
+    let numbers = cells.iter().map(|cell| cell.parse());
+    numbers.collect::<Result<_, _>>().expect("numbers")
 }
 
 #[test]
 fn both_kinds_of_angles_give_the_material_s_own_values() {
-    let scratch = tempfile::tempdir().expect("a temporary directory");
-    let directory = scratch.path();
+    let folder = Folder::new();
     let angles = uniform_valid(300, 1);
     let mut half = "material,phi_d,theta_h,note,theta_d\n".to_owned();
     let mut directions = "phi_o, theta_i, phi_i, theta_o\r\n".to_owned();
@@ -57,10 +50,10 @@ fn both_kinds_of_angles_give_the_material_s_own_values() {
             theta(pair.outgoing)
         );
     }
-    fs::write(directory.join("half.csv"), half).expect("it is written");
-    fs::write(directory.join("directions.csv"), directions).expect("it is written");
+    folder.write("half.csv", half);
+    folder.write("directions.csv", directions);
     let material = &Source("procedural:1:4".into()).load().expect("it loads")[0];
-    let query = |file| succeed(directory, &["query", "procedural:1:4", "--angles", file]);
+    let query = |file| folder.succeed(&format!("query procedural:1:4 --angles {file}"));
 
     let found = rows(&query("half.csv"), "theta_h,theta_d,phi_d,r,g,b");
     assert_eq!(found.len(), angles.len());
@@ -71,10 +64,8 @@ fn both_kinds_of_angles_give_the_material_s_own_values() {
         let given = given.map(|angle| f64::from(angle).to_degrees().to_string());
         assert_eq!(row[..3], given);
     }
-    let found = rows(
-        &query("directions.csv"),
-        "theta_i,phi_i,theta_o,phi_o,r,g,b",
-    );
+    let header = "theta_i,phi_i,theta_o,phi_o,r,g,b";
+    let found = rows(&query("directions.csv"), header);
     for (row, angles) in found.iter().zip(&angles) {
         for (found, expected) in numbers(&row[4..]).into_iter().zip(material.brdf(*angles)) {
             assert!((found - expected).abs() <= 2e-4 * expected, "{angles:?}");
@@ -84,26 +75,14 @@ fn both_kinds_of_angles_give_the_material_s_own_values() {
 
 #[test]
 fn several_materials_are_named_and_written_to_a_file() {
-    let scratch = tempfile::tempdir().expect("a temporary directory");
-    let directory = scratch.path();
-    fs::write(
-        directory.join("a.csv"),
+    let folder = Folder::new();
+    folder.write(
+        "a.csv",
         "theta_i,phi_i,theta_o,phi_o\n30,0,30,180\n90,0,30,180\n30,0,120,0\n180,0,180,0\n",
-    )
-    .expect("it is written");
-    let printed = succeed(
-        directory,
-        &[
-            "query",
-            "procedural:2",
-            "--angles",
-            "a.csv",
-            "--out",
-            "f.csv",
-        ],
     );
+    let printed = folder.succeed("query procedural:2 --angles a.csv --out f.csv");
     assert_eq!(printed, "");
-    let csv = fs::read_to_string(directory.join("f.csv")).expect("it is there");
+    let csv = folder.read_text("f.csv");
     let found = rows(&csv, "material,theta_i,phi_i,theta_o,phi_o,r,g,b");
     let materials = Source("procedural:2".into()).load().expect("they load");
     for (rows, material) in found.chunks(4).zip(&materials) {
@@ -120,24 +99,9 @@ fn several_materials_are_named_and_written_to_a_file() {
 
 #[test]
 fn mistakes_name_the_file_the_line_and_the_column() {
-    let scratch = tempfile::tempdir().expect("a temporary directory");
-    let directory = scratch.path();
-    let query = |angles: &Path| {
-        let angles = angles.display().to_string();
-        fail(
-            directory,
-            &[
-                "query",
-                "procedural:1",
-                "--angles",
-                &angles,
-                "--out",
-                "f.csv",
-            ],
-        )
-    };
-    let file = directory.join("a.csv");
-    let name = file.display().to_string();
+    let folder = Folder::new();
+    let query =
+        |angles: &str| folder.fail(&format!("query procedural:1 --angles {angles} --out f.csv"));
     for (text, named) in [
         (
             &b"theta_h,theta_d\n1,2\n"[..],
@@ -170,74 +134,66 @@ fn mistakes_name_the_file_the_line_and_the_column() {
         (b"theta_h,theta_d,phi_d\n1,2,3\n1,2,3,4\n", &["3", "4"]),
         (b"theta_h,theta_d,phi_d\n1,\xff,3\n", &["2", "UTF-8"]),
     ] {
-        fs::write(&file, text).expect("it is written");
-        let message = query(&file);
-        assert_names(&message, &[&name]);
-        assert_names(&message.replace(&name, ""), named);
-        assert!(!directory.join("f.csv").exists());
+        folder.write("a.csv", text);
+        let message = query("a.csv");
+        assert_names(&message, &["a.csv"]);
+        assert_names(&message.replace("a.csv", ""), named);
+        assert!(!folder.exists("f.csv"));
     }
-    assert_names(&query(&directory.join("none.csv")), &["none.csv"]);
-    let nowhere = ["query", "nowhere", "--angles", "a.csv"];
-    fail_naming(directory, &nowhere, &["a.csv", "2"]);
+    assert_names(&query("none.csv"), &["none.csv"]);
+    folder.fail_naming("query nowhere --angles a.csv", &["a.csv", "2"]);
 }
 
 /// Rows of a plan name their samples, which an exchange of light and sensor makes necessary.
 #[test]
 fn what_is_looked_up_at_a_plan_is_fitted() {
-    let scratch = tempfile::tempdir().expect("a temporary directory");
-    let directory = scratch.path();
-    fs::write(directory.join("n8.recipe"), NEURAL).expect("it is written");
+    let folder = Folder::with("n8.recipe", NEURAL_N8);
     for (name, options, swaps) in [
-        ("plain", &[][..], false),
-        ("swapped", &["--swap", "--max-theta-o", "80"], true),
+        ("plain", "", false),
+        ("swapped", "--swap --max-theta-o 80", true),
     ] {
-        let plan = ["plan", "n8.recipe", "--force", "--out", "plan.csv"];
-        succeed(directory, &[&plan[..], options].concat());
-        let planned = fs::read_to_string(directory.join("plan.csv")).expect("it is there");
+        folder.succeed(&format!("plan n8.recipe --force --out plan.csv {options}"));
+        let planned = folder.read_text("plan.csv");
         assert_eq!(planned.contains(",true,"), swaps, "{planned}");
-        let query = ["query", "procedural:1:9", "--angles", "plan.csv"];
-        succeed(directory, &[&query[..], &["--out", "read.csv"]].concat());
-        let read = fs::read_to_string(directory.join("read.csv")).expect("it is there");
-        let read = rows(&read, "theta_i,phi_i,theta_o,phi_o,index,r,g,b");
+        folder.succeed("query procedural:1:9 --angles plan.csv --out read.csv");
+        let header = "theta_i,phi_i,theta_o,phi_o,index,r,g,b";
+        let read = rows(&folder.read_text("read.csv"), header);
         for (row, planned) in read.iter().zip(planned.lines().skip(1)) {
             let own = [&row[4..5], &row[..4]].concat().join(",");
             assert!(planned.starts_with(&own), "{planned}");
         }
-        let fit = ["fit", "n8.recipe", "--measurements", "read.csv", "--json"];
-        let told = succeed(directory, &[&fit[..], &["--out", name]].concat());
-        let told: Value = serde_json::from_str(&told).expect("it is JSON");
+        let fit = format!("fit n8.recipe --measurements read.csv --out {name}");
+        let told = folder.succeed_as_json(&fit);
         assert_eq!(told[0]["readings"]["used"], 8);
-        assert_eq!(told[0]["readings"]["excluded"], serde_json::json!([]));
+        assert_eq!(told[0]["readings"]["excluded"], json!([]));
     }
 }
 
 #[test]
 fn json_holds_what_csv_does() {
-    let scratch = tempfile::tempdir().expect("a temporary directory");
-    let directory = scratch.path();
-    fs::write(
-        directory.join("a.csv"),
-        "phi_d,theta_h,theta_d,index\n90,10,20.5,3\n0,89,89,1\n",
-    )
-    .expect("it is written");
-    let query = ["query", "procedural:2", "--angles", "a.csv"];
-    let csv = succeed(directory, &query);
-    let found = succeed(directory, &[&query[..], &["--json"]].concat());
-    let found: Value = serde_json::from_str(&found).expect("it is JSON");
-    assert_eq!(
-        (&found["quantity"], &found["unit"], &found["times_cosine"]),
-        (&"brdf".into(), &"sr^-1".into(), &false.into())
+    let folder = Folder::with(
+        "a.csv",
+        b"phi_d,theta_h,theta_d,index\n90,10,20.5,3\n0,89,89,1\n",
     );
+    let query = "query procedural:2 --angles a.csv";
+    let found = folder.succeed_as_json(query);
+    for (field, expected) in [
+        ("quantity", json!("brdf")),
+        ("unit", json!("sr^-1")),
+        ("times_cosine", json!(false)),
+    ] {
+        assert_eq!(found[field], expected, "{field}");
+    }
     let listed = found["materials"].as_array().expect("a list");
     let listed = listed.iter().flat_map(|material| {
         let rows = material["rows"].as_array().expect("a list");
-        rows.iter().map(|row| (material["name"].clone(), row))
+        rows.iter().map(|row| (&material["name"], row))
     });
     let header = "material,theta_h,theta_d,phi_d,index,r,g,b";
-    let rows = rows(&csv, header);
+    let rows = rows(&folder.succeed(query), header);
     assert_eq!(rows.len(), listed.clone().count());
     for (cells, (name, row)) in rows.iter().zip(listed) {
-        assert_eq!(cells[0], name);
+        assert_eq!(cells[0], *name);
         let angles = ["theta_h", "theta_d", "phi_d", "index"].map(|name| row[name].as_f64());
         let brdf = [0, 1, 2].map(|channel: usize| row["brdf"][channel].as_f64());
         let values = angles.into_iter().chain(brdf);
@@ -245,11 +201,7 @@ fn json_holds_what_csv_does() {
         assert_eq!(values, numbers(&cells[1..]));
     }
     // A file gets the same.
-    let out = ["--json", "--out", "f.json"];
-    assert_eq!(succeed(directory, &[&query[..], &out].concat()), "");
-    let written = fs::read(directory.join("f.json")).expect("it is there");
-    assert_eq!(
-        serde_json::from_slice::<Value>(&written).expect("it is JSON"),
-        found
-    );
+    let printed = folder.succeed(&format!("{query} --json --out f.json"));
+    assert_eq!(printed, "");
+    assert_eq!(folder.read_json("f.json"), found);
 }

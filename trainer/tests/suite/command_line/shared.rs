@@ -4,13 +4,13 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
-use super::succeed;
+use super::folder::Folder;
 
+/// A training by schedule joint; `prior.rs` has the default.
+pub(crate) const TRAIN: &str = "train --model phong --samples 4 --data procedural:12 --effort brief \
+                                --out phong.recipe --schedule joint";
 /// A recipe of the model Phong, `phong.recipe`.
-pub(crate) static PHONG: Shared = Shared::of(
-    "train --model phong --schedule joint --samples 4 --data procedural:12 --effort brief \
-     --out phong.recipe",
-);
+pub(crate) static PHONG: Shared = Shared::of(TRAIN);
 /// A recipe of the model Linear and its basis, `linear-n2.recipe`.
 pub(crate) static LINEAR_N2: Shared = Shared::of(
     "train --model linear --schedule joint --samples 2 --data procedural:6 --effort brief \
@@ -22,22 +22,10 @@ pub(crate) static LINEAR_N4: Shared = Shared::of(
      --out linear-n4.recipe",
 );
 /// An experiment that trains Linear only, without `--out`: in the folder `paper`.
-pub(crate) const BASES: [&str; 10] = [
-    "reproduce",
-    "bases",
-    "--data",
-    "procedural:4",
-    "--test",
-    "procedural:1:1",
-    "--seeds",
-    "2",
-    "--effort",
-    "brief",
-];
-/// What it leaves.
-pub(crate) static EXPERIMENT: Shared = Shared::of(
-    "reproduce bases --data procedural:4 --test procedural:1:1 --seeds 2 --effort brief",
-);
+pub(crate) const BASES: &str =
+    "reproduce bases --data procedural:4 --test procedural:1:1 --seeds 2 --effort brief";
+/// The files of this experiment.
+pub(crate) static EXPERIMENT: Shared = Shared::of(BASES);
 
 /// The result of a command.
 pub(crate) struct Shared {
@@ -73,25 +61,27 @@ impl Shared {
 
 impl Result {
     fn of(command: &str) -> Self {
-        let scratch = tempfile::tempdir().expect("a temporary directory");
-        let words: Vec<&str> = command.split_whitespace().collect();
-        let printed = succeed(scratch.path(), &words);
-        let mut files = Vec::new();
-        read_below(scratch.path(), Path::new(""), &mut files);
-        Self { printed, files }
+        let folder = Folder::new();
+        let printed = folder.succeed(command);
+        Self {
+            printed,
+            files: files_below(folder.path()),
+        }
     }
 }
 
-/// Reads all files in a folder and below.
-fn read_below(root: &Path, folder: &Path, files: &mut Vec<(PathBuf, Vec<u8>)>) {
-    for entry in fs::read_dir(root.join(folder)).expect("it can be listed") {
-        let path = folder.join(entry.expect("an entry").file_name());
-        match root.join(&path).is_dir() {
-            true => read_below(root, &path, files),
-            false => {
-                let bytes = fs::read(root.join(&path)).expect("it can be read");
-                files.push((path, bytes));
-            }
+/// All files in a folder and below: their paths within it, and their bytes.
+pub(crate) fn files_below(folder: &Path) -> Vec<(PathBuf, Vec<u8>)> {
+    let mut files = Vec::new();
+    for entry in fs::read_dir(folder).expect("it can be listed") {
+        let entry = entry.expect("an entry");
+        let name = PathBuf::from(entry.file_name());
+        if entry.path().is_dir() {
+            let below = files_below(&entry.path()).into_iter();
+            files.extend(below.map(|(path, bytes)| (name.join(path), bytes)));
+        } else {
+            files.push((name, fs::read(entry.path()).expect("it can be read")));
         }
     }
+    files
 }

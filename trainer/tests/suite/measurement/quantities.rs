@@ -7,8 +7,8 @@ use glimpse_core::geometry::HalfDifference;
 use glimpse_core::gonio::{Footprint, Quantity};
 use glimpse_trainer::measurement::{Counts, Meaning, TableError, White};
 
-use super::common::assert_names;
 use super::{TOLERANCE, measured_as, mistake, pattern};
+use crate::common::assert_names;
 
 const BRDF: f32 = 0.25;
 

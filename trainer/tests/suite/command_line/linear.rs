@@ -1,7 +1,5 @@
 //! A recipe of the model Linear at the command line.
 
-use std::fs;
-
 use glimpse_core::geometry::Angles;
 use glimpse_core::gonio::Limits;
 use glimpse_core::recipe::{
@@ -12,8 +10,8 @@ use glimpse_training::linear::ReducedBasis;
 use glimpse_training::recipe::{RecipeFile, Statements, to_ridge_recipe};
 use serde_json::{Value, json};
 
-use super::common::assert_names;
-use super::{fail_naming, succeed, succeed_as_json};
+use super::{Folder, number, numbers};
+use crate::common::assert_names;
 
 pub(crate) fn reduced() -> ReducedBasis {
     ReducedBasis {
@@ -85,103 +83,85 @@ pub(crate) fn stated() -> RecipeFile {
     to_ridge_recipe(&reduced(), &statements()).expect("it is a recipe")
 }
 
-/// A list that JSON holds, as the f32 that it was written from.
-fn numbers(list: &Value) -> Vec<f32> {
-    let list = list.as_array().expect("a list");
-    list.iter()
-        .map(|number| number.as_f64().expect("a number") as f32)
-        .collect()
-}
-
 #[test]
 fn a_linear_recipe_is_shown_and_exported() {
-    let scratch = tempfile::tempdir().expect("a temporary directory");
-    let directory = scratch.path();
+    let folder = Folder::new();
     let mut unequal = reduced();
     unequal.precision[1] = 4.0;
     unequal.basis_checksum = 0;
-    for (name, reduced) in [("equal.recipe", reduced()), ("unequal.recipe", unequal)] {
+    for (name, reduced) in [("equal", reduced()), ("unequal", unequal)] {
         let file = to_ridge_recipe(&reduced, &statements()).expect("it is a recipe");
-        fs::write(directory.join(name), file.bytes()).expect("it is written");
+        folder.write(&format!("{name}.recipe"), file.bytes());
         let recipe = file.recipe();
         assert!(recipe.pattern().eq(reduced.pattern));
         let ridge = recipe.ridge().expect("a ridge");
         assert!(ridge.basis().iter().eq(reduced.basis));
         assert!(ridge.precision().iter().eq(reduced.precision));
-        for (format, extension) in [("json", "json"), ("rust", "rs"), ("postcard", "copy")] {
-            let out = name.replace("recipe", extension);
-            succeed(
-                directory,
-                &["export", name, "--format", format, "--out", &out],
-            );
+        for format in ["json", "rust", "postcard"] {
+            folder.succeed(&format!(
+                "export {name}.recipe --format {format} --out {name}.{format}"
+            ));
         }
-        let copy = fs::read(directory.join(name.replace("recipe", "copy"))).expect("it is there");
-        assert_eq!(copy, file.bytes());
+        assert_eq!(folder.read(&format!("{name}.postcard")), file.bytes());
     }
-    let read = |name: &str| -> Value {
-        let text = fs::read(directory.join(name)).expect("it is there");
-        serde_json::from_slice(&text).expect("it is JSON")
-    };
 
-    let json = read("equal.json");
+    let json = folder.read_json("equal.json");
     let expected = reduced();
-    assert_eq!(json["model"], "linear");
-    assert_eq!(json["samples"], 3);
+    let bytes = folder.read("equal.recipe");
+    let recipe = Recipe::parse(&bytes).expect("it is a recipe");
+    for (field, expected) in [
+        ("/model", json!("linear")),
+        ("/samples", json!(3)),
+        ("/eta", json!(40.0)),
+        ("/basis_checksum", json!("0123abcd")),
+        ("/checksum", json!(format!("{:08x}", recipe.checksum()))),
+        ("/provenance/data", json!("procedural:7")),
+        ("/provenance/options", json!("no options")),
+        ("/noise/levels", json!(4096)),
+        ("/expectation/on", json!("materials of nowhere")),
+        (
+            "/materials/3",
+            json!({"name": "teflon", "digest": "ffffffff"}),
+        ),
+        (
+            "/limits",
+            json!({"max_theta_i": 1.25, "max_theta_o": 1.5, "min_separation": 0.125, "in_plane": true}),
+        ),
+        (
+            "/training",
+            json!({
+                "schedule": "joint",
+                "effort": "quick",
+                "parts": "all",
+                "split": "left-out",
+                "digest": "0123456789abcdef",
+                "sources": [
+                    {"label": "procedural:7", "origin": "built-in", "materials": 7, "share": 1.0},
+                ],
+            }),
+        ),
+    ] {
+        assert_eq!(json.pointer(field), Some(&expected), "{field}");
+    }
+    assert_eq!(number(&json["expected_loss"]) as f32, 0.0125);
+    let error = &json["expectation"]["standard_error"];
+    assert_eq!(number(error) as f32, 0.0015);
     assert_eq!(numbers(&json["pattern"][1]), [0.2, 0.2, 1.0]);
     assert_eq!(json["basis"].as_array().map(Vec::len), Some(3));
     assert_eq!(numbers(&json["basis"][1]), [0.25, 8.0]);
     assert_eq!(numbers(&json["mean"]), expected.mean);
     assert_eq!(numbers(&json["median"]), expected.median);
     assert_eq!(numbers(&json["weight"]), expected.weight);
-    assert_eq!(json["eta"], 40.0);
-    assert_eq!(json.get("precision"), None);
-    assert_eq!(json.get("initial"), None);
-    assert_eq!(json["basis_checksum"], "0123abcd");
-    assert_eq!(
-        json["expected_loss"].as_f64().map(|x| x as f32),
-        Some(0.0125)
-    );
-    assert_eq!(json["provenance"]["data"], "procedural:7");
-    assert_eq!(json["provenance"]["options"], "no options");
-    assert_eq!(
-        json["training"],
-        json!({
-            "schedule": "joint",
-            "effort": "quick",
-            "parts": "all",
-            "split": "left-out",
-            "digest": "0123456789abcdef",
-            "sources": [
-                {"label": "procedural:7", "origin": "built-in", "materials": 7, "share": 1.0},
-            ],
-        })
-    );
-    assert_eq!(
-        json["limits"],
-        json!({"max_theta_i": 1.25, "max_theta_o": 1.5, "min_separation": 0.125, "in_plane": true})
-    );
-    assert_eq!(json["noise"]["levels"], 4096);
-    assert_eq!(json["expectation"]["on"], "materials of nowhere");
-    assert_eq!(
-        json["expectation"]["standard_error"]
-            .as_f64()
-            .map(|x| x as f32),
-        Some(0.0015)
-    );
-    assert_eq!(
-        json["materials"][3],
-        json!({"name": "teflon", "digest": "ffffffff"})
-    );
-    let bytes = fs::read(directory.join("equal.recipe")).expect("it is there");
-    let recipe = Recipe::parse(&bytes).expect("it is a recipe");
-    assert_eq!(json["checksum"], format!("{:08x}", recipe.checksum()));
+    for absent in ["precision", "initial"] {
+        assert_eq!(json.get(absent), None, "{absent}");
+    }
 
-    let json = read("unequal.json");
+    let json = folder.read_json("unequal.json");
     assert_eq!(json.get("eta"), None);
     assert_eq!(numbers(&json["precision"]), [40.0, 4.0]);
-    assert_eq!(json["basis_checksum"], json!(null));
+    assert_eq!(json["basis_checksum"], Value::Null);
 
-    let rust = fs::read_to_string(directory.join("equal.rs")).expect("it is there");
+    let rust = folder.read_text("equal.rust");
     for line in [
         "pub const PATTERN: [[f32; 3]; 3] = [",
         "pub const BASIS: [[f32; 2]; 3] = [\n    [1.5, -2.0],\n    [0.25, 8.0],\n    [3.0, -0.1],\n];",
@@ -193,7 +173,7 @@ fn a_linear_recipe_is_shown_and_exported() {
     }
     assert!(!rust.contains("INNER_STEPS"));
 
-    let shown = succeed(directory, &["inspect", "equal.recipe"]);
+    let shown = folder.succeed("inspect equal.recipe");
     let figures = [
         "2", "40", "0123abcd", "0.0125", "0.0015", "7", "71.6", "85.9", "7.2", "0.02", "0.001",
         "4096", "4",
@@ -201,22 +181,21 @@ fn a_linear_recipe_is_shown_and_exported() {
     assert_names(&shown, &figures);
     let names = ["linear", "procedural:7", "brass", "felt", "silk"];
     assert_names(&shown, &names);
-    let shown = succeed(directory, &["inspect", "unequal.recipe"]);
+    let shown = folder.succeed("inspect unequal.recipe");
     assert_names(&shown, &["4.00e0", "4.00e1"]);
 }
 
 #[test]
 fn a_recipe_that_states_nothing_is_shown_and_exported() {
-    let scratch = tempfile::tempdir().expect("a temporary directory");
-    let directory = scratch.path();
     let file = to_ridge_recipe(&reduced(), &Statements::default()).expect("it is a recipe");
-    fs::write(directory.join("bare.recipe"), file.bytes()).expect("it is written");
-    succeed(directory, &["inspect", "bare.recipe"]);
+    let folder = Folder::with("bare.recipe", file.bytes());
+    folder.succeed("inspect bare.recipe");
     for format in ["json", "rust"] {
-        let arguments = ["export", "bare.recipe", "--format", format, "--out", format];
-        succeed(directory, &arguments);
+        folder.succeed(&format!(
+            "export bare.recipe --format {format} --out {format}"
+        ));
     }
-    let json = succeed_as_json(directory, &["inspect", "bare.recipe", "--json"]);
+    let json = folder.succeed_as_json("inspect bare.recipe");
     for field in [
         "expected_loss",
         "limits",
@@ -232,20 +211,11 @@ fn a_recipe_that_states_nothing_is_shown_and_exported() {
 
 #[test]
 fn a_linear_recipe_is_not_judged_without_its_basis() {
-    let scratch = tempfile::tempdir().expect("a temporary directory");
-    let file = to_ridge_recipe(&reduced(), &statements()).expect("it is a recipe");
-    fs::write(scratch.path().join("linear.recipe"), file.bytes()).expect("it is written");
+    let folder = Folder::with("linear.recipe", stated().bytes());
     for method in ["ours", "meta"] {
-        let arguments = [
-            "evaluate",
-            "--recipe",
-            "linear.recipe",
-            "--method",
-            method,
-            "--test",
-            "procedural:2",
-        ];
-        fail_naming(scratch.path(), &arguments, &["linear.basis"]);
+        let evaluate =
+            format!("evaluate --recipe linear.recipe --method {method} --test procedural:2");
+        folder.fail_naming(&evaluate, &["linear.basis"]);
     }
 }
 

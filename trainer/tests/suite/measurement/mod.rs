@@ -1,7 +1,5 @@
 //! Readings from a lab: how rows become samples, and which readings look wrong.
 
-#[path = "../common/mod.rs"]
-mod common;
 mod outliers;
 mod quantities;
 mod rows;
