@@ -5,6 +5,7 @@ mod common;
 mod damage;
 mod derivatives;
 mod fitted;
+mod folder;
 mod formats;
 mod merl;
 mod pab;
