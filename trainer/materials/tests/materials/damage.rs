@@ -2,19 +2,17 @@
 //! remedy, and never a part of a file taken for the whole.
 
 use std::collections::BTreeMap;
-use std::fs;
 use std::path::Path;
 
 use glimpse_core::model::ModelKind;
 use glimpse_materials::{
-    Fitted, FittedMaterial, Material, MerlTable, NeuralBrdf, PabSet, RglMeasurement, SourceError,
-    to_nbrdf, write_merl,
+    Fitted, FittedMaterial, Material, NeuralBrdf, PabSet, RglMeasurement, SourceError, to_nbrdf,
 };
 
 use crate::common::assert_names;
 use crate::folder::{self, Folder};
-use crate::rgl::{anisotropic, isotropic, spectral};
-use crate::{Made, angles, network};
+use crate::rgl::isotropic;
+use crate::{angles, network};
 
 /// A file's name, its valid bytes, and how it is read.
 struct Case {
@@ -146,8 +144,6 @@ fn other_dialects_are_named_with_what_they_say() {
         ),
         ("felt_b1.npy", array("(21,)", "(7,3)"), &["[21]", "[7, 3]"]),
         ("felt_b1.npy", array("(21,)", "((((("), &["6", "2"]),
-        ("felt.bsdf", spectral(), &["RGB"]),
-        ("felt.bsdf", anisotropic(), &["3", "phi_i"]),
         ("felt.bsdf", big_endian, &["8"]),
         (
             "felt.txt",
@@ -183,35 +179,6 @@ fn other_dialects_are_named_with_what_they_say() {
         let what = damage(case(name), &bytes).expect("it is refused");
         assert_names(&what, named);
         assert!(what.len() < 500, "{} bytes of {name}", what.len());
-    }
-}
-
-#[test]
-fn a_table_has_its_length() {
-    let folder = Folder::new();
-    let path = folder.at("felt.binary");
-    write_merl(&path, &Made(|_| [0.1; 3])).expect("it is written");
-    let whole = fs::metadata(&path).expect("it is there").len();
-    let file = fs::OpenOptions::new()
-        .write(true)
-        .open(&path)
-        .expect("it is there");
-    // Longer ones first, as a cut takes what was there.
-    for length in [
-        whole + 8,
-        whole + 1,
-        whole - 1,
-        whole - 8,
-        whole / 2,
-        13,
-        12,
-        11,
-        1,
-        0,
-    ] {
-        file.set_len(length).expect("its length is changed");
-        let what = folder::damage(MerlTable::read(&path), &path).expect("it is refused");
-        assert_names(&what, &[&length.to_string()]);
     }
 }
 

@@ -175,11 +175,6 @@ fn other_dialects_are_named() {
         ("a.bsdf", b"", &[]),
         ("a.binary", b"SCATFUN\x01", &["layerlab"]),
         ("a.binary", b"\0\0\0\x5a\0\0\0\x5a\0\0\0\xb4", &[]),
-        (
-            "a.binary",
-            b"\x5a\0\0\0\x5a\0\0\0\x68\x01\0\0",
-            &["[90, 90, 360]"],
-        ),
     ] {
         assert_names(&refusal(name, bytes), named);
     }

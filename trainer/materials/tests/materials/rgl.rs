@@ -302,7 +302,6 @@ fn what_its_fields_must_be_is_said() {
     ] {
         assert_refused(&with(name, field), named);
     }
-    assert_refused(&anisotropic(), &["3", "phi_i"]);
 }
 
 #[test]

@@ -3,10 +3,14 @@
 use std::fmt::Debug;
 use std::ops::ControlFlow;
 
-use glimpse_core::geometry::Angles;
-use glimpse_core::model::{Model, Neural};
+use glimpse_core::geometry::{Angles, HalfDifference};
+use glimpse_core::model::{Model, Neural, NeuralParameters, ParameterSet};
 use glimpse_gradcheck::parameters;
+use glimpse_kernels::Dual;
+use glimpse_materials::basis::{Basis, ByAngles};
 use glimpse_materials::{Material, NeuralBrdf, Procedural};
+use glimpse_training::linear::Reduced;
+use glimpse_training::meta::linear::{Outer, TaskGradient};
 use glimpse_training::meta::outer::{Outcome, Run};
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;
@@ -39,6 +43,29 @@ pub(crate) fn named([theta_h, theta_d, phi_d]: [f64; 3]) -> Angles<f64> {
         theta_d,
         phi_d,
     }
+}
+
+/// The gradient of the model Linear's loss on one network, measured in double precision.
+pub(crate) fn task_gradient(
+    network: &NeuralBrdf,
+    basis: &Basis,
+    places: &[Angles<f64>],
+    precision: &[f64],
+    outer: &Outer<'_>,
+) -> TaskGradient {
+    let reduced = Reduced::new(basis, places);
+    let mut buffer = Vec::new();
+    let factors = reduced.factorize(precision, &mut buffer);
+    let weights = network.parameters().iter();
+    let weights = weights.map(|weight| Dual::from_value(f64::from(*weight)));
+    let weights: NeuralParameters<Dual<f64, 3>> = parameters(weights, Dual::from_value(0.0));
+    let measure = |angles: &Angles<f64>| -> [ByAngles; 3] {
+        let at = HalfDifference::from_angles(Dual::variables(*angles));
+        Neural::brdf::<Dual<f64, 3>>(&weights, &at)
+    };
+    let measured: Vec<[ByAngles; 3]> = places.iter().map(measure).collect();
+    let factors = factors.expect("it can be factorized");
+    TaskGradient::new(&reduced, &factors, &measured, outer).expect("lengths fit")
 }
 
 /// The bits of each step's loss, of the expected loss, and of the values that are learned.

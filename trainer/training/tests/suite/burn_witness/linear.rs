@@ -7,22 +7,20 @@ use std::sync::{LazyLock, PoisonError};
 
 use burn::tensor::Tensor;
 use burn::tensor::activation::relu;
-use glimpse_core::geometry::{Angles, HalfDifference};
-use glimpse_core::model::{Model, Neural, NeuralParameters, ParameterSet};
-use glimpse_gradcheck::parameters;
-use glimpse_kernels::Dual;
-use glimpse_materials::basis::{Basis, ByAngles, widened};
+use glimpse_core::geometry::Angles;
+use glimpse_core::model::{Neural, ParameterSet};
+use glimpse_materials::basis::{Basis, widened};
 use glimpse_materials::sampling::uniform_valid;
 use glimpse_materials::{Material, NeuralBrdf};
+use glimpse_training::linear::Columns as Tables;
 use glimpse_training::linear::principal_components;
-use glimpse_training::linear::{Columns as Tables, Reduced};
-use glimpse_training::meta::linear::{Outer, OuterBasis, TaskGradient};
+use glimpse_training::meta::linear::{Outer, OuterBasis};
 use glimpse_training::meta::pattern::Pattern;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::{Columns, Matrix, Program, TOLERANCE, TURN, disagreement, list, matrix, sigmoid};
-use crate::support::{boxed, double, named, network};
+use crate::support::{boxed, double, named, network, task_gradient};
 
 /// e of the mapping.
 const EPSILON: f64 = 1e-3;
@@ -226,28 +224,13 @@ fn found(network: &NeuralBrdf, logits: &[f64], log_precision: &[f64], judging: &
         .map(|logits| named([0, 1, 2].map(|i| RANGES[i] / (1.0 + (-logits[i]).exp()))))
         .collect();
     let precision: Vec<f64> = log_precision.iter().map(|log| log.exp()).collect();
-    let reduced = Reduced::new(basis, &places);
-    let mut buffer = Vec::new();
-    let factors = reduced
-        .factorize(&precision, &mut buffer)
-        .expect("it can be factorized");
-    let weights = network.parameters().iter();
-    let weights = weights.map(|weight| Dual::from_value(f64::from(*weight)));
-    let weights: NeuralParameters<Dual<f64, 3>> = parameters(weights, Dual::from_value(0.0));
-    let measured: Vec<[ByAngles; 3]> = places
-        .iter()
-        .map(|angles| {
-            let at = HalfDifference::from_angles(Dual::variables(*angles));
-            Neural::brdf::<Dual<f64, 3>>(&weights, &at)
-        })
-        .collect();
     let directions: Vec<u32> = (0..judging.directions.len() as u32).collect();
     let outer = Outer {
         basis: &OuterBasis::new(basis.clone(), &judging.directions),
         directions: &directions,
         values: &judging.values,
     };
-    let found = TaskGradient::new(&reduced, &factors, &measured, &outer).expect("lengths fit");
+    let found = task_gradient(network, basis, &places, &precision, &outer);
     let by_logits = found.by_angles.iter().zip(&places).flat_map(|(by, at)| {
         let at = [at.theta_h, at.theta_d, at.phi_d];
         [0, 1, 2].map(|i| by[i] * at[i] * (1.0 - at[i] / RANGES[i]))

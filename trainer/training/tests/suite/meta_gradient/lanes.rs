@@ -1,4 +1,4 @@
-//! What training computes, on f32 lanes, against the same in f64.
+//! The numbers of training, on f32 lanes, against the same in f64.
 
 use glimpse_core::geometry::HalfDifference;
 use glimpse_core::model::{CookTorrance, Model, Neural, Phong, Sample, SampleGradient};

@@ -1,5 +1,5 @@
-//! The meta-gradient against central differences, and against itself in other precision, on other lanes and on other
-//! numbers of threads. (`burn_witness` holds it against an independent program.)
+//! The meta-gradient on lanes, on any number of threads, by a pattern's logits and over a batch. (`burn_witness`
+//! holds it against an independent program.)
 
 mod completion;
 mod determinism;
