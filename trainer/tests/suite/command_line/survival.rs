@@ -129,7 +129,7 @@ fn the_same_recipe_comes_of_any_number_of_threads() {
     }
 }
 
-/// Asserts that a work of hours ends at once.
+/// Does some work, and asserts that it ends within a minute.
 fn in_a_minute<T>(work: impl FnOnce() -> T) -> T {
     let begin = Instant::now();
     let done = work();
