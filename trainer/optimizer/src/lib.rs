@@ -4,7 +4,7 @@
 //! one is compiled where it is done, for every type of number. Here that happens once, and not again
 //! whenever the trainer changes.
 
-use burn::tensor::{Tensor, TensorData};
+use burn::tensor::{DType, Tensor, TensorData};
 use burn_ndarray::{NdArray, NdArrayDevice};
 use burn_optim::{Adam, AdamConfig, AdamState, AdaptiveMomentumState, SimpleOptimizer};
 use serde::{Deserialize, Serialize};
@@ -91,7 +91,8 @@ type Group = (Vec<f32>, Option<AdamState<B, 1>>);
 
 fn tensor(values: Vec<f32>) -> Tensor<B, 1> {
     let length = values.len();
-    Tensor::from_data(TensorData::new(values, [length]), &DEVICE)
+    // Explicitly: otherwise it depends on the first use of burn in this process.
+    Tensor::from_data(TensorData::new(values, [length]), (&DEVICE, DType::F32))
 }
 
 fn list(tensor: Tensor<B, 1>) -> Vec<f32> {

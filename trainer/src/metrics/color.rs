@@ -201,18 +201,7 @@ mod tests {
     #[test]
     fn published_pairs_have_their_published_differences() {
         for [l1, a1, b1, l2, a2, b2, expected] in PAIRS {
-            let (one, other) = (
-                Lab {
-                    l: l1,
-                    a: a1,
-                    b: b1,
-                },
-                Lab {
-                    l: l2,
-                    a: a2,
-                    b: b2,
-                },
-            );
+            let [one, other] = [[l1, a1, b1], [l2, a2, b2]].map(|[l, a, b]| Lab { l, a, b });
             for found in [ciede2000(one, other), ciede2000(other, one)] {
                 assert!(
                     (found - expected).abs() < 5e-5,

@@ -224,25 +224,26 @@ mod tests {
     use super::*;
     use crate::report::{GalleryRow, Tile};
 
-    fn page() -> Page {
-        let tile = |label: &str, best| Tile {
-            label: label.into(),
+    /// A row of pictures with these labels.
+    fn gallery(title: &str, labels: &[&str]) -> Gallery {
+        let tile = |label: &&str| Tile {
+            label: (*label).into(),
             details: vec!["loss 0.1".into(), "<b>".into()],
-            best,
+            best: *label == "Ours",
             picture: Picture::filled(8, 8, [1, 2, 3]),
         };
-        let row = GalleryRow {
-            title: "blue & rubber".into(),
-            tiles: vec![
-                tile("Reference", false),
-                tile("Ours", true),
-                tile("ours", false),
-            ],
-        };
-        Page::new("A <title>").paragraph("2 < 3").gallery(&Gallery {
+        Gallery {
             caption: "Spheres".into(),
-            rows: vec![row],
-        })
+            rows: vec![GalleryRow {
+                title: title.into(),
+                tiles: labels.iter().map(tile).collect(),
+            }],
+        }
+    }
+
+    fn page() -> Page {
+        let gallery = gallery("blue & rubber", &["Reference", "Ours", "ours"]);
+        Page::new("A <title>").paragraph("2 < 3").gallery(&gallery)
     }
 
     #[test]
@@ -266,20 +267,8 @@ mod tests {
     #[test]
     fn parts_become_one_page() {
         let scratch = tempfile::tempdir().unwrap();
-        let row = GalleryRow {
-            title: "gold".into(),
-            tiles: vec![Tile {
-                label: "Ours".into(),
-                details: Vec::new(),
-                best: false,
-                picture: Picture::filled(8, 8, [1, 2, 3]),
-            }],
-        };
         Page::with_pictures_in("First", "first/pictures")
-            .gallery(&Gallery {
-                caption: String::new(),
-                rows: vec![row],
-            })
+            .gallery(&gallery("gold", &["Ours"]))
             .write_part(scratch.path(), "first")
             .unwrap();
         let whole = Page::new("All")
@@ -291,12 +280,8 @@ mod tests {
         let html = std::fs::read_to_string(scratch.path().join("index.html")).unwrap();
         assert!(html.contains("<h2>First</h2>"));
         assert!(html.contains("src=\"first/pictures/gold-ours.png\""));
-        assert!(
-            scratch
-                .path()
-                .join("first/pictures/gold-ours.png")
-                .is_file()
-        );
+        let picture = scratch.path().join("first/pictures/gold-ours.png");
+        assert!(picture.is_file());
     }
 
     #[test]

@@ -230,65 +230,59 @@ mod tests {
 
     use super::*;
 
+    type Change = fn(&mut Machine);
+
     #[test]
     fn machines_that_cannot_be_are_refused_by_name() {
         let good = Machine::default();
         assert_eq!(good.validate(), Ok(()));
-        let with = |change: &dyn Fn(&mut Machine)| {
+        let speed = |axis, value| MachineError::Speed { axis, value };
+        let cases: [(Change, MachineError); 8] = [
+            (|of| of.speeds.theta_i = 0.0, speed("theta_i", 0.0)),
+            (|of| of.speeds.theta_o = -1.0, speed("theta_o", -1.0)),
+            (
+                |of| (of.speeds.phi_i, of.speeds.phi_o) = (0.0, 0.0),
+                MachineError::NoAzimuth,
+            ),
+            (
+                |of| (of.isotropic, of.speeds.phi_i) = (false, 0.0),
+                MachineError::MissingAzimuth { axis: "phi_i" },
+            ),
+            (|of| of.settle = -0.5, MachineError::Settle(-0.5)),
+            (
+                |of| (of.full_turns, of.start.phi_o) = (false, 190.0),
+                MachineError::WoundUp(190.0),
+            ),
+            (
+                |of| of.limits.max_theta_i = 2.0,
+                MachineError::Limits(LimitsError::MaxThetaI),
+            ),
+            (
+                |of| of.speeds.phi_o = f64::INFINITY,
+                speed("phi_o", f64::INFINITY),
+            ),
+        ];
+        for (change, expected) in cases {
             let mut machine = good;
             change(&mut machine);
-            machine.validate().expect_err("it is none")
-        };
-        type Case<'a> = (&'a dyn Fn(&mut Machine), fn(&MachineError) -> bool);
-        let cases: [Case<'_>; 10] = [
-            (
-                &|machine| machine.speeds.theta_i = 0.0,
-                |error| matches!(error, MachineError::Speed { axis: "theta_i", value } if *value == 0.0),
-            ),
-            (
-                &|machine| machine.speeds.phi_o = f64::NAN,
-                |error| matches!(error, MachineError::Speed { axis: "phi_o", value } if value.is_nan()),
-            ),
-            (
-                &|machine| machine.speeds.theta_o = -1.0,
-                |error| matches!(error, MachineError::Speed { axis: "theta_o", value } if *value == -1.0),
-            ),
-            (
-                &|machine| (machine.speeds.phi_i, machine.speeds.phi_o) = (0.0, 0.0),
-                |error| *error == MachineError::NoAzimuth,
-            ),
-            (
-                &|machine| {
-                    machine.isotropic = false;
-                    machine.speeds.phi_i = 0.0;
-                },
-                |error| *error == MachineError::MissingAzimuth { axis: "phi_i" },
-            ),
-            (&|machine| machine.settle = -0.5, |error| {
-                *error == MachineError::Settle(-0.5)
-            }),
-            (
-                &|machine| machine.start.theta_i = 181.0,
-                |error| matches!(error, MachineError::Start { axis: "theta_i", value, .. } if *value == 181.0),
-            ),
-            (
-                &|machine| machine.start.phi_i = f64::INFINITY,
-                |error| matches!(error, MachineError::Start { axis: "phi_i", value, .. } if value.is_infinite()),
-            ),
-            (
-                &|machine| {
-                    machine.full_turns = false;
-                    machine.start.phi_o = 190.0;
-                },
-                |error| *error == MachineError::WoundUp(190.0),
-            ),
-            (&|machine| machine.limits.max_theta_i = 2.0, |error| {
-                *error == MachineError::Limits(LimitsError::MaxThetaI)
-            }),
-        ];
-        for (index, (change, is_expected)) in cases.into_iter().enumerate() {
-            let error = with(change);
-            assert!(is_expected(&error), "case {index}: {error}");
+            assert_eq!(machine.validate(), Err(expected));
         }
+        let starts: [(&str, Change); 2] = [
+            ("theta_i", |of| of.start.theta_i = 181.0),
+            ("phi_i", |of| of.start.phi_i = f64::INFINITY),
+        ];
+        for (expected, change) in starts {
+            let mut machine = good;
+            change(&mut machine);
+            let error = machine.validate().expect_err("it is out of range");
+            let is_named = matches!(error, MachineError::Start { axis, .. } if axis == expected);
+            assert!(is_named, "{error}");
+        }
+        let mut machine = good;
+        machine.speeds.phi_o = f64::NAN;
+        let error = machine.validate().expect_err("it is not a speed");
+        let is_speed =
+            matches!(error, MachineError::Speed { axis: "phi_o", value } if value.is_nan());
+        assert!(is_speed, "{error}");
     }
 }

@@ -11,6 +11,7 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use crate::common::assert_names;
+use crate::folder::Folder;
 
 /// Four components of which each node has other values.
 static BASIS: LazyLock<Basis> = LazyLock::new(|| {
@@ -39,21 +40,21 @@ fn fitted(model: ModelKind, seed: u64) -> FittedMaterial {
 
 #[test]
 fn what_is_written_is_read_again_bit_by_bit() {
-    let scratch = tempfile::tempdir().expect("a temporary directory");
+    let scratch = Folder::new();
     let bytes = BASIS.to_bytes();
-    fs::write(scratch.path().join("a.basis"), &bytes).expect("it is written");
+    scratch.write("a.basis", &bytes);
     let basis = BasisFile::new("../a.basis".to_owned(), Basis::checksum(&bytes));
     for (seed, model) in (0..).zip(MODELS) {
         let material = fitted(model, seed);
         let basis = (model == ModelKind::Linear).then_some(&basis);
         let about = serde_json::json!({ "residual": 0.5 });
-        let folder = scratch.path().join(model.name());
+        let folder = scratch.at(model.name());
         fs::create_dir(&folder).expect("it is made");
         let text = material.to_json(basis, about).expect("it is JSON");
-        fs::write(folder.join("material.json"), text).expect("it is written");
+        let path = scratch.write(&format!("{model}/material.json"), text);
 
         // By its file, by its folder, and by the folder above, by the name that it has.
-        for source in [folder.join("material.json"), folder] {
+        for source in [&path, &folder] {
             let source = Source(source.display().to_string());
             let found = source.load().expect("it loads");
             let [found] = &found[..] else {
@@ -66,7 +67,6 @@ fn what_is_written_is_read_again_bit_by_bit() {
             let files = source.files().expect("they are there");
             assert_eq!(files.len(), if basis.is_some() { 2 } else { 1 });
         }
-        let path = scratch.path().join(model.name()).join("material.json");
         let found = FittedMaterial::read(&path).expect("it is read");
         assert_eq!(found.fitted(), material.fitted());
     }
@@ -113,15 +113,14 @@ fn derivatives_agree_with_differences() {
 
 #[test]
 fn what_is_damaged_is_named() {
-    let scratch = tempfile::tempdir().expect("a temporary directory");
-    let path = scratch.path().join("material.json");
-    let good = fitted(ModelKind::Phong, 1)
-        .to_json(None, serde_json::json!({}))
-        .expect("it is JSON");
-    let linear = BasisFile::new("none.basis".to_owned(), 7);
-    let linear = fitted(ModelKind::Linear, 1)
-        .to_json(Some(&linear), serde_json::json!({}))
-        .expect("it is JSON");
+    let folder = Folder::new();
+    let json = |model, basis: Option<&BasisFile>| {
+        let json = fitted(model, 1).to_json(basis, serde_json::json!({}));
+        json.expect("it is JSON")
+    };
+    let good = json(ModelKind::Phong, None);
+    let basis = BasisFile::new("none.basis".to_owned(), 7);
+    let linear = json(ModelKind::Linear, Some(&basis));
     for (text, named) in [
         ("{".to_owned(), &[][..]),
         (
@@ -140,7 +139,7 @@ fn what_is_damaged_is_named() {
         (linear.clone(), &["none.basis"]),
         (linear.replace("00000007", "seven"), &["checksum"]),
     ] {
-        fs::write(&path, text).expect("it is written");
+        let path = folder.write("material.json", text);
         let error = FittedMaterial::read(&path).expect_err("it is damaged");
         assert!(matches!(
             &error,
@@ -149,6 +148,6 @@ fn what_is_damaged_is_named() {
         assert_names(&error.to_string(), &["material.json"]);
         assert_names(&error.to_string(), named);
     }
-    fs::write(&path, good).expect("it is written");
+    let path = folder.write("material.json", good);
     assert!(FittedMaterial::read(&path).is_ok());
 }

@@ -1,10 +1,11 @@
 //! Materials: look-ups, their derivatives, files, and what is said of files that are damaged.
 
-#[path = "../../../tests/common/mod.rs"]
+#[path = "../../../tests/suite/common.rs"]
 mod common;
 mod damage;
 mod derivatives;
 mod fitted;
+mod folder;
 mod formats;
 mod merl;
 mod pab;

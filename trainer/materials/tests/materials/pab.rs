@@ -1,27 +1,18 @@
 //! PAB-Opto's text: read as it is written, and refused by field and line.
 
-use std::fs;
-use std::path::Path;
-
 use glimpse_materials::loss::loss_between;
 use glimpse_materials::{Material, PabSet, Procedural, Source, SourceError, pab_endings, to_pab};
-use tempfile::TempDir;
 
 use crate::Made;
 use crate::common::assert_names;
+use crate::folder::{Folder, damage, load};
 
-/// A set of files in a folder of its own.
-fn written(name: &str, material: &dyn Material) -> TempDir {
-    let directory = tempfile::tempdir().expect("a temporary directory");
+/// Writes a set of files into a folder.
+fn write(folder: &Folder, name: &str, material: &dyn Material) {
     let texts = to_pab(name, material).expect("it is finite");
     for (ending, text) in pab_endings().zip(texts) {
-        fs::write(directory.path().join(format!("{name}{ending}")), text).expect("it is written");
+        folder.write(&format!("{name}{ending}"), text);
     }
-    directory
-}
-
-fn load(path: &Path) -> Result<Vec<Box<dyn Material>>, SourceError> {
-    Source(path.display().to_string()).load()
 }
 
 #[test]
@@ -36,21 +27,20 @@ fn what_is_written_is_read() {
         ("fabric", fabric, 0.01),
         ("rubber", rubber, 0.02),
     ];
+    let folder = Folder::new();
     for (name, material, most) in materials {
-        let directory = written(name, material);
-        let path = directory.path().join(format!("{name}_in40.txt"));
+        write(&folder, name, material);
+        let path = folder.at(&format!("{name}_in40.txt"));
         let set = PabSet::read(&path).expect("it is read");
         let loss = loss_between(&set, material);
         assert!(loss < most, "{name}: {loss}");
-        let files = Source(path.display().to_string())
-            .files()
-            .expect("they are listed");
-        assert_eq!(files.len(), pab_endings().count());
+        let files = Source(path.display().to_string()).files();
+        let count = files.expect("they are listed").len();
+        assert_eq!(count, pab_endings().count());
     }
 
     // As a material they are tabulated once more, which takes seconds.
-    let directory = written("rubber", rubber);
-    let read = load(&directory.path().join("rubber_in00.txt")).expect("it is read");
+    let read = load(&folder.at("rubber_in00.txt")).expect("it is read");
     assert_eq!(read[0].name(), "rubber");
     let loss = loss_between(&*read[0], rubber);
     assert!(loss < 0.02, "{loss}");
@@ -58,15 +48,13 @@ fn what_is_written_is_read() {
 
 #[test]
 fn only_files_of_the_same_sample_are_read_together() {
-    let directory = written("one", &Made(|_| [0.3; 3]));
-    let other = to_pab("other", &Made(|_| [0.1_f32; 3]) as &dyn Material).expect("it is finite");
-    for (ending, text) in pab_endings().zip(&other) {
-        fs::write(directory.path().join(format!("other{ending}")), text).expect("it is written");
-    }
-    fs::write(directory.path().join("notes.txt"), "notes").expect("it is written");
-    fs::write(directory.path().join("broken.txt"), b"\xff\xfe").expect("it is written");
+    let folder = Folder::new();
+    write(&folder, "one", &Made(|_| [0.3; 3]));
+    write(&folder, "other", &Made(|_| [0.1; 3]));
+    folder.write("notes.txt", "notes");
+    folder.write("broken.txt", b"\xff\xfe");
     for (name, value) in [("one", 0.3), ("other", 0.1)] {
-        let path = directory.path().join(format!("{name}_in00.txt"));
+        let path = folder.at(&format!("{name}_in00.txt"));
         let read = PabSet::read(&path).expect("it is read");
         let loss = loss_between(&read, &Made(move |_| [value; 3]));
         assert!(loss < 1e-3, "{name}: {loss}");
@@ -94,28 +82,19 @@ fn damage_is_told_by_field_and_line() {
         (format!("{HEADER}120 0 0.1 0.1 0.1\n"), &[]),
         (HEADER.to_owned(), &[]),
     ] {
-        let directory = tempfile::tempdir().expect("a temporary directory");
-        let path = directory.path().join("a.dat");
-        fs::write(&path, &text).expect("it is written");
-        match load(&path).err() {
-            Some(SourceError::Damaged {
-                path: damaged,
-                what,
-            }) if damaged == path => {
-                assert_names(&what, named);
-            }
-            other => panic!("{text}: {other:?}"),
-        }
+        let folder = Folder::new();
+        let path = folder.write("a.dat", &text);
+        let what = damage(load(&path), &path);
+        assert_names(&what.unwrap_or_else(|| panic!("{text} is read")), named);
     }
     // Two azimuths, and one incidence twice.
     for (second, named) in [
         (with("inphi 0", "inphi 90"), &["inphi", "0", "90"][..]),
         (HEADER.to_owned() + line, &["30"]),
     ] {
-        let directory = tempfile::tempdir().expect("a temporary directory");
-        let path = directory.path().join("a.dat");
-        fs::write(&path, HEADER.to_owned() + line).expect("it is written");
-        fs::write(directory.path().join("b.dat"), second).expect("it is written");
+        let folder = Folder::new();
+        let path = folder.write("a.dat", HEADER.to_owned() + line);
+        folder.write("b.dat", second);
         let error = load(&path).err().expect("it is refused");
         assert!(matches!(error, SourceError::Damaged { .. }), "{error}");
         assert_names(&error.to_string(), named);

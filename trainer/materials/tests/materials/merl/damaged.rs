@@ -61,11 +61,21 @@ fn damaged_tables_are_refused_by_name() {
     tabulated.patch(0, &[90, 90, 180].map(i32::to_le_bytes).concat());
     tabulated.read();
 
-    for length in [whole + 1, 2 * whole, whole - 1, 12] {
+    // Longer ones first, as a cut takes what was there.
+    for length in [
+        2 * whole,
+        whole + 8,
+        whole + 1,
+        whole - 1,
+        whole - 8,
+        whole / 2,
+        13,
+        12,
+    ] {
         tabulated.set_length(length);
         tabulated.assert_refused(&[&length.to_string(), &whole.to_string()]);
     }
-    for length in [11, 0] {
+    for length in [11, 1, 0] {
         tabulated.set_length(length);
         tabulated.assert_refused(&[&length.to_string()]);
     }

@@ -5,17 +5,17 @@ mod many;
 
 use std::cell::Cell;
 use std::f64::consts::{FRAC_PI_2, PI};
-use std::fs::OpenOptions;
+use std::fs::File;
 use std::io::{Seek, SeekFrom, Write};
 use std::path::PathBuf;
 
 use glimpse_core::geometry::{Angles, HalfDifference};
-use glimpse_materials::{Material, MerlTable, SourceError, write_merl};
+use glimpse_materials::{Material, MerlTable, write_merl};
 use proptest::prelude::*;
 use proptest::test_runner::TestRunner;
-use tempfile::TempDir;
 
 use crate::common::assert_names;
+use crate::folder::{Folder, damage};
 use crate::{Made, angles, network};
 
 /// The angles of a node; of phi_d's there may be more than 180.
@@ -38,16 +38,16 @@ fn offset([h, d, phi]: [usize; 3], channel: usize) -> u64 {
 
 /// A table on disk, for as long as it is held.
 struct Tabulated {
-    _directory: TempDir,
+    _folder: Folder,
     path: PathBuf,
 }
 
 fn tabulate(material: &dyn Material) -> Tabulated {
-    let directory = tempfile::tempdir().expect("a temporary directory");
-    let path = directory.path().join("a-table.binary");
+    let folder = Folder::new();
+    let path = folder.at("a-table.binary");
     write_merl(&path, material).expect("the table is written");
     Tabulated {
-        _directory: directory,
+        _folder: folder,
         path,
     }
 }
@@ -57,33 +57,27 @@ impl Tabulated {
         MerlTable::read(&self.path).expect("the table is read")
     }
 
+    fn open(&self) -> File {
+        let file = File::options().write(true).open(&self.path);
+        file.expect("the file opens")
+    }
+
     /// Overwrites bytes of the file.
     fn patch(&self, at: u64, bytes: &[u8]) {
-        let mut file = OpenOptions::new()
-            .write(true)
-            .open(&self.path)
-            .expect("the file opens");
+        let mut file = self.open();
         file.seek(SeekFrom::Start(at)).expect("it can be sought in");
         file.write_all(bytes).expect("it can be written to");
     }
 
     fn set_length(&self, bytes: u64) {
-        let file = OpenOptions::new()
-            .write(true)
-            .open(&self.path)
-            .expect("the file opens");
-        file.set_len(bytes).expect("its length can be set");
+        self.open().set_len(bytes).expect("its length can be set");
     }
 
     /// Asserts that the file is refused by its path, and that the message names these.
     fn assert_refused(&self, named: &[&str]) {
-        match MerlTable::read(&self.path) {
-            Err(SourceError::Damaged { path, what }) => {
-                assert_eq!(path, self.path);
-                assert_names(&what, named);
-            }
-            Err(error) => panic!("{error}"),
-            Ok(_) => panic!("the damaged table was read: {named:?}"),
+        match damage(MerlTable::read(&self.path), &self.path) {
+            Some(what) => assert_names(&what, named),
+            None => panic!("the damaged table was read: {named:?}"),
         }
     }
 }

@@ -1,0 +1,87 @@
+//! Materials from one format to another.
+
+use serde_json::json;
+
+use super::{Folder, number};
+
+#[test]
+fn a_material_goes_from_format_to_format() {
+    let folder = Folder::new();
+    // The loss that a conversion comes to: the last word that it prints.
+    let convert = |arguments: &str| -> f64 {
+        let printed = folder.succeed(&format!("convert {arguments}"));
+        let number = printed.split_whitespace().last();
+        number.expect("a number").parse().expect("it is a number")
+    };
+    let table = convert("procedural:1:3 made.binary");
+    assert!(table < 0.005, "{table}");
+    let tensors = convert("made.binary made_rgb.bsdf");
+    assert!(tensors < 0.002, "{tensors}");
+    // Its own format is copied, also where the name does not tell it.
+    assert_eq!(convert("made.binary copy --format merl"), 0.0);
+    assert_eq!(folder.read("copy"), folder.read("made.binary"));
+    assert_eq!(convert("copy again.binary"), 0.0);
+
+    let text = convert("made.binary made --format pab");
+    assert!(text < 0.2, "{text}");
+    let again = convert("made_in30.txt text.bsdf");
+    assert!(again < 0.002, "{again}");
+
+    let network = convert("made_rgb.bsdf net --format nbrdf");
+    assert!(network < 0.02, "{network}");
+    assert_eq!(convert("net_b1.npy other_fc3.npy"), 0.0);
+    for array in ["fc1", "b1", "fc2", "b2", "fc3", "b3"] {
+        let bytes = folder.read(&format!("net_{array}.npy"));
+        assert!(bytes.starts_with(b"\x93NUMPY"));
+        assert_eq!(bytes, folder.read(&format!("other_{array}.npy")));
+    }
+}
+
+#[test]
+fn what_cannot_be_meant_is_refused() {
+    let folder = Folder::new();
+    folder.succeed("convert procedural:1:3 made_rgb.bsdf");
+    let before = folder.read("made_rgb.bsdf");
+    for (arguments, named) in [
+        ("procedural:2 made.binary", &["procedural:2", "2"][..]),
+        (
+            "procedural:1 made",
+            &["made", "--format", ".binary", ".bsdf"],
+        ),
+        (
+            "procedural:1 made.binary --format rgl",
+            &["made.binary", "--format", "merl"],
+        ),
+        ("procedural:1 made.npy", &["made.npy"]),
+        ("made_rgb.bsdf made_rgb.bsdf", &["made_rgb.bsdf"]),
+        ("procedural:1 made_rgb.bsdf", &["made_rgb.bsdf", "--force"]),
+        ("procedural:1 none/made.binary", &["none"]),
+    ] {
+        folder.fail_naming(&format!("convert {arguments}"), named);
+    }
+    assert_eq!(folder.names(""), ["made_rgb.bsdf"]);
+    assert_eq!(folder.read("made_rgb.bsdf"), before);
+    folder.succeed("convert procedural:1 made_rgb.bsdf --force");
+    assert_ne!(folder.read("made_rgb.bsdf"), before);
+}
+
+#[test]
+fn what_was_written_is_reported_as_json() {
+    let folder = Folder::new();
+    let made = folder.succeed_as_json("convert procedural:1:3 made.binary");
+    let bytes = folder.read("made.binary").len();
+    for (field, expected) in [
+        ("format", json!("merl")),
+        ("copied", json!(false)),
+        ("material", json!("procedural-3-000-metal")),
+        ("files", json!([{ "path": "made.binary", "bytes": bytes }])),
+    ] {
+        assert_eq!(made[field], expected, "{field}");
+    }
+    assert!(number(&made["loss"]) < 0.005);
+    let text = folder.succeed_as_json("convert made.binary made --format pab");
+    assert_eq!(text["files"].as_array().map(Vec::len), Some(11));
+    let copy = folder.succeed_as_json("convert made.binary copy.binary");
+    assert_eq!(copy["copied"], true);
+    assert_eq!(copy["loss"], 0.0);
+}

@@ -1,0 +1,281 @@
+//! `trainer evaluate`: how far its numbers can be relied on.
+
+use glimpse_core::geometry::{Angles, HalfDifference};
+use glimpse_core::recipe::{Ingredients, Recipe};
+use glimpse_materials::loss::mean_log_error;
+use glimpse_materials::{Material, Procedural, Source, digest};
+use glimpse_trainer::evaluation::Method;
+use glimpse_training::recipe::{RecipeFile, packed_pattern};
+use serde_json::{Value, json};
+
+use super::folder::{COOK_TORRANCE_N8, NEURAL_N8, PHONG_N8};
+use super::shared::{LINEAR_N2, TRAIN};
+use super::{Folder, number};
+use crate::common::assert_names;
+
+const RECIPES: [(&str, &[u8]); 3] = [
+    ("phong.recipe", PHONG_N8),
+    ("neural.recipe", NEURAL_N8),
+    ("cook-torrance.recipe", COOK_TORRANCE_N8),
+];
+/// The same as an option.
+const ALL: &str = "--recipe phong.recipe neural.recipe cook-torrance.recipe";
+
+fn folder() -> Folder {
+    let folder = Folder::new();
+    for (name, bytes) in RECIPES {
+        folder.write(name, bytes);
+    }
+    folder
+}
+
+/// The report of `evaluate`.
+fn judge(folder: &Folder, options: &str) -> Value {
+    folder.succeed_as_json(&format!("evaluate {options}"))
+}
+
+/// The loss on each material of a report.
+fn losses(report: &Value) -> Vec<f64> {
+    let materials = report["materials"].as_array().expect("a list").iter();
+    materials.map(|each| number(&each["loss"])).collect()
+}
+
+/// The mean of a list, and its standard error.
+fn mean_and_error(list: &[f64]) -> [f64; 2] {
+    let count = list.len() as f64;
+    let mean = list.iter().sum::<f64>() / count;
+    let squares: f64 = list.iter().map(|each| (each - mean).powi(2)).sum();
+    [mean, (squares / (count - 1.0) / count).sqrt()]
+}
+
+/// The digits of a number behind the point, in reverse.
+fn radical_inverse(mut number: u32, base: u32) -> f64 {
+    let (mut inverse, mut place) = (0.0, 1.0);
+    while number > 0 {
+        place /= f64::from(base);
+        inverse += place * f64::from(number % base);
+        number /= base;
+    }
+    inverse
+}
+
+#[test]
+fn the_seed_moves_no_mean_and_the_mean_is_that_of_all_directions() {
+    let folder = folder();
+    let materials = Source("procedural:4:3".into()).load().expect("they load");
+    // Other directions, many more: Hammersley's points.
+    const MANY: u32 = 1 << 18;
+    let at: Vec<HalfDifference<f32>> = (0..MANY)
+        .map(|index| {
+            let share = [
+                (f64::from(index) + 0.5) / f64::from(MANY),
+                radical_inverse(index, 2),
+                radical_inverse(index, 3),
+            ];
+            let ends = [0.5, 0.5, 2.0].map(|end| end * std::f64::consts::PI);
+            let [theta_h, theta_d, phi_d] = [0, 1, 2].map(|i| (share[i] * ends[i]) as f32);
+            HalfDifference::from_angles(Angles {
+                theta_h,
+                theta_d,
+                phi_d,
+            })
+        })
+        .filter(HalfDifference::is_valid)
+        .collect();
+    let judge = |test, seed| judge(&folder, &format!("{ALL} --test {test} --seed {seed}"));
+    assert_eq!(judge("procedural:1:3", 0), judge("procedural:1:3", 1));
+    let judged = judge("procedural:4:3", 0);
+    for (index, (name, bytes)) in RECIPES.into_iter().enumerate() {
+        let recipe = Recipe::parse(bytes).expect("it is a recipe");
+        let method = Method::ours(&recipe, None).expect("it needs no basis");
+        let losses = materials.iter().map(|material| {
+            let fitted = method.fit(&**material, 0).expect("it fits");
+            let mut reference = vec![[0.0; 3]; at.len()];
+            material.brdf_batch(&at, &mut reference);
+            mean_log_error(&fitted, &at, &reference)
+        });
+        let expected = losses.sum::<f64>() / materials.len() as f64;
+        let loss = number(&judged["recipes"][index]["loss"]);
+        println!("{name}: {loss:.6}, of many more directions {expected:.6}");
+        assert!((loss / expected - 1.0).abs() < 0.01, "{loss}, {expected}");
+    }
+}
+
+#[test]
+fn the_standard_error_is_over_the_materials() {
+    let folder = folder();
+    let judged = judge(&folder, "--recipe phong.recipe --test procedural:3:3");
+    let [_, expected] = mean_and_error(&losses(&judged));
+    let found = number(&judged["loss_standard_error"]);
+    assert!((found / expected - 1.0).abs() < 1e-9, "{found}, {expected}");
+    // One material has none.
+    let judged = judge(&folder, "--recipe phong.recipe --test procedural:1:3");
+    assert_eq!(judged["loss_standard_error"], Value::Null);
+}
+
+#[test]
+fn recipes_are_compared_pair_by_pair() {
+    let folder = folder();
+    let options = format!("{ALL} --test procedural:2:3");
+    let all = judge(&folder, &options);
+    // Each is judged as it is alone.
+    let alone = judge(&folder, "--recipe neural.recipe --test procedural:2:3");
+    assert_eq!(all["recipes"][1], alone);
+    let first = losses(&all["recipes"][0]);
+    for (index, name) in [(1, "neural.recipe"), (2, "cook-torrance.recipe")] {
+        let difference = &all["differences"][index - 1];
+        assert_eq!(difference["recipe"], name);
+        assert_eq!(difference["base"], "phong.recipe");
+        let pairs = losses(&all["recipes"][index]).into_iter().zip(&first);
+        let pairs: Vec<f64> = pairs.map(|(a, b)| a - b).collect();
+        let [mean, error] = mean_and_error(&pairs);
+        assert!((number(&difference["loss"]) - mean).abs() < 1e-12);
+        assert!((number(&difference["standard_error"]) - error).abs() < 1e-12);
+        let less = pairs.iter().filter(|pair| **pair < 0.0).count();
+        assert_eq!(difference["less_loss_on"], json!(less));
+    }
+    let text = folder.succeed(&format!("evaluate {options}"));
+    let mut lines = text.lines();
+    let row = lines.find(|line| line.starts_with("cook-torrance.recipe"));
+    let figures = ["loss", "standard_error"]
+        .map(|field| format!("{:.4}", number(&all["differences"][1][field])));
+    assert_names(row.expect("a row"), &figures.each_ref().map(String::as_str));
+    let materials = Procedural::set(2, 3);
+    assert_names(&text, &[materials[0].name(), materials[1].name()]);
+}
+
+/// Writes a recipe of Linear that says it was trained on these, with the basis of one that was.
+fn write_recipe_that_knows(folder: &Folder, materials: &[(&str, u32)]) {
+    LINEAR_N2.copy_to(folder.path());
+    let file = RecipeFile::read(&folder.at("linear-n2.recipe")).expect("it is a recipe");
+    let recipe = file.recipe();
+    let pattern: Vec<_> = recipe.pattern().collect();
+    let file = RecipeFile::write(&Ingredients {
+        expectation: file.statements().expectation,
+        materials,
+        ..Ingredients::new(&packed_pattern(&pattern), recipe.learner().into())
+    });
+    let file = file.expect("it is a recipe");
+    folder.write("k.recipe", file.bytes());
+    folder.write("k.basis", folder.read("linear-n2.basis"));
+}
+
+#[test]
+fn materials_of_training_are_told() {
+    let folder = folder();
+    let set = Procedural::set(4, 0);
+    let judge_on = |test| judge(&folder, &format!("--recipe k.recipe --test {test}"));
+
+    // One under another name, one by its name only, two that are new.
+    let known = [("another-name", digest(&set[1])), (set[2].name(), 7)];
+    write_recipe_that_knows(&folder, &known);
+    let judged = judge_on("procedural:4");
+    assert_eq!(judged["trained_on"], json!([set[1].name()]));
+    assert_eq!(judged["namesakes_trained_on"], json!([set[2].name()]));
+    let flags = [0, 1, 2, 3].map(|index| &judged["materials"][index]["trained_on"]);
+    assert_eq!(flags, [false, true, false, false]);
+    assert_eq!(judged["new"]["materials"], 2);
+    let losses = losses(&judged);
+    let new = number(&judged["new"]["loss"]);
+    assert!((new - (losses[0] + losses[3]) / 2.0).abs() < 1e-12);
+
+    // Text and pictures name them too, besides the rows of all materials.
+    for command in [
+        "evaluate --test procedural:2 --recipe k.recipe",
+        "render sphere procedural:2 --recipe k.recipe --size 8",
+    ] {
+        let text = folder.succeed_with_talk(command).concat();
+        let times = |index: usize| text.matches(set[index].name()).count();
+        assert_eq!((times(0), times(1)), (1, 2), "{text}");
+    }
+
+    // All new.
+    write_recipe_that_knows(&folder, &[("another", 1)]);
+    let judged = judge_on("procedural:1");
+    assert_eq!(judged["trained_on"], json!([]));
+    assert_eq!(judged.get("new"), None);
+
+    // A recipe that does not name its materials.
+    write_recipe_that_knows(&folder, &[]);
+    let judged = judge_on("procedural:1");
+    assert_eq!(judged["trained_on"], Value::Null);
+    assert_eq!(judged["materials"][0]["trained_on"], Value::Null);
+
+    // Of methods without a recipe, those that took components from materials.
+    let random = "--method random --model linear --samples 4 --train procedural:2 \
+                  --test procedural:3 --seeds 1";
+    let judged = judge(&folder, random);
+    assert_eq!(judged["trained_on"].as_array().map(Vec::len), Some(2));
+}
+
+#[test]
+fn a_promise_is_told_with_what_it_was_found_on() {
+    let folder = folder();
+    let train = TRAIN.replace("--samples 4", "--samples 1");
+    let train = train.replace("procedural:12", "procedural:1");
+    let [_, talk] = folder.succeed_with_talk(&train.replace("phong.recipe", "one.recipe"));
+    let shown = folder.succeed_as_json("inspect one.recipe");
+    assert_eq!(shown["training"]["split"], "training");
+    let options = "--recipe one.recipe --test procedural:1:3";
+    let judged = judge(&folder, options);
+    assert_eq!(judged["promise"]["materials"], 1);
+    // The loss, and what it was found on, wherever the recipe is spoken of.
+    let loss = format!("{:.4}", number(&judged["promise"]["loss"]));
+    let shown = folder.succeed("inspect one.recipe");
+    let text = folder.succeed(&format!("evaluate {options}"));
+    for text in [talk, shown, text] {
+        assert_names(&text, &[&loss, "1", "procedural:1"]);
+    }
+    assert_eq!(judged["promise"]["standard_error"], Value::Null);
+    // An older recipe does not say.
+    let judged = judge(&folder, "--recipe phong.recipe --test procedural:1:3");
+    assert_eq!(judged["promise"]["materials"], 0);
+}
+
+#[test]
+fn random_is_judged_without_a_recipe() {
+    let random = "--method random --model neural --samples 8 --test procedural:1:9 --seeds 2";
+    let judged = judge(&Folder::new(), random);
+    assert_eq!(judged["method"], "random");
+    assert_eq!(judged["seeds"], 2);
+    assert!(number(&judged["loss_spread"]) > 0.0);
+}
+
+#[test]
+fn no_more_readings_are_asked_for_than_there_are() {
+    let folder = Folder::new();
+    folder.succeed("recipes get neural-n16-masked");
+    let evaluate = "evaluate --recipe neural-n16-masked.recipe --test procedural:1:3";
+    folder.fail_naming(&format!("{evaluate} --first 17"), &["17", "16"]);
+    let all = folder.succeed(&format!("{evaluate} --first 16"));
+    assert_eq!(all, folder.succeed(evaluate));
+}
+
+#[test]
+fn both_ways_to_judge_are_offered() {
+    let folder = folder();
+    for command in ["evaluate", "evaluate --test procedural:1"] {
+        let output = folder.run(command);
+        assert_eq!(output.status.code(), Some(2), "{command}");
+        let message = String::from_utf8_lossy(&output.stderr);
+        for option in ["--recipe", "--method", "--model", "--samples", "--test"] {
+            assert!(message.contains(option), "no {option} in {message}");
+        }
+    }
+    let help = folder.succeed("evaluate --help");
+    for option in ["--recipe", "--model"] {
+        let is_usage =
+            |line: &&str| line.contains("trainer evaluate") && line.contains("[OPTIONS]");
+        let mut usage = help.lines().filter(is_usage);
+        assert!(usage.any(|line| line.contains(option)), "{help}");
+    }
+    // A model is judged by a method, and not beside a recipe.
+    for options in [
+        "--model phong",
+        "--method random",
+        "--recipe phong.recipe --model phong",
+    ] {
+        let output = folder.run(&format!("evaluate --test procedural:1 {options}"));
+        assert_eq!(output.status.code(), Some(2), "{options}");
+    }
+}

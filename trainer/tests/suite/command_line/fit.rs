@@ -1,0 +1,494 @@
+//! `trainer fit`
+
+use std::fs;
+
+use glimpse_core::geometry::Angles;
+use glimpse_core::recipe::Recipe;
+use glimpse_materials::basis::widened;
+use glimpse_materials::{Material, Procedural};
+use glimpse_trainer::measurement::Arms;
+use serde_json::{Value, json};
+
+use super::Folder;
+use super::shared::{LINEAR_N4, PHONG};
+use crate::common::assert_names;
+
+/// A recipe of 16 samples that tolerates missing readings.
+const MASKED: &str = "neural-n16.recipe";
+/// A recipe of 8 samples that needs all readings.
+const WHOLE: &str = "cook-torrance-n8.recipe";
+
+/// A folder with both recipes.
+fn folder() -> Folder {
+    let folder = Folder::new();
+    folder.add_bundled("masked/neural-n16.recipe");
+    folder.add_bundled("cook-torrance-n8.recipe");
+    folder
+}
+
+fn material() -> Procedural {
+    Procedural::new(1, 9)
+}
+
+fn pattern(folder: &Folder, recipe: &str) -> Vec<Angles<f32>> {
+    let bytes = folder.read(recipe);
+    let recipe = Recipe::parse(&bytes).expect("it is a recipe");
+    recipe.pattern().collect()
+}
+
+/// Writes the readings of some samples, each times a number, in this order.
+fn write_readings(folder: &Folder, file: &str, recipe: &str, samples: &[(usize, f32)]) {
+    let pattern = pattern(folder, recipe);
+    let rows = samples.iter().map(|(sample, factor)| {
+        let angles = pattern[*sample];
+        let [r, g, b] = material().brdf(angles).map(|f| f * factor);
+        let [theta_h, theta_d, phi_d] =
+            [angles.theta_h, angles.theta_d, angles.phi_d].map(f32::to_degrees);
+        format!("{g},{theta_d},{theta_h},{b},{r},{phi_d}\n")
+    });
+    let text = "g,theta_d,theta_h,b,r,phi_d\n".to_owned() + &rows.collect::<String>();
+    folder.write(file, text);
+}
+
+/// The first samples, each as it is.
+fn first(count: usize) -> Vec<(usize, f32)> {
+    (0..count).map(|sample| (sample, 1.0)).collect()
+}
+
+/// All but the third of 16 samples, from the last to the first.
+fn shuffled(wrong: Option<usize>) -> Vec<(usize, f32)> {
+    let all = (0..16).rev().filter(|sample| *sample != 3);
+    let factor = |sample| match Some(sample) == wrong {
+        true => 10.0,
+        false => 1.0,
+    };
+    all.map(|sample| (sample, factor(sample))).collect()
+}
+
+#[test]
+fn readings_are_matched_looked_at_and_fitted() {
+    let folder = folder();
+    write_readings(&folder, "wrong.csv", MASKED, &shuffled(Some(1)));
+    let mut without = shuffled(None);
+    without.retain(|(sample, _)| *sample != 1);
+    write_readings(&folder, "right.csv", MASKED, &without);
+
+    let fit = format!("fit {MASKED} --measurements");
+    let report = folder.succeed_as_json(&format!("{fit} wrong.csv right.csv --out fits"));
+    for (field, expected) in [
+        ("/0/name", json!("wrong")),
+        ("/0/measured/rows", json!(15)),
+        ("/0/measured/file", json!("wrong.csv")),
+        ("/0/recipe/file", json!(MASKED)),
+        ("/0/recipe/samples", json!(16)),
+        ("/0/readings/missing", json!([3])),
+        ("/0/readings/looks_wrong/0/sample", json!(1)),
+        ("/0/readings/left_out", json!([1])),
+        ("/0/readings/used", json!(14)),
+        ("/1/name", json!("right")),
+        ("/1/measured/rows", json!(14)),
+        ("/1/readings/missing", json!([1, 3])),
+    ] {
+        assert_eq!(report.pointer(field), Some(&expected), "{field}");
+    }
+    assert!(report[0]["expected_loss"]["loss"].is_number(), "{report}");
+    assert_eq!(folder.names("fits"), ["right", "wrong"]);
+    let files = ["lobe.svg", "material.json", "readings.csv", "sphere.png"];
+    assert_eq!(folder.names("fits/wrong"), files);
+    // What was left out is as good as missing.
+    let values = |of: &str| folder.read_json(&format!("{of}/material.json"))["values"].clone();
+    assert_eq!(values("fits/wrong"), values("fits/right"));
+    let readings = folder.read_text("fits/wrong/readings.csv");
+    let rows = readings.lines().skip(1);
+    let fates: Vec<&str> = rows
+        .map(|row| row.rsplit(',').next().unwrap_or_default())
+        .collect();
+    assert_eq!(
+        (fates.len(), fates[1], fates[3], fates[0]),
+        (16, "left out", "missing", "used")
+    );
+
+    // A table of readings can be measured by again, and a fit is a material.
+    folder.succeed(&format!("{fit} fits/right/readings.csv --out again"));
+    assert_eq!(values("again"), values("fits/right"));
+    let found = folder.succeed("query fits --angles right.csv");
+    assert_eq!(found.lines().count(), 1 + 2 * 14, "{found}");
+    folder.succeed("render sphere fits --size 16 --out s.png");
+
+    // All are kept if that is asked for, and it is said.
+    let text = folder.succeed(&format!("{fit} wrong.csv --keep-all --out kept"));
+    assert_names(&text, &["wrong.csv", "--keep-all", "15", "16", "1", "3"]);
+}
+
+#[test]
+fn a_recipe_that_needs_all_readings_says_so() {
+    let folder = folder();
+    let some = [7, 1, 2, 4, 5, 6].map(|sample| (sample, 1.0));
+    write_readings(&folder, "some.csv", WHOLE, &some);
+    folder.fail_naming(
+        &format!("fit {WHOLE} --measurements some.csv --out out"),
+        &["some.csv", "0", "3", "8", "--missing"],
+    );
+    assert!(!folder.exists("out"));
+
+    let mut all = first(8);
+    all[0].1 = 30.0;
+    write_readings(&folder, "all.csv", WHOLE, &all);
+    let fit = format!("fit {WHOLE} --measurements all.csv --out out");
+    let report = folder.succeed_as_json(&fit);
+    let readings = &report[0]["readings"];
+    assert_eq!(readings["looks_wrong"][0]["sample"], 0);
+    assert_eq!(
+        (&readings["used"], &readings["left_out"]),
+        (&json!(8), &json!([]))
+    );
+}
+
+#[test]
+fn what_a_file_says_of_itself_holds() {
+    let folder = folder();
+    let fit = format!("fit {MASKED} --out out --measurements");
+    write_readings(&folder, "read.csv", MASKED, &shuffled(None));
+    folder.succeed(&format!("fit {MASKED} --measurements read.csv --out first"));
+
+    // Neither is lost to a command that writes something else.
+    let query = "query procedural:1 --angles read.csv --out first/readings.csv";
+    let export = format!("export {MASKED} --format json --out first/material.json");
+    for (command, file) in [
+        (query, "first/readings.csv"),
+        (&export, "first/material.json"),
+    ] {
+        let before = folder.read(file);
+        folder.fail_naming(command, &[file]);
+        assert_eq!(folder.read(file), before);
+    }
+
+    // What was read became BRDFs, and they are not made BRDFs once more.
+    folder.write("brdf.csv", folder.read("first/readings.csv"));
+    // A quantity that is the options' own is none but that, by either of its names.
+    folder.write(
+        "cosine.csv",
+        "index,value,quantity\n0,1,BRDF-cos\n1,1,brdf-cos-o\n2,1,\n3,1,brdf\n",
+    );
+    // A file is of one material.
+    folder.write("two.csv", "material,index,value\ngold,0,1\nfelt,0,0.1\n");
+    // Light and sensor exchanged, and nothing that says so.
+    let angles = pattern(&folder, MASKED)[2];
+    let [theta_h, theta_d, phi_d] =
+        [angles.theta_h, angles.theta_d, angles.phi_d].map(f32::to_degrees);
+    let exchanged = phi_d + 180.0;
+    folder.write(
+        "swapped.csv",
+        format!("theta_h,theta_d,phi_d,value\n{theta_h},{theta_d},{exchanged},0.1\n"),
+    );
+    for (measured, named) in [
+        (
+            "brdf.csv --quantity reflectance-factor",
+            &["brdf.csv", "2", "quantity", "brdf", "reflectance-factor"][..],
+        ),
+        (
+            "read.csv --white brdf.csv",
+            &["brdf.csv", "2", "quantity", "counts"],
+        ),
+        (
+            "cosine.csv --quantity brdf-cos",
+            &["cosine.csv", "5", "quantity", "brdf", "brdf-cos-o"],
+        ),
+        ("two.csv", &["two.csv", "3", "material", "felt", "gold"]),
+        ("swapped.csv", &["swapped.csv", "2", "--swap", "index"]),
+    ] {
+        folder.fail_naming(&format!("{fit} {measured}"), named);
+        assert!(!folder.exists("out"), "{measured}");
+    }
+}
+
+/// A dead sensor reads as a black material, of which no good fit may be promised.
+#[test]
+fn readings_without_light_are_named() {
+    let folder = folder();
+    for dark in [8, 3] {
+        let mut all = first(8);
+        all[..dark]
+            .iter_mut()
+            .for_each(|(_, factor)| *factor = -0.0);
+        write_readings(&folder, "dark.csv", WHOLE, &all);
+        let fit = format!("fit {WHOLE} --measurements dark.csv --out {dark}");
+        let report = folder.succeed_as_json(&fit);
+        let no_light: Vec<usize> = (0..dark).collect();
+        assert_eq!(report[0]["readings"]["no_light"], json!(no_light));
+        // Of a black material no loss is promised.
+        let is_known = report[0]["expected_loss"].is_object();
+        assert_eq!(is_known, dark == 3, "{report}");
+    }
+}
+
+#[test]
+fn nothing_is_written_over_unless_it_is_forced() {
+    let folder = folder();
+    write_readings(&folder, "a.csv", MASKED, &shuffled(None));
+    let fit = format!("fit {MASKED} --measurements a.csv --out out");
+    folder.succeed(&fit);
+    folder.fail_naming(&fit, &["out/material.json", "--force"]);
+    folder.succeed(&format!("{fit} --force"));
+
+    // Not what is read, and no folder above the one that is named.
+    let text = folder.read("a.csv");
+    folder.write("readings.csv", &text);
+    fs::create_dir(folder.at("b")).expect("it is made");
+    folder.write("b/a.csv", &text);
+    for (options, named) in [
+        ("readings.csv --out . --force", &["readings.csv"][..]),
+        ("a.csv --out none/deeper", &["none"]),
+        ("a.csv b/a.csv --out two", &["--measurements", "a"]),
+    ] {
+        folder.fail_naming(&format!("fit {MASKED} --measurements {options}"), named);
+    }
+    assert_eq!(folder.read("readings.csv"), text);
+    assert!(!folder.exists("none") && !folder.exists("two"));
+}
+
+#[test]
+fn an_option_without_effect_is_refused() {
+    let folder = folder();
+    for (options, named) in [
+        ("", &["--measurements", "--values"][..]),
+        ("--measurements a.csv --values b.json", &["--measurements"]),
+        ("--measurements a.csv --dark 9", &["--dark", "--white"]),
+        ("--measurements a.csv --footprint light", &["--footprint"]),
+        (
+            "--measurements a.csv --white w.csv --quantity brdf",
+            &["--quantity", "--white"],
+        ),
+        ("--values b.json --keep-all", &["--keep-all", "--values"]),
+    ] {
+        folder.fail_naming(&format!("fit {MASKED} --out out {options}"), named);
+    }
+    for (option, value) in [
+        ("--quantity", "brdf-cos"),
+        ("--tolerance", "1"),
+        ("--white", "w.csv"),
+        ("--dark", "9"),
+        ("--white-reflectance", "0.9"),
+        ("--saturation", "4095"),
+        ("--footprint", "light"),
+    ] {
+        let fit = format!("fit {MASKED} --out out --values b.json {option} {value}");
+        folder.fail_naming(&fit, &[option, "--values"]);
+    }
+    assert!(!folder.exists("out"));
+}
+
+#[test]
+fn what_a_device_has_found_becomes_the_same_folder() {
+    let folder = folder();
+    write_readings(&folder, "a.csv", MASKED, &shuffled(None));
+    folder.succeed(&format!("fit {MASKED} --measurements a.csv --out lab"));
+    let lab = folder.read_json("lab/material.json");
+    let read = |angles: &Angles<f32>| {
+        json!({
+            "theta_h": angles.theta_h,
+            "theta_d": angles.theta_d,
+            "phi_d": angles.phi_d,
+            "brdf": material().brdf(*angles),
+            "saturated": false,
+        })
+    };
+    let readings: Vec<Value> = pattern(&folder, MASKED).iter().map(read).collect();
+    let sent = json!({
+        "model": "neural",
+        "recipe": lab["recipe"]["checksum"],
+        "values": lab["values"],
+        "readings": readings,
+    });
+    folder.write("scan.json", sent.to_string());
+    let text = folder.succeed(&format!("fit {MASKED} --values scan.json --out device"));
+    assert_names(&text, &["16"]);
+    let device = folder.read_json("device/material.json");
+    assert_ne!(device["expected_loss"], Value::Null);
+    assert_eq!(folder.names("device"), folder.names("lab"));
+    assert_eq!(device["values"], lab["values"]);
+
+    for (field, value, named) in [
+        ("recipe", json!("00000000"), "00000000"),
+        ("values", json!([1.0]), "1"),
+    ] {
+        let mut sent =
+            json!({ "model": "neural", "recipe": lab["recipe"]["checksum"], "values": [] });
+        sent[field] = value;
+        folder.write("scan.json", sent.to_string());
+        let other = format!("fit {MASKED} --values scan.json --out other");
+        folder.fail_naming(&other, &["scan.json", named]);
+    }
+}
+
+#[test]
+fn a_fit_of_linear_has_its_basis_beside_it() {
+    let folder = Folder::new();
+    LINEAR_N4.copy_to(folder.path());
+    let (recipe, basis) = ("linear-n4.recipe", "linear-n4.basis");
+    for file in ["a.csv", "b.csv"] {
+        write_readings(&folder, file, recipe, &first(4));
+    }
+    folder.succeed(&format!("fit {recipe} --measurements a.csv --out one"));
+    folder.succeed(&format!(
+        "fit {recipe} --measurements a.csv b.csv --out two"
+    ));
+    assert_eq!(folder.names("two"), ["a", "b", basis]);
+    // Both can be moved, and say the same.
+    fs::rename(folder.at("two"), folder.at("moved")).expect("it is moved");
+    fs::remove_file(folder.at(basis)).expect("it is removed");
+    let one = "query one --angles a.csv";
+    assert_eq!(
+        folder.succeed(one),
+        folder.succeed("query moved/b --angles a.csv")
+    );
+    fs::remove_file(folder.at("one").join(basis)).expect("it is removed");
+    folder.fail_naming(one, &[basis]);
+}
+
+/// What another program reads stands in a folder of its own, so that the fit is one material still.
+#[test]
+fn a_fit_goes_out_in_other_formats() {
+    let folder = folder();
+    write_readings(&folder, "a.csv", MASKED, &shuffled(None));
+    let fit = format!("fit {MASKED} --measurements a.csv --format nbrdf,rgl --out fits");
+    folder.succeed(&fit);
+    let arrays = ["b1", "b2", "b3", "fc1", "fc2", "fc3"];
+    let mut expected = arrays.map(|array| format!("a_{array}.npy")).to_vec();
+    expected.push("a_rgb.bsdf".to_owned());
+    assert_eq!(folder.names("fits/formats"), expected);
+    // A network that was fitted is written to the bit.
+    folder.succeed("convert fits again --format nbrdf");
+    for array in arrays {
+        assert_eq!(
+            folder.read(&format!("again_{array}.npy")),
+            folder.read(&format!("fits/formats/a_{array}.npy"))
+        );
+    }
+    folder.fail_naming(&format!("{fit} --force"), &["fits/formats"]);
+}
+
+/// Rows at a recipe's samples, whose azimuths are counted by a sign.
+fn at_directions(pattern: &[Angles<f32>], sign: f64, is_named: bool) -> String {
+    let rows = pattern.iter().enumerate().map(|(sample, angles)| {
+        let arms = Arms::of(widened(angles));
+        let [r, g, b] = material().brdf(*angles);
+        let [theta_i, theta_o, phi] =
+            [arms.theta_i, arms.theta_o, sign * arms.phi].map(f64::to_degrees);
+        let name = if is_named {
+            format!("{sample}")
+        } else {
+            String::new()
+        };
+        format!("{name},{theta_i},10,{theta_o},{},{r},{g},{b}\n", phi + 10.0)
+    });
+    "index,theta_i,phi_i,theta_o,phi_o,r,g,b\n".to_owned() + &rows.collect::<String>()
+}
+
+#[test]
+fn a_mirrored_azimuth_is_named_with_its_remedy() {
+    let folder = folder();
+    for recipe in [MASKED, WHOLE] {
+        let pattern = pattern(&folder, recipe);
+        for is_named in [false, true] {
+            let fit = format!("fit {recipe} --measurements a.csv --out out");
+            folder.write("a.csv", at_directions(&pattern, -1.0, is_named));
+            let message = folder.fail(&fit);
+            let samples = pattern.len().to_string();
+            for part in ["a.csv", "phi_i", "phi_o", "phi_d", &samples] {
+                assert!(message.contains(part), "no {part} in {message}");
+            }
+            assert!(!folder.exists("out"));
+            // The remedy.
+            folder.write("a.csv", at_directions(&pattern, 1.0, is_named));
+            folder.succeed(&fit);
+            fs::remove_dir_all(folder.at("out")).expect("it is there");
+        }
+    }
+}
+
+#[test]
+fn a_fitted_material_reports_on_itself_in_fields() {
+    let folder = folder();
+    write_readings(&folder, "a.csv", MASKED, &shuffled(Some(1)));
+    folder.succeed(&format!("fit {MASKED} --measurements a.csv --out masked"));
+    let found = folder.read_json("masked/material.json");
+    let bytes = folder.read(MASKED);
+    let recipe = Recipe::parse(&bytes).expect("it is a recipe");
+    for (field, expected) in [
+        ("/format", json!("glimpse-material")),
+        ("/version", json!(1)),
+        ("/model", json!("neural")),
+        ("/quantity", json!("brdf")),
+        ("/unit", json!("sr^-1")),
+        ("/times_cosine", json!(false)),
+        ("/color_space", json!("linear-rgb")),
+        ("/recipe/model", json!("neural")),
+        ("/recipe/samples", json!(16)),
+        (
+            "/recipe/checksum",
+            json!(format!("{:08x}", recipe.checksum())),
+        ),
+        ("/measured/quantity", json!("brdf")),
+        ("/measured/rows", json!(15)),
+        ("/readings/used", json!(14)),
+        (
+            "/readings/excluded",
+            json!([
+                { "sample": 1, "reason": "outlier" },
+                { "sample": 3, "reason": "missing" },
+            ]),
+        ),
+        ("/expected_loss/source", json!("readings")),
+        ("/expected_loss/materials", Value::Null),
+    ] {
+        assert_eq!(found.pointer(field), Some(&expected), "{field}");
+    }
+    let trainer = found["trainer"].as_str().expect("a version");
+    assert!(trainer.starts_with(env!("CARGO_PKG_VERSION")), "{trainer}");
+    for field in ["/residual/mean", "/residual/worst", "/expected_loss/loss"] {
+        assert!(
+            found.pointer(field).is_some_and(Value::is_number),
+            "{field}"
+        );
+    }
+    // No text is longer than a name or a version.
+    let mut left = vec![&found];
+    while let Some(value) = left.pop() {
+        match value {
+            Value::String(text) => assert!(text.split(' ').count() <= 3, "{text}"),
+            Value::Array(list) => left.extend(list),
+            Value::Object(fields) => left.extend(fields.values()),
+            _ => {}
+        }
+    }
+
+    // A recipe that states its loss, and predicts none.
+    PHONG.copy_to(folder.path());
+    write_readings(&folder, "a.csv", "phong.recipe", &first(4));
+    folder.succeed("fit phong.recipe --measurements a.csv --out stated");
+    let loss = &folder.read_json("stated/material.json")["expected_loss"];
+    assert_eq!(
+        (&loss["source"], &loss["materials"]),
+        (&json!("validation"), &json!(1))
+    );
+}
+
+/// As an earlier version wrote it.
+#[test]
+fn a_fitted_material_of_before_is_still_read() {
+    let old = json!({
+        "format": "glimpse-material",
+        "version": 1,
+        "name": "gold",
+        "model": "phong",
+        "trainer": "0.2.0",
+        "expected_loss": { "loss": 0.01, "from": "as the recipe promises, 0.0100" },
+        "basis": null,
+        "values": [0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7],
+    });
+    let folder = Folder::with("material.json", old.to_string().as_bytes());
+    folder.write("a.csv", "theta_h,theta_d,phi_d\n1,2,3\n");
+    let found = folder.succeed("query material.json --angles a.csv");
+    assert_eq!(found.lines().count(), 2);
+}

@@ -1,0 +1,234 @@
+//! `--list`: cells as commands of their own.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use serde_json::Value;
+
+use super::Folder;
+use super::shared::{BASES, EXPERIMENT, files_below};
+
+/// Cells that a command prints.
+fn cells(folder: &Folder, command: &str) -> Vec<Value> {
+    let printed = folder.succeed(&format!("{command} --list"));
+    let lines = printed.lines().map(serde_json::from_str);
+    lines.collect::<Result<_, _>>().expect("lines of JSON")
+}
+
+fn name(cell: &Value) -> &str {
+    cell["name"].as_str().expect("text")
+}
+
+fn texts(cell: &Value, field: &str) -> Vec<String> {
+    let list = cell[field].as_array().expect("a list").iter();
+    list.map(|text| text.as_str().expect("text").to_owned())
+        .collect()
+}
+
+/// The words of a cell's command, as one line.
+fn command(cell: &Value) -> String {
+    let words = texts(cell, "command");
+    assert_eq!(words[0], "trainer");
+    let words = words[1..].iter().map(String::as_str);
+    shlex::try_join(words).expect("no word has a NUL")
+}
+
+/// Does what a cell's command says; `by_shell` as a shell reads it.
+fn run(folder: &Folder, cell: &Value, by_shell: bool) {
+    let output = if by_shell {
+        let line = cell["shell"].as_str().expect("text");
+        let rest = line.strip_prefix("trainer ").expect("a command of ours");
+        std::process::Command::new("sh")
+            .args(["-c", &format!("\"$TRAINER\" {rest}")])
+            .env("TRAINER", env!("CARGO_BIN_EXE_trainer"))
+            .current_dir(folder.path())
+            .output()
+            .expect("it runs")
+    } else {
+        folder.run(&command(cell))
+    };
+    let talk = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{cell}: {talk}");
+    for path in texts(cell, "outputs") {
+        assert!(folder.exists(&path), "{cell} has left no {path}");
+    }
+}
+
+/// Asserts that what a cell needs is made by cells before it.
+fn assert_inputs_come_first(cells: &[Value]) {
+    let mut made: Vec<String> = Vec::new();
+    for cell in cells {
+        for input in texts(cell, "inputs") {
+            assert!(
+                made.contains(&input),
+                "{input} is made by no cell before {cell}"
+            );
+        }
+        made.extend(texts(cell, "outputs"));
+    }
+}
+
+fn assert_all_are(cells: &[Value], done: bool) {
+    assert!(cells.iter().all(|cell| cell["done"] == done), "{cells:?}");
+}
+
+/// The bytes of all files of these endings in a folder and below.
+fn files(folder: &Path, endings: &[&str]) -> BTreeMap<String, Vec<u8>> {
+    let files = files_below(folder).into_iter();
+    let named = files.map(|(path, bytes)| (path.to_string_lossy().into_owned(), bytes));
+    named
+        .filter(|(name, _)| endings.iter().any(|ending| name.ends_with(ending)))
+        .collect()
+}
+
+#[test]
+fn a_grid_s_cells_leave_what_the_grid_does() {
+    let folder = Folder::new();
+    let grid = |samples, seed, out| {
+        format!(
+            "train --grid --model phong,linear --data procedural:4 --data procedural:3:1 --share 3,1 \
+             --missing 0.25 --effort brief --seed {seed} -n {samples} --out {out}"
+        )
+    };
+    let listed = cells(&folder, &grid("1,2", 5, "many"));
+    let names: Vec<&str> = listed.iter().map(name).collect();
+    assert_eq!(names, ["phong-n1", "phong-n2", "linear-n1", "linear-n2"]);
+
+    folder.succeed(&grid("2", 5, "whole"));
+    let command = grid("2", 5, "\"it's here\"");
+    let listed = cells(&folder, &command);
+    assert_all_are(&listed, false);
+    for (index, cell) in listed.iter().enumerate() {
+        assert!(texts(cell, "inputs").is_empty(), "{cell}");
+        run(&folder, cell, index % 2 == 0);
+    }
+    let files = |name| files(&folder.at(name), &[".recipe", ".basis"]);
+    let whole = files("whole");
+    assert_eq!(whole.len(), 3);
+    assert_eq!(files("it's here"), whole);
+
+    assert_all_are(&cells(&folder, &command), true);
+    folder.succeed(&command);
+    assert_eq!(files("it's here"), whole);
+
+    // Recipes of another seed are in the way, and a cell's command would refuse to replace them.
+    let listed = cells(&folder, &grid("2", 6, "\"it's here\""));
+    assert_all_are(&listed, false);
+    for cell in listed {
+        assert!(cell["in_the_way"].is_string(), "{cell}");
+    }
+}
+
+#[test]
+fn an_option_for_linear_alone_is_given_to_linear_alone() {
+    let grid = "train --grid --model phong,linear -n 2 --data procedural:4 --schedule joint --bases 3 \
+                --effort brief --out grid";
+    let listed = cells(&Folder::new(), grid);
+    let has = |cell: &Value| texts(cell, "command").contains(&"--bases=3".to_owned());
+    assert_eq!(listed.iter().map(has).collect::<Vec<_>>(), [false, true]);
+}
+
+#[test]
+fn an_experiment_s_cells_leave_what_it_does() {
+    let folder = Folder::new();
+    let whole = folder.at("whole");
+    let printed = EXPERIMENT.copy_to(&whole);
+    let listed = cells(&folder, BASES);
+    assert!(!folder.exists("paper/settings.json"));
+    assert_all_are(&listed, false);
+    assert_inputs_come_first(&listed);
+    // A cell that needs a recipe names it.
+    let mut judged = listed.iter();
+    let judged = judged.find(|cell| name(cell) == "sheets/test/linear-n8-m5-eta-40-joint-ours");
+    let judged = judged.expect("Ours is judged");
+    let inputs = texts(judged, "inputs");
+    assert_eq!(inputs.len(), 2, "a recipe and its basis: {judged}");
+    let recipe = inputs.iter().find(|input| input.ends_with(".recipe"));
+    folder.fail_naming(&command(judged), &[recipe.expect("a recipe is needed")]);
+
+    for cell in &listed {
+        run(&folder, cell, false);
+    }
+    let kept = |root: &Path| files(&root.join("paper"), &[".recipe", ".basis", "json"]);
+    let (mut whole, mut paper) = (kept(&whole), kept(folder.path()));
+    // The tables are made by the command itself.
+    whole.retain(|name, _| name.starts_with("recipes/") || name.starts_with("sheets/"));
+    paper.retain(|name, _| name != "settings.json");
+    assert!(paper.keys().eq(whole.keys()), "{:?}", paper.keys());
+    assert!(paper == whole, "some bytes differ");
+    let outputs = listed.iter().map(|cell| texts(cell, "outputs").len());
+    assert_eq!(paper.len(), outputs.sum::<usize>());
+
+    // Nothing is left to train or to judge; the command prints the tables.
+    assert_all_are(&cells(&folder, BASES), true);
+    assert_eq!(folder.succeed(BASES), printed);
+    let now = kept(folder.path());
+    let is_unchanged = |(name, bytes)| now.get(name) == Some(bytes);
+    assert!(paper.iter().all(is_unchanged));
+}
+
+#[test]
+fn all_experiments_are_listed_without_making_anything() {
+    let folder = Folder::new();
+    let all =
+        "reproduce all --data procedural:3 --test procedural:2:1 --effort brief --most-samples 8";
+    let listed = cells(&folder, all);
+    assert_inputs_come_first(&listed);
+    for expected in [
+        "recipes/neural-n8-joint-meta",
+        "recipes/neural-n8-joint-pattern-glossy",
+        "sheets/test/phong-n8-replaced4-run2",
+        "sheets/test/neural-n4-importance",
+        "recipes/phong-n8-paper",
+        "recipes/phong-n8-paper-twice",
+        "recipes/neural-n8-prior",
+    ] {
+        let mut names = listed.iter().map(name);
+        assert!(names.any(|name| name == expected), "no {expected}");
+    }
+    assert!(folder.names("paper").is_empty(), "something was written");
+}
+
+#[test]
+fn losses_need_a_recipe_of_each_model_by_each_schedule() {
+    let losses = "reproduce losses --paper-effort long --data procedural:3 --test procedural:2:1";
+    let listed = cells(&Folder::new(), losses);
+    let names = listed.iter().map(name);
+    let mut recipes: Vec<&str> = names
+        .filter_map(|name| name.strip_prefix("recipes/"))
+        .collect();
+    recipes.sort_unstable();
+    let expected = [
+        "cook-torrance-n8-joint",
+        "cook-torrance-n8-paper",
+        "cook-torrance-n8-prior",
+        "linear-n8-m5-eta-40-paper",
+        "linear-n8-m60-eta-learned-joint",
+        "linear-n8-prior",
+        "neural-n8-joint",
+        "neural-n8-paper",
+        "neural-n8-prior",
+        "phong-n8-joint",
+        "phong-n8-paper",
+        "phong-n8-prior",
+    ];
+    assert_eq!(recipes, expected);
+}
+
+#[test]
+fn what_has_no_effect_beside_a_list_is_refused() {
+    let folder = Folder::new();
+    let bases = "reproduce bases --data procedural:3 --out paper";
+    folder.fail_naming(
+        "train --model phong -n 2 --out a.recipe --list",
+        &["--grid"],
+    );
+    for (options, named) in [
+        ("--list --table bases", &["--table"][..]),
+        ("--list --only recipes/a", &["--only"]),
+        ("--only a --table bases", &["--table"]),
+        ("--only recipes/none", &["recipes/none", "--list"]),
+    ] {
+        folder.fail_naming(&format!("{bases} {options}"), named);
+    }
+}

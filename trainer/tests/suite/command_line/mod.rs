@@ -1,0 +1,184 @@
+//! The command line as a user meets it: what it writes, how it ends, and what its messages name.
+//!
+//! Messages may be worded anew: tests look for options, files, columns and numbers in them. Exit
+//! code 2 is for command lines that cannot be parsed, 1 for all other failures.
+
+mod basis;
+mod convert;
+mod evaluate;
+mod fit;
+mod folder;
+mod grid;
+mod left_out;
+mod linear;
+mod list;
+mod options;
+mod output;
+mod plan;
+mod prior;
+mod query;
+mod quickstart;
+mod recipes;
+mod render;
+mod reproduce;
+mod shared;
+mod survival;
+mod view;
+
+use glimpse_core::recipe::{Effort, Kind, Parts, Recipe, Schedule, ValidationSplit};
+use glimpse_materials::{Material, Procedural, digest};
+use serde_json::{Value, json};
+
+use crate::common::assert_names;
+use folder::Folder;
+use shared::{PHONG, TRAIN};
+
+/// A number in JSON.
+fn number(value: &Value) -> f64 {
+    value.as_f64().expect("a number")
+}
+
+/// A list of numbers in JSON, as the f32 that they were written from.
+fn numbers(list: &Value) -> Vec<f32> {
+    let list = list.as_array().expect("a list").iter();
+    list.map(|value| number(value) as f32).collect()
+}
+
+#[test]
+fn a_recipe_is_trained_shown_exported_and_judged() {
+    let folder = Folder::new();
+    PHONG.copy_to(folder.path());
+    assert_eq!(
+        folder.names(""),
+        ["phong.recipe"],
+        "a finished run leaves more than the recipe"
+    );
+    let bytes = folder.read("phong.recipe");
+    let recipe = Recipe::parse(&bytes).expect("it is a recipe");
+    assert_eq!((recipe.model().name(), recipe.samples()), ("phong", 4));
+    let statements = recipe.statements().expect("they make sense");
+    let provenance = statements.provenance.expect("it says where it came from");
+    assert_eq!(
+        (provenance.data, provenance.materials),
+        ("procedural:12", 12)
+    );
+    let training = statements.training.expect("it says how it was trained");
+    assert_eq!(
+        (training.schedule, training.effort, training.parts),
+        (Schedule::Joint, Effort::Brief, Parts::All)
+    );
+    assert_eq!(training.split, ValidationSplit::HeldOut);
+    // Of twelve materials one is held out, and one has no standard error.
+    let expectation = statements.expectation.expect("it promises a loss");
+    assert_eq!(
+        (expectation.materials, expectation.standard_error),
+        (1, None)
+    );
+    let materials = Procedural::set(12, 0);
+    let identities = materials.iter().map(|each| (each.name(), digest(each)));
+    assert!(statements.materials.eq(identities));
+
+    // The same seed gives the same bytes, on one thread too.
+    let again = TRAIN.replace("phong.recipe", "again.recipe");
+    folder.succeed(&format!("{again} --threads 1"));
+    assert_eq!(folder.read("again.recipe"), bytes);
+
+    let shown = folder.succeed("inspect phong.recipe");
+    assert_names(&shown, &["phong", "7", "procedural:12", "12"]);
+    assert_names(&shown, &[materials[0].name(), materials[2].name()]);
+
+    for (format, file) in [
+        ("postcard", "copy.recipe"),
+        ("json", "p.json"),
+        ("rust", "p.rs"),
+    ] {
+        folder.succeed(&format!(
+            "export phong.recipe --format {format} --out {file}"
+        ));
+    }
+    assert_eq!(folder.read("copy.recipe"), bytes);
+    let json = folder.read_json("p.json");
+    let descent = recipe.descent().expect("a descent");
+    let first = recipe.pattern().next().expect("a sample");
+    assert!(descent.initial().iter().eq(numbers(&json["initial"])));
+    assert!(descent.step_sizes().iter().eq(numbers(&json["step_sizes"])));
+    assert_eq!(numbers(&json["pattern"][0])[2], first.phi_d);
+    assert_eq!(json["materials"].as_array().map(Vec::len), Some(12));
+    let digest = format!("{:08x}", digest(&materials[3]));
+    for (field, expected) in [
+        ("/samples", json!(4)),
+        ("/inner_steps", json!(20)),
+        ("/expectation/materials", json!(1)),
+        ("/expectation/loss", json["expected_loss"].clone()),
+        ("/training/parts", json!("all")),
+        ("/materials/3/digest", json!(digest)),
+        ("/limits", Value::Null),
+        ("/noise", Value::Null),
+    ] {
+        assert_eq!(json.pointer(field), Some(&expected), "{field}");
+    }
+    let source = folder.read_text("p.rs");
+    let declared = "pub const PATTERN: [[f32; 3]; 4]";
+    assert!(source.contains(declared), "{source}");
+
+    let judged = folder.succeed_as_json("evaluate --recipe phong.recipe --test procedural:2:9");
+    assert_eq!(judged["method"], "ours");
+    assert_eq!(judged["materials"].as_array().expect("a list").len(), 2);
+    for metric in ["loss", "dssim", "l2", "psnr", "delta_e"] {
+        let mean = number(&judged[metric]);
+        let each = [0, 1].map(|i| number(&judged["materials"][i][metric]));
+        assert!((mean - (each[0] + each[1]) / 2.0).abs() < 1e-9, "{metric}");
+    }
+}
+
+#[test]
+fn names_of_materials_are_left_out_for_flash() {
+    let whole = linear::stated();
+    let folder = Folder::with("whole.recipe", whole.bytes());
+    let strip = |format: &str, out: &str| {
+        format!("export whole.recipe --format {format} --strip --out {out}")
+    };
+    folder.succeed(&strip("postcard", "flash.recipe"));
+    let bytes = folder.read("flash.recipe");
+    let flash = Recipe::parse(&bytes).expect("it is a recipe");
+    let whole = whole.recipe();
+    let materials_of = |recipe: &Recipe<'_>| {
+        let statements = recipe.statements().expect("they make sense");
+        statements.materials.count()
+    };
+    assert_eq!([materials_of(&whole), materials_of(&flash)], [4, 0]);
+    let others = whole
+        .sections()
+        .filter(|(kind, _)| *kind != Kind::MATERIALS);
+    assert!(flash.sections().eq(others));
+    let shown = folder.succeed_as_json("inspect flash.recipe");
+    assert_eq!(shown["materials"], Value::Null);
+
+    // The same bytes, as C has them.
+    folder.succeed(&strip("c", "flash.h"));
+    let source = folder.read_text("flash.h");
+    let (_, array) = source.split_once("= {").expect("an array");
+    let listed = array.split(',').filter_map(|byte| {
+        let byte = byte.trim().strip_prefix("0x")?;
+        Some(u8::from_str_radix(byte, 16).expect("a byte"))
+    });
+    assert!(listed.eq(bytes.iter().copied()));
+    let declared = format!("glimpse_recipe_bytes[{}]", bytes.len());
+    assert!(source.contains(&declared), "{source}");
+
+    for format in ["json", "rust", "csv"] {
+        folder.fail_naming(&strip(format, "out"), &["--strip", "postcard"]);
+        assert!(!folder.exists("out"));
+    }
+}
+
+#[test]
+fn mistakes_are_named() {
+    let folder = Folder::with("bad.recipe", b"GLMQ");
+    folder.fail_naming("inspect bad.recipe", &["bad.recipe", "GLMP"]);
+    folder.fail_naming("inspect none.recipe", &["none.recipe"]);
+    let nowhere = TRAIN.replace("procedural:12", "nowhere");
+    folder.fail_naming(&nowhere, &["nowhere"]);
+    let none = TRAIN.replace("--samples 4", "--samples 0");
+    folder.fail_naming(&none, &["--samples", "0"]);
+}

@@ -1,0 +1,198 @@
+//! What is asked for in vain is refused by name; numbers out of range are told the range.
+
+use super::Folder;
+use super::folder::PHONG_N8;
+use crate::common::assert_names;
+
+#[test]
+fn an_option_without_effect_is_refused_by_name() {
+    let folder = Folder::new();
+    let recipe = "evaluate --recipe r.recipe --test procedural:1";
+    let random = "evaluate --method random --model phong --samples 8 --test procedural:1";
+    let random_linear = "evaluate --method random --model linear --samples 8 --test procedural:1";
+    let optimum = "evaluate --method optimum --model phong --test procedural:1";
+    let learned = "evaluate --method ours --model phong --samples 8 --test procedural:1";
+    let train = "train --model phong --samples 8 --out r.recipe";
+    let small_grid = "train --grid --model phong,neural --out grid";
+    let bases = "reproduce bases --out paper";
+    let page = "render sphere procedural:1 --recipe r.recipe --out s.html";
+    for (command, option, value) in [
+        (recipe, "--model", "phong"),
+        (recipe, "--samples", "8"),
+        (recipe, "--bases", "5"),
+        (recipe, "--eta", "40"),
+        (recipe, "--effort", "quick"),
+        (recipe, "--train", "nowhere"),
+        (recipe, "--seeds", "3"),
+        (random, "--train", "nowhere"),
+        (random, "--effort", "quick"),
+        (random, "--bases", "5"),
+        (random, "--eta", "40"),
+        (random_linear, "--effort", "quick"),
+        (optimum, "--samples", "8"),
+        (optimum, "--seeds", "3"),
+        (learned, "--bases", "5"),
+        (learned, "--seeds", "3"),
+        (train, "--bases", "5"),
+        (train, "--eta", "40"),
+        (small_grid, "--bases", "5"),
+        ("train --grid --out grid", "--resume", ""),
+        (bases, "--additional", "procedural:1"),
+        (bases, "--most-samples", "8"),
+        (bases, "--paper-effort", "long"),
+        (page, "--columns", "2"),
+    ] {
+        folder.fail_naming(&format!("{command} {option} {value}"), &[option]);
+    }
+    // And the other way round: methods that learn nothing take no recipe, and fit true readings.
+    folder.fail_naming(&format!("{recipe} --method random"), &["--recipe"]);
+    for option in ["--noise 0.1", "--first 2"] {
+        let named = ["--method", "random"];
+        folder.fail_naming(&format!("{random} {option}"), &named);
+    }
+    folder.fail_naming("bench --model linear", &["linear"]);
+    assert_is_empty(&folder);
+}
+
+fn assert_is_empty(folder: &Folder) {
+    assert!(folder.names("").is_empty(), "something was written");
+}
+
+#[test]
+fn numbers_out_of_range_are_told_the_range() {
+    let folder = Folder::new();
+    let evaluate = "evaluate --method random --model phong --test procedural:1";
+    for (command, option) in [
+        ("train --model phong --out r.recipe", "-n"),
+        (evaluate, "-n"),
+        ("reproduce curves", "--most-samples"),
+    ] {
+        for number in ["-3", "0", "4097", "1e20", "8.5", "many"] {
+            let command = format!("{command} {option} {number}");
+            folder.fail_naming(&command, &["1", "4096", number]);
+        }
+        let help = folder.succeed(&format!("{command} --help"));
+        assert_names(&help, &["1", "4096"]);
+    }
+    for number in ["0", "-1", "1000000", "many"] {
+        let bench = format!("bench --threads {number}");
+        folder.fail_naming(&bench, &["--threads", number, "1"]);
+    }
+    let none = format!("{evaluate} -n 8 --seeds 0");
+    folder.fail_naming(&none, &["--seeds", "0", "1"]);
+    assert_is_empty(&folder);
+}
+
+#[test]
+fn shells_complete_every_command() {
+    let folder = Folder::new();
+    for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
+        let script = folder.succeed(&format!("completion {shell}"));
+        for word in [
+            "trainer",
+            "virtual-scanner",
+            "reproduce",
+            "checkpoint-every",
+        ] {
+            assert!(script.contains(word), "no {word} for {shell}");
+        }
+    }
+}
+
+#[test]
+fn the_version_names_the_commit_where_there_is_one() {
+    let printed = Folder::new().succeed("--version");
+    let version = printed
+        .trim_end()
+        .strip_prefix("trainer ")
+        .expect("the name comes first");
+    let rest = version
+        .strip_prefix(env!("CARGO_PKG_VERSION"))
+        .expect("then the version");
+    let is_commit =
+        |word: &str| word.len() == 12 && word.chars().all(|digit| digit.is_ascii_hexdigit());
+    let mut words = rest.split(|letter: char| !letter.is_alphanumeric());
+    assert!(rest.is_empty() || words.any(is_commit), "{printed}");
+}
+
+/// A leading minus is no option: the number is refused by the option, its value and its range.
+#[test]
+fn a_negative_number_is_out_of_range_and_no_unknown_option() {
+    let folder = Folder::with("r.recipe", PHONG_N8);
+    let recipe = "evaluate --recipe r.recipe --test procedural:1";
+    let method = "evaluate --method random --model linear --test procedural:1";
+    let train = "train --model phong -n 8 --out r.recipe";
+    let shares =
+        "train --model phong -n 8 --out r.recipe --data procedural:2 --data procedural:3:1";
+    let plan = "plan r.recipe";
+    let fit = "fit r.recipe --measurements m.csv --out fits";
+    let sphere = "render sphere procedural:1";
+    for (command, option, value, bound) in [
+        (recipe, "--noise", "-0.1", "1"),
+        (recipe, "--noise", "-.1", "1"),
+        (recipe, "--noise", "-1e-3", "1"),
+        (recipe, "--noise", "-inf", "1"),
+        (recipe, "--additive", "-0.1", "1"),
+        (recipe, "--levels", "-4", "4294967295"),
+        (recipe, "--first", "-4", "4096"),
+        (recipe, "--lose", "-4", "4096"),
+        (recipe, "--seeds", "-4", "10000"),
+        (recipe, "--seed", "-4", "18446744073709551615"),
+        (recipe, "--threads", "-4", "1"),
+        (method, "--samples", "-4", "4096"),
+        (method, "--bases", "-4", "1024"),
+        (method, "--eta", "-4", "0"),
+        (train, "--missing", "-0.5", "1"),
+        (train, "--noise", "-0.5", "0.5"),
+        (train, "--additive", "-0.5", "0.5"),
+        (train, "--levels", "-5", "4294967295"),
+        (train, "--procedural", "-0.5", "0.99"),
+        (train, "--max-theta-i", "-5", "90"),
+        (train, "--max-theta-o", "-5", "90"),
+        (train, "--min-separation", "-5", "180"),
+        (train, "--checkpoint-every", "-5", "1000000000"),
+        (shares, "--share", "-3,1", "0"),
+        (plan, "--speed", "-3,1,1,1", "1,000,000"),
+        (plan, "--settle", "-3", "86400"),
+        (plan, "--start", "-300,0,0,0", "180"),
+        (plan, "--max-theta-i", "-5", "90"),
+        (plan, "--max-theta-o", "-5", "90"),
+        (plan, "--min-separation", "-5", "180"),
+        (fit, "--tolerance", "-5", "180"),
+        (fit, "--white-reflectance", "-0.5,1,1", "2"),
+        (fit, "--saturation", "-inf", "inf"),
+        (sphere, "--size", "-5", "4096"),
+        (sphere, "--columns", "-5", "4096"),
+        ("render lobe procedural:1", "--theta-i", "-5,30", "90"),
+        (
+            "render view r.recipe --material procedural:1",
+            "--noise",
+            "-0.5",
+            "1",
+        ),
+        (
+            "virtual-scanner --material procedural:1",
+            "--noise",
+            "-0.5",
+            "0",
+        ),
+        (
+            "export r.recipe --format basis --out b",
+            "--components",
+            "-5",
+            "1024",
+        ),
+        ("bench", "--seconds", "-5", "3600"),
+        ("reproduce curves", "--seeds", "-5", "10000"),
+        ("reproduce curves", "--most-samples", "-5", "4096"),
+    ] {
+        let message = folder.fail(&format!("{command} {option} {value}"));
+        // Of several numbers the first one is wrong.
+        let number = value.split(',').next().unwrap_or_default();
+        for part in [option, number, bound] {
+            assert!(message.contains(part), "no {part} in {message}");
+        }
+        assert_eq!(folder.names(""), ["r.recipe"], "{command} {option}");
+    }
+    assert_eq!(folder.read("r.recipe"), PHONG_N8);
+}

@@ -1,0 +1,285 @@
+//! What is written, and what is left alone.
+
+use std::fs;
+use std::thread::sleep;
+use std::time::Duration;
+
+use super::Folder;
+use super::folder::{NEURAL_N8, PHONG_N8};
+use super::shared::TRAIN;
+use crate::common::assert_names;
+
+/// A folder with a recipe in it.
+fn folder() -> Folder {
+    Folder::with("r.recipe", PHONG_N8)
+}
+
+fn export(format: &str, out: &str) -> String {
+    format!("export r.recipe --format {format} --out {out}")
+}
+
+#[cfg(unix)]
+#[test]
+fn what_is_no_regular_file_is_written_to_and_not_replaced() {
+    use std::os::unix::fs::{FileTypeExt, symlink};
+    use std::process::Command;
+
+    let folder = folder();
+    let file_type = |name| fs::metadata(folder.at(name)).map(|file| file.file_type());
+    // By a link: a defect shall not cost this machine its device.
+    symlink("/dev/full", folder.at("full")).expect("it is linked");
+    folder.fail_naming(&export("json", "full"), &["full"]);
+    assert!(folder.at("full").is_symlink());
+    assert!(file_type("full").expect("it is there").is_char_device());
+
+    let printed = folder.succeed(&export("json", "/dev/fd/1"));
+    let printed: serde_json::Value = serde_json::from_str(&printed).expect("it is JSON");
+    assert_eq!(printed["inner_steps"], 20);
+
+    let made = Command::new("mkfifo").arg(folder.at("pipe")).status();
+    assert!(made.expect("mkfifo runs").success());
+    let mut run = folder.start(&export("postcard", "pipe"));
+    assert_eq!(folder.read("pipe"), PHONG_N8);
+    assert!(run.wait().expect("it ends").success());
+    assert!(file_type("pipe").expect("it is there").is_fifo());
+
+    // What has to lie beside a recipe cannot lie beside a device.
+    symlink("/dev/null", folder.at("null")).expect("it is linked");
+    for (model, option) in [("phong", "--checkpoint"), ("linear", "basis")] {
+        let train = format!("train --model {model} --samples 1 --out null");
+        folder.fail_naming(&train, &["null", option]);
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn links_are_followed_and_read_only_files_left_alone() {
+    use std::os::unix::fs::{PermissionsExt, symlink};
+
+    let folder = folder();
+    symlink("real.json", folder.at("link.json")).expect("it is linked");
+    for _ in 0..2 {
+        folder.succeed(&export("json", "link.json"));
+        let [link, real] = ["link.json", "real.json"].map(|name| folder.at(name));
+        assert!(link.is_symlink() && !real.is_symlink() && real.is_file());
+    }
+
+    folder.write("kept.json", "kept");
+    let read_only = PermissionsExt::from_mode(0o444);
+    fs::set_permissions(folder.at("kept.json"), read_only).expect("it is set");
+    fs::remove_file(folder.at("link.json")).expect("it is removed");
+    symlink("kept.json", folder.at("link.json")).expect("it is linked");
+    for out in ["kept.json", "link.json"] {
+        folder.fail_naming(&export("json", out), &[out]);
+    }
+    assert_eq!(folder.read("kept.json"), b"kept");
+}
+
+/// The six files of a network of zeros.
+fn write_network(folder: &Folder, name: &str) {
+    for (array, shape, count) in [
+        ("fc1", "6, 21", 126),
+        ("b1", "21,", 21),
+        ("fc2", "21, 21", 441),
+        ("b2", "21,", 21),
+        ("fc3", "21, 3", 63),
+        ("b3", "3,", 3),
+    ] {
+        let header = format!("{{'descr': '<f4', 'fortran_order': False, 'shape': ({shape}), }}");
+        // With the ten bytes before it and the line's end a multiple of 64 bytes.
+        let header = format!("{header:117}\n");
+        let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
+        bytes.extend((header.len() as u16).to_le_bytes());
+        bytes.extend(header.bytes());
+        bytes.resize(bytes.len() + 4 * count, 0);
+        folder.write(&format!("{name}_{array}.npy"), bytes);
+    }
+}
+
+#[test]
+fn what_is_read_is_not_written_over() {
+    let folder = folder();
+    folder.write("r.basis", "a basis");
+    folder.write("r.svg", PHONG_N8);
+    folder.write("e.exr", "a panorama");
+    folder.write("a.csv", "theta_h,theta_d,phi_d\n1,2,3\n");
+    fs::create_dir(folder.at("materials")).expect("it is made");
+    write_network(&folder, "materials/felt");
+    let material = "virtual-scanner --material materials/felt_b1.npy";
+    let scanner = "virtual-scanner --material procedural:1 --recipe r.recipe";
+    for (command, out) in [
+        ("export r.recipe --format postcard", "r.recipe"),
+        ("export r.recipe --format json", "./r.recipe"),
+        ("export r.recipe --format basis", "r.basis"),
+        ("render pattern r.svg", "r.svg"),
+        ("render lobe procedural:1 --recipe r.svg", "r.svg"),
+        ("render sphere procedural:1 --environment e.exr", "e.exr"),
+        ("query procedural:1 --angles a.csv", "a.csv"),
+        ("query materials --angles a.csv", "materials/felt_fc2.npy"),
+        (
+            "query materials/felt_b3.npy --angles a.csv",
+            "materials/felt_fc1.npy",
+        ),
+        (scanner, "r.recipe"),
+        (scanner, "r.basis"),
+        (material, "materials/felt_b3.npy"),
+    ] {
+        let before = folder.read(out);
+        folder.fail_naming(&format!("{command} --out {out}"), &[out]);
+        assert_eq!(folder.read(out), before, "{command}");
+    }
+    // A scanner says so before it waits for a device, whose scan would be lost.
+    folder.write("other.recipe", PHONG_N8);
+    for (out, named) in [("no/x.json", "no"), ("other.recipe", "other.recipe")] {
+        let listen = format!("{material} --listen 127.0.0.1:0 --out {out}");
+        folder.fail_naming(&listen, &[named]);
+    }
+    // Beside what is read it may be.
+    folder.succeed("query materials --angles a.csv --out materials/felt.csv");
+}
+
+#[test]
+fn no_folder_is_made_above_the_one_that_is_named() {
+    let folder = folder();
+    for command in [
+        &export("json", "nope/x")[..],
+        "render pattern r.recipe --out nope/p.svg",
+        "render sphere procedural:1 --size 8 --out nope/s.png",
+        "quickstart --out nope/deeper",
+        "reproduce bases --out nope/deeper",
+        "train --grid --out nope/deeper",
+        &TRAIN.replace("phong.recipe", "nope/phong.recipe"),
+        &format!("{TRAIN} --checkpoint nope/deeper"),
+    ] {
+        folder.fail_naming(command, &["nope"]);
+        assert!(!folder.exists("nope"), "{command}");
+    }
+}
+
+#[test]
+fn what_took_hours_stays_until_it_is_told_to_go() {
+    let folder = folder();
+    let refuse = |command: &str, name: &str| {
+        let before = folder.read(name);
+        folder.fail_naming(command, &["--force", name]);
+        assert_eq!(folder.read(name), before);
+    };
+
+    // Of another training.
+    folder.write("phong.recipe", NEURAL_N8);
+    refuse(TRAIN, "phong.recipe");
+    refuse(&format!("{TRAIN} --resume"), "phong.recipe");
+    // No recipe at all.
+    folder.write("phong.recipe", b"a letter");
+    refuse(TRAIN, "phong.recipe");
+    fs::remove_file(folder.at("phong.recipe")).expect("it is removed");
+
+    // The basis of another recipe, such as linear.old.
+    folder.write("linear.basis", b"a basis");
+    refuse(&TRAIN.replace("phong", "linear"), "linear.basis");
+
+    // A run that was stopped.
+    let checkpoint = "phong.recipe.checkpoint/checkpoint.bin";
+    fs::create_dir(folder.at("phong.recipe.checkpoint")).expect("it is made");
+    folder.write(checkpoint, b"hours");
+    folder.fail_naming(TRAIN, &["phong.recipe.checkpoint", "--resume", "--force"]);
+    assert_eq!(folder.read(checkpoint), b"hours");
+    folder.succeed(&format!("{TRAIN} --force"));
+    assert!(!folder.exists("phong.recipe.checkpoint"));
+
+    // An export over another recipe; over the same one nothing is lost.
+    folder.write("other.recipe", NEURAL_N8);
+    refuse(&export("postcard", "other.recipe"), "other.recipe");
+    refuse(&export("json", "other.recipe"), "other.recipe");
+    folder.write("same.recipe", PHONG_N8);
+    folder.succeed(&export("postcard", "same.recipe"));
+    folder.succeed(&export("postcard", "other.recipe --force"));
+    assert_eq!(folder.read("other.recipe"), PHONG_N8);
+
+    // The first command that anybody types.
+    fs::create_dir(folder.at("recipes")).expect("it is made");
+    folder.write("recipes/neural-n8.recipe", PHONG_N8);
+    folder.fail_naming("quickstart --out recipes", &["neural-n8.recipe"]);
+    assert_eq!(folder.read("recipes/neural-n8.recipe"), PHONG_N8);
+    assert!(!folder.exists("recipes/index.html"));
+
+    // Commands that have no --force name another remedy.
+    folder.write("a.csv", b"theta_h,theta_d,phi_d\n1,2,3\n");
+    folder.write("kept", NEURAL_N8);
+    folder.fail_naming("query procedural:1 --angles a.csv --out kept", &["kept"]);
+    assert_eq!(folder.read("kept"), NEURAL_N8);
+}
+
+#[test]
+fn two_runs_do_not_write_the_same() {
+    let folder = Folder::new();
+    let wait_for = |name: &str| {
+        while !folder.exists(name) {
+            sleep(Duration::from_millis(5));
+        }
+    };
+    let long = "train --model neural --samples 64 --data procedural:20 --effort long \
+                --checkpoint-every 0 --out n.recipe";
+    let mut first = folder.start(long);
+    wait_for("n.recipe.checkpoint/checkpoint.bin");
+    for more in ["", "--resume", "--force", "--checkpoint elsewhere"] {
+        folder.fail_naming(&format!("{long} {more}"), &["n.recipe", "n.recipe.lock"]);
+    }
+    // Another recipe by way of the same checkpoint.
+    let other = long.replace("n.recipe", "other.recipe --checkpoint n.recipe.checkpoint");
+    folder.fail_naming(&other, &["n.recipe.checkpoint.lock"]);
+    assert!(first.try_wait().expect("it runs").is_none(), "it ended");
+    first.kill().expect("it is killed");
+    first.wait().expect("it ends");
+    assert!(folder.exists("n.recipe.checkpoint/checkpoint.bin"));
+    // What was killed holds nothing any more.
+    let message = folder.fail(long);
+    assert_names(&message, &["n.recipe.checkpoint", "--resume"]);
+    assert!(!message.contains(".lock"), "{message}");
+
+    let grid = "train --grid --model neural --effort long --out grid";
+    let mut first = folder.start(grid);
+    wait_for("grid/neural-n1.recipe.lock");
+    for (command, lock) in [
+        (grid, "grid/run.lock"),
+        ("reproduce bases --out grid", "grid/run.lock"),
+        (
+            "train --model neural --samples 1 --out grid/neural-n1.recipe",
+            "grid/neural-n1.recipe.lock",
+        ),
+    ] {
+        folder.fail_naming(command, &[lock]);
+    }
+    first.kill().expect("it is killed");
+    first.wait().expect("it ends");
+}
+
+#[test]
+fn a_file_where_a_directory_is_needed_is_named() {
+    let folder = folder();
+    folder.write("file", "kept");
+    folder.write(
+        "a.csv",
+        "index,value\n0,1\n1,1\n2,1\n3,1\n4,1\n5,1\n6,1\n7,1\n",
+    );
+    let assert_named = |command: &str, name: &str| {
+        let output = folder.run(command);
+        let message = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{command}: {message}");
+        assert!(message.contains(name), "{command}: {message}");
+        assert!(!message.contains("os error"), "{command}: {message}");
+    };
+    for command in [
+        "recipes get phong-n1",
+        "quickstart",
+        "train --grid",
+        "reproduce bases",
+        "fit r.recipe --measurements a.csv",
+    ] {
+        for out in ["file", "file/deeper"] {
+            assert_named(&format!("{command} --out {out}"), "file");
+        }
+    }
+    assert_named(&export("json", "file/x.json"), "file/x.json");
+    assert_eq!(folder.read("file"), b"kept");
+}

@@ -1,0 +1,220 @@
+//! `trainer plan`, and where `trainer inspect` says that the arms stand.
+
+use std::fs;
+
+use glimpse_core::recipe::Recipe;
+use glimpse_materials::Source;
+use serde_json::Value;
+
+use super::folder::NEURAL_N8;
+use super::linear::stated;
+use super::{Folder, number};
+use crate::common::assert_names;
+
+/// A recipe whose readings may be missing, for arms that get to 80 degrees and no nearer than 10.
+const MASKED: &str = "neural-n16.recipe";
+
+/// A folder with Neural's eight samples, and with those of [`MASKED`].
+fn folder() -> Folder {
+    let folder = Folder::with("n8.recipe", NEURAL_N8);
+    folder.add_bundled("masked/neural-n16.recipe");
+    folder
+}
+
+fn plan_as_json(folder: &Folder, options: &str) -> Value {
+    folder.succeed_as_json(&format!("plan n8.recipe {options}"))
+}
+
+#[test]
+fn a_plan_is_quicker_than_the_naive_order_and_visits_every_sample() {
+    let folder = folder();
+    let found = plan_as_json(&folder, "--out plan.csv --blank sheet.csv");
+    assert_eq!(found["order"], "travel");
+    assert_eq!(found["samples"], 8);
+    assert_eq!(found["is_best"], true);
+    let [total, moving, settling, naive_total, naive_moving] = [
+        "seconds",
+        "moving_seconds",
+        "settling_seconds",
+        "naive_seconds",
+        "naive_moving_seconds",
+    ]
+    .map(|name| number(&found[name]));
+    assert!(moving < 0.5 * naive_moving, "{moving} {naive_moving}");
+    assert!((total - moving - settling).abs() < 1e-9 && (settling - 4.0).abs() < 1e-9);
+    assert!((naive_total - naive_moving - settling).abs() < 1e-9);
+    assert!((number(&found["visits"][7]["seconds"]) - total).abs() < 1e-9);
+
+    // The same rows as CSV, which `query` reads: the directions are the pattern's, as a material sees.
+    let csv = folder.read_text("plan.csv");
+    let mut lines = csv.lines();
+    assert_eq!(
+        lines.next(),
+        Some("index,theta_i,phi_i,theta_o,phi_o,swapped,seconds")
+    );
+    let indices: Vec<usize> = lines
+        .map(|line| {
+            let index = line.split(',').next().expect("a cell");
+            index.parse().expect("a number")
+        })
+        .collect();
+    let mut sorted = indices.clone();
+    sorted.sort_unstable();
+    assert_eq!(sorted, (0..8).collect::<Vec<_>>());
+    let recipe = Recipe::parse(NEURAL_N8).expect("it is a recipe");
+    let pattern: Vec<_> = recipe.pattern().collect();
+    let material = &Source("procedural:1:4".into()).load().expect("it loads")[0];
+    let seen = folder.succeed("query procedural:1:4 --angles plan.csv");
+    for (row, index) in seen.lines().skip(1).zip(indices) {
+        let values = row.split(',').skip(5);
+        for (value, expected) in values.zip(material.brdf(pattern[index])) {
+            let value: f32 = value.parse().expect("a number");
+            assert!(
+                (value - expected).abs() < 1e-3 * (1.0 + expected),
+                "{row}: {expected}"
+            );
+        }
+    }
+
+    let sheet = folder.read_text("sheet.csv");
+    assert!(sheet.starts_with("index,theta_i,phi_i,theta_o,phi_o,r,g,b\n"));
+    for (row, planned) in sheet.lines().zip(csv.lines()).skip(1) {
+        let angles: Vec<&str> = planned.split(',').take(5).collect();
+        assert_eq!(row, angles.join(",") + ",,,");
+    }
+    assert_names(&folder.succeed("plan n8.recipe"), &["28.8", "70.9"]);
+}
+
+#[test]
+fn what_the_machine_is_like_counts() {
+    let folder = folder();
+    let travel = |options| number(&plan_as_json(&folder, options)["moving_seconds"]);
+    let usual = travel("");
+    let twice = travel("--speed 20");
+    assert!((usual - 2.0 * twice).abs() < 1e-9);
+    assert!(travel("--speed 10,0,10,10") > usual);
+    assert!(travel("--swap") <= usual);
+    assert!(travel("--anisotropic") > usual);
+    assert!(travel("--no-full-turns") >= usual);
+    assert!(travel("--order progressive") > usual);
+    assert!(travel("--start 48.87,69.42,48.67,-110.10") < usual);
+    let longer = plan_as_json(&folder, "--settle 2");
+    assert_eq!(number(&longer["settling_seconds"]), 16.0);
+}
+
+#[test]
+fn what_is_out_of_reach_is_named_and_nothing_is_planned() {
+    let folder = folder();
+    let within = "plan n8.recipe --max-theta-o 80 --out plan.csv";
+    let message = folder.fail(within);
+    let missed = [
+        "2", "8", "6", "56.90", "1.86", "86.76", "-1.56", "7", "79.04", "6.756",
+    ];
+    assert_names(&message, &missed);
+    assert_names(&message, &["max_theta_o", "--max-theta-i", "--swap"]);
+    assert!(!folder.exists("plan.csv"));
+    folder.succeed(&format!("{within} --swap"));
+    let csv = folder.read_text("plan.csv");
+    let swapped = |index: &str| {
+        let own = csv.lines().find(|line| line.starts_with(index));
+        own.is_some_and(|line| line.contains(",true,"))
+    };
+    assert!(swapped("6,") && swapped("7,"), "{csv}");
+
+    // Limits that a recipe states hold unless others are given.
+    let found = folder.succeed_as_json(&format!("plan {MASKED} --swap"));
+    for (limit, degrees) in [
+        ("max_theta_i", 80.0),
+        ("max_theta_o", 80.0),
+        ("min_separation", 10.0),
+    ] {
+        let stated = number(&found["machine"][limit]);
+        assert!((stated - degrees).abs() < 1e-3, "{limit} {stated}");
+    }
+    folder.fail(&format!("plan {MASKED} --max-theta-i 70"));
+    folder.write("stated.recipe", stated().bytes());
+    folder.fail_naming("plan stated.recipe", &["3", "in_plane"]);
+}
+
+#[test]
+fn options_that_make_no_sense_are_refused_by_name() {
+    let folder = folder();
+    let before = folder.names("");
+    for (options, named) in [
+        ("--speed fast", &["--speed", "fast"][..]),
+        ("--speed 1,2", &["--speed", "1,2"]),
+        ("--speed 1,2,3,inf", &["--speed", "1,2,3,inf"]),
+        ("--speed 0", &["theta_i", "0"]),
+        ("--speed -5", &["theta_i", "-5"]),
+        ("--speed 10,0,10,0", &["phi_i", "phi_o", "0"]),
+        ("--speed 10,0,10,10 --anisotropic", &["phi_i", "0"]),
+        ("--settle -1", &["-1"]),
+        ("--start 0", &["--start", "0"]),
+        ("--start -200,0,0,0", &["theta_i", "-200"]),
+        ("--start 0,0,0,200 --no-full-turns", &["200", "180"]),
+        ("--max-theta-i 95", &["--max-theta-i", "90"]),
+        ("--max-theta-i 20 --max-theta-o 20 --min-separation 50", &[]),
+        ("--force", &["--force"]),
+        ("--out a.csv --blank ./a.csv", &["--out", "--blank"]),
+        ("--out n8.recipe --force", &["--out", "n8.recipe"]),
+        ("--blank n8.recipe", &["--blank", "n8.recipe"]),
+    ] {
+        folder.fail_naming(&format!("plan n8.recipe {options}"), named);
+    }
+    assert_eq!(folder.names(""), before, "something was written");
+}
+
+#[test]
+fn a_sheet_that_was_filled_in_stays() {
+    let folder = folder();
+    for option in ["--out", "--blank"] {
+        let plan = format!("plan n8.recipe {option} sheet.csv");
+        folder.succeed(&plan);
+        folder.succeed(&plan); // the same again
+        let filled = folder.read_text("sheet.csv") + "more\n";
+        folder.write("sheet.csv", &filled);
+        folder.fail_naming(&plan, &[option, "sheet.csv", "--force"]);
+        assert_eq!(folder.read_text("sheet.csv"), filled);
+        folder.succeed(&format!("{plan} --force"));
+        assert_ne!(folder.read_text("sheet.csv"), filled);
+        fs::remove_file(folder.at("sheet.csv")).expect("it is removed");
+    }
+}
+
+#[test]
+fn the_recipe_s_own_order_is_kept_and_noted_to_be_in_vain_where_all_are_needed() {
+    let folder = folder();
+    for (recipe, samples, in_vain) in [("n8.recipe", 8, true), (MASKED, 16, false)] {
+        let plan = format!("plan {recipe} --order progressive --swap --json");
+        let [printed, talk] = folder.succeed_with_talk(&plan);
+        assert_eq!(!talk.is_empty(), in_vain, "{talk}");
+        let found: Value = serde_json::from_str(&printed).expect("it is JSON");
+        let visits = found["visits"].as_array().expect("a list");
+        let indices = visits.iter().map(|visit| number(&visit["index"]) as usize);
+        assert!(indices.eq(0..samples));
+    }
+}
+
+#[test]
+fn inspect_shows_where_the_arms_stand() {
+    let folder = folder();
+    let shown = folder.succeed("inspect n8.recipe");
+    assert_names(&shown, &["theta_i", "phi_i", "theta_o", "phi_o"]);
+    let json = folder.succeed("inspect n8.recipe --json");
+    folder.succeed("export n8.recipe --format json --out n8.json");
+    assert_eq!(json, folder.read_text("n8.json"));
+    let found: Value = serde_json::from_str(&json).expect("it is JSON");
+    let arms = found["arms"].as_array().expect("a list");
+    assert_eq!(arms.len(), 8);
+    for (row, line) in arms.iter().rev().zip(shown.lines().rev()) {
+        let cells = line.split_whitespace().skip(4);
+        let cells: Vec<f64> = cells.map(|cell| cell.parse().expect("a number")).collect();
+        assert_eq!(cells.len(), 4);
+        for (cell, radians) in cells.iter().zip(row.as_array().expect("a row")) {
+            assert!(
+                (cell - number(radians).to_degrees()).abs() < 0.011,
+                "{line} {row}"
+            );
+        }
+    }
+}

@@ -1,0 +1,156 @@
+//! Schedule prior, as a user meets it.
+
+use glimpse_core::recipe::Recipe;
+use serde_json::Value;
+
+use super::{Folder, number};
+use crate::common::assert_names;
+
+#[test]
+fn a_recipe_that_completes_is_trained_shown_exported_and_judged() {
+    let folder = Folder::new();
+    for model in ["linear", "phong"] {
+        let recipe = format!("{model}.recipe");
+        folder.succeed(&format!(
+            "train --model {model} --samples 3 --effort brief --data procedural:9:1 \
+             --data procedural:3:2 --share 2,8 --missing 0.5 --noise 0.02 --additive 0.01 \
+             --levels 4096 --max-theta-i 70 --min-separation 10 --out {recipe}"
+        ));
+
+        let shown = folder.succeed(&format!("inspect {recipe}"));
+        let figures = [
+            "3", "24", "64", "0.5", "0.02", "0.01", "4096", "0.4", "70.0", "90.0", "10.0", "12",
+            "0.200", "0.800",
+        ];
+        assert_names(&shown, &figures);
+        assert_names(&shown, &["procedural:9:1", "procedural:3:2"]);
+
+        let export = |format: &str| {
+            let out = format!("{model}.{format}");
+            folder.succeed(&format!("export {recipe} --format {format} --out {out}"));
+            out
+        };
+        let value = folder.read_json(&export("json"));
+        let of_model = match model {
+            "phong" => ("/start/output", 7),
+            _ => ("/basis", 3),
+        };
+        for (list, length) in [
+            ("/completion/readings", 3),
+            ("/completion/readings/0/missing", 88),
+            ("/completion/output", 24),
+            ("/prediction", 25),
+            of_model,
+        ] {
+            let found = value.pointer(list).and_then(Value::as_array);
+            assert_eq!(found.map(Vec::len), Some(length), "{list}");
+        }
+        let source = folder.read_text(&export("rust"));
+        for list in ["READINGS: [i8; 792]", "PREDICTION: [f32; 25]"] {
+            assert!(source.contains(&format!("pub const {list}")), "{source}");
+        }
+
+        let evaluate = format!("evaluate --recipe {recipe} --test procedural:1:77");
+        let verdict = folder.succeed_as_json(&evaluate);
+        assert_eq!(verdict["method"], "completed");
+        let loss = number(&verdict["loss"]);
+        assert!((0.001..0.08).contains(&loss), "{model}: {loss}");
+
+        // What is predicted stands beside it, and is another loss from fewer readings.
+        let predicted = |verdict: &Value| {
+            let each = &verdict["materials"][0]["predicted_loss"];
+            [each, &verdict["prediction"]["loss"]].map(number)
+        };
+        let few = folder.succeed_as_json(&format!("{evaluate} --first 2 --noise 0.02"));
+        for (all, few) in predicted(&verdict).into_iter().zip(predicted(&few)) {
+            assert!((0.0005..0.1).contains(&all) && all != few, "{all} {few}");
+        }
+        assert_ne!(few["loss"], verdict["loss"]);
+        assert_eq!([&verdict["seeds"], &few["seeds"]], [1, 5]);
+        let [_, mean] = predicted(&verdict);
+        assert_names(&folder.succeed(&evaluate), &[&format!("{mean:.4}")]);
+
+        // All of its directions are where the machine gets to.
+        let bytes = folder.read(&recipe);
+        let recipe = Recipe::parse(&bytes).expect("it is a recipe");
+        let limits = recipe.statements().expect("they make sense").limits;
+        let limits = limits.expect("they are stated");
+        assert_eq!(recipe.out_of_reach(&limits), None);
+        assert!((limits.min_separation.to_degrees() - 10.0).abs() < 1e-4);
+    }
+}
+
+#[test]
+fn options_of_schedule_prior_are_refused_where_they_have_no_effect() {
+    let folder = Folder::new();
+    let two = "--data procedural:2 --data procedural:2:1";
+    for (options, named) in [
+        ("--schedule joint --missing 0.5", "--missing"),
+        ("--schedule paper --noise 0.02", "--noise"),
+        ("--schedule joint --procedural 0", "--procedural"),
+        ("--schedule joint --max-theta-o 80", "--max-theta-o"),
+        ("--schedule joint --levels 256", "--levels"),
+        ("--data procedural:2 --share 1", "--share"),
+        (&format!("{two} --share 1"), "--share"),
+        (&format!("{two} --share 1,0"), "--share"),
+        ("--data procedural:2 --data procedural:3", "procedural:3"),
+        ("--bases 5", "--bases"),
+        ("--max-theta-i 20 --min-separation 50", "--min-separation"),
+        ("--max-theta-i 120", "--max-theta-i"),
+        ("--schedule prior --missing 1.5", "--missing"),
+    ] {
+        let train = format!("train --model linear --samples 3 --out x.recipe {options}");
+        folder.fail_naming(&train, &[named]);
+    }
+}
+
+#[test]
+fn readings_are_lost_where_a_recipe_can_do_without_them() {
+    let folder = Folder::new();
+    folder.add_bundled("completed/phong-n8.recipe");
+    folder.add_bundled("masked/neural-n16.recipe");
+    for (options, named) in [
+        ("phong-n8.recipe --first 4", &["--missing"][..]),
+        ("phong-n8.recipe --lose 1", &["--missing"]),
+        (
+            "neural-n16.recipe --first 2 --lose 2",
+            &["--first", "--lose", "2"],
+        ),
+        (
+            "neural-n16.recipe --method meta --noise 0.1",
+            &["--noise", "--method", "meta"],
+        ),
+    ] {
+        let evaluate = format!("evaluate --test procedural:2:9 --recipe {options}");
+        folder.fail_naming(&evaluate, named);
+    }
+    let loss = |options: &str| {
+        let evaluate = "evaluate --recipe neural-n16.recipe --test procedural:1:9";
+        let verdict = folder.succeed_as_json(&format!("{evaluate} {options}"));
+        number(&verdict["loss"])
+    };
+    let [all, eight, one] = ["", "--first 8", "--first 1"].map(loss);
+    println!("16 readings {all:.4}, 8 {eight:.4}, 1 {one:.4}");
+    assert!(all < eight && eight < one && one < 0.1);
+    let [coarse, fine] = ["--levels 20", "--levels 100000"].map(loss);
+    println!("20 levels {coarse:.4}, 100,000 {fine:.4}");
+    assert!(all < coarse && coarse < 0.1 && (fine / all - 1.0).abs() < 0.02);
+}
+
+/// A map that always sees many readings learns the training's materials by heart.
+#[test]
+fn of_many_readings_some_may_be_missing_unless_it_is_asked_otherwise() {
+    let folder = Folder::new();
+    for (options, takes_missing) in [
+        ("--samples 32", false),
+        ("--samples 33", true),
+        ("--samples 33 --missing 0", false),
+    ] {
+        folder.succeed(&format!(
+            "train --model linear {options} --effort brief --data procedural:3:1 --out many.recipe --force"
+        ));
+        let bytes = folder.read("many.recipe");
+        let recipe = Recipe::parse(&bytes).expect("it is whole");
+        assert_eq!(recipe.learner().takes_missing(), takes_missing, "{options}");
+    }
+}

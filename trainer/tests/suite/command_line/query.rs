@@ -1,0 +1,207 @@
+//! `trainer query`
+
+use glimpse_core::geometry::HalfDifference;
+use glimpse_materials::Source;
+use glimpse_materials::sampling::uniform_valid;
+use serde_json::json;
+
+use super::Folder;
+use super::folder::NEURAL_N8;
+use crate::common::assert_names;
+
+/// The rows of a CSV file, as text, without its first line, which must be `header`.
+fn rows(csv: &str, header: &str) -> Vec<Vec<String>> {
+    let mut lines = csv.lines();
+    assert_eq!(lines.next(), Some(header));
+    lines
+        .map(|line| line.split(',').map(str::to_owned).collect())
+        .collect()
+}
+
+fn numbers(cells: &[String]) -> Vec<f32> {
+    let numbers = cells.iter().map(|cell| cell.parse());
+    numbers.collect::<Result<_, _>>().expect("numbers")
+}
+
+#[test]
+fn both_kinds_of_angles_give_the_material_s_own_values() {
+    let folder = Folder::new();
+    let angles = uniform_valid(300, 1);
+    let mut half = "material,phi_d,theta_h,note,theta_d\n".to_owned();
+    let mut directions = "phi_o, theta_i, phi_i, theta_o\r\n".to_owned();
+    for angles in &angles {
+        let [theta_h, theta_d, phi_d] = [angles.theta_h, angles.theta_d, angles.phi_d]
+            .map(|angle| f64::from(angle).to_degrees());
+        half += &format!("any,{phi_d},{theta_h},\"one, two\",{theta_d}\n");
+        let at = HalfDifference::from_angles(glimpse_core::geometry::Angles {
+            theta_h: theta_h.to_radians(),
+            theta_d: theta_d.to_radians(),
+            phi_d: phi_d.to_radians(),
+        });
+        let pair = at.directions();
+        let theta = |direction: [f64; 3]| direction[2].acos().to_degrees();
+        let phi = |[x, y, _]: [f64; 3]| y.atan2(x).to_degrees();
+        // Turned about the normal, which changes nothing.
+        directions += &format!(
+            "{}, {}, {}, {}\r\n",
+            phi(pair.outgoing) - 77.0,
+            theta(pair.incoming),
+            phi(pair.incoming) - 77.0,
+            theta(pair.outgoing)
+        );
+    }
+    folder.write("half.csv", half);
+    folder.write("directions.csv", directions);
+    let material = &Source("procedural:1:4".into()).load().expect("it loads")[0];
+    let query = |file| folder.succeed(&format!("query procedural:1:4 --angles {file}"));
+
+    let found = rows(&query("half.csv"), "theta_h,theta_d,phi_d,r,g,b");
+    assert_eq!(found.len(), angles.len());
+    for (row, angles) in found.iter().zip(&angles) {
+        assert_eq!(numbers(&row[3..]), material.brdf(*angles));
+        // The angles as they were given, in degrees.
+        let given = [angles.theta_h, angles.theta_d, angles.phi_d];
+        let given = given.map(|angle| f64::from(angle).to_degrees().to_string());
+        assert_eq!(row[..3], given);
+    }
+    let header = "theta_i,phi_i,theta_o,phi_o,r,g,b";
+    let found = rows(&query("directions.csv"), header);
+    for (row, angles) in found.iter().zip(&angles) {
+        for (found, expected) in numbers(&row[4..]).into_iter().zip(material.brdf(*angles)) {
+            assert!((found - expected).abs() <= 2e-4 * expected, "{angles:?}");
+        }
+    }
+}
+
+#[test]
+fn several_materials_are_named_and_written_to_a_file() {
+    let folder = Folder::new();
+    folder.write(
+        "a.csv",
+        "theta_i,phi_i,theta_o,phi_o\n30,0,30,180\n90,0,30,180\n30,0,120,0\n180,0,180,0\n",
+    );
+    let printed = folder.succeed("query procedural:2 --angles a.csv --out f.csv");
+    assert_eq!(printed, "");
+    let csv = folder.read_text("f.csv");
+    let found = rows(&csv, "material,theta_i,phi_i,theta_o,phi_o,r,g,b");
+    let materials = Source("procedural:2".into()).load().expect("they load");
+    for (rows, material) in found.chunks(4).zip(&materials) {
+        for (row, cells) in rows.iter().enumerate() {
+            assert_eq!(cells[0], material.name());
+            // At the horizon and below it there is nothing.
+            let above = numbers(&cells[5..]).iter().all(|value| *value > 0.0);
+            assert_eq!(above, row == 0, "{csv}");
+            assert!(row == 0 || cells[5..] == ["0", "0", "0"], "{csv}");
+        }
+    }
+    assert_eq!(found.len(), 8);
+}
+
+#[test]
+fn mistakes_name_the_file_the_line_and_the_column() {
+    let folder = Folder::new();
+    let query =
+        |angles: &str| folder.fail(&format!("query procedural:1 --angles {angles} --out f.csv"));
+    for (text, named) in [
+        (
+            &b"theta_h,theta_d\n1,2\n"[..],
+            &["theta_h, theta_d", "phi_d", "theta_i"][..],
+        ),
+        (b"", &[]),
+        (
+            b"theta_h,theta_d,phi_d,theta_i,phi_i,theta_o,phi_o\n",
+            &["theta_h, theta_d, phi_d", "theta_i, phi_i, theta_o, phi_o"],
+        ),
+        (b"theta_h,theta_d,phi_d,theta_d\n", &["theta_d"]),
+        (
+            b"theta_h,theta_d,phi_d\n1,2,3\n\n4,x,6\n",
+            &["4", "theta_d", "x"],
+        ),
+        (
+            b"\r\ntheta_h,theta_d,phi_d\r\n1,2,3\r\n\r\n\r\n4,5,x\r\n",
+            &["6", "phi_d", "x"],
+        ),
+        (b"theta_h,theta_d,phi_d\n1,2,\n", &["2", "phi_d"]),
+        (b"theta_h,theta_d,phi_d\n1,2,inf\n", &["2", "phi_d", "inf"]),
+        (
+            b"phi_d,theta_h,theta_d\n-1e3,90,90.01\n",
+            &["2", "theta_d", "90.01", "90"],
+        ),
+        (
+            b"theta_i,phi_i,theta_o,phi_o\n-1,0,0,0\n",
+            &["2", "theta_i", "-1", "180"],
+        ),
+        (b"theta_h,theta_d,phi_d\n1,2,3\n1,2,3,4\n", &["3", "4"]),
+        (b"theta_h,theta_d,phi_d\n1,\xff,3\n", &["2", "UTF-8"]),
+    ] {
+        folder.write("a.csv", text);
+        let message = query("a.csv");
+        assert_names(&message, &["a.csv"]);
+        assert_names(&message.replace("a.csv", ""), named);
+        assert!(!folder.exists("f.csv"));
+    }
+    assert_names(&query("none.csv"), &["none.csv"]);
+    folder.fail_naming("query nowhere --angles a.csv", &["a.csv", "2"]);
+}
+
+/// Rows of a plan name their samples, which an exchange of light and sensor makes necessary.
+#[test]
+fn what_is_looked_up_at_a_plan_is_fitted() {
+    let folder = Folder::with("n8.recipe", NEURAL_N8);
+    for (name, options, swaps) in [
+        ("plain", "", false),
+        ("swapped", "--swap --max-theta-o 80", true),
+    ] {
+        folder.succeed(&format!("plan n8.recipe --force --out plan.csv {options}"));
+        let planned = folder.read_text("plan.csv");
+        assert_eq!(planned.contains(",true,"), swaps, "{planned}");
+        folder.succeed("query procedural:1:9 --angles plan.csv --out read.csv");
+        let header = "theta_i,phi_i,theta_o,phi_o,index,r,g,b";
+        let read = rows(&folder.read_text("read.csv"), header);
+        for (row, planned) in read.iter().zip(planned.lines().skip(1)) {
+            let own = [&row[4..5], &row[..4]].concat().join(",");
+            assert!(planned.starts_with(&own), "{planned}");
+        }
+        let fit = format!("fit n8.recipe --measurements read.csv --out {name}");
+        let told = folder.succeed_as_json(&fit);
+        assert_eq!(told[0]["readings"]["used"], 8);
+        assert_eq!(told[0]["readings"]["excluded"], json!([]));
+    }
+}
+
+#[test]
+fn json_holds_what_csv_does() {
+    let folder = Folder::with(
+        "a.csv",
+        b"phi_d,theta_h,theta_d,index\n90,10,20.5,3\n0,89,89,1\n",
+    );
+    let query = "query procedural:2 --angles a.csv";
+    let found = folder.succeed_as_json(query);
+    for (field, expected) in [
+        ("quantity", json!("brdf")),
+        ("unit", json!("sr^-1")),
+        ("times_cosine", json!(false)),
+    ] {
+        assert_eq!(found[field], expected, "{field}");
+    }
+    let listed = found["materials"].as_array().expect("a list");
+    let listed = listed.iter().flat_map(|material| {
+        let rows = material["rows"].as_array().expect("a list");
+        rows.iter().map(|row| (&material["name"], row))
+    });
+    let header = "material,theta_h,theta_d,phi_d,index,r,g,b";
+    let rows = rows(&folder.succeed(query), header);
+    assert_eq!(rows.len(), listed.clone().count());
+    for (cells, (name, row)) in rows.iter().zip(listed) {
+        assert_eq!(cells[0], *name);
+        let angles = ["theta_h", "theta_d", "phi_d", "index"].map(|name| row[name].as_f64());
+        let brdf = [0, 1, 2].map(|channel: usize| row["brdf"][channel].as_f64());
+        let values = angles.into_iter().chain(brdf);
+        let values: Vec<f32> = values.map(|x| x.expect("a number") as f32).collect();
+        assert_eq!(values, numbers(&cells[1..]));
+    }
+    // A file gets the same.
+    let printed = folder.succeed(&format!("{query} --json --out f.json"));
+    assert_eq!(printed, "");
+    assert_eq!(folder.read_json("f.json"), found);
+}

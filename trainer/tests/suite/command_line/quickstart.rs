@@ -1,0 +1,47 @@
+//! `trainer quickstart`
+
+use glimpse_trainer::shipped;
+
+use super::Folder;
+use super::render::pixels_of_png;
+
+#[test]
+fn it_leaves_a_page_of_all_methods_and_the_recipe_of_the_next_step() {
+    let folder = Folder::new();
+    let printed = folder.succeed("quickstart --out q");
+    let bundled = shipped::find("neural-n8").expect("it is bundled");
+    assert_eq!(folder.read("q/neural-n8.recipe"), bundled.bytes);
+    let cycles = bundled.cycles().expect("they are measured").to_string();
+    for name in ["neural-n1", "neural-n16", "procedural:8:1", &cycles] {
+        assert!(printed.contains(name), "no {name} in {printed}");
+    }
+
+    // Eight materials: themselves twice, by five recipes, and by four methods.
+    let names = folder.names("q/pictures");
+    assert_eq!(names.len(), 8 * (2 + 5 + 4), "{names:?}");
+    // The mean of all bytes, 0 to 255.
+    let brightness = |name: &str| {
+        let pixels = pixels_of_png(&folder.at("q/pictures").join(name)).pixels;
+        let bytes = pixels.as_flattened();
+        let sum: f64 = bytes.iter().map(|byte| f64::from(*byte)).sum();
+        sum / bytes.len() as f64
+    };
+    for name in names.iter().filter(|name| name.contains("reference")) {
+        let reference = brightness(name);
+        for method in ["neural-n8", "ours-paper", "meta-paper"] {
+            let fit = brightness(
+                &name
+                    .replace("reference-2", "reference")
+                    .replace("reference", method),
+            );
+            assert!(
+                fit > 0.5 * reference,
+                "{name} {method}: {fit} of {reference}"
+            );
+        }
+    }
+
+    // Nothing is trained, so that there is nothing to force.
+    let forced = folder.run("quickstart --out q --force");
+    assert_eq!(forced.status.code(), Some(2));
+}

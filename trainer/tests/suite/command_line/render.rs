@@ -1,0 +1,258 @@
+//! `trainer render`
+
+use std::fs;
+use std::path::Path;
+
+use glimpse_trainer::metrics::Scores;
+use glimpse_trainer::render::Picture;
+use serde_json::{Value, json};
+
+use super::folder::PHONG_N8;
+use super::shared::PHONG;
+use super::{Folder, number};
+use crate::common::assert_names;
+
+/// The errors of a scan that evaluate and render report.
+const METRICS: [&str; 5] = ["loss", "dssim", "l2", "psnr", "delta_e"];
+
+/// The pixels of a PNG file.
+pub(super) fn pixels_of_png(path: &Path) -> Picture {
+    let file = fs::File::open(path).expect("it is there");
+    let reader = png::Decoder::new(std::io::BufReader::new(file)).read_info();
+    let mut reader = reader.expect("it is a PNG file");
+    let mut bytes = vec![0; reader.output_buffer_size().expect("it has a size")];
+    let info = reader.next_frame(&mut bytes).expect("it is whole");
+    Picture {
+        width: info.width as usize,
+        height: info.height as usize,
+        pixels: bytes.as_chunks().0.to_vec(),
+    }
+}
+
+/// Width and height of a PNG file.
+fn size_of_png(path: &Path) -> [usize; 2] {
+    let picture = pixels_of_png(path);
+    [picture.width, picture.height]
+}
+
+/// A grey panorama, as a Radiance file without compression.
+fn panorama(width: u8, height: u8) -> Vec<u8> {
+    let mut file = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n".to_vec();
+    file.extend(format!("-Y {height} +X {width}\n").bytes());
+    for _ in 0..u32::from(width) * u32::from(height) {
+        file.extend([128, 128, 128, 128]);
+    }
+    file
+}
+
+#[test]
+fn spheres_are_rendered_in_a_grid_or_on_a_page() {
+    let folder = Folder::new();
+    let sphere = "render sphere procedural:3:5 --size 24 --columns 2";
+
+    let printed = folder.succeed(&format!("{sphere} --out all.png"));
+    assert_eq!(printed.lines().count(), 4, "{printed}");
+    let last = printed.lines().last().expect("a line");
+    let place: Vec<&str> = last.split_whitespace().take(2).collect();
+    assert_eq!(place, ["2", "1"], "{printed}");
+    let size = size_of_png(&folder.at("all.png"));
+    assert_eq!(size, [2 * 24 + 4, 2 * 24 + 4]);
+
+    folder.succeed(&format!("{sphere} --out all.exr"));
+    let magic_number = [0x76, 0x2f, 0x31, 0x01];
+    assert_eq!(folder.read("all.exr")[..4], magic_number, "OpenEXR's");
+
+    PHONG.copy_to(folder.path());
+    // A page of scans has a row for each material.
+    folder.succeed("render sphere procedural:2:5 --size 24 --out scans.html --recipe phong.recipe");
+    let html = folder.read_text("scans.html");
+    assert_eq!(html.matches("<img").count(), 4);
+    assert!(!html.contains('`'), "markup of another kind: {html}");
+    for name in folder.names("scans-pictures") {
+        assert_eq!(
+            size_of_png(&folder.at("scans-pictures").join(&name)),
+            [24, 24]
+        );
+        assert!(html.contains(&name), "{name}");
+    }
+}
+
+#[test]
+fn errors_belong_to_the_pictures_that_are_written() {
+    let folder = Folder::new();
+    PHONG.copy_to(folder.path());
+    let printed = folder.succeed(
+        "render sphere procedural:3:5 --size 24 --columns 2 --recipe phong.recipe --out scans.png",
+    );
+    let sheet = pixels_of_png(&folder.at("scans.png"));
+    let size = [2 * (2 * 24) + 4, 2 * 24 + 4];
+    assert_eq!([sheet.width, sheet.height], size);
+    for line in printed.lines().skip(1) {
+        let words: Vec<&str> = line.split_whitespace().collect();
+        let place = |index: usize| words[index].parse::<usize>().expect("a number") - 1;
+        let (row, column) = (place(0), place(1));
+        let cell = |scan: usize| Picture {
+            width: 24,
+            height: 24,
+            pixels: (0..24 * 24)
+                .map(|pixel| {
+                    let x = column * (2 * 24 + 4) + scan * 24 + pixel % 24;
+                    sheet.pixels[(row * (24 + 4) + pixel / 24) * sheet.width + x]
+                })
+                .collect(),
+        };
+        let expected = Scores::of_spheres(0.0, &cell(0), &cell(1)).expect("they can be compared");
+        let Scores {
+            dssim,
+            l2,
+            psnr,
+            delta_e,
+            ..
+        } = expected;
+        // Each with the last digit that is printed.
+        for (index, expected, last) in [
+            (4, dssim, 1e-4),
+            (5, l2, 1e-6),
+            (6, psnr, 1e-2),
+            (7, delta_e, 1e-4),
+        ] {
+            let found: f64 = words[index].parse().expect("a number");
+            assert!((found - expected).abs() < 0.51 * last, "{line}: {expected}");
+        }
+    }
+
+    // Of the size of evaluate's pictures, they are those of evaluate, in any light.
+    folder.write("grey.hdr", panorama(8, 4));
+    for light in ["", "--environment grey.hdr"] {
+        let scan = "render sphere procedural:1:5 --recipe phong.recipe";
+        let printed = folder.succeed(&format!("{scan} {light}"));
+        let judge = "evaluate --recipe phong.recipe --test procedural:1:5";
+        let judged = folder.succeed_as_json(&format!("{judge} {light}"));
+        let material = &judged["materials"][0];
+        let name = material["name"].as_str().expect("a name");
+        let row = printed.lines().find(|line| line.contains(name));
+        let [loss, dssim, l2, psnr, delta_e] = METRICS.map(|metric| number(&material[metric]));
+        let [loss, dssim, delta_e] = [loss, dssim, delta_e].map(|number| format!("{number:.4}"));
+        let [l2, psnr] = [format!("{l2:.6}"), format!("{psnr:.2}")];
+        assert_names(row.expect("a row"), &[&loss, &dssim, &l2, &psnr, &delta_e]);
+    }
+}
+
+#[test]
+fn lobes_and_patterns_are_drawn() {
+    let folder = Folder::new();
+    PHONG.copy_to(folder.path());
+    folder.succeed("render pattern phong.recipe --out p.svg");
+    let svg = folder.read_text("p.svg");
+    // Four samples, and the legend.
+    let dots = svg.matches("class=\"dot\"").count();
+    assert!(svg.starts_with("<svg") && dots == 4 + 1, "{svg}");
+    folder.succeed("render lobe procedural:1 --theta-i 30,60 --recipe phong.recipe");
+    let svg = folder.read_text("lobe.svg");
+    // Each of four curves is in the legend too.
+    assert_eq!(svg.matches("class=\"curve").count(), 8, "{svg}");
+    assert_eq!(svg.matches("class=\"curve dash\"").count(), 4);
+}
+
+#[test]
+fn what_cannot_be_drawn_is_refused_at_once() {
+    let folder = Folder::new();
+    folder.write("square.hdr", panorama(8, 8));
+    folder.write("cut.hdr", &panorama(8, 4)[..60]);
+    folder.write("not.exr", b"no picture");
+    folder.write("bad.recipe", b"GLMQ");
+    folder.write("file", b"in the way");
+    for (command, named) in [
+        (
+            "sphere procedural:1 --environment square.hdr",
+            &["square.hdr", "2:1"][..],
+        ),
+        ("sphere procedural:1 --environment cut.hdr", &["cut.hdr"]),
+        ("sphere procedural:1 --environment not.exr", &["not.exr"]),
+        ("sphere procedural:1 --environment none.exr", &["none.exr"]),
+        ("sphere procedural:1 --recipe bad.recipe", &["bad.recipe"]),
+        ("sphere procedural:1 --out sphere.jpg", &["--out", "png"]),
+        (
+            "sphere procedural:1 --out file/sphere.png",
+            &["file/sphere.png"],
+        ),
+        ("sphere procedural:1 --size 0", &["--size"]),
+        ("sphere procedural:1 --size 5000", &["--size"]),
+        (
+            "sphere procedural:1 --size 6 --recipe r.recipe",
+            &["--size"],
+        ),
+        ("sphere procedural:1 --columns 0", &["--columns"]),
+        ("lobe procedural:1 --theta-i 90", &["--theta-i"]),
+        ("lobe procedural:1 --theta-i 0,10,20,30,40,50,60", &["7"]),
+        ("lobe procedural:1 --out lobe.png", &["lobe.png", "svg"]),
+        ("lobe procedural:1 --out file/lobe.svg", &["file/lobe.svg"]),
+        ("pattern bad.recipe", &["bad.recipe"]),
+    ] {
+        folder.fail_naming(&format!("render {command}"), named);
+    }
+    assert_eq!(folder.names("").len(), 5, "something was written");
+}
+
+#[test]
+fn what_was_drawn_is_reported_as_json() {
+    let folder = Folder::with("r.recipe", PHONG_N8);
+    // A grey light that is brighter than the studio's.
+    folder.write("grey.hdr", panorama(8, 4));
+    let run = |command: &str, out: &str| -> Value {
+        let told = folder.succeed_as_json(&format!("render {command} --out {out}"));
+        let bytes = folder.read(out).len();
+        assert_eq!(told["file"], json!({ "path": out, "bytes": bytes }));
+        told
+    };
+    let told = run("sphere procedural:3:5 --size 24 --columns 2", "s.png");
+    let [width, height] = size_of_png(&folder.at("s.png"));
+    for (field, expected) in [
+        ("/width", json!(width)),
+        ("/height", json!(height)),
+        ("/sphere_pixels", json!(24)),
+        ("/exposure", json!(1.0)),
+        ("/spheres/2/row", json!(2)),
+        ("/spheres/2/column", json!(1)),
+        ("/spheres/2/scan", Value::Null),
+    ] {
+        assert_eq!(told.pointer(field), Some(&expected), "{field}");
+    }
+
+    // The default size is that of the metrics.
+    let light = "--environment grey.hdr --recipe r.recipe";
+    let told = run(&format!("sphere procedural:3:5 {light}"), "scans.png");
+    assert_eq!(told["environment"], "grey.hdr");
+    let exposure = number(&told["exposure"]);
+    assert!(exposure > 0.0 && exposure != 1.0, "{exposure}");
+    let judged = folder.succeed_as_json(&format!("evaluate --test procedural:3:5 {light}"));
+    for index in 0..3 {
+        let (scan, material) = (&told["spheres"][index]["scan"], &judged["materials"][index]);
+        for metric in METRICS {
+            assert!(scan[metric].is_number());
+            assert_eq!(scan[metric], material[metric], "{metric}");
+        }
+    }
+    let told = run("sphere procedural:2 --size 24", "page.html");
+    assert_eq!(told["width"], Value::Null);
+    assert_eq!(told["sphere_pixels"], 24);
+
+    let lobe = "lobe procedural:1 --theta-i 30,60 --recipe r.recipe";
+    let told = run(lobe, "l.svg");
+    let curve = |degrees: f64| {
+        let material = "procedural-000-metal";
+        json!({ "material": material, "theta_i_degrees": degrees, "scanned": true })
+    };
+    assert_eq!(told["curves"], json!([curve(30.0), curve(60.0)]));
+
+    let told = run("pattern r.recipe", "p.svg");
+    assert_eq!(told["model"], "phong");
+    assert_eq!(told["samples"], 8);
+
+    let told = run("view r.recipe --material procedural:1", "v.html");
+    assert_eq!(
+        told["recipes"],
+        json!([{ "name": "r", "model": "phong", "samples": 8, "readings": 8 }])
+    );
+    assert!(number(&told["reference_table_loss"]) < 0.01);
+}

@@ -1,0 +1,92 @@
+//! `trainer reproduce`
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::Path;
+
+use serde_json::{Value, json};
+
+use super::Folder;
+use super::shared::{BASES, EXPERIMENT};
+
+fn modified(path: &Path) -> std::time::SystemTime {
+    let metadata = fs::metadata(path).expect("it is there");
+    metadata.modified().expect("files have times")
+}
+
+#[test]
+fn an_experiment_is_printed_written_down_and_not_made_twice() {
+    let folder = Folder::new();
+    let printed = EXPERIMENT.copy_to(folder.path());
+    let csv = folder.read_text("paper/bases/bases.csv");
+    // Random, NJR15 and Ours with two priors, for 5 components and for the 11 that there are.
+    assert_eq!(csv.lines().count(), 1 + 8, "{csv}");
+    let mut of_eleven = csv.lines().skip(5);
+    assert!(of_eleven.all(|line| line.starts_with("11,")), "{csv}");
+    let json = folder.read_json("paper/bases/findings.json");
+    let row = &json["tables"]["bases"]["rows"][2];
+    assert_eq!(row["Method"], "Ours (joint)");
+    let loss = row["Loss"].as_f64();
+    assert!(loss.is_some_and(|loss| loss > 0.0 && loss < 1.0), "{row}");
+    let settings = &json["tables"]["bases"]["settings"];
+    let set = |source: &str, materials: usize| json!({"source": source, "materials": materials});
+    for (name, expected) in [
+        (
+            "trainings",
+            json!([{"schedule": "joint", "effort": "brief"}]),
+        ),
+        ("training_set", set("procedural:4", 4)),
+        ("test_set", set("procedural:1:1", 1)),
+        ("seed", json!(0)),
+        ("seeds_of_random_methods", json!(2)),
+    ] {
+        assert_eq!(settings[name], expected, "{name}");
+    }
+    let html = folder.read_text("paper/index.html");
+    assert_eq!(html.matches("<h2>").count(), 1, "{html}");
+
+    // The same command again trains and evaluates nothing; a lost sheet, and one that an older version
+    // wrote, which lacks a metric, are made again, the same.
+    let recipe = folder.at("paper/recipes/linear-n8-m5-eta-40-joint.recipe");
+    let sheets = ["joint-ours", "njr15"]
+        .map(|method| format!("paper/sheets/test/linear-n8-m5-eta-40-{method}.json"));
+    let before = modified(&recipe);
+    let read = || sheets.each_ref().map(|sheet| folder.read(sheet));
+    let judged = read();
+    fs::remove_file(folder.at(&sheets[0])).expect("it is removed");
+    let mut older: Value = serde_json::from_slice(&judged[1]).expect("it is JSON");
+    let lacking = older.as_object_mut().expect("an object").remove("delta_e");
+    assert!(lacking.is_some_and(|value| value.as_f64() > Some(0.0)));
+    folder.write(&sheets[1], older.to_string());
+    let modified_sheets = || -> BTreeSet<_> {
+        let names = folder.names("paper/sheets/test").into_iter();
+        let sheets = names.map(|name| format!("paper/sheets/test/{name}"));
+        sheets
+            .map(|sheet| (modified(&folder.at(&sheet)), sheet))
+            .collect()
+    };
+    let mut others = modified_sheets();
+    others.retain(|(_, sheet)| !sheets.contains(sheet));
+    assert_eq!(folder.succeed(BASES), printed);
+    assert_eq!(modified(&recipe), before);
+    assert!(modified_sheets().is_superset(&others));
+    assert_eq!(modified_sheets().len(), others.len() + sheets.len());
+    assert_eq!(read(), judged);
+}
+
+#[test]
+fn work_of_other_settings_is_not_mixed_in() {
+    let folder = Folder::new();
+    fs::create_dir_all(folder.at("paper")).expect("it is made");
+    folder.write("paper/settings.json", "another seed");
+    folder.fail_naming(BASES, &["paper", "--out", "settings.json"]);
+}
+
+#[test]
+fn what_is_judged_must_not_be_trained_on_and_additional_sources_must_be_given() {
+    let folder = Folder::new();
+    let same = BASES.replace("procedural:1:1", "procedural:3");
+    folder.fail_naming(&same, &["--data", "--test"]);
+    let additional = BASES.replace("bases", "additional");
+    folder.fail_naming(&additional, &["--additional"]);
+}

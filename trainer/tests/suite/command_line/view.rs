@@ -1,0 +1,156 @@
+//! `trainer render view`
+
+use glimpse_core::recipe::Recipe;
+use glimpse_materials::{Material, Procedural};
+use serde_json::{Value, json};
+
+use super::{Folder, number};
+
+/// A folder with bundled recipes.
+fn folder() -> Folder {
+    let folder = Folder::new();
+    for recipe in [
+        "phong-n8.recipe",
+        "completed/cook-torrance-n8.recipe",
+        "neural-n8.recipe",
+        "masked/neural-n16.recipe",
+        "completed/linear-n8.recipe",
+    ] {
+        folder.add_bundled(recipe);
+    }
+    folder
+}
+
+/// What the scripts of a page are given.
+fn data(page: &str) -> Value {
+    let (_, data) = page
+        .split_once("<script type=\"application/json\" id=\"data\">")
+        .expect("it has data");
+    let (data, _) = data.split_once("</script>").expect("they end");
+    serde_json::from_str(data).expect("they are JSON")
+}
+
+#[test]
+fn a_page_has_every_recipe_and_what_was_read() {
+    let folder = folder();
+    let names = ["phong-n8", "cook-torrance-n8", "neural-n8", "neural-n16"];
+    let recipes = names.map(|name| format!("{name}.recipe"));
+    let view = format!(
+        "render view {} --material procedural:1:77",
+        recipes.join(" ")
+    );
+    assert_eq!(folder.succeed(&view), "");
+    let html = folder.read_text("view.html");
+    // All of it is in the page.
+    for outside in ["http://", "https://", "src=", "@import", "fetch("] {
+        assert!(!html.contains(outside), "{outside}");
+    }
+    assert!(
+        html.contains("<script>\"use strict\";"),
+        "scripts are not to be escaped"
+    );
+    let data = data(&html);
+    assert_eq!(data["title"], "procedural-77-000-metal");
+    assert!(number(&data["reference"]["table_loss"]) < 2e-3);
+    let shown = data["shown"].as_array().expect("a list");
+    let of = |name: &str| -> Vec<&Value> { shown.iter().map(|shown| &shown[name]).collect() };
+    assert_eq!(of("model"), ["phong", "cook-torrance", "neural", "neural"]);
+    assert_eq!(of("name"), names);
+    assert_eq!(of("takes_missing"), [false, false, false, true]);
+    let material = &Procedural::set(1, 77)[0];
+    for (recipe, shown) in recipes.iter().zip(shown) {
+        let bytes = folder.read(recipe);
+        let recipe = Recipe::parse(&bytes).expect("it is a recipe");
+        let samples = shown["samples"].as_array().expect("a list");
+        assert_eq!(samples.len(), recipe.samples());
+        for (sample, angles) in samples.iter().zip(recipe.pattern()) {
+            // Text that gives the same 32-bit floats back.
+            let read: [f32; 3] =
+                serde_json::from_value(sample["brdf"].clone()).expect("three numbers");
+            assert_eq!(read, material.brdf(angles));
+        }
+    }
+
+    // The same seed, the same noise; another one, another.
+    let noisy = |seed| {
+        folder.succeed(&format!(
+            "{view} --noise 0.05 --seed {seed} --out noisy.html"
+        ));
+        folder.read("noisy.html")
+    };
+    assert!(noisy(1) == noisy(1) && noisy(1) != noisy(2));
+}
+
+#[test]
+fn readings_from_a_lab_are_shown_without_a_reference() {
+    let folder = folder();
+    let rows = "index,r,g,b\n0,0.2,0.1,0.05\n3,0.3,0.2,0.1\n7,,,\n9,0.25,0.12,0.06\n";
+    folder.write("<gold>.csv", rows);
+    let view = "render view neural-n16.recipe --measurements <gold>.csv";
+    folder.succeed(view);
+    let html = folder.read_text("view.html");
+    let data = data(&html);
+    assert_eq!(data["title"], "<gold>");
+    assert_eq!(data["reference"], json!(null));
+    let samples = data["shown"][0]["samples"].as_array().expect("a list");
+    let read = samples.iter().filter(|sample| !sample["brdf"].is_null());
+    assert_eq!(read.count(), 3);
+    assert!(!html.contains("<gold>"), "a name has become markup");
+
+    folder.succeed(&format!(
+        "{view} --reference procedural:1:2 --out both.html"
+    ));
+    folder.fail_naming(
+        "render view neural-n8.recipe --measurements <gold>.csv",
+        &["<gold>.csv", "8"],
+    );
+}
+
+#[test]
+fn what_cannot_be_shown_is_refused_with_a_remedy() {
+    let folder = folder();
+    folder.write("a.csv", "index,r,g,b\n0,1,1,1\n");
+    for (options, named) in [
+        ("neural-n8.recipe", &["--material", "--measurements"][..]),
+        (
+            "neural-n8.recipe neural-n8.recipe --material procedural:1",
+            &["neural-n8"],
+        ),
+        (
+            "linear-n8.recipe --material procedural:1:77",
+            &["linear-n8.basis", "--basis", "--format"],
+        ),
+        ("neural-n8.recipe --material procedural:2", &["2"]),
+        (
+            "neural-n8.recipe --measurements a.csv a.csv",
+            &["2", "--measurements", "1"],
+        ),
+        (
+            "neural-n8.recipe --measurements a.csv --noise 0.1",
+            &["--noise"],
+        ),
+        (
+            "neural-n8.recipe --material procedural:1 --noise 1.5",
+            &["0", "1"],
+        ),
+        (
+            "neural-n8.recipe --material procedural:1 --reference procedural:1",
+            &["--material", "--reference"],
+        ),
+        (
+            "neural-n8.recipe --material procedural:1 --out a.png",
+            &[".html"],
+        ),
+        (
+            "nothing.recipe --material procedural:1:77",
+            &["nothing.recipe"],
+        ),
+        (
+            "neural-n8.recipe --material procedural:1:77 --basis a.csv",
+            &["a.csv"],
+        ),
+    ] {
+        folder.fail_naming(&format!("render view {options}"), named);
+    }
+    assert!(!folder.exists("view.html"));
+}

@@ -1,0 +1,58 @@
+//! Readings from a lab: how rows become samples, and which readings look wrong.
+
+mod outliers;
+mod quantities;
+mod rows;
+
+use std::path::PathBuf;
+
+use glimpse_core::geometry::Angles;
+use glimpse_core::gonio::Quantity;
+use glimpse_trainer::measurement::{Meaning, Measured, TableError};
+use glimpse_training::recipe::RecipeFile;
+
+/// One of the firmware's recipes.
+pub(crate) fn recipe(name: &str) -> RecipeFile {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/recipes/");
+    RecipeFile::read(&PathBuf::from(folder).join(name)).expect("it is a recipe")
+}
+
+/// Three samples, in radians.
+pub(crate) fn pattern() -> Vec<Angles<f32>> {
+    let sample = |theta_h: f32, theta_d: f32, phi_d: f32| Angles {
+        theta_h: theta_h.to_radians(),
+        theta_d: theta_d.to_radians(),
+        phi_d: phi_d.to_radians(),
+    };
+    vec![
+        sample(0.0, 30.0, 0.0),
+        sample(20.0, 10.0, 90.0),
+        sample(5.0, 60.0, 45.0),
+    ]
+}
+
+pub(crate) const TOLERANCE: f64 = 0.5 * std::f64::consts::PI / 180.0;
+
+/// What is read of a file with this text.
+pub(crate) fn measured_as(text: &str, meaning: &Meaning) -> Result<Measured, TableError> {
+    let scratch = tempfile::tempdir().expect("a temporary directory");
+    let path = scratch.path().join("a.csv");
+    std::fs::write(&path, text).expect("it is written");
+    Measured::read(&path, &pattern(), TOLERANCE, meaning)
+}
+
+pub(crate) fn measured(text: &str) -> Result<Measured, TableError> {
+    measured_as(text, &Meaning::Values(Quantity::Brdf))
+}
+
+/// The message about a file that is refused, without its path.
+pub(crate) fn mistake(result: Result<Measured, TableError>) -> String {
+    match result {
+        Err(TableError::Damaged { path, what }) => {
+            assert!(path.ends_with("a.csv"), "{}", path.display());
+            what
+        }
+        Err(error) => panic!("{error}"),
+        Ok(_) => panic!("it is read"),
+    }
+}

@@ -1,0 +1,356 @@
+//! The model Linear as a program of tensor operations: sigmoids of logits, trilinear look-ups in
+//! the basis's file, the measured network, the mapping, normal equations eliminated step by step,
+//! the loss. And the barrier of samples below the horizon.
+
+use std::f64::consts::{FRAC_PI_2, PI};
+use std::sync::{LazyLock, PoisonError};
+
+use burn::tensor::Tensor;
+use burn::tensor::activation::relu;
+use glimpse_core::geometry::Angles;
+use glimpse_core::model::{Neural, ParameterSet};
+use glimpse_materials::basis::{Basis, widened};
+use glimpse_materials::sampling::uniform_valid;
+use glimpse_materials::{Material, NeuralBrdf};
+use glimpse_training::linear::Columns as Tables;
+use glimpse_training::linear::principal_components;
+use glimpse_training::meta::linear::{Outer, OuterBasis};
+use glimpse_training::meta::pattern::Pattern;
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use super::{Columns, Matrix, Program, TOLERANCE, TURN, disagreement, list, matrix, sigmoid};
+use crate::support::{boxed, double, named, network, task_gradient};
+
+/// e of the mapping.
+const EPSILON: f64 = 1e-3;
+const RANGES: [f64; 3] = [FRAC_PI_2, FRAC_PI_2, PI];
+/// m.
+const COMPONENTS: usize = 5;
+/// Words before a file's table.
+const HEADER: usize = 6;
+
+/// Networks, and a basis of them.
+struct Set {
+    networks: Vec<NeuralBrdf>,
+    basis: Basis,
+    /// The file of the basis, as its format is documented.
+    shape: [usize; 3],
+    table: Vec<f64>,
+}
+
+static SET: LazyLock<Set> = LazyLock::new(|| {
+    let mut random = ChaCha8Rng::seed_from_u64(21);
+    let networks: Vec<NeuralBrdf> = (0..5).map(|_| network(&mut random)).collect();
+    let columns = Tables::new(&boxed(networks.clone()));
+    let all: Vec<usize> = (0..columns.count()).collect();
+    let basis = principal_components(&columns, &all, COMPONENTS);
+    let bytes = basis.to_bytes();
+    let (header, table) = bytes.split_at(4 * HEADER);
+    let header: Vec<usize> = header
+        .as_chunks::<4>()
+        .0
+        .iter()
+        .map(|word| u32::from_le_bytes(*word) as usize)
+        .collect();
+    assert_eq!(header[5], COMPONENTS);
+    let table = table.as_chunks::<4>().0.iter();
+    Set {
+        networks,
+        shape: [header[2], header[3], header[4]],
+        table: table
+            .map(|word| f64::from(f32::from_le_bytes(*word)))
+            .collect(),
+        basis,
+    }
+});
+
+/// Angles of logits.
+fn angles(logits: &Matrix) -> Matrix {
+    sigmoid(logits.clone()) * matrix(&RANGES, [1, 3])
+}
+
+/// What the basis is at some angles: mean, ln(median w + e), components; a row each.
+fn look_up(angles: &Matrix) -> [Matrix; 3] {
+    let set = &*SET;
+    let [count, _] = angles.dims();
+    let [h, d, p] = set.shape;
+    // Places along the axes, in nodes: quadratic in theta_h, cyclic in phi_d.
+    let axis = |index: usize| angles.clone().narrow(1, index, 1) * (1.0 / RANGES[index]);
+    let places = [
+        axis(0).sqrt() * (h - 1) as f64,
+        axis(1) * (d - 1) as f64,
+        axis(2) * p as f64,
+    ];
+    let lows = places.each_ref().map(|place| -> Vec<usize> {
+        list(place.clone())
+            .iter()
+            .map(|place| place.floor() as usize)
+            .collect()
+    });
+    let shares: [Matrix; 3] = std::array::from_fn(|axis| {
+        let lows: Vec<f64> = lows[axis].iter().map(|low| *low as f64).collect();
+        places[axis].clone() - matrix(&lows, [count, 1])
+    });
+    let length = 2 + COMPONENTS;
+    let mut sum = matrix(&vec![0.0; count * length], [count, length]);
+    for corner in 0..8_usize {
+        let steps = [corner & 1, corner >> 1 & 1, corner >> 2];
+        let mut weight = matrix(&vec![1.0; count], [count, 1]);
+        for (share, step) in shares.iter().zip(steps) {
+            weight = weight
+                * match step {
+                    1 => share.clone(),
+                    _ => (-share.clone()).add_scalar(1.0),
+                };
+        }
+        let mut values = Vec::new();
+        for ((i, j), k) in lows[0].iter().zip(&lows[1]).zip(&lows[2]) {
+            let [i, j, k] = [i + steps[0], j + steps[1], k + steps[2]];
+            let node = (i * d + j) * p + k % p;
+            values.extend_from_slice(&set.table[node * length..][..length]);
+        }
+        sum = sum + weight * matrix(&values, [count, length]);
+    }
+    [(0, 1), (1, 1), (2, COMPONENTS)].map(|(start, length)| sum.clone().narrow(1, start, length))
+}
+
+/// cos(theta_i) cos(theta_o).
+fn weight(at: &Columns) -> Matrix {
+    let [hx, hz] = at.half();
+    let [dx, _, dz] = at.difference();
+    let (up, along) = (hz * dz, hx * dx);
+    (up.clone() - along.clone()) * (up + along)
+}
+
+fn columns(angles: Matrix) -> Columns {
+    Columns {
+        measured: angles.zeros_like(),
+        angles,
+    }
+}
+
+/// (A'A + diag p)^-1 A't, by Gauss and Jordan's elimination; no pivoting is needed.
+fn ridge(a: &Matrix, t: Matrix, precision: &Matrix) -> Matrix {
+    let unit = |k: usize| -> Vec<f64> {
+        (0..COMPONENTS)
+            .map(|i| f64::from(u8::from(i == k)))
+            .collect()
+    };
+    let identity: Vec<f64> = (0..COMPONENTS).flat_map(unit).collect();
+    let diagonal = matrix(&identity, [COMPONENTS; 2]) * precision.clone();
+    let normal = a.clone().transpose().matmul(a.clone()) + diagonal;
+    let mut both = Tensor::cat(vec![normal, a.clone().transpose().matmul(t)], 1);
+    for k in 0..COMPONENTS {
+        let row = both.clone().narrow(0, k, 1);
+        let row = row.clone() / row.narrow(1, k, 1);
+        let column = both.clone().narrow(1, k, 1) - matrix(&unit(k), [COMPONENTS, 1]);
+        both = both - column * row;
+    }
+    both.narrow(1, COMPONENTS, 3)
+}
+
+/// Directions that judge, and the material there.
+struct Judging {
+    directions: Vec<Angles<f32>>,
+    values: Vec<[f32; 3]>,
+}
+
+/// Loss, and its gradient by logits and logarithms of precisions.
+struct Found {
+    loss: f64,
+    by_logits: Vec<f64>,
+    by_precision: Vec<f64>,
+}
+
+fn witness(network: &[Matrix], logits: &[f64], log_precision: &[f64], judging: &Judging) -> Found {
+    let logits = matrix(logits, [logits.len() / 3, 3]).require_grad();
+    let log_precision = matrix(log_precision, [1, COMPONENTS]).require_grad();
+
+    let at = columns(angles(&logits));
+    let [mean, log_median, a] = look_up(&at.angles);
+    let w = weight(&at);
+    let median = relu(log_median.exp().sub_scalar(EPSILON)) / w.clone();
+    let measured = Neural::modelled(network, &at);
+    let logarithm = |brdf: Matrix| (brdf * w.clone()).add_scalar(EPSILON).log();
+    let t = logarithm(measured) - logarithm(median) - mean;
+    let coefficients = ridge(&a, t, &log_precision.clone().exp());
+
+    let outer: Vec<f64> = judging
+        .directions
+        .iter()
+        .map(widened)
+        .flat_map(|angles| [angles.theta_h, angles.theta_d, angles.phi_d])
+        .collect();
+    let count = judging.directions.len();
+    // Their azimuths go all the way round, the table's half of it.
+    let folded: Vec<f64> = outer
+        .chunks(3)
+        .flat_map(|angles| [angles[0], angles[1], angles[2] % PI])
+        .collect();
+    let [mean, log_median, rows] = look_up(&matrix(&folded, [count, 3]));
+    // Training keeps these rows in single precision.
+    let rounded: Vec<f64> = list(rows)
+        .into_iter()
+        .map(|entry| f64::from(entry as f32))
+        .collect();
+    let rows = matrix(&rounded, [count, COMPONENTS]);
+    let values = double(judging.values.as_flattened());
+    let at = Columns {
+        angles: matrix(&outer, [count, 3]),
+        measured: matrix(&values, [count, 3]),
+    };
+    let w = weight(&at);
+    assert!(list(w.clone()).iter().all(|w| *w > 1e-6));
+    let above = relu(log_median.exp().sub_scalar(EPSILON)).add_scalar(EPSILON);
+    let mapped = rows.matmul(coefficients) + mean;
+    let modelled = relu((above * mapped.exp()).sub_scalar(EPSILON)) / w;
+    let loss = at.loss(modelled);
+
+    let gradients = loss.backward();
+    let slopes = |tensor: &Matrix| list(tensor.grad(&gradients).expect("the loss depends on it"));
+    Found {
+        by_logits: slopes(&logits),
+        by_precision: slopes(&log_precision),
+        loss: loss.into_scalar(),
+    }
+}
+
+/// The same of the code under test, in double precision.
+fn found(network: &NeuralBrdf, logits: &[f64], log_precision: &[f64], judging: &Judging) -> Found {
+    let basis = &SET.basis;
+    let places: Vec<Angles<f64>> = logits
+        .chunks(3)
+        .map(|logits| named([0, 1, 2].map(|i| RANGES[i] / (1.0 + (-logits[i]).exp()))))
+        .collect();
+    let precision: Vec<f64> = log_precision.iter().map(|log| log.exp()).collect();
+    let directions: Vec<u32> = (0..judging.directions.len() as u32).collect();
+    let outer = Outer {
+        basis: &OuterBasis::new(basis.clone(), &judging.directions),
+        directions: &directions,
+        values: &judging.values,
+    };
+    let found = task_gradient(network, basis, &places, &precision, &outer);
+    let by_logits = found.by_angles.iter().zip(&places).flat_map(|(by, at)| {
+        let at = [at.theta_h, at.theta_d, at.phi_d];
+        [0, 1, 2].map(|i| by[i] * at[i] * (1.0 - at[i] / RANGES[i]))
+    });
+    let by_precision = found.by_precision.iter().zip(&precision);
+    Found {
+        loss: found.loss,
+        by_logits: by_logits.collect(),
+        by_precision: by_precision.map(|(by, p)| by * p).collect(),
+    }
+}
+
+/// Compares many problems of n samples.
+fn compare(samples: usize) {
+    let _turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
+    let mut largest = [0.0_f64; 3];
+    for seed in 0..40 {
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        let network = &SET.networks[seed as usize % SET.networks.len()];
+        let directions = uniform_valid(64, random.random());
+        let values = directions.iter().map(|angles| network.brdf(*angles));
+        let judging = Judging {
+            values: values.collect(),
+            directions,
+        };
+        let logits: Vec<f64> = uniform_valid(samples, random.random())
+            .iter()
+            .map(widened)
+            .flat_map(|angles| {
+                let shares = [angles.theta_h, angles.theta_d, angles.phi_d % PI];
+                [0, 1, 2].map(|i| (shares[i] / (RANGES[i] - shares[i])).ln())
+            })
+            .collect();
+        let log_precision: Vec<f64> = (0..COMPONENTS)
+            .map(|_| random.random_range(0.5_f64.ln()..100.0_f64.ln()))
+            .collect();
+        let mut weights = network.parameters().iter().copied().map(f64::from);
+        let tensors: Vec<Matrix> = Neural::SHAPES
+            .iter()
+            .map(|shape| {
+                let values: Vec<f64> = weights.by_ref().take(shape[0] * shape[1]).collect();
+                matrix(&values, *shape)
+            })
+            .collect();
+        let found = found(network, &logits, &log_precision, &judging);
+        let witnessed = witness(&tensors, &logits, &log_precision, &judging);
+        let errors = [
+            (found.loss - witnessed.loss).abs(),
+            disagreement(&found.by_logits, &witnessed.by_logits),
+            disagreement(&found.by_precision, &witnessed.by_precision),
+        ];
+        // Written so that a NaN fails as well.
+        assert!(
+            errors.iter().all(|error| *error <= TOLERANCE),
+            "seed {seed}: disagreements {errors:?}"
+        );
+        largest = std::array::from_fn(|i| largest[i].max(errors[i]));
+    }
+    let [loss, by_logits, by_precision] = largest;
+    println!(
+        "linear against burn, n = {samples}: loss {loss:.1e}, logits {by_logits:.1e}, precisions \
+         {by_precision:.1e}"
+    );
+}
+
+#[test]
+fn linear_agrees_with_burn_where_samples_are_few_or_many() {
+    for samples in [3, COMPONENTS, 8] {
+        compare(samples);
+    }
+}
+
+#[test]
+fn the_barrier_agrees_with_burn() {
+    let _turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
+    let (mut below, mut largest) = (0, 0.0_f64);
+    for seed in 0..40 {
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        // About half of them below the horizon.
+        let logits: Vec<f32> = (0..24).map(|_| random.random_range(-2.0..3.0)).collect();
+        let by: Vec<[f32; 3]> = (0..8)
+            .map(|_| [(); 3].map(|()| random.random_range(-0.01..0.01)))
+            .collect();
+        let pattern = Pattern::from_logits(&logits);
+
+        let tensor = matrix(&double(&logits), [8, 3]).require_grad();
+        let angles = angles(&tensor);
+        let at = columns(angles.clone());
+        let [hx, hz] = at.half();
+        let [dx, _, dz] = at.difference();
+        // Both cosines are positive where hz dz > |hx dx|.
+        let valid: Vec<f64> = list(hz * dz - (hx * dx).abs())
+            .iter()
+            .map(|lower| f64::from(u8::from(*lower > 0.0)))
+            .collect();
+        below += valid.iter().filter(|valid| **valid == 0.0).count();
+        let invalid = (-matrix(&valid, [8, 1])).add_scalar(1.0);
+        let [theta_h, theta_d] = [0, 1].map(|i| angles.clone().narrow(1, i, 1));
+        let squares = theta_h.clone() * theta_h + theta_d.clone() * theta_d;
+        let barrier = (squares * invalid * 0.005).sum();
+        let slopes = double(by.as_flattened());
+        let others = (angles * matrix(&slopes, [8, 3]) * matrix(&valid, [8, 1])).sum();
+        let gradients = (barrier.clone() + others).backward();
+        let witnessed = tensor.grad(&gradients).expect("the barrier depends on it");
+        let witnessed = list(witnessed);
+
+        let mut asked = Vec::new();
+        let found = pattern.gradient_by_logits(|index| {
+            asked.push(index);
+            by[index]
+        });
+        let valid: Vec<usize> = (0..8).filter(|index| valid[*index] == 1.0).collect();
+        assert_eq!(asked, valid);
+        let error = disagreement(&double(&found), &witnessed);
+        // What is under test is in single precision.
+        assert!(error < 1e-6, "seed {seed}: {error}");
+        largest = largest.max(error);
+        let barrier: f64 = barrier.into_scalar();
+        assert!((f64::from(pattern.barrier()) - barrier).abs() <= 1e-6 * barrier);
+    }
+    println!("barrier against burn: {largest:.1e} of the largest slope; {below} samples below");
+    assert!((80..240).contains(&below), "{below} of 320");
+}

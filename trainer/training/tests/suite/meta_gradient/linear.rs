@@ -1,0 +1,187 @@
+//! The meta-gradient of the model Linear over a batch of materials. (`burn_witness` holds each task's by itself.)
+
+use std::f64::consts::{FRAC_PI_2, PI};
+use std::sync::LazyLock;
+
+use glimpse_core::geometry::Angles;
+use glimpse_core::model::ModelKind;
+use glimpse_materials::basis::widened;
+use glimpse_materials::sampling::uniform_valid;
+use glimpse_materials::{Material, NeuralBrdf};
+use glimpse_training::linear::{Columns, Prior, principal_components};
+use glimpse_training::meta::linear::{LinearTrainee, Outer, OuterBasis};
+use glimpse_training::meta::pattern::{Pattern, logits_of};
+use glimpse_training::meta::plan::{Effort, Plan, Schedule};
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use super::pattern::{BARRIER, logits_with_one_below};
+use crate::support::{boxed, double, network, task_gradient};
+
+/// How many materials there are, each of three columns.
+const MATERIALS: usize = 6;
+
+/// Materials that are networks, and their columns.
+struct Set {
+    networks: Vec<NeuralBrdf>,
+    materials: Vec<Box<dyn Material>>,
+    columns: Columns,
+}
+
+static SET: LazyLock<Set> = LazyLock::new(|| {
+    let mut random = ChaCha8Rng::seed_from_u64(77);
+    let networks: Vec<NeuralBrdf> = (0..MATERIALS).map(|_| network(&mut random)).collect();
+    let materials = boxed(networks.clone());
+    Set {
+        columns: Columns::new(&materials),
+        networks,
+        materials,
+    }
+});
+
+fn plan(schedule: Schedule, samples: usize) -> Plan {
+    let (effort, model) = (Effort::Quick, ModelKind::Linear);
+    Plan::new(schedule, effort, model, samples, MATERIALS)
+}
+
+/// Asserts that slopes in single precision are these.
+fn assert_close(what: &str, found: &[f32], expected: &[f64]) {
+    assert_eq!(found.len(), expected.len(), "{what}");
+    let largest = expected.iter().fold(0.0_f64, |most, by| most.max(by.abs()));
+    for (index, (found, expected)) in double(found).iter().zip(expected).enumerate() {
+        // Written so that a NaN fails as well.
+        let is_close = (found - expected).abs() <= 1e-4 * largest;
+        assert!(is_close, "{what} {index}: {found} and not {expected}");
+    }
+}
+
+/// A batch's gradient is the mean of its tasks', each with the basis of the other folds' materials; a sample
+/// below the horizon has the barrier's slopes.
+#[test]
+fn a_batch_has_the_mean_of_its_tasks_gradients_and_the_barrier() {
+    const COMPONENTS: usize = 5;
+    const SEED: u64 = 3;
+    const FOLDS: usize = 5;
+    const POOL: usize = 8_192;
+    let set = &*SET;
+    let plan = plan(Schedule::Joint, 8);
+    let prior = Prior {
+        components: COMPONENTS,
+        eta: None,
+    };
+    let trainee = LinearTrainee::new(&set.materials, &set.columns, prior, &plan, SEED);
+    assert_eq!(trainee.components(), COMPONENTS);
+    let pool = uniform_valid(POOL, SEED);
+    let values_of = |network: &NeuralBrdf| -> Vec<[f32; 3]> {
+        pool.iter().map(|angles| network.brdf(*angles)).collect()
+    };
+    let values: Vec<_> = set.networks.iter().map(values_of).collect();
+    let folds = [0, 1, 2, 3, 4].map(|fold| {
+        let columns = 0..3 * MATERIALS;
+        let others: Vec<usize> = columns
+            .filter(|column| column / 3 % FOLDS != fold)
+            .collect();
+        let basis = principal_components(&set.columns, &others, COMPONENTS);
+        (OuterBasis::new(basis.clone(), &pool), basis)
+    });
+
+    for seed in 0..15 {
+        let mut random = ChaCha8Rng::seed_from_u64(100 + seed);
+        let count = if seed % 2 == 0 { 7 } else { 3 };
+        let logits = logits_with_one_below(count, &mut random);
+        let pattern = Pattern::from_logits(logits.as_flattened());
+        let places: Vec<Angles<f64>> = pattern.valid_angles().map(|at| widened(&at)).collect();
+        assert_eq!(places.len(), count);
+        let range = 0.5_f32.ln()..100.0_f32.ln();
+        let log_precision = [0.0; COMPONENTS].map(|_| random.random_range(range.clone()));
+        let precision = log_precision.map(|log| f64::from(log).exp());
+        let tasks: Vec<(usize, Vec<u32>)> = (0..3)
+            .map(|_| {
+                let draw = |_| random.random_range(0..POOL as u32);
+                let directions = (0..32).map(draw).collect();
+                (random.random_range(0..MATERIALS), directions)
+            })
+            .collect();
+        let found = trainee.gradient_over(&pattern, &log_precision, &tasks);
+        let (found, gradient) = found.expect("it can be factorized");
+        assert!(gradient.initial.is_empty());
+
+        let (mut loss, mut by_precision) = (0.0, [0.0; COMPONENTS]);
+        let mut by_angles = vec![[0.0; 3]; count];
+        for (material, directions) in &tasks {
+            let (basis, of_fold) = &folds[material % FOLDS];
+            let outer = Outer {
+                basis,
+                directions,
+                values: &values[*material],
+            };
+            let network = &set.networks[*material];
+            let task = task_gradient(network, of_fold, &places, &precision, &outer);
+            let share = 1.0 / tasks.len() as f64;
+            loss += share * task.loss;
+            for ((sum, by), p) in by_precision
+                .iter_mut()
+                .zip(task.by_precision)
+                .zip(precision)
+            {
+                *sum += share * by * p;
+            }
+            let by_task = task.by_angles.as_flattened();
+            for (sum, by) in by_angles.as_flattened_mut().iter_mut().zip(by_task) {
+                *sum += share * by;
+            }
+        }
+        let error = f64::from(found) - loss;
+        assert!(error.abs() < 1e-6, "seed {seed}: the loss is {error:e} off");
+        let what = format!("seed {seed}, logarithm of precision");
+        assert_close(&what, &gradient.hyperparameters, &by_precision);
+
+        // theta = range sigmoid(logit)
+        let mut of_valid = by_angles.into_iter();
+        let all = pattern.angles().iter().zip(pattern.valid());
+        let by_logits: Vec<[f64; 3]> = all
+            .map(|(angles, is_valid)| {
+                let at = [angles.theta_h, angles.theta_d, angles.phi_d].map(f64::from);
+                let by_angles = match is_valid {
+                    true => of_valid.next().expect("it was measured"),
+                    false => [2.0 * BARRIER * at[0], 2.0 * BARRIER * at[1], 0.0],
+                };
+                let ranges = [FRAC_PI_2, FRAC_PI_2, PI];
+                [0, 1, 2].map(|i| by_angles[i] * at[i] * (1.0 - at[i] / ranges[i]))
+            })
+            .collect();
+        let what = format!("seed {seed}, logit");
+        assert_close(&what, &gradient.pattern, by_logits.as_flattened());
+    }
+}
+
+/// A pattern of one sample may go below the horizon on its way. Nothing is measured then, and the
+/// barrier alone pulls it back: no number goes missing.
+#[test]
+fn linear_without_a_sample_above_the_horizon_is_the_mean_and_is_pulled_back() {
+    let set = &*SET;
+    let plan = plan(Schedule::Paper, 1);
+    let trainee = LinearTrainee::new(&set.materials, &set.columns, Prior::PAPER, &plan, 3);
+    let below = Angles {
+        theta_h: 1.5,
+        theta_d: 1.5,
+        phi_d: 0.1,
+    };
+    let pattern = Pattern::from_logits(&logits_of(below));
+    assert_eq!(pattern.valid_angles().count(), 0);
+    let log_precision = vec![1.0; trainee.components()];
+    let tasks = [(0, vec![0, 1, 2]), (1, vec![3])];
+    let (loss, gradient) = trainee
+        .gradient_over(&pattern, &log_precision, &tasks)
+        .expect("it is no error");
+    assert!(loss.is_finite() && loss > 0.0, "{loss}");
+    assert!(gradient.hyperparameters.iter().all(|slope| *slope == 0.0));
+    let [theta_h, theta_d, phi_d] = gradient.pattern[..] else {
+        panic!("one sample has three logits");
+    };
+    assert!(
+        theta_h > 0.0 && theta_d > 0.0,
+        "Adam goes down: {theta_h}, {theta_d}"
+    );
+    assert_eq!(phi_d, 0.0);
+}

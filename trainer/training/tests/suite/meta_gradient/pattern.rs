@@ -1,0 +1,193 @@
+//! A pattern: its logits, what is measured at it, and the gradient by logits.
+
+use std::f64::consts::{FRAC_PI_2, PI};
+
+use glimpse_core::geometry::{Angles, HalfDifference};
+use glimpse_core::model::SampleGradient;
+use glimpse_kernels::lanes::{Octet, OctetAt, WIDTH};
+use glimpse_materials::sampling::sobol_valid;
+use glimpse_materials::{Material, Procedural};
+use glimpse_training::meta::pattern::{Pattern, angles_of, logits_of};
+use glimpse_training::meta::variation::Variation;
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use super::lanes::unpack;
+use crate::support::{double, named, network};
+
+pub(crate) const BARRIER: f64 = 0.005;
+
+/// Angles of a sample's logits.
+fn angles(logits: [f64; 3]) -> [f64; 3] {
+    let ranges = [FRAC_PI_2, FRAC_PI_2, PI];
+    std::array::from_fn(|i| ranges[i] / (1.0 + (-logits[i]).exp()))
+}
+
+fn at(logits: [f64; 3]) -> HalfDifference<f64> {
+    HalfDifference::from_angles(named(angles(logits)))
+}
+
+fn is_valid(logits: [f64; 3]) -> bool {
+    at(logits).cos_theta_i() > 0.0 && at(logits).cos_theta_o() > 0.0
+}
+
+/// The variation of the first of two materials with the other.
+fn varied(materials: [&dyn Material; 2], variation: &Variation, logits: [f64; 3]) -> [f64; 3] {
+    let [theta_h, theta_d, phi_d] = angles(logits).map(|angle| angle as f32);
+    let at = Angles {
+        theta_h,
+        theta_d,
+        phi_d,
+    };
+    let [material, partner] = materials.map(|material| material.brdf(at).map(f64::from));
+    let share = f64::from(variation.share);
+    std::array::from_fn(|i| {
+        let filtered = f64::from(variation.gains[i]) * material[variation.order[i]];
+        filtered + share * (partner[i] - filtered)
+    })
+}
+
+/// Valid samples and one whose directions are below the horizon, as logits.
+pub(crate) fn logits_with_one_below(valid: usize, random: &mut ChaCha8Rng) -> Vec<[f32; 3]> {
+    let places = sobol_valid(valid, random.random()).into_iter();
+    let mut logits: Vec<_> = places.map(logits_of).collect();
+    let below = [
+        random.random_range(1.5..2.5),
+        random.random_range(1.5..2.5),
+        -2.5,
+    ];
+    logits.insert(random.random_range(0..=valid), below);
+    logits
+}
+
+/// A varied measurement holds the samples above the horizon, in equal weights, with the values of the variation.
+#[test]
+fn a_varied_measurement_has_the_values_of_the_variation_in_equal_weights() {
+    for seed in 0..20 {
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        let network = network(&mut random);
+        let materials: [&dyn Material; 2] = [&network, &Procedural::new(seed as usize, 1)];
+        let logits = logits_with_one_below(7, &mut random);
+        let pattern = Pattern::from_logits(logits.as_flattened());
+        let variation = Variation::random(2.0, 2, &mut random);
+        let measured = pattern.measure_varied(materials[0], materials[1], &variation);
+        let samples = unpack(&measured.octets());
+
+        let wide = logits.iter().map(|each| each.map(f64::from));
+        let valid: Vec<[f64; 3]> = wide.filter(|logits| is_valid(*logits)).collect();
+        assert_eq!((samples.len(), valid.len()), (7, 7));
+        for (sample, logits) in samples.iter().zip(valid) {
+            let (found, expected) = (sample.at, at(logits));
+            let coordinates = |at: HalfDifference<f64>| [at.hx, at.hz, at.dx, at.dy, at.dz];
+            for (found, expected) in coordinates(found).into_iter().zip(coordinates(expected)) {
+                assert!((found - expected).abs() < 1e-6, "seed {seed}: {sample:?}");
+            }
+            let expected = varied(materials, &variation, logits);
+            for (found, expected) in sample.measured.into_iter().zip(expected) {
+                assert!(
+                    (found - expected).abs() <= 1e-4 * expected.abs(),
+                    "seed {seed}: {found} and not {expected}"
+                );
+            }
+            assert!((sample.weight - 1.0 / 21.0).abs() < 1e-8);
+        }
+    }
+}
+
+fn random_gradient(random: &mut ChaCha8Rng) -> SampleGradient<Octet> {
+    let mut octet = || Octet(std::array::from_fn(|_| random.random_range(-1.0..1.0)));
+    SampleGradient {
+        at: OctetAt {
+            hx: octet(),
+            hz: octet(),
+            dx: octet(),
+            dy: octet(),
+            dz: octet(),
+        },
+        measured: [octet(), octet(), octet()],
+    }
+}
+
+#[test]
+fn an_invalid_sample_has_the_barrier_s_slope_and_nothing_else() {
+    let mut random = ChaCha8Rng::seed_from_u64(1);
+    let logits = logits_with_one_below(7, &mut random);
+    let pattern = Pattern::from_logits(logits.as_flattened());
+    let measured = pattern.measure(&Procedural::new(0, 0));
+    // Whatever the gradient by the samples is.
+    let by_logits = double(&measured.gradient_by_logits(&[random_gradient(&mut random)]));
+    let mut places = logits.iter().map(|each| each.map(f64::from));
+    let index = places.clone().position(|logits| !is_valid(logits));
+    let index = index.expect("a sample is below the horizon");
+    let [theta_h, theta_d, _] = angles(places.nth(index).expect("it is there"));
+    // d(0.005 theta^2) / d(logit), theta = pi/2 sigmoid(logit)
+    let slope = |theta: f64| 2.0 * BARRIER * theta * theta * (1.0 - theta / FRAC_PI_2);
+    let expected = [slope(theta_h), slope(theta_d), 0.0];
+    for (found, expected) in by_logits[3 * index..].iter().zip(expected) {
+        assert!((found - expected).abs() <= 1e-6 * expected);
+    }
+    let barrier = BARRIER * (theta_h * theta_h + theta_d * theta_d);
+    assert!((f64::from(pattern.barrier()) - barrier).abs() < 1e-6 * barrier);
+}
+
+/// Whatever the gradient by places is, its chain to the logits is right.
+#[test]
+fn the_chain_carries_places() {
+    let mut largest = 0.0_f64;
+    for seed in 0..50 {
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        let logits = logits_with_one_below(WIDTH - 1, &mut random);
+        let pattern = Pattern::from_logits(logits.as_flattened());
+        let by = random_gradient(&mut random);
+        let measured = pattern.measure(&network(&mut random));
+        let found = double(&measured.gradient_by_logits(&[by]));
+
+        let found = found.as_chunks::<3>().0.iter();
+        for (lane, (found, logits)) in found.zip(&logits).enumerate() {
+            let logits = logits.map(f64::from);
+            if !is_valid(logits) {
+                continue;
+            }
+            // Places, each times its slope.
+            let product = |logits: [f64; 3]| {
+                let at = at(logits);
+                let place = [at.hx, at.hz, at.dx, at.dy, at.dz];
+                let slopes = [by.at.hx, by.at.hz, by.at.dx, by.at.dy, by.at.dz];
+                let places = place.iter().zip(slopes);
+                places.map(|(x, by)| x * f64::from(by.0[lane])).sum::<f64>()
+            };
+            for (i, found) in found.iter().enumerate() {
+                let at = |offset: f64| {
+                    let mut logits = logits;
+                    logits[i] += offset;
+                    product(logits)
+                };
+                let error = (found - (at(1e-4) - at(-1e-4)) / 2e-4).abs();
+                largest = largest.max(error);
+                assert!(
+                    error < 1e-4,
+                    "seed {seed}, sample {lane}, logit {i}: {error}"
+                );
+            }
+        }
+    }
+    println!("the chain to the logits: largest error {largest:.1e}");
+}
+
+#[test]
+fn angles_and_logits_are_each_other_s_inverse() {
+    for place in sobol_valid(1000, 1) {
+        let logits = logits_of(place);
+        let found = angles_of(logits);
+        let expected = angles(logits.map(f64::from));
+        let found = [found.theta_h, found.theta_d, found.phi_d];
+        let place = [place.theta_h, place.theta_d, place.phi_d];
+        let ranges = [FRAC_PI_2, FRAC_PI_2, PI];
+        for i in 0..3 {
+            assert!((f64::from(found[i]) - expected[i]).abs() < 1e-6);
+            // Within a thousandth of the ends, angles are moved inside.
+            let moved = f64::from(place[i]).clamp(1e-3 * ranges[i], (1.0 - 1e-3) * ranges[i]);
+            assert!((f64::from(found[i]) - moved).abs() < 1e-6);
+        }
+    }
+}
