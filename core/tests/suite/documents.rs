@@ -1,0 +1,265 @@
+//! What the documents say is so: examples do what they print, and the bytes in `docs/link.md` are
+//! what the link sends.
+
+#![allow(clippy::duplicate_mod)] // each example is a program of its own, with what it scans
+
+#[path = "../../examples/host.rs"]
+mod host;
+#[path = "../../examples/scan.rs"]
+mod scan;
+#[path = "../../examples/scanner.rs"]
+mod scanner;
+
+use glimpse_core::driver::{Config, Host};
+use glimpse_core::fit::Progress;
+use glimpse_core::geometry::Directions;
+use glimpse_core::link::{
+    self, BYTES_PER_FRAME, FRAME_BYTES, Failure, FrameReader, PROTOCOL, Refusal, Reply, Request,
+    VALUES_PER_FRAME,
+};
+use glimpse_core::recipe::{Recipe, RecipeError};
+use glimpse_core::scan::{FitError, LEAST_READING, Reading, ReadingError, Residual, ScanError};
+
+/// Each model explains what it read, and tells that it does.
+#[test]
+fn the_example_of_a_scan_fits_by_all_four_models() {
+    scan::main().unwrap();
+    for recipe in scan::RECIPES {
+        let residual = scan::scan(recipe).unwrap();
+        assert!((1e-4..0.06).contains(&residual.mean), "{residual:?}");
+        assert_eq!((residual.saturated, residual.clamped), (0, 0));
+    }
+}
+
+/// Wherever power is cut, no reading is taken twice and the result is the same.
+#[test]
+fn the_example_of_a_scanner_loses_no_reading_when_power_is_cut() {
+    scanner::main().unwrap();
+    let mut whole = scanner::Scanner::new();
+    let residual = whole.run(u32::MAX).unwrap();
+    assert!(residual.is_some());
+    for cut in 1..=8 {
+        let mut scanner = scanner::Scanner::new();
+        assert_eq!(scanner.run(cut).unwrap(), None);
+        assert_eq!(scanner.run(u32::MAX).unwrap(), residual, "cut after {cut}");
+        assert_eq!((scanner.readings, scanner.clock), (8, whole.clock));
+    }
+}
+
+/// A host is told all values in their order, and moves its arms once for a reading, however bad the
+/// line is.
+#[test]
+fn the_example_of_a_host_hears_what_was_fitted() {
+    host::main().unwrap();
+    for loses in [usize::MAX, 1_000, 150] {
+        let mut computer = host::Computer::default();
+        let (residual, values, _) = host::scan(&mut computer, loses).unwrap();
+        assert_eq!(computer.values, values, "every {loses}th byte is lost");
+        assert_eq!((values.len(), computer.readings), (675, 8));
+        assert!(residual.mean < 0.06, "{residual:?}");
+    }
+}
+
+/// The document of the link's protocol.
+const LINK: &str = include_str!("../../docs/link.md");
+
+/// The bytes of a document's blocks of hexadecimal digits, without comments.
+pub(crate) fn hex_blocks(document: &str, comment: char) -> Vec<Vec<u8>> {
+    let blocks = document.split("```hex\n").skip(1);
+    let blocks = blocks.map(|block| block.split("```").next().unwrap());
+    blocks
+        .map(|block| {
+            let lines = block
+                .lines()
+                .map(|line| line.split(comment).next().unwrap());
+            let digits = lines.flat_map(str::split_whitespace);
+            let bytes = digits.map(|digits| u8::from_str_radix(digits, 16).unwrap());
+            bytes.collect()
+        })
+        .collect()
+}
+
+/// Content and frame of a message are the next two blocks.
+fn check_blocks<T>(blocks: &mut impl Iterator<Item = Vec<u8>>, sequence: u32, message: &T)
+where
+    T: serde::Serialize + serde::de::DeserializeOwned + PartialEq + std::fmt::Debug,
+{
+    let mut buffer = [0; FRAME_BYTES];
+    let content = postcard::to_slice(&(sequence, message), &mut buffer).unwrap();
+    assert_eq!(blocks.next().unwrap(), content, "{message:?}");
+    let frame = blocks.next().unwrap();
+    let encoded = link::encode(sequence, message, &mut buffer).unwrap();
+    assert_eq!(frame, encoded, "{message:?}");
+    let mut reader = FrameReader::new();
+    let mut heard = frame.iter().filter_map(|byte| reader.push::<T>(*byte));
+    let heard = heard.find_map(Result::ok).unwrap();
+    assert_eq!(heard.0, sequence);
+    assert_eq!(heard.1, *message);
+}
+
+#[test]
+fn the_links_bytes_are_those_of_its_document() {
+    let recipe = Recipe::parse(scan::RECIPES[1]).unwrap();
+    let mut blocks = hex_blocks(LINK, ';').into_iter();
+    let hello = Request::Hello {
+        protocol: PROTOCOL,
+        model: recipe.model(),
+        samples: recipe.samples() as u16,
+        recipe: recipe.checksum(),
+    };
+    check_blocks(&mut blocks, 1, &hello);
+    check_blocks(&mut blocks, 1, &Reply::Welcome { protocol: PROTOCOL });
+    let directions = Directions {
+        incoming: [0.6, 0.0, 0.8],
+        outgoing: [-0.6, 0.0, 0.8],
+    };
+    let measure = Request::Measure {
+        index: 0,
+        directions,
+    };
+    check_blocks(&mut blocks, 2, &measure);
+    let measured = Reply::Measured {
+        index: 0,
+        reading: Reading::new([0.25, 0.125, 0.5]),
+    };
+    check_blocks(&mut blocks, 2, &measured);
+    assert_eq!(blocks.next(), None);
+}
+
+/// The rows `| number | `Name` | ..` of the table whose second column has this title.
+fn names(title: &str) -> Vec<(u8, &'static str)> {
+    let head = format!("| number | {title}");
+    let table = LINK.split(&head).nth(1).unwrap();
+    let rows = table.lines().skip(1).take_while(|row| row.starts_with('|'));
+    rows.map(|row| {
+        let mut columns = row.split('|').skip(1).map(str::trim);
+        let number = columns.next().unwrap().parse().unwrap();
+        (number, columns.next().unwrap().trim_matches('`'))
+    })
+    .collect()
+}
+
+/// Numbers and names of messages, as they are encoded.
+fn numbers<T: serde::Serialize + std::fmt::Debug>(messages: &[T]) -> Vec<(u8, String)> {
+    let number = |message| postcard::to_slice(message, &mut [0; 128]).unwrap()[0];
+    let name = |message| {
+        let name = format!("{message:?}");
+        let end = name.find(|letter: char| !letter.is_alphanumeric());
+        name[..end.unwrap_or(name.len())].to_owned()
+    };
+    let messages = messages.iter();
+    messages
+        .map(|message| (number(message), name(message)))
+        .collect()
+}
+
+fn check_names<T: serde::Serialize + std::fmt::Debug>(title: &str, messages: &[T]) {
+    let written = names(title).into_iter();
+    let written: Vec<_> = written
+        .map(|(number, name)| (number, name.to_owned()))
+        .collect();
+    assert_eq!(written, numbers(messages));
+}
+
+#[test]
+fn the_links_messages_have_the_numbers_of_its_document() {
+    let (index, offset) = (1, 2);
+    let reading = Reading::new([0.5; 3]);
+    let recipe = Recipe::parse(scan::RECIPES[0]).unwrap();
+    check_names(
+        "name | fields | reply |\n",
+        &[
+            Request::Hello {
+                protocol: PROTOCOL,
+                model: recipe.model(),
+                samples: 8,
+                recipe: 3,
+            },
+            Request::Measure {
+                index,
+                directions: Directions::default(),
+            },
+            Request::Progress(Progress { done: 1, total: 2 }),
+            Request::Values {
+                offset,
+                total: 3,
+                values: Default::default(),
+            },
+            Request::Finished(Residual::default()),
+            Request::Failed(Failure::NoReply),
+            Request::Kept { index, reading },
+            Request::Update,
+            Request::RecipePart { offset: 0 },
+        ],
+    );
+    check_names(
+        "name | fields |\n",
+        &[
+            Reply::Welcome { protocol: PROTOCOL },
+            Reply::Measured { index, reading },
+            Reply::Accepted,
+            Reply::Refused(Refusal::NoScan),
+            Reply::Recipe {
+                bytes: 1,
+                checksum: 2,
+            },
+            Reply::RecipePart {
+                offset: 0,
+                bytes: Default::default(),
+            },
+        ],
+    );
+    let refusals = [
+        Refusal::NoScan,
+        Refusal::Directions,
+        Refusal::Values,
+        Refusal::Model,
+        Refusal::Kept,
+        Refusal::Recipe,
+    ];
+    check_names("refusal | |\n", &refusals);
+    let failures = [
+        Failure::Recipe(RecipeError::Magic),
+        Failure::Scan(ScanError::Capacity {
+            capacity: 1,
+            samples: 2,
+        }),
+        Failure::Reading {
+            index,
+            error: ReadingError::NonFinite(0),
+        },
+        Failure::Fit(FitError::Implausible { limit: 1 }),
+        Failure::Machine,
+        Failure::Protocol { device: 1, host: 2 },
+        Failure::Refused(Refusal::NoScan),
+        Failure::NoReply,
+        Failure::Diverged,
+    ];
+    check_names("failure | fields |\n", &failures);
+}
+
+/// A limit stands in a line of its own field, whatever the line's words are.
+#[test]
+fn the_links_numbers_are_those_of_its_document() {
+    let config = Config::new(Host::Measures);
+    for (name, number) in [
+        ("# ", PROTOCOL.to_string()),
+        ("frame", FRAME_BYTES.to_string()),
+        ("values: ", VALUES_PER_FRAME.to_string()),
+        ("bytes: ", BYTES_PER_FRAME.to_string()),
+        ("repeated", config.repeat.to_string()),
+        ("sr^-1", LEAST_READING.to_string()),
+    ] {
+        let has_number = |line: &str| {
+            let mut words = line.split(|c: char| !c.is_alphanumeric() && !".-^".contains(c));
+            words.any(|word| word == number)
+        };
+        let mut lines = LINK.lines().filter(|line| line.contains(name));
+        assert!(lines.any(has_number), "{name}: {number}");
+    }
+    assert_eq!(
+        (config.patience, config.measuring_patience),
+        (2_000, 60_000)
+    );
+    assert_eq!(config.attempts, 3);
+}

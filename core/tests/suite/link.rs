@@ -1,0 +1,495 @@
+//! Frames survive noise, and a conversation survives a link that loses, repeats and alters bytes.
+
+use glimpse_core::fit::Progress;
+use glimpse_core::geometry::Directions;
+use glimpse_core::link::{
+    Answerer, Asker, BYTES_PER_FRAME, FRAME_BYTES, Failure, FrameError, FrameReader, PROTOCOL,
+    Received, Refusal, Reply, Request, VALUES_PER_FRAME, encode,
+};
+use glimpse_core::model::ModelKind;
+use glimpse_core::recipe::{Field, RecipeError};
+use glimpse_core::scan::{FitError, Reading, ReadingError, Residual, ScanError};
+use proptest::prelude::*;
+use serde::de::DeserializeOwned;
+
+/// The frame of a message.
+pub(crate) fn frame<T: serde::Serialize>(sequence: u32, message: &T) -> Vec<u8> {
+    encode(sequence, message, &mut [0; FRAME_BYTES])
+        .unwrap()
+        .to_vec()
+}
+
+/// All that a reader makes of some bytes.
+pub(crate) fn read<T: DeserializeOwned>(bytes: &[u8]) -> Vec<Result<(u32, T), FrameError>> {
+    let mut reader = FrameReader::new();
+    bytes.iter().filter_map(|byte| reader.push(*byte)).collect()
+}
+
+/// The whole messages that a reader makes of some bytes.
+fn messages(bytes: &[u8]) -> Vec<(u32, Request)> {
+    read(bytes).into_iter().flatten().collect()
+}
+
+fn number() -> impl Strategy<Value = f32> {
+    any::<f32>().prop_filter("comparable", |x| !x.is_nan())
+}
+
+fn failure() -> impl Strategy<Value = Failure> {
+    prop_oneof![
+        Just(Failure::NoReply),
+        Just(Failure::Diverged),
+        Just(Failure::Refused(Refusal::NoScan)),
+        Just(Failure::Recipe(RecipeError::Checksum)),
+        Just(Failure::Recipe(RecipeError::NonFinite(Field::StepSizes))),
+        any::<(u32, u32)>().prop_map(|(expected, found)| {
+            Failure::Recipe(RecipeError::Length { expected, found })
+        }),
+        any::<u32>().prop_map(|samples| Failure::Scan(ScanError::Capacity {
+            capacity: 8,
+            samples: samples as usize
+        })),
+        Just(Failure::Recipe(RecipeError::Model(ModelKind::Linear))),
+        Just(Failure::Recipe(RecipeError::NotPositive(Field::Precision))),
+        Just(Failure::Machine),
+        any::<(u32, u32)>().prop_map(|(needed, found)| {
+            Failure::Scan(ScanError::Words {
+                needed: needed as usize,
+                found: found as usize,
+            })
+        }),
+        any::<(u32, u32)>()
+            .prop_map(|(recipe, found)| Failure::Scan(ScanError::Basis { recipe, found })),
+        any::<(u16, u8)>().prop_map(|(index, channel)| Failure::Reading {
+            index,
+            error: ReadingError::NonFinite(channel)
+        }),
+        any::<(u16, u16)>().prop_map(|(index, samples)| Failure::Reading {
+            index,
+            error: ReadingError::Index { index, samples }
+        }),
+        any::<(u16, u16)>()
+            .prop_map(|(missing, first)| Failure::Fit(FitError::Incomplete { missing, first })),
+        any::<u16>().prop_map(|limit| Failure::Fit(FitError::Implausible { limit })),
+        any::<u16>().prop_map(|host| Failure::Protocol {
+            device: PROTOCOL,
+            host
+        }),
+    ]
+}
+
+fn request() -> impl Strategy<Value = Request> {
+    prop_oneof![
+        any::<(u16, u16, u32)>().prop_map(|(protocol, samples, recipe)| Request::Hello {
+            protocol,
+            model: ModelKind::Neural,
+            samples,
+            recipe
+        }),
+        (
+            any::<u16>(),
+            [number(), number(), number()],
+            [number(), number(), number()]
+        )
+            .prop_map(|(index, incoming, outgoing)| Request::Measure {
+                index,
+                directions: Directions { incoming, outgoing }
+            }),
+        any::<(u32, u32)>().prop_map(|(done, total)| Request::Progress(Progress { done, total })),
+        (
+            any::<(u16, u16)>(),
+            prop::collection::vec(number(), 0..=VALUES_PER_FRAME)
+        )
+            .prop_map(|((offset, total), values)| Request::Values {
+                offset,
+                total,
+                values: values.into_iter().collect()
+            }),
+        ([number(), number()], any::<[u16; 4]>()).prop_map(
+            |([mean, worst], [worst_index, saturated, repeated, clamped])| Request::Finished(
+                Residual {
+                    mean,
+                    worst_index,
+                    worst,
+                    saturated,
+                    repeated,
+                    clamped
+                }
+            )
+        ),
+        Just(Request::Update),
+        any::<u32>().prop_map(|offset| Request::RecipePart { offset }),
+        failure().prop_map(Request::Failed),
+        (any::<u16>(), [number(), number(), number()], any::<bool>()).prop_map(
+            |(index, brdf, saturated)| Request::Kept {
+                index,
+                reading: Reading { brdf, saturated }
+            }
+        ),
+    ]
+}
+
+fn reply() -> impl Strategy<Value = Reply> {
+    prop_oneof![
+        any::<u16>().prop_map(|protocol| Reply::Welcome { protocol }),
+        (any::<u16>(), [number(), number(), number()], any::<bool>()).prop_map(
+            |(index, brdf, saturated)| Reply::Measured {
+                index,
+                reading: Reading { brdf, saturated }
+            }
+        ),
+        Just(Reply::Accepted),
+        Just(Reply::Refused(Refusal::Directions)),
+        Just(Reply::Refused(Refusal::Kept)),
+        Just(Reply::Refused(Refusal::Recipe)),
+        any::<(u32, u32)>().prop_map(|(bytes, checksum)| Reply::Recipe { bytes, checksum }),
+        (
+            any::<u32>(),
+            prop::collection::vec(any::<u8>(), 0..=BYTES_PER_FRAME)
+        )
+            .prop_map(|(offset, bytes)| Reply::RecipePart {
+                offset,
+                bytes: bytes.into_iter().collect()
+            }),
+    ]
+}
+
+#[test]
+fn the_longest_message_fits_exactly() {
+    let request = Request::Values {
+        offset: u16::MAX,
+        total: u16::MAX,
+        values: core::iter::repeat_n(f32::from_bits(0x3f9d_70a4), VALUES_PER_FRAME).collect(),
+    };
+    assert_eq!(frame(u32::MAX, &request).len(), FRAME_BYTES);
+    let mut short = [0; FRAME_BYTES - 1];
+    assert_eq!(
+        encode(u32::MAX, &request, &mut short),
+        Err(FrameError::TooLong)
+    );
+    let reply = Reply::RecipePart {
+        offset: u32::MAX,
+        bytes: core::iter::repeat_n(0xA5, BYTES_PER_FRAME).collect(),
+    };
+    assert!(frame(u32::MAX, &reply).len() < FRAME_BYTES);
+}
+
+#[test]
+fn bytes_without_end_are_dropped_and_the_next_frame_is_read() {
+    let mut bytes = vec![0xAA; 10 * FRAME_BYTES];
+    bytes.extend(frame(3, &Reply::Accepted));
+    assert_eq!(
+        read::<Reply>(&bytes),
+        [Err(FrameError::TooLong), Ok((3, Reply::Accepted))]
+    );
+}
+
+#[test]
+fn a_whole_frame_of_another_protocol_is_unknown() {
+    // A variant that Reply does not have, and a Welcome with a byte to spare.
+    for bytes in [frame(1, &99u8), frame(1, &(0u8, 1u8, 0u8))] {
+        assert_eq!(read::<Reply>(&bytes), [Err(FrameError::Unknown)]);
+    }
+}
+
+#[test]
+fn hello_and_welcome_keep_their_layout_for_ever() {
+    let hello = Request::Hello {
+        protocol: 1,
+        model: ModelKind::Neural,
+        samples: 8,
+        recipe: 0x0403_0201,
+    };
+    assert_eq!(
+        frame(1, &hello),
+        [
+            0x00, 0x02, 0x01, 0x0c, 0x01, 0x01, 0x08, 0x81, 0x84, 0x8c, 0x20, 0xb0, 0x06, 0xa8,
+            0xb3, 0x00
+        ]
+    );
+    assert_eq!(
+        frame(1, &Reply::Welcome { protocol: 1 }),
+        [0x00, 0x02, 0x01, 0x06, 0x01, 0xb3, 0x83, 0x84, 0x89, 0x00]
+    );
+}
+
+#[test]
+fn a_request_is_answered_once_and_its_repetition_alike() {
+    let request = Request::Progress(Progress { done: 1, total: 2 });
+    let mut buffer = [0; FRAME_BYTES];
+    let (mut asker, mut answerer) = (Asker::new(), Answerer::new());
+    let asked = asker.ask(&request, &mut buffer).unwrap().to_vec();
+    let receive = |answerer: &mut Answerer| {
+        asked
+            .iter()
+            .find_map(|byte| answerer.receive(*byte))
+            .unwrap()
+            .unwrap()
+    };
+    assert_eq!(receive(&mut answerer), Received::New(request.clone()));
+    // Version 0.1 called a repetition new until there was a reply, and a host that was moving its
+    // arms moved them again.
+    for _ in 0..3 {
+        assert_eq!(receive(&mut answerer), Received::Waiting);
+    }
+    let answered = answerer
+        .answer(Reply::Accepted, &mut buffer)
+        .unwrap()
+        .to_vec();
+    assert_eq!(receive(&mut answerer), Received::Again(Reply::Accepted));
+
+    let heard = |asker: &mut Asker, request: &Request| {
+        answered
+            .iter()
+            .find_map(|byte| asker.receive(*byte, request))
+    };
+    assert_eq!(heard(&mut asker, &request), Some(Reply::Accepted));
+    // The next request does not take the late reply for its own.
+    asker.ask(&request, &mut buffer).unwrap();
+    assert_eq!(heard(&mut asker, &request), None);
+}
+
+#[test]
+fn a_device_that_was_reset_is_heard_anew() {
+    let mut buffer = [0; FRAME_BYTES];
+    let mut answerer = Answerer::new();
+    let mut receive = |request: &Request, reply| {
+        let bytes = Asker::new().ask(request, &mut buffer).unwrap().to_vec();
+        let heard = bytes
+            .iter()
+            .find_map(|byte| answerer.receive(*byte))
+            .unwrap()
+            .unwrap();
+        answerer.answer(reply, &mut [0; FRAME_BYTES]).unwrap();
+        heard
+    };
+    let failed = Request::Failed(Failure::NoReply);
+    let hello = Request::Hello {
+        protocol: PROTOCOL,
+        model: ModelKind::Phong,
+        samples: 1,
+        recipe: 0,
+    };
+    // Both are the first request, so they have the same sequence number.
+    assert_eq!(
+        receive(&failed, Reply::Accepted),
+        Received::New(failed.clone())
+    );
+    let welcome = Reply::Welcome { protocol: PROTOCOL };
+    assert_eq!(receive(&hello, welcome), Received::New(hello.clone()));
+}
+
+/// While the first request is unanswered, another one is new, and the reply is to that one.
+#[test]
+fn a_new_request_takes_the_place_of_one_that_waits() {
+    let mut buffer = [0; FRAME_BYTES];
+    let mut answerer = Answerer::new();
+    let mut asker = Asker::new();
+    let requests = [1, 2].map(|done| Request::Progress(Progress { done, total: 2 }));
+    for request in &requests {
+        let asked = asker.ask(request, &mut buffer).unwrap().to_vec();
+        for heard in [Received::New(request.clone()), Received::Waiting] {
+            let found = asked.iter().find_map(|byte| answerer.receive(*byte));
+            assert_eq!(found, Some(Ok(heard)));
+        }
+    }
+    let answered = answerer.answer(Reply::Accepted, &mut buffer).unwrap();
+    let [_, second] = &requests;
+    let heard = answered
+        .iter()
+        .find_map(|byte| asker.receive(*byte, second));
+    assert_eq!(heard, Some(Reply::Accepted));
+}
+
+/// Both hellos have the sequence number 1, and only one of them was answered.
+#[test]
+fn a_device_with_another_recipe_is_not_taken_for_the_one_before() {
+    let mut answerer = Answerer::new();
+    let mut receive = |recipe| {
+        let hello = Request::Hello {
+            protocol: PROTOCOL,
+            model: ModelKind::Neural,
+            samples: 8,
+            recipe,
+        };
+        let bytes = frame(1, &hello);
+        let heard = bytes.iter().find_map(|byte| answerer.receive(*byte));
+        let welcome = Reply::Welcome { protocol: PROTOCOL };
+        answerer.answer(welcome, &mut [0; FRAME_BYTES]).unwrap();
+        match heard.unwrap().unwrap() {
+            Received::New(request) => assert_eq!(request, hello),
+            Received::Again(_) => return false,
+            Received::Waiting => panic!("it was answered"),
+        }
+        true
+    };
+    assert!(receive(7));
+    assert!(!receive(7));
+    assert!(receive(8));
+}
+
+proptest! {
+    #[test]
+    fn requests_arrive_as_they_were_sent(sequence: u32, request in request()) {
+        let bytes = frame(sequence, &request);
+        prop_assert!(bytes.len() <= FRAME_BYTES);
+        prop_assert_eq!(messages(&bytes), [(sequence, request)]);
+    }
+
+    #[test]
+    fn replies_arrive_as_they_were_sent(sequence: u32, reply in reply()) {
+        prop_assert_eq!(read::<Reply>(&frame(sequence, &reply)), [Ok((sequence, reply))]);
+    }
+
+    #[test]
+    fn an_altered_frame_is_dropped_and_the_next_is_read(
+        request in request(),
+        index: prop::sample::Index,
+        flip in 1..=255u8,
+    ) {
+        let mut bytes = frame(7, &request);
+        *index.get_mut(&mut bytes) ^= flip;
+        bytes.extend(frame(8, &request));
+        prop_assert_eq!(messages(&bytes), [(8, request)]);
+    }
+
+    #[test]
+    fn a_cut_frame_is_dropped_and_the_next_is_read(
+        request in request(),
+        keep: prop::sample::Index,
+    ) {
+        let mut bytes = frame(7, &request);
+        // Everything but the last zero is as good as everything: the next frame begins with one.
+        bytes.truncate(keep.index(bytes.len() - 1));
+        bytes.extend(frame(8, &request));
+        prop_assert_eq!(messages(&bytes), [(8, request)]);
+    }
+
+    #[test]
+    fn noise_is_no_message(noise in prop::collection::vec(any::<u8>(), 0..2_000)) {
+        prop_assert_eq!(messages(&noise), []);
+    }
+
+    #[test]
+    fn noise_before_a_frame_does_not_hide_it(
+        noise in prop::collection::vec(any::<u8>(), 0..500),
+        request in request(),
+    ) {
+        let mut bytes = noise;
+        bytes.extend(frame(9, &request));
+        prop_assert_eq!(messages(&bytes), [(9, request)]);
+    }
+
+    /// All of a conversation arrives, once and in order, over a link that spoils one frame in
+    /// two: whole frames lost or doubled, bytes flipped, dropped and invented.
+    #[test]
+    fn a_conversation_survives_a_bad_link(
+        requests in prop::collection::vec(request(), 1..20),
+        faults in prop::collection::vec(fault(), 64),
+    ) {
+        let mut faults = faults.into_iter().cycle();
+        let (mut asker, mut answerer) = (Asker::new(), Answerer::new());
+        let mut heard = Vec::new();
+        for request in &requests {
+            let mut buffer = [0; FRAME_BYTES];
+            let asked = asker.ask(request, &mut buffer).unwrap().to_vec();
+            let mut reply = None;
+            for _ in 0..1_000 {
+                let mut replies = Vec::new();
+                for byte in faults.next().unwrap().spoil(asked.clone()) {
+                    let answer = match answerer.receive(byte) {
+                        Some(Ok(Received::New(request))) => {
+                            let answer = answer_to(&request);
+                            heard.push(request);
+                            answer
+                        }
+                        Some(Ok(Received::Again(answer))) => answer,
+                        _ => continue,
+                    };
+                    let mut buffer = [0; FRAME_BYTES];
+                    replies.push(answerer.answer(answer, &mut buffer).unwrap().to_vec());
+                }
+                for bytes in replies {
+                    for byte in faults.next().unwrap().spoil(bytes) {
+                        reply = reply.or(asker.receive(byte, request));
+                    }
+                }
+                if reply.is_some() {
+                    break;
+                }
+            }
+            prop_assert_eq!(reply, Some(answer_to(request)));
+        }
+        prop_assert_eq!(heard, requests);
+    }
+}
+
+/// What the host of the test answers.
+fn answer_to(request: &Request) -> Reply {
+    match request {
+        Request::Hello { .. } => Reply::Welcome { protocol: PROTOCOL },
+        Request::Measure { index, .. } => Reply::Measured {
+            index: *index,
+            reading: Reading::monochrome(f32::from(*index)),
+        },
+        Request::Update => Reply::Recipe {
+            bytes: 90,
+            checksum: 1,
+        },
+        Request::RecipePart { offset } => Reply::RecipePart {
+            offset: *offset,
+            bytes: [1, 2, 3].into_iter().collect(),
+        },
+        _ => Reply::Accepted,
+    }
+}
+
+/// What may happen to a frame on its way.
+#[derive(Clone, Debug)]
+enum Fault {
+    None,
+    Lost,
+    Doubled,
+    Flipped(prop::sample::Index, u8),
+    Dropped(prop::sample::Index),
+    Cut(prop::sample::Index),
+    Invented(Vec<u8>),
+}
+
+fn fault() -> impl Strategy<Value = Fault> {
+    prop_oneof![
+        6 => Just(Fault::None),
+        1 => Just(Fault::Lost),
+        1 => Just(Fault::Doubled),
+        1 => (any::<prop::sample::Index>(), 1..=255u8).prop_map(|(at, by)| Fault::Flipped(at, by)),
+        1 => any::<prop::sample::Index>().prop_map(Fault::Dropped),
+        1 => any::<prop::sample::Index>().prop_map(Fault::Cut),
+        1 => prop::collection::vec(any::<u8>(), 1..30).prop_map(Fault::Invented),
+    ]
+}
+
+impl Fault {
+    fn spoil(&self, mut bytes: Vec<u8>) -> Vec<u8> {
+        match self {
+            Self::None => bytes,
+            Self::Lost => Vec::new(),
+            Self::Doubled => bytes.repeat(2),
+            Self::Flipped(at, by) => {
+                *at.get_mut(&mut bytes) ^= by;
+                bytes
+            }
+            Self::Dropped(at) => {
+                bytes.remove(at.index(bytes.len()));
+                bytes
+            }
+            Self::Cut(at) => {
+                bytes.truncate(at.index(bytes.len()));
+                bytes
+            }
+            Self::Invented(noise) => {
+                let mut all = noise.clone();
+                all.extend(bytes);
+                all
+            }
+        }
+    }
+}
