@@ -1,7 +1,7 @@
 //! The compact basis: its format, its refusals, and its values beside those of a second
 //! evaluation in f64.
 
-use glimpse_core::geometry::{Angles, Directions, HalfDifference};
+use glimpse_core::geometry::{Angles, ArmAngles, HalfDifference, Spherical};
 use glimpse_core::model::linear::format::{HEADER_BYTES, MAGIC, VERSION, checksum_of};
 use glimpse_core::model::linear::{Basis, BasisError, Nodes};
 use proptest::prelude::*;
@@ -10,7 +10,7 @@ use crate::documents::hex_blocks;
 
 const DOCUMENT: &str = include_str!("../../docs/basis.md");
 
-/// What goes into a file.
+/// The contents of a file.
 #[derive(Clone, Debug)]
 struct Contents {
     of: u32,
@@ -21,7 +21,7 @@ struct Contents {
 }
 
 impl Contents {
-    /// So many nodes and components, with entries that jump about.
+    /// A given number of nodes and components, with entries that jump about.
     fn some(shape: [u16; 3], components: usize) -> Self {
         let nodes = shape.into_iter().map(usize::from).product::<usize>();
         let spread = |index: usize| (index as f32 * 0.618_034).fract() - 0.5;
@@ -126,6 +126,11 @@ fn half_difference(theta_h: f32, theta_d: f32, phi_d: f32) -> HalfDifference<f32
     }
 }
 
+/// A valid basis, whose bytes are leaked.
+fn basis(contents: &Contents) -> Basis<'static> {
+    Basis::parse(contents.bytes().leak()).expect("a valid basis")
+}
+
 /// Two nodes along each axis and one component: the document's example.
 fn example() -> Contents {
     Contents {
@@ -143,17 +148,14 @@ fn example() -> Contents {
 }
 
 #[test]
-fn the_document_s_example_is_a_basis() {
+fn the_documents_example_is_a_basis() {
     let bytes = hex_blocks(DOCUMENT, '#').remove(0);
     let expected = example().bytes();
-    assert_eq!(bytes, expected, "the document should say {expected:02x?}");
-    let basis = Basis::parse(&bytes).expect("it is a basis");
+    assert_eq!(bytes, expected, "the bytes are {expected:02x?}");
+    let basis = basis(&example());
     assert_eq!(basis.of(), 0x0123_abcd);
     assert_eq!(basis.components(), 1);
-    assert_eq!(
-        basis.checksum(),
-        u32::from_le_bytes([bytes[10], bytes[11], bytes[12], bytes[13]])
-    );
+    assert_eq!(basis.checksum().to_le_bytes(), bytes[10..14]);
     let shape = Nodes {
         theta_h: 2,
         theta_d: 2,
@@ -161,21 +163,19 @@ fn the_document_s_example_is_a_basis() {
     };
     assert_eq!(basis.nodes(), shape);
     let at = half_difference(0.0, 0.0, 0.0);
-    let found = basis
-        .brdf([&[0.5], &[0.0], &[-1.0]], &at)
-        .expect("it is valid");
+    let found = basis.brdf([&[0.5], &[0.0], &[-1.0]], &at);
     let tolerance = if cfg!(feature = "micromath") {
         2e-5
     } else {
         1e-8
     };
-    for (found, (exact, said)) in found.into_iter().zip([
+    for (found, (exact, written)) in found.expect("a BRDF").into_iter().zip([
         (1e-3 * (1.5_f32.exp() - 1.0), "0.003482"),
         (1e-3 * (1.0_f32.exp() - 1.0), "0.001718"),
         (0.0, "0 sr"),
     ]) {
         assert!((found - exact).abs() < tolerance, "{found} and not {exact}");
-        assert!(DOCUMENT.contains(said), "the document should say {said}");
+        assert!(DOCUMENT.contains(written), "the document lacks {written}");
     }
 }
 
@@ -183,70 +183,59 @@ fn the_document_s_example_is_a_basis() {
 fn every_cut_and_every_flipped_bit_is_refused_by_name() {
     let bytes = Contents::some([3, 3, 2], 2).bytes();
     assert!(Basis::parse(&bytes).is_ok());
-    for length in 0..bytes.len() {
-        let error = Basis::parse(&bytes[..length]).expect_err("it was cut");
-        let named = match length {
+    let padded = [&bytes[..], &[0]].concat();
+    for length in (0..bytes.len()).chain([padded.len()]) {
+        let error = Basis::parse(&padded[..length]).expect_err("a wrong length");
+        let is_named = match length {
             0..4 => error == BasisError::Magic,
             _ => matches!(error, BasisError::Length { found, .. } if found as usize == length),
         };
-        assert!(named, "{length}: {error:?}");
+        assert!(is_named, "{length}: {error:?}");
     }
-    let longer = [&bytes[..], &[0]].concat();
-    let error = Basis::parse(&longer).expect_err("it was padded");
-    assert!(matches!(error, BasisError::Length { .. }), "{error:?}");
     for index in 0..bytes.len() {
         for bit in 0..8 {
             let mut altered = bytes.clone();
             altered[index] ^= 1 << bit;
-            let error = Basis::parse(&altered).expect_err("it was altered");
-            let named = match index {
+            let error = Basis::parse(&altered).expect_err("altered bytes");
+            let is_named = match index {
                 0..4 => error == BasisError::Magic,
                 4..6 => matches!(error, BasisError::Version(_)),
                 6..10 => matches!(error, BasisError::Length { .. }),
                 _ => error == BasisError::Checksum,
             };
-            assert!(named, "byte {index}: {error:?}");
+            assert!(is_named, "byte {index}: {error:?}");
         }
     }
 }
 
 #[test]
-fn a_fitting_checksum_is_not_enough() {
-    let refused = |contents: &Contents| Basis::parse(&contents.bytes()).expect_err("it is refused");
+fn wrong_contents_with_a_right_checksum_are_refused() {
     let good = Contents::some([2, 2, 3], 2);
+    let refused = |change: &dyn Fn(&mut Contents)| {
+        let mut wrong = good.clone();
+        change(&mut wrong);
+        Basis::parse(&wrong.bytes()).expect_err("wrong contents")
+    };
     for scale in [f32::NAN, f32::INFINITY, -1.0] {
-        let mut wrong = good.clone();
-        wrong.mean_scale = scale;
-        assert_eq!(refused(&wrong), BasisError::Scale);
-        let mut wrong = good.clone();
-        wrong.scales[1] = scale;
-        assert_eq!(refused(&wrong), BasisError::Scale);
+        assert_eq!(
+            refused(&|wrong| wrong.mean_scale = scale),
+            BasisError::Scale
+        );
+        assert_eq!(refused(&|wrong| wrong.scales[1] = scale), BasisError::Scale);
     }
     for shape in [[1, 4, 3], [12, 1, 1], [0, 2, 2], [6, 1, 2]] {
-        let wrong = Contents {
-            shape,
-            ..good.clone()
-        };
-        assert_eq!(refused(&wrong), BasisError::Nodes, "{shape:?}");
+        let error = refused(&|wrong| wrong.shape = shape);
+        assert_eq!(error, BasisError::Nodes, "{shape:?}");
     }
     for shape in [[2, 2, 2], [3, 2, 3], [65535, 65535, 2]] {
-        let wrong = Contents {
-            shape,
-            ..good.clone()
-        };
-        assert!(
-            matches!(refused(&wrong), BasisError::Length { .. }),
-            "{shape:?}"
-        );
+        let error = refused(&|wrong| wrong.shape = shape);
+        let is_named = matches!(error, BasisError::Length { .. });
+        assert!(is_named, "{shape:?}: {error:?}");
     }
-    assert_eq!(
-        refused(&Contents::some([2, 2, 2], 0)),
-        BasisError::Components(0)
-    );
-    assert_eq!(
-        refused(&Contents::some([2, 2, 2], 1025)),
-        BasisError::Components(1025)
-    );
+    for components in [0, 1025] {
+        let error = refused(&|wrong| *wrong = Contents::some([2, 2, 2], components));
+        assert_eq!(error, BasisError::Components(components as u16));
+    }
     let body = &good.bytes()[HEADER_BYTES..];
     for length in 0..body.len() {
         assert!(Basis::parse(&with_header(&body[..length])).is_err());
@@ -254,14 +243,11 @@ fn a_fitting_checksum_is_not_enough() {
 }
 
 #[test]
-fn errors_name_what_they_hold() {
-    let length = BasisError::Length {
-        expected: 20,
-        found: 10,
-    };
+fn errors_name_their_numbers() {
+    let (expected, found) = (20, 10);
     for (error, values) in [
         (BasisError::Version(9), &["9"][..]),
-        (length, &["20", "10"]),
+        (BasisError::Length { expected, found }, &["20", "10"]),
         (BasisError::Components(0), &["0"]),
     ] {
         let text = error.to_string();
@@ -270,30 +256,29 @@ fn errors_name_what_they_hold() {
 }
 
 #[test]
-fn what_has_no_brdf_has_none() {
-    let bytes = Contents::some([4, 3, 3], 2).bytes();
-    let basis = Basis::parse(&bytes).expect("it is a basis");
+fn invalid_directions_and_numbers_have_no_brdf() {
+    let basis = basis(&Contents::some([4, 3, 3], 2));
     let coefficients: [&[f32]; 3] = [&[0.1, 0.2]; 3];
     let good = half_difference(0.3, 0.4, 1.0);
     assert!(basis.brdf(coefficients, &good).is_some());
     // Below the horizon, and not of unit length.
     let below = half_difference(1.2, 1.2, 0.1);
     let long = HalfDifference { hz: 1.5, ..good };
-    for at in [below, long] {
-        assert_eq!(basis.brdf(coefficients, &at), None);
-    }
+    let mut invalid = vec![below, long];
     for number in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
         for coordinate in 0..5 {
             let mut numbers = [good.hx, good.hz, good.dx, good.dy, good.dz];
             numbers[coordinate] = number;
             let [hx, hz, dx, dy, dz] = numbers;
-            let at = HalfDifference { hx, hz, dx, dy, dz };
-            assert_eq!(basis.brdf(coefficients, &at), None);
+            invalid.push(HalfDifference { hx, hz, dx, dy, dz });
         }
+    }
+    for at in invalid {
+        assert_eq!(basis.brdf(coefficients, &at), None, "{at:?}");
     }
     for number in [f32::NAN, f32::INFINITY, f32::MAX] {
         let found = basis.brdf([&[number], &[0.0], &[0.0]], &good);
-        // What is too dark for a number is black; all else is no BRDF.
+        // Black is the only BRDF that such a coefficient may have.
         assert!(found.is_none_or(|brdf| brdf[0] == 0.0), "{found:?}");
     }
 }
@@ -301,8 +286,7 @@ fn what_has_no_brdf_has_none() {
 /// Sines and cosines that are as wrong as micromath's make vectors that are still unit vectors.
 #[test]
 fn directions_by_core_s_own_sines_have_a_brdf() {
-    let bytes = Contents::some([4, 3, 3], 2).bytes();
-    let basis = Basis::parse(&bytes).expect("it is a basis");
+    let basis = basis(&Contents::some([4, 3, 3], 2));
     for index in 0..1000 {
         let share = |step: f32| (index as f32 * step).fract();
         let at = HalfDifference::from_angles(Angles {
@@ -316,9 +300,8 @@ fn directions_by_core_s_own_sines_have_a_brdf() {
 }
 
 #[test]
-fn components_beyond_the_file_s_are_left_out_and_missing_ones_are_0() {
-    let bytes = Contents::some([4, 3, 3], 2).bytes();
-    let basis = Basis::parse(&bytes).expect("it is a basis");
+fn components_beyond_the_file_s_are_ignored_and_missing_ones_are_0() {
+    let basis = basis(&Contents::some([4, 3, 3], 2));
     let at = half_difference(0.3, 0.4, 1.0);
     let two = basis.brdf([&[0.1, 0.2], &[0.3, 0.0], &[0.0, 0.0]], &at);
     let others = basis.brdf([&[0.1, 0.2, 9.0, -7.0], &[0.3], &[]], &at);
@@ -347,8 +330,7 @@ proptest! {
         coefficients in prop::array::uniform3(prop::collection::vec(-0.3..0.3_f32, 3)),
     ) {
         let contents = Contents::some([7, 5, 4], 3);
-        let bytes = contents.bytes();
-        let basis = Basis::parse(&bytes).unwrap();
+        let basis = basis(&contents);
         let coefficients = coefficients.each_ref().map(Vec::as_slice);
         let found = basis.brdf(coefficients, &at).unwrap();
         let expected = contents.brdf(coefficients, &at);
@@ -375,8 +357,7 @@ proptest! {
     /// Reciprocal, and its own mirror image: bit for bit.
     #[test]
     fn exchanged_and_mirrored_directions_have_the_same_brdf(at in valid()) {
-        let bytes = Contents::some([7, 5, 4], 3).bytes();
-        let basis = Basis::parse(&bytes).unwrap();
+        let basis = basis(&Contents::some([7, 5, 4], 3));
         let coefficients: [&[f32]; 3] = [&[0.1, -0.2, 0.3], &[0.2], &[]];
         let found = basis.brdf(coefficients, &at);
         let exchanged = HalfDifference { dx: -at.dx, dy: -at.dy, ..at };
@@ -427,38 +408,28 @@ fn directions_turned_about_the_normal_have_the_same_brdf() {
             contents.table[index..index + 4].fill(node);
         }
     }
-    let bytes = contents.bytes();
-    let basis = Basis::parse(&bytes).expect("it is a basis");
+    let basis = basis(&contents);
     let coefficients: [&[f32]; 3] = [&[0.1, -0.2, 0.3], &[0.2], &[]];
     for (theta_i, theta_o, apart) in [
         (0.5, 0.5, std::f32::consts::PI),
         (0.7, 0.3, 2.0),
         (0.4, 0.4, 0.0),
     ] {
-        let values: Vec<[f32; 3]> = (0..64)
-            .map(|turn| {
-                let phi = 0.1 * turn as f32;
-                let direction = |theta: f32, phi: f32| {
-                    [
-                        theta.sin() * phi.cos(),
-                        theta.sin() * phi.sin(),
-                        theta.cos(),
-                    ]
-                };
-                let directions = Directions {
-                    incoming: direction(theta_i, phi),
-                    outgoing: direction(theta_o, phi + apart),
-                };
-                let at = HalfDifference::from_directions(&directions).expect("not opposite");
-                basis.brdf(coefficients, &at).expect("it is valid")
-            })
-            .collect();
-        for brdf in &values {
-            for (value, first) in brdf.iter().zip(values[0]) {
-                assert!(
-                    (value - first).abs() <= 2e-3 * first,
-                    "{value} and not {first}"
-                );
+        let arm = |theta, phi| Spherical { theta, phi };
+        let pair = ArmAngles {
+            incoming: arm(theta_i, 0.0),
+            outgoing: arm(theta_o, apart),
+        };
+        let brdf = |turn: u8| {
+            let directions = pair.turned(0.1 * f32::from(turn)).directions();
+            let at = HalfDifference::from_directions(&directions).expect("a half vector");
+            basis.brdf(coefficients, &at).expect("a BRDF")
+        };
+        let first = brdf(0);
+        for turn in 0..64 {
+            for (value, first) in brdf(turn).into_iter().zip(first) {
+                let error = (value - first).abs();
+                assert!(error <= 2e-3 * first, "{value} and not {first}");
             }
         }
     }

@@ -88,38 +88,24 @@ fn compare_many<M: Model>(cases: u32, list: impl Strategy<Value = Vec<f64>>) {
             .map_err(TestCaseError::fail)
         },
     );
-    if let Err(error) = outcome {
-        panic!("{error}");
-    }
+    outcome.unwrap_or_else(|error| panic!("{error}"));
     let name = M::KIND.name();
     let cases = cases as usize;
-    by_parameters
-        .borrow()
-        .conclude(&format!("{name} by parameters"), cases * M::PARAMETERS / 4);
-    by_sample
-        .borrow()
-        .conclude(&format!("{name} by sample"), cases * 8 / 2);
+    let (by_parameters, by_sample) = (by_parameters.borrow(), by_sample.borrow());
+    by_parameters.conclude(&format!("{name} by parameters"), cases * M::PARAMETERS / 4);
+    by_sample.conclude(&format!("{name} by sample"), cases * 8 / 2);
 }
 
 #[test]
-fn phong_gradient_agrees_with_differences() {
+fn every_gradient_agrees_with_differences() {
     compare_many::<Phong>(2000, phong());
-}
-
-#[test]
-fn cook_torrance_gradient_agrees_with_differences() {
     compare_many::<CookTorrance>(2000, cook_torrance());
-}
-
-#[test]
-fn neural_gradient_agrees_with_differences() {
     compare_many::<Neural>(100, neural());
 }
 
 /// weight * sum of |ln(1 + y c) - ln(1 + f c)|, in plain f64.
 fn expected_loss(variables: Variables, modelled: [f64; 3], weight: f64) -> f64 {
-    let [hx, hz, dx, dy, dz, y @ ..] = variables;
-    let _ = dy;
+    let [hx, hz, dx, _, dz, y @ ..] = variables;
     let cosine = (hz * dz - hx * dx).clamp(0.0, 1.0);
     let errors = y
         .iter()
@@ -197,6 +183,22 @@ fn agree(found: f64, expected: f64) -> Result<(), TestCaseError> {
     Ok(())
 }
 
+/// A model's BRDF and loss agree with a BRDF by its formula.
+fn agree_with<M: Model>(
+    list: &[f64],
+    variables: Variables,
+    weight: f64,
+    expected: [f64; 3],
+) -> Result<(), TestCaseError> {
+    let theta = parameters(list.iter().copied(), 0.0);
+    let found = M::brdf::<f64>(&theta, &sample(variables, weight).at);
+    for (found, expected) in found.into_iter().zip(expected) {
+        agree(found, expected)?;
+    }
+    let loss = loss::<M>(list, variables, weight).0;
+    agree(loss, expected_loss(variables, expected, weight))
+}
+
 /// Samples at the highlight's centre, at grazing and at nearly opposite directions, also a little
 /// below the horizon, where single precision overflows first.
 fn extremes() -> impl Strategy<Value = Variables> {
@@ -225,22 +227,12 @@ proptest! {
 
     #[test]
     fn phong_is_its_formula(list in phong(), variables in variables(), weight in 0.01..1.0f64) {
-        let expected = expected_phong(&list, variables);
-        let theta = parameters(list.iter().copied(), 0.0);
-        for (found, expected) in Phong::brdf::<f64>(&theta, &sample(variables, weight).at).into_iter().zip(expected) {
-            agree(found, expected)?;
-        }
-        agree(loss::<Phong>(&list, variables, weight).0, expected_loss(variables, expected, weight))?;
+        agree_with::<Phong>(&list, variables, weight, expected_phong(&list, variables))?;
     }
 
     #[test]
     fn cook_torrance_is_its_formula(list in cook_torrance(), variables in variables(), weight in 0.01..1.0f64) {
-        let expected = expected_cook_torrance(&list, variables);
-        let theta = parameters(list.iter().copied(), 0.0);
-        for (found, expected) in CookTorrance::brdf::<f64>(&theta, &sample(variables, weight).at).into_iter().zip(expected) {
-            agree(found, expected)?;
-        }
-        agree(loss::<CookTorrance>(&list, variables, weight).0, expected_loss(variables, expected, weight))?;
+        agree_with::<CookTorrance>(&list, variables, weight, expected_cook_torrance(&list, variables))?;
     }
 
     #[test]
@@ -275,12 +267,7 @@ proptest! {
 
     #[test]
     fn neural_is_its_formula(list in neural(), variables in variables(), weight in 0.01..1.0f64) {
-        let expected = expected_neural(&list, variables);
-        let theta = parameters(list.iter().copied(), 0.0);
-        for (found, expected) in Neural::brdf::<f64>(&theta, &sample(variables, weight).at).into_iter().zip(expected) {
-            agree(found, expected)?;
-        }
-        agree(loss::<Neural>(&list, variables, weight).0, expected_loss(variables, expected, weight))?;
+        agree_with::<Neural>(&list, variables, weight, expected_neural(&list, variables))?;
     }
 
     #[test]

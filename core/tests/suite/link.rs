@@ -19,13 +19,13 @@ pub(crate) fn frame<T: serde::Serialize>(sequence: u32, message: &T) -> Vec<u8> 
         .to_vec()
 }
 
-/// All that a reader makes of some bytes.
+/// The messages and errors of a reader of some bytes.
 pub(crate) fn read<T: DeserializeOwned>(bytes: &[u8]) -> Vec<Result<(u32, T), FrameError>> {
     let mut reader = FrameReader::new();
     bytes.iter().filter_map(|byte| reader.push(*byte)).collect()
 }
 
-/// The whole messages that a reader makes of some bytes.
+/// The whole messages of a reader of some bytes.
 fn messages(bytes: &[u8]) -> Vec<(u32, Request)> {
     read(bytes).into_iter().flatten().collect()
 }
@@ -34,50 +34,59 @@ fn number() -> impl Strategy<Value = f32> {
     any::<f32>().prop_filter("comparable", |x| !x.is_nan())
 }
 
+fn reading() -> impl Strategy<Value = Reading> {
+    ([number(), number(), number()], any::<bool>())
+        .prop_map(|(brdf, saturated)| Reading { brdf, saturated })
+}
+
 fn failure() -> impl Strategy<Value = Failure> {
-    prop_oneof![
-        Just(Failure::NoReply),
-        Just(Failure::Diverged),
-        Just(Failure::Refused(Refusal::NoScan)),
-        Just(Failure::Recipe(RecipeError::Checksum)),
-        Just(Failure::Recipe(RecipeError::NonFinite(Field::StepSizes))),
-        any::<(u32, u32)>().prop_map(|(expected, found)| {
-            Failure::Recipe(RecipeError::Length { expected, found })
-        }),
-        any::<u32>().prop_map(|samples| Failure::Scan(ScanError::Capacity {
-            capacity: 8,
-            samples: samples as usize
-        })),
-        Just(Failure::Recipe(RecipeError::Model(ModelKind::Linear))),
-        Just(Failure::Recipe(RecipeError::NotPositive(Field::Precision))),
-        Just(Failure::Machine),
-        any::<(u32, u32)>().prop_map(|(needed, found)| {
+    let numbers = any::<(u32, u32, u16, u16)>();
+    (numbers, any::<prop::sample::Index>()).prop_map(|((a, b, index, small), which)| {
+        let (expected, found) = (a, b);
+        let samples = small;
+        let failures = [
+            Failure::NoReply,
+            Failure::Diverged,
+            Failure::Machine,
+            Failure::Refused(Refusal::NoScan),
+            Failure::Recipe(RecipeError::Checksum),
+            Failure::Recipe(RecipeError::NonFinite(Field::StepSizes)),
+            Failure::Recipe(RecipeError::Length { expected, found }),
+            Failure::Recipe(RecipeError::Model(ModelKind::Linear)),
+            Failure::Recipe(RecipeError::NotPositive(Field::Precision)),
+            Failure::Scan(ScanError::Capacity {
+                capacity: 8,
+                samples: a as usize,
+            }),
             Failure::Scan(ScanError::Words {
-                needed: needed as usize,
-                found: found as usize,
-            })
-        }),
-        any::<(u32, u32)>()
-            .prop_map(|(recipe, found)| Failure::Scan(ScanError::Basis { recipe, found })),
-        any::<(u16, u8)>().prop_map(|(index, channel)| Failure::Reading {
-            index,
-            error: ReadingError::NonFinite(channel)
-        }),
-        any::<(u16, u16)>().prop_map(|(index, samples)| Failure::Reading {
-            index,
-            error: ReadingError::Index { index, samples }
-        }),
-        any::<(u16, u16)>()
-            .prop_map(|(missing, first)| Failure::Fit(FitError::Incomplete { missing, first })),
-        any::<u16>().prop_map(|limit| Failure::Fit(FitError::Implausible { limit })),
-        any::<u16>().prop_map(|host| Failure::Protocol {
-            device: PROTOCOL,
-            host
-        }),
-    ]
+                needed: a as usize,
+                found: b as usize,
+            }),
+            Failure::Scan(ScanError::Basis { recipe: a, found }),
+            Failure::Reading {
+                index,
+                error: ReadingError::NonFinite(a as u8),
+            },
+            Failure::Reading {
+                index,
+                error: ReadingError::Index { index, samples },
+            },
+            Failure::Fit(FitError::Incomplete {
+                missing: small,
+                first: index,
+            }),
+            Failure::Fit(FitError::Implausible { limit: small }),
+            Failure::Protocol {
+                device: PROTOCOL,
+                host: small,
+            },
+        ];
+        *which.get(&failures)
+    })
 }
 
 fn request() -> impl Strategy<Value = Request> {
+    let directions = || [number(), number(), number()];
     prop_oneof![
         any::<(u16, u16, u32)>().prop_map(|(protocol, samples, recipe)| Request::Hello {
             protocol,
@@ -85,15 +94,10 @@ fn request() -> impl Strategy<Value = Request> {
             samples,
             recipe
         }),
-        (
-            any::<u16>(),
-            [number(), number(), number()],
-            [number(), number(), number()]
-        )
-            .prop_map(|(index, incoming, outgoing)| Request::Measure {
-                index,
-                directions: Directions { incoming, outgoing }
-            }),
+        (any::<u16>(), directions(), directions()).prop_map(|(index, incoming, outgoing)| {
+            let directions = Directions { incoming, outgoing };
+            Request::Measure { index, directions }
+        }),
         any::<(u32, u32)>().prop_map(|(done, total)| Request::Progress(Progress { done, total })),
         (
             any::<(u16, u16)>(),
@@ -119,37 +123,24 @@ fn request() -> impl Strategy<Value = Request> {
         Just(Request::Update),
         any::<u32>().prop_map(|offset| Request::RecipePart { offset }),
         failure().prop_map(Request::Failed),
-        (any::<u16>(), [number(), number(), number()], any::<bool>()).prop_map(
-            |(index, brdf, saturated)| Request::Kept {
-                index,
-                reading: Reading { brdf, saturated }
-            }
-        ),
+        (any::<u16>(), reading()).prop_map(|(index, reading)| Request::Kept { index, reading }),
     ]
 }
 
 fn reply() -> impl Strategy<Value = Reply> {
+    let bytes = prop::collection::vec(any::<u8>(), 0..=BYTES_PER_FRAME);
     prop_oneof![
         any::<u16>().prop_map(|protocol| Reply::Welcome { protocol }),
-        (any::<u16>(), [number(), number(), number()], any::<bool>()).prop_map(
-            |(index, brdf, saturated)| Reply::Measured {
-                index,
-                reading: Reading { brdf, saturated }
-            }
-        ),
+        (any::<u16>(), reading()).prop_map(|(index, reading)| Reply::Measured { index, reading }),
         Just(Reply::Accepted),
         Just(Reply::Refused(Refusal::Directions)),
         Just(Reply::Refused(Refusal::Kept)),
         Just(Reply::Refused(Refusal::Recipe)),
         any::<(u32, u32)>().prop_map(|(bytes, checksum)| Reply::Recipe { bytes, checksum }),
-        (
-            any::<u32>(),
-            prop::collection::vec(any::<u8>(), 0..=BYTES_PER_FRAME)
-        )
-            .prop_map(|(offset, bytes)| Reply::RecipePart {
-                offset,
-                bytes: bytes.into_iter().collect()
-            }),
+        (any::<u32>(), bytes).prop_map(|(offset, bytes)| Reply::RecipePart {
+            offset,
+            bytes: bytes.into_iter().collect()
+        }),
     ]
 }
 
@@ -212,119 +203,103 @@ fn hello_and_welcome_keep_their_layout_for_ever() {
     );
 }
 
-#[test]
-fn a_request_is_answered_once_and_its_repetition_alike() {
-    let request = Request::Progress(Progress { done: 1, total: 2 });
-    let mut buffer = [0; FRAME_BYTES];
-    let (mut asker, mut answerer) = (Asker::new(), Answerer::new());
-    let asked = asker.ask(&request, &mut buffer).unwrap().to_vec();
-    let receive = |answerer: &mut Answerer| {
-        asked
-            .iter()
-            .find_map(|byte| answerer.receive(*byte))
-            .unwrap()
-            .unwrap()
-    };
-    assert_eq!(receive(&mut answerer), Received::New(request.clone()));
-    // Version 0.1 called a repetition new until there was a reply, and a host that was moving its
-    // arms moved them again.
-    for _ in 0..3 {
-        assert_eq!(receive(&mut answerer), Received::Waiting);
+fn hello(recipe: u32) -> Request {
+    Request::Hello {
+        protocol: PROTOCOL,
+        model: ModelKind::Neural,
+        samples: 8,
+        recipe,
     }
-    let answered = answerer
-        .answer(Reply::Accepted, &mut buffer)
-        .unwrap()
-        .to_vec();
-    assert_eq!(receive(&mut answerer), Received::Again(Reply::Accepted));
+}
 
-    let heard = |asker: &mut Asker, request: &Request| {
-        answered
-            .iter()
-            .find_map(|byte| asker.receive(*byte, request))
-    };
-    assert_eq!(heard(&mut asker, &request), Some(Reply::Accepted));
-    // The next request does not take the late reply for its own.
-    asker.ask(&request, &mut buffer).unwrap();
-    assert_eq!(heard(&mut asker, &request), None);
+fn progress(done: u32) -> Request {
+    Request::Progress(Progress { done, total: 2 })
+}
+
+/// The frame of the next request.
+fn ask(asker: &mut Asker, request: &Request) -> Vec<u8> {
+    let mut buffer = [0; FRAME_BYTES];
+    asker.ask(request, &mut buffer).unwrap().to_vec()
+}
+
+/// The frame of the reply to the last request.
+fn respond(answerer: &mut Answerer, reply: Reply) -> Vec<u8> {
+    let mut buffer = [0; FRAME_BYTES];
+    answerer.answer(reply, &mut buffer).unwrap().to_vec()
+}
+
+/// The host receives a request.
+fn receive(answerer: &mut Answerer, bytes: &[u8]) -> Received {
+    let mut bytes = bytes.iter();
+    let received = bytes.find_map(|byte| answerer.receive(*byte));
+    received.unwrap().unwrap()
+}
+
+/// The device receives a reply, or drops it.
+fn receive_reply(asker: &mut Asker, bytes: &[u8], request: &Request) -> Option<Reply> {
+    let mut bytes = bytes.iter();
+    bytes.find_map(|byte| asker.receive(*byte, request))
 }
 
 #[test]
-fn a_device_that_was_reset_is_heard_anew() {
-    let mut buffer = [0; FRAME_BYTES];
-    let mut answerer = Answerer::new();
-    let mut receive = |request: &Request, reply| {
-        let bytes = Asker::new().ask(request, &mut buffer).unwrap().to_vec();
-        let heard = bytes
-            .iter()
-            .find_map(|byte| answerer.receive(*byte))
-            .unwrap()
-            .unwrap();
-        answerer.answer(reply, &mut [0; FRAME_BYTES]).unwrap();
-        heard
-    };
-    let failed = Request::Failed(Failure::NoReply);
-    let hello = Request::Hello {
-        protocol: PROTOCOL,
-        model: ModelKind::Phong,
-        samples: 1,
-        recipe: 0,
-    };
-    // Both are the first request, so they have the same sequence number.
+fn a_request_is_answered_once_and_its_repetition_alike() {
+    let request = progress(1);
+    let (mut asker, mut answerer) = (Asker::new(), Answerer::new());
+    let asked = ask(&mut asker, &request);
     assert_eq!(
-        receive(&failed, Reply::Accepted),
-        Received::New(failed.clone())
+        receive(&mut answerer, &asked),
+        Received::New(request.clone())
     );
-    let welcome = Reply::Welcome { protocol: PROTOCOL };
-    assert_eq!(receive(&hello, welcome), Received::New(hello.clone()));
+    // Version 0.1 called a repetition new until there was a reply, and a host that was moving its
+    // arms moved them again.
+    for _ in 0..3 {
+        assert_eq!(receive(&mut answerer, &asked), Received::Waiting);
+    }
+    let answered = respond(&mut answerer, Reply::Accepted);
+    let again = receive(&mut answerer, &asked);
+    assert_eq!(again, Received::Again(Reply::Accepted));
+
+    let reply = receive_reply(&mut asker, &answered, &request);
+    assert_eq!(reply, Some(Reply::Accepted));
+    // The next request does not take the late reply for its own.
+    ask(&mut asker, &request);
+    assert_eq!(receive_reply(&mut asker, &answered, &request), None);
 }
 
 /// While the first request is unanswered, another one is new, and the reply is to that one.
 #[test]
 fn a_new_request_takes_the_place_of_one_that_waits() {
-    let mut buffer = [0; FRAME_BYTES];
-    let mut answerer = Answerer::new();
-    let mut asker = Asker::new();
-    let requests = [1, 2].map(|done| Request::Progress(Progress { done, total: 2 }));
-    for request in &requests {
-        let asked = asker.ask(request, &mut buffer).unwrap().to_vec();
-        for heard in [Received::New(request.clone()), Received::Waiting] {
-            let found = asked.iter().find_map(|byte| answerer.receive(*byte));
-            assert_eq!(found, Some(Ok(heard)));
-        }
+    let (mut asker, mut answerer) = (Asker::new(), Answerer::new());
+    for request in [progress(1), progress(2)] {
+        let asked = ask(&mut asker, &request);
+        assert_eq!(receive(&mut answerer, &asked), Received::New(request));
+        assert_eq!(receive(&mut answerer, &asked), Received::Waiting);
     }
-    let answered = answerer.answer(Reply::Accepted, &mut buffer).unwrap();
-    let [_, second] = &requests;
-    let heard = answered
-        .iter()
-        .find_map(|byte| asker.receive(*byte, second));
-    assert_eq!(heard, Some(Reply::Accepted));
+    let answered = respond(&mut answerer, Reply::Accepted);
+    let reply = receive_reply(&mut asker, &answered, &progress(2));
+    assert_eq!(reply, Some(Reply::Accepted));
 }
 
-/// Both hellos have the sequence number 1, and only one of them was answered.
+/// The first requests after a reset have the same sequence number, whatever they are.
 #[test]
-fn a_device_with_another_recipe_is_not_taken_for_the_one_before() {
+fn a_device_that_was_reset_is_not_taken_for_the_one_before() {
     let mut answerer = Answerer::new();
-    let mut receive = |recipe| {
-        let hello = Request::Hello {
-            protocol: PROTOCOL,
-            model: ModelKind::Neural,
-            samples: 8,
-            recipe,
+    let welcome = Reply::Welcome { protocol: PROTOCOL };
+    for (request, is_new) in [
+        (Request::Failed(Failure::NoReply), true),
+        (hello(7), true),
+        (hello(7), false),
+        // It has another recipe now.
+        (hello(8), true),
+    ] {
+        let asked = ask(&mut Asker::new(), &request);
+        let expected = match is_new {
+            true => Received::New(request),
+            false => Received::Again(welcome.clone()),
         };
-        let bytes = frame(1, &hello);
-        let heard = bytes.iter().find_map(|byte| answerer.receive(*byte));
-        let welcome = Reply::Welcome { protocol: PROTOCOL };
-        answerer.answer(welcome, &mut [0; FRAME_BYTES]).unwrap();
-        match heard.unwrap().unwrap() {
-            Received::New(request) => assert_eq!(request, hello),
-            Received::Again(_) => return false,
-            Received::Waiting => panic!("it was answered"),
-        }
-        true
-    };
-    assert!(receive(7));
-    assert!(!receive(7));
-    assert!(receive(8));
+        assert_eq!(receive(&mut answerer, &asked), expected);
+        respond(&mut answerer, welcome.clone());
+    }
 }
 
 proptest! {
@@ -390,8 +365,7 @@ proptest! {
         let (mut asker, mut answerer) = (Asker::new(), Answerer::new());
         let mut heard = Vec::new();
         for request in &requests {
-            let mut buffer = [0; FRAME_BYTES];
-            let asked = asker.ask(request, &mut buffer).unwrap().to_vec();
+            let asked = ask(&mut asker, request);
             let mut reply = None;
             for _ in 0..1_000 {
                 let mut replies = Vec::new();
@@ -405,8 +379,7 @@ proptest! {
                         Some(Ok(Received::Again(answer))) => answer,
                         _ => continue,
                     };
-                    let mut buffer = [0; FRAME_BYTES];
-                    replies.push(answerer.answer(answer, &mut buffer).unwrap().to_vec());
+                    replies.push(respond(&mut answerer, answer));
                 }
                 for bytes in replies {
                     for byte in faults.next().unwrap().spoil(bytes) {
@@ -423,7 +396,7 @@ proptest! {
     }
 }
 
-/// What the host of the test answers.
+/// The answer of the test's host.
 fn answer_to(request: &Request) -> Reply {
     match request {
         Request::Hello { .. } => Reply::Welcome { protocol: PROTOCOL },
@@ -443,7 +416,7 @@ fn answer_to(request: &Request) -> Reply {
     }
 }
 
-/// What may happen to a frame on its way.
+/// The fate of a frame on its way.
 #[derive(Clone, Debug)]
 enum Fault {
     None,

@@ -89,29 +89,20 @@ fn noise_below_dark_stays_negative() {
 fn saturation_is_flagged_in_any_channel() {
     let here = at([0.0, 0.0, 30.0, 90.0]);
     let calibration = calibration(&here, Footprint::LightLarger);
+    let is_saturated =
+        |calibration: &Calibration, read| calibration.brdf(read).expect("finite").saturated;
     let saturating = calibration.saturating_at(4095.0).expect("white below it");
     for channel in 0..3 {
-        let mut read = [1000.0; 3];
-        read[channel] = 4094.9;
-        assert!(!saturating.brdf(read).expect("finite").saturated);
-        read[channel] = 4095.0;
-        assert!(saturating.brdf(read).expect("finite").saturated);
-        read[channel] = 4096.0;
-        assert!(saturating.brdf(read).expect("finite").saturated);
-        assert!(
-            !calibration.brdf(read).expect("finite").saturated,
-            "no level was told"
-        );
+        for (count, saturated) in [(4094.9, false), (4095.0, true), (4096.0, true)] {
+            let mut read = [1000.0; 3];
+            read[channel] = count;
+            assert_eq!(is_saturated(&saturating, read), saturated, "{count}");
+            assert!(!is_saturated(&calibration, read), "without a level");
+        }
     }
-    let reference = saturating
-        .read_once_at(&here, Footprint::LightLarger)
-        .expect("above");
-    assert!(
-        reference
-            .brdf([4095.0; 3], &here)
-            .expect("finite")
-            .saturated
-    );
+    let once = saturating.read_once_at(&here, Footprint::LightLarger);
+    let once = once.expect("above the horizon").brdf([4095.0; 3], &here);
+    assert!(once.expect("finite").saturated);
 }
 
 #[test]
@@ -170,10 +161,10 @@ fn errors_name_the_arm_below_the_horizon() {
         (Footprint::LightLarger, Arm::Light),
         (Footprint::SensorLarger, Arm::Sensor),
     ] {
+        let once = sound.read_once_at(&above, footprint).expect("above");
         for z in [0.0, -0.8, f32::NAN, f32::INFINITY] {
             let error = CalibrationError::Cosine(CosineError(arm));
             assert_eq!(sound.read_once_at(&below(z), footprint), Err(error));
-            let once = sound.read_once_at(&above, footprint).expect("above");
             assert_eq!(once.brdf([1.0; 3], &below(z)), Err(error));
         }
     }
@@ -181,13 +172,8 @@ fn errors_name_the_arm_below_the_horizon() {
         (Quantity::BrdfTimesCosThetaI, Arm::Light),
         (Quantity::BrdfTimesCosThetaO, Arm::Sensor),
     ] {
-        assert_eq!(
-            quantity.to_brdf([1.0; 3], &below(-0.8)),
-            Err(CosineError(arm))
-        );
-        assert_eq!(
-            quantity.of_brdf([1.0; 3], &below(0.0)),
-            Err(CosineError(arm))
-        );
+        let error = Err(CosineError(arm));
+        assert_eq!(quantity.to_brdf([1.0; 3], &below(-0.8)), error);
+        assert_eq!(quantity.of_brdf([1.0; 3], &below(0.0)), error);
     }
 }

@@ -33,7 +33,7 @@ impl Generator {
     }
 }
 
-/// Where a tile is looked at: theta_i and theta_o over 0 to 60 degrees, each by itself.
+/// The directions of readings of a tile: theta_i and theta_o over 0 to 60 degrees, each by itself.
 fn places(count: usize, random: &mut Generator) -> Vec<Directions<f32>> {
     let step = 60.0 / count as f32;
     (0..count)
@@ -57,18 +57,24 @@ struct Case {
     monochrome: bool,
 }
 
+/// Exact BRDFs.
+const EXACT: Case = Case {
+    quantity: Quantity::Brdf,
+    factor: [1.0; 3],
+    noise: 0.0,
+    monochrome: false,
+};
+
 /// Readings of the tile by a scanner that gives `quantity` times `factor`, with noise.
 fn readings(
     case: &Case,
     places: &[Directions<f32>],
     random: &mut Generator,
 ) -> Vec<(Directions<f32>, [f32; 3])> {
+    let tile = if case.monochrome { [TILE[0]; 3] } else { TILE };
     let read = |at: &Directions<f32>| {
-        let tile = if case.monochrome { [TILE[0]; 3] } else { TILE };
-        let values = case
-            .quantity
-            .of_brdf(tile.map(|r| r / PI), at)
-            .expect("above");
+        let values = case.quantity.of_brdf(tile.map(|r| r / PI), at);
+        let values = values.expect("above the horizon");
         let common = random.normal();
         let read = std::array::from_fn(|c| {
             let noise = if case.monochrome {
@@ -163,12 +169,7 @@ fn three_readings_without_noise_are_enough() {
     ];
     let mut random = Generator(1);
     for quantity in ALL {
-        let case = Case {
-            quantity,
-            factor: [1.0; 3],
-            noise: 0.0,
-            monochrome: false,
-        };
+        let case = Case { quantity, ..EXACT };
         let readings = readings(&case, &places, &mut random);
         assert_eq!(examine(&readings, TILE), Verdict::Is(quantity));
         let two = readings.get(..2).expect("three of them");
@@ -207,12 +208,7 @@ fn directions_that_are_too_much_alike_tell_nothing() {
         (fixed_light, Quantity::Brdf),
         (narrow, Quantity::Brdf),
     ] {
-        let case = Case {
-            quantity,
-            factor: [1.0; 3],
-            noise: 0.0,
-            monochrome: false,
-        };
+        let case = Case { quantity, ..EXACT };
         let readings = readings(&case, &places, &mut Generator(1));
         assert_eq!(examine(&readings, TILE), Verdict::Unclear(Doubt::Alike));
     }
@@ -223,15 +219,20 @@ fn what_follows_no_cosine_is_unclear() {
     let mut random = Generator(3);
     let places = places(10, &mut random);
     let brdf = |at: &Directions<f32>| TILE.map(|r| r / PI * (0.2 + at.incoming[0].abs()));
-    let readings: Vec<_> = places.iter().map(|at| (*at, brdf(at))).collect();
-    let verdict = examine(&readings, TILE);
+    let verdict = examine(
+        &places.iter().map(|at| (*at, brdf(at))).collect::<Vec<_>>(),
+        TILE,
+    );
     assert!(
         matches!(verdict, Verdict::Unclear(Doubt::Spread(spread)) if spread > 0.08),
         "{verdict:?}"
     );
     let both = |at: &Directions<f32>| TILE.map(|r| r / PI * at.incoming[2] * at.outgoing[2]);
-    let readings: Vec<_> = places.iter().map(|at| (*at, both(at))).collect();
-    assert!(matches!(examine(&readings, TILE), Verdict::Unclear(_)));
+    let verdict = examine(
+        &places.iter().map(|at| (*at, both(at))).collect::<Vec<_>>(),
+        TILE,
+    );
+    assert!(matches!(verdict, Verdict::Unclear(_)));
 }
 
 #[test]

@@ -2,27 +2,11 @@
 
 use glimpse_core::fit::ridge::{Factors, Problem, Real, RidgeError, factor_length, scratch_length};
 
-/// SplitMix64, and sums of twelve for normal numbers.
-pub(crate) struct Random(pub(crate) u64);
-
-impl Random {
-    pub(crate) fn uniform(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        (z ^ (z >> 31)) as f64 / u64::MAX as f64
-    }
-
-    pub(crate) fn normal(&mut self) -> f64 {
-        (0..12).map(|_| self.uniform()).sum::<f64>() - 6.0
-    }
-}
+use crate::random::Random;
 
 /// A realistic problem: components scaled by singular values that fall from 10 to 0.1, measurements
 /// of materials that follow the prior, and noise. All numbers are f32 exactly.
 pub(crate) struct Case {
-    pub(crate) n: usize,
     pub(crate) m: usize,
     pub(crate) basis: Vec<f64>,
     pub(crate) precision: Vec<f64>,
@@ -64,7 +48,6 @@ impl Case {
             })
             .collect();
         Self {
-            n,
             m,
             basis,
             precision,
@@ -72,20 +55,19 @@ impl Case {
         }
     }
 
-    /// (A'A + P)^-1 b, written once more: Gauss and Jordan with pivoting, in f64, then refined.
+    /// (A'A + P)^-1 b by an independent method: elimination with pivoting in f64, then refined.
     pub(crate) fn reference(&self, right: &[f64]) -> Vec<f64> {
-        let (n, m) = (self.n, self.m);
         let product = |k: usize, l: usize| -> f64 {
-            let columns = (0..n).map(|j| self.basis[j * m + k] * self.basis[j * m + l]);
+            let columns = self.basis.chunks(self.m).map(|row| row[k] * row[l]);
             let diagonal = if k == l { self.precision[k] } else { 0.0 };
             columns.sum::<f64>() + diagonal
         };
-        let matrix: Vec<Vec<f64>> = (0..m)
-            .map(|k| (0..m).map(|l| product(k, l)).collect())
+        let matrix: Vec<Vec<f64>> = (0..self.m)
+            .map(|k| (0..self.m).map(|l| product(k, l)).collect())
             .collect();
         let mut solution = eliminate(&matrix, right);
-        let left: Vec<f64> = (0..m)
-            .map(|k| right[k] - (0..m).map(|l| matrix[k][l] * solution[l]).sum::<f64>())
+        let left: Vec<f64> = (0..self.m)
+            .map(|k| right[k] - (0..self.m).map(|l| matrix[k][l] * solution[l]).sum::<f64>())
             .collect();
         for (x, correction) in solution.iter_mut().zip(eliminate(&matrix, &left)) {
             *x += correction;
@@ -95,12 +77,9 @@ impl Case {
 
     /// A't.
     pub(crate) fn right_side(&self) -> Vec<f64> {
+        let rows = || self.basis.chunks(self.m).zip(&self.mapped);
         (0..self.m)
-            .map(|k| {
-                (0..self.n)
-                    .map(|j| self.basis[j * self.m + k] * self.mapped[j])
-                    .sum()
-            })
+            .map(|k| rows().map(|(row, t)| row[k] * t).sum())
             .collect()
     }
 }

@@ -2,7 +2,8 @@
 
 use glimpse_core::fit::ridge::{Problem, factor_length, scratch_length};
 
-use super::case::{Case, Random, distance, double, single, solutions};
+use super::case::{Case, distance, double, single, solutions};
+use crate::random::Random;
 
 /// The name of a rule that gives each of m components its precision.
 type Precision = (&'static str, fn(usize, usize) -> f64);
@@ -24,12 +25,26 @@ const PRECISIONS: [Precision; 5] = [
     }),
 ];
 
+/// c and s in f64, then in f32.
+fn in_both_precisions(case: &Case, lambda: &[f64]) -> [Vec<f64>; 4] {
+    let Case {
+        basis,
+        precision,
+        mapped,
+        ..
+    } = case;
+    let (c, s) = solutions(basis, precision, mapped, lambda);
+    let [basis, precision, mapped, lambda] =
+        [basis, precision, mapped, lambda].map(|list: &[f64]| single(list));
+    let (c32, s32) = solutions(&basis, &precision, &mapped, &lambda);
+    [c, s, double(&c32), double(&s32)]
+}
+
 #[test]
 fn both_precisions_agree_with_an_independent_solve() {
-    let mut worst = [0.0_f64; 4];
     for n in [1, 2, 8, 64, 512] {
         for m in [1, 5, 60, 240] {
-            let mut worst_here = [0.0_f64; 4];
+            let mut worst = [0.0_f64; 4];
             for (name, precision) in PRECISIONS {
                 for smooth in [false, true] {
                     let seed = (n * 1_000 + m) as u64;
@@ -39,69 +54,36 @@ fn both_precisions_agree_with_an_independent_solve() {
                         (0..m).map(|_| f64::from(random.normal() as f32)).collect();
                     let c = case.reference(&case.right_side());
                     let s = case.reference(&lambda);
-                    let (c64, s64) = solutions(&case.basis, &case.precision, &case.mapped, &lambda);
-                    let (c32, s32) = solutions(
-                        &single(&case.basis),
-                        &single(&case.precision),
-                        &single(&case.mapped),
-                        &single(&lambda),
-                    );
-                    let errors = [
-                        distance(&c64, &c),
-                        distance(&s64, &s),
-                        distance(&double(&c32), &c),
-                        distance(&double(&s32), &s),
-                    ];
-                    for ((worst, error), bound) in worst_here.iter_mut().zip(errors).zip(BOUNDS) {
+                    let found = in_both_precisions(&case, &lambda);
+                    for (index, expected) in [&c, &s, &c, &s].into_iter().enumerate() {
+                        let error = distance(&found[index], expected);
                         assert!(
-                            error <= bound,
+                            error <= BOUNDS[index],
                             "n = {n}, m = {m}, precision {name}: {error:.1e}"
                         );
-                        *worst = worst.max(error);
+                        worst[index] = worst[index].max(error);
                     }
                 }
             }
-            println!(
-                "n = {n}, m = {m}: {}",
-                worst_here.map(|e| format!("{e:.1e}")).join(" ")
-            );
-            for (worst, here) in worst.iter_mut().zip(worst_here) {
-                *worst = worst.max(here);
-            }
+            let worst = worst.map(|error| format!("{error:.1e}")).join(" ");
+            println!("n = {n}, m = {m}: {worst}");
         }
     }
-    let [c64, s64, c32, s32] = worst;
-    println!("f64: c {c64:.1e}, s {s64:.1e}; f32: c {c32:.1e}, s {s32:.1e}");
 }
 
 /// Rows of zeros change nothing, but make n larger than m: the same problem in the primal form.
 #[test]
 fn primal_and_dual_are_the_same() {
     for (n, m) in [(1, 3), (4, 5), (8, 60), (30, 40)] {
-        let case = Case::new(n, m, |k| 4.0 + k as f64, false, 11);
+        let mut case = Case::new(n, m, |k| 4.0 + k as f64, false, 11);
         let lambda: Vec<f64> = (0..m).map(|k| 1.0 - 0.1 * k as f64).collect();
-        let (c, s) = solutions(&case.basis, &case.precision, &case.mapped, &lambda);
-        let mut basis = case.basis.clone();
-        basis.resize(m * m, 0.0);
-        let mut mapped = case.mapped.clone();
-        mapped.resize(m, 0.0);
-        let (c_primal, s_primal) = solutions(&basis, &case.precision, &mapped, &lambda);
-        assert!(distance(&c, &c_primal) < 1e-12);
-        assert!(distance(&s, &s_primal) < 1e-12);
-        let (c, s) = solutions(
-            &single(&case.basis),
-            &single(&case.precision),
-            &single(&case.mapped),
-            &single(&lambda),
-        );
-        let (c_primal, s_primal) = solutions(
-            &single(&basis),
-            &single(&case.precision),
-            &single(&mapped),
-            &single(&lambda),
-        );
-        assert!(distance(&double(&c), &double(&c_primal)) < 1e-6);
-        assert!(distance(&double(&s), &double(&s_primal)) < 1e-6);
+        let dual = in_both_precisions(&case, &lambda);
+        case.basis.resize(m * m, 0.0);
+        case.mapped.resize(m, 0.0);
+        let primal = in_both_precisions(&case, &lambda);
+        for (index, bound) in [1e-12, 1e-12, 1e-6, 1e-6].into_iter().enumerate() {
+            assert!(distance(&dual[index], &primal[index]) < bound);
+        }
     }
 }
 
