@@ -4,7 +4,7 @@
 #[cfg(feature = "libm")] // f64 is a scalar with libm only
 mod adjoint;
 mod forward;
-mod made;
+pub(crate) mod made;
 mod missing;
 mod prediction;
 mod reference;

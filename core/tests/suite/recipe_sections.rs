@@ -1,5 +1,6 @@
 //! A recipe is a list of sections: each is read, skipped or refused, by the number of its kind.
 
+use glimpse_core::fit::completion::Missing;
 use glimpse_core::gonio::{Limits, LimitsError};
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::{
@@ -9,10 +10,11 @@ use glimpse_core::recipe::{
 };
 use proptest::prelude::*;
 
+use crate::completion::made::Made;
 use crate::recipes::{
     Sections, linear, packed, parsed, recipe_with, sealed, section_mut, sections_of, write,
 };
-use crate::scanning::bytes_of;
+use crate::scanning::{bytes_of, recipe_of};
 
 const LIMITS: Limits = Limits {
     max_theta_i: 1.3,
@@ -202,17 +204,19 @@ fn a_kind_that_comes_twice_or_out_of_order_is_refused() {
 
 #[test]
 fn a_section_that_is_cut_or_padded_is_refused_by_its_kind() {
-    let all = full_sections();
-    for index in 0..all.len() {
-        let error = RecipeError::Section(all[index].0);
-        for length in 0..all[index].1.len() {
-            let mut cut = all.clone();
-            cut[index].1.truncate(length);
-            assert_eq!(refusal(&cut), error, "{length}");
+    let completed = Made::small(ModelKind::Phong, Missing::CountForMore);
+    for all in [full_sections(), sections_of(&completed.write().unwrap())] {
+        for index in 0..all.len() {
+            let error = RecipeError::Section(all[index].0);
+            for length in 0..all[index].1.len() {
+                let mut cut = all.clone();
+                cut[index].1.truncate(length);
+                assert_eq!(refusal(&cut), error, "{length}");
+            }
+            let mut padded = all.clone();
+            padded[index].1.push(0);
+            assert_eq!(refusal(&padded), error);
         }
-        let mut padded = all.clone();
-        padded[index].1.push(0);
-        assert_eq!(refusal(&padded), error);
     }
 }
 
@@ -340,13 +344,18 @@ fn a_copy_lacks_the_named_sections_and_nothing_else() {
 }
 
 #[test]
-fn a_buffer_that_is_too_small_for_a_section_is_an_error() {
-    let whole = write(&full()).unwrap();
-    for length in 0..whole.len() {
-        let error = Recipe::write(&full(), &mut vec![0; length]).unwrap_err();
-        assert_eq!(error, RecipeError::BufferTooSmall);
+fn a_buffer_that_is_too_small_is_an_error() {
+    let linear = recipe_of(ModelKind::Linear);
+    let pattern = vec![0; 12 * linear.samples()];
+    let ridge = Ingredients::new(&pattern, linear.learner().into());
+    for ingredients in [full(), ridge] {
+        let whole = write(&ingredients).unwrap();
+        for length in 0..whole.len() {
+            let error = Recipe::write(&ingredients, &mut vec![0; length]).unwrap_err();
+            assert_eq!(error, RecipeError::BufferTooSmall);
+        }
+        assert!(Recipe::write(&ingredients, &mut vec![0; whole.len()]).is_ok());
     }
-    assert!(Recipe::write(&full(), &mut vec![0; whole.len()]).is_ok());
 }
 
 /// A list that promises more materials than there are ends where its bytes end, at once.

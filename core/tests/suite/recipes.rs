@@ -27,6 +27,9 @@ pub(crate) fn refusal(bytes: &[u8]) -> RecipeError {
     Recipe::parse(bytes).map(drop).unwrap_err()
 }
 
+/// A change to a recipe's numbers, and the field or the error that it is refused by.
+pub(crate) type Change<E, T> = (E, fn(&mut T));
+
 /// The numbers of a recipe that descends.
 #[derive(Clone, Debug)]
 pub(crate) struct Numbers {

@@ -11,7 +11,7 @@ use glimpse_core::scan::{Memory, Scan};
 use super::made::{Made, SAMPLES, WORDS};
 use super::reference::{Readings, TOLERANCE, all, coefficients, entering, some};
 use super::scans::{Any, read};
-use crate::recipes::{packed, write};
+use crate::recipes::{Change, packed, write};
 use crate::scanning::MODELS;
 
 /// The relative error: that of coefficients, [`TOLERANCE`], times their weights.
@@ -90,7 +90,7 @@ fn a_prediction_that_is_not_finite_is_none() {
 #[test]
 fn wrong_predictions_are_refused() {
     let field = Field::Prediction;
-    let changes: [(RecipeError, fn(&mut Vec<f32>)); 5] = [
+    let changes: [Change<RecipeError, Vec<f32>>; 5] = [
         (RecipeError::Count(field), |list| list.truncate(4)),
         (RecipeError::Count(field), |list| list.push(0.0)),
         (RecipeError::Count(field), Vec::clear),

@@ -1,7 +1,5 @@
 //! The formulas of `docs/recipe.md`, plainly and in f64.
 
-use std::cell::Cell;
-
 use glimpse_core::recipe::Recipe;
 
 use super::made::Made;
@@ -36,6 +34,11 @@ fn cosines(recipe: &Recipe<'_>) -> Vec<f64> {
     cosines.collect()
 }
 
+fn dot(weights: &[i8], values: &[f64]) -> f64 {
+    let terms = weights.iter().zip(values);
+    terms.map(|(w, value)| f64::from(*w) * value).sum()
+}
+
 /// u_ic of each sample that was read, times the gain.
 pub(crate) fn entering(
     made: &Made,
@@ -59,45 +62,13 @@ pub(crate) fn entering(
     entering.collect()
 }
 
-/// How activations become integers of 16 bits. Some lie so close to the middle of two integers that f32 and
-/// f64 need not round them to the same one.
-#[derive(Default)]
-pub(crate) struct Rounding {
-    /// Bit k: the k-th of those goes the other way.
-    others: u32,
-    /// How many of those there were.
-    either: Cell<u32>,
-}
-
-impl Rounding {
-    /// The error of f32, in steps of an integer: some 1e-6 of an activation.
-    const CLOSE: f64 = 0.03;
-
-    /// An activation as it counts.
-    fn of(&self, activation: f64) -> f64 {
-        let exact = activation * 32_767.0;
-        let mut integer = exact.round();
-        if 0.5 - (exact - integer).abs() < Self::CLOSE {
-            let index = self.either.replace(self.either.get() + 1);
-            assert!(index < 16, "so many are between two integers");
-            if self.others >> index & 1 == 1 {
-                integer += (exact - integer).signum();
-            }
-        }
-        integer / 32_767.0
-    }
+/// An activation as it counts: an integer of 16 bits.
+fn rounded(activation: f64) -> f64 {
+    (activation * 32_767.0).round() / 32_767.0
 }
 
 /// The coefficients of each channel.
 pub(crate) fn coefficients(made: &Made, entering: &[Option<[f64; 3]>]) -> [Vec<f64>; 3] {
-    coefficients_by(&Rounding::default(), made, entering)
-}
-
-fn coefficients_by(
-    rounding: &Rounding,
-    made: &Made,
-    entering: &[Option<[f64; 3]>],
-) -> [Vec<f64>; 3] {
     let (m, h) = (made.components, made.hidden());
     let rows = m + h;
     let weight = |sample: usize, column: usize, row: usize| {
@@ -120,15 +91,10 @@ fn coefficients_by(
                 z
             })
             .collect();
-        let hidden: Vec<f64> = z[m..].iter().map(|z| rounding.of(z.tanh())).collect();
+        let hidden: Vec<f64> = z[m..].iter().map(|z| rounded(z.tanh())).collect();
         (0..m)
             .map(|k| {
-                let row = &made.output[k * h..][..h];
-                let sum: f64 = row
-                    .iter()
-                    .zip(&hidden)
-                    .map(|(w, j)| f64::from(*w) * j)
-                    .sum();
+                let sum = dot(&made.output[k * h..][..h], &hidden);
                 z[k] + f64::from(made.output_scales[k]) * sum
             })
             .collect()
@@ -141,8 +107,7 @@ pub(crate) fn units(made: &Made, coefficients: &[Vec<f64>; 3]) -> Vec<f64> {
     let a = coefficients.concat();
     let rows = starts.bias.iter().zip(&starts.hidden_scales).enumerate();
     rows.map(|(unit, (bias, scale))| {
-        let row = &starts.hidden[unit * a.len()..][..a.len()];
-        let sum: f64 = row.iter().zip(&a).map(|(w, a)| f64::from(*w) * a).sum();
+        let sum = dot(&starts.hidden[unit * a.len()..][..a.len()], &a);
         (sum * f64::from(*scale) + f64::from(*bias)).tanh()
     })
     .collect()
@@ -150,60 +115,24 @@ pub(crate) fn units(made: &Made, coefficients: &[Vec<f64>; 3]) -> Vec<f64> {
 
 /// U times the units.
 pub(crate) fn offsets(made: &Made, units: &[f64]) -> Vec<f64> {
-    offsets_by(&Rounding::default(), made, units)
-}
-
-fn offsets_by(rounding: &Rounding, made: &Made, units: &[f64]) -> Vec<f64> {
     let (_, starts) = made.then.as_ref().unwrap();
-    let units: Vec<f64> = units.iter().map(|unit| rounding.of(*unit)).collect();
+    let units: Vec<f64> = units.iter().map(|unit| rounded(*unit)).collect();
     let rows = starts.output_scales.iter().enumerate();
     rows.map(|(parameter, scale)| {
         let row = &starts.output[parameter * units.len()..][..units.len()];
-        let sum: f64 = row
-            .iter()
-            .zip(&units)
-            .map(|(w, unit)| f64::from(*w) * unit)
-            .sum();
-        sum * f64::from(*scale)
+        dot(row, &units) * f64::from(*scale)
     })
     .collect()
 }
 
-/// What a fit of these readings ends in where nothing descends: Linear's coefficients, or the
+/// The result of a fit of these readings where nothing descends: Linear's coefficients, or the
 /// parameters that a descent starts from.
 pub(crate) fn fitted(made: &Made, recipe: &Recipe<'_>, readings: &Readings) -> Vec<f64> {
-    fitted_by(&Rounding::default(), made, recipe, readings)
-}
-
-/// The same, for each way in which those activations may be rounded that lie between two integers.
-pub(crate) fn fitted_either_way(
-    made: &Made,
-    recipe: &Recipe<'_>,
-    readings: &Readings,
-) -> Vec<Vec<f64>> {
-    let first = Rounding::default();
-    let mut all = vec![fitted_by(&first, made, recipe, readings)];
-    all.extend((1..1 << first.either.get()).map(|others| {
-        let rounding = Rounding {
-            others,
-            ..Rounding::default()
-        };
-        fitted_by(&rounding, made, recipe, readings)
-    }));
-    all
-}
-
-fn fitted_by(
-    rounding: &Rounding,
-    made: &Made,
-    recipe: &Recipe<'_>,
-    readings: &Readings,
-) -> Vec<f64> {
-    let coefficients = coefficients_by(rounding, made, &entering(made, recipe, readings));
+    let coefficients = coefficients(made, &entering(made, recipe, readings));
     let Some((descends, _)) = &made.then else {
         return coefficients.concat();
     };
-    let offsets = offsets_by(rounding, made, &units(made, &coefficients));
+    let offsets = offsets(made, &units(made, &coefficients));
     let pairs = descends.initial.iter().zip(offsets);
     pairs
         .map(|(phi, offset)| f64::from(*phi) + offset)
@@ -218,25 +147,19 @@ pub(crate) fn residuals(
     readings: &Readings,
 ) -> Vec<Option<f64>> {
     let m = made.components;
-    let cosines: Vec<(f64, f64)> = recipe
-        .directions()
-        .zip(cosines(recipe))
-        .map(|((_, directions), both)| (f64::from(directions.incoming[2]), both))
-        .collect();
-    let samples = readings.iter().zip(cosines).enumerate();
-    let residuals = samples.map(|(sample, (reading, (cosine, w)))| {
-        let row = &made.rows[sample * m..][..m];
+    let samples = recipe.directions().zip(cosines(recipe)).zip(readings);
+    let residuals = samples.map(|(((sample, directions), w), reading)| {
+        let (sample, cosine) = (usize::from(sample), f64::from(directions.incoming[2]));
         reading.map(|brdf| {
-            let errors = (0..3).map(|channel| {
-                let components = row.iter().zip(&made.row_scales);
-                let mapped: f64 = components
-                    .zip(&coefficients[channel * m..][..m])
-                    .map(|((w, scale), a)| f64::from(*w) * f64::from(*scale) * a)
-                    .sum::<f64>()
-                    + f64::from(made.centre[sample]);
+            let errors = coefficients.chunks(m).zip(brdf).map(|(coefficients, y)| {
+                let scales = made.row_scales.iter().copied().map(f64::from);
+                let scaled: Vec<f64> = scales.zip(coefficients).map(|(s, a)| s * a).collect();
+                let mapped = dot(&made.rows[sample * m..][..m], &scaled);
+                let mapped = mapped + f64::from(made.centre[sample]);
                 let f = (0.001 * (mapped.exp() - 1.0) / w).max(0.0);
-                let y = f64::from(brdf[channel]);
-                ((1.0 + f * cosine) / (1.0 + y * cosine)).ln().abs()
+                ((1.0 + f * cosine) / (1.0 + f64::from(y) * cosine))
+                    .ln()
+                    .abs()
             });
             errors.sum::<f64>() / 3.0
         })
@@ -258,29 +181,10 @@ pub(crate) fn assert_close(what: &str, found: impl Iterator<Item = f32>, expecte
     let found: Vec<f32> = found.collect();
     assert_eq!(found.len(), expected.len(), "{what}");
     for (index, (found, expected)) in found.iter().zip(expected).enumerate() {
-        let error = error(*found, *expected);
+        let error = (f64::from(*found) - expected).abs() / expected.abs().max(1.0);
         assert!(
             error <= TOLERANCE,
             "{what} {index}: {found} instead of {expected}, {error:.1e} off"
         );
     }
-}
-
-/// Compares all numbers with those of one of several lists.
-#[track_caller]
-pub(crate) fn assert_close_to_one_of(what: &str, found: &[f32], expected: &[Vec<f64>]) {
-    let close = |list: &Vec<f64>| {
-        assert_eq!(found.len(), list.len(), "{what}");
-        let mut pairs = found.iter().zip(list);
-        pairs.all(|(found, expected)| error(*found, *expected) <= TOLERANCE)
-    };
-    assert!(
-        expected.iter().any(close),
-        "{what}: {found:?}, {expected:?}"
-    );
-}
-
-/// The error of a number by its own size, or by 1 if that is larger.
-fn error(found: f32, expected: f64) -> f64 {
-    (f64::from(found) - expected).abs() / expected.abs().max(1.0)
 }

@@ -61,13 +61,13 @@ fn without_steps(made: &Made) -> Made {
 #[test]
 fn a_fit_begins_with_the_result_of_the_formulas() {
     for kind in MODELS {
-        let made = without_steps(&Made::small(kind, Missing::CountForMore));
-        let recipe = made.recipe();
-        assert_eq!(recipe.model(), kind);
-        for readings in cases() {
-            let values = whole_by_type(&made, &readings).values();
-            let expected = fitted(&made, &recipe, &readings);
-            assert_close(kind.name(), values.into_iter(), &expected);
+        for missing in [Missing::CountAlike, Missing::CountForMore] {
+            let made = without_steps(&Made::small(kind, missing));
+            for readings in cases() {
+                let values = whole_by_type(&made, &readings).values();
+                let expected = fitted(&made, &made.recipe(), &readings);
+                assert_close(kind.name(), values.into_iter(), &expected);
+            }
         }
     }
 }
