@@ -10,15 +10,19 @@ mod scan;
 #[path = "../../examples/scanner.rs"]
 mod scanner;
 
+use std::fmt::Debug;
+
 use glimpse_core::driver::{Config, Host};
-use glimpse_core::fit::Progress;
 use glimpse_core::geometry::Directions;
 use glimpse_core::link::{
-    self, BYTES_PER_FRAME, FRAME_BYTES, Failure, FrameReader, PROTOCOL, Refusal, Reply, Request,
-    VALUES_PER_FRAME,
+    BYTES_PER_FRAME, FRAME_BYTES, Failure, PROTOCOL, Refusal, Reply, Request, VALUES_PER_FRAME,
 };
-use glimpse_core::recipe::{Recipe, RecipeError};
-use glimpse_core::scan::{FitError, LEAST_READING, Reading, ReadingError, Residual, ScanError};
+use glimpse_core::recipe::Recipe;
+use glimpse_core::scan::{LEAST_READING, Reading};
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+use crate::link::{frame, read};
 
 /// Each model explains what it read, and tells that it does.
 #[test]
@@ -80,21 +84,16 @@ pub(crate) fn hex_blocks(document: &str, comment: char) -> Vec<Vec<u8>> {
 }
 
 /// Content and frame of a message are the next two blocks.
-fn check_blocks<T>(blocks: &mut impl Iterator<Item = Vec<u8>>, sequence: u32, message: &T)
+fn check_blocks<T>(blocks: &mut impl Iterator<Item = Vec<u8>>, sequence: u32, message: T)
 where
-    T: serde::Serialize + serde::de::DeserializeOwned + PartialEq + std::fmt::Debug,
+    T: Serialize + DeserializeOwned + PartialEq + Debug,
 {
     let mut buffer = [0; FRAME_BYTES];
-    let content = postcard::to_slice(&(sequence, message), &mut buffer).unwrap();
+    let content = postcard::to_slice(&(sequence, &message), &mut buffer).unwrap();
     assert_eq!(blocks.next().unwrap(), content, "{message:?}");
-    let frame = blocks.next().unwrap();
-    let encoded = link::encode(sequence, message, &mut buffer).unwrap();
-    assert_eq!(frame, encoded, "{message:?}");
-    let mut reader = FrameReader::new();
-    let mut heard = frame.iter().filter_map(|byte| reader.push::<T>(*byte));
-    let heard = heard.find_map(Result::ok).unwrap();
-    assert_eq!(heard.0, sequence);
-    assert_eq!(heard.1, *message);
+    let bytes = blocks.next().unwrap();
+    assert_eq!(bytes, frame(sequence, &message), "{message:?}");
+    assert_eq!(read(&bytes), [Ok((sequence, message))]);
 }
 
 #[test]
@@ -107,8 +106,8 @@ fn the_links_bytes_are_those_of_its_document() {
         samples: recipe.samples() as u16,
         recipe: recipe.checksum(),
     };
-    check_blocks(&mut blocks, 1, &hello);
-    check_blocks(&mut blocks, 1, &Reply::Welcome { protocol: PROTOCOL });
+    check_blocks(&mut blocks, 1, hello);
+    check_blocks(&mut blocks, 1, Reply::Welcome { protocol: PROTOCOL });
     let directions = Directions {
         incoming: [0.6, 0.0, 0.8],
         outgoing: [-0.6, 0.0, 0.8],
@@ -117,12 +116,12 @@ fn the_links_bytes_are_those_of_its_document() {
         index: 0,
         directions,
     };
-    check_blocks(&mut blocks, 2, &measure);
+    check_blocks(&mut blocks, 2, measure);
     let measured = Reply::Measured {
         index: 0,
         reading: Reading::new([0.25, 0.125, 0.5]),
     };
-    check_blocks(&mut blocks, 2, &measured);
+    check_blocks(&mut blocks, 2, measured);
     assert_eq!(blocks.next(), None);
 }
 
@@ -139,103 +138,30 @@ fn names(title: &str) -> Vec<(u8, &'static str)> {
     .collect()
 }
 
-/// Numbers and names of messages, as they are encoded.
-fn numbers<T: serde::Serialize + std::fmt::Debug>(messages: &[T]) -> Vec<(u8, String)> {
-    let number = |message| postcard::to_slice(message, &mut [0; 128]).unwrap()[0];
-    let name = |message| {
-        let name = format!("{message:?}");
-        let end = name.find(|letter: char| !letter.is_alphanumeric());
-        name[..end.unwrap_or(name.len())].to_owned()
-    };
-    let messages = messages.iter();
-    messages
-        .map(|message| (number(message), name(message)))
-        .collect()
-}
-
-fn check_names<T: serde::Serialize + std::fmt::Debug>(title: &str, messages: &[T]) {
+/// Checks the numbers and names of all variants of `T` against a table.
+fn check_variants<T: DeserializeOwned + Debug>(title: &str) {
+    let variants = (0..).map_while(|number: u8| {
+        // The number, and zeros for all fields.
+        let mut bytes = [0; 128];
+        bytes[0] = number;
+        let (variant, _) = postcard::take_from_bytes::<T>(&bytes).ok()?;
+        let text = format!("{variant:?}");
+        let name = text.split(|letter: char| !letter.is_alphanumeric()).next();
+        Some((number, name.unwrap().to_owned()))
+    });
     let written = names(title).into_iter();
     let written: Vec<_> = written
         .map(|(number, name)| (number, name.to_owned()))
         .collect();
-    assert_eq!(written, numbers(messages));
+    assert_eq!(written, variants.collect::<Vec<_>>());
 }
 
 #[test]
 fn the_links_messages_have_the_numbers_of_its_document() {
-    let (index, offset) = (1, 2);
-    let reading = Reading::new([0.5; 3]);
-    let recipe = Recipe::parse(scan::RECIPES[0]).unwrap();
-    check_names(
-        "name | fields | reply |\n",
-        &[
-            Request::Hello {
-                protocol: PROTOCOL,
-                model: recipe.model(),
-                samples: 8,
-                recipe: 3,
-            },
-            Request::Measure {
-                index,
-                directions: Directions::default(),
-            },
-            Request::Progress(Progress { done: 1, total: 2 }),
-            Request::Values {
-                offset,
-                total: 3,
-                values: Default::default(),
-            },
-            Request::Finished(Residual::default()),
-            Request::Failed(Failure::NoReply),
-            Request::Kept { index, reading },
-            Request::Update,
-            Request::RecipePart { offset: 0 },
-        ],
-    );
-    check_names(
-        "name | fields |\n",
-        &[
-            Reply::Welcome { protocol: PROTOCOL },
-            Reply::Measured { index, reading },
-            Reply::Accepted,
-            Reply::Refused(Refusal::NoScan),
-            Reply::Recipe {
-                bytes: 1,
-                checksum: 2,
-            },
-            Reply::RecipePart {
-                offset: 0,
-                bytes: Default::default(),
-            },
-        ],
-    );
-    let refusals = [
-        Refusal::NoScan,
-        Refusal::Directions,
-        Refusal::Values,
-        Refusal::Model,
-        Refusal::Kept,
-        Refusal::Recipe,
-    ];
-    check_names("refusal | |\n", &refusals);
-    let failures = [
-        Failure::Recipe(RecipeError::Magic),
-        Failure::Scan(ScanError::Capacity {
-            capacity: 1,
-            samples: 2,
-        }),
-        Failure::Reading {
-            index,
-            error: ReadingError::NonFinite(0),
-        },
-        Failure::Fit(FitError::Implausible { limit: 1 }),
-        Failure::Machine,
-        Failure::Protocol { device: 1, host: 2 },
-        Failure::Refused(Refusal::NoScan),
-        Failure::NoReply,
-        Failure::Diverged,
-    ];
-    check_names("failure | fields |\n", &failures);
+    check_variants::<Request>("name | fields | reply |\n");
+    check_variants::<Reply>("name | fields |\n");
+    check_variants::<Refusal>("refusal | |\n");
+    check_variants::<Failure>("failure | fields |\n");
 }
 
 /// A limit stands in a line of its own field, whatever the line's words are.

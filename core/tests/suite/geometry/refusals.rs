@@ -15,18 +15,18 @@ fn both_ways(broken: [f32; 3]) -> [(Arm, Directions<f32>); 2] {
 
 #[test]
 fn pairs_without_a_half_vector_are_refused() {
-    let refused = |incoming, outgoing| {
+    for (incoming, outgoing, refused) in [
+        (UP, UP, false),
+        ([1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], true),
+        // Opposite, though not as long.
+        ([1.0, 0.0, 0.0], [-0.9991, 0.0, 0.0], true),
+        ([0.6, 0.0, 0.8], [-0.6, 0.0, -0.8], true),
+        ([1.0, 0.0, 0.0], [-1.0, 0.0, 1e-3], false),
+    ] {
         let pair = Directions { incoming, outgoing };
-        HalfDifference::from_directions(&pair).is_none()
-    };
-    assert!(!refused(UP, UP));
-    assert!(refused([1.0, 0.0, 0.0], [-1.0, 0.0, 0.0]));
-    assert!(
-        refused([1.0, 0.0, 0.0], [-0.9991, 0.0, 0.0]),
-        "opposite, though not as long"
-    );
-    assert!(refused([0.6, 0.0, 0.8], [-0.6, 0.0, -0.8]));
-    assert!(!refused([1.0, 0.0, 0.0], [-1.0, 0.0, 1e-3]));
+        let found = HalfDifference::from_directions(&pair);
+        assert_eq!(found.is_none(), refused, "{pair:?}");
+    }
 }
 
 #[test]
