@@ -1,15 +1,13 @@
 //! The power goes in each write and each erase in turn, and leaves of it what it likes.
 
-mod support;
-
 use std::ops::Range;
 
+use crate::support::{Flash, LEAVES, SECTOR};
 use glimpse_arms::store::StoreError;
 use glimpse_arms::store::readings::Readings;
 use glimpse_arms::store::recipes::{Recipes, ReplaceError};
 use glimpse_core::link::BYTES_PER_FRAME;
 use glimpse_core::scan::Reading;
-use support::{Flash, LEAVES, SECTOR};
 
 const SAMPLES: u16 = 8;
 const RECIPE: u32 = 0x1234_5678;
@@ -151,7 +149,7 @@ fn what_is_read_is_what_was_kept() {
 
 /// A chip comes with whatever somebody else put there.
 #[test]
-fn aninterop_bytes_are_no_readings() {
+fn bytes_of_another_program_are_not_readings() {
     for filling in [0x00, 0x5A, 0xA5, 0xFF] {
         let mut flash = Flash::new(2);
         flash.bytes.fill(filling);
@@ -162,8 +160,8 @@ fn aninterop_bytes_are_no_readings() {
     }
 }
 
-static PHONG: &[u8] = include_bytes!("../../../trainer/recipes/phong-n8.recipe");
-static COOK_TORRANCE: &[u8] = include_bytes!("../../../trainer/recipes/cook-torrance-n8.recipe");
+static PHONG: &[u8] = include_bytes!("../../../../trainer/recipes/phong-n8.recipe");
+static COOK_TORRANCE: &[u8] = include_bytes!("../../../../trainer/recipes/cook-torrance-n8.recipe");
 const SLOTS: [Range<u32>; 2] = [0..4 * SECTOR as u32, 4 * SECTOR as u32..8 * SECTOR as u32];
 
 fn in_force(flash: &mut Flash) -> Option<Vec<u8>> {

@@ -18,11 +18,20 @@ fn settle(arms: &mut Arms, round: u32) -> Result<u32, ArmError> {
     panic!("they never arrive");
 }
 
+fn go_to(arms: &mut Arms, angles: [f32; 4]) {
+    arms.go_to(angles).unwrap();
+    settle(arms, 10).unwrap();
+}
+
+fn go_home(arms: &mut Arms) {
+    arms.go_home().unwrap();
+    settle(arms, 10).unwrap();
+}
+
 /// Arms of this world that are home.
 fn homed(world: &World) -> Arms<'_> {
     let mut arms = world.goniometer();
-    arms.go_home().unwrap();
-    settle(&mut arms, 10).unwrap();
+    go_home(&mut arms);
     arms
 }
 
@@ -42,10 +51,8 @@ fn arms_find_home_from_anywhere() {
         assert_eq!(world.positions(), [0; 4]);
         assert_eq!(arms.lost_steps().next(), None, "nobody could know");
         // Again, from where they are and from elsewhere: they come to the same step.
-        arms.go_to([1.0, -1.0, 0.5, 3.0]).unwrap();
-        settle(&mut arms, 10).unwrap();
-        arms.go_home().unwrap();
-        settle(&mut arms, 10).unwrap();
+        go_to(&mut arms, [1.0, -1.0, 0.5, 3.0]);
+        go_home(&mut arms);
         assert_eq!(world.positions(), [0; 4]);
         assert_eq!(arms.lost_steps().next(), None);
     }
@@ -60,8 +67,7 @@ fn arms_go_where_they_are_sent() {
         [0.3, -3.0, 0.0, -PI],
         [1.5, 0.0, 0.7, PI],
     ] {
-        arms.go_to(angles).unwrap();
-        settle(&mut arms, 10).unwrap();
+        go_to(&mut arms, angles);
         assert_eq!(world.positions(), steps(angles));
     }
 }
@@ -98,12 +104,11 @@ fn a_way_takes_the_time_of_its_trapezoid() {
 #[test]
 fn a_caller_that_is_late_makes_arms_slower_and_never_loses_a_step() {
     let world = World::new([1; 4]);
-    let mut arms = homed(&world);
-    arms.go_to([0.5, 0.5, 0.5, 0.5]).unwrap();
-    let soon = settle(&mut arms, 1).unwrap();
-    let mut arms = homed(&world);
-    arms.go_to([0.5, 0.5, 0.5, 0.5]).unwrap();
-    let late = settle(&mut arms, 997).unwrap();
+    let [soon, late] = [1, 997].map(|round| {
+        let mut arms = homed(&world);
+        arms.go_to([0.5; 4]).unwrap();
+        settle(&mut arms, round).unwrap()
+    });
     assert!(late > 2 * soon, "{late} {soon}");
     assert_eq!(world.positions(), steps([0.5; 4]));
 }
@@ -138,24 +143,19 @@ fn lost_steps_show_at_home_in_number_and_sign() {
     for (stalled, back) in [(5, false), (300, false), (7, true), (200, true)] {
         let world = World::new([1; 4]);
         let mut arms = homed(&world);
-        arms.go_to([0.4, 0.2, 0.1, 0.1]).unwrap();
-        settle(&mut arms, 10).unwrap();
-        if !back {
-            world.stall(2, stalled);
-        }
-        arms.go_to([0.4, 0.2, 0.6, 0.1]).unwrap();
-        settle(&mut arms, 10).unwrap();
+        go_to(&mut arms, [0.4, 0.2, 0.1, 0.1]);
         if back {
+            go_to(&mut arms, [0.4, 0.2, 0.6, 0.1]);
             world.stall(2, stalled);
+        } else {
+            world.stall(2, stalled);
+            go_to(&mut arms, [0.4, 0.2, 0.6, 0.1]);
         }
-        arms.go_home().unwrap();
-        settle(&mut arms, 10).unwrap();
+        go_home(&mut arms);
         assert_eq!(world.positions(), [0; 4], "home is where the switch is");
         let sign = if back { -1 } else { 1 };
-        let lost = LostSteps {
-            arm: 2,
-            steps: sign * stalled as i32,
-        };
+        let (arm, steps) = (2, sign * stalled as i32);
+        let lost = LostSteps { arm, steps };
         assert_eq!(arms.lost_steps().collect::<Vec<_>>(), [lost]);
     }
 }
@@ -165,10 +165,8 @@ fn one_step_is_within_the_tolerance() {
     let world = World::new([1; 4]);
     let mut arms = homed(&world);
     world.stall(0, 1);
-    arms.go_to([0.4, 0.2, 0.6, 0.1]).unwrap();
-    settle(&mut arms, 10).unwrap();
-    arms.go_home().unwrap();
-    settle(&mut arms, 10).unwrap();
+    go_to(&mut arms, [0.4, 0.2, 0.6, 0.1]);
+    go_home(&mut arms);
     assert_eq!(arms.lost_steps().next(), None);
 }
 
@@ -203,14 +201,12 @@ fn counts_from_before_a_reset_are_checked_at_home() {
         let world = World::new([1; 4]);
         let mut arms = homed(&world);
         world.stall(3, stalled);
-        arms.go_to([0.4, 0.2, 0.6, 0.1]).unwrap();
-        settle(&mut arms, 10).unwrap();
+        go_to(&mut arms, [0.4, 0.2, 0.6, 0.1]);
         let positions = arms.positions().unwrap();
 
         let mut arms = world.goniometer();
         arms.assume(positions);
-        arms.go_home().unwrap();
-        settle(&mut arms, 10).unwrap();
+        go_home(&mut arms);
         let lost = arms.lost_steps().map(|lost| lost.steps).next();
         assert_eq!(lost, (stalled > 0).then_some(stalled as i32));
     }

@@ -1,14 +1,34 @@
-//! A flash whose power goes.
+//! A flash whose power goes, and its areas.
+
+use std::ops::Range;
 
 use embedded_storage::nor_flash::{
     ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash,
 };
+use glimpse_arms::store::readings::Readings;
+use glimpse_arms::store::recipes::Recipes;
 
-pub const SECTOR: usize = 512;
+pub(crate) const SECTOR: usize = 512;
+
+/// Room for a recipe.
+pub(crate) const BUFFER_BYTES: usize = 2 * SECTOR;
+
+const fn sectors(range: Range<u32>) -> Range<u32> {
+    range.start * SECTOR as u32..range.end * SECTOR as u32
+}
+
+pub(crate) fn mount_readings(flash: &mut Flash) -> Readings {
+    Readings::mount(flash, [sectors(0..1), sectors(1..2)]).unwrap()
+}
+
+pub(crate) fn mount_recipes(flash: &mut Flash) -> Recipes {
+    let mut buffer = [0; BUFFER_BYTES];
+    Recipes::mount(flash, [sectors(2..4), sectors(4..6)], &mut buffer).unwrap()
+}
 
 /// The power is gone.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct PowerCut;
+pub(crate) struct PowerCut;
 
 impl NorFlashError for PowerCut {
     fn kind(&self) -> NorFlashErrorKind {
@@ -18,7 +38,7 @@ impl NorFlashError for PowerCut {
 
 /// What a cut leaves of a write or an erase.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Leaves {
+pub(crate) enum Leaves {
     /// Nothing of it has happened.
     Nothing,
     /// The first half has.
@@ -29,7 +49,7 @@ pub enum Leaves {
     Bits(u64),
 }
 
-pub const LEAVES: [Leaves; 8] = [
+pub(crate) const LEAVES: [Leaves; 8] = [
     Leaves::Nothing,
     Leaves::FirstHalf,
     Leaves::SecondHalf,
@@ -42,15 +62,15 @@ pub const LEAVES: [Leaves; 8] = [
 
 /// A flash in memory: bits go from 1 to 0 by writing, back by erasing.
 #[derive(Clone, Debug)]
-pub struct Flash {
-    pub bytes: Vec<u8>,
+pub(crate) struct Flash {
+    pub(crate) bytes: Vec<u8>,
     /// Writes and erases until the power goes, and what that leaves; None: it stays.
-    pub cut: Option<(u32, Leaves)>,
-    pub changes: u32,
+    pub(crate) cut: Option<(u32, Leaves)>,
+    pub(crate) changes: u32,
 }
 
 impl Flash {
-    pub fn new(sectors: usize) -> Self {
+    pub(crate) fn new(sectors: usize) -> Self {
         Self {
             bytes: vec![0xFF; sectors * SECTOR],
             cut: None,

@@ -1,28 +1,19 @@
 //! The whole firmware on a host: the simulated scanner, a flash whose power may go, and no board.
 
-mod support;
-
 use std::collections::BTreeMap;
-use std::ops::Range;
 
+use crate::support::{Flash, LEAVES, mount_readings, mount_recipes};
 use glimpse_arms::axis::AxisError;
 use glimpse_arms::scanner::{End, News, Platform, Scanner, ScannerError, Start};
 use glimpse_arms::simulated::{DirectionPin, Lamp, Photodiode, StepPin, Switch, World};
 use glimpse_arms::station::StationError;
 use glimpse_arms::store::StoreError;
-use glimpse_arms::store::readings::Readings;
-use glimpse_arms::store::recipes::Recipes;
 use glimpse_arms::{Memory, retained};
 use glimpse_core::driver::Host;
 use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::{Reading, Residual, Scan};
-use support::{Flash, LEAVES, SECTOR};
 
-static RECIPE: &[u8] = include_bytes!("../../../trainer/recipes/phong-n8.recipe");
-
-const fn sectors(range: Range<u32>) -> Range<u32> {
-    range.start * SECTOR as u32..range.end * SECTOR as u32
-}
+static RECIPE: &[u8] = include_bytes!("../../../../trainer/recipes/phong-n8.recipe");
 
 /// What a reset leaves: the machine, the flash, and some words of memory.
 struct Bench {
@@ -111,14 +102,11 @@ impl Bench {
         if let Some(positions) = retained::positions(*retained) {
             station.assume(positions);
         }
-        let mut buffer = [0; 2 * SECTOR];
-        let readings = Readings::mount(flash, [sectors(0..1), sectors(1..2)]).unwrap();
-        let recipes = Recipes::mount(flash, [sectors(2..4), sectors(4..6)], &mut buffer).unwrap();
         let mut scanner: Simulated<'_> = Scanner {
             station,
+            readings: mount_readings(flash),
+            recipes: mount_recipes(flash),
             flash: flash.clone(),
-            readings,
-            recipes,
         };
         let mut memory = Memory::new();
         let mut around = Around {
@@ -147,7 +135,13 @@ fn readings(log: &Log) -> Vec<(u16, Reading)> {
     log.news.iter().filter_map(read).collect()
 }
 
-/// What a host makes of the last reading of each sample.
+fn sorted_indices(readings: &[(u16, Reading)]) -> Vec<u16> {
+    let mut indices: Vec<u16> = readings.iter().map(|(index, _)| *index).collect();
+    indices.sort_unstable();
+    indices
+}
+
+/// A host's fit of the last reading of each sample.
 fn fit(readings: &[(u16, Reading)]) -> Vec<f32> {
     let last: BTreeMap<_, _> = readings.iter().copied().collect();
     let mut memory = Memory::new();
@@ -174,14 +168,9 @@ fn a_scan_reads_every_sample_once_and_fits_what_a_host_fits() {
     let (log, end) = bench.scan(Start::Now, |_, _| false);
     assert_eq!(end, Some(End::Finished));
     let read = readings(&log);
-    let mut indices: Vec<u16> = read.iter().map(|(index, _)| *index).collect();
-    assert_ne!(
-        indices,
-        (0..8).collect::<Vec<_>>(),
-        "the nearest one is next"
-    );
-    indices.sort_unstable();
-    assert_eq!(indices, (0..8).collect::<Vec<_>>());
+    let order: Vec<u16> = read.iter().map(|(index, _)| *index).collect();
+    assert!(!order.is_sorted(), "the nearest one is next");
+    assert_eq!(sorted_indices(&read), [0, 1, 2, 3, 4, 5, 6, 7]);
     assert_eq!(log.values, fit(&read));
     assert_eq!(lost(&log), []);
 }
@@ -231,16 +220,14 @@ fn resets_anywhere_measure_nothing_twice() {
             break;
         }
     }
-    let mut indices: Vec<u16> = all.iter().map(|(index, _)| *index).collect();
-    indices.sort_unstable();
-    assert_eq!(indices, (0..8).collect::<Vec<_>>());
+    assert_eq!(sorted_indices(&all), [0, 1, 2, 3, 4, 5, 6, 7]);
 }
 
 #[test]
 fn what_is_over_is_not_gone_on_with() {
     let mut bench = Bench::new();
     bench.scan(Start::Now, |_, _| false);
-    let readings = Readings::mount(&mut bench.flash, [sectors(0..1), sectors(1..2)]).unwrap();
+    let readings = mount_readings(&mut bench.flash);
     let recipe = Recipe::parse(RECIPE).unwrap();
     assert!(!readings.is_under_way(recipe.checksum(), 8));
 }
@@ -268,8 +255,7 @@ fn lost_steps_are_found_and_only_what_they_spoilt_is_read_again() {
     for (index, _) in &read {
         *times.entry(*index).or_default() += 1;
     }
-    let mut once: Vec<u16> = read[..4].iter().map(|(index, _)| *index).collect();
-    once.sort_unstable();
+    let once = sorted_indices(&read[..4]);
     for (index, times) in times {
         assert_eq!(times, if once.contains(&index) { 1 } else { 2 });
     }
