@@ -12,16 +12,6 @@ impl Random {
         z ^ (z >> 31)
     }
 
-    /// From 0 to 1.
-    pub(crate) fn uniform(&mut self) -> f64 {
-        self.bits() as f64 / u64::MAX as f64
-    }
-
-    /// Of mean 0 and standard deviation 1: a sum of twelve, nearly normal.
-    pub(crate) fn normal(&mut self) -> f64 {
-        (0..12).map(|_| self.uniform()).sum::<f64>() - 6.0
-    }
-
     /// From -1 to 1.
     pub(crate) fn number(&mut self) -> f32 {
         (self.bits() >> 40) as f32 / (1 << 23) as f32 - 1.0

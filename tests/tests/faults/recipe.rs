@@ -10,8 +10,8 @@ use glimpse_tests::RECIPE;
 use glimpse_tests::device::assert_agrees;
 use glimpse_tests::elf::{Firmware, padded};
 use glimpse_tests::emulator::Emulator;
-use glimpse_tests::host::unseen;
-use glimpse_trainer::scanner::{ScannerError, ScannerNoise, VirtualScanner};
+use glimpse_tests::host::{scanner, unseen};
+use glimpse_trainer::scanner::ScannerError;
 
 /// What the device says of a recipe with some bytes altered.
 fn failure(alter: impl FnOnce(&mut [u8])) -> Failure {
@@ -19,9 +19,7 @@ fn failure(alter: impl FnOnce(&mut [u8])) -> Failure {
     let image = firmware.with_altered_recipe(alter);
     let mut emulator = Emulator::boot(&firmware, image.path());
     let material = unseen(0);
-    let error = VirtualScanner::new(&material, ScannerNoise::default())
-        .serve(&mut emulator.serial)
-        .unwrap_err();
+    let error = scanner(&material).serve(&mut emulator.serial).unwrap_err();
     let ScannerError::Device(failure) = error else {
         panic!("{error}");
     };
@@ -144,8 +142,6 @@ fn a_recipe_of_fewer_samples_is_scanned_by() {
     let image = firmware.with_recipe(&bytes);
     let mut emulator = Emulator::boot(&firmware, image.path());
     let material = unseen(0);
-    let report = VirtualScanner::new(&material, ScannerNoise::default())
-        .serve(&mut emulator.serial)
-        .unwrap();
+    let report = scanner(&material).serve(&mut emulator.serial).unwrap();
     assert_agrees(&report, &bytes);
 }

@@ -4,6 +4,18 @@ use glimpse_core::fit::ridge::{Factors, Problem, Real, RidgeError, factor_length
 
 use crate::random::Random;
 
+impl Random {
+    /// From 0 to 1.
+    pub(crate) fn uniform(&mut self) -> f64 {
+        self.bits() as f64 / u64::MAX as f64
+    }
+
+    /// Of mean 0 and standard deviation 1: a sum of twelve, nearly normal.
+    pub(crate) fn normal(&mut self) -> f64 {
+        (0..12).map(|_| self.uniform()).sum::<f64>() - 6.0
+    }
+}
+
 /// A realistic problem: components scaled by singular values that fall from 10 to 0.1, measurements
 /// of materials that follow the prior, and noise. All numbers are f32 exactly.
 pub(crate) struct Case {
