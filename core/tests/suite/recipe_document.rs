@@ -8,6 +8,7 @@ use glimpse_core::recipe::{
     Noise, Origin, PackedLearner, PackedRidge, Parts, Provenance, Recipe, Schedule, Training,
     TrainingSource, TrainingSources, VERSION, ValidationSplit,
 };
+use serde::de::DeserializeOwned;
 
 use crate::documents::hex_blocks;
 use crate::recipes::{packed, write};
@@ -133,13 +134,9 @@ fn the_document_names_every_kind_and_every_bound() {
         ("bias", format!("1 to {MAX_ROWS} ")),
         ("bias", format!("1 to {MAX_UNITS} ")),
     ] {
-        let rows = DOCUMENT
-            .lines()
-            .filter(|line| line.starts_with(&format!("| {field} |")));
-        assert!(
-            rows.into_iter().any(|row| row.contains(&bound)),
-            "{field}: {bound}"
-        );
+        let beginning = format!("| {field} |");
+        let mut rows = DOCUMENT.lines().filter(|line| line.starts_with(&beginning));
+        assert!(rows.any(|row| row.contains(&bound)), "{field}: {bound}");
     }
     assert!(DOCUMENT.contains(&format!("format {VERSION}")));
     row(&[&format!("{HEADER_BYTES}..")]);
@@ -153,51 +150,26 @@ fn section(kind: Kind) -> &'static str {
     section.split("\n##").next().unwrap()
 }
 
+/// The numbers and names of all variants of a field of training.
+fn variants<T: DeserializeOwned>(name: fn(T) -> &'static str) -> String {
+    let variants = (0..).map_while(|number: u8| {
+        let variant = postcard::from_bytes(&[number]).ok()?;
+        Some(format!("{number} {}", name(variant)))
+    });
+    variants.collect::<Vec<_>>().join(", ")
+}
+
 #[test]
 fn the_document_numbers_every_variant_of_training() {
     let section = section(Kind::TRAINING);
-    let numbered = |names: &[&str]| {
-        let names = names.iter().enumerate();
-        let names: Vec<String> = names
-            .map(|(number, name)| format!("{number} {name}"))
-            .collect();
-        names.join(", ")
-    };
-    for (field, names) in [
-        (
-            "schedule",
-            &[Schedule::Joint, Schedule::Paper, Schedule::Prior].map(Schedule::name)[..],
-        ),
-        (
-            "effort",
-            &[Effort::Brief, Effort::Quick, Effort::Standard, Effort::Long].map(Effort::name),
-        ),
-        (
-            "parts",
-            &[
-                Parts::All,
-                Parts::AllTwice,
-                Parts::WithoutPattern,
-                Parts::PatternOnly,
-            ]
-            .map(Parts::name),
-        ),
-        (
-            "split",
-            &[
-                ValidationSplit::HeldOut,
-                ValidationSplit::Training,
-                ValidationSplit::LeftOut,
-                ValidationSplit::Folds,
-            ]
-            .map(ValidationSplit::name),
-        ),
-        (
-            "origin",
-            &[Origin::Files, Origin::BuiltIn].map(Origin::name),
-        ),
+    for (field, variants) in [
+        ("schedule", variants(Schedule::name)),
+        ("effort", variants(Effort::name)),
+        ("parts", variants(Parts::name)),
+        ("split", variants(ValidationSplit::name)),
+        ("origin", variants(Origin::name)),
     ] {
-        let row = format!("\n| {field} | varint | {} |", numbered(names));
+        let row = format!("\n| {field} | varint | {variants} |");
         assert!(section.contains(&row), "{row}");
     }
 }

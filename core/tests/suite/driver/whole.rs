@@ -179,25 +179,6 @@ proptest! {
     }
 }
 
-/// Two calls without time in between do nothing twice.
-#[test]
-fn a_call_without_time_sends_nothing_again() {
-    for model in MODELS {
-        let mut driver = driver_by::<Any>(recipe_of(model), Config::new(Host::Measures));
-        let mut bench = Bench::willing();
-        bench.run(&mut driver, is_finished);
-        assert_eq!(bench.now, 0, "a reply was there");
-        // Deaf from now on.
-        bench.deaf = true;
-        bench.run(&mut driver, |action| matches!(action, Action::Wait { .. }));
-        for _ in 0..100 {
-            let milliseconds = 100;
-            assert_eq!(driver.poll(0), Action::Wait { milliseconds });
-            assert!(driver.outgoing().is_empty());
-        }
-    }
-}
-
 /// A second reading of a sample in the middle of a fit gives it up, and the fit begins again.
 #[test]
 fn a_reading_in_the_middle_of_the_fit_begins_it_again() {
