@@ -10,36 +10,6 @@ use crate::random::Random;
 use crate::recipes::parsed;
 use crate::scanning::{Any, MODELS, bytes_of, material, recipe_of, whole};
 
-/// One byte in `odds` is lost, altered, doubled, swapped with the one before it, or invented, or the
-/// rest is cut; one block of bytes in ten does not come, or comes twice.
-fn spoiler(seed: u64, odds: u64) -> impl FnMut(Vec<u8>) -> Vec<u8> {
-    let mut random = Random(seed);
-    let mut below = move |bound: u64| random.bits() % bound;
-    move |bytes| {
-        let bytes = match below(20) {
-            0 => return Vec::new(),
-            1 => bytes.repeat(2),
-            _ => bytes,
-        };
-        let mut spoiled = Vec::new();
-        for byte in bytes {
-            if below(odds) > 0 {
-                spoiled.push(byte);
-                continue;
-            }
-            match below(6) {
-                0 => {}
-                1 => spoiled.push(byte ^ (1 << below(8))),
-                2 => spoiled.extend([byte; 2]),
-                3 => spoiled.insert(spoiled.len().saturating_sub(1), byte),
-                4 => spoiled.extend([below(256) as u8, byte]),
-                _ => break,
-            }
-        }
-        spoiled
-    }
-}
-
 fn scan_over_a_bad_line(model: ModelKind, host: Host, odds: u64) {
     let recipe = recipe_of(model);
     let expected = whole::<Any>(recipe, material);
@@ -47,7 +17,8 @@ fn scan_over_a_bad_line(model: ModelKind, host: Host, odds: u64) {
     for seed in 0..10 {
         let mut driver = driver_by::<Any>(recipe, Config::new(host));
         let mut bench = Bench::willing();
-        bench.spoil = Box::new(spoiler(seed, odds));
+        let mut random = Random(seed);
+        bench.spoil = Box::new(move |bytes| random.spoil(bytes, odds));
         bench.run(&mut driver, is_finished);
         let (bits, ends) = bench.results();
         assert_eq!(bits, expected.bits());
@@ -88,7 +59,8 @@ fn a_recipe_comes_whole_over_a_bad_line() {
         };
         let mut driver = driver_by::<Any>(recipe_of(ModelKind::Linear), config);
         let mut bench = offers(&offered, checksum);
-        bench.spoil = Box::new(spoiler(seed, 150));
+        let mut random = Random(seed);
+        bench.spoil = Box::new(move |bytes| random.spoil(bytes, 150));
         bench.run(&mut driver, is_installed);
         assert_eq!(stored(&bench.take_actions()), offered);
     }
