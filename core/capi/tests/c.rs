@@ -105,7 +105,7 @@ fn the_headers_constants_are_the_librarys() {
     }
 }
 
-/// The header's formula, on a machine with pointers of so many bytes.
+/// The header's formula, on a machine with pointers of `pointer` bytes.
 fn scan_bytes(samples: usize, components: usize, model: usize, pointer: usize) -> usize {
     let linear = 4 * linear_words(samples, components);
     let linear = if components == 0 { 0 } else { linear };

@@ -366,7 +366,7 @@ proptest! {
         prop_assert_eq!(basis.brdf(coefficients, &mirrored), found);
     }
 
-    /// Whatever numbers come, there is no panic, and what comes out is a BRDF.
+    /// Any numbers give a BRDF or none, without a panic.
     #[test]
     fn forged_bytes_and_any_numbers_give_a_brdf_or_none(
         shape in prop::array::uniform3(0..6_u16),

@@ -1,5 +1,4 @@
-//! What the documents say is so: examples do what they print, and the bytes in `docs/link.md` are
-//! what the link sends.
+//! The documents are right: examples do what they print, and the link sends the bytes in `docs/link.md`.
 
 #![allow(clippy::duplicate_mod)] // each example is a program of its own, with what it scans
 
@@ -24,7 +23,7 @@ use serde::de::DeserializeOwned;
 
 use crate::link::{frame, read};
 
-/// Each model explains what it read, and tells that it does.
+/// The residual of each model is small.
 #[test]
 fn the_example_of_a_scan_fits_by_all_four_models() {
     scan::main().unwrap();
@@ -50,7 +49,7 @@ fn the_example_of_a_scanner_loses_no_reading_when_power_is_cut() {
     }
 }
 
-/// A host is told all values in their order, and moves its arms once for a reading, however bad the
+/// A host receives all values in their order, and moves its arms once for a reading, however bad the
 /// line is.
 #[test]
 fn the_example_of_a_host_hears_what_was_fitted() {

@@ -5,7 +5,7 @@ use std::f64::consts::{PI, TAU};
 
 use glimpse_core::numeric::math;
 
-/// What the table states: exp (relative), ln, sqrt (relative), sine and cosine, angle (absolute).
+/// The bounds of the table: exp (relative), ln, sqrt (relative), sine and cosine, angle (absolute).
 #[cfg(not(feature = "micromath"))]
 const BOUNDS: [f64; 5] = [8e-8, 9e-8, 6e-8, 9e-8, 3e-7];
 #[cfg(feature = "micromath")]

@@ -1,4 +1,4 @@
-//! What C may hand over by mistake: an error by value, and nothing is followed.
+//! Wrong arguments from C: an error by value, and no pointer is followed.
 
 use core::ptr::{null, null_mut};
 use std::vec::Vec;
@@ -190,7 +190,7 @@ fn a_driver_refuses_the_same() {
         assert_eq!(found, [Status::Null; 5]);
         let status = glimpse_driver_reject(driver, NEURAL.as_ptr(), NEURAL.len());
         assert_eq!(status, Status::Argument);
-        // One that is whole, but not for this library, is told to the host as well.
+        // One that is whole, but not for this library, is reported to the host as well.
         let large = too_many_samples();
         let mut recipe = core::mem::MaybeUninit::uninit();
         let status = glimpse_recipe_describe(large.as_ptr(), large.len(), recipe.as_mut_ptr());

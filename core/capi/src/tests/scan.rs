@@ -147,7 +147,7 @@ fn angles_of_arms_lead_to_the_same_directions() {
     }
 }
 
-/// A state that makes no sense is told by its name, and changes nothing.
+/// A call in a wrong state is an error by name, and changes nothing.
 #[test]
 fn the_wrong_order_of_calls_is_an_error() {
     let mut memory = Bytes::for_scan();

@@ -20,7 +20,7 @@ fn scales(random: &mut Random, count: usize, size: f32) -> Vec<f32> {
     (0..count).map(|_| scale()).collect()
 }
 
-/// What goes into a section 1.
+/// The content of a section 1.
 #[derive(Clone)]
 pub(crate) struct Descends {
     pub(crate) model: ModelKind,
@@ -29,7 +29,7 @@ pub(crate) struct Descends {
     pub(crate) step_sizes: Vec<f32>,
 }
 
-/// What goes into a section 4.
+/// The content of a section 4.
 #[derive(Clone)]
 pub(crate) struct Starts {
     pub(crate) hidden: Vec<i8>,
@@ -39,7 +39,7 @@ pub(crate) struct Starts {
     pub(crate) output_scales: Vec<f32>,
 }
 
-/// What goes into a recipe that completes readings, as numbers.
+/// The numbers of a recipe that completes readings.
 #[derive(Clone)]
 pub(crate) struct Made {
     /// (theta_h, theta_d, phi_d), n of them.
@@ -57,7 +57,7 @@ pub(crate) struct Made {
     pub(crate) rows: Vec<i8>,
     pub(crate) row_scales: Vec<f32>,
     pub(crate) basis_checksum: u32,
-    /// What goes into a section 133, if there is one.
+    /// The content of a section 133, if there is one.
     pub(crate) prediction: Option<Vec<f32>>,
     pub(crate) then: Option<(Descends, Starts)>,
 }

@@ -71,7 +71,7 @@ fn double(at: &HalfDifference<f32>) -> [f64; 5] {
     [at.hx, at.hz, at.dx, at.dy, at.dz].map(f64::from)
 }
 
-/// How far rounding to f32 may move a half and a difference vector that are found from
+/// The distance by which rounding to f32 may move a half and a difference vector that are found from
 /// directions: the half vector is as long as cos(theta_d), and its azimuth is as sharp as
 /// sin(theta_h). micromath adds the errors of three square roots.
 fn rounding(at: &HalfDifference<f64>) -> f64 {

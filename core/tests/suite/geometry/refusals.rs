@@ -1,4 +1,4 @@
-//! What is no pair of directions of a BRDF.
+//! Invalid pairs of directions.
 
 use glimpse_core::geometry::{Arm, Directions, DirectionsError, HalfDifference};
 

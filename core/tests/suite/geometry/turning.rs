@@ -7,7 +7,7 @@ use glimpse_core::model::{Model, Neural, NeuralParameters, ParameterSet};
 use glimpse_core::recipe::Recipe;
 use proptest::prelude::*;
 
-/// What the demo's firmware begins with.
+/// The initial parameters of the demo's firmware.
 fn neural() -> NeuralParameters<f32> {
     let bytes = include_bytes!("../../../examples/recipes/neural-n8.recipe");
     let recipe = Recipe::parse(bytes).expect("the demo's recipe");

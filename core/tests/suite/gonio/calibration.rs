@@ -14,7 +14,7 @@ const DARK: [f32; 3] = [96.0, 101.0, 99.5];
 const GAIN: [f32; 3] = [9000.0, 11_000.0, 7000.0];
 const WHITE: [f32; 3] = [0.99, 0.985, 0.97];
 
-/// What a sensor counts where the BRDF is `brdf`.
+/// The counts of a sensor where the BRDF is `brdf`.
 fn counts(brdf: [f32; 3], at: &Directions<f32>, footprint: Footprint) -> [f32; 3] {
     let cosine = match footprint {
         Footprint::LightLarger => at.incoming[2],
@@ -143,7 +143,7 @@ fn errors_name_the_channel() {
         assert!(sound.saturating_at(3501.0).is_ok());
         assert!(sound.saturating_at(f32::NAN).is_err());
     }
-    // Too large a quotient is no BRDF.
+    // A quotient that is too large is not a BRDF.
     let dim = Calibration::monochrome(0.0, 1e-30, 1.0).expect("a white");
     let error = Err(CalibrationError::NonFinite(0));
     assert_eq!(dim.brdf([1e30; 3]), error);

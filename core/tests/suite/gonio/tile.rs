@@ -1,4 +1,4 @@
-//! The self-test tells what readings of a tile are, or says that it cannot.
+//! The self-test finds the quantity of readings of a tile, or reports that it cannot.
 
 use std::f32::consts::PI;
 

@@ -120,10 +120,11 @@ fn slices_do_not_change<K: Fitter + 'static>(
     // The same where each slice is found again.
     assert_eq!(scan.fit().unwrap().progress().done, 0);
     let mut budgets = budgets.iter().cycle();
-    while !(scan.fit_under_way().unwrap())
-        .advance(*budgets.next().unwrap())
-        .is_complete()
-    {}
+    let mut is_complete = false;
+    while !is_complete {
+        let mut fit = scan.fit_under_way().unwrap();
+        is_complete = fit.advance(*budgets.next().unwrap()).is_complete();
+    }
     let fitted = scan.fit_under_way().unwrap().finish().unwrap();
     assert!(fitted.values().eq(sliced.values()));
 }

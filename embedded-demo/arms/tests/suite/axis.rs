@@ -35,7 +35,7 @@ fn homed(world: &World) -> Arms<'_> {
     arms
 }
 
-/// Where a world's arms are when a firmware's are at these angles.
+/// The positions of a world's arms when a firmware's are at these angles.
 fn steps(angles: [f32; 4]) -> [i32; 4] {
     std::array::from_fn(|arm| {
         let settings = settings(arm);
@@ -194,7 +194,7 @@ fn a_switch_that_never_closes_or_opens_is_an_error() {
     }
 }
 
-/// What a reset leaves: the firmware is new, the arms are where they were.
+/// After a reset the firmware is new, and the arms are where they were.
 #[test]
 fn counts_from_before_a_reset_are_checked_at_home() {
     for stalled in [0, 9] {

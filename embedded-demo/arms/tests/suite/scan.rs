@@ -15,14 +15,14 @@ use glimpse_core::scan::{Reading, Residual, Scan};
 
 static RECIPE: &[u8] = include_bytes!("../../../../trainer/recipes/phong-n8.recipe");
 
-/// What a reset leaves: the machine, the flash, and some words of memory.
+/// The things that outlast a reset: the machine, the flash, and some words of memory.
 struct Bench {
     world: World,
     flash: Flash,
     retained: [u32; retained::WORDS],
 }
 
-/// What a firmware said until it ended, or until the bench pulled the plug.
+/// The reports of a firmware until it ended, or until the bench pulled the plug.
 #[derive(Debug, Default)]
 struct Log {
     news: Vec<News>,
@@ -36,7 +36,7 @@ struct Pulled;
 struct Around<'b> {
     retained: &'b mut [u32; retained::WORDS],
     log: &'b mut Log,
-    /// Is told everything; true pulls the plug.
+    /// Receives all news; true pulls the plug.
     watch: &'b mut dyn FnMut(&News) -> bool,
 }
 
@@ -86,7 +86,7 @@ impl Bench {
         }
     }
 
-    /// Boots the firmware, which scans once; `watch` is told everything and pulls the plug by true.
+    /// Boots the firmware, which scans once; `watch` receives all news and pulls the plug by true.
     fn scan(
         &mut self,
         start: Start,
@@ -197,18 +197,18 @@ fn readings_are_brdfs() {
     }
 }
 
-/// A reset after each thing that is told, in turn, in one scan.
+/// Resets after each of the news, in one scan.
 #[test]
 fn resets_anywhere_measure_nothing_twice() {
     let mut bench = Bench::new();
     let mut all = Vec::new();
     let mut start = Start::Now;
     for resets in 1.. {
-        let mut told = 0;
+        let mut count = 0;
         let (log, end) = bench.scan(start, |_, news| {
             // Not right at the beginning, or it never gets anywhere.
-            told += u32::from(!matches!(news, News::GoesOn | News::Home { confirmed: 0 }));
-            told == 2
+            count += u32::from(!matches!(news, News::GoesOn | News::Home { confirmed: 0 }));
+            count == 2
         });
         all.extend(readings(&log));
         start = Start::IfUnderWay;
@@ -322,7 +322,7 @@ fn power_cuts_in_every_write_end_in_the_same_scan() {
     }
 }
 
-/// What was read outlasts a power cut, which no count does.
+/// Readings outlast a power cut, which no count does.
 #[test]
 fn after_a_power_cut_the_scan_goes_on_though_nobody_knows_where_the_arms_are() {
     let mut bench = Bench::new();

@@ -298,7 +298,7 @@ fn is_finished(news: &News) -> bool {
     matches!(news, News::End(End::Finished))
 }
 
-/// Where the arms are at first.
+/// The first positions of the arms.
 const POSITIONS: [i32; 4] = [300, 500, 40, 700];
 
 fn world() -> World {

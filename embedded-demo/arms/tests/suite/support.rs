@@ -36,7 +36,7 @@ impl NorFlashError for PowerCut {
     }
 }
 
-/// What a cut leaves of a write or an erase.
+/// The remains of a write or an erase that was cut.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Leaves {
     /// Nothing of it has happened.
