@@ -1,13 +1,12 @@
 //! Readings come in any order and may come again; the model may be known at run time only.
 
-use glimpse_core::fit::{Fitter, Linear};
-use glimpse_core::model::{CookTorrance, ModelKind, Neural, Phong};
+use glimpse_core::fit::Fitter;
 use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::Reading;
 use proptest::prelude::*;
 
 use crate::scanning::{
-    Any, MODELS, SAMPLES, WORDS, each_scan, every_fitter, fit, material, recipe_of, scan_by, whole,
+    MODELS, Outcome, SAMPLES, each_scan, every_fitter, fit, material, scan_by, whole,
 };
 
 fn check_order<K: Fitter + 'static>(recipe: Recipe<'static>, order: &[u16], again: &[u16]) {
@@ -29,6 +28,14 @@ fn check_order<K: Fitter + 'static>(recipe: Recipe<'static>, order: &[u16], agai
     }
     assert_eq!(scan.next_pending(), None);
     assert_eq!(fit(&mut scan, &[9]), whole::<K>(recipe, material));
+}
+
+fn push_outcome<K: Fitter>(
+    recipe: Recipe<'static>,
+    reading: impl Fn(u16) -> Reading,
+    outcomes: &mut Vec<Outcome>,
+) {
+    outcomes.push(whole::<K>(recipe, reading));
 }
 
 proptest! {
@@ -63,16 +70,12 @@ proptest! {
     #[test]
     fn any_model_is_each_of_them(brdfs in prop::collection::vec([0.0..4.0f32, 0.0..4.0, 0.0..4.0], 8)) {
         let reading = |index: u16| Reading::new(brdfs[usize::from(index)]);
-        for model in MODELS {
-            let recipe = recipe_of(model);
-            let one = match model {
-                ModelKind::Phong => whole::<Phong>(recipe, reading),
-                ModelKind::CookTorrance => whole::<CookTorrance>(recipe, reading),
-                ModelKind::Neural => whole::<Neural>(recipe, reading),
-                ModelKind::Linear => whole::<Linear<WORDS>>(recipe, reading),
-            };
-            prop_assert_eq!(&one, &whole::<Any>(recipe, reading));
-            prop_assert_eq!(one.values().len(), model.parameters().unwrap_or(15));
+        let mut outcomes = Vec::new();
+        every_fitter!(push_outcome, reading, &mut outcomes);
+        let (by_type, by_recipe) = outcomes.split_at(MODELS.len());
+        prop_assert_eq!(by_type, by_recipe);
+        for (model, outcome) in MODELS.iter().zip(by_recipe) {
+            prop_assert_eq!(outcome.values().len(), model.parameters().unwrap_or(15));
         }
     }
 }

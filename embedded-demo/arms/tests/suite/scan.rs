@@ -86,11 +86,12 @@ impl Bench {
         }
     }
 
-    /// Boots the firmware, which scans once; `watch` receives all news and pulls the plug by true.
+    /// Boots the firmware, which scans once; `watch` receives all news, and the number of
+    /// readings until then; it pulls the plug by true.
     fn scan(
         &mut self,
         start: Start,
-        mut watch: impl FnMut(&World, &News) -> bool,
+        mut watch: impl FnMut(&World, &News, usize) -> bool,
     ) -> (Log, Option<End>) {
         let Self {
             world,
@@ -109,10 +110,14 @@ impl Bench {
             flash: flash.clone(),
         };
         let mut memory = Memory::new();
+        let mut reads = 0;
         let mut around = Around {
             retained,
             log: &mut log,
-            watch: &mut |news| watch(world, news),
+            watch: &mut |news| {
+                reads += usize::from(matches!(news, News::Read { .. }));
+                watch(world, news, reads)
+            },
         };
         let run = std::panic::AssertUnwindSafe(|| {
             scanner.scan(RECIPE, &mut memory, Host::Absent, start, &mut around)
@@ -165,7 +170,7 @@ fn lost(log: &Log) -> Vec<(u8, i32)> {
 #[test]
 fn a_scan_reads_every_sample_once_and_fits_what_a_host_fits() {
     let mut bench = Bench::new();
-    let (log, end) = bench.scan(Start::Now, |_, _| false);
+    let (log, end) = bench.scan(Start::Now, |_, _, _| false);
     assert_eq!(end, Some(End::Finished));
     let read = readings(&log);
     let order: Vec<u16> = read.iter().map(|(index, _)| *index).collect();
@@ -179,7 +184,7 @@ fn a_scan_reads_every_sample_once_and_fits_what_a_host_fits() {
 #[test]
 fn readings_are_brdfs() {
     let mut bench = Bench::new();
-    let (log, _) = bench.scan(Start::Now, |_, _| false);
+    let (log, _) = bench.scan(Start::Now, |_, _, _| false);
     let recipe = Recipe::parse(RECIPE).unwrap();
     for (index, reading) in readings(&log) {
         let angles = recipe.pattern().nth(index.into()).unwrap();
@@ -205,7 +210,7 @@ fn resets_anywhere_measure_nothing_twice() {
     let mut start = Start::Now;
     for resets in 1.. {
         let mut count = 0;
-        let (log, end) = bench.scan(start, |_, news| {
+        let (log, end) = bench.scan(start, |_, news, _| {
             // Not right at the beginning, or it never gets anywhere.
             count += u32::from(!matches!(news, News::GoesOn | News::Home { confirmed: 0 }));
             count == 2
@@ -226,7 +231,7 @@ fn resets_anywhere_measure_nothing_twice() {
 #[test]
 fn what_is_over_is_not_gone_on_with() {
     let mut bench = Bench::new();
-    bench.scan(Start::Now, |_, _| false);
+    bench.scan(Start::Now, |_, _, _| false);
     let readings = mount_readings(&mut bench.flash);
     let recipe = Recipe::parse(RECIPE).unwrap();
     assert!(!readings.is_under_way(recipe.checksum(), 8));
@@ -237,10 +242,8 @@ fn what_is_over_is_not_gone_on_with() {
 #[test]
 fn lost_steps_are_found_and_only_what_they_spoilt_is_read_again() {
     let mut bench = Bench::new();
-    let mut count = 0;
-    let (log, end) = bench.scan(Start::Now, |world, news| {
-        count += u32::from(matches!(news, News::Read { .. }));
-        if count == 6 && matches!(news, News::Read { .. }) {
+    let (log, end) = bench.scan(Start::Now, |world, news, reads| {
+        if reads == 6 && matches!(news, News::Read { .. }) {
             world.stall(3, 40);
         }
         false
@@ -266,16 +269,14 @@ fn lost_steps_are_found_and_only_what_they_spoilt_is_read_again() {
 #[test]
 fn steps_that_were_lost_before_a_reset_are_found_after_it() {
     let mut bench = Bench::new();
-    let mut count = 0;
-    let (before, end) = bench.scan(Start::Now, |world, news| {
-        count += u32::from(matches!(news, News::Read { .. }));
-        if count == 1 {
+    let (before, end) = bench.scan(Start::Now, |world, _, reads| {
+        if reads == 1 {
             world.stall(1, 40);
         }
-        count == 3
+        reads == 3
     });
     assert_eq!(end, None);
-    let (after, end) = bench.scan(Start::IfUnderWay, |_, _| false);
+    let (after, end) = bench.scan(Start::IfUnderWay, |_, _, _| false);
     assert_eq!(end, Some(End::Finished));
     assert_eq!(lost(&after).len(), 1);
     assert_eq!(readings(&before).len() + readings(&after).len(), 3 + 8);
@@ -290,7 +291,7 @@ fn power_cuts_in_every_write_end_in_the_same_scan() {
         let mut bench = Bench::new();
         let leaves = LEAVES[change as usize % LEAVES.len()];
         bench.flash.cut = Some((change, leaves));
-        let (before, end) = bench.scan(Start::Now, |_, _| false);
+        let (before, end) = bench.scan(Start::Now, |_, _, _| false);
         if end == Some(End::Finished) {
             assert!(change > 14, "{change}");
             return;
@@ -305,7 +306,7 @@ fn power_cuts_in_every_write_end_in_the_same_scan() {
             0 => Start::Now,
             _ => Start::IfUnderWay,
         };
-        let (after, end) = bench.scan(start, |_, _| false);
+        let (after, end) = bench.scan(start, |_, _, _| false);
         if end.is_none() || after.values.is_empty() {
             // The very last write said that the scan is over.
             assert_eq!(before.values.len(), after.values.len());
@@ -326,14 +327,10 @@ fn power_cuts_in_every_write_end_in_the_same_scan() {
 #[test]
 fn after_a_power_cut_the_scan_goes_on_though_nobody_knows_where_the_arms_are() {
     let mut bench = Bench::new();
-    let mut count = 0;
-    let (before, _) = bench.scan(Start::Now, |_, news| {
-        count += u32::from(matches!(news, News::Read { .. }));
-        count == 6
-    });
+    let (before, _) = bench.scan(Start::Now, |_, _, reads| reads == 6);
     bench.retained = [0x5A5A_5A5A; retained::WORDS];
     bench.world.place([20, 900, 333, 1]);
-    let (after, end) = bench.scan(Start::IfUnderWay, |_, _| false);
+    let (after, end) = bench.scan(Start::IfUnderWay, |_, _, _| false);
     assert_eq!(end, Some(End::Finished));
     let all = [readings(&before), readings(&after)].concat();
     assert_eq!(all.len(), 8);
@@ -343,7 +340,7 @@ fn after_a_power_cut_the_scan_goes_on_though_nobody_knows_where_the_arms_are() {
 #[test]
 fn an_arm_that_loses_steps_for_ever_ends_the_scan_by_name() {
     let mut bench = Bench::new();
-    let (_, end) = bench.scan(Start::Now, |world, news| {
+    let (_, end) = bench.scan(Start::Now, |world, news, _| {
         if matches!(news, News::Read { .. }) {
             world.stall(0, 60);
         }
@@ -359,7 +356,7 @@ fn an_arm_that_loses_steps_for_ever_ends_the_scan_by_name() {
 fn a_motor_that_is_not_connected_ends_the_scan_by_name() {
     let mut bench = Bench::new();
     bench.world.stall(2, u32::MAX);
-    let (_, end) = bench.scan(Start::Now, |_, _| false);
+    let (_, end) = bench.scan(Start::Now, |_, _, _| false);
     let Some(End::Failed(ScannerError::Station(StationError::Arm(error)))) = end else {
         panic!("{end:?}");
     };
