@@ -4,7 +4,8 @@ use std::io::{Read, Write};
 
 use glimpse_core::link::{Answerer, FRAME_BYTES, PROTOCOL, Received, Reply, Request};
 use glimpse_core::scan::Reading;
-use glimpse_materials::Procedural;
+use glimpse_materials::{Material, Procedural};
+use glimpse_trainer::scanner::{ScannerNoise, VirtualScanner};
 
 /// The answer to hello.
 pub const WELCOME: Reply = Reply::Welcome { protocol: PROTOCOL };
@@ -13,6 +14,12 @@ pub const WELCOME: Reply = Reply::Welcome { protocol: PROTOCOL };
 #[must_use]
 pub fn unseen(index: usize) -> Procedural {
     Procedural::new(index, 0xFEED)
+}
+
+/// A scanner without noise.
+#[must_use]
+pub fn scanner(material: &dyn Material) -> VirtualScanner<'_> {
+    VirtualScanner::new(material, ScannerNoise::default())
 }
 
 /// A reading, not saturated.

@@ -7,7 +7,7 @@ use glimpse_tests::RECIPE;
 use glimpse_tests::device::{assert_agrees, fit};
 use glimpse_tests::elf::Firmware;
 use glimpse_tests::emulator::Emulator;
-use glimpse_tests::host::unseen;
+use glimpse_tests::host::{scanner, unseen};
 use glimpse_trainer::evaluation::{Judge, Method};
 use glimpse_trainer::scanner::{ScannerNoise, VirtualScanner};
 use glimpse_trainer::shipped;
@@ -18,9 +18,7 @@ fn a_scan_loses_what_evaluate_says() {
     let recipe = Recipe::parse(RECIPE).unwrap();
     for index in 0..3 {
         let material = unseen(index);
-        let report = VirtualScanner::new(&material, ScannerNoise::default())
-            .serve(&mut emulator.serial)
-            .unwrap();
+        let report = scanner(&material).serve(&mut emulator.serial).unwrap();
         let materials: [Box<dyn Material>; 1] = [Box::new(material.clone())];
         let verdict = Judge::new(&materials)
             .judge(&Method::ours(&recipe, None).unwrap(), 0, 1)
@@ -88,9 +86,7 @@ fn assert_scans_like_the_host(name: &str, recipe: &[u8], materials: usize) {
     let image = firmware.with_recipe(recipe);
     let mut emulator = Emulator::boot(&firmware, image.path());
     for index in 0..materials {
-        let report = VirtualScanner::new(&unseen(index), ScannerNoise::default())
-            .serve(&mut emulator.serial)
-            .unwrap();
+        let report = scanner(&unseen(index)).serve(&mut emulator.serial).unwrap();
         assert_eq!(report.model, model);
         let (values, residual) = fit(recipe, &report.readings);
         let bits = |values: &[f32]| -> Vec<u32> { values.iter().map(|x| x.to_bits()).collect() };

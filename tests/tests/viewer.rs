@@ -10,12 +10,12 @@ use glimpse_core::geometry::{Directions, HalfDifference, Spherical};
 use glimpse_core::model::linear::Basis;
 use glimpse_core::model::loss::cosine_weighted_log_error;
 use glimpse_core::recipe::Recipe;
-use glimpse_core::scan::{Memory, Reading, Scan};
+use glimpse_core::scan::{self, Reading, Scan};
 use glimpse_materials::sampling::uniform_valid;
 use glimpse_materials::{Material, Procedural};
 use glimpse_training::linear::{CHANNELS, SINGLE_NODES, single_material};
 use glimpse_viewer::WASM;
-use wasmi::{Engine, Instance, Linker, Module, Store, WasmParams, WasmResults};
+use wasmi::{Engine, Instance, Linker, Memory, Module, Store, WasmParams, WasmResults};
 
 /// What results may differ by, relative to the largest of them.
 const TOLERANCE: f32 = 1e-5;
@@ -52,12 +52,15 @@ impl Core {
             .expect("nothing panics")
     }
 
+    fn memory(&self) -> Memory {
+        let memory = self.instance.get_memory(&self.store, "memory");
+        memory.expect("the module has it")
+    }
+
     fn put(&mut self, slot: u32, bytes: &[u8]) {
         let at: u32 = self.call("room", (slot, bytes.len() as u32));
         assert_ne!(at, 0, "there is memory");
-        let memory = self.instance.get_memory(&self.store, "memory");
-        let memory = memory.expect("the module has it");
-        memory
+        self.memory()
             .write(&mut self.store, at as usize, bytes)
             .expect("the room is there");
     }
@@ -69,9 +72,7 @@ impl Core {
 
     fn numbers(&mut self, count: usize) -> Vec<f32> {
         let at: u32 = self.call("room", (NUMBERS, 4 * count as u32));
-        let memory = self.instance.get_memory(&self.store, "memory");
-        let memory = memory.expect("the module has it");
-        let bytes = &memory.data(&self.store)[at as usize..][..4 * count];
+        let bytes = &self.memory().data(&self.store)[at as usize..][..4 * count];
         let (numbers, _) = bytes.as_chunks();
         numbers.iter().map(|x| f32::from_le_bytes(*x)).collect()
     }
@@ -79,9 +80,7 @@ impl Core {
     fn message(&mut self) -> String {
         let [at, count] =
             ["message_at", "message_bytes"].map(|name| self.call::<(), u32>(name, ()));
-        let memory = self.instance.get_memory(&self.store, "memory");
-        let memory = memory.expect("the module has it");
-        let bytes = &memory.data(&self.store)[at as usize..][..count as usize];
+        let bytes = &self.memory().data(&self.store)[at as usize..][..count as usize];
         String::from_utf8(bytes.to_vec()).expect("it is text")
     }
 }
@@ -141,7 +140,7 @@ fn fits_and_pictures_are_those_of_core_on_the_host() {
             (readings[1], readings[4]) = (None, None);
         }
 
-        let mut memory = Box::new(Memory::<AnyModel<WORDS>, 32>::new());
+        let mut memory = Box::new(scan::Memory::<AnyModel<WORDS>, 32>::new());
         let mut scan = Scan::new(recipe, &mut memory).expect("there is room");
         for (index, reading) in (0..).zip(&readings) {
             if let Some(brdf) = reading {

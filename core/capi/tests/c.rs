@@ -15,36 +15,23 @@ fn library() -> String {
     for _ in 0..3 {
         target.pop(); // from target/debug/deps/c-...
     }
-    let profile = if cfg!(debug_assertions) {
-        "dev"
-    } else {
-        "release"
+    let (profile, folder_of_profile) = match cfg!(debug_assertions) {
+        true => ("dev", "debug"),
+        false => ("release", "release"),
     };
     let mut cargo = Command::new(env!("CARGO"));
     cargo
-        .args([
-            "build",
-            "--quiet",
-            "--lib",
-            "--profile",
-            profile,
-            "--manifest-path",
-        ])
+        .args(["build", "--quiet", "--lib", "--profile", profile])
+        .arg("--manifest-path")
         .arg(folder().join("Cargo.toml"))
         .arg("--target-dir")
         .arg(&target);
     run(&mut cargo);
-    let profile = if cfg!(debug_assertions) {
-        "debug"
-    } else {
-        profile
-    };
-    let library = target.join(profile).join("libglimpse.a");
+    let library = target.join(folder_of_profile).join("libglimpse.a");
     assert!(library.exists(), "{}", library.display());
     library.display().to_string()
 }
 
-/// Does nothing if the compiler has no sanitizers.
 const SANITIZERS: &str = "-fsanitize=address,undefined";
 
 fn has_sanitizers() -> bool {
@@ -54,7 +41,8 @@ fn has_sanitizers() -> bool {
     let out = directory.path().join("empty");
     let mut compile = Command::new("cc");
     compile.arg(SANITIZERS).arg(&source).arg("-o").arg(&out);
-    compile.output().unwrap().status.success()
+    let is_compiled = compile.output().unwrap().status.success();
+    is_compiled
         && Command::new(&out)
             .status()
             .is_ok_and(|status| status.success())
@@ -78,11 +66,8 @@ fn the_examples_print_the_bits_of_rust() {
         for (example, expected) in ["scan.c", "driver.c"].into_iter().zip(expected()) {
             let out = directory.path().join("example");
             compile("cc", "host.c", example, &options, &out);
-            assert_eq!(
-                run(&mut Command::new(&out)),
-                expected,
-                "{example} {options:?}"
-            );
+            let printed = run(&mut Command::new(&out));
+            assert_eq!(printed, expected, "{example} {options:?}");
         }
     }
 }
@@ -90,6 +75,7 @@ fn the_examples_print_the_bits_of_rust() {
 /// The header's macros and the library's own numbers, for the library as it was built and for others.
 #[test]
 fn the_headers_constants_are_the_librarys() {
+    let library = library();
     let directory = tempfile::tempdir().unwrap();
     let out = directory.path().join("sizes");
     let source = directory.path().join("sizes.c");
@@ -109,7 +95,7 @@ fn the_headers_constants_are_the_librarys() {
             .arg(format!("-DGLIMPSE_SAMPLES={samples}"))
             .arg(format!("-DGLIMPSE_COMPONENTS={components}"))
             .arg(&source)
-            .arg(library())
+            .arg(&library)
             .arg("-o")
             .arg(&out);
         run(&mut command);
@@ -119,7 +105,7 @@ fn the_headers_constants_are_the_librarys() {
     }
 }
 
-/// The header's formula, on a machine with pointers of so many bytes.
+/// The header's formula, on a machine with pointers of `pointer` bytes.
 fn scan_bytes(samples: usize, components: usize, model: usize, pointer: usize) -> usize {
     let linear = 4 * linear_words(samples, components);
     let linear = if components == 0 { 0 } else { linear };
@@ -143,11 +129,8 @@ fn the_readmes_table_of_memory_is_right() {
             0 => String::new(),
             m => format!("{m} "),
         };
-        let row = format!(
-            "| {models} | {samples} | {components}| {} | {} |",
-            thousands(scan),
-            thousands(scan + 1024)
-        );
+        let [scan, driver] = [scan, scan + 1024].map(thousands);
+        let row = format!("| {models} | {samples} | {components}| {scan} | {driver} |");
         assert!(readme.contains(&row), "{row}");
     }
 }

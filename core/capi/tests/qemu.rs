@@ -8,7 +8,7 @@ use std::process::Command;
 
 use common::{compile, expected, folder, run};
 
-/// A microcontroller that QEMU plays: target, machine, and what the C compiler is told.
+/// A microcontroller that QEMU plays: target, machine, and the C compiler's options.
 struct Board {
     triple: &'static str,
     machine: &'static str,

@@ -23,7 +23,7 @@
 //! In f32 that alone may be off by a hundredth where A'A + P is ill-conditioned. So each solve is
 //! followed by iterative refinement, its residual in twice the working precision (error-free
 //! products from plain f32 operations; no f64): one step where the system is small, at most
-//! [`Real::REFINEMENTS`]. The largest error |c - c of f64| / |c of f64|, as `tests/linear.rs`
+//! [`Real::REFINEMENTS`]. The largest error |c - c of f64| / |c of f64|, as `tests/suite/linear`
 //! measures it over n from 1 to 512, m from 1 to 240 and precisions from 1 to 1e4:
 //!
 //! | refinements | n = 8, m = 5 | n = 64, m = 60 | n = 512, m = 240 |

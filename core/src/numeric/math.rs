@@ -1,6 +1,6 @@
 //! Elementary functions in `f32`, by libm (default) or micromath (feature).
 //!
-//! Largest errors, as `tests/math.rs` measures and asserts them:
+//! Largest errors, as `tests/suite/math.rs` measures and asserts them:
 //!
 //! | function | of | libm | micromath |
 //! |---|---|---|---|

@@ -3,7 +3,7 @@
 //!
 //! Both are generic over [`NorFlash`](embedded_storage::nor_flash::NorFlash). Whenever the power
 //! goes, what is found afterwards is the state before the interrupted call or the one after it;
-//! `tests/power_cuts.rs` cuts it in each write and each erase.
+//! `tests/suite/power_cuts.rs` cuts it in each write and each erase.
 
 mod journal;
 pub mod readings;

@@ -30,17 +30,21 @@ fn fit(readings: &[Taken]) -> Vec<u32> {
     fitted.values().map(f32::to_bits).collect()
 }
 
+/// Each sample was read once, no step was lost, and the values have the bits of the host's fit.
+fn assert_whole(log: &[String]) {
+    let readings = readings(log);
+    let mut read = indices(&readings);
+    read.sort_unstable();
+    assert_eq!(read, [0, 1, 2, 3, 4, 5, 6, 7]);
+    assert_eq!(values(log), fit(&readings));
+    assert!(lost_steps(log).is_empty());
+}
+
 #[test]
 fn a_scan_ends_in_the_bits_of_the_hosts_fit() {
     let emulator = boot();
     let _ = emulator.wait_for(FINISHED);
-    let log = emulator.log();
-    let readings = readings(&log);
-    let mut read = indices(&readings);
-    read.sort_unstable();
-    assert_eq!(read, (0..8).collect::<Vec<_>>());
-    assert_eq!(values(&log), fit(&readings));
-    assert!(lost_steps(&log).is_empty());
+    assert_whole(&emulator.log());
 }
 
 /// Resets after the second, fourth and seventh reading; the arms and the flash are left as they are.
@@ -53,12 +57,7 @@ fn resets_measure_nothing_twice() {
     }
     let _ = emulator.wait_for(FINISHED);
     let log = emulator.log();
-    let readings = readings(&log);
-    let mut read = indices(&readings);
-    read.sort_unstable();
-    assert_eq!(read, (0..8).collect::<Vec<_>>());
-    assert_eq!(values(&log), fit(&readings));
-    assert!(lost_steps(&log).is_empty(), "a reset loses no step");
+    assert_whole(&log);
     let resumed = log.iter().filter(|line| line.starts_with(RESUMED));
     assert!(resumed.count() >= 3);
 }

@@ -4,8 +4,8 @@ use std::time::Instant;
 
 use glimpse_core::link::{Failure, PROTOCOL, Refusal, Reply, Request};
 use glimpse_tests::emulator::Emulator;
-use glimpse_tests::host::{Answer, WELCOME, converse, measured, unseen};
-use glimpse_trainer::scanner::{ScannerError, ScannerNoise, VirtualScanner};
+use glimpse_tests::host::{Answer, WELCOME, converse, measured, scanner, unseen};
+use glimpse_trainer::scanner::ScannerError;
 
 use super::assert_scans;
 
@@ -20,7 +20,7 @@ fn a_host_that_restarts_in_the_middle_of_a_scan_gets_a_whole_one() {
         other => panic!("{other:?}"),
     });
     let material = unseen(2);
-    let mut scanner = VirtualScanner::new(&material, ScannerNoise::default());
+    let mut scanner = scanner(&material);
     match scanner.serve(&mut emulator.serial) {
         Err(ScannerError::Device(Failure::Refused(Refusal::NoScan))) => {}
         other => panic!("{other:?}"),

@@ -7,9 +7,9 @@ use glimpse_core::link::Failure;
 use glimpse_tests::RECIPE;
 use glimpse_tests::device::assert_agrees;
 use glimpse_tests::emulator::Emulator;
-use glimpse_tests::host::unseen;
+use glimpse_tests::host::{scanner, unseen};
 use glimpse_tests::line::BadLine;
-use glimpse_trainer::scanner::{ScannerError, ScannerNoise, VirtualScanner};
+use glimpse_trainer::scanner::ScannerError;
 
 use super::assert_scans;
 
@@ -19,7 +19,7 @@ fn a_bad_line_costs_time_and_nothing_else() {
     let mut emulator = Emulator::boot_as_built();
     let material = unseen(0);
     let mut line = BadLine::new(&emulator.serial, 0.01, 1);
-    let mut scanner = VirtualScanner::new(&material, ScannerNoise::default());
+    let mut scanner = scanner(&material);
     let report = scanner.serve(&mut line).unwrap();
     assert!(line.spoiled > 0);
     assert_agrees(&report, RECIPE);
@@ -40,14 +40,14 @@ fn a_line_that_is_hardly_one_ends_in_no_wrong_result() {
         stream: line,
         end: Instant::now() + Duration::from_secs(15),
     };
-    match VirtualScanner::new(&material, ScannerNoise::default()).serve(&mut line) {
+    match scanner(&material).serve(&mut line) {
         Ok(report) => assert_agrees(&report, RECIPE),
         Err(ScannerError::Device(Failure::NoReply | Failure::Refused(_))) => {}
         Err(ScannerError::Link(error)) => assert_eq!(error.kind(), ErrorKind::TimedOut),
         Err(other) => panic!("{other}"),
     }
     assert!(line.stream.spoiled > 0);
-    let mut scanner = VirtualScanner::new(&material, ScannerNoise::default());
+    let mut scanner = scanner(&material);
     // What was under way when the line became good may be refused once.
     let report = scanner
         .serve(&mut emulator.serial)
@@ -79,83 +79,60 @@ impl<S: Write> Write for Until<S> {
     }
 }
 
+/// A stream that writes other bytes than it was given.
+struct Altered<S, F> {
+    stream: S,
+    alter: F,
+}
+
+impl<S: Read, F> Read for Altered<S, F> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        self.stream.read(buffer)
+    }
+}
+
+impl<S: Write, F: FnMut(&[u8]) -> Vec<u8>> Write for Altered<S, F> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.stream.write_all(&(self.alter)(bytes))?;
+        Ok(bytes.len())
+    }
+    fn flush(&mut self) -> io::Result<()> {
+        self.stream.flush()
+    }
+}
+
 /// Every third frame of the host ends in the middle.
 #[test]
 fn frames_cut_in_the_middle_are_asked_for_again() {
     let emulator = Emulator::boot_as_built();
-    let material = unseen(3);
-    let mut line = Cutting {
+    let mut writes = 0_usize;
+    let mut line = Altered {
         stream: &emulator.serial,
-        writes: 0,
+        alter: |bytes: &[u8]| {
+            writes += 1;
+            let is_cut = writes.is_multiple_of(3);
+            bytes[..if is_cut { bytes.len() / 2 } else { bytes.len() }].to_vec()
+        },
     };
-    let report = VirtualScanner::new(&material, ScannerNoise::default())
-        .serve(&mut line)
-        .unwrap();
-    assert!(line.writes > 100, "{}", line.writes);
+    let report = scanner(&unseen(3)).serve(&mut line).unwrap();
+    assert!(writes > 100, "{writes}");
     assert_agrees(&report, RECIPE);
-}
-
-/// A stream that keeps the second half of every third write to itself.
-struct Cutting<S> {
-    stream: S,
-    writes: usize,
-}
-
-impl<S: Read> Read for Cutting<S> {
-    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
-        self.stream.read(buffer)
-    }
-}
-
-impl<S: Write> Write for Cutting<S> {
-    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        self.writes += 1;
-        let cut = self.writes.is_multiple_of(3);
-        let sent = if cut { bytes.len() / 2 } else { bytes.len() };
-        self.stream.write_all(&bytes[..sent])?;
-        Ok(bytes.len())
-    }
-    fn flush(&mut self) -> io::Result<()> {
-        self.stream.flush()
-    }
 }
 
 /// Each reply comes twice, and after the reply before it.
 #[test]
-fn replies_that_come_late_and_twice_and_out_of_order_are_told_apart() {
+fn replies_that_come_late_and_twice_and_out_of_order_are_dropped() {
     let mut emulator = Emulator::boot_as_built();
-    let material = unseen(4);
-    let mut line = Stuttering {
+    let mut before = Vec::new();
+    let mut line = Altered {
         stream: &emulator.serial,
-        before: Vec::new(),
+        alter: |bytes: &[u8]| {
+            let both = [&before, &before, bytes, bytes].concat();
+            before = bytes.to_vec();
+            both
+        },
     };
-    let report = VirtualScanner::new(&material, ScannerNoise::default())
-        .serve(&mut line)
-        .unwrap();
+    let report = scanner(&unseen(4)).serve(&mut line).unwrap();
     assert_agrees(&report, RECIPE);
     assert_scans(&mut emulator);
-}
-
-/// A stream that writes all but the first frame after the one before it, and both twice.
-struct Stuttering<S> {
-    stream: S,
-    before: Vec<u8>,
-}
-
-impl<S: Read> Read for Stuttering<S> {
-    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
-        self.stream.read(buffer)
-    }
-}
-
-impl<S: Write> Write for Stuttering<S> {
-    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        let all = [&self.before, &self.before, bytes, bytes].concat();
-        self.stream.write_all(&all)?;
-        self.before = bytes.to_vec();
-        Ok(bytes.len())
-    }
-    fn flush(&mut self) -> io::Result<()> {
-        self.stream.flush()
-    }
 }

@@ -11,14 +11,11 @@ mod time;
 use glimpse_tests::RECIPE;
 use glimpse_tests::device::assert_agrees;
 use glimpse_tests::emulator::Emulator;
-use glimpse_tests::host::unseen;
-use glimpse_trainer::scanner::{ScannerNoise, VirtualScanner};
+use glimpse_tests::host::{scanner, unseen};
 
 /// After all that, a good scanner gets a whole and right scan.
 fn assert_scans(emulator: &mut Emulator) {
     let material = unseen(1);
-    let report = VirtualScanner::new(&material, ScannerNoise::default())
-        .serve(&mut emulator.serial)
-        .unwrap();
+    let report = scanner(&material).serve(&mut emulator.serial).unwrap();
     assert_agrees(&report, RECIPE);
 }

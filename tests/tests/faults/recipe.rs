@@ -10,8 +10,8 @@ use glimpse_tests::RECIPE;
 use glimpse_tests::device::assert_agrees;
 use glimpse_tests::elf::{Firmware, padded};
 use glimpse_tests::emulator::Emulator;
-use glimpse_tests::host::unseen;
-use glimpse_trainer::scanner::{ScannerError, ScannerNoise, VirtualScanner};
+use glimpse_tests::host::{scanner, unseen};
+use glimpse_trainer::scanner::ScannerError;
 
 /// What the device says of a recipe with some bytes altered.
 fn failure(alter: impl FnOnce(&mut [u8])) -> Failure {
@@ -19,9 +19,7 @@ fn failure(alter: impl FnOnce(&mut [u8])) -> Failure {
     let image = firmware.with_altered_recipe(alter);
     let mut emulator = Emulator::boot(&firmware, image.path());
     let material = unseen(0);
-    let error = VirtualScanner::new(&material, ScannerNoise::default())
-        .serve(&mut emulator.serial)
-        .unwrap_err();
+    let error = scanner(&material).serve(&mut emulator.serial).unwrap_err();
     let ScannerError::Device(failure) = error else {
         panic!("{error}");
     };
@@ -45,16 +43,12 @@ fn refusal(alter: impl FnOnce(&mut [u8])) -> RecipeError {
 fn a_flipped_bit_in_the_recipe_is_refused_by_name() {
     assert_eq!(refusal(|recipe| recipe[2] ^= 0x40), RecipeError::Magic);
     let version = u16::from(RECIPE[4] ^ 0x40);
-    assert_eq!(
-        refusal(|recipe| recipe[4] ^= 0x40),
-        RecipeError::Version(version)
-    );
+    let error = refusal(|recipe| recipe[4] ^= 0x40);
+    assert_eq!(error, RecipeError::Version(version));
     assert_eq!(refusal(|recipe| recipe[13] ^= 1), RecipeError::Checksum);
     for index in [14, RECIPE.len() / 3, RECIPE.len() - 1] {
-        assert_eq!(
-            refusal(|recipe| recipe[index] ^= 0x10),
-            RecipeError::Checksum
-        );
+        let error = refusal(|recipe| recipe[index] ^= 0x10);
+        assert_eq!(error, RecipeError::Checksum);
     }
 }
 
@@ -66,10 +60,8 @@ fn a_recipe_cut_short_is_refused_by_name() {
     let expected = found + 0x100;
     assert_eq!(error, RecipeError::Length { expected, found });
     // The rest of it as erased flash.
-    assert_eq!(
-        refusal(|recipe| recipe[100..].fill(0xFF)),
-        RecipeError::Checksum
-    );
+    let error = refusal(|recipe| recipe[100..].fill(0xFF));
+    assert_eq!(error, RecipeError::Checksum);
     assert_eq!(refusal(|recipe| recipe.fill(0xFF)), RecipeError::Magic);
 }
 
@@ -131,10 +123,8 @@ fn a_recipe_of_more_samples_than_there_is_room_for_is_refused_by_name() {
     let (capacity, samples) = (8, 9);
     let error = ScanError::Capacity { capacity, samples };
     let bytes = neural(samples);
-    assert_eq!(
-        failure(|recipe| recipe.copy_from_slice(&bytes)),
-        Failure::Scan(error)
-    );
+    let failure = failure(|recipe| recipe.copy_from_slice(&bytes));
+    assert_eq!(failure, Failure::Scan(error));
 }
 
 #[test]
@@ -144,8 +134,6 @@ fn a_recipe_of_fewer_samples_is_scanned_by() {
     let image = firmware.with_recipe(&bytes);
     let mut emulator = Emulator::boot(&firmware, image.path());
     let material = unseen(0);
-    let report = VirtualScanner::new(&material, ScannerNoise::default())
-        .serve(&mut emulator.serial)
-        .unwrap();
+    let report = scanner(&material).serve(&mut emulator.serial).unwrap();
     assert_agrees(&report, &bytes);
 }

@@ -8,8 +8,8 @@ use glimpse_materials::Material;
 use glimpse_tests::RECIPE;
 use glimpse_tests::device::assert_agrees;
 use glimpse_tests::emulator::Emulator;
-use glimpse_tests::host::unseen;
-use glimpse_trainer::scanner::{ScanReport, ScannerError, ScannerNoise, VirtualScanner};
+use glimpse_tests::host::{scanner, unseen};
+use glimpse_trainer::scanner::{ScanReport, ScannerError, VirtualScanner};
 
 /// The device's serial line, overheard until a certain request, which nobody hears any more.
 struct Overheard<'a> {
@@ -87,7 +87,7 @@ fn indices(requests: &[Request]) -> (Vec<u16>, Vec<u16>) {
 fn a_scan_goes_on_where_resets_stopped_it_and_measures_nothing_twice() {
     let mut emulator = Emulator::boot_as_built();
     let material = unseen(0);
-    let mut scanner = VirtualScanner::new(&material, ScannerNoise::default());
+    let mut scanner = scanner(&material);
     for next in 0..8_u16 {
         let (requests, report) = serve(
             &emulator,
@@ -131,13 +131,12 @@ fn a_scan_goes_on_where_resets_stopped_it_and_measures_nothing_twice() {
 fn measurements_of_a_material_that_was_changed_are_taken_anew() {
     let mut emulator = Emulator::boot_as_built();
     let material = unseen(0);
-    let mut scanner = VirtualScanner::new(&material, ScannerNoise::default());
     let fifth = |request: &Request| matches!(request, Request::Measure { index: 5, .. });
-    serve(&emulator, &mut scanner, fifth);
+    serve(&emulator, &mut scanner(&material), fifth);
     emulator.reset();
 
     let changed = unseen(1);
-    let mut scanner = VirtualScanner::new(&changed, ScannerNoise::default());
+    let mut scanner = scanner(&changed);
     // If a last word from before the reset is refused, that is not the device's any more.
     let (requests, report) = serve(&emulator, &mut scanner, |_| false);
     assert_eq!(indices(&requests), (vec![0], (0..8).collect()));
@@ -153,7 +152,7 @@ fn measurements_of_a_material_that_was_changed_are_taken_anew() {
 fn nothing_is_kept_of_a_scan_that_is_over() {
     let mut emulator = Emulator::boot_as_built();
     let material = unseen(0);
-    let mut scanner = VirtualScanner::new(&material, ScannerNoise::default());
+    let mut scanner = scanner(&material);
     let (_, report) = serve(&emulator, &mut scanner, |_| false);
     assert!(report.is_some());
     // The device has heard that the scan is over once it greets again.

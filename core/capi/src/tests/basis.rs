@@ -36,7 +36,7 @@ fn basis(of: u32, components: u16) -> Vec<u8> {
 }
 
 #[test]
-fn linear_tells_its_brdf_by_its_own_basis() {
+fn linear_has_a_brdf_by_its_own_basis() {
     let ridge = Recipe::parse(LINEAR).unwrap().ridge().unwrap();
     let of = ridge.basis_checksum().unwrap();
     let right = basis(of, ridge.components() as u16);
@@ -55,15 +55,15 @@ fn linear_tells_its_brdf_by_its_own_basis() {
         );
         assert_eq!(glimpse_fit_finish(scan, core::ptr::null_mut()), Status::Ok);
     }
-    let told = |brdf: &mut [f32; 3]| unsafe { glimpse_fitted_brdf(scan, &raw const MIRROR, brdf) };
-    assert_eq!(told(&mut brdf), Status::NoBasis);
+    let ask = |brdf: &mut [f32; 3]| unsafe { glimpse_fitted_brdf(scan, &raw const MIRROR, brdf) };
+    assert_eq!(ask(&mut brdf), Status::NoBasis);
     for (bytes, status) in [
         (b"no basis".as_slice(), Status::BasisMagic),
         (right.get(..40).unwrap(), Status::BasisLength),
         (&other, Status::Basis),
     ] {
         assert_eq!(set(bytes), status);
-        assert_eq!(told(&mut brdf), Status::NoBasis);
+        assert_eq!(ask(&mut brdf), Status::NoBasis);
     }
     let nothing = unsafe { glimpse_scan_set_basis(scan, null(), 9) };
     assert_eq!(nothing, Status::Null);
@@ -72,7 +72,7 @@ fn linear_tells_its_brdf_by_its_own_basis() {
 
     // Readings and fit are still there.
     assert_eq!(set(&right), Status::Ok);
-    assert_eq!(told(&mut brdf), Status::Ok);
+    assert_eq!(ask(&mut brdf), Status::Ok);
     assert_eq!(brdf, [0.0; 3]);
     let mut reading = glimpse_reading::default();
     let kept = unsafe { glimpse_scan_reading(scan, 7, &raw mut reading) };

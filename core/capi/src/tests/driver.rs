@@ -67,15 +67,9 @@ fn values(driver: *const glimpse_driver) -> Vec<u32> {
 fn a_driver_alone_ends_in_the_same_bits_as_rust() {
     let mut memory = Bytes::for_driver();
     for recipe in RECIPES {
-        let mut kept: Vec<glimpse_kept> = [2, 5]
-            .map(|index| glimpse_kept {
-                index,
-                reading: reading(index),
-            })
-            .into();
-        kept.push(glimpse_kept {
-            index: 9999,
-            ..kept[0]
+        let kept = [2, 5, 9999].map(|index| glimpse_kept {
+            index,
+            reading: reading(index),
         });
         let driver = begin(&mut memory, recipe, glimpse_host::Absent, &kept);
         let mut saved = 0;
@@ -198,10 +192,8 @@ fn failures_are_told_to_both_sides() {
     let driver = begin(&mut memory, RECIPES[0], glimpse_host::Measures, &[]);
     let mut scanner = Scanner::new();
     scanner.refuses = Some(Refusal::Directions);
-    assert_eq!(
-        until_failed(driver, &mut scanner),
-        Status::RefusedDirections
-    );
+    let failure = until_failed(driver, &mut scanner);
+    assert_eq!(failure, Status::RefusedDirections);
     // The device's arms fail.
     let driver = begin(&mut memory, RECIPES[0], glimpse_host::Listens, &[]);
     let mut scanner = Scanner::new();

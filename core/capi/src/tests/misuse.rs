@@ -1,4 +1,4 @@
-//! What C may hand over by mistake: an error by value, and nothing is followed.
+//! Wrong arguments from C: an error by value, and no pointer is followed.
 
 use core::ptr::{null, null_mut};
 use std::vec::Vec;
@@ -56,88 +56,74 @@ fn memory_that_will_not_do_is_refused() {
 }
 
 #[test]
-fn what_is_no_recipe_is_refused_by_name() {
+fn bytes_that_are_not_a_recipe_are_refused_by_name() {
     let mut memory = Bytes::for_scan();
-    assert_eq!(begin(&mut memory, b"").0, Status::RecipeMagic);
-    assert_eq!(
-        begin(&mut memory, b"garbage, and more").0,
-        Status::RecipeMagic
-    );
     let cut = NEURAL.get(..NEURAL.len() - 1).unwrap();
-    assert_eq!(begin(&mut memory, cut).0, Status::RecipeLength);
+    // A recipe may have any alignment.
+    let moved = [b"-", NEURAL].concat();
+    for (bytes, status) in [
+        (b"".as_slice(), Status::RecipeMagic),
+        (b"garbage, and more", Status::RecipeMagic),
+        (cut, Status::RecipeLength),
+        (moved.get(1..).unwrap(), Status::Ok),
+    ] {
+        assert_eq!(begin(&mut memory, bytes).0, status);
+    }
     for place in 0..NEURAL.len() {
         let mut altered = Vec::from(NEURAL);
         altered[place] ^= 0x10;
-        let (status, _) = begin(&mut memory, &altered);
-        let named = [
-            Status::RecipeMagic,
-            Status::RecipeVersion,
-            Status::RecipeLength,
-            Status::RecipeChecksum,
-        ];
-        assert!(named.contains(&status), "{place}: {status:?}");
+        let expected = match place {
+            0..4 => Status::RecipeMagic,
+            4..6 => Status::RecipeVersion,
+            6..10 => Status::RecipeLength,
+            _ => Status::RecipeChecksum,
+        };
+        assert_eq!(begin(&mut memory, &altered).0, expected, "{place}");
     }
-    // Of any alignment.
-    let mut moved = Vec::from(b"-");
-    moved.extend_from_slice(NEURAL);
-    assert_eq!(begin(&mut memory, moved.get(1..).unwrap()).0, Status::Ok);
 }
 
-/// Null where each pointer is, and a pointer off by one where alignment is asked for.
+/// Null in place of each pointer, and a pointer off by one where alignment is required.
 #[test]
 fn null_and_misaligned_pointers_are_errors() {
     let mut memory = Bytes::for_scan();
     let (_, scan) = begin(&mut memory, RECIPES[0]);
     let (no_scan, off) = (null_mut(), scan.wrapping_byte_add(1));
-    let reading = glimpse_reading::default();
+    let mut reading = glimpse_reading::default();
     let mut sample = glimpse_sample::default();
+    let (mut brdf, mut count) = ([0.0; 3], 0);
+    let mut residual = core::mem::MaybeUninit::uninit();
     let odd = (&raw mut sample).wrapping_byte_add(1);
     unsafe {
         for (scan, expected) in [(no_scan, Status::Null), (off, Status::Misaligned)] {
-            assert_eq!(glimpse_scan_restart(scan), expected);
-            assert_eq!(glimpse_scan_next(scan, 0, &raw mut sample), expected);
-            let recorded = glimpse_scan_record(scan, 0, &raw const reading, null_mut());
-            assert_eq!(recorded, expected);
-            assert_eq!(
-                glimpse_scan_reading(scan, 0, &raw const reading as *mut _),
-                expected
-            );
-            assert_eq!(glimpse_fit_begin(scan), expected);
-            assert_eq!(glimpse_fit_advance(scan, 1, null_mut()), expected);
-            assert_eq!(glimpse_fit_finish(scan, null_mut()), expected);
-            let mut brdf = [0.0; 3];
-            let told = glimpse_fitted_brdf(scan, &raw const MIRROR, &raw mut brdf);
-            assert_eq!(told, expected);
-            let mut count = 0;
-            let told = glimpse_fitted_values(scan, brdf.as_mut_ptr(), 3, &raw mut count);
-            assert_eq!(told, expected);
-            let mut residual = core::mem::MaybeUninit::uninit();
-            let told = glimpse_fitted_residual(scan, residual.as_mut_ptr());
-            assert_eq!(told, expected);
+            let found = [
+                glimpse_scan_restart(scan),
+                glimpse_scan_next(scan, 0, &raw mut sample),
+                glimpse_scan_record(scan, 0, &raw const reading, null_mut()),
+                glimpse_scan_reading(scan, 0, &raw mut reading),
+                glimpse_fit_begin(scan),
+                glimpse_fit_advance(scan, 1, null_mut()),
+                glimpse_fit_finish(scan, null_mut()),
+                glimpse_fitted_brdf(scan, &raw const MIRROR, &raw mut brdf),
+                glimpse_fitted_values(scan, brdf.as_mut_ptr(), 3, &raw mut count),
+                glimpse_fitted_residual(scan, residual.as_mut_ptr()),
+            ];
+            assert_eq!(found, [expected; 10]);
         }
         for (out, expected) in [(null_mut(), Status::Null), (odd, Status::Misaligned)] {
-            assert_eq!(glimpse_scan_next(scan, 0, out), expected);
-            let reading = out.cast::<glimpse_reading>();
-            assert_eq!(glimpse_scan_record(scan, 0, reading, null_mut()), expected);
-            assert_eq!(glimpse_scan_reading(scan, 0, reading), expected);
-            assert_eq!(glimpse_fitted_residual(scan, out.cast()), expected);
-            assert_eq!(
+            let found = [
+                glimpse_scan_next(scan, 0, out),
+                glimpse_scan_record(scan, 0, out.cast(), null_mut()),
+                glimpse_scan_reading(scan, 0, out.cast()),
+                glimpse_fitted_residual(scan, out.cast()),
                 glimpse_fitted_brdf(scan, &raw const MIRROR, out.cast()),
-                expected
-            );
-            assert_eq!(
                 glimpse_fitted_values(scan, null_mut(), 0, out.cast()),
-                expected
-            );
+            ];
+            assert_eq!(found, [expected; 6]);
         }
-        assert_eq!(
-            glimpse_recipe_describe(NEURAL.as_ptr(), NEURAL.len(), null_mut()),
-            Status::Null
-        );
-        assert_eq!(
-            glimpse_recipe_describe(null(), 1, odd.cast()),
-            Status::Misaligned
-        );
+        let described = glimpse_recipe_describe(NEURAL.as_ptr(), NEURAL.len(), null_mut());
+        assert_eq!(described, Status::Null);
+        let described = glimpse_recipe_describe(null(), 1, odd.cast());
+        assert_eq!(described, Status::Misaligned);
     }
 }
 
@@ -155,8 +141,7 @@ fn a_driver_refuses_the_same() {
     unsafe {
         let memory_bytes = memory.bytes;
         let mut begin = |config, kept, kept_count, out| {
-            let (recipe, length) = (NEURAL.as_ptr(), NEURAL.len());
-            let memory = memory.pointer();
+            let (memory, recipe, length) = (memory.pointer(), NEURAL.as_ptr(), NEURAL.len());
             glimpse_driver_begin(
                 memory,
                 memory_bytes,
@@ -172,10 +157,8 @@ fn a_driver_refuses_the_same() {
         assert_eq!(begin(null(), null(), 0, out), Status::Null);
         assert_eq!(begin(&raw const wrong, null(), 0, out), Status::Argument);
         assert_eq!(begin(&raw const config, null(), 1, out), Status::Null);
-        assert_eq!(
-            begin(&raw const config, null(), 0, null_mut()),
-            Status::Null
-        );
+        let status = begin(&raw const config, null(), 0, null_mut());
+        assert_eq!(status, Status::Null);
         let dangling = core::ptr::dangling();
         let status = begin(&raw const config, dangling, usize::MAX, out);
         assert_eq!(status, Status::Length);
@@ -184,32 +167,30 @@ fn a_driver_refuses_the_same() {
 
         let off = driver.wrapping_byte_add(1);
         for (driver, expected) in [(null_mut(), Status::Null), (off, Status::Misaligned)] {
-            assert_eq!(
+            let found = [
                 glimpse_driver_poll(driver, 1, action.as_mut_ptr()),
-                expected
-            );
-            assert_eq!(glimpse_driver_receive(driver, null(), 0), expected);
-            let outgoing = glimpse_driver_outgoing(driver, &raw mut bytes, &raw mut count);
-            assert_eq!(outgoing, expected);
-            assert_eq!(glimpse_driver_sent(driver, 1), expected);
-            assert_eq!(
+                glimpse_driver_receive(driver, null(), 0),
+                glimpse_driver_outgoing(driver, &raw mut bytes, &raw mut count),
+                glimpse_driver_sent(driver, 1),
                 glimpse_driver_record(driver, 0, &raw const reading),
-                expected
-            );
-            assert_eq!(glimpse_driver_fail(driver), expected);
-            assert_eq!(glimpse_driver_reject(driver, null(), 0), expected);
-            assert_eq!(glimpse_driver_restart(driver), expected);
-            assert_eq!(glimpse_driver_scan(driver, &raw mut scan), expected);
+                glimpse_driver_fail(driver),
+                glimpse_driver_reject(driver, null(), 0),
+                glimpse_driver_restart(driver),
+                glimpse_driver_scan(driver, &raw mut scan),
+            ];
+            assert_eq!(found, [expected; 9]);
         }
-        assert_eq!(glimpse_driver_poll(driver, 1, null_mut()), Status::Null);
-        assert_eq!(glimpse_driver_receive(driver, null(), 1), Status::Null);
-        assert_eq!(glimpse_driver_record(driver, 0, null()), Status::Null);
-        assert_eq!(glimpse_driver_scan(driver, null_mut()), Status::Null);
-        let outgoing = glimpse_driver_outgoing(driver, null_mut(), &raw mut count);
-        assert_eq!(outgoing, Status::Null);
+        let found = [
+            glimpse_driver_poll(driver, 1, null_mut()),
+            glimpse_driver_receive(driver, null(), 1),
+            glimpse_driver_record(driver, 0, null()),
+            glimpse_driver_scan(driver, null_mut()),
+            glimpse_driver_outgoing(driver, null_mut(), &raw mut count),
+        ];
+        assert_eq!(found, [Status::Null; 5]);
         let status = glimpse_driver_reject(driver, NEURAL.as_ptr(), NEURAL.len());
         assert_eq!(status, Status::Argument);
-        // One that is whole, but not for this library, is told to the host as well.
+        // One that is whole, but not for this library, is reported to the host as well.
         let large = too_many_samples();
         let mut recipe = core::mem::MaybeUninit::uninit();
         let status = glimpse_recipe_describe(large.as_ptr(), large.len(), recipe.as_mut_ptr());

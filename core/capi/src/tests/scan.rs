@@ -56,39 +56,25 @@ fn every_recipe_ends_in_the_same_bits_as_in_rust() {
         assert_eq!(record_all(scan), usize::from(described.samples));
         let residual = fit(scan);
         assert!(residual.mean > 0.0 && residual.worst >= residual.mean);
-        let mut again = glimpse_residual::default();
-        unsafe {
-            assert_eq!(glimpse_fitted_residual(scan, &raw mut again), Status::Ok);
-        }
-        assert_eq!(again, residual);
-
         let (expected, predicted) = fitted_by_core(recipe);
-        let mut loss = 0.0;
-        unsafe {
-            assert_eq!(
-                glimpse_fitted_predicted_loss(scan, &raw mut loss),
-                Status::Ok
-            );
-        }
-        assert_eq!(loss.to_bits(), predicted.unwrap_or(f32::NAN).to_bits());
-        predicting += usize::from(predicted.is_some());
         assert_eq!(expected.len(), usize::from(described.values));
+        let (mut again, mut loss) = (glimpse_residual::default(), 0.0);
         let mut values = vec![f32::NAN; expected.len() + 1];
-        let mut count = 0;
+        let (pointer, mut count) = (values.as_mut_ptr(), 0);
         unsafe {
-            let status = glimpse_fitted_values(
-                scan,
-                values.as_mut_ptr(),
-                expected.len() - 1,
-                &raw mut count,
-            );
-            assert_eq!(status, Status::BufferTooSmall);
-            assert_eq!(count, expected.len());
+            let status = glimpse_fitted_residual(scan, &raw mut again);
+            assert_eq!(status, Status::Ok);
+            let status = glimpse_fitted_predicted_loss(scan, &raw mut loss);
+            assert_eq!(status, Status::Ok);
+            let status = glimpse_fitted_values(scan, pointer, expected.len() - 1, &raw mut count);
+            assert_eq!((status, count), (Status::BufferTooSmall, expected.len()));
             assert!(values.iter().all(|value| value.is_nan()));
-            let status =
-                glimpse_fitted_values(scan, values.as_mut_ptr(), expected.len(), &raw mut count);
+            let status = glimpse_fitted_values(scan, pointer, expected.len(), &raw mut count);
             assert_eq!(status, Status::Ok);
         }
+        assert_eq!(again, residual);
+        assert_eq!(loss.to_bits(), predicted.unwrap_or(f32::NAN).to_bits());
+        predicting += usize::from(predicted.is_some());
         assert!(values.pop().unwrap().is_nan());
         let bits: vec::Vec<u32> = values.iter().map(|value| value.to_bits()).collect();
         assert_eq!(bits, expected);
@@ -117,33 +103,26 @@ fn readings_come_in_any_order_and_replace_each_other() {
         brdf: [-0.9; 3],
         saturated: 77,
     };
+    let read = |found: &mut glimpse_reading| unsafe { glimpse_scan_reading(scan, 5, found) };
     unsafe {
-        assert_eq!(
-            glimpse_scan_reading(scan, 5, &raw mut found),
-            Status::NotRead
-        );
+        assert_eq!(read(&mut found), Status::NotRead);
         for (reading, replaced, clamped) in [(&first, 0, 0), (&second, 1, 1)] {
             let status = glimpse_scan_record(scan, 5, reading, &raw mut recorded);
             assert_eq!(status, Status::Ok);
             assert_eq!(recorded, glimpse_recorded { replaced, clamped });
         }
-        assert_eq!(glimpse_scan_reading(scan, 5, &raw mut found), Status::Ok);
+        assert_eq!(read(&mut found), Status::Ok);
         assert_eq!((found.brdf, found.saturated), (second.brdf, 1));
 
-        // The next one after 5, of which 5 is none any more.
+        // Sample 5 is not pending any more.
         for (from, index) in [(0, 0), (5, 6), (7, 7)] {
             assert_eq!(glimpse_scan_next(scan, from, &raw mut sample), Status::Ok);
             assert_eq!(sample.index, index);
         }
-        assert_eq!(
-            glimpse_scan_next(scan, 8, &raw mut sample),
-            Status::NonePending
-        );
+        let status = glimpse_scan_next(scan, 8, &raw mut sample);
+        assert_eq!(status, Status::NonePending);
         assert_eq!(glimpse_scan_restart(scan), Status::Ok);
-        assert_eq!(
-            glimpse_scan_reading(scan, 5, &raw mut found),
-            Status::NotRead
-        );
+        assert_eq!(read(&mut found), Status::NotRead);
     }
 }
 
@@ -168,7 +147,7 @@ fn angles_of_arms_lead_to_the_same_directions() {
     }
 }
 
-/// A state that makes no sense is told by its name, and changes nothing.
+/// A call in a wrong state is an error by name, and changes nothing.
 #[test]
 fn the_wrong_order_of_calls_is_an_error() {
     let mut memory = Bytes::for_scan();
@@ -178,18 +157,12 @@ fn the_wrong_order_of_calls_is_an_error() {
     let mut count = 0;
     unsafe {
         let mut none_is_fitted = || {
-            assert_eq!(
+            let found = [
                 glimpse_fitted_residual(scan, &raw mut residual),
-                Status::NotFitted
-            );
-            assert_eq!(
                 glimpse_fitted_brdf(scan, &raw const MIRROR, &raw mut brdf),
-                Status::NotFitted
-            );
-            assert_eq!(
                 glimpse_fitted_values(scan, null_mut(), 0, &raw mut count),
-                Status::NotFitted
-            );
+            ];
+            assert_eq!(found, [Status::NotFitted; 3]);
         };
         none_is_fitted();
         assert_eq!(glimpse_fit_begin(scan), Status::Incomplete);

@@ -4,7 +4,7 @@ use crate::configuration::{ALIGNMENT, COMPONENTS, SAMPLES, driver_bytes, scan_by
 use crate::driver::glimpse_driver_bytes;
 use crate::scan::glimpse_scan_bytes;
 
-/// That it is enough is checked while compiling; here that it is no waste.
+/// The compiler checks that it is enough; this test, that little is wasted.
 #[test]
 fn the_constants_of_the_header_waste_little() {
     let scan = scan_bytes(SAMPLES, COMPONENTS);

@@ -1,4 +1,4 @@
-//! What the examples have to print, and how C is compiled.
+//! The expected output of the examples, and the compilation of C.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -34,7 +34,7 @@ fn read_sensor(angles: Angles<f32>) -> Reading {
     Reading::new([0.12 + highlight, 0.05 + highlight, 0.03 + 0.9 * highlight])
 }
 
-/// Where they are: those that the firmware in Rust is tried with.
+/// The folder of the recipes that the firmware in Rust is tested with.
 fn recipes() -> PathBuf {
     folder().join("../../trainer/recipes")
 }
@@ -46,7 +46,7 @@ fn line(name: &str, what: &str, values: impl Iterator<Item = f32>) -> String {
     format!("{name}.{what}={}\n", bits.concat())
 }
 
-/// What `scan.c` and `driver.c` print: the bits of the same scans by core itself.
+/// The output of `scan.c` and `driver.c`: the bits of the same scans by core itself.
 pub fn expected() -> [String; 2] {
     let mut printed = [String::new(), String::new()];
     for (name, file) in RECIPES {

@@ -1,0 +1,436 @@
+//! The compact basis: its format, its refusals, and its values beside those of a second
+//! evaluation in f64.
+
+use glimpse_core::geometry::{Angles, ArmAngles, HalfDifference, Spherical};
+use glimpse_core::model::linear::format::{HEADER_BYTES, MAGIC, VERSION, checksum_of};
+use glimpse_core::model::linear::{Basis, BasisError, Nodes};
+use proptest::prelude::*;
+
+use crate::documents::hex_blocks;
+
+const DOCUMENT: &str = include_str!("../../docs/basis.md");
+
+/// The contents of a file.
+#[derive(Clone, Debug)]
+struct Contents {
+    of: u32,
+    shape: [u16; 3],
+    mean_scale: f32,
+    scales: Vec<f32>,
+    table: Vec<(i16, u16, Vec<i8>)>,
+}
+
+impl Contents {
+    /// A given number of nodes and components, with entries that jump about.
+    fn some(shape: [u16; 3], components: usize) -> Self {
+        let nodes = shape.into_iter().map(usize::from).product::<usize>();
+        let spread = |index: usize| (index as f32 * 0.618_034).fract() - 0.5;
+        Self {
+            of: 0xfeed_beef,
+            shape,
+            mean_scale: 1e-4,
+            scales: (0..components)
+                .map(|k| 4.0 / (127.0 * 65535.0 * (k + 1) as f32))
+                .collect(),
+            table: (0..nodes)
+                .map(|node| {
+                    let row = (0..components).map(|k| (254.0 * spread(7 * node + 3 * k)) as i8);
+                    let mean = 20_000.0 + 20_000.0 * spread(node);
+                    let scale = 40_000.0 + 50_000.0 * spread(3 * node);
+                    (mean as i16, scale as u16, row.collect())
+                })
+                .collect(),
+        }
+    }
+
+    fn bytes(&self) -> Vec<u8> {
+        let mut body = self.of.to_le_bytes().to_vec();
+        let components = self.scales.len() as u16;
+        for count in [components].iter().chain(&self.shape) {
+            body.extend(count.to_le_bytes());
+        }
+        for scale in [self.mean_scale].iter().chain(&self.scales) {
+            body.extend(scale.to_le_bytes());
+        }
+        for (mean, scale, row) in &self.table {
+            body.extend(mean.to_le_bytes());
+            body.extend(scale.to_le_bytes());
+            body.extend(row.iter().map(|entry| entry.cast_unsigned()));
+        }
+        with_header(&body)
+    }
+
+    /// The BRDF in f64, by the document's words and by angles.
+    fn brdf(&self, coefficients: [&[f32]; 3], at: &HalfDifference<f32>) -> [f64; 3] {
+        let [hx, hz, dx, dy, dz] = [at.hx, at.hz, at.dx, at.dy, at.dz].map(f64::from);
+        let theta_h = hx.abs().atan2(hz);
+        let theta_d = dx.hypot(dy).atan2(dz);
+        let phi_d = dy.abs().atan2(dx.abs());
+        let cosines = [
+            theta_h.cos() * theta_d.cos() - theta_h.sin() * theta_d.sin() * phi_d.cos(),
+            theta_h.cos() * theta_d.cos() + theta_h.sin() * theta_d.sin() * phi_d.cos(),
+        ];
+        let horizon = cosines[0] / (theta_h.cos() * theta_d.cos());
+        let places = [
+            (2_f64.sqrt() * (theta_h / 2.0).sin()).sqrt(),
+            1.0 - theta_d.cos(),
+            (1.0 - phi_d.cos()).min(horizon).max(0.0).sqrt(),
+        ];
+        let axes = [0, 1, 2].map(|axis| {
+            let cells = f64::from(self.shape[axis] - 1);
+            let along = cells * places[axis].clamp(0.0, 1.0);
+            let low = along.floor().min(cells - 1.0);
+            (low as usize, along - low)
+        });
+        let mut mapped = [0.0; 3];
+        for corner in 0..8 {
+            let (mut node, mut share) = (0, 1.0);
+            for (axis, (low, between)) in axes.into_iter().enumerate() {
+                let high = corner >> axis & 1;
+                node = node * usize::from(self.shape[axis]) + low + high;
+                share *= if high == 1 { between } else { 1.0 - between };
+            }
+            let (mean, scale, row) = &self.table[node];
+            for (mapped, coefficients) in mapped.iter_mut().zip(coefficients) {
+                let mut value = f64::from(*mean) * f64::from(self.mean_scale);
+                for ((entry, c), column) in row.iter().zip(coefficients).zip(&self.scales) {
+                    let entry = f64::from(*entry) * f64::from(*scale) * f64::from(*column);
+                    value += entry * f64::from(*c);
+                }
+                *mapped += share * value;
+            }
+        }
+        let weight = cosines[0] * cosines[1];
+        mapped.map(|mapped| (1e-3 * (mapped.exp() - 1.0) / weight).max(0.0))
+    }
+}
+
+fn with_header(body: &[u8]) -> Vec<u8> {
+    let length = body.len() as u32;
+    let mut bytes = MAGIC.to_vec();
+    bytes.extend(VERSION.to_le_bytes());
+    bytes.extend(length.to_le_bytes());
+    bytes.extend(checksum_of(VERSION, length, body).to_le_bytes());
+    bytes.extend(body);
+    bytes
+}
+
+/// By the exact sines and cosines, whatever core has them by.
+fn half_difference(theta_h: f32, theta_d: f32, phi_d: f32) -> HalfDifference<f32> {
+    HalfDifference {
+        hx: theta_h.sin(),
+        hz: theta_h.cos(),
+        dx: theta_d.sin() * phi_d.cos(),
+        dy: theta_d.sin() * phi_d.sin(),
+        dz: theta_d.cos(),
+    }
+}
+
+/// A valid basis, whose bytes are leaked.
+fn basis(contents: &Contents) -> Basis<'static> {
+    Basis::parse(contents.bytes().leak()).expect("a valid basis")
+}
+
+/// Two nodes along each axis and one component: the document's example.
+fn example() -> Contents {
+    Contents {
+        of: 0x0123_abcd,
+        shape: [2; 3],
+        mean_scale: 0.001,
+        scales: vec![1.0 / (127.0 * 65535.0)],
+        table: (0..8)
+            .map(|node| match node {
+                1 => (1000, 65535, vec![127]),
+                _ => (100 * node, 8000, vec![-1]),
+            })
+            .collect(),
+    }
+}
+
+#[test]
+fn the_documents_example_is_a_basis() {
+    let bytes = hex_blocks(DOCUMENT, '#').remove(0);
+    let expected = example().bytes();
+    assert_eq!(bytes, expected, "the bytes are {expected:02x?}");
+    let basis = basis(&example());
+    assert_eq!(basis.of(), 0x0123_abcd);
+    assert_eq!(basis.components(), 1);
+    assert_eq!(basis.checksum().to_le_bytes(), bytes[10..14]);
+    let shape = Nodes {
+        theta_h: 2,
+        theta_d: 2,
+        phi_d: 2,
+    };
+    assert_eq!(basis.nodes(), shape);
+    let at = half_difference(0.0, 0.0, 0.0);
+    let found = basis.brdf([&[0.5], &[0.0], &[-1.0]], &at);
+    let tolerance = if cfg!(feature = "micromath") {
+        2e-5
+    } else {
+        1e-8
+    };
+    for (found, (exact, written)) in found.expect("a BRDF").into_iter().zip([
+        (1e-3 * (1.5_f32.exp() - 1.0), "0.003482"),
+        (1e-3 * (1.0_f32.exp() - 1.0), "0.001718"),
+        (0.0, "0 sr"),
+    ]) {
+        assert!((found - exact).abs() < tolerance, "{found} and not {exact}");
+        assert!(DOCUMENT.contains(written), "the document lacks {written}");
+    }
+}
+
+#[test]
+fn every_cut_and_every_flipped_bit_is_refused_by_name() {
+    let bytes = Contents::some([3, 3, 2], 2).bytes();
+    assert!(Basis::parse(&bytes).is_ok());
+    let padded = [&bytes[..], &[0]].concat();
+    for length in (0..bytes.len()).chain([padded.len()]) {
+        let error = Basis::parse(&padded[..length]).expect_err("a wrong length");
+        let is_named = match length {
+            0..4 => error == BasisError::Magic,
+            _ => matches!(error, BasisError::Length { found, .. } if found as usize == length),
+        };
+        assert!(is_named, "{length}: {error:?}");
+    }
+    for index in 0..bytes.len() {
+        for bit in 0..8 {
+            let mut altered = bytes.clone();
+            altered[index] ^= 1 << bit;
+            let error = Basis::parse(&altered).expect_err("altered bytes");
+            let is_named = match index {
+                0..4 => error == BasisError::Magic,
+                4..6 => matches!(error, BasisError::Version(_)),
+                6..10 => matches!(error, BasisError::Length { .. }),
+                _ => error == BasisError::Checksum,
+            };
+            assert!(is_named, "byte {index}: {error:?}");
+        }
+    }
+}
+
+#[test]
+fn wrong_contents_with_a_right_checksum_are_refused() {
+    let good = Contents::some([2, 2, 3], 2);
+    let refused = |change: &dyn Fn(&mut Contents)| {
+        let mut wrong = good.clone();
+        change(&mut wrong);
+        Basis::parse(&wrong.bytes()).expect_err("wrong contents")
+    };
+    for scale in [f32::NAN, f32::INFINITY, -1.0] {
+        assert_eq!(
+            refused(&|wrong| wrong.mean_scale = scale),
+            BasisError::Scale
+        );
+        assert_eq!(refused(&|wrong| wrong.scales[1] = scale), BasisError::Scale);
+    }
+    for shape in [[1, 4, 3], [12, 1, 1], [0, 2, 2], [6, 1, 2]] {
+        let error = refused(&|wrong| wrong.shape = shape);
+        assert_eq!(error, BasisError::Nodes, "{shape:?}");
+    }
+    for shape in [[2, 2, 2], [3, 2, 3], [65535, 65535, 2]] {
+        let error = refused(&|wrong| wrong.shape = shape);
+        let is_named = matches!(error, BasisError::Length { .. });
+        assert!(is_named, "{shape:?}: {error:?}");
+    }
+    for components in [0, 1025] {
+        let error = refused(&|wrong| *wrong = Contents::some([2, 2, 2], components));
+        assert_eq!(error, BasisError::Components(components as u16));
+    }
+    let body = &good.bytes()[HEADER_BYTES..];
+    for length in 0..body.len() {
+        assert!(Basis::parse(&with_header(&body[..length])).is_err());
+    }
+}
+
+#[test]
+fn errors_name_their_numbers() {
+    let (expected, found) = (20, 10);
+    for (error, values) in [
+        (BasisError::Version(9), &["9"][..]),
+        (BasisError::Length { expected, found }, &["20", "10"]),
+        (BasisError::Components(0), &["0"]),
+    ] {
+        let text = error.to_string();
+        assert!(values.iter().all(|value| text.contains(value)), "{text}");
+    }
+}
+
+#[test]
+fn invalid_directions_and_numbers_have_no_brdf() {
+    let basis = basis(&Contents::some([4, 3, 3], 2));
+    let coefficients: [&[f32]; 3] = [&[0.1, 0.2]; 3];
+    let good = half_difference(0.3, 0.4, 1.0);
+    assert!(basis.brdf(coefficients, &good).is_some());
+    // Below the horizon, and not of unit length.
+    let below = half_difference(1.2, 1.2, 0.1);
+    let long = HalfDifference { hz: 1.5, ..good };
+    let mut invalid = vec![below, long];
+    for number in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+        for coordinate in 0..5 {
+            let mut numbers = [good.hx, good.hz, good.dx, good.dy, good.dz];
+            numbers[coordinate] = number;
+            let [hx, hz, dx, dy, dz] = numbers;
+            invalid.push(HalfDifference { hx, hz, dx, dy, dz });
+        }
+    }
+    for at in invalid {
+        assert_eq!(basis.brdf(coefficients, &at), None, "{at:?}");
+    }
+    for number in [f32::NAN, f32::INFINITY, f32::MAX] {
+        let found = basis.brdf([&[number], &[0.0], &[0.0]], &good);
+        // Black is the only BRDF that such a coefficient may have.
+        assert!(found.is_none_or(|brdf| brdf[0] == 0.0), "{found:?}");
+    }
+}
+
+/// Sines and cosines that are as wrong as micromath's make vectors that are still unit vectors.
+#[test]
+fn directions_by_core_s_own_sines_have_a_brdf() {
+    let basis = basis(&Contents::some([4, 3, 3], 2));
+    for index in 0..1000 {
+        let share = |step: f32| (index as f32 * step).fract();
+        let at = HalfDifference::from_angles(Angles {
+            theta_h: 1.57 * share(0.618_034),
+            theta_d: 1.57 * share(0.414_214),
+            phi_d: std::f32::consts::TAU * share(0.732_051),
+        });
+        let found = basis.brdf([&[0.1]; 3], &at);
+        assert_eq!(found.is_some(), at.is_valid(), "{at:?}");
+    }
+}
+
+#[test]
+fn components_beyond_the_file_s_are_ignored_and_missing_ones_are_0() {
+    let basis = basis(&Contents::some([4, 3, 3], 2));
+    let at = half_difference(0.3, 0.4, 1.0);
+    let two = basis.brdf([&[0.1, 0.2], &[0.3, 0.0], &[0.0, 0.0]], &at);
+    let others = basis.brdf([&[0.1, 0.2, 9.0, -7.0], &[0.3], &[]], &at);
+    assert!(two.is_some());
+    assert_eq!(others, two);
+}
+
+prop_compose! {
+    fn valid()(
+        theta_h in 0.0..1.57_f32,
+        theta_d in 0.0..1.57_f32,
+        phi_d in -7.0..7.0_f32,
+    ) -> HalfDifference<f32> {
+        half_difference(theta_h, theta_d, phi_d)
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(4000))]
+
+    #[test]
+    fn values_are_those_of_an_evaluation_in_f64(
+        at in valid().prop_filter("near the horizon", |at| {
+            at.cos_theta_i().min(at.cos_theta_o()) > 1e-2
+        }),
+        coefficients in prop::array::uniform3(prop::collection::vec(-0.3..0.3_f32, 3)),
+    ) {
+        let contents = Contents::some([7, 5, 4], 3);
+        let basis = basis(&contents);
+        let coefficients = coefficients.each_ref().map(Vec::as_slice);
+        let found = basis.brdf(coefficients, &at).unwrap();
+        let expected = contents.brdf(coefficients, &at);
+        let weight = f64::from(at.cos_theta_i()) * f64::from(at.cos_theta_o());
+        let tolerance = if cfg!(feature = "micromath") { 5e-3 } else { 1e-4 };
+        for (found, expected) in found.into_iter().zip(expected) {
+            // Relative to what the logarithm sees.
+            let error = (f64::from(found) - expected).abs() / (expected + 1e-3 / weight);
+            prop_assert!(error < tolerance, "{found} and not {expected} at {at:?}");
+        }
+    }
+
+    #[test]
+    fn corners_are_nodes_and_share_a_whole(at in valid(), shape in prop::array::uniform3(2..40_u16)) {
+        let [theta_h, theta_d, phi_d] = shape;
+        let nodes = Nodes { theta_h, theta_d, phi_d };
+        let corners = nodes.corners(&at);
+        let count = nodes.count().unwrap();
+        prop_assert!(corners.iter().all(|corner| corner.node < count && corner.share >= 0.0));
+        let sum: f32 = corners.iter().map(|corner| corner.share).sum();
+        prop_assert!((sum - 1.0).abs() < 1e-6, "{sum}");
+    }
+
+    /// Reciprocal, and its own mirror image: bit for bit.
+    #[test]
+    fn exchanged_and_mirrored_directions_have_the_same_brdf(at in valid()) {
+        let basis = basis(&Contents::some([7, 5, 4], 3));
+        let coefficients: [&[f32]; 3] = [&[0.1, -0.2, 0.3], &[0.2], &[]];
+        let found = basis.brdf(coefficients, &at);
+        let exchanged = HalfDifference { dx: -at.dx, dy: -at.dy, ..at };
+        let mirrored = HalfDifference { dy: -at.dy, ..at };
+        prop_assert_eq!(basis.brdf(coefficients, &exchanged), found);
+        prop_assert_eq!(basis.brdf(coefficients, &mirrored), found);
+    }
+
+    /// Any numbers give a BRDF or none, without a panic.
+    #[test]
+    fn forged_bytes_and_any_numbers_give_a_brdf_or_none(
+        shape in prop::array::uniform3(0..6_u16),
+        components in 0..6_u16,
+        rest in prop::collection::vec(any::<u8>(), 0..3000),
+        exact in any::<bool>(),
+        numbers in prop::array::uniform8(any::<f32>()),
+        at in prop_oneof![valid(), prop::array::uniform5(any::<f32>()).prop_map(|[hx, hz, dx, dy, dz]| {
+            HalfDifference { hx, hz, dx, dy, dz }
+        })],
+    ) {
+        let mut body = vec![0; 4];
+        for count in [components].iter().chain(&shape) {
+            body.extend(count.to_le_bytes());
+        }
+        let nodes: usize = shape.into_iter().map(usize::from).product();
+        let length = 4 + 4 * usize::from(components) + nodes * (4 + usize::from(components));
+        let wanted = if exact { length } else { rest.len() };
+        body.extend(rest.iter().chain(std::iter::repeat(&7)).take(wanted));
+        let bytes = with_header(&body);
+        if let Ok(basis) = Basis::parse(&bytes) {
+            let found = basis.brdf([&numbers, &numbers[3..], &numbers[6..]], &at);
+            if let Some(brdf) = found {
+                prop_assert!(brdf.iter().all(|value| value.is_finite() && *value >= 0.0), "{brdf:?}");
+            }
+        }
+    }
+}
+
+/// Straight down the two vectors have no azimuth, and rounding chooses one: it does not matter
+/// which, as all nodes there stand for the same place.
+#[test]
+fn directions_turned_about_the_normal_have_the_same_brdf() {
+    let mut contents = Contents::some([7, 5, 4], 3);
+    // As an exporter writes it: nodes of one place have the same row.
+    for (index, node) in contents.table.clone().into_iter().enumerate() {
+        let (u, v) = (index / 20, index / 4 % 5);
+        if (u == 0 || v == 0) && index % 4 == 0 {
+            contents.table[index..index + 4].fill(node);
+        }
+    }
+    let basis = basis(&contents);
+    let coefficients: [&[f32]; 3] = [&[0.1, -0.2, 0.3], &[0.2], &[]];
+    for (theta_i, theta_o, apart) in [
+        (0.5, 0.5, std::f32::consts::PI),
+        (0.7, 0.3, 2.0),
+        (0.4, 0.4, 0.0),
+    ] {
+        let arm = |theta, phi| Spherical { theta, phi };
+        let pair = ArmAngles {
+            incoming: arm(theta_i, 0.0),
+            outgoing: arm(theta_o, apart),
+        };
+        let brdf = |turn: u8| {
+            let directions = pair.turned(0.1 * f32::from(turn)).directions();
+            let at = HalfDifference::from_directions(&directions).expect("a half vector");
+            basis.brdf(coefficients, &at).expect("a BRDF")
+        };
+        let first = brdf(0);
+        for turn in 0..64 {
+            for (value, first) in brdf(turn).into_iter().zip(first) {
+                let error = (value - first).abs();
+                assert!(error <= 2e-3 * first, "{value} and not {first}");
+            }
+        }
+    }
+}

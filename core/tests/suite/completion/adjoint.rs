@@ -1,0 +1,279 @@
+//! The adjoints against central differences, in f64, for every weight and every input.
+
+use glimpse_core::fit::completion::{
+    Completion, CompletionGradient, Input, Plain, Start, StartGradient,
+};
+
+use crate::differences::assert_slopes;
+use crate::random::Random;
+
+/// The largest error of a slope, relative to the largest slope of its list.
+const BOUND: f64 = 1e-9;
+
+fn numbers(random: &mut Random, count: usize, size: f32) -> Vec<f64> {
+    let numbers = random.numbers(count, size).into_iter();
+    numbers.map(f64::from).collect()
+}
+
+/// A list of numbers of a case.
+type List<C> = fn(&mut C) -> &mut Vec<f64>;
+
+/// Compares the slopes by each list of a case with differences of its loss.
+fn assert_gradient<C: Clone>(
+    case: &C,
+    loss: impl Fn(&C) -> f64,
+    slopes: &[(&str, &[f64], List<C>)],
+) {
+    for (what, slopes, list) in slopes {
+        let at = list(&mut case.clone()).clone();
+        assert_slopes(what, slopes, &at, BOUND, |moved| {
+            let mut other = case.clone();
+            *list(&mut other) = moved;
+            loss(&other)
+        });
+    }
+}
+
+fn halve(lists: &mut [&mut Vec<f64>]) {
+    let slopes = lists.iter_mut().flat_map(|list| list.iter_mut());
+    slopes.for_each(|slope| *slope /= 2.0);
+}
+
+/// The weights of a completion, and its inputs.
+#[derive(Clone)]
+struct Case {
+    components: usize,
+    readings: Vec<f64>,
+    bias: Vec<f64>,
+    output: Vec<f64>,
+    /// Three channels of each sample.
+    inputs: Vec<f64>,
+    missing: Vec<bool>,
+    /// The loss is the sum of the coefficients times these.
+    lambda: Vec<f64>,
+}
+
+impl Case {
+    fn new(missing: &[bool], components: usize, hidden: usize) -> Self {
+        let (samples, rows) = (missing.len(), components + hidden);
+        let mut random = Random((100 * rows + samples) as u64);
+        let mut inputs = numbers(&mut random, 3 * samples, 1.0);
+        for (channels, missing) in inputs.chunks_mut(3).zip(missing) {
+            if *missing {
+                channels.fill(0.0);
+            }
+        }
+        Self {
+            components,
+            readings: numbers(&mut random, samples * 3 * rows, 0.6),
+            bias: numbers(&mut random, rows, 0.5),
+            output: numbers(&mut random, components * hidden, 0.8),
+            inputs,
+            missing: missing.to_vec(),
+            lambda: numbers(&mut random, 3 * components, 1.0),
+        }
+    }
+
+    fn completion(&self) -> Completion<'_, f64, Plain> {
+        Completion {
+            components: self.components,
+            readings: &self.readings,
+            scales: &[],
+            bias: &self.bias,
+            output: &self.output,
+            output_scales: &[],
+        }
+    }
+
+    fn given(&self) -> Vec<Input<f64>> {
+        let samples = self.inputs.as_chunks().0.iter().zip(&self.missing);
+        let inputs = samples.map(|(channels, missing)| Input {
+            channels: *channels,
+            missing: f64::from(u8::from(*missing)),
+        });
+        inputs.collect()
+    }
+
+    fn state(&self) -> Vec<f64> {
+        let mut state = vec![f64::NAN; self.completion().words()];
+        self.completion().compute(&self.given(), &mut state);
+        state
+    }
+
+    fn loss(&self) -> f64 {
+        let state = self.state();
+        let coefficients = self.completion().coefficients(&state).concat();
+        let pairs = coefficients.iter().zip(&self.lambda);
+        pairs.map(|(a, lambda)| a * lambda).sum()
+    }
+}
+
+fn check(missing: &[bool], components: usize, hidden: usize) {
+    let case = Case::new(missing, components, hidden);
+    let completion = case.completion();
+    let rows = components + hidden;
+    let state = case.state();
+    let (mut readings, mut bias) = (vec![0.0; case.readings.len()], vec![0.0; rows]);
+    let mut output = vec![0.0; case.output.len()];
+    // Slopes by inputs are set, those by weights are added to: here the same twice.
+    let mut by_inputs = vec![[f64::NAN; 3]; missing.len()];
+    for _ in 0..2 {
+        let mut by_state = vec![f64::NAN; completion.words()];
+        let channels = by_state.chunks_mut(rows);
+        for (list, lambda) in channels.zip(case.lambda.chunks(components)) {
+            list[..components].copy_from_slice(lambda);
+        }
+        let mut gradient = CompletionGradient {
+            readings: &mut readings,
+            bias: &mut bias,
+            output: &mut output,
+        };
+        let given = case.given();
+        completion.adjoint(&given, &state, &mut by_state, &mut gradient, &mut by_inputs);
+    }
+    halve(&mut [&mut readings, &mut bias, &mut output]);
+    assert_gradient(
+        &case,
+        Case::loss,
+        &[
+            ("readings", &readings, |case| &mut case.readings),
+            ("bias", &bias, |case| &mut case.bias),
+            ("output", &output, |case| &mut case.output),
+        ],
+    );
+    // A missing reading has no channels.
+    for (sample, by_input) in by_inputs.iter().enumerate() {
+        if !missing[sample] {
+            let channels = 3 * sample..3 * sample + 3;
+            let at = &case.inputs[channels.clone()];
+            assert_slopes("input", by_input, at, BOUND, |moved| {
+                let mut other = case.clone();
+                other.inputs[channels.clone()].copy_from_slice(&moved);
+                other.loss()
+            });
+        }
+    }
+    // A weight of a reading does not count where the reading is absent, and the other way round.
+    for (lists, missing) in readings.chunks(3 * rows).zip(missing) {
+        let (of_readings, of_absence) = lists.split_at(2 * rows);
+        let idle = if *missing { of_readings } else { of_absence };
+        assert!(idle.iter().all(|slope| *slope == 0.0));
+    }
+}
+
+#[test]
+fn the_adjoint_of_a_completion_agrees_with_differences() {
+    for (components, hidden) in [(1, 0), (1, 1), (3, 0), (3, 4), (5, 2)] {
+        check(&[false], components, hidden);
+        check(&[false; 5], components, hidden);
+        check(&[true, false, false, true, false], components, hidden);
+        check(&[false, true], components, hidden);
+    }
+}
+
+/// The weights of a start, and its inputs.
+#[derive(Clone)]
+struct StartCase {
+    hidden: Vec<f64>,
+    bias: Vec<f64>,
+    output: Vec<f64>,
+    /// m for each channel.
+    coefficients: Vec<f64>,
+    /// The loss is the sum of the offsets times these.
+    lambda: Vec<f64>,
+    /// The number of units that there is room for: those past it count for nothing.
+    room: usize,
+}
+
+impl StartCase {
+    fn new(components: usize, units: usize, parameters: usize, room: usize) -> Self {
+        let mut random = Random((100 * components + units) as u64);
+        Self {
+            hidden: numbers(&mut random, units * 3 * components, 0.6),
+            bias: numbers(&mut random, units, 0.5),
+            output: numbers(&mut random, parameters * units, 0.8),
+            coefficients: numbers(&mut random, 3 * components, 1.0),
+            lambda: numbers(&mut random, parameters, 1.0),
+            room,
+        }
+    }
+
+    fn start(&self) -> Start<'_, f64, Plain> {
+        Start {
+            hidden: &self.hidden,
+            hidden_scales: &[],
+            bias: &self.bias,
+            output: &self.output,
+            output_scales: &[],
+        }
+    }
+
+    fn channels(&self) -> [&[f64]; 3] {
+        let m = self.coefficients.len() / 3;
+        [0, 1, 2].map(|channel| &self.coefficients[channel * m..][..m])
+    }
+
+    fn units(&self) -> Vec<f64> {
+        let mut units = vec![f64::NAN; self.room];
+        self.start().activate(self.channels(), &mut units);
+        units
+    }
+
+    fn loss(&self) -> f64 {
+        let units = self.units();
+        let pairs = self.lambda.iter().enumerate();
+        pairs
+            .map(|(index, lambda)| lambda * self.start().offset(index, &units))
+            .sum()
+    }
+}
+
+#[test]
+fn the_adjoint_of_a_start_agrees_with_differences() {
+    // Room for its units, for more, as memory that others work in too, and for fewer.
+    for (components, units, parameters, room) in [
+        (1, 1, 1, 1),
+        (3, 2, 7, 2),
+        (2, 4, 8, 4),
+        (1, 1, 1, 3),
+        (3, 2, 7, 5),
+        (2, 4, 8, 32),
+        (3, 2, 7, 1),
+        (2, 4, 8, 3),
+    ] {
+        let case = StartCase::new(components, units, parameters, room);
+        let mut hidden = vec![0.0; case.hidden.len()];
+        let (mut bias, mut output) = (vec![0.0; units], vec![0.0; case.output.len()]);
+        // All slopes are added to: here the same twice.
+        let mut by_coefficients = vec![0.0; 3 * components];
+        for _ in 0..2 {
+            let mut by_units = vec![f64::NAN; room];
+            let mut gradient = StartGradient {
+                hidden: &mut hidden,
+                bias: &mut bias,
+                output: &mut output,
+            };
+            let (red, rest) = by_coefficients.split_at_mut(components);
+            let (green, blue) = rest.split_at_mut(components);
+            case.start().adjoint(
+                case.channels(),
+                &case.units(),
+                &case.lambda,
+                &mut by_units,
+                &mut gradient,
+                [red, green, blue],
+            );
+        }
+        halve(&mut [&mut hidden, &mut bias, &mut output, &mut by_coefficients]);
+        assert_gradient(
+            &case,
+            StartCase::loss,
+            &[
+                ("P", &hidden, |case| &mut case.hidden),
+                ("p", &bias, |case| &mut case.bias),
+                ("U", &output, |case| &mut case.output),
+                ("a", &by_coefficients, |case| &mut case.coefficients),
+            ],
+        );
+    }
+}

@@ -1,0 +1,187 @@
+//! Recipes of made-up numbers, with every ingredient in the open.
+
+use glimpse_core::fit::completion::Missing;
+use glimpse_core::model::ModelKind;
+use glimpse_core::recipe::{
+    Expectation, Ingredients, PackedCompletion, PackedDescent, PackedLearner, PackedStart, Recipe,
+    RecipeError,
+};
+
+use crate::random::Random;
+use crate::recipes::{packed, parsed, write};
+
+fn weights(random: &mut Random, count: usize) -> Vec<i8> {
+    (0..count).map(|_| random.bits() as i8).collect()
+}
+
+/// Scales of one sign or the other, none near 0.
+fn scales(random: &mut Random, count: usize, size: f32) -> Vec<f32> {
+    let mut scale = || size / 127.0 * (0.7 + 0.3 * random.number()) * random.number().signum();
+    (0..count).map(|_| scale()).collect()
+}
+
+/// The content of a section 1.
+#[derive(Clone)]
+pub(crate) struct Descends {
+    pub(crate) model: ModelKind,
+    pub(crate) inner_steps: u16,
+    pub(crate) initial: Vec<f32>,
+    pub(crate) step_sizes: Vec<f32>,
+}
+
+/// The content of a section 4.
+#[derive(Clone)]
+pub(crate) struct Starts {
+    pub(crate) hidden: Vec<i8>,
+    pub(crate) hidden_scales: Vec<f32>,
+    pub(crate) bias: Vec<f32>,
+    pub(crate) output: Vec<i8>,
+    pub(crate) output_scales: Vec<f32>,
+}
+
+/// The numbers of a recipe that completes readings.
+#[derive(Clone)]
+pub(crate) struct Made {
+    /// (theta_h, theta_d, phi_d), n of them.
+    pub(crate) pattern: Vec<f32>,
+    pub(crate) components: usize,
+    /// The number of a [`Missing`], or none.
+    pub(crate) missing: u8,
+    pub(crate) centre: Vec<f32>,
+    pub(crate) scale: f32,
+    pub(crate) readings: Vec<i8>,
+    pub(crate) reading_scales: Vec<f32>,
+    pub(crate) bias: Vec<f32>,
+    pub(crate) output: Vec<i8>,
+    pub(crate) output_scales: Vec<f32>,
+    pub(crate) rows: Vec<i8>,
+    pub(crate) row_scales: Vec<f32>,
+    pub(crate) basis_checksum: u32,
+    /// The content of a section 133, if there is one.
+    pub(crate) prediction: Option<Vec<f32>>,
+    pub(crate) then: Option<(Descends, Starts)>,
+}
+
+/// The numbers n of samples, m of components, h of hidden units, and g of units of a start.
+pub(crate) type Shape = [usize; 4];
+pub(crate) const SMALL: Shape = [SAMPLES, 4, 5, 3];
+/// n of small ones.
+pub(crate) const SAMPLES: usize = 6;
+/// The numbers that Linear's fit of small ones needs: 4 (m + h).
+pub(crate) const WORDS: usize = 36;
+
+impl Made {
+    /// Of pseudo-random numbers.
+    pub(crate) fn new(model: ModelKind, shape: Shape, missing: Missing) -> Self {
+        let [n, m, h, g] = shape;
+        let mut random = Random(7 + model as u64);
+        let pattern = (0..n).flat_map(|k| {
+            let k = k as f32;
+            let (theta_h, theta_d) = ((0.618 * k).fract(), (0.311 * k).fract());
+            [0.05 + 0.5 * theta_h, 0.1 + 0.7 * theta_d, 0.4 * k]
+        });
+        let rows = if model == ModelKind::Linear { m } else { 0 };
+        let reading = 0.5 / n as f32;
+        Self {
+            pattern: pattern.collect(),
+            components: m,
+            missing: missing as u8,
+            centre: random.numbers(n, 2.0).iter().map(|x| x + 4.0).collect(),
+            scale: 0.6,
+            readings: weights(&mut random, n * 3 * (m + h)),
+            reading_scales: scales(&mut random, m + h, reading),
+            bias: random.numbers(m + h, 0.4),
+            output: weights(&mut random, m * h),
+            output_scales: scales(&mut random, m, 0.5),
+            rows: weights(&mut random, n * rows),
+            row_scales: scales(&mut random, rows, 0.5),
+            basis_checksum: if rows > 0 { 0xfeed_beef } else { 0 },
+            prediction: None,
+            then: model.parameters().map(|parameters| {
+                let descends = Descends {
+                    model,
+                    inner_steps: 3,
+                    initial: random.numbers(parameters, 0.4),
+                    step_sizes: random.numbers(parameters, 0.05),
+                };
+                let starts = Starts {
+                    hidden: weights(&mut random, g * 3 * m),
+                    hidden_scales: scales(&mut random, g, 0.3),
+                    bias: random.numbers(g, 0.4),
+                    output: weights(&mut random, parameters * g),
+                    output_scales: scales(&mut random, parameters, 0.2),
+                };
+                (descends, starts)
+            }),
+        }
+    }
+
+    /// A small one.
+    pub(crate) fn small(model: ModelKind, missing: Missing) -> Self {
+        Self::new(model, SMALL, missing)
+    }
+
+    pub(crate) fn model(&self) -> ModelKind {
+        let then = self.then.as_ref();
+        then.map_or(ModelKind::Linear, |(descends, _)| descends.model)
+    }
+
+    /// h.
+    pub(crate) fn hidden(&self) -> usize {
+        self.bias.len() - self.components
+    }
+
+    pub(crate) fn write(&self) -> Result<Vec<u8>, RecipeError> {
+        let then = self.then.as_ref().map(|(descends, starts)| {
+            let descent = PackedDescent {
+                model: descends.model,
+                inner_steps: descends.inner_steps,
+                initial: packed(&descends.initial).leak(),
+                step_sizes: packed(&descends.step_sizes).leak(),
+            };
+            let start = PackedStart {
+                hidden: signed(&starts.hidden).leak(),
+                hidden_scales: packed(&starts.hidden_scales).leak(),
+                bias: packed(&starts.bias).leak(),
+                output: signed(&starts.output).leak(),
+                output_scales: packed(&starts.output_scales).leak(),
+            };
+            (descent, start)
+        });
+        let completion = PackedCompletion {
+            components: self.components as u16,
+            missing: self.missing,
+            centre: &packed(&self.centre),
+            scale: self.scale,
+            readings: &signed(&self.readings),
+            reading_scales: &packed(&self.reading_scales),
+            bias: &packed(&self.bias),
+            output: &signed(&self.output),
+            output_scales: &packed(&self.output_scales),
+            rows: &signed(&self.rows),
+            row_scales: &packed(&self.row_scales),
+            basis_checksum: self.basis_checksum,
+        };
+        let pattern = packed(&self.pattern);
+        let prediction = self.prediction.as_deref().map(packed);
+        write(&Ingredients {
+            prediction: prediction.as_deref(),
+            expectation: Some(Expectation {
+                loss: 0.03,
+                standard_error: None,
+                materials: 0,
+                on: "nothing",
+            }),
+            ..Ingredients::new(&pattern, PackedLearner::Completed(completion, then))
+        })
+    }
+
+    pub(crate) fn recipe(&self) -> Recipe<'static> {
+        parsed(self.write().unwrap())
+    }
+}
+
+fn signed(weights: &[i8]) -> Vec<u8> {
+    let weights = weights.iter().map(|weight| weight.cast_unsigned());
+    weights.collect()
+}

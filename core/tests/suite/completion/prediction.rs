@@ -1,0 +1,122 @@
+//! The predicted loss of a fit follows its formula, for every model and whatever is missing.
+
+use glimpse_core::fit::completion::Missing;
+use glimpse_core::model::ModelKind;
+use glimpse_core::recipe::{
+    Field, Ingredients, Kind, MAX_PREDICTION, PackedDescent, PackedLearner, Recipe, RecipeError,
+};
+use glimpse_core::scan::{Memory, Scan};
+
+use super::made::{Made, SAMPLES};
+use super::reference::{Readings, TOLERANCE, all, coefficients, entering, some};
+use super::scans::{Any, read};
+use crate::recipes::{Change, packed, write};
+use crate::scanning::MODELS;
+
+/// The relative error: that of coefficients, [`TOLERANCE`], times their weights.
+const ALLOWED: f64 = if TOLERANCE < 1e-5 { 2e-5 } else { TOLERANCE };
+const PREDICTION: [f32; 5] = [-4.0, 0.3, -0.2, 0.5, 0.1];
+
+fn made(model: ModelKind) -> Made {
+    Made {
+        prediction: Some(PREDICTION.to_vec()),
+        ..Made::small(model, Missing::CountForMore)
+    }
+}
+
+fn predicted(made: &Made, readings: &Readings, budget: u32) -> Option<f32> {
+    let mut memory = Memory::<Any, SAMPLES>::new();
+    let mut scan = Scan::new(made.recipe(), &mut memory).unwrap();
+    read(&mut scan, readings);
+    let mut fit = scan.fit().unwrap();
+    while !fit.advance(budget).is_complete() {}
+    let found = fit.finish().unwrap().predicted_loss();
+    // It is still there when the material is asked for again.
+    assert_eq!(scan.fitted().unwrap().predicted_loss(), found);
+    found
+}
+
+#[test]
+fn the_prediction_follows_its_formula() {
+    for model in MODELS {
+        let made = made(model);
+        let readings = [all(SAMPLES), some(SAMPLES, |k| k != 1 && k != 4)];
+        let [with_all, with_some] = readings.map(|readings| {
+            let entering = entering(&made, &made.recipe(), &readings);
+            let [red, green, blue] = coefficients(&made, &entering);
+            let mut sum = f64::from(PREDICTION[0]);
+            for (k, weight) in PREDICTION[1..].iter().enumerate() {
+                sum += f64::from(*weight) * (red[k] + green[k] + blue[k]) / 3.0;
+            }
+            let expected = sum.exp();
+            for budget in [1, 3, u32::MAX] {
+                let loss = predicted(&made, &readings, budget).unwrap();
+                let error = (f64::from(loss) - expected).abs();
+                assert!(error < ALLOWED * expected, "{model}: {loss} and {expected}");
+            }
+            expected
+        });
+        assert!((with_all - with_some).abs() > 1e-3 * with_all);
+    }
+}
+
+#[test]
+fn without_the_section_nothing_is_predicted() {
+    for model in MODELS {
+        let made = Made::small(model, Missing::CountForMore);
+        assert_eq!(predicted(&made, &all(SAMPLES), 5), None);
+    }
+}
+
+#[test]
+fn a_prediction_that_is_not_finite_is_none() {
+    let mut made = made(ModelKind::Phong);
+    made.prediction.as_mut().unwrap()[0] = 1e3;
+    assert_eq!(predicted(&made, &all(SAMPLES), 5), None);
+}
+
+#[test]
+fn wrong_predictions_are_refused() {
+    let field = Field::Prediction;
+    let changes: [Change<RecipeError, Vec<f32>>; 5] = [
+        (RecipeError::Count(field), |list| list.truncate(4)),
+        (RecipeError::Count(field), |list| list.push(0.0)),
+        (RecipeError::Count(field), Vec::clear),
+        (RecipeError::NonFinite(field), |list| list[2] = f32::NAN),
+        (RecipeError::Range(field), |list| {
+            list[2] = -2.0 * MAX_PREDICTION
+        }),
+    ];
+    for (index, (error, change)) in changes.into_iter().enumerate() {
+        let mut made = made(ModelKind::Neural);
+        change(made.prediction.as_mut().unwrap());
+        assert_eq!(made.write(), Err(error), "change {index}");
+    }
+}
+
+#[test]
+fn a_prediction_without_a_completion_is_refused() {
+    let ones = packed(&[1.0; 7]);
+    let descent = PackedDescent {
+        model: ModelKind::Phong,
+        inner_steps: 1,
+        initial: &ones,
+        step_sizes: &ones,
+    };
+    let ingredients = Ingredients {
+        prediction: Some(&[0; 4]),
+        ..Ingredients::new(&[0; 12], PackedLearner::Descent(descent))
+    };
+    let error = RecipeError::Missing(Kind::COMPLETION);
+    assert_eq!(write(&ingredients), Err(error));
+}
+
+#[test]
+fn a_copy_without_the_section_predicts_nothing() {
+    let recipe = made(ModelKind::Phong).recipe();
+    let mut buffer = vec![0; 1 << 17];
+    let copy = recipe.copy_without(&[Kind::PREDICTION], &mut buffer);
+    let copy = Recipe::parse(copy.unwrap()).unwrap();
+    assert!(copy.completed().unwrap().prediction().is_empty());
+    assert_eq!(recipe.completed().unwrap().prediction().len(), 5);
+}

@@ -1,0 +1,190 @@
+//! The formulas of `docs/recipe.md`, plainly and in f64.
+
+use glimpse_core::recipe::Recipe;
+
+use super::made::Made;
+
+/// A reading of red, green and blue, or none.
+pub(crate) type Readings = Vec<Option<[f32; 3]>>;
+
+/// The reading of a sample.
+pub(crate) fn colour(sample: usize) -> [f32; 3] {
+    let k = sample as f32;
+    [0.2 + 0.1 * k, 0.3 / (1.0 + k), 0.02 + 0.05 * k]
+}
+
+/// The readings of some of n samples.
+pub(crate) fn some(samples: usize, is_read: impl Fn(usize) -> bool) -> Readings {
+    let samples = 0..samples;
+    samples
+        .map(|sample| is_read(sample).then(|| colour(sample)))
+        .collect()
+}
+
+/// The readings of all of n samples.
+pub(crate) fn all(samples: usize) -> Readings {
+    some(samples, |_| true)
+}
+
+/// The product of both cosines at each sample.
+fn cosines(recipe: &Recipe<'_>) -> Vec<f64> {
+    let cosines = recipe.directions().map(|(_, directions)| {
+        f64::from(directions.incoming[2]) * f64::from(directions.outgoing[2])
+    });
+    cosines.collect()
+}
+
+fn dot(weights: &[i8], values: &[f64]) -> f64 {
+    let terms = weights.iter().zip(values);
+    terms.map(|(w, value)| f64::from(*w) * value).sum()
+}
+
+/// u_ic of each sample that was read, times the gain.
+pub(crate) fn entering(
+    made: &Made,
+    recipe: &Recipe<'_>,
+    readings: &Readings,
+) -> Vec<Option<[f64; 3]>> {
+    let present = readings.iter().flatten().count() as f64;
+    let gain = match made.missing {
+        2 => (readings.len() as f64 / present).sqrt(),
+        _ => 1.0,
+    };
+    let samples = readings.iter().zip(&made.centre).zip(cosines(recipe));
+    let entering = samples.map(|((reading, centre), w)| {
+        reading.map(|brdf| {
+            brdf.map(|y| {
+                let logarithm = ((f64::from(y) * w + 0.001) / 0.001).ln();
+                (logarithm - f64::from(*centre)) * f64::from(made.scale) * gain
+            })
+        })
+    });
+    entering.collect()
+}
+
+/// An activation as it counts: an integer of 16 bits.
+fn rounded(activation: f64) -> f64 {
+    (activation * 32_767.0).round() / 32_767.0
+}
+
+/// The coefficients of each channel.
+pub(crate) fn coefficients(made: &Made, entering: &[Option<[f64; 3]>]) -> [Vec<f64>; 3] {
+    let (m, h) = (made.components, made.hidden());
+    let rows = m + h;
+    let weight = |sample: usize, column: usize, row: usize| {
+        let byte = made.readings[(sample * 3 + column) * rows + row];
+        f64::from(byte) * f64::from(made.reading_scales[row])
+    };
+    [0, 1, 2].map(|channel| {
+        let z: Vec<f64> = (0..rows)
+            .map(|row| {
+                let mut z = f64::from(made.bias[row]);
+                for (sample, u) in entering.iter().enumerate() {
+                    z += match u {
+                        Some(u) => {
+                            let mean = (u[0] + u[1] + u[2]) / 3.0;
+                            weight(sample, 0, row) * u[channel] + weight(sample, 1, row) * mean
+                        }
+                        None => weight(sample, 2, row),
+                    };
+                }
+                z
+            })
+            .collect();
+        let hidden: Vec<f64> = z[m..].iter().map(|z| rounded(z.tanh())).collect();
+        (0..m)
+            .map(|k| {
+                let sum = dot(&made.output[k * h..][..h], &hidden);
+                z[k] + f64::from(made.output_scales[k]) * sum
+            })
+            .collect()
+    })
+}
+
+/// tanh(P a + p).
+pub(crate) fn units(made: &Made, coefficients: &[Vec<f64>; 3]) -> Vec<f64> {
+    let (_, starts) = made.then.as_ref().unwrap();
+    let a = coefficients.concat();
+    let rows = starts.bias.iter().zip(&starts.hidden_scales).enumerate();
+    rows.map(|(unit, (bias, scale))| {
+        let sum = dot(&starts.hidden[unit * a.len()..][..a.len()], &a);
+        (sum * f64::from(*scale) + f64::from(*bias)).tanh()
+    })
+    .collect()
+}
+
+/// U times the units.
+pub(crate) fn offsets(made: &Made, units: &[f64]) -> Vec<f64> {
+    let (_, starts) = made.then.as_ref().unwrap();
+    let units: Vec<f64> = units.iter().map(|unit| rounded(*unit)).collect();
+    let rows = starts.output_scales.iter().enumerate();
+    rows.map(|(parameter, scale)| {
+        let row = &starts.output[parameter * units.len()..][..units.len()];
+        dot(row, &units) * f64::from(*scale)
+    })
+    .collect()
+}
+
+/// The result of a fit of these readings where nothing descends: Linear's coefficients, or the
+/// parameters that a descent starts from.
+pub(crate) fn fitted(made: &Made, recipe: &Recipe<'_>, readings: &Readings) -> Vec<f64> {
+    let coefficients = coefficients(made, &entering(made, recipe, readings));
+    let Some((descends, _)) = &made.then else {
+        return coefficients.concat();
+    };
+    let offsets = offsets(made, &units(made, &coefficients));
+    let pairs = descends.initial.iter().zip(offsets);
+    pairs
+        .map(|(phi, offset)| f64::from(*phi) + offset)
+        .collect()
+}
+
+/// Linear's residual at each sample that was read: the cosine-weighted logarithmic error.
+pub(crate) fn residuals(
+    made: &Made,
+    recipe: &Recipe<'_>,
+    coefficients: &[f64],
+    readings: &Readings,
+) -> Vec<Option<f64>> {
+    let m = made.components;
+    let samples = recipe.directions().zip(cosines(recipe)).zip(readings);
+    let residuals = samples.map(|(((sample, directions), w), reading)| {
+        let (sample, cosine) = (usize::from(sample), f64::from(directions.incoming[2]));
+        reading.map(|brdf| {
+            let errors = coefficients.chunks(m).zip(brdf).map(|(coefficients, y)| {
+                let scales = made.row_scales.iter().copied().map(f64::from);
+                let scaled: Vec<f64> = scales.zip(coefficients).map(|(s, a)| s * a).collect();
+                let mapped = dot(&made.rows[sample * m..][..m], &scaled);
+                let mapped = mapped + f64::from(made.centre[sample]);
+                let f = (0.001 * (mapped.exp() - 1.0) / w).max(0.0);
+                ((1.0 + f * cosine) / (1.0 + f64::from(y) * cosine))
+                    .ln()
+                    .abs()
+            });
+            errors.sum::<f64>() / 3.0
+        })
+    });
+    residuals.collect()
+}
+
+/// Each number within this of its own size, or of 1 if that is larger: f32 against f64. Those of
+/// micromath are coarser.
+pub(crate) const TOLERANCE: f64 = if cfg!(feature = "micromath") {
+    2e-2
+} else {
+    2e-6
+};
+
+/// Compares number by number.
+#[track_caller]
+pub(crate) fn assert_close(what: &str, found: impl Iterator<Item = f32>, expected: &[f64]) {
+    let found: Vec<f32> = found.collect();
+    assert_eq!(found.len(), expected.len(), "{what}");
+    for (index, (found, expected)) in found.iter().zip(expected).enumerate() {
+        let error = (f64::from(*found) - expected).abs() / expected.abs().max(1.0);
+        assert!(
+            error <= TOLERANCE,
+            "{what} {index}: {found} instead of {expected}, {error:.1e} off"
+        );
+    }
+}

@@ -1,0 +1,190 @@
+//! The documents are right: examples do what they print, and the link sends the bytes in `docs/link.md`.
+
+#![allow(clippy::duplicate_mod)] // each example is a program of its own, with what it scans
+
+#[path = "../../examples/host.rs"]
+mod host;
+#[path = "../../examples/scan.rs"]
+mod scan;
+#[path = "../../examples/scanner.rs"]
+mod scanner;
+
+use std::fmt::Debug;
+
+use glimpse_core::driver::{Config, Host};
+use glimpse_core::geometry::Directions;
+use glimpse_core::link::{
+    BYTES_PER_FRAME, FRAME_BYTES, Failure, PROTOCOL, Refusal, Reply, Request, VALUES_PER_FRAME,
+};
+use glimpse_core::recipe::Recipe;
+use glimpse_core::scan::{LEAST_READING, Reading};
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+use crate::link::{frame, read};
+
+/// The residual of each model is small.
+#[test]
+fn the_example_of_a_scan_fits_by_all_four_models() {
+    scan::main().unwrap();
+    for recipe in scan::RECIPES {
+        let residual = scan::scan(recipe).unwrap();
+        assert!((1e-4..0.06).contains(&residual.mean), "{residual:?}");
+        assert_eq!((residual.saturated, residual.clamped), (0, 0));
+    }
+}
+
+/// Wherever power is cut, no reading is taken twice and the result is the same.
+#[test]
+fn the_example_of_a_scanner_loses_no_reading_when_power_is_cut() {
+    scanner::main().unwrap();
+    let mut whole = scanner::Scanner::new();
+    let residual = whole.run(u32::MAX).unwrap();
+    assert!(residual.is_some());
+    for cut in 1..=8 {
+        let mut scanner = scanner::Scanner::new();
+        assert_eq!(scanner.run(cut).unwrap(), None);
+        assert_eq!(scanner.run(u32::MAX).unwrap(), residual, "cut after {cut}");
+        assert_eq!((scanner.readings, scanner.clock), (8, whole.clock));
+    }
+}
+
+/// A host receives all values in their order, and moves its arms once for a reading, however bad the
+/// line is.
+#[test]
+fn the_example_of_a_host_hears_what_was_fitted() {
+    host::main().unwrap();
+    for loses in [usize::MAX, 1_000, 150] {
+        let mut computer = host::Computer::default();
+        let (residual, values, _) = host::scan(&mut computer, loses).unwrap();
+        assert_eq!(computer.values, values, "every {loses}th byte is lost");
+        assert_eq!((values.len(), computer.readings), (675, 8));
+        assert!(residual.mean < 0.06, "{residual:?}");
+    }
+}
+
+/// The document of the link's protocol.
+const LINK: &str = include_str!("../../docs/link.md");
+
+/// The bytes of a document's blocks of hexadecimal digits, without comments.
+pub(crate) fn hex_blocks(document: &str, comment: char) -> Vec<Vec<u8>> {
+    let blocks = document.split("```hex\n").skip(1);
+    let blocks = blocks.map(|block| block.split("```").next().unwrap());
+    blocks
+        .map(|block| {
+            let lines = block
+                .lines()
+                .map(|line| line.split(comment).next().unwrap());
+            let digits = lines.flat_map(str::split_whitespace);
+            let bytes = digits.map(|digits| u8::from_str_radix(digits, 16).unwrap());
+            bytes.collect()
+        })
+        .collect()
+}
+
+/// Content and frame of a message are the next two blocks.
+fn check_blocks<T>(blocks: &mut impl Iterator<Item = Vec<u8>>, sequence: u32, message: T)
+where
+    T: Serialize + DeserializeOwned + PartialEq + Debug,
+{
+    let mut buffer = [0; FRAME_BYTES];
+    let content = postcard::to_slice(&(sequence, &message), &mut buffer).unwrap();
+    assert_eq!(blocks.next().unwrap(), content, "{message:?}");
+    let bytes = blocks.next().unwrap();
+    assert_eq!(bytes, frame(sequence, &message), "{message:?}");
+    assert_eq!(read(&bytes), [Ok((sequence, message))]);
+}
+
+#[test]
+fn the_links_bytes_are_those_of_its_document() {
+    let recipe = Recipe::parse(scan::RECIPES[1]).unwrap();
+    let mut blocks = hex_blocks(LINK, ';').into_iter();
+    let hello = Request::Hello {
+        protocol: PROTOCOL,
+        model: recipe.model(),
+        samples: recipe.samples() as u16,
+        recipe: recipe.checksum(),
+    };
+    check_blocks(&mut blocks, 1, hello);
+    check_blocks(&mut blocks, 1, Reply::Welcome { protocol: PROTOCOL });
+    let directions = Directions {
+        incoming: [0.6, 0.0, 0.8],
+        outgoing: [-0.6, 0.0, 0.8],
+    };
+    let measure = Request::Measure {
+        index: 0,
+        directions,
+    };
+    check_blocks(&mut blocks, 2, measure);
+    let measured = Reply::Measured {
+        index: 0,
+        reading: Reading::new([0.25, 0.125, 0.5]),
+    };
+    check_blocks(&mut blocks, 2, measured);
+    assert_eq!(blocks.next(), None);
+}
+
+/// The rows `| number | `Name` | ..` of the table whose second column has this title.
+fn names(title: &str) -> Vec<(u8, &'static str)> {
+    let head = format!("| number | {title}");
+    let table = LINK.split(&head).nth(1).unwrap();
+    let rows = table.lines().skip(1).take_while(|row| row.starts_with('|'));
+    rows.map(|row| {
+        let mut columns = row.split('|').skip(1).map(str::trim);
+        let number = columns.next().unwrap().parse().unwrap();
+        (number, columns.next().unwrap().trim_matches('`'))
+    })
+    .collect()
+}
+
+/// Checks the numbers and names of all variants of `T` against a table.
+fn check_variants<T: DeserializeOwned + Debug>(title: &str) {
+    let variants = (0..).map_while(|number: u8| {
+        // The number, and zeros for all fields.
+        let mut bytes = [0; 128];
+        bytes[0] = number;
+        let (variant, _) = postcard::take_from_bytes::<T>(&bytes).ok()?;
+        let text = format!("{variant:?}");
+        let name = text.split(|letter: char| !letter.is_alphanumeric()).next();
+        Some((number, name.unwrap().to_owned()))
+    });
+    let written = names(title).into_iter();
+    let written: Vec<_> = written
+        .map(|(number, name)| (number, name.to_owned()))
+        .collect();
+    assert_eq!(written, variants.collect::<Vec<_>>());
+}
+
+#[test]
+fn the_links_messages_have_the_numbers_of_its_document() {
+    check_variants::<Request>("name | fields | reply |\n");
+    check_variants::<Reply>("name | fields |\n");
+    check_variants::<Refusal>("refusal | |\n");
+    check_variants::<Failure>("failure | fields |\n");
+}
+
+/// A limit stands in a line of its own field, whatever the line's words are.
+#[test]
+fn the_links_numbers_are_those_of_its_document() {
+    let config = Config::new(Host::Measures);
+    for (name, number) in [
+        ("# ", PROTOCOL.to_string()),
+        ("frame", FRAME_BYTES.to_string()),
+        ("values: ", VALUES_PER_FRAME.to_string()),
+        ("bytes: ", BYTES_PER_FRAME.to_string()),
+        ("repeated", config.repeat.to_string()),
+        ("sr^-1", LEAST_READING.to_string()),
+    ] {
+        let has_number = |line: &str| {
+            let mut words = line.split(|c: char| !c.is_alphanumeric() && !".-^".contains(c));
+            words.any(|word| word == number)
+        };
+        let mut lines = LINK.lines().filter(|line| line.contains(name));
+        assert!(lines.any(has_number), "{name}: {number}");
+    }
+    assert_eq!(
+        (config.patience, config.measuring_patience),
+        (2_000, 60_000)
+    );
+    assert_eq!(config.attempts, 3);
+}

@@ -1,0 +1,250 @@
+//! A host, a line and a clock for drivers, all in memory: time passes only where a driver waits.
+
+use glimpse_core::driver::{Action, Config, Driver};
+use glimpse_core::fit::Fitter;
+use glimpse_core::link::{Answerer, FRAME_BYTES, PROTOCOL, Received, Refusal, Reply, Request};
+use glimpse_core::model::ModelKind;
+use glimpse_core::recipe::Recipe;
+use glimpse_core::scan::Reading;
+
+use crate::scanning::{Any, SAMPLES, material, recipe_of, scan_by};
+
+/// Turns after which a driver hangs.
+const TURNS: usize = 200_000;
+
+pub(crate) type AnyDriver = Driver<'static, 'static, Any, SAMPLES>;
+
+/// A driver that scans by a recipe.
+pub(crate) fn driver_by<K: Fitter + 'static>(
+    recipe: Recipe<'static>,
+    config: Config,
+) -> Driver<'static, 'static, K, SAMPLES> {
+    Driver::new(Ok(scan_by(recipe)), config)
+}
+
+/// A driver that scans by a Phong recipe.
+pub(crate) fn phong(config: Config) -> AnyDriver {
+    driver_by(recipe_of(ModelKind::Phong), config)
+}
+
+/// The answer of a host that has the material of all tests.
+pub(crate) fn answer(request: &Request) -> Reply {
+    match request {
+        Request::Hello { .. } => Reply::Welcome { protocol: PROTOCOL },
+        Request::Measure { index, .. } => Reply::Measured {
+            index: *index,
+            reading: material(*index),
+        },
+        Request::Kept { index, reading } if *reading != material(*index) => {
+            Reply::Refused(Refusal::Kept)
+        }
+        _ => Reply::Accepted,
+    }
+}
+
+/// A host's answer to a request; None: it is silent.
+type Answer<'h> = Box<dyn FnMut(&Request) -> Option<Reply> + 'h>;
+
+/// The host at the other end of the line, and a record of messages and actions.
+pub(crate) struct Bench<'h> {
+    answer: Answer<'h>,
+    answerer: Answerer,
+    /// Spoils what is sent, in either direction.
+    pub(crate) spoil: Box<dyn FnMut(Vec<u8>) -> Vec<u8> + 'h>,
+    /// The device's own sensor.
+    pub(crate) sensor: Box<dyn FnMut(u16) -> Reading + 'h>,
+    /// Milliseconds that the host needs for its answer.
+    pub(crate) delay: Box<dyn Fn(&Request) -> u64 + 'h>,
+    /// The answer that is not given yet, and when it will be.
+    late: Option<(u64, Reply)>,
+    /// Nothing reaches the host.
+    pub(crate) deaf: bool,
+    /// Milliseconds since the start.
+    pub(crate) now: u64,
+    /// Milliseconds at the next turn.
+    pub(crate) elapsed: u32,
+    /// Each request that the host heard, once; and when.
+    pub(crate) heard: Vec<Request>,
+    /// Each frame that was sent, and when.
+    pub(crate) frames: Vec<(u64, Vec<u8>)>,
+    /// Each action but waiting and going on, and when.
+    pub(crate) actions: Vec<(u64, Action)>,
+}
+
+impl<'h> Bench<'h> {
+    /// A host that answers so; None: it does not.
+    pub(crate) fn new(answer: impl FnMut(&Request) -> Option<Reply> + 'h) -> Self {
+        Self {
+            answer: Box::new(answer),
+            answerer: Answerer::new(),
+            spoil: Box::new(|bytes| bytes),
+            sensor: Box::new(material),
+            delay: Box::new(|_| 0),
+            late: None,
+            deaf: false,
+            now: 0,
+            elapsed: 0,
+            heard: Vec::new(),
+            frames: Vec::new(),
+            actions: Vec::new(),
+        }
+    }
+
+    /// A host that does what it is asked to.
+    pub(crate) fn willing() -> Self {
+        Self::new(|request| Some(answer(request)))
+    }
+
+    /// Hands bytes to the host and returns its replies.
+    pub(crate) fn reply_to(&mut self, bytes: &[u8]) -> Vec<u8> {
+        let mut replies = Vec::new();
+        for byte in bytes {
+            let reply = match self.answerer.receive(*byte) {
+                Some(Ok(Received::New(request))) => {
+                    let reply = (self.answer)(&request);
+                    self.late = reply.map(|reply| (self.now + (self.delay)(&request), reply));
+                    self.heard.push(request);
+                    self.on_time()
+                }
+                Some(Ok(Received::Waiting)) => self.on_time(),
+                Some(Ok(Received::Again(reply))) => Some(reply),
+                _ => None,
+            };
+            if let Some(reply) = reply {
+                let mut buffer = [0; FRAME_BYTES];
+                replies.extend_from_slice(self.answerer.answer(reply, &mut buffer).unwrap());
+            }
+        }
+        replies
+    }
+
+    /// The answer to the last request, if it is time.
+    fn on_time(&mut self) -> Option<Reply> {
+        let (_, reply) = self.late.take_if(|(due, _)| *due <= self.now)?;
+        Some(reply)
+    }
+
+    /// One turn of a firmware's loop, which sleeps as long as the driver allows.
+    pub(crate) fn turn<K: Fitter>(&mut self, driver: &mut Driver<'_, '_, K, SAMPLES>) -> Action {
+        self.now += u64::from(self.elapsed);
+        let action = driver.poll(self.elapsed);
+        self.elapsed = 0;
+        match action {
+            Action::Continue => {}
+            Action::Wait { milliseconds } => self.elapsed = milliseconds,
+            Action::Measure { index, directions } => {
+                let scan = driver.scan().unwrap();
+                assert_eq!(scan.next_pending(), Some((index, directions)));
+                driver.record(index, (self.sensor)(index));
+            }
+            _ => self.actions.push((self.now, action.clone())),
+        }
+        let bytes = driver.outgoing().to_vec();
+        driver.sent(bytes.len());
+        if !bytes.is_empty() {
+            self.frames.push((self.now, bytes.clone()));
+            if !self.deaf {
+                let arrived = (self.spoil)(bytes);
+                let replies = self.reply_to(&arrived);
+                for byte in (self.spoil)(replies) {
+                    self.elapsed = 0;
+                    driver.receive(byte);
+                }
+            }
+        }
+        action
+    }
+
+    /// Turns until this action comes. Returns its time and the action.
+    pub(crate) fn run<K: Fitter>(
+        &mut self,
+        driver: &mut Driver<'_, '_, K, SAMPLES>,
+        until: impl Fn(&Action) -> bool,
+    ) -> (u64, Action) {
+        for _ in 0..TURNS {
+            let action = self.turn(driver);
+            assert_ne!(self.elapsed, u32::MAX, "it rests: {:?}", self.actions);
+            if until(&action) {
+                return (self.now, action);
+            }
+        }
+        panic!("it hangs: {:?}, {:?}", self.actions, self.heard);
+    }
+
+    /// Turns until a time has passed.
+    pub(crate) fn wait<K: Fitter>(
+        &mut self,
+        driver: &mut Driver<'_, '_, K, SAMPLES>,
+        milliseconds: u64,
+    ) {
+        let end = self.now + milliseconds;
+        for _ in 0..TURNS {
+            if self.now + u64::from(self.elapsed) > end {
+                self.elapsed = (end - self.now) as u32;
+            }
+            self.turn(driver);
+            if self.now >= end {
+                return;
+            }
+        }
+        panic!("it hangs");
+    }
+
+    /// The number of requests of a kind that the host received.
+    pub(crate) fn count(&self, is_counted: fn(&Request) -> bool) -> usize {
+        let counted = self.heard.iter().filter(|request| is_counted(request));
+        counted.count()
+    }
+
+    /// The actions, without their times. They are forgotten.
+    pub(crate) fn take_actions(&mut self) -> Vec<Action> {
+        let actions = std::mem::take(&mut self.actions).into_iter();
+        actions.map(|(_, action)| action).collect()
+    }
+
+    /// The bits of the values that were sent last, and the number of ends that the host received.
+    pub(crate) fn results(&self) -> (Vec<u32>, usize) {
+        let mut bits = Vec::new();
+        let mut ends = 0;
+        for request in &self.heard {
+            match request {
+                Request::Values {
+                    offset,
+                    total,
+                    values,
+                } => {
+                    bits.truncate(usize::from(*offset));
+                    assert_eq!(bits.len(), usize::from(*offset));
+                    bits.extend(values.iter().map(|value| value.to_bits()));
+                    assert!(bits.len() <= usize::from(*total));
+                }
+                Request::Finished(residual) => {
+                    ends += 1;
+                    bits.extend([residual.mean, residual.worst].map(f32::to_bits));
+                }
+                _ => {}
+            }
+        }
+        (bits, ends)
+    }
+}
+
+pub(crate) fn is_finished(action: &Action) -> bool {
+    matches!(action, Action::Finished(_))
+}
+
+pub(crate) fn is_failed(action: &Action) -> bool {
+    matches!(action, Action::Failed(_))
+}
+
+pub(crate) fn is_store(action: &Action) -> bool {
+    matches!(action, Action::Store { .. })
+}
+
+pub(crate) fn is_measure(request: &Request) -> bool {
+    matches!(request, Request::Measure { .. })
+}
+
+pub(crate) fn is_kept(request: &Request) -> bool {
+    matches!(request, Request::Kept { .. })
+}

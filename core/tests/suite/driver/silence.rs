@@ -1,0 +1,244 @@
+//! A host that does not reply: requests are repeated on time, the timeouts end, nothing is lost.
+
+use std::cell::Cell;
+
+use glimpse_core::driver::{Action, Config, Driver, Host};
+use glimpse_core::link::{Failure, Reply, Request};
+use glimpse_core::scan::Reading;
+
+use super::bench::{Bench, answer, driver_by, is_failed, is_finished, is_kept, is_measure, phong};
+use crate::scanning::{Any, MODELS, SAMPLES, material, recipe_of, record, scan_by, whole};
+
+/// All frames are the same, one every 100 ms from the first on.
+fn check_repeats(frames: &[(u64, Vec<u8>)]) {
+    for (repeat, (at, bytes)) in (0..).zip(frames) {
+        assert_eq!(*at, frames[0].0 + 100 * repeat);
+        assert_eq!(*bytes, frames[0].1);
+    }
+}
+
+#[test]
+fn a_hello_is_repeated_every_100_ms_for_ever() {
+    for host in [Host::Measures, Host::Listens] {
+        let mut driver = phong(Config::new(host));
+        let mut bench = Bench::willing();
+        bench.deaf = true;
+        bench.wait(&mut driver, 1_000_000);
+        assert_eq!((bench.frames[0].0, bench.frames.len()), (0, 10_001));
+        check_repeats(&bench.frames);
+        assert!(bench.actions.is_empty());
+        // And then somebody is there.
+        bench.deaf = false;
+        bench.run(&mut driver, is_finished);
+    }
+}
+
+/// Whatever the firmware's loop does meanwhile: lateness does not add up.
+#[test]
+fn repeats_keep_their_time_in_loops_of_any_period() {
+    for period in [1_u32, 3, 7, 30, 99, 100] {
+        let mut driver = phong(Config::new(Host::Measures));
+        let mut sent = Vec::new();
+        for turn in 0..70_000 / u64::from(period) {
+            let waits = driver.poll(if turn == 0 { 0 } else { period });
+            let Action::Wait { milliseconds } = waits else {
+                panic!("{waits:?}")
+            };
+            assert!((1..=100).contains(&milliseconds));
+            if !driver.outgoing().is_empty() {
+                sent.push(turn * u64::from(period));
+                driver.sent(1_000);
+            }
+        }
+        for (due, at) in (0..).step_by(100).zip(&sent) {
+            assert!((due..due + u64::from(period)).contains(at), "{due}, {at}");
+        }
+        assert!(sent.len() > 690, "{}", sent.len());
+    }
+}
+
+/// A loop that stood still for long sends once and not as often as it missed.
+#[test]
+fn missed_repeats_are_not_made_up_for() {
+    let mut driver = phong(Config::new(Host::Measures));
+    let mut frames = 0;
+    for elapsed in [0, 100_000, 0, 1, 98, 1, u32::MAX, 0, 0] {
+        driver.poll(elapsed);
+        frames += u32::from(!driver.outgoing().is_empty());
+        driver.sent(1_000);
+    }
+    assert_eq!(frames, 4);
+}
+
+/// A host is greeted for as long as it takes: for months there is something to sleep for.
+#[test]
+fn a_device_that_greets_for_months_may_still_sleep() {
+    let mut driver = phong(Config::new(Host::Measures));
+    for elapsed in [0, u32::MAX, u32::MAX, 100] {
+        driver.poll(elapsed);
+        driver.sent(1_000);
+        let action = driver.poll(0);
+        let sleeps = matches!(action, Action::Wait { milliseconds: 1.. });
+        assert!(sleeps, "{action:?}");
+    }
+}
+
+/// A frame that a slow line still has to send is not begun again.
+#[test]
+fn a_frame_that_is_not_sent_yet_is_not_repeated() {
+    let mut driver = phong(Config::new(Host::Measures));
+    driver.poll(0);
+    let frame = driver.outgoing().to_vec();
+    let mut sent = Vec::new();
+    while !driver.outgoing().is_empty() {
+        sent.push(driver.outgoing()[0]);
+        driver.sent(1);
+        if sent.len() < frame.len() {
+            driver.poll(30);
+        }
+    }
+    assert_eq!(sent, frame);
+    driver.poll(100);
+    assert_eq!(driver.outgoing(), frame);
+    // `sent` takes more than there is for all of it.
+    driver.sent(usize::MAX);
+    assert!(driver.outgoing().is_empty());
+}
+
+/// A host that is silent from the first request of this kind on: the failure comes after `timeout_ms`.
+fn check_silence(is_last: fn(&Request) -> bool, timeout_ms: u64) {
+    let config = Config {
+        recipe_bytes: 1_000,
+        ..Config::new(Host::Measures)
+    };
+    let offers = is_last(&Request::RecipePart { offset: 0 });
+    let mut driver = phong(config);
+    let silent = Cell::new(true);
+    let mut bench = Bench::new(|request| match request {
+        request if is_last(request) && silent.get() => None,
+        Request::Update if offers => Some(Reply::Recipe {
+            bytes: 500,
+            checksum: 7,
+        }),
+        _ => Some(answer(request)),
+    });
+    let failed = bench.run(&mut driver, is_failed);
+    assert_eq!(failed, (timeout_ms, Action::Failed(Failure::NoReply)));
+    let repeats = (timeout_ms / 100) as usize;
+    check_repeats(&bench.frames[bench.frames.len() - repeats..]);
+    let read = SAMPLES - driver.scan().unwrap().pending().count();
+
+    // Readings are kept, and the host is greeted.
+    bench.heard.clear();
+    bench.take_actions();
+    silent.set(false);
+    bench.run(&mut driver, |action| {
+        is_finished(action) || is_failed(action)
+    });
+    assert!(matches!(bench.heard[0], Request::Hello { .. }));
+    if offers {
+        return; // `update` tests the rest
+    }
+    let expected = whole::<Any>(*driver.scan().unwrap().recipe(), material);
+    assert_eq!(bench.results(), (expected.bits().to_vec(), 1));
+    let counts = (bench.count(is_kept), bench.count(is_measure));
+    assert_eq!(counts, (read, SAMPLES - read));
+    assert!(!bench.take_actions().contains(&Action::Forget));
+}
+
+#[test]
+fn the_timeout_is_a_minute_for_readings_and_2_s_otherwise() {
+    check_silence(|r| matches!(r, Request::Measure { index: 0, .. }), 60_000);
+    check_silence(|r| matches!(r, Request::Measure { index: 5, .. }), 60_000);
+    check_silence(|r| matches!(r, Request::Progress(_)), 2_000);
+    check_silence(
+        |r| matches!(r, Request::Progress(progress) if progress.is_complete()),
+        2_000,
+    );
+    check_silence(|r| matches!(r, Request::Values { .. }), 2_000);
+    check_silence(|r| matches!(r, Request::Finished(_)), 2_000);
+    check_silence(|r| matches!(r, Request::Update), 2_000);
+    check_silence(|r| matches!(r, Request::RecipePart { .. }), 2_000);
+}
+
+/// Arms that need most of a minute for each move cost no reading.
+#[test]
+fn each_request_has_its_own_timeout() {
+    let mut driver = phong(Config::new(Host::Measures));
+    let mut bench = Bench::willing();
+    bench.delay = Box::new(|request| if is_measure(request) { 59_900 } else { 1_900 });
+    bench.run(&mut driver, |action| {
+        is_finished(action) || is_failed(action)
+    });
+    // Each was received once, however often it was sent.
+    assert_eq!(bench.count(is_measure), 8);
+    assert_eq!(bench.results().1, 1);
+    assert!(bench.now > 8 * 59_000);
+}
+
+/// Readings that outlasted a silence or a reset are offered; those that are accepted are not taken
+/// again, in any of the models, and the result is the same.
+#[test]
+fn accepted_readings_are_not_taken_again() {
+    for model in MODELS {
+        let recipe = recipe_of(model);
+        let mut scan = scan_by::<Any>(recipe);
+        record(&mut scan, [6, 1, 3], material);
+        let mut driver = Driver::new(Ok(scan), Config::new(Host::Measures));
+        let mut bench = Bench::willing();
+        bench.run(&mut driver, is_finished);
+        assert_eq!(bench.results().0, whole::<Any>(recipe, material).bits());
+        let (mut offered, mut measured) = (Vec::new(), Vec::new());
+        for request in &bench.heard {
+            match request {
+                Request::Kept { index, reading } => {
+                    assert_eq!(*reading, material(*index));
+                    offered.push(*index);
+                }
+                Request::Measure { index, .. } => measured.push(*index),
+                _ => {}
+            }
+        }
+        assert_eq!((offered, measured), (vec![1, 3, 6], vec![0, 2, 4, 5, 7]));
+        assert!(!bench.take_actions().contains(&Action::Forget));
+    }
+}
+
+/// A fit brings up a reading that is too far below 0. The host gave another one, so it is not offered:
+/// a host that compares would have all of them taken again.
+#[test]
+fn a_reading_that_a_fit_has_clamped_is_taken_again_and_no_other() {
+    for model in MODELS {
+        let recipe = recipe_of(model);
+        let noisy = |index| match index {
+            2 => Reading::new([-0.9, 0.1, 0.1]),
+            _ => material(index),
+        };
+        let mut driver = driver_by::<Any>(recipe, Config::new(Host::Measures));
+        let mut bench = Bench::new(|request| match request {
+            Request::Measure { index, .. } => {
+                let (index, reading) = (*index, noisy(*index));
+                Some(Reply::Measured { index, reading })
+            }
+            Request::Kept { index, reading } => {
+                assert_eq!(*reading, noisy(*index));
+                Some(Reply::Accepted)
+            }
+            _ => Some(answer(request)),
+        });
+        while !matches!(bench.heard.last(), Some(Request::Progress(_))) {
+            bench.turn(&mut driver);
+        }
+        bench.deaf = true;
+        bench.run(&mut driver, is_failed);
+        bench.deaf = false;
+        bench.heard.clear();
+        bench.run(&mut driver, is_finished);
+        let measured = bench.count(is_measure);
+        let clamped = driver.scan().unwrap().fitted().unwrap().residual().clamped;
+        assert_eq!(measured, usize::from(clamped));
+        assert!(measured >= 1);
+        assert_eq!(bench.count(is_kept), 8 - measured);
+        assert_eq!(bench.results().0, whole::<Any>(recipe, noisy).bits());
+    }
+}

@@ -1,0 +1,106 @@
+//! Replies that come late, twice, or to another request are dropped.
+
+use glimpse_core::driver::{Action, Config, Host};
+use glimpse_core::link::{PROTOCOL, Refusal, Reply, Request};
+use glimpse_core::scan::Reading;
+
+use super::bench::{AnyDriver, Bench, is_failed, is_finished, phong};
+use crate::link::{frame, read};
+use crate::scanning::{Any, material, whole};
+
+fn receive(driver: &mut AnyDriver, bytes: &[u8]) {
+    for byte in bytes {
+        driver.receive(*byte);
+    }
+}
+
+/// All replies that a host may give at the wrong time.
+fn replies() -> Vec<Reply> {
+    let mut replies = vec![
+        Reply::Welcome { protocol: PROTOCOL },
+        Reply::Welcome { protocol: 9 },
+        Reply::Accepted,
+        Reply::Recipe {
+            bytes: 10,
+            checksum: 3,
+        },
+        Reply::RecipePart {
+            offset: 0,
+            bytes: [1, 2, 3].into_iter().collect(),
+        },
+        Reply::Refused(Refusal::NoScan),
+    ];
+    let reading = Reading::monochrome(0.77);
+    replies.extend((0..9).map(|index| Reply::Measured { index, reading }));
+    replies
+}
+
+/// Before each reply of the host come all others under wrong numbers, and those of another kind
+/// under the right one; after it they come again.
+#[test]
+fn replies_to_other_requests_are_dropped() {
+    for host in [Host::Measures, Host::Listens] {
+        let mut driver = phong(Config {
+            recipe_bytes: 1_000,
+            ..Config::new(host)
+        });
+        let expected = whole::<Any>(*driver.scan().unwrap().recipe(), material);
+        let mut bench = Bench::willing();
+        loop {
+            let action = driver.poll(0);
+            if is_finished(&action) {
+                break;
+            }
+            assert!(!is_failed(&action), "{action:?}");
+            if let Action::Measure { index, .. } = action {
+                driver.record(index, material(index));
+            }
+            let bytes = driver.outgoing().to_vec();
+            driver.sent(bytes.len());
+            let stray = |driver: &mut AnyDriver, sequence| {
+                for reply in replies() {
+                    receive(driver, &frame(sequence, &reply));
+                }
+            };
+            if bytes.is_empty() {
+                stray(&mut driver, 1);
+                continue;
+            }
+            let (sequence, request) = read::<Request>(&bytes)[0].clone().unwrap();
+            for wrong in [0, sequence - 1, sequence + 1, u32::MAX] {
+                stray(&mut driver, wrong);
+            }
+            for reply in replies().iter().filter(|reply| !reply.answers(&request)) {
+                receive(&mut driver, &frame(sequence, reply));
+            }
+            assert!(matches!(driver.poll(0), Action::Wait { .. }));
+            assert!(driver.outgoing().is_empty());
+            // Twice, as a repeated request is answered.
+            let reply = bench.reply_to(&bytes);
+            receive(&mut driver, &reply.repeat(2));
+        }
+        assert_eq!(bench.results(), (expected.bits().to_vec(), 1));
+    }
+}
+
+/// The reply to a request that was repeated comes again after the next request.
+#[test]
+fn a_late_reply_is_not_taken_for_the_next() {
+    let mut driver = phong(Config::new(Host::Measures));
+    let mut bench = Bench::willing();
+    let mut before: Vec<u8> = Vec::new();
+    let mut asked = 0;
+    while !is_finished(&driver.poll(100)) {
+        let bytes = driver.outgoing().to_vec();
+        driver.sent(bytes.len());
+        if bytes.is_empty() {
+            continue;
+        }
+        asked += 1;
+        receive(&mut driver, &before);
+        assert!(matches!(driver.poll(0), Action::Wait { .. }));
+        before = bench.reply_to(&bytes);
+        receive(&mut driver, &before);
+    }
+    assert_eq!(bench.heard.len(), asked);
+}

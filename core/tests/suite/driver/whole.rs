@@ -1,0 +1,206 @@
+//! Whole scans, with a host that measures, that listens, and with none.
+
+use glimpse_core::driver::{Action, Config, Driver, Host};
+use glimpse_core::fit::Fitter;
+use glimpse_core::link::{PROTOCOL, Request, VALUES_PER_FRAME};
+use glimpse_core::recipe::Recipe;
+use glimpse_core::scan::Residual;
+use proptest::prelude::*;
+
+use super::bench::{Bench, driver_by, is_finished};
+use crate::scanning::{Any, MODELS, Outcome, SAMPLES, every_fitter, material, recipe_of, whole};
+
+const IN_ORDER: [u16; 8] = [0, 1, 2, 3, 4, 5, 6, 7];
+
+/// The fitted material of a driver.
+fn fitted<K: Fitter>(driver: &Driver<'_, '_, K, SAMPLES>) -> Outcome {
+    let fitted = driver.scan().unwrap().fitted().unwrap();
+    let residual = fitted.residual();
+    let numbers = fitted.values().chain([residual.mean, residual.worst]);
+    Outcome::Fitted(numbers.map(f32::to_bits).collect(), residual)
+}
+
+/// Each request in turn, each received once; `measures` if the host is to measure.
+fn check_requests(recipe: &Recipe<'_>, heard: &[Request], slice: u32, measures: bool) {
+    let mut heard = heard.iter();
+    let mut next = || heard.next().expect("a request is missing");
+    let (samples, total) = (recipe.samples() as u16, recipe.descent().map_or(8, |_| 160));
+    let hello = Request::Hello {
+        protocol: PROTOCOL,
+        model: recipe.model(),
+        samples,
+        recipe: recipe.checksum(),
+    };
+    assert_eq!(*next(), hello);
+    for expected in (0..samples).filter(|_| measures) {
+        assert!(matches!(next(), Request::Measure { index, .. } if *index == expected));
+    }
+    for slices in 1..=u32::div_ceil(total, slice) {
+        let Request::Progress(found) = next() else {
+            panic!("the progress is missing")
+        };
+        let done = (slices * slice).min(total);
+        assert_eq!((found.done, found.total), (done, total));
+    }
+    let count = recipe.model().parameters().unwrap_or(15);
+    for from in (0..count).step_by(VALUES_PER_FRAME) {
+        let Request::Values {
+            offset,
+            total,
+            values,
+        } = next()
+        else {
+            panic!("the values are missing")
+        };
+        assert_eq!((usize::from(*offset), usize::from(*total)), (from, count));
+        assert_eq!(values.len(), (count - from).min(VALUES_PER_FRAME));
+    }
+    assert!(matches!(next(), Request::Finished(_)));
+    assert_eq!(heard.next(), None);
+}
+
+/// A Save after each reading, then the end.
+fn check_actions(actions: &[Action], order: &[u16], residual: Residual) {
+    let saves = order.iter().map(|index| Action::Save {
+        index: *index,
+        reading: material(*index),
+    });
+    let expected: Vec<_> = saves.chain([Action::Finished(residual)]).collect();
+    assert_eq!(actions, expected);
+}
+
+/// The next scan begins by itself, and is like the first.
+fn measured_by_a_host<K: Fitter + 'static>(recipe: Recipe<'static>, slice: u32) {
+    let expected = whole::<K>(recipe, material);
+    let config = Config {
+        slice,
+        ..Config::new(Host::Measures)
+    };
+    let mut driver = driver_by::<K>(recipe, config);
+    let mut bench = Bench::willing();
+    for scans in 0..3 {
+        if scans > 0 {
+            bench.run(&mut driver, |action| *action == Action::Forget);
+            bench.take_actions();
+            assert_eq!(driver.scan().unwrap().pending().count(), SAMPLES);
+            bench.heard.clear();
+        }
+        bench.run(&mut driver, is_finished);
+        assert_eq!(fitted(&driver), expected);
+        assert_eq!(bench.results(), (expected.bits().to_vec(), 1));
+        check_requests(&recipe, &bench.heard, slice.max(1), true);
+        check_actions(&bench.take_actions(), &IN_ORDER, expected.residual());
+    }
+    // No time passed.
+    assert_eq!(bench.now, 0);
+}
+
+#[test]
+fn a_host_that_measures_gets_the_bits_of_a_scan_alone() {
+    every_fitter!(measured_by_a_host, 8);
+    for model in MODELS {
+        for slice in [0, 1_000] {
+            measured_by_a_host::<Any>(recipe_of(model), slice);
+        }
+    }
+}
+
+fn with_own_arms<K: Fitter + 'static>(recipe: Recipe<'static>, host: Host, order: &[u16]) {
+    let expected = whole::<K>(recipe, material);
+    let mut driver = driver_by::<K>(recipe, Config::new(host));
+    let mut bench = Bench::willing();
+    for scans in 0..2 {
+        for index in order {
+            // Any of those pending will do.
+            let action = loop {
+                let action = driver.poll(1);
+                let bytes = driver.outgoing().to_vec();
+                driver.sent(bytes.len());
+                for byte in bench.reply_to(&bytes) {
+                    driver.receive(byte);
+                }
+                match action {
+                    Action::Measure { .. } => break action,
+                    Action::Wait { milliseconds } => assert_ne!(milliseconds, u32::MAX),
+                    Action::Continue => {}
+                    Action::Save { .. } | Action::Forget => bench.actions.push((0, action)),
+                    other => panic!("{other:?}"),
+                }
+            };
+            // The action stays the same until a reading is recorded.
+            assert_eq!(driver.poll(1_000), action);
+            driver.record(*index, material(*index));
+        }
+        bench.sensor = Box::new(|index| panic!("{index} was read"));
+        bench.run(&mut driver, is_finished);
+        assert_eq!(fitted(&driver), expected);
+        let mut actions = bench.take_actions();
+        if scans > 0 {
+            assert_eq!(actions.remove(0), Action::Forget);
+        }
+        check_actions(&actions, order, expected.residual());
+        if host == Host::Listens {
+            assert_eq!(bench.results(), (expected.bits().to_vec(), 1));
+            check_requests(&recipe, &bench.heard, 8, false);
+        } else {
+            assert!(bench.heard.is_empty() && bench.frames.is_empty());
+        }
+
+        // Then it rests until a restart.
+        for _ in 0..2 {
+            let actions: Vec<_> = (0..5).map(|_| driver.poll(1_000)).collect();
+            let forgets = actions.iter().filter(|action| **action == Action::Forget);
+            assert!(forgets.count() <= 1, "{actions:?}");
+            let milliseconds = u32::MAX;
+            assert_eq!(actions.last(), Some(&Action::Wait { milliseconds }));
+        }
+        assert!(driver.outgoing().is_empty());
+        driver.restart();
+        bench.heard.clear();
+    }
+}
+
+#[test]
+fn a_device_with_arms_of_its_own_ends_in_the_same_bits() {
+    for host in [Host::Absent, Host::Listens] {
+        every_fitter!(with_own_arms, host, &IN_ORDER);
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(8))]
+    #[test]
+    fn its_own_readings_come_in_any_order(order in Just(IN_ORDER.to_vec()).prop_shuffle()) {
+        for host in [Host::Absent, Host::Listens] {
+            for model in MODELS {
+                with_own_arms::<Any>(recipe_of(model), host, &order);
+            }
+        }
+    }
+}
+
+/// A second reading of a sample in the middle of a fit gives it up, and the fit begins again.
+#[test]
+fn a_reading_in_the_middle_of_the_fit_begins_it_again() {
+    for model in MODELS {
+        for host in [Host::Absent, Host::Listens] {
+            let recipe = recipe_of(model);
+            let config = Config {
+                slice: 2,
+                ..Config::new(host)
+            };
+            let mut driver = driver_by::<Any>(recipe, config);
+            let mut bench = Bench::willing();
+            bench.sensor = Box::new(|index| material(if index == 6 { 0 } else { index }));
+            while driver.scan().unwrap().next_pending().is_some() {
+                bench.turn(&mut driver);
+            }
+            for _ in 0..6 {
+                bench.turn(&mut driver);
+            }
+            driver.record(6, material(6));
+            bench.run(&mut driver, is_finished);
+            assert_eq!(fitted(&driver), whole::<Any>(recipe, material));
+        }
+    }
+}

@@ -1,0 +1,78 @@
+//! The BRDF of a fitted material, and the directions where it has none.
+
+use glimpse_core::fit::{Fitter, Linear};
+use glimpse_core::geometry::Directions;
+use glimpse_core::model::{ModelKind, Neural};
+use glimpse_core::scan::Fitted;
+
+use crate::scanning::{Any, SAMPLES, WORDS, fit, material, recipe_of, record, scan_by};
+
+const UP: [f32; 3] = [0.0, 0.0, 1.0];
+const SLANTED: [f32; 3] = [0.6, 0.0, 0.8];
+
+/// Checks a material that `K` fitted.
+fn with_fitted<K: Fitter + 'static>(model: ModelKind, check: impl FnOnce(Fitted<'_, K, SAMPLES>)) {
+    let mut scan = scan_by::<K>(recipe_of(model));
+    record(&mut scan, 0..8, material);
+    fit(&mut scan, &[u32::MAX]);
+    check(scan.fitted().unwrap());
+}
+
+/// In version 0.1 the BRDF was black below the horizon, and 1e19 for some vectors that are not unit.
+#[test]
+fn only_unit_vectors_above_the_horizon_have_a_brdf() {
+    let scaled = |factor: f32| SLANTED.map(|x| x * factor);
+    let valid = [
+        UP,
+        SLANTED,
+        [-0.6, 0.0, 0.8],
+        // The caller's own rounding.
+        scaled(1.0 - 1e-6),
+        scaled(1.0 + 1e-6),
+    ];
+    let mut invalid = vec![[0.6, 0.0, -0.8], [0.0, 0.0, -1.0]];
+    invalid.extend([0.0, 0.5, 0.9, 1.1, 2.0, 1e3, 1e19].map(scaled));
+    for number in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+        for place in 0..3 {
+            let mut broken = UP;
+            broken[place] = number;
+            invalid.push(broken);
+        }
+    }
+    with_fitted::<Neural>(ModelKind::Neural, |fitted| {
+        let brdf = |incoming, outgoing| fitted.brdf(&Directions { incoming, outgoing });
+        for incoming in valid {
+            for outgoing in valid {
+                let found = brdf(incoming, outgoing).unwrap();
+                let sound = |f: &f32| f.is_finite() && *f >= 0.0;
+                assert!(found.iter().all(sound), "{found:?}");
+            }
+        }
+        for bad in invalid {
+            assert_eq!(brdf(bad, bad), None, "{bad:?}");
+            for good in valid {
+                assert_eq!(brdf(bad, good), None, "{bad:?}");
+                assert_eq!(brdf(good, bad), None, "{bad:?}");
+            }
+        }
+        // At the horizon, where for other pairs rounding decides.
+        for good in [UP, SLANTED] {
+            assert_eq!(brdf([1.0, 0.0, 0.0], good), None);
+            assert_eq!(brdf(good, [1.0, 0.0, 0.0]), None);
+        }
+    });
+}
+
+#[test]
+fn linear_without_a_basis_has_no_brdf() {
+    let pair = Directions {
+        incoming: UP,
+        outgoing: SLANTED,
+    };
+    with_fitted::<Linear<WORDS>>(ModelKind::Linear, |fitted| {
+        assert_eq!(fitted.brdf(&pair), None);
+    });
+    with_fitted::<Any>(ModelKind::Linear, |fitted| {
+        assert_eq!(fitted.brdf(&pair), None);
+    });
+}

@@ -1,0 +1,139 @@
+//! Angles, half and difference vectors and directions against independent trigonometry.
+
+use std::f64::consts::{FRAC_PI_2, TAU};
+
+use glimpse_core::geometry::{Angles, Directions, HalfDifference};
+use proptest::prelude::*;
+
+type Vector = [f64; 3];
+
+/// A few roundings of numbers up to 2 pi.
+const EXACT: f64 = 3e-15;
+
+/// Any angles in range, valid or not.
+fn angles() -> impl Strategy<Value = Angles<f64>> {
+    (0.0..FRAC_PI_2, 0.0..FRAC_PI_2, 0.0..TAU).prop_map(|(theta_h, theta_d, phi_d)| Angles {
+        theta_h,
+        theta_d,
+        phi_d,
+    })
+}
+
+fn dot(a: Vector, b: Vector) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+fn about_y(v: Vector, angle: f64) -> Vector {
+    let (sin, cos) = angle.sin_cos();
+    [cos * v[0] + sin * v[2], v[1], cos * v[2] - sin * v[0]]
+}
+
+fn about_z(v: Vector, angle: f64) -> Vector {
+    let (sin, cos) = angle.sin_cos();
+    [cos * v[0] - sin * v[1], sin * v[0] + cos * v[1], v[2]]
+}
+
+/// w_i and w_o by Rusinkiewicz's definition: the difference vector turned by theta_h about y,
+/// and its mirror image in the half vector.
+fn directions(angles: Angles<f64>) -> [Vector; 2] {
+    let Angles {
+        theta_h,
+        theta_d,
+        phi_d,
+    } = angles;
+    let pole = [0.0, 0.0, 1.0];
+    let half = about_y(pole, theta_h);
+    let incoming = about_y(about_z(about_y(pole, theta_d), phi_d), theta_h);
+    let twice = 2.0 * dot(half, incoming);
+    [
+        incoming,
+        std::array::from_fn(|i| twice * half[i] - incoming[i]),
+    ]
+}
+
+fn close(a: &[f64], b: &[f64], tolerance: f64) -> Result<(), TestCaseError> {
+    for (x, y) in a.iter().zip(b) {
+        prop_assert!((x - y).abs() <= tolerance, "{a:?} and {b:?}");
+    }
+    Ok(())
+}
+
+fn list(at: &HalfDifference<f64>) -> [f64; 5] {
+    [at.hx, at.hz, at.dx, at.dy, at.dz]
+}
+
+fn single(at: &HalfDifference<f64>) -> HalfDifference<f32> {
+    let [hx, hz, dx, dy, dz] = list(at).map(|value| value as f32);
+    HalfDifference { hx, hz, dx, dy, dz }
+}
+
+fn double(at: &HalfDifference<f32>) -> [f64; 5] {
+    [at.hx, at.hz, at.dx, at.dy, at.dz].map(f64::from)
+}
+
+/// The distance by which rounding to f32 may move a half and a difference vector that are found from
+/// directions: the half vector is as long as cos(theta_d), and its azimuth is as sharp as
+/// sin(theta_h). micromath adds the errors of three square roots.
+fn rounding(at: &HalfDifference<f64>) -> f64 {
+    let roots = if cfg!(feature = "micromath") {
+        5e-6
+    } else {
+        0.0
+    };
+    roots + 3e-7 / (at.dz * at.hx)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 10_000, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn directions_follow_the_definition(angles in angles()) {
+        let at = HalfDifference::from_angles(angles);
+        let Angles { theta_h, theta_d, phi_d } = angles;
+        close(&[at.hx, at.hz, at.dz], &[theta_h.sin(), theta_h.cos(), theta_d.cos()], EXACT)?;
+        let azimuth = [theta_d.sin() * phi_d.cos(), theta_d.sin() * phi_d.sin()];
+        close(&[at.dx, at.dy], &azimuth, EXACT)?;
+        let found = at.directions();
+        let [incoming, outgoing] = directions(angles);
+        close(&found.incoming, &incoming, EXACT)?;
+        close(&found.outgoing, &outgoing, EXACT)?;
+    }
+
+    #[test]
+    fn cosines_follow_spherical_trigonometry(angles in angles()) {
+        let at = HalfDifference::from_angles(angles);
+        let Angles { theta_h, theta_d, phi_d } = angles;
+        let sum = theta_d.cos() * theta_h.cos();
+        let difference = theta_d.sin() * phi_d.cos() * theta_h.sin();
+        close(&[at.cos_theta_i(), at.cos_theta_o()], &[sum - difference, sum + difference], EXACT)?;
+    }
+
+    #[test]
+    fn directions_lead_back(angles in angles(), azimuth in 0.0..TAU) {
+        let at = HalfDifference::from_angles(angles);
+        prop_assume!(at.hx * at.dz > 1e-3);
+        // An isotropic material does not notice how the pair is turned about the normal.
+        let [incoming, outgoing] = directions(angles).map(|w| about_z(w, azimuth).map(|x| x as f32));
+        let found = HalfDifference::from_directions(&Directions { incoming, outgoing });
+        let found = found.ok_or_else(|| TestCaseError::fail("no half vector"))?;
+        close(&double(&found), &list(&at), rounding(&at))?;
+    }
+
+    #[test]
+    fn a_pair_about_the_normal_has_no_azimuth(theta_d in 0.0..1.5f64, azimuth in 0.0..TAU) {
+        let [x, y, z] = about_z(about_y([0.0, 0.0, 1.0], theta_d), azimuth).map(|x| x as f32);
+        let pair = Directions { incoming: [x, y, z], outgoing: [-x, -y, z] };
+        let found = HalfDifference::from_directions(&pair);
+        let found = found.ok_or_else(|| TestCaseError::fail("no half vector"))?;
+        close(&double(&found), &[0.0, 1.0, theta_d.sin(), 0.0, theta_d.cos()], 5e-6)?;
+    }
+
+    #[test]
+    fn validity_is_both_directions_above_the_horizon(angles in angles()) {
+        let at = HalfDifference::from_angles(angles);
+        let [incoming, outgoing] = directions(angles);
+        // Closer than rounding to the horizon either answer is right.
+        prop_assume!(incoming[2].abs() > 1e-6 && outgoing[2].abs() > 1e-6);
+        prop_assert_eq!(single(&at).is_valid(), incoming[2] > 0.0 && outgoing[2] > 0.0);
+    }
+}

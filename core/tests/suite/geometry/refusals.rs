@@ -1,0 +1,94 @@
+//! Invalid pairs of directions.
+
+use glimpse_core::geometry::{Arm, Directions, DirectionsError, HalfDifference};
+
+const UP: [f32; 3] = [0.0, 0.0, 1.0];
+
+/// The same fault in either direction.
+fn both_ways(broken: [f32; 3]) -> [(Arm, Directions<f32>); 2] {
+    let pair = |incoming, outgoing| Directions { incoming, outgoing };
+    [
+        (Arm::Light, pair(broken, UP)),
+        (Arm::Sensor, pair(UP, broken)),
+    ]
+}
+
+#[test]
+fn pairs_without_a_half_vector_are_refused() {
+    for (incoming, outgoing, refused) in [
+        (UP, UP, false),
+        ([1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], true),
+        // Opposite, though not as long.
+        ([1.0, 0.0, 0.0], [-0.9991, 0.0, 0.0], true),
+        ([0.6, 0.0, 0.8], [-0.6, 0.0, -0.8], true),
+        ([1.0, 0.0, 0.0], [-1.0, 0.0, 1e-3], false),
+    ] {
+        let pair = Directions { incoming, outgoing };
+        let found = HalfDifference::from_directions(&pair);
+        assert_eq!(found.is_none(), refused, "{pair:?}");
+    }
+}
+
+#[test]
+fn numbers_that_are_not_finite_are_refused() {
+    for number in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+        for place in 0..3 {
+            let mut broken = UP;
+            broken[place] = number;
+            for (arm, pair) in both_ways(broken) {
+                assert!(HalfDifference::from_directions(&pair).is_none(), "{pair:?}");
+                assert_eq!(pair.check(), Err(DirectionsError::NonFinite(arm)));
+            }
+        }
+    }
+}
+
+/// Such vectors got a BRDF of 1e19.
+#[test]
+fn vectors_that_are_not_unit_are_refused() {
+    for length in [0.0, 1e-30, 0.5, 0.9989, 1.0011, 2.0, 1e10, 1e19, f32::MAX] {
+        for direction in [UP, [0.6, 0.0, 0.8], [0.48, -0.64, 0.6]] {
+            for (arm, pair) in both_ways(direction.map(|x| x * length)) {
+                assert!(HalfDifference::from_directions(&pair).is_none(), "{pair:?}");
+                assert_eq!(pair.check(), Err(DirectionsError::NotUnit(arm)));
+            }
+        }
+    }
+    for length in [0.9991, 1.0, 1.0009] {
+        for (_, pair) in both_ways([0.48, -0.64, 0.6].map(|x| x * length)) {
+            assert_eq!(pair.check(), Ok(()));
+            let at = HalfDifference::from_directions(&pair).expect("a half vector");
+            // Half and difference vector are of unit length nevertheless.
+            let half = at.hx.hypot(at.hz);
+            let difference = at.dx.hypot(at.dy).hypot(at.dz);
+            assert!(
+                (half - 1.0).abs() < 5e-6 && (difference - 1.0).abs() < 5e-6,
+                "{at:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn directions_at_and_below_the_horizon_are_refused_by_name() {
+    for low in [[1.0, 0.0, 0.0], [1.0, 0.0, -0.0], [0.6, 0.0, -0.8]] {
+        for (arm, pair) in both_ways(low) {
+            assert_eq!(pair.check(), Err(DirectionsError::BelowHorizon(arm)));
+            // They have a half vector all the same, whose cosines tell.
+            let at = HalfDifference::from_directions(&pair).expect("a half vector");
+            assert!(at.cos_theta_i().min(at.cos_theta_o()) < 1e-6);
+        }
+    }
+}
+
+/// Near grazing the half vector may be the normal within rounding, and a direction below the
+/// horizon: the pole's rule must not lift it.
+#[test]
+fn the_pole_lifts_nothing_above_the_horizon() {
+    let pair = Directions {
+        incoming: [1.0, 0.0, -1e-4],
+        outgoing: [-1.0, 0.0, 3e-4],
+    };
+    let at = HalfDifference::from_directions(&pair).expect("a half vector");
+    assert!(!at.is_valid(), "{at:?}");
+}

@@ -1,0 +1,179 @@
+//! Counts of a simulated sensor become the BRDF that they were made of.
+
+use std::f32::consts::PI;
+
+use glimpse_core::geometry::{Arm, Directions};
+use glimpse_core::gonio::{
+    Calibrated, Calibration, CalibrationError, CosineError, Footprint, Quantity,
+};
+use proptest::prelude::*;
+
+use super::{at, close};
+
+const DARK: [f32; 3] = [96.0, 101.0, 99.5];
+const GAIN: [f32; 3] = [9000.0, 11_000.0, 7000.0];
+const WHITE: [f32; 3] = [0.99, 0.985, 0.97];
+
+/// The counts of a sensor where the BRDF is `brdf`.
+fn counts(brdf: [f32; 3], at: &Directions<f32>, footprint: Footprint) -> [f32; 3] {
+    let cosine = match footprint {
+        Footprint::LightLarger => at.incoming[2],
+        Footprint::SensorLarger => at.outgoing[2],
+    };
+    std::array::from_fn(|c| DARK[c] + GAIN[c] * brdf[c] * cosine)
+}
+
+fn calibration(at: &Directions<f32>, footprint: Footprint) -> Calibration {
+    let white = counts(WHITE.map(|r| r / PI), at, footprint);
+    Calibration::new(DARK, white, WHITE).expect("a white brighter than dark")
+}
+
+proptest! {
+    #[test]
+    fn counts_become_the_brdf(
+        theta_i in 0.0..75f32, theta_o in 0.0..75f32, phi in 0.0..180f32,
+        r in 0.0..2f32, g in 0.0..2f32, b in 0.0..2f32, light in any::<bool>(),
+    ) {
+        let footprint = if light { Footprint::LightLarger } else { Footprint::SensorLarger };
+        let here = at([theta_i, 0.0, theta_o, phi]);
+        let read = counts([r, g, b], &here, footprint);
+        // Cosines cancel, whichever it is.
+        let same = calibration(&here, footprint).brdf(read).expect("finite");
+        let reference = at([0.0, 0.0, 45.0, 0.0]);
+        let once = calibration(&reference, footprint).read_once_at(&reference, footprint).expect("above");
+        let once = once.brdf(read, &here).expect("finite");
+        for found in [same, once] {
+            prop_assert!(!found.saturated);
+            for (found, expected) in found.brdf.into_iter().zip([r, g, b]) {
+                // A count is rounded to 1e-3 or so of some thousand.
+                prop_assert!((found - expected).abs() < 5e-6 * (1.0 + expected) / here.incoming[2].min(here.outgoing[2]));
+            }
+        }
+    }
+
+    #[test]
+    fn quantities_there_and_back(theta_i in 0.0..85f32, theta_o in 0.0..85f32, f in 0.0..10f32) {
+        let here = at([theta_i, 0.0, theta_o, 50.0]);
+        let expected = [
+            (Quantity::Brdf, f),
+            (Quantity::BrdfTimesCosThetaI, f * here.incoming[2]),
+            (Quantity::BrdfTimesCosThetaO, f * here.outgoing[2]),
+            (Quantity::ReflectanceFactor, f * PI),
+        ];
+        for (quantity, expected) in expected {
+            let [value, ..] = quantity.of_brdf([f; 3], &here).expect("above the horizon");
+            prop_assert!(close(value, expected), "{quantity}");
+            let [back, ..] = quantity.to_brdf([value; 3], &here).expect("above the horizon");
+            prop_assert!(close(back, f), "{quantity}");
+        }
+    }
+}
+
+#[test]
+fn noise_below_dark_stays_negative() {
+    let here = at([30.0, 0.0, 30.0, 90.0]);
+    let read = DARK.map(|dark| dark - 1.0);
+    let found = calibration(&here, Footprint::LightLarger)
+        .brdf(read)
+        .expect("finite");
+    for (channel, value) in found.brdf.into_iter().enumerate() {
+        assert!(
+            close(value, -1.0 / (GAIN[channel] * here.incoming[2])),
+            "{value}"
+        );
+        assert!(value < 0.0);
+    }
+}
+
+#[test]
+fn saturation_is_flagged_in_any_channel() {
+    let here = at([0.0, 0.0, 30.0, 90.0]);
+    let calibration = calibration(&here, Footprint::LightLarger);
+    let is_saturated =
+        |calibration: &Calibration, read| calibration.brdf(read).expect("finite").saturated;
+    let saturating = calibration.saturating_at(4095.0).expect("white below it");
+    for channel in 0..3 {
+        for (count, saturated) in [(4094.9, false), (4095.0, true), (4096.0, true)] {
+            let mut read = [1000.0; 3];
+            read[channel] = count;
+            assert_eq!(is_saturated(&saturating, read), saturated, "{count}");
+            assert!(!is_saturated(&calibration, read), "without a level");
+        }
+    }
+    let once = saturating.read_once_at(&here, Footprint::LightLarger);
+    let once = once.expect("above the horizon").brdf([4095.0; 3], &here);
+    assert!(once.expect("finite").saturated);
+}
+
+#[test]
+fn one_channel_stands_in_all_three() {
+    let calibration = Calibration::monochrome(100.0, 1100.0, 0.5).expect("a white");
+    let found = calibration.brdf([600.0; 3]).expect("finite");
+    assert_eq!(found, Calibrated::monochrome(found.brdf[0], false));
+    assert!(close(found.brdf[0], 0.25 / PI));
+}
+
+#[test]
+fn errors_name_the_channel() {
+    for channel in 0..3u8 {
+        let with = |mut values: [f32; 3], value| {
+            values[usize::from(channel)] = value;
+            values
+        };
+        let white = [3000.0; 3];
+        let new =
+            |dark, white, reflectance| Calibration::new(dark, white, reflectance).unwrap_err();
+        for broken in [f32::NAN, f32::INFINITY] {
+            let error = CalibrationError::NonFinite(channel);
+            assert_eq!(new(with(DARK, broken), white, WHITE), error);
+            assert_eq!(new(DARK, with(white, broken), WHITE), error);
+            let sound = Calibration::new(DARK, white, WHITE).expect("a white");
+            assert_eq!(sound.brdf(with(white, broken)), Err(error));
+        }
+        let error = CalibrationError::WhiteNotBrighter(channel);
+        assert_eq!(new(with(DARK, 3000.0), white, WHITE), error);
+        assert_eq!(new(DARK, with(white, 10.0), WHITE), error);
+        for broken in [f32::NAN, 0.0, -0.5, 99.0, f32::INFINITY] {
+            let error = CalibrationError::Reflectance(channel);
+            assert_eq!(new(DARK, white, with(WHITE, broken)), error);
+        }
+        let sound = Calibration::new(DARK, with(white, 3500.0), WHITE).expect("a white");
+        let error = Err(CalibrationError::WhiteSaturated(channel));
+        assert_eq!(sound.saturating_at(3500.0), error);
+        assert!(sound.saturating_at(3501.0).is_ok());
+        assert!(sound.saturating_at(f32::NAN).is_err());
+    }
+    // A quotient that is too large is not a BRDF.
+    let dim = Calibration::monochrome(0.0, 1e-30, 1.0).expect("a white");
+    let error = Err(CalibrationError::NonFinite(0));
+    assert_eq!(dim.brdf([1e30; 3]), error);
+}
+
+#[test]
+fn errors_name_the_arm_below_the_horizon() {
+    let above = at([0.0, 0.0, 45.0, 0.0]);
+    let below = |z| Directions {
+        incoming: [0.6, 0.0, z],
+        outgoing: [0.6, 0.0, z],
+    };
+    let sound = Calibration::monochrome(0.0, 1.0, 1.0).expect("a white");
+    for (footprint, arm) in [
+        (Footprint::LightLarger, Arm::Light),
+        (Footprint::SensorLarger, Arm::Sensor),
+    ] {
+        let once = sound.read_once_at(&above, footprint).expect("above");
+        for z in [0.0, -0.8, f32::NAN, f32::INFINITY] {
+            let error = CalibrationError::Cosine(CosineError(arm));
+            assert_eq!(sound.read_once_at(&below(z), footprint), Err(error));
+            assert_eq!(once.brdf([1.0; 3], &below(z)), Err(error));
+        }
+    }
+    for (quantity, arm) in [
+        (Quantity::BrdfTimesCosThetaI, Arm::Light),
+        (Quantity::BrdfTimesCosThetaO, Arm::Sensor),
+    ] {
+        let error = Err(CosineError(arm));
+        assert_eq!(quantity.to_brdf([1.0; 3], &below(-0.8)), error);
+        assert_eq!(quantity.of_brdf([1.0; 3], &below(0.0)), error);
+    }
+}

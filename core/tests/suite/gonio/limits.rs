@@ -1,0 +1,165 @@
+//! Limits name what is passed, and by how much.
+
+use std::f32::consts::{FRAC_PI_2, PI};
+
+use glimpse_core::geometry::{Arm, Directions, DirectionsError};
+use glimpse_core::gonio::{Limits, LimitsError, Unreachable};
+use proptest::prelude::*;
+
+use super::{at, close};
+
+fn limits() -> Limits {
+    Limits {
+        max_theta_i: 60f32.to_radians(),
+        max_theta_o: 75f32.to_radians(),
+        min_separation: 12f32.to_radians(),
+        in_plane: false,
+    }
+}
+
+#[test]
+fn each_limit_is_named_with_its_excess() {
+    let limits = limits();
+    assert_eq!(limits.validate(), Ok(()));
+    assert_eq!(limits.check(&at([59.0, 0.0, 74.0, 90.0])), Ok(()));
+    let degrees = |error: Unreachable| match error {
+        Unreachable::ThetaI { by } => ("theta_i", by.to_degrees()),
+        Unreachable::ThetaO { by } => ("theta_o", by.to_degrees()),
+        Unreachable::Separation { by } => ("separation", by.to_degrees()),
+        Unreachable::OutOfPlane { by } => ("plane", by.to_degrees()),
+        Unreachable::Directions(error) => panic!("{error}"),
+    };
+    let in_plane = Limits {
+        in_plane: true,
+        ..limits
+    };
+    for (limits, place, name, by) in [
+        (limits, [62.0, 0.0, 0.0, 0.0], "theta_i", 2.0),
+        (limits, [0.0, 0.0, 75.5, 0.0], "theta_o", 0.5),
+        (limits, [40.0, 20.0, 30.0, 20.0], "separation", 2.0),
+        (limits, [0.0, 0.0, 0.0, 0.0], "separation", 12.0),
+        (in_plane, [10.0, 0.0, 40.0, 90.0], "plane", 10.0),
+    ] {
+        let (found, excess) = degrees(limits.check(&at(place)).unwrap_err());
+        assert_eq!(found, name);
+        assert!((excess - by).abs() < 1e-3, "{name}: {excess}");
+    }
+    for azimuth in [0.0, 180.0, 180.05, -179.95] {
+        assert_eq!(
+            in_plane.check(&at([20.0, 30.0, 40.0, 30.0 + azimuth])),
+            Ok(())
+        );
+    }
+}
+
+/// A pattern that was placed on a limit is not refused for a rounding.
+#[test]
+fn the_limit_itself_is_within_reach() {
+    let limits = limits();
+    for azimuth in 0..360 {
+        let azimuth = azimuth as f32;
+        let here = at([60.0, azimuth, 75.0, azimuth + 120.0]);
+        assert_eq!(limits.check(&here), Ok(()));
+        assert_eq!(limits.check(&at([30.0, azimuth, 42.0, azimuth])), Ok(()));
+    }
+}
+
+#[test]
+fn invalid_directions_are_out_of_reach() {
+    let pair = Directions {
+        incoming: [0.0, 0.0, 1.0],
+        outgoing: [0.6, 0.0, -0.8],
+    };
+    let error = DirectionsError::BelowHorizon(Arm::Sensor);
+    let unreachable = Unreachable::Directions(error);
+    assert_eq!(pair.check(), Err(error));
+    assert_eq!(Limits::NONE.check(&pair), Err(unreachable));
+}
+
+#[test]
+fn fields_out_of_range_are_named() {
+    let refused = |change: &dyn Fn(&mut Limits)| {
+        let mut limits = limits();
+        change(&mut limits);
+        limits.validate().unwrap_err()
+    };
+    for theta in [f32::NAN, 0.0, -0.1, 1.6, f32::INFINITY] {
+        assert_eq!(refused(&|l| l.max_theta_i = theta), LimitsError::MaxThetaI);
+        assert_eq!(refused(&|l| l.max_theta_o = theta), LimitsError::MaxThetaO);
+    }
+    for separation in [f32::NAN, -0.1, 3.2, f32::INFINITY] {
+        let error = refused(&|l| l.min_separation = separation);
+        assert_eq!(error, LimitsError::MinSeparation);
+    }
+    assert_eq!(refused(&|l| l.min_separation = 2.4), LimitsError::Nothing);
+    let widest = Limits {
+        max_theta_i: FRAC_PI_2,
+        max_theta_o: FRAC_PI_2,
+        min_separation: PI,
+        in_plane: true,
+    };
+    assert_eq!(widest.validate(), Ok(()));
+    assert_eq!(Limits::default(), Limits::NONE);
+    assert_eq!(Limits::NONE.validate(), Ok(()));
+}
+
+#[test]
+fn errors_name_the_field_and_the_excess() {
+    let text = LimitsError::MaxThetaI.to_string();
+    assert!(text.contains("max_theta_i"), "{text}");
+    let error = limits().check(&at([62.0, 0.0, 0.0, 0.0])).unwrap_err();
+    let text = error.to_string();
+    assert!(
+        text.contains("max_theta_i") && text.contains("2.000"),
+        "{text}"
+    );
+}
+
+/// A recipe holds them.
+#[test]
+fn limits_survive_postcard() {
+    let mut buffer = [0; 16];
+    let bytes = postcard::to_slice(&limits(), &mut buffer).expect("room");
+    assert_eq!(bytes.len(), 13);
+    assert_eq!(postcard::from_bytes::<Limits>(bytes), Ok(limits()));
+}
+
+proptest! {
+    #[test]
+    fn no_limits_leave_the_hemisphere(
+        theta_i in 0.0..89.9f32, phi_i in -180.0..180f32, theta_o in 0.0..89.9f32, phi_o in -180.0..180f32,
+    ) {
+        let pair = at([theta_i, phi_i, theta_o, phi_o]);
+        prop_assert_eq!(Limits::NONE.check(&pair), Ok(()));
+        // Turning does not matter to limits.
+        let (before, after) = (limits().check(&pair), limits().check(&pair.turned(1.0)));
+        let by = |found: Result<(), Unreachable>| match found {
+            Ok(()) => (0, 0.0),
+            Err(Unreachable::Separation { by }) => (1, by),
+            Err(Unreachable::ThetaI { by }) => (2, by),
+            Err(Unreachable::ThetaO { by }) => (3, by),
+            Err(other) => panic!("{other}"),
+        };
+        let ((a, by_before), (b, by_after)) = (by(before), by(after));
+        let is_same = a == b && close(by_before, by_after);
+        prop_assert!(is_same || near_a_limit(pair), "{before:?} {after:?}");
+    }
+}
+
+/// True where a rounding may decide.
+fn near_a_limit(pair: Directions<f32>) -> bool {
+    let arms = glimpse_core::geometry::ArmAngles::from_directions(&pair);
+    let Limits {
+        max_theta_i,
+        max_theta_o,
+        min_separation,
+        ..
+    } = limits();
+    [
+        arms.incoming.theta - max_theta_i,
+        arms.outgoing.theta - max_theta_o,
+        min_separation - pair.separation(),
+    ]
+    .iter()
+    .any(|by| (by - Limits::TOLERANCE).abs() < 1e-5)
+}

@@ -1,0 +1,186 @@
+//! The next move against a search over turns.
+
+use std::f32::consts::{PI, TAU};
+
+use glimpse_core::geometry::{ArmAngles, HalfDifference};
+use glimpse_core::gonio::{Limits, Machine, Move, Speeds};
+use proptest::prelude::*;
+
+use super::{arms, at, close};
+
+fn machine(isotropic: bool) -> Machine {
+    Machine {
+        speeds: Speeds {
+            theta_i: 0.5,
+            phi_i: 0.2,
+            theta_o: 1.0,
+            phi_o: 0.6,
+        },
+        limits: Limits::NONE,
+        isotropic,
+        through_normal: false,
+    }
+}
+
+/// The shorter way around.
+fn around(angle: f32) -> f32 {
+    let angle = angle.rem_euclid(TAU);
+    angle.min(TAU - angle)
+}
+
+/// The slowest axis, by what `Machine` is documented to count.
+fn seconds(speeds: &Speeds, to: &ArmAngles, from: &ArmAngles, turn: f32) -> f32 {
+    let theta_i = (to.incoming.theta - from.incoming.theta).abs() / speeds.theta_i;
+    let theta_o = (to.outgoing.theta - from.outgoing.theta).abs() / speeds.theta_o;
+    let phi_i = around(to.incoming.phi + turn - from.incoming.phi) / speeds.phi_i;
+    let phi_o = around(to.outgoing.phi + turn - from.outgoing.phi) / speeds.phi_o;
+    theta_i.max(theta_o).max(phi_i).max(phi_o)
+}
+
+prop_compose! {
+    fn any_arms()(theta_i in 1.0..85f32, phi_i in -180.0..180f32, theta_o in 1.0..85f32, phi_o in -180.0..180f32)
+        -> [f32; 4] {
+        [theta_i, phi_i, theta_o, phi_o]
+    }
+}
+
+fn moved(machine: &Machine, to: [f32; 4], from: [f32; 4]) -> Move {
+    machine
+        .nearest([(7, at(to))].into_iter(), &arms(from))
+        .expect("in reach")
+}
+
+proptest! {
+    #[test]
+    fn without_turning_the_slowest_axis_counts(to in any_arms(), from in any_arms()) {
+        let machine = machine(false);
+        let found = moved(&machine, to, from);
+        let expected = seconds(&machine.speeds, &arms(to), &arms(from), 0.0);
+        prop_assert!((found.seconds - expected).abs() < 1e-3, "{} {expected}", found.seconds);
+        prop_assert_eq!(found.index, 7);
+        // The arms stand at the very directions.
+        let (here, there) = (found.arms.directions(), at(to));
+        for (a, b) in here.incoming.into_iter().chain(here.outgoing).zip(there.incoming.into_iter().chain(there.outgoing)) {
+            prop_assert!(close(a, b));
+        }
+    }
+
+    #[test]
+    fn no_turn_is_better_than_the_chosen_one(to in any_arms(), from in any_arms()) {
+        let machine = machine(true);
+        let found = moved(&machine, to, from);
+        let best = (0..3600)
+            .map(|turn| seconds(&machine.speeds, &arms(to), &arms(from), (turn as f32 / 10.0).to_radians()))
+            .fold(f32::INFINITY, f32::min);
+        prop_assert!(found.seconds <= best + 1e-3, "{} {best}", found.seconds);
+        // The search's steps are a tenth of a degree.
+        prop_assert!(found.seconds >= best - 0.1f32.to_radians() / 0.2, "{} {best}", found.seconds);
+        prop_assert!((found.seconds - seconds(&machine.speeds, &found.arms, &arms(from), 0.0)).abs() < 1e-3);
+        // The sample sees the same: the same half and difference vector.
+        let [here, there] = [found.arms.directions(), at(to)]
+            .map(|pair| HalfDifference::from_directions(&pair).expect("a half vector"));
+        prop_assume!(here.hx > 0.01 && here.dz > 0.01);
+        for (a, b) in [(here.hx, there.hx), (here.dx, there.dx), (here.dy, there.dy), (here.dz, there.dz)] {
+            prop_assert!((a - b).abs() < 2e-3, "{here:?} {there:?}");
+        }
+    }
+
+    #[test]
+    fn the_nearest_of_several_is_chosen(
+        to in prop::collection::vec(any_arms(), 1..12), from in any_arms(), isotropic in any::<bool>(),
+    ) {
+        let machine = machine(isotropic);
+        let pending = (3..).zip(to.iter().map(|to| at(*to)));
+        let found = machine.nearest(pending, &arms(from)).expect("in reach");
+        let costs: Vec<_> = to.iter().map(|to| moved(&machine, *to, from).seconds).collect();
+        let best = costs.iter().copied().fold(f32::INFINITY, f32::min);
+        let first = costs.iter().position(|cost| *cost == best).expect("one of them");
+        prop_assert_eq!(usize::from(found.index), 3 + first);
+        prop_assert_eq!(found.seconds, best);
+    }
+}
+
+#[test]
+fn azimuths_go_the_short_way() {
+    // Also after many turns.
+    for turns in [0.0, 3600.0] {
+        let from = [10.0, 170.0 + turns, 10.0, 90.0];
+        let found = moved(&machine(false), [10.0, -170.0, 10.0, 90.0], from);
+        assert!((found.seconds - 20f32.to_radians() / 0.2).abs() < 1e-3);
+        let phi = (190.0 + turns).to_radians();
+        assert!((found.arms.incoming.phi - phi).abs() < 1e-4, "{turns}");
+    }
+}
+
+#[test]
+fn what_is_out_of_reach_is_left_out() {
+    let mut machine = machine(true);
+    machine.limits.max_theta_i = 1.0;
+    let from = arms([60.0, 0.0, 10.0, 0.0]);
+    let places = [at([60.0, 0.0, 10.0, 0.0]), at([20.0, 0.0, 80.0, 0.0])];
+    let found = machine
+        .nearest((0..).zip(places), &from)
+        .expect("one of them");
+    assert_eq!(found.index, 1, "the nearer one is past the lamp's limit");
+    assert_eq!(machine.nearest((0..).zip([places[0]]), &from), None);
+    assert_eq!(machine.nearest([].into_iter(), &from), None);
+}
+
+/// The usual machine has three axes: the lamp has no azimuth, and the sample is turned for it.
+#[test]
+fn an_axis_that_is_missing_stands_still() {
+    let mut machine = machine(true);
+    machine.speeds.phi_i = 0.0;
+    let from = [30.0, 15.0, 40.0, 100.0];
+    let found = moved(&machine, [20.0, -120.0, 40.0, -20.0], from);
+    assert_eq!(found.arms.incoming.phi, 15f32.to_radians());
+    assert!((found.arms.outgoing.phi - 115f32.to_radians()).abs() < 1e-5);
+    // Without turning it cannot get there, unless the azimuth happens to be right or is none.
+    machine.isotropic = false;
+    let nearest = |to, from| machine.nearest([(0, at(to))].into_iter(), &arms(from));
+    assert_eq!(nearest([20.0, -120.0, 40.0, -20.0], from), None);
+    assert!(nearest([20.0, 15.0, 40.0, -20.0], from).is_some());
+    assert!(nearest([0.0, 77.0, 40.0, -20.0], from).is_some());
+}
+
+/// Two arms in one plane swing through the normal instead of turning about it.
+#[test]
+fn arms_in_one_plane_swing_through_the_normal() {
+    let mut machine = machine(true);
+    machine.limits.in_plane = true;
+    (machine.speeds.phi_i, machine.speeds.phi_o) = (0.0, 0.0);
+    let from = [30.0, 0.0, 30.0, 0.0];
+    let mirror = at([40.0, 70.0, 50.0, 250.0]);
+    let nearest = |machine: &Machine| machine.nearest([(0, mirror)].into_iter(), &arms(from));
+    assert_eq!(nearest(&machine), None);
+    machine.through_normal = true;
+    let found = nearest(&machine).expect("in reach");
+    let ArmAngles { incoming, outgoing } = found.arms;
+    assert_eq!((incoming.phi, outgoing.phi), (0.0, 0.0));
+    assert!(
+        close(incoming.theta.abs(), 40f32.to_radians())
+            && close(outgoing.theta.abs(), 50f32.to_radians())
+    );
+    assert!(incoming.theta * outgoing.theta < 0.0);
+    // The sensor is the faster one: 80 degrees at 1 rad/s, and the lamp's 10 at half of it.
+    assert!((found.seconds - 80f32.to_radians()).abs() < 1e-4);
+}
+
+#[test]
+fn along_the_normal_no_azimuth_costs_time() {
+    for isotropic in [false, true] {
+        let (to, from) = ([0.0, 90.0, 30.0, 20.0], [0.0, -90.0, 30.0, 20.0]);
+        let found = moved(&machine(isotropic), to, from);
+        assert!(found.seconds < 1e-3, "{}", found.seconds);
+    }
+}
+
+#[test]
+fn arms_that_are_nowhere_reach_nothing() {
+    let mut from = arms([10.0, 0.0, 10.0, PI]);
+    from.incoming.theta = f32::NAN;
+    let pending = || [(0, at([10.0, 0.0, 20.0, 0.0]))].into_iter();
+    assert_eq!(machine(true).nearest(pending(), &from), None);
+    from = arms([10.0, 0.0, 10.0, f32::INFINITY]);
+    assert_eq!(machine(false).nearest(pending(), &from), None);
+}

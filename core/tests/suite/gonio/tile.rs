@@ -1,0 +1,274 @@
+//! The self-test finds the quantity of readings of a tile, or reports that it cannot.
+
+use std::f32::consts::PI;
+
+use glimpse_core::geometry::Directions;
+use glimpse_core::gonio::Quantity;
+use glimpse_core::gonio::tile::{Doubt, Verdict, examine};
+
+use super::at;
+
+const TILE: [f32; 3] = [0.5, 0.42, 0.36];
+const ALL: [Quantity; 4] = [
+    Quantity::Brdf,
+    Quantity::BrdfTimesCosThetaI,
+    Quantity::BrdfTimesCosThetaO,
+    Quantity::ReflectanceFactor,
+];
+
+/// Knuth's linear congruential generator: the same numbers in every run.
+struct Generator(u64);
+
+impl Generator {
+    /// In \[0, 1).
+    fn uniform(&mut self) -> f32 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005);
+        self.0 = self.0.wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 40) as f32 / (1u64 << 24) as f32
+    }
+
+    /// Of mean 0 and standard deviation 1, nearly normal.
+    fn normal(&mut self) -> f32 {
+        (0..12).map(|_| self.uniform()).sum::<f32>() - 6.0
+    }
+}
+
+/// The directions of readings of a tile: theta_i and theta_o over 0 to 60 degrees, each by itself.
+fn places(count: usize, random: &mut Generator) -> Vec<Directions<f32>> {
+    let step = 60.0 / count as f32;
+    (0..count)
+        .map(|index| {
+            // Coprime to the counts in use, so that all of them come once.
+            let other = (index * 3 + 1) % count;
+            at([
+                (index as f32 + random.uniform()) * step,
+                0.0,
+                (other as f32 + random.uniform()) * step,
+                40.0 + 100.0 * random.uniform(),
+            ])
+        })
+        .collect()
+}
+
+struct Case {
+    quantity: Quantity,
+    factor: [f32; 3],
+    noise: f32,
+    monochrome: bool,
+}
+
+/// Exact BRDFs.
+const EXACT: Case = Case {
+    quantity: Quantity::Brdf,
+    factor: [1.0; 3],
+    noise: 0.0,
+    monochrome: false,
+};
+
+/// Readings of the tile by a scanner that gives `quantity` times `factor`, with noise.
+fn readings(
+    case: &Case,
+    places: &[Directions<f32>],
+    random: &mut Generator,
+) -> Vec<(Directions<f32>, [f32; 3])> {
+    let tile = if case.monochrome { [TILE[0]; 3] } else { TILE };
+    let read = |at: &Directions<f32>| {
+        let values = case.quantity.of_brdf(tile.map(|r| r / PI), at);
+        let values = values.expect("above the horizon");
+        let common = random.normal();
+        let read = std::array::from_fn(|c| {
+            let noise = if case.monochrome {
+                common
+            } else {
+                random.normal()
+            };
+            values[c] * case.factor[c] * (1.0 + case.noise * noise)
+        });
+        (*at, read)
+    };
+    places.iter().map(read).collect()
+}
+
+fn judge(case: &Case, count: usize, random: &mut Generator) -> Verdict {
+    let places = places(count, random);
+    let tile = if case.monochrome { [TILE[0]; 3] } else { TILE };
+    examine(&readings(case, &places, random), tile)
+}
+
+/// True for the right verdict, None for none.
+fn right(case: &Case, verdict: &Verdict) -> Option<bool> {
+    match *verdict {
+        Verdict::Unclear(_) => None,
+        Verdict::Is(quantity) => Some(case.factor == [1.0; 3] && quantity == case.quantity),
+        Verdict::Scaled { quantity, factor } => Some(
+            quantity == case.quantity
+                && case.factor != [1.0; 3]
+                && factor
+                    .iter()
+                    .zip(case.factor)
+                    .all(|(a, b)| (a / b - 1.0).abs() < 0.1),
+        ),
+    }
+}
+
+/// Of 500 tiles each: how many verdicts are right, and how many wrong.
+fn tally(count: usize, noise: f32, monochrome: bool, factor: [f32; 3]) -> (usize, usize) {
+    let mut random = Generator(1);
+    let (mut correct, mut wrong) = (0, 0);
+    for quantity in ALL {
+        if factor != [1.0; 3] && quantity == Quantity::ReflectanceFactor {
+            continue;
+        }
+        let case = Case {
+            quantity,
+            factor,
+            noise,
+            monochrome,
+        };
+        for _ in 0..500 {
+            match right(&case, &judge(&case, count, &mut random)) {
+                Some(true) => correct += 1,
+                Some(false) => wrong += 1,
+                None => {}
+            }
+        }
+    }
+    (correct, wrong)
+}
+
+#[test]
+fn eight_readings_with_three_per_cent_of_noise_are_told() {
+    for monochrome in [false, true] {
+        assert_eq!(tally(8, 0.03, monochrome, [1.0; 3]), (2000, 0));
+        assert_eq!(tally(8, 0.03, monochrome, [2.0; 3]), (1500, 0));
+        assert_eq!(tally(8, 0.03, monochrome, [0.8, 1.0, 1.3]), (1500, 0));
+    }
+}
+
+/// Rather no verdict than a wrong one.
+#[test]
+fn more_noise_makes_verdicts_rarer_and_not_wrong() {
+    for (noise, least) in [(0.05, 1800), (0.1, 0), (0.3, 0)] {
+        for monochrome in [false, true] {
+            let (correct, wrong) = tally(8, noise, monochrome, [1.0; 3]);
+            println!("{noise} {monochrome}: {correct} right, {wrong} wrong");
+            assert!(
+                correct >= least && wrong == 0,
+                "{noise}: {correct} right, {wrong} wrong"
+            );
+        }
+    }
+}
+
+#[test]
+fn three_readings_without_noise_are_enough() {
+    let places = [
+        at([5.0, 0.0, 30.0, 90.0]),
+        at([55.0, 0.0, 10.0, 90.0]),
+        at([30.0, 0.0, 60.0, 120.0]),
+    ];
+    let mut random = Generator(1);
+    for quantity in ALL {
+        let case = Case { quantity, ..EXACT };
+        let readings = readings(&case, &places, &mut random);
+        assert_eq!(examine(&readings, TILE), Verdict::Is(quantity));
+        let two = readings.get(..2).expect("three of them");
+        assert_eq!(examine(two, TILE), Verdict::Unclear(Doubt::TooFew));
+    }
+    assert_eq!(examine(&[], TILE), Verdict::Unclear(Doubt::TooFew));
+}
+
+/// A reflectance factor times cos(theta_i), as of a white that was read once and taken for 1.
+#[test]
+fn a_constant_and_a_cosine_are_told_together() {
+    let case = Case {
+        quantity: Quantity::BrdfTimesCosThetaI,
+        factor: [PI; 3],
+        noise: 0.01,
+        monochrome: false,
+    };
+    let Verdict::Scaled { quantity, factor } = judge(&case, 8, &mut Generator(5)) else {
+        panic!("a constant");
+    };
+    assert_eq!(quantity, Quantity::BrdfTimesCosThetaI);
+    assert!(factor.iter().all(|factor| (factor / PI - 1.0).abs() < 0.02));
+}
+
+/// Exact BRDFs, but directions by which nothing else can be excluded.
+#[test]
+fn directions_that_are_too_much_alike_tell_nothing() {
+    let angles = [0.0, 15.0, 30.0, 45.0, 60.0];
+    let mirror = angles.map(|theta| at([theta, 0.0, theta, 180.0]));
+    let fixed_sensor = angles.map(|theta| at([theta, 0.0, 45.0, 90.0]));
+    let fixed_light = angles.map(|theta| at([45.0, 0.0, theta, 90.0]));
+    let narrow = angles.map(|theta| at([theta / 10.0, 0.0, 6.0 - theta / 10.0, 90.0]));
+    for (places, quantity) in [
+        (mirror, Quantity::BrdfTimesCosThetaI),
+        (fixed_sensor, Quantity::Brdf),
+        (fixed_light, Quantity::Brdf),
+        (narrow, Quantity::Brdf),
+    ] {
+        let case = Case { quantity, ..EXACT };
+        let readings = readings(&case, &places, &mut Generator(1));
+        assert_eq!(examine(&readings, TILE), Verdict::Unclear(Doubt::Alike));
+    }
+}
+
+#[test]
+fn what_follows_no_cosine_is_unclear() {
+    let mut random = Generator(3);
+    let places = places(10, &mut random);
+    let brdf = |at: &Directions<f32>| TILE.map(|r| r / PI * (0.2 + at.incoming[0].abs()));
+    let verdict = examine(
+        &places.iter().map(|at| (*at, brdf(at))).collect::<Vec<_>>(),
+        TILE,
+    );
+    assert!(
+        matches!(verdict, Verdict::Unclear(Doubt::Spread(spread)) if spread > 0.08),
+        "{verdict:?}"
+    );
+    let both = |at: &Directions<f32>| TILE.map(|r| r / PI * at.incoming[2] * at.outgoing[2]);
+    let verdict = examine(
+        &places.iter().map(|at| (*at, both(at))).collect::<Vec<_>>(),
+        TILE,
+    );
+    assert!(matches!(verdict, Verdict::Unclear(_)));
+}
+
+#[test]
+fn readings_and_reflectances_that_are_none_are_named() {
+    let places = places(8, &mut Generator(2));
+    let sound: Vec<_> = places
+        .iter()
+        .map(|at| (*at, TILE.map(|r| r / PI)))
+        .collect();
+    assert_eq!(examine(&sound, TILE), Verdict::Is(Quantity::Brdf));
+    for value in [0.0, -0.01, f32::NAN, f32::INFINITY] {
+        let mut broken = sound.clone();
+        broken[5].1[2] = value;
+        assert_eq!(examine(&broken, TILE), Verdict::Unclear(Doubt::Reading(5)));
+    }
+    let mut below = sound.clone();
+    below[3].0.outgoing[2] *= -1.0;
+    assert_eq!(examine(&below, TILE), Verdict::Unclear(Doubt::Reading(3)));
+    for reflectance in [0.0, -0.5, 99.0, f32::NAN] {
+        let verdict = examine(&sound, [0.5, reflectance, 0.5]);
+        assert_eq!(verdict, Verdict::Unclear(Doubt::Reflectance(1)));
+    }
+}
+
+#[test]
+fn verdicts_name_their_numbers() {
+    let scaled = Verdict::Scaled {
+        quantity: Quantity::Brdf,
+        factor: [2.0, 2.1, 1.9],
+    };
+    let spread = Verdict::Unclear(Doubt::Spread(0.25));
+    for (verdict, numbers) in [
+        (scaled, &["2.000", "2.100", "1.900"][..]),
+        (spread, &["25"]),
+    ] {
+        let text = verdict.to_string();
+        assert!(numbers.iter().all(|number| text.contains(number)), "{text}");
+    }
+}

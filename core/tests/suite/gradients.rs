@@ -1,0 +1,289 @@
+//! The models' one gradient against central differences, and their loss against the formula.
+
+use std::cell::RefCell;
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+
+use glimpse_core::geometry::{Angles, HalfDifference};
+use glimpse_core::model::{
+    CookTorrance, CookTorranceParameters, Model, Neural, NeuralParameters, ParameterSet, Phong,
+    SampleGradient,
+};
+use proptest::prelude::*;
+use proptest::test_runner::{TestCaseError, TestRunner};
+
+use glimpse_gradcheck::cases::{
+    NAMES, Variables, cook_torrance, is_too_steep, mirror_cosine, neural, phong, sample, variables,
+};
+use glimpse_gradcheck::{Differences, Traced, parameters, scale_of};
+
+/// The weighted loss, every branch recorded.
+fn loss<M: Model>(list: &[f64], variables: Variables, weight: f64) -> Traced {
+    let zero = Traced(0.0);
+    let theta = parameters(list.iter().copied().map(Traced), zero);
+    let mut gradient = parameters([], zero);
+    M::accumulate_gradient::<Traced, false>(&theta, &sample(variables, weight), &mut gradient)
+        .loss()
+}
+
+/// Compares all derivatives of one model at one sample.
+fn compare<M: Model>(
+    list: &[f64],
+    variables: Variables,
+    weight: f64,
+    by_parameters: &mut Differences,
+    by_sample: &mut Differences,
+) -> Result<(), String> {
+    let theta = parameters(list.iter().copied(), 0.0);
+    let mut gradient: M::Parameters<f64> = parameters([], 0.0);
+    let sample = sample(variables, weight);
+    let found = M::accumulate_gradient::<f64, true>(&theta, &sample, &mut gradient).gradient;
+
+    let slopes: Vec<f64> = gradient.iter().copied().collect();
+    let scale = scale_of(&slopes);
+    for (index, slope) in slopes.iter().enumerate() {
+        by_parameters.compare(&format!("parameter {index}"), *slope, scale, |offset| {
+            let mut list = list.to_vec();
+            list[index] += offset;
+            loss::<M>(&list, variables, weight)
+        })?;
+    }
+
+    if is_too_steep(M::KIND, variables) {
+        by_sample.discard(NAMES.len());
+        return Ok(());
+    }
+    let at = found.at;
+    let [red, green, blue] = found.measured;
+    let slopes = [at.hx, at.hz, at.dx, at.dy, at.dz, red, green, blue];
+    let scale = scale_of(&slopes);
+    for (index, (slope, name)) in slopes.iter().zip(NAMES).enumerate() {
+        by_sample.compare(name, *slope, scale, |offset| {
+            let mut variables = variables;
+            variables[index] += offset;
+            loss::<M>(list, variables, weight)
+        })?;
+    }
+    Ok(())
+}
+
+fn compare_many<M: Model>(cases: u32, list: impl Strategy<Value = Vec<f64>>) {
+    let by_parameters = RefCell::new(Differences::new(1e-4, 1e-5));
+    let by_sample = RefCell::new(Differences::new(1e-4, 1e-5));
+    let config = ProptestConfig {
+        cases,
+        max_shrink_iters: 200,
+        failure_persistence: None,
+        ..ProptestConfig::default()
+    };
+    let outcome = TestRunner::new(config).run(
+        &(list, variables(), 0.01..1.0f64),
+        |(list, variables, weight)| {
+            compare::<M>(
+                &list,
+                variables,
+                weight,
+                &mut by_parameters.borrow_mut(),
+                &mut by_sample.borrow_mut(),
+            )
+            .map_err(TestCaseError::fail)
+        },
+    );
+    outcome.unwrap_or_else(|error| panic!("{error}"));
+    let name = M::KIND.name();
+    let cases = cases as usize;
+    let (by_parameters, by_sample) = (by_parameters.borrow(), by_sample.borrow());
+    by_parameters.conclude(&format!("{name} by parameters"), cases * M::PARAMETERS / 4);
+    by_sample.conclude(&format!("{name} by sample"), cases * 8 / 2);
+}
+
+#[test]
+fn every_gradient_agrees_with_differences() {
+    compare_many::<Phong>(2000, phong());
+    compare_many::<CookTorrance>(2000, cook_torrance());
+    compare_many::<Neural>(100, neural());
+}
+
+/// weight * sum of |ln(1 + y c) - ln(1 + f c)|, in plain f64.
+fn expected_loss(variables: Variables, modelled: [f64; 3], weight: f64) -> f64 {
+    let [hx, hz, dx, _, dz, y @ ..] = variables;
+    let cosine = (hz * dz - hx * dx).clamp(0.0, 1.0);
+    let errors = y
+        .iter()
+        .zip(modelled)
+        .map(|(y, f)| ((1.0 + y * cosine).ln() - (1.0 + f * cosine).ln()).abs());
+    weight * errors.sum::<f64>()
+}
+
+fn logistic(x: f64) -> f64 {
+    1.0 / (1.0 + (-x).exp())
+}
+
+/// Phong as the paper writes it.
+fn expected_phong(list: &[f64], variables: Variables) -> [f64; 3] {
+    let q = list[6].exp();
+    let lobe = (q + 2.0) / TAU * (mirror_cosine(variables).max(0.0) + 1e-5).powf(q);
+    std::array::from_fn(|channel| {
+        let (sum, ratio) = (logistic(list[channel]), logistic(list[3 + channel]));
+        let (k_d, k_s) = (sum * ratio, sum * (1.0 - ratio));
+        k_d / PI + k_s * lobe
+    })
+}
+
+/// Cook-Torrance as the paper writes it, denominators offset by 1e-6.
+fn expected_cook_torrance(list: &[f64], variables: Variables) -> [f64; 3] {
+    let [hx, hz, dx, _, dz, ..] = variables;
+    let [theta_h, theta_d] = [hx.atan2(hz), dz.acos()];
+    let (incoming, outgoing) = (hz * dz - hx * dx, hz * dz + hx * dx);
+    let [alpha, f_0] = [list[6], list[7]].map(logistic);
+    let epsilon = 1e-6;
+    let tangent = theta_h.sin().powi(2) / ((alpha * theta_h.cos()).powi(2) + epsilon);
+    let d = (-tangent).exp() / (alpha.powi(2) * theta_h.cos().powi(4) + epsilon);
+    let lower = incoming.min(outgoing);
+    let g = (2.0 * theta_h.cos() * lower / (theta_d.cos() + epsilon)).min(1.0);
+    let f = f_0 + (1.0 - f_0) * (1.0 - theta_d.cos()).powi(5);
+    std::array::from_fn(|channel| {
+        let (k_d, k_s) = (logistic(list[channel]), logistic(list[3 + channel]));
+        k_d / PI + k_s * d * g * f / (PI * incoming * outgoing + epsilon)
+    })
+}
+
+/// The network as three matrix products.
+fn expected_neural(list: &[f64], variables: Variables) -> [f64; 3] {
+    let [hx, hz, dx, dy, dz, ..] = variables;
+    let mut values = vec![hx, 0.0, hz, dx, dy, dz];
+    let mut rest = list;
+    for (layer, outputs) in [21, 21, 3].into_iter().enumerate() {
+        let (weights, after) = rest.split_at(values.len() * outputs);
+        let (bias, after) = after.split_at(outputs);
+        rest = after;
+        values = (0..outputs)
+            .map(|output| {
+                let products = values
+                    .iter()
+                    .enumerate()
+                    .map(|(input, value)| value * weights[input * outputs + output]);
+                let sum = bias[output] + products.sum::<f64>();
+                if layer < 2 {
+                    sum.max(0.0)
+                } else {
+                    (sum.exp() - 1.0).max(0.0)
+                }
+            })
+            .collect();
+    }
+    [values[0], values[1], values[2]]
+}
+
+fn agree(found: f64, expected: f64) -> Result<(), TestCaseError> {
+    let error = (found - expected).abs();
+    prop_assert!(
+        error <= 1e-12 * expected.abs().max(1e-2),
+        "{found} instead of {expected}"
+    );
+    Ok(())
+}
+
+/// A model's BRDF and loss agree with a BRDF by its formula.
+fn agree_with<M: Model>(
+    list: &[f64],
+    variables: Variables,
+    weight: f64,
+    expected: [f64; 3],
+) -> Result<(), TestCaseError> {
+    let theta = parameters(list.iter().copied(), 0.0);
+    let found = M::brdf::<f64>(&theta, &sample(variables, weight).at);
+    for (found, expected) in found.into_iter().zip(expected) {
+        agree(found, expected)?;
+    }
+    let loss = loss::<M>(list, variables, weight).0;
+    agree(loss, expected_loss(variables, expected, weight))
+}
+
+/// Samples at the highlight's centre, at grazing and at nearly opposite directions, also a little
+/// below the horizon, where single precision overflows first.
+fn extremes() -> impl Strategy<Value = Variables> {
+    // Angles' distances from 0 or pi/2, over eight decades.
+    let angle = || {
+        (any::<bool>(), -8.0..0.0f64).prop_map(|(low, logarithm)| {
+            let distance = FRAC_PI_2 * 10.0_f64.powf(logarithm);
+            if low { distance } else { FRAC_PI_2 - distance }
+        })
+    };
+    let phi_d = prop_oneof![Just(0.0), Just(FRAC_PI_2), Just(PI), 0.0..TAU];
+    let logarithms = prop::array::uniform3(-12.0..12.0f64);
+    (angle(), angle(), phi_d, logarithms).prop_map(|(theta_h, theta_d, phi_d, logarithms)| {
+        let at = HalfDifference::from_angles(Angles {
+            theta_h,
+            theta_d,
+            phi_d,
+        });
+        let [red, green, blue] = logarithms.map(f64::exp);
+        [at.hx, at.hz, at.dx, at.dy, at.dz, red, green, blue]
+    })
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn phong_is_its_formula(list in phong(), variables in variables(), weight in 0.01..1.0f64) {
+        agree_with::<Phong>(&list, variables, weight, expected_phong(&list, variables))?;
+    }
+
+    #[test]
+    fn cook_torrance_is_its_formula(list in cook_torrance(), variables in variables(), weight in 0.01..1.0f64) {
+        agree_with::<CookTorrance>(&list, variables, weight, expected_cook_torrance(&list, variables))?;
+    }
+
+    #[test]
+    fn cook_torrance_stays_finite(
+        list in prop::collection::vec(-12.0..12.0f64, CookTorrance::PARAMETERS),
+        variables in extremes(),
+    ) {
+        let theta = parameters(list.iter().map(|logit| *logit as f32), 0.0);
+        let mut gradient = CookTorranceParameters::filled(0.0);
+        let sample = sample::<f32>(variables, 1.0);
+        let found = CookTorrance::accumulate_gradient::<f32, true>(&theta, &sample, &mut gradient);
+        prop_assert!(found.loss().is_finite());
+        prop_assert!(gradient.iter().all(|slope| slope.is_finite()), "{:?}", gradient);
+        let SampleGradient { at, measured } = found.gradient;
+        let slopes = [at.hx, at.hz, at.dx, at.dy, at.dz];
+        prop_assert!(slopes.iter().chain(&measured).all(|slope| slope.is_finite()), "{:?}", slopes);
+    }
+
+    #[test]
+    fn cook_torrance_below_the_horizon_is_diffuse(list in cook_torrance(), variables in variables(), outgoing in any::<bool>()) {
+        // Pushed along x until one of the cosines is negative.
+        let [hx, hz, dx, dy, dz, red, green, blue] = variables;
+        let push = (hz * dz / hx.max(0.05) + 0.1 + dx.abs()) * if outgoing { -1.0 } else { 1.0 };
+        let sample = sample::<f64>([hx, hz, dx + push, dy, dz, red, green, blue], 1.0);
+        let cosine = if outgoing { sample.at.cos_theta_o() } else { sample.at.cos_theta_i() };
+        prop_assume!(cosine < 0.0);
+        let theta = parameters(list.iter().copied(), 0.0);
+        for (f, logit) in CookTorrance::brdf::<f64>(&theta, &sample.at).into_iter().zip(&list) {
+            agree(f, logistic(*logit) / PI)?;
+        }
+    }
+
+    #[test]
+    fn neural_is_its_formula(list in neural(), variables in variables(), weight in 0.01..1.0f64) {
+        agree_with::<Neural>(&list, variables, weight, expected_neural(&list, variables))?;
+    }
+
+    #[test]
+    fn light_from_below_costs_nothing(list in neural(), variables in variables()) {
+        // Pushed along x until hz dz - hx dx, the cosine, is negative.
+        let [hx, hz, dx, dy, dz, red, green, blue] = variables;
+        let lower = [hx, hz, dx + hz * dz / hx.max(0.05) + 0.1, dy, dz, red, green, blue];
+        let sample = sample::<f64>(lower, 1.0);
+        prop_assume!(sample.at.cos_theta_i() < 0.0);
+        let theta = parameters(list.iter().copied(), 0.0);
+        let mut gradient = NeuralParameters::filled(0.0);
+        let found = Neural::accumulate_gradient::<f64, true>(&theta, &sample, &mut gradient);
+        prop_assert_eq!(found.loss(), 0.0);
+        prop_assert!(gradient.iter().all(|slope| *slope == 0.0));
+        let SampleGradient { at, measured } = found.gradient;
+        prop_assert_eq!([at.hx, at.hz, at.dx, at.dy, at.dz], [0.0; 5]);
+        prop_assert_eq!(measured, [0.0; 3]);
+    }
+}

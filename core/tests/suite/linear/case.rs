@@ -1,0 +1,171 @@
+//! Problems, an independent solve in f64, and ours.
+
+use glimpse_core::fit::ridge::{Factors, Problem, Real, RidgeError, factor_length, scratch_length};
+
+use crate::random::Random;
+
+impl Random {
+    /// From 0 to 1.
+    pub(crate) fn uniform(&mut self) -> f64 {
+        self.bits() as f64 / u64::MAX as f64
+    }
+
+    /// Of mean 0 and standard deviation 1: a sum of twelve, nearly normal.
+    pub(crate) fn normal(&mut self) -> f64 {
+        (0..12).map(|_| self.uniform()).sum::<f64>() - 6.0
+    }
+}
+
+/// A realistic problem: components scaled by singular values that fall from 10 to 0.1, measurements
+/// of materials that follow the prior, and noise. All numbers are f32 exactly.
+pub(crate) struct Case {
+    pub(crate) m: usize,
+    pub(crate) basis: Vec<f64>,
+    pub(crate) precision: Vec<f64>,
+    pub(crate) mapped: Vec<f64>,
+}
+
+impl Case {
+    /// `smooth` makes neighbouring rows alike, as neighbouring directions are: worse conditioned.
+    pub(crate) fn new(
+        n: usize,
+        m: usize,
+        precision: impl Fn(usize) -> f64,
+        smooth: bool,
+        seed: u64,
+    ) -> Self {
+        let mut random = Random(seed);
+        let round = |x: f64| f64::from(x as f32);
+        let scale = |k: usize| 10.0 * 0.01_f64.powf(k as f64 / (m.max(2) - 1) as f64);
+        let phases: Vec<f64> = (0..m).map(|_| 6.3 * random.uniform()).collect();
+        let places: Vec<f64> = (0..n).map(|_| random.uniform()).collect();
+        let mut basis = Vec::new();
+        for place in &places {
+            for (k, phase) in phases.iter().enumerate() {
+                let shape = if smooth {
+                    (place * 0.3 * (k + 1) as f64 + phase).sin()
+                } else {
+                    random.normal()
+                };
+                basis.push(round(scale(k) * shape));
+            }
+        }
+        let precision: Vec<f64> = (0..m).map(|k| round(precision(k))).collect();
+        let truth: Vec<f64> = (0..m).map(|_| 0.3 * random.normal()).collect();
+        let mapped = basis
+            .chunks(m)
+            .map(|row| {
+                let exact: f64 = row.iter().zip(&truth).map(|(a, c)| a * c).sum();
+                round(exact + 0.05 * random.normal())
+            })
+            .collect();
+        Self {
+            m,
+            basis,
+            precision,
+            mapped,
+        }
+    }
+
+    /// (A'A + P)^-1 b by an independent method: elimination with pivoting in f64, then refined.
+    pub(crate) fn reference(&self, right: &[f64]) -> Vec<f64> {
+        let product = |k: usize, l: usize| -> f64 {
+            let columns = self.basis.chunks(self.m).map(|row| row[k] * row[l]);
+            let diagonal = if k == l { self.precision[k] } else { 0.0 };
+            columns.sum::<f64>() + diagonal
+        };
+        let matrix: Vec<Vec<f64>> = (0..self.m)
+            .map(|k| (0..self.m).map(|l| product(k, l)).collect())
+            .collect();
+        let mut solution = eliminate(&matrix, right);
+        let left: Vec<f64> = (0..self.m)
+            .map(|k| right[k] - (0..self.m).map(|l| matrix[k][l] * solution[l]).sum::<f64>())
+            .collect();
+        for (x, correction) in solution.iter_mut().zip(eliminate(&matrix, &left)) {
+            *x += correction;
+        }
+        solution
+    }
+
+    /// A't.
+    pub(crate) fn right_side(&self) -> Vec<f64> {
+        let rows = || self.basis.chunks(self.m).zip(&self.mapped);
+        (0..self.m)
+            .map(|k| rows().map(|(row, t)| row[k] * t).sum())
+            .collect()
+    }
+}
+
+fn eliminate(matrix: &[Vec<f64>], right: &[f64]) -> Vec<f64> {
+    let order = right.len();
+    let mut rows: Vec<Vec<f64>> = matrix.to_vec();
+    for (row, b) in rows.iter_mut().zip(right) {
+        row.push(*b);
+    }
+    for column in 0..order {
+        let best = (column..order)
+            .max_by(|a, b| rows[*a][column].abs().total_cmp(&rows[*b][column].abs()))
+            .unwrap();
+        rows.swap(column, best);
+        let pivot = rows[column].clone();
+        for row in rows.iter_mut().skip(column + 1) {
+            let factor = row[column] / pivot[column];
+            for (entry, above) in row.iter_mut().zip(&pivot).skip(column) {
+                *entry -= factor * above;
+            }
+        }
+    }
+    let mut solution = vec![0.0; order];
+    for k in (0..order).rev() {
+        let sum: f64 = (k + 1..order).map(|l| rows[k][l] * solution[l]).sum();
+        solution[k] = (rows[k][order] - sum) / rows[k][k];
+    }
+    solution
+}
+
+pub(crate) fn single(values: &[f64]) -> Vec<f32> {
+    values.iter().map(|x| *x as f32).collect()
+}
+
+/// Factorizes and hands the factors over, with scratch.
+pub(crate) fn with_factors<S: Real, R>(
+    basis: &[S],
+    precision: &[S],
+    then: impl FnOnce(&Factors<'_, '_, S, S>, &mut [S]) -> R,
+) -> Result<R, RidgeError> {
+    let problem = Problem::new(basis, precision)?;
+    let (n, m) = (problem.samples(), problem.components());
+    let mut memory = vec![S::constant(f64::NAN); factor_length(n, m)];
+    let mut scratch = vec![S::constant(f64::NAN); scratch_length(n, m)];
+    let factors = problem.factorize(&mut memory, &mut scratch)?;
+    Ok(then(&factors, &mut scratch))
+}
+
+/// Coefficients for t, and the solution for lambda.
+pub(crate) fn solutions<S: Real>(
+    basis: &[S],
+    precision: &[S],
+    mapped: &[S],
+    lambda: &[S],
+) -> (Vec<S>, Vec<S>) {
+    with_factors(basis, precision, |factors, scratch| {
+        let mut coefficients = vec![S::constant(f64::NAN); precision.len()];
+        let mut solution = coefficients.clone();
+        factors
+            .coefficients(mapped, &mut coefficients, scratch)
+            .unwrap();
+        factors.solve(lambda, &mut solution, scratch).unwrap();
+        (coefficients, solution)
+    })
+    .unwrap()
+}
+
+/// |a - b| / |b|.
+pub(crate) fn distance(a: &[f64], b: &[f64]) -> f64 {
+    let norm = |list: &mut dyn Iterator<Item = f64>| list.map(|x| x * x).sum::<f64>().sqrt();
+    norm(&mut a.iter().zip(b).map(|(a, b)| a - b)) / norm(&mut b.iter().copied())
+}
+
+pub(crate) fn double(values: &[f32]) -> Vec<f64> {
+    values.iter().copied().map(f64::from).collect()
+}

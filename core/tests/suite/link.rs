@@ -1,0 +1,314 @@
+//! Frames survive noise, and a conversation survives a link that loses, repeats and alters bytes.
+
+use std::fmt::Debug;
+
+use glimpse_core::fit::Progress;
+use glimpse_core::link::{
+    Answerer, Asker, BYTES_PER_FRAME, FRAME_BYTES, Failure, FrameError, FrameReader, PROTOCOL,
+    Received, Reply, Request, VALUES_PER_FRAME, encode,
+};
+use glimpse_core::model::ModelKind;
+use glimpse_core::scan::Reading;
+use proptest::prelude::*;
+use serde::de::DeserializeOwned;
+
+use crate::random::Random;
+
+/// The frame of a message.
+pub(crate) fn frame<T: serde::Serialize>(sequence: u32, message: &T) -> Vec<u8> {
+    encode(sequence, message, &mut [0; FRAME_BYTES])
+        .unwrap()
+        .to_vec()
+}
+
+/// The messages and errors of a reader of some bytes.
+pub(crate) fn read<T: DeserializeOwned>(bytes: &[u8]) -> Vec<Result<(u32, T), FrameError>> {
+    let mut reader = FrameReader::new();
+    bytes.iter().filter_map(|byte| reader.push(*byte)).collect()
+}
+
+/// The whole messages of a reader of some bytes.
+fn messages(bytes: &[u8]) -> Vec<(u32, Request)> {
+    read(bytes).into_iter().flatten().collect()
+}
+
+/// Any message: bytes that decode to one. A NaN would not equal itself.
+fn any_message<T: DeserializeOwned + Clone + PartialEq + Debug>() -> impl Strategy<Value = T> {
+    // Small numbers are variants and lengths more often.
+    let byte = prop_oneof![0..12_u8, any::<u8>()];
+    prop::collection::vec(byte, 300).prop_filter_map("a message without NaN", |bytes| {
+        let (message, _) = postcard::take_from_bytes::<T>(&bytes).ok()?;
+        (message.clone() == message).then_some(message)
+    })
+}
+
+#[test]
+fn the_longest_message_fits_exactly() {
+    let request = Request::Values {
+        offset: u16::MAX,
+        total: u16::MAX,
+        values: core::iter::repeat_n(f32::from_bits(0x3f9d_70a4), VALUES_PER_FRAME).collect(),
+    };
+    assert_eq!(frame(u32::MAX, &request).len(), FRAME_BYTES);
+    let mut short = [0; FRAME_BYTES - 1];
+    assert_eq!(
+        encode(u32::MAX, &request, &mut short),
+        Err(FrameError::TooLong)
+    );
+    let reply = Reply::RecipePart {
+        offset: u32::MAX,
+        bytes: core::iter::repeat_n(0xA5, BYTES_PER_FRAME).collect(),
+    };
+    assert!(frame(u32::MAX, &reply).len() < FRAME_BYTES);
+}
+
+#[test]
+fn bytes_without_end_are_dropped_and_the_next_frame_is_read() {
+    let mut bytes = vec![0xAA; 10 * FRAME_BYTES];
+    bytes.extend(frame(3, &Reply::Accepted));
+    assert_eq!(
+        read::<Reply>(&bytes),
+        [Err(FrameError::TooLong), Ok((3, Reply::Accepted))]
+    );
+}
+
+#[test]
+fn a_whole_frame_of_another_protocol_is_unknown() {
+    // A variant that Reply does not have, and a Welcome with a byte to spare.
+    for bytes in [frame(1, &99u8), frame(1, &(0u8, 1u8, 0u8))] {
+        assert_eq!(read::<Reply>(&bytes), [Err(FrameError::Unknown)]);
+    }
+}
+
+#[test]
+fn hello_and_welcome_keep_their_layout_for_ever() {
+    let hello = Request::Hello {
+        protocol: 1,
+        model: ModelKind::Neural,
+        samples: 8,
+        recipe: 0x0403_0201,
+    };
+    assert_eq!(
+        frame(1, &hello),
+        [
+            0x00, 0x02, 0x01, 0x0c, 0x01, 0x01, 0x08, 0x81, 0x84, 0x8c, 0x20, 0xb0, 0x06, 0xa8,
+            0xb3, 0x00
+        ]
+    );
+    assert_eq!(
+        frame(1, &Reply::Welcome { protocol: 1 }),
+        [0x00, 0x02, 0x01, 0x06, 0x01, 0xb3, 0x83, 0x84, 0x89, 0x00]
+    );
+}
+
+fn hello(recipe: u32) -> Request {
+    Request::Hello {
+        protocol: PROTOCOL,
+        model: ModelKind::Neural,
+        samples: 8,
+        recipe,
+    }
+}
+
+fn progress(done: u32) -> Request {
+    Request::Progress(Progress { done, total: 2 })
+}
+
+/// The frame of the next request.
+fn ask(asker: &mut Asker, request: &Request) -> Vec<u8> {
+    let mut buffer = [0; FRAME_BYTES];
+    asker.ask(request, &mut buffer).unwrap().to_vec()
+}
+
+/// The frame of the reply to the last request.
+fn respond(answerer: &mut Answerer, reply: Reply) -> Vec<u8> {
+    let mut buffer = [0; FRAME_BYTES];
+    answerer.answer(reply, &mut buffer).unwrap().to_vec()
+}
+
+/// The host receives a request.
+fn receive(answerer: &mut Answerer, bytes: &[u8]) -> Received {
+    let mut bytes = bytes.iter();
+    let received = bytes.find_map(|byte| answerer.receive(*byte));
+    received.unwrap().unwrap()
+}
+
+/// The device receives a reply, or drops it.
+fn receive_reply(asker: &mut Asker, bytes: &[u8], request: &Request) -> Option<Reply> {
+    let mut bytes = bytes.iter();
+    bytes.find_map(|byte| asker.receive(*byte, request))
+}
+
+#[test]
+fn a_request_is_answered_once_and_its_repetition_alike() {
+    let request = progress(1);
+    let (mut asker, mut answerer) = (Asker::new(), Answerer::new());
+    let asked = ask(&mut asker, &request);
+    assert_eq!(
+        receive(&mut answerer, &asked),
+        Received::New(request.clone())
+    );
+    // Version 0.1 called a repetition new until there was a reply, and a host that was moving its
+    // arms moved them again.
+    for _ in 0..3 {
+        assert_eq!(receive(&mut answerer, &asked), Received::Waiting);
+    }
+    let answered = respond(&mut answerer, Reply::Accepted);
+    let again = receive(&mut answerer, &asked);
+    assert_eq!(again, Received::Again(Reply::Accepted));
+
+    let reply = receive_reply(&mut asker, &answered, &request);
+    assert_eq!(reply, Some(Reply::Accepted));
+    // The next request does not take the late reply for its own.
+    ask(&mut asker, &request);
+    assert_eq!(receive_reply(&mut asker, &answered, &request), None);
+}
+
+/// While the first request is unanswered, another one is new, and the reply is to that one.
+#[test]
+fn a_new_request_takes_the_place_of_one_that_waits() {
+    let (mut asker, mut answerer) = (Asker::new(), Answerer::new());
+    for request in [progress(1), progress(2)] {
+        let asked = ask(&mut asker, &request);
+        assert_eq!(receive(&mut answerer, &asked), Received::New(request));
+        assert_eq!(receive(&mut answerer, &asked), Received::Waiting);
+    }
+    let answered = respond(&mut answerer, Reply::Accepted);
+    let reply = receive_reply(&mut asker, &answered, &progress(2));
+    assert_eq!(reply, Some(Reply::Accepted));
+}
+
+/// The first requests after a reset have the same sequence number, whatever they are.
+#[test]
+fn a_device_that_was_reset_is_not_taken_for_the_one_before() {
+    let mut answerer = Answerer::new();
+    let welcome = Reply::Welcome { protocol: PROTOCOL };
+    for (request, is_new) in [
+        (Request::Failed(Failure::NoReply), true),
+        (hello(7), true),
+        (hello(7), false),
+        // It has another recipe now.
+        (hello(8), true),
+    ] {
+        let asked = ask(&mut Asker::new(), &request);
+        let expected = match is_new {
+            true => Received::New(request),
+            false => Received::Again(welcome.clone()),
+        };
+        assert_eq!(receive(&mut answerer, &asked), expected);
+        respond(&mut answerer, welcome.clone());
+    }
+}
+
+proptest! {
+    #[test]
+    fn requests_arrive_as_they_were_sent(sequence: u32, request in any_message::<Request>()) {
+        let bytes = frame(sequence, &request);
+        prop_assert!(bytes.len() <= FRAME_BYTES);
+        prop_assert_eq!(messages(&bytes), [(sequence, request)]);
+    }
+
+    #[test]
+    fn replies_arrive_as_they_were_sent(sequence: u32, reply in any_message::<Reply>()) {
+        prop_assert_eq!(read::<Reply>(&frame(sequence, &reply)), [Ok((sequence, reply))]);
+    }
+
+    #[test]
+    fn an_altered_frame_is_dropped_and_the_next_is_read(
+        request in any_message::<Request>(),
+        index: prop::sample::Index,
+        flip in 1..=255u8,
+    ) {
+        let mut bytes = frame(7, &request);
+        *index.get_mut(&mut bytes) ^= flip;
+        bytes.extend(frame(8, &request));
+        prop_assert_eq!(messages(&bytes), [(8, request)]);
+    }
+
+    #[test]
+    fn a_cut_frame_is_dropped_and_the_next_is_read(
+        request in any_message::<Request>(),
+        keep: prop::sample::Index,
+    ) {
+        let mut bytes = frame(7, &request);
+        // Everything but the last zero is as good as everything: the next frame begins with one.
+        bytes.truncate(keep.index(bytes.len() - 1));
+        bytes.extend(frame(8, &request));
+        prop_assert_eq!(messages(&bytes), [(8, request)]);
+    }
+
+    #[test]
+    fn noise_is_no_message(noise in prop::collection::vec(any::<u8>(), 0..2_000)) {
+        prop_assert_eq!(messages(&noise), []);
+    }
+
+    #[test]
+    fn noise_before_a_frame_does_not_hide_it(
+        noise in prop::collection::vec(any::<u8>(), 0..500),
+        request in any_message::<Request>(),
+    ) {
+        let mut bytes = noise;
+        bytes.extend(frame(9, &request));
+        prop_assert_eq!(messages(&bytes), [(9, request)]);
+    }
+
+    /// All of a conversation arrives, once and in order, over a line that spoils about one frame in two.
+    #[test]
+    fn a_conversation_survives_a_bad_link(
+        requests in prop::collection::vec(any_message::<Request>(), 1..20),
+        seed: u64,
+    ) {
+        let mut line = Random(seed);
+        let (mut asker, mut answerer) = (Asker::new(), Answerer::new());
+        let mut heard = Vec::new();
+        for request in &requests {
+            let asked = ask(&mut asker, request);
+            let mut reply = None;
+            for _ in 0..1_000 {
+                let mut replies = Vec::new();
+                for byte in line.spoil(asked.clone(), 60) {
+                    let answer = match answerer.receive(byte) {
+                        Some(Ok(Received::New(request))) => {
+                            let answer = answer_to(&request);
+                            heard.push(request);
+                            answer
+                        }
+                        Some(Ok(Received::Again(answer))) => answer,
+                        _ => continue,
+                    };
+                    replies.push(respond(&mut answerer, answer));
+                }
+                for bytes in replies {
+                    for byte in line.spoil(bytes, 60) {
+                        reply = reply.or(asker.receive(byte, request));
+                    }
+                }
+                if reply.is_some() {
+                    break;
+                }
+            }
+            prop_assert_eq!(reply, Some(answer_to(request)));
+        }
+        prop_assert_eq!(heard, requests);
+    }
+}
+
+/// The answer of the test's host.
+fn answer_to(request: &Request) -> Reply {
+    match request {
+        Request::Hello { .. } => Reply::Welcome { protocol: PROTOCOL },
+        Request::Measure { index, .. } => Reply::Measured {
+            index: *index,
+            reading: Reading::monochrome(f32::from(*index)),
+        },
+        Request::Update => Reply::Recipe {
+            bytes: 90,
+            checksum: 1,
+        },
+        Request::RecipePart { offset } => Reply::RecipePart {
+            offset: *offset,
+            bytes: [1, 2, 3].into_iter().collect(),
+        },
+        _ => Reply::Accepted,
+    }
+}

@@ -1,0 +1,125 @@
+//! The errors that the table in `math.rs` states, measured.
+
+use std::f32::consts::FRAC_PI_2;
+use std::f64::consts::{PI, TAU};
+
+use glimpse_core::numeric::math;
+
+/// The bounds of the table: exp (relative), ln, sqrt (relative), sine and cosine, angle (absolute).
+#[cfg(not(feature = "micromath"))]
+const BOUNDS: [f64; 5] = [8e-8, 9e-8, 6e-8, 9e-8, 3e-7];
+#[cfg(feature = "micromath")]
+const BOUNDS: [f64; 5] = [2.4e-3, 7e-5, 1.6e-6, 9e-8, 3e-7];
+
+/// The largest of `error` at many numbers, evenly spaced from `low` to `high`.
+fn largest(low: f64, high: f64, error: impl Fn(f64) -> f64) -> f64 {
+    let last = 2_000_000;
+    (0..=last)
+        .map(|i| error(low + (high - low) * f64::from(i) / f64::from(last)))
+        .fold(0.0, f64::max)
+}
+
+fn relative(found: f32, expected: f64) -> f64 {
+    if f64::from(found) == expected {
+        return 0.0;
+    }
+    ((f64::from(found) - expected) / expected).abs()
+}
+
+fn absolute(found: f32, expected: f64) -> f64 {
+    (f64::from(found) - expected).abs()
+}
+
+/// Within the bound, and no more than a fifth below it: the table is true and not idle.
+fn assert_bound(name: &str, found: f64, bound: f64) {
+    println!("{name}: {found:.2e}, stated {bound:.1e}");
+    assert!(found <= bound, "{name}: {found:e} is above {bound:e}");
+    assert!(
+        found >= 0.8 * bound,
+        "{name}: {found:e} is well below {bound:e}"
+    );
+}
+
+#[test]
+fn exp_is_within_its_bound() {
+    let found = largest(-87.0, 88.0, |x| {
+        let x = x as f32;
+        relative(math::exp(x), f64::from(x).exp())
+    });
+    assert_bound("exp", found, BOUNDS[0]);
+}
+
+#[test]
+fn ln_is_within_its_bound() {
+    let error = if cfg!(feature = "micromath") {
+        absolute
+    } else {
+        relative
+    };
+    let at = |x: f64| {
+        let x = x as f32;
+        error(math::ln(x), f64::from(x).ln())
+    };
+    // All decades, and once more where the logarithm changes sign.
+    let found = largest(-87.0, 88.0, |logarithm| at(logarithm.exp())).max(largest(0.25, 4.0, at));
+    assert_bound("ln", found, BOUNDS[1]);
+}
+
+#[test]
+fn sqrt_is_within_its_bound() {
+    let found = largest(-87.0, 88.0, |logarithm| {
+        let x = logarithm.exp() as f32;
+        relative(math::sqrt(x), f64::from(x).sqrt())
+    });
+    assert_bound("sqrt", found, BOUNDS[2]);
+    assert_eq!(math::sqrt(0.0), 0.0);
+}
+
+#[test]
+fn sine_and_cosine_are_within_their_bound() {
+    let found = largest(-TAU, TAU, |x| {
+        let x = x as f32;
+        let (sin, cos) = math::sin_cos(x);
+        let exact = f64::from(x).sin_cos();
+        absolute(sin, exact.0).max(absolute(cos, exact.1))
+    });
+    assert_bound("sine and cosine", found, BOUNDS[3]);
+}
+
+#[test]
+fn angles_are_within_their_bound() {
+    let found = largest(-PI, PI, |angle| {
+        let (y, x) = ((0.7 * angle.sin()) as f32, (0.7 * angle.cos()) as f32);
+        absolute(math::atan2(y, x), f64::from(y).atan2(f64::from(x)))
+    });
+    assert_bound("atan2", found, BOUNDS[4]);
+    assert_eq!(math::atan2(0.0, 0.0), 0.0);
+    assert_eq!(
+        math::atan2(0.0, -0.0),
+        0.0,
+        "an arm at the pole has the azimuth 0"
+    );
+    assert_eq!(math::atan2(1.0, 0.0), FRAC_PI_2);
+    for (y, x) in [(f32::NAN, 1.0), (1.0, f32::NAN), (f32::NAN, 0.0)] {
+        assert!(math::atan2(y, x).is_nan());
+    }
+}
+
+/// With micromath e to the power of 89 was a NaN, or a panic where there are debug assertions.
+#[test]
+fn no_number_is_too_large_or_none_to_ask_for() {
+    for x in [88.75, 89.0, 89.5, 1e3, 1e30, f32::MAX, f32::INFINITY] {
+        assert_eq!(math::exp(x), f32::INFINITY, "{x}");
+        assert!(math::exp(-x) < 1e-37, "{x}");
+    }
+    assert!(math::exp(f32::NAN).is_nan());
+    assert!(math::exp(88.0).is_finite());
+    // All exponents, subnormal numbers, infinities and NaNs: no panic.
+    for high in 0..=u16::MAX {
+        let x = f32::from_bits((u32::from(high) << 16) | 0x1234);
+        let _ = (math::exp(x), math::sqrt(x), math::sin_cos(x));
+        if x > 0.0 || x.is_nan() {
+            let _ = math::ln(x);
+        }
+    }
+}

@@ -1,0 +1,51 @@
+//! Pseudo-random numbers, the same in every run.
+
+/// SplitMix64.
+pub(crate) struct Random(pub(crate) u64);
+
+impl Random {
+    pub(crate) fn bits(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    }
+
+    /// From -1 to 1.
+    pub(crate) fn number(&mut self) -> f32 {
+        (self.bits() >> 40) as f32 / (1 << 23) as f32 - 1.0
+    }
+
+    /// `count` numbers from `-size` to `size`.
+    pub(crate) fn numbers(&mut self, count: usize, size: f32) -> Vec<f32> {
+        (0..count).map(|_| size * self.number()).collect()
+    }
+
+    /// Spoils bytes on a line: one in `odds` is lost, altered, doubled, swapped with the one before it, or
+    /// invented, or the rest is cut. One block of bytes in ten does not come, or comes twice.
+    pub(crate) fn spoil(&mut self, bytes: Vec<u8>, odds: u64) -> Vec<u8> {
+        let mut below = |bound: u64| self.bits() % bound;
+        let bytes = match below(20) {
+            0 => return Vec::new(),
+            1 => bytes.repeat(2),
+            _ => bytes,
+        };
+        let mut spoiled = Vec::new();
+        for byte in bytes {
+            if below(odds) > 0 {
+                spoiled.push(byte);
+                continue;
+            }
+            match below(6) {
+                0 => {}
+                1 => spoiled.push(byte ^ (1 << below(8))),
+                2 => spoiled.extend([byte; 2]),
+                3 => spoiled.insert(spoiled.len().saturating_sub(1), byte),
+                4 => spoiled.extend([below(256) as u8, byte]),
+                _ => break,
+            }
+        }
+        spoiled
+    }
+}

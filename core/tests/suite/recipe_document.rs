@@ -1,0 +1,237 @@
+//! The format as `core/docs/recipe.md` writes it down is the format that is written and read.
+
+use glimpse_core::fit::{MAX_ROWS, MAX_UNITS};
+use glimpse_core::gonio::Limits;
+use glimpse_core::recipe::{
+    Effort, Expectation, Field, HEADER_BYTES, Ingredients, Kind, MAX_BASIS, MAX_COMPONENTS,
+    MAX_INNER_STEPS, MAX_MEAN, MAX_MEDIAN, MAX_PRECISION, MAX_SAMPLES, MAX_WEIGHT, MIN_PRECISION,
+    Noise, Origin, PackedLearner, PackedRidge, Parts, Provenance, Recipe, Schedule, Training,
+    TrainingSource, TrainingSources, VERSION, ValidationSplit,
+};
+use serde::de::DeserializeOwned;
+
+use crate::documents::hex_blocks;
+use crate::recipes::{packed, write};
+
+const DOCUMENT: &str = include_str!("../../docs/recipe.md");
+
+const SOURCES: [TrainingSource<'_>; 1] = [TrainingSource {
+    label: "MERL",
+    origin: Origin::Files,
+    materials: 100,
+    share: 1.0,
+}];
+const TRAINING: Training<'_> = Training {
+    schedule: Schedule::Joint,
+    effort: Effort::Standard,
+    parts: Parts::All,
+    split: ValidationSplit::LeftOut,
+    digest: 300,
+    sources: TrainingSources::new(&SOURCES),
+};
+
+/// The recipe that the document shows, written.
+fn example() -> Vec<u8> {
+    let pattern = packed(&[0.25, 0.5, 1.0]);
+    let (basis, precision) = (packed(&[1.5, -2.0]), packed(&[40.0, 4.0]));
+    let [mean, median, weight] = [-0.5, 0.25, 0.75].map(f32::to_le_bytes);
+    let learner = PackedLearner::Ridge(PackedRidge {
+        components: 2,
+        basis: &basis,
+        mean: &mean,
+        median: &median,
+        weight: &weight,
+        precision: &precision,
+        basis_checksum: 0x0123_abcd,
+    });
+    let ingredients = Ingredients {
+        limits: Some(Limits {
+            max_theta_i: 1.25,
+            max_theta_o: 1.5,
+            min_separation: 0.125,
+            in_plane: false,
+        }),
+        noise: Some(Noise {
+            multiplicative: 0.03125,
+            additive: 0.0,
+            levels: 4096,
+        }),
+        expectation: Some(Expectation {
+            loss: 0.0625,
+            standard_error: Some(0.0078125),
+            materials: 10,
+            on: "held out",
+        }),
+        provenance: Some(Provenance {
+            trainer: "trainer 1",
+            data: "MERL",
+            materials: 100,
+            schedule: "joint",
+            seed: 300,
+            options: "",
+        }),
+        materials: &[("brass", 0xcbf4_3926), ("felt", 5)],
+        training: Some(TRAINING),
+        ..Ingredients::new(&pattern, learner)
+    };
+    write(&ingredients).unwrap()
+}
+
+/// The bytes of the document's only block of them.
+fn bytes_of_the_document() -> Vec<u8> {
+    hex_blocks(DOCUMENT, ';').remove(0)
+}
+
+#[test]
+fn the_documents_bytes_are_those_that_are_written() {
+    let (found, expected) = (bytes_of_the_document(), example());
+    assert_eq!(found, expected, "the bytes are {expected:02x?}");
+}
+
+#[test]
+fn the_documents_bytes_are_read() {
+    let bytes = bytes_of_the_document();
+    let recipe = Recipe::parse(&bytes).unwrap();
+    let ridge = recipe.ridge().unwrap();
+    assert!(ridge.basis().iter().eq([1.5, -2.0]));
+    assert_eq!(ridge.basis_checksum(), Some(0x0123_abcd));
+    assert_eq!(recipe.statements().unwrap().provenance.unwrap().seed, 300);
+    let materials = [("brass", 0xcbf4_3926), ("felt", 5)];
+    assert!(recipe.statements().unwrap().materials.eq(materials));
+    assert_eq!(recipe.statements().unwrap().training, Some(TRAINING));
+}
+
+/// The row of a table that begins with these cells.
+fn row(cells: &[&str]) -> &'static str {
+    let beginning = format!("| {} |", cells.join(" | "));
+    let mut rows = DOCUMENT.lines().filter(|line| line.starts_with(&beginning));
+    rows.next()
+        .unwrap_or_else(|| panic!("the document lacks a row {beginning}"))
+}
+
+#[test]
+fn the_document_names_every_kind_and_every_bound() {
+    for number in 0..=u16::MAX {
+        let kind = Kind::new(number);
+        if let Some(name) = kind.name() {
+            let needed = row(&[&number.to_string(), name]).contains("required");
+            assert_eq!(needed, kind.is_required(), "{kind}");
+        }
+    }
+    for (field, bound) in [
+        ("basis", format!("-{MAX_BASIS:e} to {MAX_BASIS:e}")),
+        ("mean", format!("-{MAX_MEAN} to {MAX_MEAN}")),
+        ("median", format!("0 to {MAX_MEDIAN:e}")),
+        ("weight", format!("above 0, to {MAX_WEIGHT}")),
+        (
+            "precision",
+            format!("{MIN_PRECISION:e} to {MAX_PRECISION:e}"),
+        ),
+        ("components", format!("1 to {MAX_COMPONENTS}")),
+        ("inner_steps", format!("1 to {MAX_INNER_STEPS}")),
+        ("pattern", format!("1 to {MAX_SAMPLES}")),
+        ("centre", format!("-{MAX_MEAN} to {MAX_MEAN}")),
+        ("bias", format!("1 to {MAX_ROWS} ")),
+        ("bias", format!("1 to {MAX_UNITS} ")),
+    ] {
+        let beginning = format!("| {field} |");
+        let mut rows = DOCUMENT.lines().filter(|line| line.starts_with(&beginning));
+        assert!(rows.any(|row| row.contains(&bound)), "{field}: {bound}");
+    }
+    assert!(DOCUMENT.contains(&format!("format {VERSION}")));
+    row(&[&format!("{HEADER_BYTES}..")]);
+}
+
+/// The document's section of a kind.
+fn section(kind: Kind) -> &'static str {
+    let name = kind.name().unwrap();
+    let heading = format!("\n### {}, {name}\n", kind.number());
+    let (_, section) = DOCUMENT.split_once(&heading).unwrap();
+    section.split("\n##").next().unwrap()
+}
+
+/// The numbers and names of all variants of a field of training.
+fn variants<T: DeserializeOwned>(name: fn(T) -> &'static str) -> String {
+    let variants = (0..).map_while(|number: u8| {
+        let variant = postcard::from_bytes(&[number]).ok()?;
+        Some(format!("{number} {}", name(variant)))
+    });
+    variants.collect::<Vec<_>>().join(", ")
+}
+
+#[test]
+fn the_document_numbers_every_variant_of_training() {
+    let section = section(Kind::TRAINING);
+    for (field, variants) in [
+        ("schedule", variants(Schedule::name)),
+        ("effort", variants(Effort::name)),
+        ("parts", variants(Parts::name)),
+        ("split", variants(ValidationSplit::name)),
+        ("origin", variants(Origin::name)),
+    ] {
+        let row = format!("\n| {field} | varint | {variants} |");
+        assert!(section.contains(&row), "{row}");
+    }
+}
+
+#[test]
+fn errors_name_fields_as_the_document_does() {
+    for (kind, fields) in [
+        (Kind::PATTERN, &[Field::Pattern][..]),
+        (
+            Kind::DESCENT,
+            &[Field::InnerSteps, Field::Initial, Field::StepSizes],
+        ),
+        (
+            Kind::RIDGE,
+            &[
+                Field::Components,
+                Field::Basis,
+                Field::Mean,
+                Field::Median,
+                Field::Weight,
+                Field::Precision,
+            ],
+        ),
+        (
+            Kind::COMPLETION,
+            &[
+                Field::Components,
+                Field::Centre,
+                Field::Scale,
+                Field::Readings,
+                Field::ReadingScales,
+                Field::Bias,
+                Field::Output,
+                Field::OutputScales,
+                Field::Rows,
+                Field::RowScales,
+                Field::BasisChecksum,
+            ],
+        ),
+        (
+            Kind::START,
+            &[
+                Field::StartHidden,
+                Field::StartHiddenScales,
+                Field::StartBias,
+                Field::StartOutput,
+                Field::StartOutputScales,
+            ],
+        ),
+        (Kind::TRAINING, &[Field::Share]),
+    ] {
+        let section = section(kind);
+        for field in fields {
+            let name = match field.name().split_once('.') {
+                Some((of, name)) => {
+                    assert_eq!(Some(of), kind.name(), "{field}");
+                    name
+                }
+                None => field.name(),
+            };
+            let has_row = section.contains(&format!("\n| {name} |"));
+            assert!(has_row, "section {kind} of the document lacks {field}");
+        }
+    }
+}

@@ -1,0 +1,495 @@
+//! A recipe is a list of sections: each is read, skipped or refused, by the number of its kind.
+
+use glimpse_core::fit::completion::Missing;
+use glimpse_core::gonio::{Limits, LimitsError};
+use glimpse_core::model::ModelKind;
+use glimpse_core::recipe::{
+    Effort, Expectation, Field, HEADER_BYTES, Ingredients, Kind, Noise, Origin, PackedDescent,
+    PackedLearner, Parts, Provenance, Recipe, RecipeError, Schedule, Statements, Training,
+    TrainingSource, TrainingSources, VERSION, ValidationSplit,
+};
+use proptest::prelude::*;
+
+use crate::completion::made::Made;
+use crate::recipes::{
+    Sections, linear, packed, parsed, recipe_with, sealed, section_mut, sections_of, write,
+};
+use crate::scanning::{bytes_of, recipe_of};
+
+const LIMITS: Limits = Limits {
+    max_theta_i: 1.3,
+    max_theta_o: 1.4,
+    min_separation: 0.1,
+    in_plane: true,
+};
+const NOISE: Noise = Noise {
+    multiplicative: 0.05,
+    additive: 1e-4,
+    levels: 4096,
+};
+const EXPECTATION: Expectation<'_> = Expectation {
+    loss: 0.0125,
+    standard_error: Some(0.0015),
+    materials: 10,
+    on: "materials held out",
+};
+const PROVENANCE: Provenance<'_> = Provenance {
+    trainer: "a trainer",
+    data: "some materials",
+    materials: 100,
+    schedule: "a schedule",
+    seed: u64::MAX,
+    options: "no options",
+};
+const MATERIALS: [(&str, u32); 3] = [("alum-bronze", 1), ("", u32::MAX), ("Stoff für Bühnen", 0)];
+
+const fn source(label: &str, origin: Origin, materials: u32, share: f32) -> TrainingSource<'_> {
+    TrainingSource {
+        label,
+        origin,
+        materials,
+        share,
+    }
+}
+
+const SOURCES: [TrainingSource<'_>; 3] = [
+    source("MERL", Origin::Files, 100, 0.6),
+    source("Stoff für Bühnen", Origin::Files, u32::MAX, 0.0),
+    source("", Origin::BuiltIn, 0, 1.0),
+];
+const TRAINING: Training<'_> = Training {
+    schedule: Schedule::Prior,
+    effort: Effort::Standard,
+    parts: Parts::WithoutPattern,
+    split: ValidationSplit::Folds,
+    digest: u64::MAX,
+    sources: TrainingSources::new(&SOURCES),
+};
+
+/// A recipe of the model Phong with all sections that a descent may have.
+fn full() -> Ingredients<'static> {
+    let ones: &'static [u8] = packed(&[1.0; 7]).leak();
+    Ingredients {
+        pattern: &[0; 24],
+        learner: PackedLearner::Descent(PackedDescent {
+            model: ModelKind::Phong,
+            inner_steps: 20,
+            initial: ones,
+            step_sizes: ones,
+        }),
+        limits: Some(LIMITS),
+        noise: Some(NOISE),
+        expectation: Some(EXPECTATION),
+        provenance: Some(PROVENANCE),
+        materials: &MATERIALS,
+        prediction: None,
+        training: Some(TRAINING),
+    }
+}
+
+fn full_sections() -> Sections {
+    sections_of(&write(&full()).unwrap())
+}
+
+/// The error of a recipe of any sections, or of its statements.
+fn refusal(sections: &Sections) -> RecipeError {
+    let bytes = recipe_with(sections);
+    let statements = Recipe::parse(&bytes).and_then(|recipe| recipe.statements());
+    statements.map(drop).unwrap_err()
+}
+
+#[test]
+fn every_section_is_read_as_it_was_written() {
+    let bytes = write(&full()).unwrap();
+    let recipe = Recipe::parse(&bytes).unwrap();
+    let statements = recipe.statements().unwrap();
+    assert_eq!(statements.limits, Some(LIMITS));
+    assert_eq!(statements.noise, Some(NOISE));
+    assert_eq!(statements.expectation, Some(EXPECTATION));
+    assert_eq!(recipe.expected_loss(), Some(0.0125));
+    assert_eq!(statements.provenance, Some(PROVENANCE));
+    assert_eq!(statements.materials.len(), 3);
+    assert!(statements.materials.eq(MATERIALS));
+    assert_eq!(statements.training, Some(TRAINING));
+    let kinds: Vec<u16> = recipe.sections().map(|(kind, _)| kind.number()).collect();
+    assert_eq!(kinds, [0, 1, 128, 129, 130, 131, 132, 134]);
+    // The test's own writer agrees.
+    assert_eq!(recipe_with(&full_sections()), bytes);
+}
+
+#[test]
+fn optional_sections_may_be_missing() {
+    let bytes = write(&Ingredients::new(full().pattern, full().learner)).unwrap();
+    let mut sections = sections_of(&bytes);
+    assert_eq!(sections.len(), 2);
+    // An empty list of materials is valid.
+    sections.push((Kind::MATERIALS, vec![0]));
+    for bytes in [bytes, recipe_with(&sections)] {
+        let recipe = parsed(bytes);
+        let statements = recipe.statements().unwrap();
+        assert_eq!((statements.limits, statements.noise), (None, None));
+        assert_eq!(statements.expectation, None);
+        assert_eq!(statements.provenance, None);
+        assert_eq!(statements.materials.count(), 0);
+        assert_eq!(statements.training, None);
+        assert_eq!(recipe.expected_loss(), None);
+    }
+}
+
+#[test]
+fn a_missing_required_section_is_named() {
+    let without = |kind| {
+        let mut sections = full_sections();
+        sections.retain(|(other, _)| *other != kind);
+        refusal(&sections)
+    };
+    let missing = without(Kind::PATTERN);
+    assert_eq!(missing, RecipeError::Missing(Kind::PATTERN));
+    let text = missing.to_string();
+    assert!(text.contains(&Kind::PATTERN.to_string()), "{text}");
+    assert_eq!(without(Kind::DESCENT), RecipeError::Learners(0));
+    let error = RecipeError::Missing(Kind::PATTERN);
+    assert_eq!(refusal(&Vec::new()), error);
+
+    let mut both = full_sections();
+    let ridge = sections_of(&linear().write().unwrap()).swap_remove(1);
+    assert_eq!(ridge.0, Kind::RIDGE);
+    both.insert(2, ridge);
+    let error = refusal(&both);
+    assert_eq!(error, RecipeError::Learners(2));
+    let text = error.to_string();
+    assert!(text.contains(&Kind::DESCENT.to_string()), "{text}");
+}
+
+#[test]
+fn an_unknown_kind_is_skipped_or_refused_by_its_number() {
+    let mut sections = full_sections();
+    sections.push((Kind::new(135), b"from the future".to_vec()));
+    sections.push((Kind::new(u16::MAX), Vec::new()));
+    let recipe = parsed(recipe_with(&sections));
+    assert!(recipe.statements().unwrap().materials.eq(MATERIALS));
+    let unknown = (Kind::new(135), &b"from the future"[..]);
+    assert!(recipe.sections().any(|section| section == unknown));
+    assert_eq!(Kind::new(135).name(), None);
+
+    for kind in [5, 127].map(Kind::new) {
+        let mut sections = sections.clone();
+        sections.insert(2, (kind, Vec::new()));
+        let error = refusal(&sections);
+        assert_eq!(error, RecipeError::Unknown(kind));
+        let text = error.to_string();
+        assert!(text.contains(&kind.number().to_string()), "{text}");
+    }
+    assert!(Kind::new(127).is_required() && !Kind::new(128).is_required());
+}
+
+#[test]
+fn a_kind_that_comes_twice_or_out_of_order_is_refused() {
+    let mut all = full_sections();
+    all.push((Kind::new(200), Vec::new()));
+    for index in 0..all.len() {
+        let error = RecipeError::Order(all[index].0);
+        for place in [index, all.len()] {
+            let mut twice = all.clone();
+            twice.insert(place, all[index].clone());
+            assert_eq!(refusal(&twice), error);
+        }
+        if index + 1 < all.len() {
+            let mut swapped = all.clone();
+            swapped.swap(index, index + 1);
+            assert_eq!(refusal(&swapped), error);
+        }
+    }
+}
+
+#[test]
+fn a_section_that_is_cut_or_padded_is_refused_by_its_kind() {
+    let completed = Made::small(ModelKind::Phong, Missing::CountForMore);
+    for all in [full_sections(), sections_of(&completed.write().unwrap())] {
+        for index in 0..all.len() {
+            let error = RecipeError::Section(all[index].0);
+            for length in 0..all[index].1.len() {
+                let mut cut = all.clone();
+                cut[index].1.truncate(length);
+                assert_eq!(refusal(&cut), error, "{length}");
+            }
+            let mut padded = all.clone();
+            padded[index].1.push(0);
+            assert_eq!(refusal(&padded), error);
+        }
+    }
+}
+
+#[test]
+fn text_that_is_not_utf_8_is_refused_by_its_kind() {
+    for (kind, text) in [
+        (Kind::EXPECTATION, "held"),
+        (Kind::PROVENANCE, "trainer"),
+        (Kind::MATERIALS, "bronze"),
+        (Kind::TRAINING, "MERL"),
+    ] {
+        let mut sections = full_sections();
+        let bytes = section_mut(&mut sections, kind);
+        let mut windows = bytes.windows(text.len());
+        let at = windows.position(|window| window == text.as_bytes());
+        bytes[at.unwrap()] = 0xFF;
+        assert_eq!(refusal(&sections), RecipeError::Section(kind));
+    }
+}
+
+#[test]
+fn a_body_that_ends_within_a_section_is_malformed() {
+    let whole = write(&full()).unwrap();
+    let body = &whole[HEADER_BYTES..];
+    for tail in [&[0x80][..], &[0xFF, 0xFF, 0xFF], &[0xC8, 0x01, 5, 1, 2]] {
+        let bytes = sealed(VERSION, &[body, tail].concat());
+        assert_eq!(Recipe::parse(&bytes).err(), Some(RecipeError::Malformed));
+    }
+    let bytes = sealed(VERSION, &body[..body.len() - 1]);
+    assert_eq!(Recipe::parse(&bytes).err(), Some(RecipeError::Malformed));
+}
+
+#[test]
+fn statements_are_checked_by_field() {
+    let written = |change: &dyn Fn(&mut Ingredients<'_>)| {
+        let mut ingredients = full();
+        change(&mut ingredients);
+        write(&ingredients).map(drop)
+    };
+    let with_limits = |change: fn(&mut Limits, f32), bad| {
+        written(&|ingredients| change(ingredients.limits.as_mut().unwrap(), bad))
+    };
+    let with_noise = |change: fn(&mut Noise, f32), bad| {
+        written(&|ingredients| change(ingredients.noise.as_mut().unwrap(), bad))
+    };
+    let with_expectation = |change: fn(&mut Expectation<'_>, f32), bad| {
+        written(&|ingredients| change(ingredients.expectation.as_mut().unwrap(), bad))
+    };
+    let limits_error = |error| Err(RecipeError::Limits(error));
+    for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+        let found = with_limits(|limits, bad| limits.max_theta_i = bad, bad);
+        assert_eq!(found, limits_error(LimitsError::MaxThetaI));
+        let found = with_limits(|limits, bad| limits.min_separation = bad, bad);
+        assert_eq!(found, limits_error(LimitsError::MinSeparation));
+        let refused = |field| Err(RecipeError::NonFinite(field));
+        let found = with_noise(|noise, bad| noise.multiplicative = bad, bad);
+        assert_eq!(found, refused(Field::Multiplicative));
+        let found = with_noise(|noise, bad| noise.additive = bad, bad);
+        assert_eq!(found, refused(Field::Additive));
+        let found = with_expectation(|each, bad| each.loss = bad, bad);
+        assert_eq!(found, refused(Field::ExpectedLoss));
+        let found = with_expectation(|each, bad| each.standard_error = Some(bad), bad);
+        assert_eq!(found, refused(Field::StandardError));
+    }
+    // Degrees, and a limit that would let nothing through.
+    for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 75.0, -0.1] {
+        let found = with_limits(|limits, bad| limits.max_theta_o = bad, bad);
+        assert_eq!(found, limits_error(LimitsError::MaxThetaO));
+    }
+    let found = with_noise(|noise, bad| noise.additive = bad, -1e-9);
+    assert_eq!(found, Err(RecipeError::Negative(Field::Additive)));
+    let found = with_expectation(|each, bad| each.standard_error = Some(bad), -1e-9);
+    assert_eq!(found, Err(RecipeError::Negative(Field::StandardError)));
+    let found = with_expectation(|each, _| each.standard_error = None, 0.0);
+    assert_eq!(found, Ok(()));
+}
+
+/// A scan needs no statement: a bad one matters only if it is read.
+#[test]
+fn a_bad_statement_is_an_error_only_when_it_is_read() {
+    for (kind, expected_loss) in [
+        (Kind::EXPECTATION, None),
+        (Kind::TRAINING, Some(EXPECTATION.loss)),
+    ] {
+        let mut sections = full_sections();
+        section_mut(&mut sections, kind).clear();
+        let recipe = parsed(recipe_with(&sections));
+        assert_eq!(recipe.samples(), full().pattern.len() / 12);
+        let error = recipe.statements().unwrap_err();
+        assert_eq!(error, RecipeError::Section(kind));
+        assert_eq!(recipe.expected_loss(), expected_loss);
+    }
+}
+
+#[test]
+fn a_copy_lacks_the_named_sections_and_nothing_else() {
+    let mut sections = full_sections();
+    sections.push((Kind::new(1000), b"unknown".to_vec()));
+    let bytes = recipe_with(&sections);
+    let recipe = Recipe::parse(&bytes).unwrap();
+    let copy = |kinds: &[Kind]| {
+        let mut buffer = vec![0; bytes.len()];
+        let copy = recipe.copy_without(kinds, &mut buffer);
+        copy.map(<[u8]>::to_vec)
+    };
+    let optional = [128, 129, 130, 131, 132, 134, 1000].map(Kind::new);
+    for kind in optional {
+        let kept = copy(&[kind]).unwrap();
+        let mut expected = sections.clone();
+        expected.retain(|(other, _)| *other != kind);
+        assert_eq!(sections_of(&kept), expected);
+    }
+    assert_eq!(sections_of(&copy(&optional).unwrap()), sections[..2]);
+    // A section that the recipe lacks is ignored.
+    assert_eq!(copy(&[Kind::new(999)]).unwrap(), bytes);
+    assert_eq!(copy(&[]).unwrap(), bytes);
+    for kind in [Kind::PATTERN, Kind::DESCENT, Kind::RIDGE, Kind::new(5)] {
+        let error = copy(&[Kind::NOISE, kind]).unwrap_err();
+        assert_eq!(error, RecipeError::Required(kind));
+    }
+    for length in 0..bytes.len() {
+        let error = recipe.copy_without(&[], &mut vec![0; length]).unwrap_err();
+        assert_eq!(error, RecipeError::BufferTooSmall);
+    }
+}
+
+#[test]
+fn a_buffer_that_is_too_small_is_an_error() {
+    let linear = recipe_of(ModelKind::Linear);
+    let pattern = vec![0; 12 * linear.samples()];
+    let ridge = Ingredients::new(&pattern, linear.learner().into());
+    for ingredients in [full(), ridge] {
+        let whole = write(&ingredients).unwrap();
+        for length in 0..whole.len() {
+            let error = Recipe::write(&ingredients, &mut vec![0; length]).unwrap_err();
+            assert_eq!(error, RecipeError::BufferTooSmall);
+        }
+        assert!(Recipe::write(&ingredients, &mut vec![0; whole.len()]).is_ok());
+    }
+}
+
+/// A list that promises more materials than there are ends where its bytes end, at once.
+#[test]
+fn a_list_of_four_billion_materials_is_refused() {
+    let mut sections = full_sections();
+    let bytes = section_mut(&mut sections, Kind::MATERIALS);
+    bytes.splice(0..1, [0xFF, 0xFF, 0xFF, 0xFF, 0x0F]);
+    assert_eq!(refusal(&sections), RecipeError::Section(Kind::MATERIALS));
+}
+
+/// The bytes of the section `training` after a change, read and written again.
+fn training_with(change: impl FnOnce(&mut Vec<u8>)) -> Result<(), RecipeError> {
+    let mut sections = full_sections();
+    change(section_mut(&mut sections, Kind::TRAINING));
+    let bytes = recipe_with(&sections);
+    let training = Recipe::parse(&bytes)?.statements()?.training;
+    let again = write(&Ingredients { training, ..full() })?;
+    assert_eq!(again, bytes);
+    Ok(())
+}
+
+#[test]
+fn every_variant_of_training_is_read_as_it_was_written() {
+    // The first four bytes are the numbers of schedule, effort, parts and split.
+    for (field, variants) in [(0, 3), (1, 4), (2, 4), (3, 4)] {
+        for number in 0..=u8::MAX {
+            let found = training_with(|bytes| bytes[field] = number);
+            let refused = RecipeError::Section(Kind::TRAINING);
+            let expected = if number < variants {
+                Ok(())
+            } else {
+                Err(refused)
+            };
+            assert_eq!(found, expected, "field {field}, number {number}");
+        }
+    }
+    let none = Training {
+        sources: TrainingSources::new(&[]),
+        ..TRAINING
+    };
+    assert_ne!(none, TRAINING);
+    let training = Some(none);
+    let bytes = write(&Ingredients { training, ..full() }).unwrap();
+    let statements = Recipe::parse(&bytes).unwrap().statements().unwrap();
+    assert_eq!(statements.training, training);
+}
+
+#[test]
+fn a_share_of_training_is_a_number_from_0_to_1() {
+    for (share, error) in [
+        (f32::NAN, RecipeError::NonFinite(Field::Share)),
+        (f32::INFINITY, RecipeError::NonFinite(Field::Share)),
+        (-1e-9, RecipeError::Negative(Field::Share)),
+        (1.001, RecipeError::Range(Field::Share)),
+    ] {
+        let mut sources = SOURCES;
+        sources[1].share = share;
+        let training = Some(Training {
+            sources: TrainingSources::new(&sources),
+            ..TRAINING
+        });
+        assert_eq!(write(&Ingredients { training, ..full() }), Err(error));
+    }
+}
+
+#[test]
+fn a_list_of_sources_that_is_not_whole_is_refused() {
+    // Four enums, and a digest of ten bytes.
+    const COUNT: usize = 4 + 10;
+    let refused = Err(RecipeError::Section(Kind::TRAINING));
+    // More than there are, and fewer, with bytes that are left over.
+    for count in [2, 4, 5, 127] {
+        let found = training_with(|bytes| {
+            assert_eq!(bytes[COUNT], 3);
+            bytes[COUNT] = count;
+        });
+        assert_eq!(found, refused, "{count}");
+    }
+    // Four billion of them, which end at once.
+    let found = training_with(|bytes| {
+        bytes.splice(COUNT..=COUNT, [0xFF, 0xFF, 0xFF, 0xFF, 0x0F]);
+    });
+    assert_eq!(found, refused);
+    // An unknown origin: it follows the length and the text of the label.
+    let found = training_with(|bytes| {
+        let origin = COUNT + 2 + SOURCES[0].label.len();
+        assert_eq!(bytes[origin], 0);
+        bytes[origin] = 2;
+    });
+    assert_eq!(found, refused);
+}
+
+proptest! {
+    #[test]
+    fn a_section_of_noise_is_refused_by_its_kind_or_makes_sense(
+        which in 0..8usize,
+        noise in prop::collection::vec(any::<u8>(), 0..80),
+    ) {
+        let mut sections = full_sections();
+        sections[which].1 = noise;
+        let bytes = recipe_with(&sections);
+        match Recipe::parse(&bytes) {
+            Ok(recipe) => {
+                if let Ok(Statements { materials, training, .. }) = recipe.statements() {
+                    prop_assert_eq!(materials.count(), materials.len());
+                    let sources = training.map(|training| training.sources);
+                    prop_assert!(sources.is_none_or(|sources| sources.count() == sources.len()));
+                } else {
+                    prop_assert!(which >= 2, "it is not a statement");
+                }
+                let mut buffer = vec![0; bytes.len()];
+                prop_assert_eq!(recipe.copy_without(&[], &mut buffer).unwrap(), &bytes[..]);
+            }
+            Err(error) => {
+                let of_body = !matches!(error, RecipeError::Checksum | RecipeError::Malformed);
+                prop_assert!(of_body, "{}", error);
+            }
+        }
+    }
+
+    #[test]
+    fn materials_of_any_name_are_read(names in prop::collection::vec((".{0,40}", any::<u32>()), 0..30)) {
+        let list: Vec<(&str, u32)> = names.iter().map(|(name, digest)| (&name[..], *digest)).collect();
+        let bytes = write(&Ingredients { materials: &list, ..full() }).unwrap();
+        let recipe = Recipe::parse(&bytes).unwrap();
+        prop_assert!(recipe.statements().unwrap().materials.eq(list.iter().copied()));
+    }
+}
+
+/// A recipe of a trained size is not much longer than its numbers.
+#[test]
+fn sections_cost_little() {
+    let bytes = bytes_of(ModelKind::Neural);
+    let numbers = 4 * (24 + 2 * 675);
+    assert!(bytes.len() < numbers + 100, "{}", bytes.len());
+}

@@ -1,0 +1,202 @@
+//! Small recipes of known numbers, and recipes that the crate's own writer refuses to write.
+
+use glimpse_core::model::{Model, ModelKind, Neural};
+use glimpse_core::recipe::{
+    Expectation, Ingredients, Kind, PackedDescent, PackedLearner, PackedRidge, Provenance, Recipe,
+    RecipeError, VERSION,
+};
+
+/// Numbers as a recipe packs them.
+pub(crate) fn packed(numbers: &[f32]) -> Vec<u8> {
+    numbers.iter().flat_map(|x| x.to_le_bytes()).collect()
+}
+
+/// Writes a recipe.
+pub(crate) fn write(ingredients: &Ingredients<'_>) -> Result<Vec<u8>, RecipeError> {
+    let mut buffer = vec![0; 1 << 17];
+    Recipe::write(ingredients, &mut buffer).map(<[u8]>::to_vec)
+}
+
+/// Reads a valid recipe. Its bytes are leaked: the recipe may be passed around freely.
+pub(crate) fn parsed(bytes: Vec<u8>) -> Recipe<'static> {
+    Recipe::parse(bytes.leak()).unwrap()
+}
+
+/// The error of bytes that are not a recipe.
+pub(crate) fn refusal(bytes: &[u8]) -> RecipeError {
+    Recipe::parse(bytes).map(drop).unwrap_err()
+}
+
+/// A change to a recipe's numbers, and the field or the error that it is refused by.
+pub(crate) type Change<E, T> = (E, fn(&mut T));
+
+/// The numbers of a recipe that descends.
+#[derive(Clone, Debug)]
+pub(crate) struct Numbers {
+    pub(crate) model: ModelKind,
+    /// SGD steps.
+    pub(crate) inner_steps: u16,
+    /// (theta_h, theta_d, phi_d) in radians, one after the other.
+    pub(crate) pattern: Vec<f32>,
+    /// Initial parameters.
+    pub(crate) initial: Vec<f32>,
+    /// A step size for each.
+    pub(crate) step_sizes: Vec<f32>,
+    pub(crate) expected_loss: f32,
+}
+
+/// Low-discrepancy numbers from -0.5 to 0.5: no two are alike.
+pub(crate) fn spread(index: usize) -> f32 {
+    (index as f32 * 0.618_034).fract() - 0.5
+}
+
+/// A valid Neural recipe: eight samples, small weights, small steps.
+pub(crate) fn neural() -> Numbers {
+    let place = |k: f32| [0.05 + 0.08 * k, 0.1 + 0.07 * k, 0.4 * k];
+    Numbers {
+        model: ModelKind::Neural,
+        inner_steps: 20,
+        pattern: (0..8).flat_map(|k| place(k as f32)).collect(),
+        initial: (0..Neural::PARAMETERS).map(|k| 0.4 * spread(k)).collect(),
+        step_sizes: (0..Neural::PARAMETERS)
+            .map(|k| 0.05 + 0.02 * spread(k))
+            .collect(),
+        expected_loss: 0.03,
+    }
+}
+
+impl Numbers {
+    pub(crate) fn write(&self) -> Result<Vec<u8>, RecipeError> {
+        let learner = PackedLearner::Descent(PackedDescent {
+            model: self.model,
+            inner_steps: self.inner_steps,
+            initial: &packed(&self.initial),
+            step_sizes: &packed(&self.step_sizes),
+        });
+        write_with(&self.pattern, learner, self.expected_loss)
+    }
+}
+
+fn write_with(
+    pattern: &[f32],
+    learner: PackedLearner<'_>,
+    expected_loss: f32,
+) -> Result<Vec<u8>, RecipeError> {
+    write(&Ingredients {
+        expectation: Some(Expectation {
+            loss: expected_loss,
+            standard_error: Some(0.001),
+            materials: 10,
+            on: "nothing",
+        }),
+        provenance: Some(Provenance {
+            trainer: "test",
+            data: "none",
+            materials: 0,
+            schedule: "none",
+            seed: 0,
+            options: "none",
+        }),
+        ..Ingredients::new(&packed(pattern), learner)
+    })
+}
+
+/// The numbers of a recipe of the model Linear.
+#[derive(Clone, Debug)]
+pub(crate) struct RidgeNumbers {
+    /// (theta_h, theta_d, phi_d) in radians, one after the other.
+    pub(crate) pattern: Vec<f32>,
+    /// m.
+    pub(crate) components: u16,
+    /// n rows of m.
+    pub(crate) basis: Vec<f32>,
+    /// n.
+    pub(crate) mean: Vec<f32>,
+    /// n, BRDF.
+    pub(crate) median: Vec<f32>,
+    /// n.
+    pub(crate) weight: Vec<f32>,
+    /// m.
+    pub(crate) precision: Vec<f32>,
+    /// The CRC-32 of the whole basis.
+    pub(crate) basis_checksum: u32,
+    pub(crate) expected_loss: f32,
+}
+
+/// A valid Linear recipe: the same eight samples, five components.
+pub(crate) fn linear() -> RidgeNumbers {
+    let neural = neural();
+    RidgeNumbers {
+        pattern: neural.pattern,
+        components: 5,
+        basis: (1..=40).map(|k| 12.0 * spread(k)).collect(),
+        mean: (0..8).map(|k| 0.1 * spread(k)).collect(),
+        median: (0..8).map(|k| 0.1 * k as f32).collect(),
+        weight: (0..8).map(|k| 0.9 - 0.1 * k as f32).collect(),
+        precision: vec![40.0; 5],
+        basis_checksum: 0xfeed_beef,
+        expected_loss: neural.expected_loss,
+    }
+}
+
+impl RidgeNumbers {
+    pub(crate) fn write(&self) -> Result<Vec<u8>, RecipeError> {
+        let learner = PackedLearner::Ridge(PackedRidge {
+            components: self.components,
+            basis: &packed(&self.basis),
+            mean: &packed(&self.mean),
+            median: &packed(&self.median),
+            weight: &packed(&self.weight),
+            precision: &packed(&self.precision),
+            basis_checksum: self.basis_checksum,
+        });
+        write_with(&self.pattern, learner, self.expected_loss)
+    }
+}
+
+/// A recipe of any version and body, with a header that is right.
+pub(crate) fn sealed(version: u16, body: &[u8]) -> Vec<u8> {
+    let mut checked = version.to_le_bytes().to_vec();
+    checked.extend((body.len() as u32).to_le_bytes());
+    let header = [b"GLMP", &checked[..]].concat();
+    checked.extend(body);
+    let checksum = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC).checksum(&checked);
+    [&header[..], &checksum.to_le_bytes(), body].concat()
+}
+
+pub(crate) type Sections = Vec<(Kind, Vec<u8>)>;
+
+/// The sections of a valid recipe.
+pub(crate) fn sections_of(bytes: &[u8]) -> Sections {
+    let sections = Recipe::parse(bytes).unwrap().sections();
+    sections
+        .map(|(kind, bytes)| (kind, bytes.to_vec()))
+        .collect()
+}
+
+/// The bytes of one section.
+pub(crate) fn section_mut(sections: &mut Sections, kind: Kind) -> &mut Vec<u8> {
+    let section = sections.iter_mut().find(|(found, _)| *found == kind);
+    &mut section.unwrap().1
+}
+
+/// The body of a recipe of any sections.
+pub(crate) fn body_of(sections: &[(Kind, Vec<u8>)]) -> Vec<u8> {
+    let mut body = Vec::new();
+    for (kind, bytes) in sections {
+        for mut number in [usize::from(kind.number()), bytes.len()] {
+            while number >= 0x80 {
+                body.push(number as u8 | 0x80);
+                number >>= 7;
+            }
+            body.push(number as u8);
+        }
+        body.extend(bytes);
+    }
+    body
+}
+
+/// A recipe of any sections.
+pub(crate) fn recipe_with(sections: &[(Kind, Vec<u8>)]) -> Vec<u8> {
+    sealed(VERSION, &body_of(sections))
+}

@@ -1,0 +1,165 @@
+//! Raw counts, wrong units and wild readings end in an error by name or in finite numbers.
+//!
+//! In version 0.1 readings times 16,777,215 ended in 219 NaN parameters, a finite residual and black
+//! (on x86), one reading of `f32::MAX` in NaN coefficients and a residual of 87.9, and counts of 12
+//! or 16 bits in a finished fit.
+
+use glimpse_core::fit::{AnyModel, linear_words};
+use glimpse_core::model::{Model, ModelKind, Neural, ParameterSet};
+use glimpse_core::recipe::Recipe;
+use glimpse_core::scan::{FitError, Reading};
+use proptest::prelude::*;
+
+use crate::recipes::{linear, neural, parsed};
+use crate::scanning::{
+    MODELS, Outcome, SAMPLES, each_scan, fit, material, recipe_of, record, scan_by, whole,
+};
+
+/// Room for the recipes of the examples too.
+type Any = AnyModel<{ linear_words(SAMPLES, 60) }>;
+
+/// A made-up recipe of each model, and the recipes of the examples, which learn in large steps.
+fn recipes() -> Vec<Recipe<'static>> {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/examples/recipes");
+    let files = std::fs::read_dir(folder).unwrap();
+    let paths = files.map(|file| file.unwrap().path());
+    let learned = paths.filter(|path| path.extension().is_some_and(|ending| ending == "recipe"));
+    let mut recipes: Vec<_> = learned
+        .map(|path| parsed(std::fs::read(path).unwrap()))
+        .collect();
+    assert!(recipes.len() >= 4, "{folder}");
+    recipes.extend(MODELS.map(recipe_of));
+    recipes
+}
+
+fn outcomes(reading: impl Fn(u16) -> Reading) -> Vec<Outcome> {
+    let recipes = recipes().into_iter();
+    recipes
+        .map(|recipe| whole::<Any>(recipe, &reading))
+        .collect()
+}
+
+/// A Lambertian material with a highlight, as sensors see it: from 0.06 to 3 sr^-1.
+fn plausible(index: u16) -> [f32; 3] {
+    let highlight = if index == 2 { 2.5 } else { 0.0 };
+    [0.30 + highlight, 0.12 + highlight, 0.06 + highlight]
+        .map(|f| f * (1.0 + 0.01 * f32::from(index)))
+}
+
+#[test]
+fn counts_and_wrong_units_are_refused() {
+    let refused = |reading: &dyn Fn(u16) -> Reading| {
+        for outcome in outcomes(reading) {
+            assert_eq!(outcome, Outcome::Implausible);
+        }
+    };
+    refused(&|index| Reading::new(plausible(index).map(|f| f * 16_777_215.0)));
+    refused(&|_| Reading::monochrome(f32::MAX));
+    // 0.3 sr^-1, a perfect white, is a good part of the range.
+    for white in [4_095.0_f32, 65_535.0] {
+        let count = |f: f32| (f / 0.32 * 0.7 * white).min(white).round();
+        refused(&|index| Reading {
+            brdf: plausible(index).map(count),
+            saturated: index == 2,
+        });
+        // A stuck sensor.
+        refused(&|_| Reading::monochrome(white));
+    }
+    for outcome in outcomes(|index| Reading::new(plausible(index))) {
+        assert!(matches!(outcome, Outcome::Fitted(..)), "{outcome:?}");
+    }
+}
+
+#[test]
+fn counts_are_refused_with_the_limit() {
+    let mut scan = scan_by::<Any>(recipe_of(ModelKind::Neural));
+    record(&mut scan, 0..8, |_| Reading::monochrome(1_000.0));
+    let error = scan.fit().err().unwrap();
+    assert_eq!(error, FitError::Implausible { limit: 10 });
+    // The readings are still there, and can be replaced.
+    assert_eq!(scan.pending().count(), 0);
+    for index in 0..8 {
+        assert!(scan.record(index, material(index)).unwrap().replaced);
+    }
+    assert!(matches!(fit(&mut scan, &[50]), Outcome::Fitted(..)));
+}
+
+/// Real materials are shiny: nickel is above 10 sr^-1 at 12 of the 24 readings of Neural's pattern,
+/// whose theta_d are large, and its lower quartile is below 1 (as is every material's of MERL and
+/// RGL: at most 1.2 with any of the demo's four patterns).
+#[test]
+fn a_metal_at_grazing_angles_is_not_a_count() {
+    for mut scan in each_scan() {
+        record(&mut scan, 0..6, |_| Reading::new([60.0, 50.0, 40.0]));
+        record(&mut scan, 6..8, |_| Reading::new([0.9; 3]));
+        assert!(scan.fit().is_ok());
+        scan.record(6, Reading::new([0.9, 11.0, 0.9])).unwrap();
+        assert!(scan.fit().is_err());
+    }
+}
+
+/// One wild reading among good ones. [`fit`] checks that the numbers are finite.
+#[test]
+fn a_single_wild_reading_ends_in_numbers_or_diverges() {
+    let mut fitted = 0;
+    for wild in [f32::MAX, 1e30, 1e10, 65_535.0] {
+        for at in 0..8 {
+            for channels in [0..1, 1..2, 2..3, 0..3] {
+                let outcomes = outcomes(|index| {
+                    let mut brdf = plausible(index);
+                    if index == at {
+                        brdf[channels.clone()].fill(wild);
+                    }
+                    Reading::new(brdf)
+                });
+                for outcome in outcomes {
+                    assert_ne!(outcome, Outcome::Implausible, "most readings were good");
+                    fitted += usize::from(outcome != Outcome::Diverged);
+                }
+            }
+        }
+    }
+    assert!(fitted > 0);
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+    /// Many readings wild, of any size that a float has. [`fit`] checks that the numbers are finite.
+    #[test]
+    fn wild_readings_never_end_in_a_nan(
+        wild in prop::collection::vec(
+            (0..24_usize, (0..0x7f80_0000_u32).prop_map(f32::from_bits)),
+            1..24,
+        ),
+    ) {
+        outcomes(|index| {
+            let mut brdf = plausible(index);
+            for (place, value) in &wild {
+                if place / 3 == usize::from(index) {
+                    brdf[place % 3] = *value;
+                }
+            }
+            Reading::new(brdf)
+        });
+    }
+}
+
+/// A fit whose numbers run away is reported, whichever elementary functions there are.
+#[test]
+fn an_infinite_brdf_is_a_diverged_fit() {
+    // By the network's own output (e^z - 1): no parameter need be infinite.
+    let mut numbers = neural();
+    let mut network = Neural::ZEROS;
+    network.b3 = [3e38; 3];
+    numbers.initial = network.iter().copied().collect();
+    numbers.step_sizes.fill(0.0);
+    let by_neural = parsed(numbers.write().unwrap());
+    // Linear's: all numbers finite, e to their power not.
+    let mut numbers = linear();
+    numbers.basis.fill(0.0);
+    numbers.mean.fill(100.0);
+    let by_linear = parsed(numbers.write().unwrap());
+    for recipe in [by_neural, by_linear] {
+        assert_eq!(whole::<Any>(recipe, material), Outcome::Diverged);
+    }
+}

@@ -1,0 +1,152 @@
+//! Linear's scan ends in the coefficients of its definition, whatever the recipe's numbers are.
+
+use glimpse_core::fit::Linear;
+use glimpse_core::geometry::HalfDifference;
+use glimpse_core::model::linear::{map, unmap};
+use glimpse_core::recipe::{
+    Field, MAX_BASIS, MAX_MEAN, MAX_MEDIAN, MAX_PRECISION, MAX_WEIGHT, MIN_PRECISION, RecipeError,
+};
+use proptest::prelude::*;
+
+use crate::recipes::{RidgeNumbers, linear, parsed};
+use crate::scanning::{Outcome, WORDS, fit, material, record, scan_by, whole};
+
+/// Scans with a recipe of these numbers.
+fn scan_with(numbers: &RidgeNumbers) -> Outcome {
+    whole::<Linear<WORDS>>(parsed(numbers.write().unwrap()), material)
+}
+
+#[test]
+fn a_linear_scan_ends_in_coefficients() {
+    let numbers = linear();
+    let recipe = parsed(numbers.write().unwrap());
+    let mut scan = scan_by::<Linear<WORDS>>(recipe);
+    record(&mut scan, 0..8, material);
+    // A row of the factorization or a channel at a time.
+    assert_eq!(scan.fit().unwrap().progress().total, 8);
+    let outcome = fit(&mut scan, &[1]);
+    let (coefficients, residual) = (outcome.values(), outcome.residual());
+    assert_eq!(coefficients.len(), 15);
+
+    // The normal equations hold: A'(t - A c) = P c. And the residual is that of the definition.
+    let mut errors = [0.0_f32; 8];
+    for (channel, c) in coefficients.chunks(5).enumerate() {
+        let mut left: Vec<f64> = c.iter().map(|c| -40.0 * f64::from(*c)).collect();
+        let mut scale = 0.0_f64;
+        for (sample, row) in numbers.basis.chunks(5).enumerate() {
+            let (mean, median) = (numbers.mean[sample], numbers.median[sample]);
+            let weight = numbers.weight[sample];
+            let y = material(sample as u16).brdf[channel];
+            let explained: f32 = row.iter().zip(c).map(|(a, c)| a * c).sum();
+            let rest = f64::from(map(y, median, weight) - mean - explained);
+            for (left, a) in left.iter_mut().zip(row) {
+                *left += f64::from(*a) * rest;
+                scale = scale.max((f64::from(*a) * rest).abs());
+            }
+            let f = unmap(explained + mean, median, weight);
+            let at = recipe.pattern().nth(sample).unwrap();
+            let cosine = HalfDifference::from_angles(at).cos_theta_i();
+            errors[sample] += ((1.0 + f * cosine) / (1.0 + y * cosine)).ln().abs() / 3.0;
+        }
+        for left in left {
+            assert!(left.abs() < 1e-5 * scale, "{left} of {scale}");
+        }
+    }
+    let mean = errors.iter().sum::<f32>() / 8.0;
+    let worst = errors.iter().copied().fold(0.0, f32::max);
+    let tolerance = if cfg!(feature = "micromath") {
+        1e-3
+    } else {
+        1e-5
+    };
+    for (found, expected) in [
+        (residual.mean, mean),
+        (residual.worst, worst),
+        (errors[usize::from(residual.worst_index)], worst),
+    ] {
+        assert!((found - expected).abs() < tolerance, "{found}, {expected}");
+    }
+}
+
+/// Components alike, priors that are lost in rounding, and the smallest precision that a proptest found: in
+/// version 0.1 the factorization met a pivot that was not positive, and the scan could not begin.
+#[test]
+fn an_ill_conditioned_recipe_scans() {
+    let mut one_large_entry = vec![0.0; 40];
+    one_large_entry[30] = MAX_BASIS;
+    for (basis, precision) in [
+        (vec![1e4; 40], [1e-3; 5]),
+        (vec![MAX_BASIS; 40], [MIN_PRECISION; 5]),
+        (vec![1e-3; 40], [MIN_PRECISION; 5]),
+        (vec![0.0; 40], [1.0, 1.0, MIN_PRECISION, 1.0, 1.0]),
+        (one_large_entry, [1.0; 5]),
+    ] {
+        let outcome = scan_with(&RidgeNumbers {
+            basis,
+            precision: precision.to_vec(),
+            ..linear()
+        });
+        assert!(
+            matches!(outcome, Outcome::Fitted(..)),
+            "{precision:?}: {outcome:?}"
+        );
+    }
+    // Numbers that floats cannot hold are not a recipe.
+    let mut numbers = linear();
+    numbers.basis.fill(1e30);
+    assert_eq!(numbers.write(), Err(RecipeError::Range(Field::Basis)));
+}
+
+/// Basis entries and precisions over all decades that a recipe may have.
+fn decades() -> impl Strategy<Value = (Vec<f32>, Vec<f32>)> {
+    let size = (-6.0..3.5_f32).prop_map(|logarithm| 10.0_f32.powf(logarithm));
+    let sign = prop::sample::select(vec![0.0, 0.0, 1.0, 1.0, 1.0, -1.0, -1.0, -1.0]);
+    let entry = (size, sign).prop_map(|(size, sign)| sign * size);
+    let precision = (-5.99..7.99_f32).prop_map(|logarithm| 10.0_f32.powf(logarithm));
+    (
+        prop::collection::vec(entry, 40),
+        prop::collection::vec(precision, 5),
+    )
+}
+
+/// Any positive float from one to another, every exponent as likely as the next.
+fn between(least: f32, most: f32) -> impl Strategy<Value = f32> {
+    (least.to_bits()..=most.to_bits()).prop_map(f32::from_bits)
+}
+
+/// Any float up to this size.
+fn within(most: f32) -> impl Strategy<Value = f32> {
+    (between(0.0, most), any::<bool>())
+        .prop_map(|(value, negative)| if negative { -value } else { value })
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(2_000))]
+    /// In version 0.1 7,522 of 67,950 valid recipes failed to begin.
+    #[test]
+    fn a_forged_recipe_scans((basis, precision) in decades(), rank in 1..=5_usize) {
+        let mut numbers = RidgeNumbers { basis, precision, ..linear() };
+        // The last components are multiples of the first.
+        for row in numbers.basis.chunks_mut(5) {
+            for k in rank..5 {
+                row[k] = 3.0 * row[k % rank];
+            }
+        }
+        let outcome = scan_with(&numbers);
+        prop_assert!(matches!(outcome, Outcome::Fitted(..) | Outcome::Diverged), "{:?}", outcome);
+    }
+
+    /// All numbers that a recipe may have, at random: finite values, or a reported divergence.
+    #[test]
+    fn a_recipe_of_any_numbers_ends(
+        basis in prop::collection::vec(within(MAX_BASIS), 40),
+        mean in prop::collection::vec(within(MAX_MEAN), 8),
+        median in prop::collection::vec(between(0.0, MAX_MEDIAN), 8),
+        weight in prop::collection::vec(between(f32::from_bits(1), MAX_WEIGHT), 8),
+        precision in prop::collection::vec(between(MIN_PRECISION, MAX_PRECISION), 5),
+    ) {
+        let numbers = RidgeNumbers { basis, mean, median, weight, precision, ..linear() };
+        let outcome = scan_with(&numbers);
+        prop_assert!(matches!(outcome, Outcome::Fitted(..) | Outcome::Diverged), "{:?}", outcome);
+    }
+}

@@ -1,0 +1,167 @@
+//! Readings that are refused, clamped or counted.
+
+use glimpse_core::geometry::HalfDifference;
+use glimpse_core::model::ModelKind;
+use glimpse_core::model::linear::EPSILON;
+use glimpse_core::recipe::Recipe;
+use glimpse_core::scan::{LEAST_READING, Memory, Reading, ReadingError, Recorded, Residual, Scan};
+use proptest::prelude::*;
+
+use crate::scanning::{Any, MODELS, Outcome, each_scan, fit, material, recipe_of, record, whole};
+
+#[test]
+fn impossible_readings_are_refused_and_asked_for_again() {
+    for mut scan in each_scan() {
+        let first = scan.next_pending().unwrap();
+        for (brdf, error) in [
+            ([f32::NAN, 0.1, 0.1], ReadingError::NonFinite(0)),
+            ([0.1, f32::INFINITY, 0.1], ReadingError::NonFinite(1)),
+            ([0.1, 0.1, f32::NEG_INFINITY], ReadingError::NonFinite(2)),
+            (
+                [0.1, 0.1, LEAST_READING.next_down()],
+                ReadingError::Negative(2),
+            ),
+            ([f32::MIN, 0.1, 0.1], ReadingError::Negative(0)),
+        ] {
+            assert_eq!(scan.record(0, Reading::new(brdf)), Err(error));
+            assert_eq!(scan.next_pending(), Some(first));
+            assert_eq!(scan.reading(0), None);
+        }
+        // Dark is possible.
+        let dark = Reading::monochrome(0.0);
+        assert_eq!(scan.record(0, dark), Ok(Recorded::default()));
+        assert_eq!(scan.next_pending().unwrap().0, 1);
+    }
+}
+
+/// There may be room for more samples than the recipe has.
+#[test]
+fn no_more_is_taken_than_the_recipe_asks_for() {
+    for model in MODELS {
+        let recipe = recipe_of(model);
+        let mut memory = Memory::<Any, 12>::new();
+        let mut scan = Scan::new(recipe, &mut memory).unwrap();
+        record(&mut scan, 0..8, material);
+        assert_eq!(scan.pending().count(), 0);
+        for index in [8, 9, 11, 12, u16::MAX] {
+            let samples = 8;
+            let error = ReadingError::Index { index, samples };
+            assert_eq!(scan.record(index, material(0)), Err(error));
+            assert_eq!(scan.reading(index), None);
+        }
+        assert_eq!(fit(&mut scan, &[13]), whole::<Any>(recipe, material));
+    }
+}
+
+/// The least BRDF that the loss (1 + y cos > 0) or the mapping (y w + e > 0) of a recipe takes at a
+/// sample: half of the margin at 0 is kept.
+fn least(recipe: &Recipe<'_>, index: u16) -> f32 {
+    let index = usize::from(index);
+    match recipe.ridge() {
+        Some(ridge) => -0.5 * EPSILON as f32 / ridge.weight().iter().nth(index).unwrap(),
+        None => {
+            let angles = recipe.pattern().nth(index).unwrap();
+            -0.5 / HalfDifference::from_angles(angles).cos_theta_i()
+        }
+    }
+}
+
+/// A dark-subtracted reading may be below 0: as it is where the loss can take it, else brought up.
+#[test]
+fn slightly_negative_readings_are_taken_and_clamped_where_they_must_be() {
+    for mut scan in each_scan() {
+        let recipe = *scan.recipe();
+        for index in 0..8 {
+            let value = least(&recipe, index).max(LEAST_READING);
+            let recorded = scan.record(index, Reading::new([value, 0.1, 0.2]));
+            assert_eq!(recorded, Ok(Recorded::default()));
+        }
+        let unclamped = fit(&mut scan, &[9]);
+        let residual = unclamped.residual();
+        assert_eq!(residual.clamped, 0);
+
+        // Further below 0, a reading counts as if it were there, and is counted.
+        let mut clamped = 0;
+        for index in 0..8 {
+            let value = least(&recipe, index).next_down().max(LEAST_READING);
+            let brdf = [value, 0.1, 0.2];
+            let recorded = scan.record(index, Reading::new(brdf)).unwrap();
+            assert_eq!(recorded.clamped, value < least(&recipe, index));
+            assert_eq!(scan.reading(index).unwrap().brdf, brdf);
+            clamped += u16::from(recorded.clamped);
+        }
+        let all = if recipe.model() == ModelKind::Linear {
+            8
+        } else {
+            clamped
+        };
+        assert!(clamped > 0 && clamped == all, "{clamped}");
+        let expected = Outcome::Fitted(
+            unclamped.bits().to_vec(),
+            Residual {
+                clamped,
+                ..residual
+            },
+        );
+        assert_eq!(fit(&mut scan, &[9]), expected);
+
+        // Once read again, it is not clamped any more.
+        record(&mut scan, 0..8, |_| Reading::new([0.0, 0.1, 0.2]));
+        assert_eq!(fit(&mut scan, &[9]).residual().clamped, 0);
+    }
+}
+
+#[test]
+fn saturated_readings_are_counted_until_they_are_replaced_or_the_scan_restarts() {
+    for mut scan in each_scan() {
+        record(&mut scan, 0..8, |index| Reading {
+            brdf: [0.3; 3],
+            saturated: index < 3,
+        });
+        assert_eq!(fit(&mut scan, &[64]).residual().saturated, 3);
+        let clear = |_| Reading::monochrome(0.3);
+        record(&mut scan, [1], clear);
+        assert_eq!(fit(&mut scan, &[64]).residual().saturated, 2);
+        scan.restart();
+        assert_eq!(scan.next_pending().unwrap().0, 0);
+        record(&mut scan, 0..8, clear);
+        assert_eq!(fit(&mut scan, &[64]).residual().saturated, 0);
+    }
+}
+
+#[test]
+fn readings_of_a_stuck_sensor_are_counted() {
+    let distinct = [0, 1, 2, 3, 4, 5, 6, 7].map(|k| [0.3 + 0.01 * k as f32; 3]);
+    let mut one_pair = distinct;
+    one_pair[4] = one_pair[3];
+    for model in MODELS {
+        for (brdfs, repeated) in [([[0.3, 0.2, 0.1]; 8], 7), (distinct, 0), (one_pair, 1)] {
+            let outcome = whole::<Any>(recipe_of(model), |index| {
+                Reading::new(brdfs[usize::from(index)])
+            });
+            assert_eq!(outcome.residual().repeated, repeated, "{model}");
+        }
+    }
+}
+
+/// A sensor with one channel makes a grey material.
+#[test]
+fn a_monochrome_reading_is_three_alike() {
+    assert_eq!(Reading::monochrome(0.25), Reading::new([0.25; 3]));
+    assert!(!Reading::monochrome(0.25).saturated);
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(32))]
+    /// Whatever noise brings below 0, the fit ends.
+    #[test]
+    fn noise_below_zero_is_fitted(
+        brdfs in prop::collection::vec(prop::array::uniform3(-1.0..0.5f32), 8),
+    ) {
+        for model in MODELS {
+            let reading = |index: u16| Reading::new(brdfs[usize::from(index)]);
+            let outcome = whole::<Any>(recipe_of(model), reading);
+            prop_assert!(matches!(outcome, Outcome::Fitted(..)), "{model}: {outcome:?}");
+        }
+    }
+}

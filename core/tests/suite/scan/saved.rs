@@ -1,0 +1,253 @@
+//! A scan that loses power anywhere resumes or begins again, and ends in the same bits.
+
+use glimpse_core::fit::Fitter;
+use glimpse_core::model::ModelKind;
+use glimpse_core::recipe::Recipe;
+use glimpse_core::scan::{LEAST_READING, Reading, ReadingError, Saved, SavedError};
+use proptest::prelude::*;
+use serde::Serialize;
+
+use crate::recipes::{neural, parsed};
+use crate::scanning::{Any, Outcome, each_scan, every_fitter, fit, recipe_of, record, scan_by};
+
+const BYTES: usize = Saved::<8>::BYTES;
+/// The order in which samples are read.
+const ORDER: [u16; 8] = [5, 0, 7, 3, 1, 2, 6, 4];
+
+/// A reading of a material.
+fn seen(material: f32, index: u16) -> Reading {
+    let k = f32::from(index);
+    Reading {
+        brdf: [material + 0.1 * k, 0.3, 0.05 * k],
+        saturated: index == 3,
+    }
+}
+
+/// The saved state after some readings of a material.
+fn saved(recipe: &Recipe<'_>, material: f32, taken: usize) -> Saved<8> {
+    let mut saved = Saved::new(recipe);
+    for index in &ORDER[..taken] {
+        saved.insert(*index, seen(material, *index)).unwrap();
+    }
+    saved
+}
+
+/// Writes the first `cut` bytes into memory, over its old content.
+fn write_into(memory: &mut [u8; BYTES], saved: &Saved<8>, cut: usize) {
+    let mut buffer = [0; BYTES];
+    let bytes = saved.write(&mut buffer).unwrap();
+    let cut = cut.min(bytes.len());
+    memory[..cut].copy_from_slice(&bytes[..cut]);
+}
+
+/// The outcome of a scan that begins with saved readings and reads the rest; and the number of
+/// readings that it had to take.
+fn resume<K: Fitter + 'static>(
+    recipe: Recipe<'static>,
+    saved: &[(u16, Reading)],
+) -> (Outcome, usize) {
+    let mut scan = scan_by::<K>(recipe);
+    for (index, reading) in saved {
+        scan.record(*index, *reading).unwrap();
+    }
+    let pending: Vec<u16> = scan.pending().map(|(index, _)| index).collect();
+    let taken = pending.len();
+    record(&mut scan, pending, |index| seen(0.2, index));
+    (fit(&mut scan, &[7]), taken)
+}
+
+fn a_resumed_scan_ends_alike<K: Fitter + 'static>(recipe: Recipe<'static>) {
+    let (whole, all) = resume::<K>(recipe, &[]);
+    assert_eq!(all, 8);
+    assert!(matches!(whole, Outcome::Fitted(..)));
+    for kept in 0..=8 {
+        let resumed = resume::<K>(recipe, saved(&recipe, 0.2, kept).readings());
+        assert_eq!(resumed, (whole.clone(), 8 - kept));
+    }
+}
+
+#[test]
+fn a_scan_that_resumes_after_any_reading_ends_in_the_same_bits() {
+    every_fitter!(a_resumed_scan_ends_alike);
+}
+
+/// Power is lost after each byte of each write in turn: of the scan's own, and of the one that
+/// forgets the scan before it, of another material.
+#[test]
+fn power_lost_at_any_byte_of_any_write_leaves_the_old_the_new_or_no_readings() {
+    for scan in each_scan() {
+        let recipe = *scan.recipe();
+        let mut damaged = 0;
+        let mut before = [0xA5; BYTES];
+        let mut old = saved(&recipe, 0.7, 8);
+        write_into(&mut before, &old, BYTES);
+        for taken in 0..=8 {
+            let new = saved(&recipe, 0.2, taken);
+            for cut in 0..=BYTES {
+                let mut memory = before;
+                write_into(&mut memory, &new, cut);
+                match Saved::<8>::read(&memory, &recipe) {
+                    Ok(found) if found == new => {}
+                    // Not a byte was altered yet.
+                    Ok(found) => assert_eq!((memory, &found), (before, &old)),
+                    Err(error) => {
+                        assert_eq!(error, SavedError::Damaged);
+                        damaged += 1;
+                    }
+                }
+            }
+            write_into(&mut before, &new, BYTES);
+            old = new;
+        }
+        assert!(damaged > 300, "{damaged}");
+    }
+}
+
+/// A fit cut short begins again from the readings.
+#[test]
+fn power_lost_in_the_middle_of_a_fit_ends_in_the_same_bits() {
+    for mut scan in each_scan() {
+        let recipe = *scan.recipe();
+        let whole = resume::<Any>(recipe, &[]).0;
+        let kept = saved(&recipe, 0.2, 8);
+        let mut memory = [0; BYTES];
+        write_into(&mut memory, &kept, BYTES);
+        for done in [1, 3, 7, 8, 100, 159] {
+            record(&mut scan, 0..8, |index| seen(0.2, index));
+            let mut fit = scan.fit().unwrap();
+            let done = done.min(fit.progress().total - 1);
+            assert_eq!(fit.advance(done).done, done);
+            // Power is lost, and with it everything in `scan`.
+            let found = Saved::<8>::read(&memory, &recipe).unwrap();
+            assert_eq!(resume::<Any>(recipe, found.readings()), (whole.clone(), 0));
+        }
+    }
+}
+
+#[test]
+fn readings_by_another_recipe_are_refused_by_name() {
+    let recipe = recipe_of(ModelKind::Neural);
+    let mut other = neural();
+    other.expected_loss *= 2.0;
+    let other = parsed(other.write().unwrap());
+    let mut memory = [0; BYTES];
+    write_into(&mut memory, &saved(&recipe, 0.2, 5), BYTES);
+    let found = recipe.checksum();
+    let refused = Saved::<8>::read(&memory, &other);
+    assert_eq!(refused, Err(SavedError::Recipe { found }));
+}
+
+#[test]
+fn memory_that_nobody_wrote_holds_no_readings() {
+    let recipe = recipe_of(ModelKind::Neural);
+    for byte in [0, 0xFF, 0xA5] {
+        let refused = Saved::<8>::read(&[byte; BYTES], &recipe);
+        assert_eq!(refused, Err(SavedError::Damaged));
+    }
+    for length in 0..6 {
+        assert!(Saved::<8>::read(&[0; 6][..length], &recipe).is_err());
+    }
+}
+
+#[test]
+fn there_is_room_for_the_capacity_and_no_more() {
+    let recipe = recipe_of(ModelKind::Neural);
+    let mut saved = saved(&recipe, 0.2, 8);
+    assert_eq!(saved.insert(8, seen(0.2, 8)), Err(SavedError::Full));
+    let needed = saved.write(&mut [0; BYTES]).unwrap().len();
+    for length in 0..needed {
+        let refused = saved.write(&mut vec![0; length]).err();
+        assert_eq!(refused, Some(SavedError::Full));
+    }
+    assert!(saved.write(&mut vec![0; needed]).is_ok());
+    // Readings of a firmware with more room are damaged for this one.
+    let mut memory = [0; BYTES];
+    write_into(&mut memory, &saved, BYTES);
+    let refused = Saved::<7>::read(&memory, &recipe);
+    assert_eq!(refused, Err(SavedError::Damaged));
+    saved.clear();
+    assert_eq!(saved, Saved::new(&recipe));
+}
+
+/// A second reading of a sample takes the place of the first, also where there is no more room.
+#[test]
+fn a_second_reading_replaces_the_first() {
+    let recipe = recipe_of(ModelKind::Neural);
+    let mut saved = saved(&recipe, 0.2, 8);
+    saved.insert(7, seen(0.9, 7)).unwrap();
+    let expected = ORDER.map(|index| {
+        let material = if index == 7 { 0.9 } else { 0.2 };
+        (index, seen(material, index))
+    });
+    assert_eq!(saved.readings(), expected);
+}
+
+/// In version 0.1 a NaN was taken, kept and read back.
+#[test]
+fn impossible_readings_are_refused_when_they_are_saved_and_when_they_are_read() {
+    /// As they are written, by anybody.
+    #[derive(Serialize)]
+    struct Forged {
+        recipe: u32,
+        readings: Vec<(u16, Reading)>,
+    }
+    let recipe = recipe_of(ModelKind::Neural);
+    let read = |reading: Reading| {
+        let forged = Forged {
+            recipe: recipe.checksum(),
+            readings: vec![(4, seen(0.2, 4)), (2, reading)],
+        };
+        let mut buffer = [0; BYTES];
+        let length = postcard::to_slice(&forged, &mut buffer).unwrap().len();
+        let crc = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
+        let checksum = crc.checksum(&buffer[..length]).to_le_bytes();
+        buffer[length..length + 4].copy_from_slice(&checksum);
+        Saved::<8>::read(&buffer, &recipe)
+    };
+    assert_eq!(read(seen(0.2, 2)).unwrap().readings().len(), 2);
+    for (value, error) in [
+        (f32::NAN, ReadingError::NonFinite(1)),
+        (f32::INFINITY, ReadingError::NonFinite(1)),
+        (LEAST_READING.next_down(), ReadingError::Negative(1)),
+    ] {
+        let reading = Reading::new([0.1, value, 0.1]);
+        let mut saved = saved(&recipe, 0.2, 3);
+        let before = saved.clone();
+        assert_eq!(saved.insert(1, reading), Err(SavedError::Reading(error)));
+        assert_eq!(saved.insert(0, reading), Err(SavedError::Reading(error)));
+        assert_eq!(saved, before);
+        assert_eq!(read(reading), Err(SavedError::Reading(error)));
+    }
+}
+
+proptest! {
+    #[test]
+    fn readings_are_read_as_they_were_written(
+        values in prop::collection::vec(
+            (any::<u16>(), prop::array::uniform3(-1.0..1e9_f32), any::<bool>()),
+            0..=8,
+        ),
+    ) {
+        let recipe = recipe_of(ModelKind::Neural);
+        let mut saved = Saved::<8>::new(&recipe);
+        for (index, brdf, saturated) in values {
+            saved.insert(index, Reading { brdf, saturated }).unwrap();
+        }
+        let mut memory = [0x5A; BYTES];
+        write_into(&mut memory, &saved, BYTES);
+        prop_assert_eq!(Saved::read(&memory, &recipe), Ok(saved));
+    }
+
+    #[test]
+    fn altered_readings_are_refused(
+        taken in 0..=8_usize,
+        index: prop::sample::Index,
+        flip in 1..=255u8,
+    ) {
+        let recipe = recipe_of(ModelKind::Neural);
+        let mut buffer = [0; BYTES];
+        let length = saved(&recipe, 0.2, taken).write(&mut buffer).unwrap().len();
+        buffer[index.index(length)] ^= flip;
+        prop_assert!(Saved::<8>::read(&buffer, &recipe).is_err());
+    }
+}

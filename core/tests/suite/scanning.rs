@@ -1,0 +1,176 @@
+//! Scans in memory: a recipe for each model, made-up readings, and the outcome of a fit.
+
+use glimpse_core::fit::{AnyModel, Fitter, linear_words};
+use glimpse_core::geometry::HalfDifference;
+use glimpse_core::model::ModelKind;
+use glimpse_core::recipe::Recipe;
+use glimpse_core::scan::{FinishError, FitError, Memory, Reading, Residual, Scan};
+
+use crate::recipes::{linear, neural, parsed};
+
+/// n of all these recipes.
+pub(crate) const SAMPLES: usize = 8;
+/// Room for Linear's solve with m = 5.
+pub(crate) const WORDS: usize = linear_words(SAMPLES, 5);
+/// A fitter for any of these recipes.
+pub(crate) type Any = AnyModel<WORDS>;
+
+pub(crate) const MODELS: [ModelKind; 4] = [
+    ModelKind::Phong,
+    ModelKind::CookTorrance,
+    ModelKind::Neural,
+    ModelKind::Linear,
+];
+
+/// The bytes of a valid recipe of 20 steps, or of five components.
+pub(crate) fn bytes_of(model: ModelKind) -> Vec<u8> {
+    let Some(parameters) = model.parameters() else {
+        return linear().write().unwrap();
+    };
+    let mut numbers = neural();
+    numbers.model = model;
+    numbers.initial.truncate(parameters);
+    numbers.step_sizes.truncate(parameters);
+    numbers.write().unwrap()
+}
+
+pub(crate) fn recipe_of(model: ModelKind) -> Recipe<'static> {
+    parsed(bytes_of(model))
+}
+
+/// An empty scan, whose memory is leaked.
+pub(crate) fn scan_by<K: Fitter + 'static>(
+    recipe: Recipe<'static>,
+) -> Scan<'static, 'static, K, SAMPLES> {
+    let memory = Box::leak(Box::new(Memory::new()));
+    Scan::new(recipe, memory).unwrap()
+}
+
+/// An empty scan of each model.
+pub(crate) fn each_scan() -> [Scan<'static, 'static, Any, SAMPLES>; 4] {
+    MODELS.map(|model| scan_by(recipe_of(model)))
+}
+
+/// Calls `check::<K>(recipe, ..)` for each model by type, and for each by the recipe.
+macro_rules! every_fitter {
+    ($check:ident $(, $argument:expr)*) => {{
+        use glimpse_core::fit::Linear;
+        use glimpse_core::model::{CookTorrance, ModelKind, Neural, Phong};
+        use $crate::scanning::{Any, MODELS, WORDS, recipe_of};
+
+        $check::<Phong>(recipe_of(ModelKind::Phong) $(, $argument)*);
+        $check::<CookTorrance>(recipe_of(ModelKind::CookTorrance) $(, $argument)*);
+        $check::<Neural>(recipe_of(ModelKind::Neural) $(, $argument)*);
+        $check::<Linear<WORDS>>(recipe_of(ModelKind::Linear) $(, $argument)*);
+        for model in MODELS {
+            $check::<Any>(recipe_of(model) $(, $argument)*);
+        }
+    }};
+}
+pub(crate) use every_fitter;
+
+/// The reading of a made-up material at a sample.
+pub(crate) fn material(index: u16) -> Reading {
+    let k = f32::from(index);
+    Reading {
+        brdf: [0.2 + 0.1 * k, 0.3, 0.05 * k],
+        saturated: index == 3,
+    }
+}
+
+/// Records the readings of some samples.
+pub(crate) fn record<K: Fitter, const CAPACITY: usize>(
+    scan: &mut Scan<'_, '_, K, CAPACITY>,
+    samples: impl IntoIterator<Item = u16>,
+    reading: impl Fn(u16) -> Reading,
+) {
+    for index in samples {
+        scan.record(index, reading(index)).unwrap();
+    }
+}
+
+/// The outcome of a fit.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Outcome {
+    /// The bits of all values, and of mean and worst of the residual.
+    Fitted(Vec<u32>, Residual),
+    Implausible,
+    Diverged,
+}
+
+impl Outcome {
+    /// The bits of a fitted material.
+    #[track_caller]
+    pub(crate) fn bits(&self) -> &[u32] {
+        match self {
+            Self::Fitted(bits, _) => bits,
+            _ => panic!("{self:?}"),
+        }
+    }
+
+    /// The values of a fitted material.
+    #[track_caller]
+    pub(crate) fn values(&self) -> Vec<f32> {
+        let [values @ .., _, _] = self.bits() else {
+            panic!("{self:?}")
+        };
+        values.iter().copied().map(f32::from_bits).collect()
+    }
+
+    #[track_caller]
+    pub(crate) fn residual(&self) -> Residual {
+        match self {
+            Self::Fitted(_, residual) => *residual,
+            _ => panic!("{self:?}"),
+        }
+    }
+}
+
+/// Fits in slices of these budgets, in turn. A fitted material is finite: all its values, and its BRDF at
+/// all readings.
+pub(crate) fn fit<K: Fitter, const CAPACITY: usize>(
+    scan: &mut Scan<'_, '_, K, CAPACITY>,
+    budgets: &[u32],
+) -> Outcome {
+    let pattern: Vec<_> = scan.recipe().pattern().collect();
+    let mut fit = match scan.fit() {
+        Ok(fit) => fit,
+        Err(FitError::Implausible { .. }) => return Outcome::Implausible,
+        Err(error) => panic!("{error}"),
+    };
+    let mut done = 0;
+    for budget in budgets.iter().cycle() {
+        let progress = fit.advance(*budget);
+        assert!(progress.done - done <= *budget, "the slice was too long");
+        done = progress.done;
+        if progress.is_complete() {
+            break;
+        }
+    }
+    let fitted = match fit.finish() {
+        Ok(fitted) => fitted,
+        Err(FinishError::Diverged) => return Outcome::Diverged,
+        Err(error) => panic!("{error}"),
+    };
+    assert!(fitted.values().all(f32::is_finite));
+    for angles in pattern {
+        let at = HalfDifference::from_angles(angles);
+        if let Some(brdf) = fitted.brdf(&at.directions()) {
+            let sound = |value: &f32| value.is_finite() && *value >= 0.0;
+            assert!(brdf.iter().all(sound), "{brdf:?}");
+        }
+    }
+    let residual = fitted.residual();
+    let numbers = [residual.mean, residual.worst];
+    assert!(numbers.iter().all(|number| number.is_finite()));
+    let bits = fitted.values().chain(numbers).map(f32::to_bits).collect();
+    Outcome::Fitted(bits, residual)
+}
+
+/// A whole scan, in memory of its own, in the recipe's order.
+pub(crate) fn whole<K: Fitter>(recipe: Recipe<'_>, reading: impl Fn(u16) -> Reading) -> Outcome {
+    let mut memory = Memory::<K, SAMPLES>::new();
+    let mut scan = Scan::new(recipe, &mut memory).unwrap();
+    record(&mut scan, 0..recipe.samples() as u16, reading);
+    fit(&mut scan, &[u32::MAX])
+}

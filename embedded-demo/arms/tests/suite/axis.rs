@@ -1,0 +1,213 @@
+//! Arms in the simulated world: they get where they are sent, and know when they did not.
+
+use std::f32::consts::PI;
+
+use glimpse_arms::axis::{AxisError, Motion};
+use glimpse_arms::goniometer::{ArmError, Goniometer, LostSteps};
+use glimpse_arms::simulated::{DirectionPin, StepPin, Switch, World, settings};
+
+type Arms<'w> = Goniometer<StepPin<'w>, DirectionPin<'w>, Switch<'w>, 4>;
+
+/// Polls until nothing moves, and returns the microseconds that it took.
+fn settle(arms: &mut Arms, round: u32) -> Result<u32, ArmError> {
+    for rounds in 0..60_000_000 / round {
+        if arms.poll(round)? == Motion::Arrived {
+            return Ok(rounds * round);
+        }
+    }
+    panic!("they never arrive");
+}
+
+fn go_to(arms: &mut Arms, angles: [f32; 4]) {
+    arms.go_to(angles).unwrap();
+    settle(arms, 10).unwrap();
+}
+
+fn go_home(arms: &mut Arms) {
+    arms.go_home().unwrap();
+    settle(arms, 10).unwrap();
+}
+
+/// Arms of this world that are home.
+fn homed(world: &World) -> Arms<'_> {
+    let mut arms = world.goniometer();
+    go_home(&mut arms);
+    arms
+}
+
+/// The positions of a world's arms when a firmware's are at these angles.
+fn steps(angles: [f32; 4]) -> [i32; 4] {
+    std::array::from_fn(|arm| {
+        let settings = settings(arm);
+        settings.steps(angles[arm]) - settings.steps(settings.home)
+    })
+}
+
+#[test]
+fn arms_find_home_from_anywhere() {
+    for positions in [[0; 4], [-40, -1, 1, 2], [3000, 12_000, 77, 5000]] {
+        let world = World::new(positions);
+        let mut arms = homed(&world);
+        assert_eq!(world.positions(), [0; 4]);
+        assert_eq!(arms.lost_steps().next(), None, "nobody could know");
+        // Again, from where they are and from elsewhere: they come to the same step.
+        go_to(&mut arms, [1.0, -1.0, 0.5, 3.0]);
+        go_home(&mut arms);
+        assert_eq!(world.positions(), [0; 4]);
+        assert_eq!(arms.lost_steps().next(), None);
+    }
+}
+
+#[test]
+fn arms_go_where_they_are_sent() {
+    let world = World::new([100; 4]);
+    let mut arms = homed(&world);
+    for angles in [
+        [0.3, -3.0, 1.5, 3.0],
+        [0.3, -3.0, 0.0, -PI],
+        [1.5, 0.0, 0.7, PI],
+    ] {
+        go_to(&mut arms, angles);
+        assert_eq!(world.positions(), steps(angles));
+    }
+}
+
+#[test]
+fn arms_that_move_take_no_other_way() {
+    let world = World::new([1; 4]);
+    let mut arms = homed(&world);
+    arms.go_to([0.3; 4]).unwrap();
+    assert_eq!(arms.poll(10), Ok(Motion::Moving));
+    assert_eq!(arms.go_to([0.4; 4]).unwrap_err().error, AxisError::Moving);
+}
+
+/// A ramp up to 4000 steps/s at 20,000 steps/s^2 and down again.
+#[test]
+fn a_way_takes_the_time_of_its_trapezoid() {
+    let world = World::new([1; 4]);
+    for (angle, trapezoid) in [(0.1, true), (3.0, false)] {
+        let mut arms = homed(&world);
+        arms.go_to([0.0, angle - PI, 0.0, -PI]).unwrap();
+        let microseconds = settle(&mut arms, 1).unwrap();
+        let steps = settings(1).steps(angle + 0.05) as f32;
+        let seconds = if trapezoid {
+            2.0 * (steps / 20_000.0).sqrt()
+        } else {
+            steps / 4000.0 + 4000.0 / 20_000.0
+        };
+        let ratio = microseconds as f32 * 1e-6 / seconds;
+        assert!((0.95..1.1).contains(&ratio), "{angle}: {ratio}");
+    }
+}
+
+/// A step pin that falls before the driver has seen it high is a lost step.
+#[test]
+fn a_caller_that_is_late_makes_arms_slower_and_never_loses_a_step() {
+    let world = World::new([1; 4]);
+    let [soon, late] = [1, 997].map(|round| {
+        let mut arms = homed(&world);
+        arms.go_to([0.5; 4]).unwrap();
+        settle(&mut arms, round).unwrap()
+    });
+    assert!(late > 2 * soon, "{late} {soon}");
+    assert_eq!(world.positions(), steps([0.5; 4]));
+}
+
+#[test]
+fn what_is_out_of_reach_is_refused_before_anything_moves() {
+    let world = World::new([1; 4]);
+    let mut arms = homed(&world);
+    for angles in [
+        [0.1, 0.0, 1.6, 0.0],
+        [-0.01, 0.0, 0.5, 0.0],
+        [0.1, 0.0, 0.5, 3.2],
+        [f32::NAN, 0.0, 0.5, 0.0],
+    ] {
+        let error = arms.go_to(angles).unwrap_err().error;
+        assert!(matches!(error, AxisError::OutOfReach { .. }));
+        assert_eq!(settle(&mut arms, 10), Ok(0));
+        assert_eq!(world.positions(), [0; 4]);
+    }
+}
+
+#[test]
+fn arms_that_are_not_home_do_not_move() {
+    let world = World::new([1; 4]);
+    let mut arms = world.goniometer();
+    let error = arms.go_to([0.5; 4]).unwrap_err();
+    assert_eq!(error.error, AxisError::NotHomed);
+}
+
+#[test]
+fn lost_steps_show_at_home_in_number_and_sign() {
+    for (stalled, back) in [(5, false), (300, false), (7, true), (200, true)] {
+        let world = World::new([1; 4]);
+        let mut arms = homed(&world);
+        go_to(&mut arms, [0.4, 0.2, 0.1, 0.1]);
+        if back {
+            go_to(&mut arms, [0.4, 0.2, 0.6, 0.1]);
+            world.stall(2, stalled);
+        } else {
+            world.stall(2, stalled);
+            go_to(&mut arms, [0.4, 0.2, 0.6, 0.1]);
+        }
+        go_home(&mut arms);
+        assert_eq!(world.positions(), [0; 4], "home is where the switch is");
+        let sign = if back { -1 } else { 1 };
+        let (arm, steps) = (2, sign * stalled as i32);
+        let lost = LostSteps { arm, steps };
+        assert_eq!(arms.lost_steps().collect::<Vec<_>>(), [lost]);
+    }
+}
+
+#[test]
+fn one_step_is_within_the_tolerance() {
+    let world = World::new([1; 4]);
+    let mut arms = homed(&world);
+    world.stall(0, 1);
+    go_to(&mut arms, [0.4, 0.2, 0.6, 0.1]);
+    go_home(&mut arms);
+    assert_eq!(arms.lost_steps().next(), None);
+}
+
+#[test]
+fn an_arm_that_meets_its_switch_on_the_way_stops_there() {
+    let world = World::new([1; 4]);
+    let mut arms = homed(&world);
+    world.stall(0, 1000);
+    arms.go_to([1.0, 0.0, 1.0, 0.0]).unwrap();
+    // It stands still on its switch, and far from it by its count.
+    let error = settle(&mut arms, 10).unwrap_err();
+    assert_eq!(error.arm, 0);
+    assert!(matches!(error.error, AxisError::Slipped { steps } if steps > 10));
+    assert_eq!(arms.positions(), None);
+}
+
+#[test]
+fn a_switch_that_never_closes_or_opens_is_an_error() {
+    for (start, error) in [(1000, AxisError::HomeNotFound), (-10, AxisError::HomeStuck)] {
+        let world = World::new([start, 0, 0, 0]);
+        world.stall(0, 1_000_000); // its motor is not connected
+        let mut arms = world.goniometer();
+        arms.go_home().unwrap();
+        assert_eq!(settle(&mut arms, 10), Err(ArmError { arm: 0, error }));
+    }
+}
+
+/// After a reset the firmware is new, and the arms are where they were.
+#[test]
+fn counts_from_before_a_reset_are_checked_at_home() {
+    for stalled in [0, 9] {
+        let world = World::new([1; 4]);
+        let mut arms = homed(&world);
+        world.stall(3, stalled);
+        go_to(&mut arms, [0.4, 0.2, 0.6, 0.1]);
+        let positions = arms.positions().unwrap();
+
+        let mut arms = world.goniometer();
+        arms.assume(positions);
+        go_home(&mut arms);
+        let lost = arms.lost_steps().map(|lost| lost.steps).next();
+        assert_eq!(lost, (stalled > 0).then_some(stalled as i32));
+    }
+}

@@ -1,0 +1,7 @@
+//! The tests of the motion firmware, on a host.
+
+mod axis;
+mod power_cuts;
+mod scan;
+mod serve;
+mod support;

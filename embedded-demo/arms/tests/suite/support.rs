@@ -1,0 +1,157 @@
+//! A flash whose power goes, and its areas.
+
+use std::ops::Range;
+
+use embedded_storage::nor_flash::{
+    ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash,
+};
+use glimpse_arms::store::readings::Readings;
+use glimpse_arms::store::recipes::Recipes;
+
+pub(crate) const SECTOR: usize = 512;
+
+/// Room for a recipe.
+pub(crate) const BUFFER_BYTES: usize = 2 * SECTOR;
+
+const fn sectors(range: Range<u32>) -> Range<u32> {
+    range.start * SECTOR as u32..range.end * SECTOR as u32
+}
+
+pub(crate) fn mount_readings(flash: &mut Flash) -> Readings {
+    Readings::mount(flash, [sectors(0..1), sectors(1..2)]).unwrap()
+}
+
+pub(crate) fn mount_recipes(flash: &mut Flash) -> Recipes {
+    let mut buffer = [0; BUFFER_BYTES];
+    Recipes::mount(flash, [sectors(2..4), sectors(4..6)], &mut buffer).unwrap()
+}
+
+/// The power is gone.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct PowerCut;
+
+impl NorFlashError for PowerCut {
+    fn kind(&self) -> NorFlashErrorKind {
+        NorFlashErrorKind::Other
+    }
+}
+
+/// The remains of a write or an erase that was cut.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Leaves {
+    /// Nothing of it has happened.
+    Nothing,
+    /// The first half has.
+    FirstHalf,
+    /// The second half has.
+    SecondHalf,
+    /// Every bit has or has not, as it likes.
+    Bits(u64),
+}
+
+pub(crate) const LEAVES: [Leaves; 8] = [
+    Leaves::Nothing,
+    Leaves::FirstHalf,
+    Leaves::SecondHalf,
+    Leaves::Bits(1),
+    Leaves::Bits(2),
+    Leaves::Bits(3),
+    Leaves::Bits(4),
+    Leaves::Bits(5),
+];
+
+/// A flash in memory: bits go from 1 to 0 by writing, back by erasing.
+#[derive(Clone, Debug)]
+pub(crate) struct Flash {
+    pub(crate) bytes: Vec<u8>,
+    /// Writes and erases until the power goes, and what that leaves; None: it stays.
+    pub(crate) cut: Option<(u32, Leaves)>,
+    pub(crate) changes: u32,
+}
+
+impl Flash {
+    pub(crate) fn new(sectors: usize) -> Self {
+        Self {
+            bytes: vec![0xFF; sectors * SECTOR],
+            cut: None,
+            changes: 0,
+        }
+    }
+
+    /// Carries out a change, as far as there is power.
+    fn change(&mut self, from: usize, after: Vec<u8>) -> Result<(), PowerCut> {
+        let place = &mut self.bytes[from..from + after.len()];
+        let half = after.len() / 2;
+        match &mut self.cut {
+            None => place.copy_from_slice(&after),
+            Some((0, _)) => return Err(PowerCut),
+            Some((1, leaves)) => {
+                match *leaves {
+                    Leaves::Nothing => {}
+                    Leaves::FirstHalf => place[..half].copy_from_slice(&after[..half]),
+                    Leaves::SecondHalf => place[half..].copy_from_slice(&after[half..]),
+                    Leaves::Bits(seed) => {
+                        let mut state = seed * 0x9E37_79B9 + u64::from(self.changes);
+                        for (before, after) in place.iter_mut().zip(after) {
+                            state = state
+                                .wrapping_mul(6_364_136_223_846_793_005)
+                                .wrapping_add(1_442_695_040_888_963_407);
+                            let mask = (state >> 56) as u8;
+                            *before = *before & !mask | after & mask;
+                        }
+                    }
+                }
+                self.cut = Some((0, *leaves));
+                return Err(PowerCut);
+            }
+            Some((left, _)) => {
+                place.copy_from_slice(&after);
+                *left -= 1;
+            }
+        }
+        self.changes += 1;
+        Ok(())
+    }
+}
+
+impl ErrorType for Flash {
+    type Error = PowerCut;
+}
+
+impl ReadNorFlash for Flash {
+    const READ_SIZE: usize = 1;
+
+    fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), PowerCut> {
+        if matches!(self.cut, Some((0, _))) {
+            return Err(PowerCut);
+        }
+        let offset = offset as usize;
+        bytes.copy_from_slice(&self.bytes[offset..offset + bytes.len()]);
+        Ok(())
+    }
+
+    fn capacity(&self) -> usize {
+        self.bytes.len()
+    }
+}
+
+impl NorFlash for Flash {
+    const WRITE_SIZE: usize = 4;
+    const ERASE_SIZE: usize = SECTOR;
+
+    fn erase(&mut self, from: u32, to: u32) -> Result<(), PowerCut> {
+        assert!((from as usize).is_multiple_of(SECTOR) && (to as usize).is_multiple_of(SECTOR));
+        for sector in (from as usize..to as usize).step_by(SECTOR) {
+            self.change(sector, vec![0xFF; SECTOR])?;
+        }
+        Ok(())
+    }
+
+    fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), PowerCut> {
+        let offset = offset as usize;
+        assert!(offset.is_multiple_of(4) && bytes.len().is_multiple_of(4));
+        let place = &self.bytes[offset..offset + bytes.len()];
+        let after = place.iter().zip(bytes).map(|(a, b)| a & b).collect();
+        self.change(offset, after)
+    }
+}
