@@ -3,8 +3,8 @@
 use glimpse_core::geometry::Angles;
 use glimpse_core::gonio::Limits;
 use glimpse_core::recipe::{
-    Effort, Expectation, Field, Ingredients, Noise, Origin, Parts, Provenance, Recipe, RecipeError, Schedule,
-    Training, TrainingSource, TrainingSources, ValidationSplit,
+    Effort, Expectation, Field, Ingredients, Noise, Origin, Parts, Provenance, Recipe, RecipeError,
+    Schedule, Training, TrainingSource, TrainingSources, ValidationSplit,
 };
 use glimpse_training::linear::ReducedBasis;
 use glimpse_training::meta::learned::LearnedFit;
