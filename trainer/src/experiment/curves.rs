@@ -1,12 +1,11 @@
 //! Quality by number of samples (paper, figure "QualityVsSamples" and table "SameQuality").
 
 use glimpse_core::model::ModelKind;
-use glimpse_trainer::report::{
-    Axis, Best, Cell, Column, Compare, Hue, Mark, Plot, Scale, Series, Table,
-};
+use glimpse_trainer::report::{Best, Cell, Column, Compare, Plot, Series, Table};
 
 use super::case::{Approach, Case};
 use super::findings::Findings;
+use super::plots::{by_samples, series};
 use super::store::{Evaluation, Store};
 use super::{METRICS, MODELS, PAPER_METRICS, SAMPLES, SCHEDULE, doublings, metrics, paper, title};
 
@@ -22,17 +21,6 @@ fn curve(
     doublings(most_samples)
         .map(|n| Ok((n, store.evaluation(&Case::new(approach, model, n))?)))
         .collect()
-}
-
-/// The colour and mark of a method, in all plots.
-pub(super) fn look(approach: Approach) -> (Hue, Mark) {
-    match approach {
-        Approach::Random => (Hue::Vermillion, Mark::Crosses),
-        Approach::Meta(_) => (Hue::Orange, Mark::Triangles),
-        Approach::Njr15 => (Hue::Green, Mark::Rings),
-        Approach::Ours(_) => (Hue::Blue, Mark::Discs),
-        Approach::Optimum => (Hue::Purple, Mark::Dots),
-    }
 }
 
 pub(super) fn run(store: &Store<'_>, most_samples: usize) -> anyhow::Result<Findings> {
@@ -68,15 +56,6 @@ fn plot(
     optimum: &Evaluation,
     most_samples: usize,
 ) -> Plot {
-    let series = |approach: Approach, points: Vec<[f64; 2]>| {
-        let (hue, mark) = look(approach);
-        Series {
-            name: approach.title(),
-            hue,
-            mark,
-            points,
-        }
-    };
     let mut all: Vec<Series> = curves
         .iter()
         .map(|(approach, curve)| {
@@ -89,22 +68,9 @@ fn plot(
     let end = doublings(most_samples).last().unwrap_or(1);
     let dot = [end as f64, metrics(&optimum.scores)[metric]];
     all.push(series(Approach::Optimum, vec![dot]));
-    Plot {
-        title: format!(
-            "{}: {} by number of samples",
-            title(model),
-            METRICS[metric].0
-        ),
-        x: Axis {
-            title: "samples n".into(),
-            scale: Scale::Doublings,
-        },
-        y: Axis {
-            title: format!("{} (less is better)", METRICS[metric].0),
-            scale: Scale::Decades,
-        },
-        series: all,
-    }
+    let metric = METRICS[metric].0;
+    let title = format!("{}: {metric} by number of samples", title(model));
+    by_samples(title, metric, all)
 }
 
 fn table(model: ModelKind, curves: &[(Approach, Curve)], optimum: &Evaluation) -> Table {

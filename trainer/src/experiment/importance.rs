@@ -4,15 +4,13 @@ use anyhow::Context;
 use glimpse_core::model::ModelKind;
 use glimpse_materials::sampling::MeanBrdf;
 use glimpse_trainer::evaluation::Method;
-use glimpse_trainer::report::{
-    Axis, Best, Cell, Column, Compare, Hue, Mark, Plot, Scale, Series, Table,
-};
+use glimpse_trainer::report::{Best, Cell, Column, Compare, Hue, Mark, Series, Table};
 
 use super::case::{Approach, Case, TrainingRun};
-use super::curves::look;
 use super::findings::Findings;
+use super::plots::{by_samples, series};
 use super::store::Store;
-use super::{SCHEDULE, doublings};
+use super::{METRICS, SCHEDULE, doublings};
 
 pub(super) fn run(store: &Store<'_>, most_samples: usize) -> anyhow::Result<Findings> {
     let mut findings = Findings::new(store, "Importance sampling of the mean BRDF", &[SCHEDULE]);
@@ -50,31 +48,25 @@ pub(super) fn run(store: &Store<'_>, most_samples: usize) -> anyhow::Result<Find
         rows.push(row);
     }
     let names = ["Importance".to_owned(), baseline.title(), best.title()];
-    let looks = [(Hue::Green, Mark::Rings), look(baseline), look(best)];
+    let [of_importance, of_baseline, of_best] = curves;
+    let importance = Series {
+        name: names[0].clone(),
+        hue: Hue::Green,
+        mark: Mark::Rings,
+        points: of_importance,
+    };
+    let series = vec![
+        importance,
+        series(baseline, of_baseline),
+        series(best, of_best),
+    ];
     findings.plot(
         "importance",
-        Plot {
-            title: "Neural: importance of the mean BRDF".into(),
-            x: Axis {
-                title: "samples n".into(),
-                scale: Scale::Doublings,
-            },
-            y: Axis {
-                title: "Loss (less is better)".into(),
-                scale: Scale::Decades,
-            },
-            series: names
-                .iter()
-                .zip(looks)
-                .zip(curves)
-                .map(|((name, (hue, mark)), points)| Series {
-                    name: name.clone(),
-                    hue,
-                    mark,
-                    points,
-                })
-                .collect(),
-        },
+        by_samples(
+            "Neural: importance of the mean BRDF".into(),
+            METRICS[0].0,
+            series,
+        ),
     );
     let mut columns = vec![Column::number("n", 0, Best::None)];
     columns.extend(names.map(|name| Column::number(name, 4, Best::Least)));

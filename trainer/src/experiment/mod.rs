@@ -18,6 +18,7 @@ mod needed;
 mod paper;
 mod patterns;
 mod per_material;
+mod plots;
 mod robustness;
 mod same_samples;
 mod seeds;

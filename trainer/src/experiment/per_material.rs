@@ -2,13 +2,13 @@
 //! "Zipfplots").
 
 use glimpse_trainer::metrics::Scores;
-use glimpse_trainer::report::{Axis, Best, Cell, Column, Compare, Plot, Scale, Series, Table};
+use glimpse_trainer::report::{Axis, Best, Cell, Column, Compare, Plot, Scale, Table};
 
 use super::case::{Approach, Case};
-use super::curves::look;
 use super::findings::Findings;
+use super::plots::{metric_axis, series};
 use super::store::Store;
-use super::{MODELS, SAMPLES, SCHEDULE, title};
+use super::{METRICS, MODELS, SAMPLES, SCHEDULE, title};
 
 pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
     let mut findings = Findings::new(store, "Each material: n = 8", &[SCHEDULE]);
@@ -48,16 +48,9 @@ pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
             order.len()
         ));
         let series = approaches.iter().zip(&losses).map(|(approach, losses)| {
-            let (hue, mark) = look(*approach);
             let points = order.iter().enumerate();
-            Series {
-                name: approach.title(),
-                hue,
-                mark,
-                points: points
-                    .map(|(rank, index)| [rank as f64 + 1.0, losses[*index]])
-                    .collect(),
-            }
+            let points = points.map(|(rank, index)| [rank as f64 + 1.0, losses[*index]]);
+            series(*approach, points.collect())
         });
         findings.plot(
             model.name(),
@@ -67,10 +60,7 @@ pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
                     title: format!("material, by the loss of {}", approaches[2].title()),
                     scale: Scale::Names(order.iter().map(|index| names[*index].clone()).collect()),
                 },
-                y: Axis {
-                    title: "Loss (less is better)".into(),
-                    scale: Scale::Decades,
-                },
+                y: metric_axis(METRICS[0].0),
                 series: series.collect(),
             },
         );
