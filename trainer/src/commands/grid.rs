@@ -12,11 +12,12 @@ use glimpse_materials::{Portion, Source, Sources};
 use glimpse_trainer::report::{Best, Cell, Column, Compare, Table};
 
 use super::cells::{self, Given, for_a_shell, paths_of, text_of, texts_of};
+use super::existing::Existing;
 use super::lock::Lock;
 use super::message::message;
 use super::output::make_out;
 use super::progress::{catch_interrupts, interrupted};
-use super::train::{Found, Job, Train};
+use super::train::{Job, Train};
 use super::{ModelName, load_all, print};
 
 /// One recipe of the grid.
@@ -144,9 +145,9 @@ pub(crate) fn list(train: &Train, seed: u64, given: &Given) -> anyhow::Result<()
             inputs: paths_of(sources.each()),
             outputs: texts_of(&job.outputs())?,
             checkpoint: Some(text_of(&job.checkpoint)?),
-            done: matches!(found, Found::Done(_)),
+            done: matches!(found, Existing::Done(_)),
             in_the_way: match found {
-                Found::Other(what) if !train.force => Some(what),
+                Existing::Other(what) if !train.force => Some(what),
                 _ => None,
             },
         });
@@ -168,12 +169,12 @@ fn finish(
 ) -> anyhow::Result<(f32, bool)> {
     let _locks = job.lock()?;
     match job.find(portions) {
-        Found::Done(expected_loss) => {
+        Existing::Done(expected_loss) => {
             job.clean_up();
             eprintln!("{} is trained already", job.out.display());
             Ok((expected_loss, false))
         }
-        Found::Other(what) if !train.force => {
+        Existing::Other(what) if !train.force => {
             bail!("{what}: remove it, give --force to replace it, or give another --out")
         }
         found => {

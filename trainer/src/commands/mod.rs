@@ -6,6 +6,7 @@ mod completing;
 pub(crate) mod completion;
 pub(crate) mod convert;
 pub(crate) mod evaluate;
+mod existing;
 mod expected_loss;
 pub(crate) mod export;
 mod export_basis;

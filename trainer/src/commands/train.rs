@@ -14,9 +14,10 @@ use glimpse_training::meta::checkpoint::Checkpoint;
 use glimpse_training::meta::options::Options;
 use glimpse_training::meta::outer::Checkpoints;
 use glimpse_training::meta::plan::{Effort, Schedule};
-use glimpse_training::recipe::{RecipeFile, describe_options, describe_training, recipe_of};
+use glimpse_training::recipe::{RecipeFile, recipe_of};
 
 use super::completing::CompletingArgs;
+use super::existing::{Existing, existing_at};
 use super::expected_loss::expected_loss;
 use super::lock::Lock;
 use super::output::write_file_forced;
@@ -131,7 +132,7 @@ impl Train {
         let found = job.find(&materials.1);
         job.refuse_to_lose(&found, self.resume, self.force)?;
         if self.resume && !Checkpoint::is_in(&job.checkpoint) {
-            if matches!(found, Found::Done(_)) {
+            if matches!(found, Existing::Done(_)) {
                 job.clean_up();
                 eprintln!("nothing is left to do: {} is trained", self.out.display());
                 return Ok(());
@@ -218,16 +219,6 @@ pub(super) struct Trained {
     predicts: Option<f64>,
 }
 
-/// What is there before a recipe is trained.
-pub(super) enum Found {
-    /// No recipe.
-    Nothing,
-    /// The one that training would write, and the loss that it promises.
-    Done(f32),
-    /// Something else, in words.
-    Other(String),
-}
-
 impl Job {
     /// Refuses a recipe that goes to a pipe or a device where a file has to lie beside it.
     fn refuse_streams(&self, has_checkpoint: bool) -> anyhow::Result<()> {
@@ -264,7 +255,7 @@ impl Job {
     /// Refuses to lose, without being told to, what somebody may have waited for.
     pub(super) fn refuse_to_lose(
         &self,
-        found: &Found,
+        found: &Existing,
         resume: bool,
         force: bool,
     ) -> anyhow::Result<()> {
@@ -273,7 +264,7 @@ impl Job {
         let is_linear = self.options.model == ModelKind::Linear;
         match found {
             _ if force => Ok(()),
-            Found::Other(what) => {
+            Existing::Other(what) => {
                 bail!("{what}: give --force to replace it, or another --out")
             }
             _ if unfinished && !resume => bail!(
@@ -282,7 +273,7 @@ impl Job {
                 self.checkpoint.display()
             ),
             // A run that was killed has left the basis and not the recipe, and is being resumed.
-            Found::Nothing if is_linear && basis.exists() && !unfinished => bail!(
+            Existing::Nothing if is_linear && basis.exists() && !unfinished => bail!(
                 "{} is there without its recipe {}, and may belong to another one: give --force to \
                  replace it, or another --out",
                 basis.display(),
@@ -313,12 +304,12 @@ impl Job {
     }
 
     /// Looks at what is there, for materials of these portions.
-    pub(super) fn find(&self, portions: &[Portion]) -> Found {
+    pub(super) fn find(&self, portions: &[Portion]) -> Existing {
         let options = Options {
             portions: portions.to_vec(),
             ..self.options.clone()
         };
-        found_at(&self.out, &options, &self.data)
+        existing_at(&self.out, &options, &self.data)
     }
 
     /// Trains and writes it; what is there is replaced.
@@ -350,9 +341,7 @@ impl Job {
         self.clean_up();
         Ok(Trained {
             file,
-            predicts: learned
-                .prediction
-                .and_then(|prediction| prediction.rank_correlation),
+            predicts: learned.prediction.and_then(|each| each.rank_correlation),
         })
     }
 
@@ -382,124 +371,9 @@ impl Job {
     }
 }
 
-/// Looks at what is at a path before a recipe is trained. The digest of the options decides whether it is
-/// the recipe that training would write; `data` is what the materials are called in messages.
-pub(super) fn found_at(out: &Path, options: &Options, data: &str) -> Found {
-    // A pipe or a device holds no recipe, and may have no end.
-    if !out.exists() || is_stream(out) {
-        return Found::Nothing;
-    }
-    let file = match RecipeFile::read(out) {
-        Ok(file) => file,
-        Err(error) => return Found::Other(error.to_string()),
-    };
-    let (recipe, statements) = (file.recipe(), file.statements());
-    let (Some(training), Some(provenance), Some(expectation)) = (
-        statements.training,
-        statements.provenance,
-        statements.expectation,
-    ) else {
-        return Found::Other(format!(
-            "{} does not state how it was trained",
-            out.display()
-        ));
-    };
-    let has_basis = recipe.model() != ModelKind::Linear || Basis::beside(out).exists();
-    match training.digest == options.digest() {
-        true if has_basis => Found::Done(expectation.loss),
-        true => Found::Other(format!("{} lacks its basis", out.display())),
-        false => {
-            let (model, samples) = (recipe.model(), recipe.samples());
-            Found::Other(format!(
-                "{} was trained with other options ({}, not {})",
-                out.display(),
-                describe_training(model, samples, &provenance, training.digest),
-                describe_options(options, data)
-            ))
-        }
-    }
-}
-
 /// OUT.checkpoint
 fn beside(out: &Path) -> PathBuf {
     let mut name = out.as_os_str().to_owned();
     name.push(".checkpoint");
     name.into()
-}
-
-#[cfg(test)]
-mod tests {
-    use glimpse_core::recipe::{Kind, ValidationSplit};
-    use glimpse_materials::sampling::sobol_valid;
-    use glimpse_training::meta::learned::{ExpectedLoss, Learned, LearnedDescent, LearnedFit};
-    use glimpse_training::meta::trainee::Expected;
-
-    use super::*;
-
-    fn options() -> Options {
-        Options {
-            portions: vec![Portion::whole(&Source("MERL".into()), 12)],
-            ..Options::new(ModelKind::Phong, 2, Schedule::Prior, Effort::Quick, 0)
-        }
-    }
-
-    fn recipe(options: &Options, data: &str) -> RecipeFile {
-        let learned = Learned {
-            pattern: sobol_valid(2, 0),
-            fit: LearnedFit::Descent(LearnedDescent {
-                model: ModelKind::Phong,
-                inner_steps: 1,
-                initial: vec![0.5; 7],
-                step_sizes: vec![0.5; 7],
-            }),
-            prediction: None,
-            basis: None,
-            expected_loss: ExpectedLoss {
-                expected: Expected::new(0.25, [0.25; 2].into_iter()),
-                split: ValidationSplit::Folds,
-            },
-            materials: Vec::new(),
-        };
-        recipe_of(&learned, options, data).expect("it is a recipe")
-    }
-
-    #[test]
-    fn the_digest_decides_what_is_found_and_no_text_does() {
-        let scratch = tempfile::tempdir().expect("a temporary directory");
-        let out = scratch.path().join("phong.recipe");
-        assert!(matches!(found_at(&out, &options(), ""), Found::Nothing));
-
-        // The texts of the provenance differ, and the options do not.
-        write_file_forced(&out, recipe(&options(), "other words").bytes(), true)
-            .expect("it is written");
-        let found = found_at(&out, &options(), "MERL");
-        assert!(matches!(found, Found::Done(loss) if loss == 0.25));
-
-        let changes: [fn(&mut Options); 4] = [
-            |o| o.seed = 1,
-            |o| o.completing.limits.min_separation = 0.001,
-            |o| o.portions[0].materials = 13,
-            |o| o.parts = glimpse_training::meta::options::Parts::AllTwice,
-        ];
-        for change in changes {
-            let mut other = options();
-            change(&mut other);
-            let Found::Other(message) = found_at(&out, &other, "MERL") else {
-                panic!("another training is found");
-            };
-            for digest in [options().digest(), other.digest()] {
-                assert!(message.contains(&format!("{digest:016x}")), "{message}");
-            }
-        }
-        // One that does not state its options may be anything.
-        let stated = recipe(&options(), "MERL");
-        let mut buffer = vec![0; stated.bytes().len()];
-        let silent = stated
-            .recipe()
-            .copy_without(&[Kind::TRAINING], &mut buffer)
-            .expect("a copy");
-        write_file_forced(&out, silent, true).expect("it is written");
-        let found = found_at(&out, &options(), "MERL");
-        assert!(matches!(found, Found::Other(_)));
-    }
 }

@@ -123,7 +123,7 @@ fn an_offered_recipe_is_fetched_stored_and_installed() {
     }
 }
 
-/// None is asked for, none is offered, it is the present one, or there is no room for it.
+/// Nothing is fetched without a request, an offer, a new checksum, and enough room.
 #[test]
 fn only_a_new_recipe_with_room_for_it_is_fetched() {
     let present = bytes_of(ModelKind::Phong);

@@ -179,7 +179,7 @@ fn materials_of_training_are_told() {
     let new = number(&judged["new"]["loss"]);
     assert!((new - (losses[0] + losses[3]) / 2.0).abs() < 1e-12);
 
-    // Text and pictures name them too, besides the rows of all materials.
+    // Text and pictures name them too, in addition to the rows of all materials.
     for command in [
         "evaluate --test procedural:2 --recipe k.recipe",
         "render sphere procedural:2 --recipe k.recipe --size 8",

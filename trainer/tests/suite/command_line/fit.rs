@@ -95,7 +95,7 @@ fn readings_are_matched_looked_at_and_fitted() {
     assert_eq!(folder.names("fits"), ["right", "wrong"]);
     let files = ["lobe.svg", "material.json", "readings.csv", "sphere.png"];
     assert_eq!(folder.names("fits/wrong"), files);
-    // What was left out is as good as missing.
+    // A fit without the outlier equals a fit with that reading missing.
     let values = |of: &str| folder.read_json(&format!("{of}/material.json"))["values"].clone();
     assert_eq!(values("fits/wrong"), values("fits/right"));
     let readings = folder.read_text("fits/wrong/readings.csv");
@@ -163,9 +163,9 @@ fn what_a_file_says_of_itself_holds() {
         assert_eq!(folder.read(file), before);
     }
 
-    // What was read became BRDFs, and they are not made BRDFs once more.
+    // `readings.csv` holds BRDFs, which are not converted again.
     folder.write("brdf.csv", folder.read("first/readings.csv"));
-    // A quantity that is the options' own is none but that, by either of its names.
+    // The column accepts the quantity of the options, by either of its names.
     folder.write(
         "cosine.csv",
         "index,value,quantity\n0,1,BRDF-cos\n1,1,brdf-cos-o\n2,1,\n3,1,brdf\n",
@@ -346,7 +346,7 @@ fn a_fit_of_linear_has_its_basis_beside_it() {
     folder.fail_naming(one, &[basis]);
 }
 
-/// What another program reads stands in a folder of its own, so that the fit is one material still.
+/// Files for other programs are in a subfolder, so that the folder remains one material.
 #[test]
 fn a_fit_goes_out_in_other_formats() {
     let folder = folder();

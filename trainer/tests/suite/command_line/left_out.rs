@@ -1,4 +1,4 @@
-//! What of a directory is not read is said.
+//! Skipped entries of a directory are reported.
 
 use std::fs;
 

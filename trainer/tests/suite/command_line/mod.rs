@@ -1,6 +1,6 @@
 //! The command line as a user meets it: what it writes, how it ends, and what its messages name.
 //!
-//! Messages may be worded anew: tests look for options, files, columns and numbers in them. Exit
+//! Messages may be reworded: tests look for options, files, columns and numbers in them. Exit
 //! code 2 is for command lines that cannot be parsed, 1 for all other failures.
 
 mod basis;

@@ -1,4 +1,4 @@
-//! What is asked for in vain is refused by name; numbers out of range are told the range.
+//! Options without effect are refused by name; errors for numbers out of range state the range.
 
 use super::Folder;
 use super::folder::PHONG_N8;
@@ -115,9 +115,9 @@ fn the_version_names_the_commit_where_there_is_one() {
     assert!(rest.is_empty() || words.any(is_commit), "{printed}");
 }
 
-/// A leading minus is no option: the number is refused by the option, its value and its range.
+/// A leading minus does not make an option: the error names the option, the value and the range.
 #[test]
-fn a_negative_number_is_out_of_range_and_no_unknown_option() {
+fn a_negative_number_is_out_of_range_and_not_an_unknown_option() {
     let folder = Folder::with("r.recipe", PHONG_N8);
     let recipe = "evaluate --recipe r.recipe --test procedural:1";
     let method = "evaluate --method random --model linear --test procedural:1";

@@ -1,4 +1,4 @@
-//! What is written, and what is left alone.
+//! Files that commands write, and files that they leave alone.
 
 use std::fs;
 use std::thread::sleep;
@@ -43,7 +43,7 @@ fn what_is_no_regular_file_is_written_to_and_not_replaced() {
     assert!(run.wait().expect("it ends").success());
     assert!(file_type("pipe").expect("it is there").is_fifo());
 
-    // What has to lie beside a recipe cannot lie beside a device.
+    // A checkpoint or a basis cannot lie beside a device.
     symlink("/dev/null", folder.at("null")).expect("it is linked");
     for (model, option) in [("phong", "--checkpoint"), ("linear", "basis")] {
         let train = format!("train --model {model} --samples 1 --out null");
@@ -232,7 +232,7 @@ fn two_runs_do_not_write_the_same() {
     first.kill().expect("it is killed");
     first.wait().expect("it ends");
     assert!(folder.exists("n.recipe.checkpoint/checkpoint.bin"));
-    // What was killed holds nothing any more.
+    // A killed run does not hold its lock.
     let message = folder.fail(long);
     assert_names(&message, &["n.recipe.checkpoint", "--resume"]);
     assert!(!message.contains(".lock"), "{message}");

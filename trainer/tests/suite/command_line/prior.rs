@@ -56,7 +56,7 @@ fn a_recipe_that_completes_is_trained_shown_exported_and_judged() {
         let loss = number(&verdict["loss"]);
         assert!((0.001..0.08).contains(&loss), "{model}: {loss}");
 
-        // What is predicted stands beside it, and is another loss from fewer readings.
+        // Fewer readings change the predicted loss.
         let predicted = |verdict: &Value| {
             let each = &verdict["materials"][0]["predicted_loss"];
             [each, &verdict["prediction"]["loss"]].map(number)

@@ -96,7 +96,7 @@ fn the_list_is_json_too() {
     }
 }
 
-/// What is not a recipe is not read to its end, which it may not have.
+/// A file that is not a recipe is not read to its end, since it may not end.
 #[cfg(target_os = "linux")]
 #[test]
 fn what_has_no_end_is_refused_by_name() {

@@ -83,7 +83,7 @@ fn a_killed_paper_run_goes_on_to_the_same_recipe() {
 #[test]
 fn resuming_says_where_it_stands() {
     let folder = Folder::new();
-    // What a run left that was killed before its first checkpoint was whole.
+    // The remains of a run that was killed while it wrote its first checkpoint.
     let saved = folder.at("phong.recipe.checkpoint");
     fs::create_dir(&saved).expect("it is made");
     fs::write(saved.join(".unfinished-checkpoint.bin-aBc123"), "half").expect("it is written");

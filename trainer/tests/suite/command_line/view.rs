@@ -21,7 +21,7 @@ fn folder() -> Folder {
     folder
 }
 
-/// What the scripts of a page are given.
+/// The data that a page passes to its scripts.
 fn data(page: &str) -> Value {
     let (_, data) = page
         .split_once("<script type=\"application/json\" id=\"data\">")

@@ -1,4 +1,5 @@
-//! The meta-gradient of the model Linear over a batch of materials. (`burn_witness` holds each task's by itself.)
+//! The meta-gradient of the model Linear over a batch of materials. (`burn_witness` and
+//! `linear_differences` check that of one material.)
 
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::LazyLock;
@@ -18,17 +19,17 @@ use rand_chacha::ChaCha8Rng;
 use super::pattern::{BARRIER, logits_with_one_below};
 use crate::support::{boxed, double, network, task_gradient};
 
-/// How many materials there are, each of three columns.
-const MATERIALS: usize = 6;
+/// The number of materials, each of which has three columns.
+pub(super) const MATERIALS: usize = 6;
 
 /// Materials that are networks, and their columns.
-struct Set {
-    networks: Vec<NeuralBrdf>,
-    materials: Vec<Box<dyn Material>>,
-    columns: Columns,
+pub(super) struct Set {
+    pub(super) networks: Vec<NeuralBrdf>,
+    pub(super) materials: Vec<Box<dyn Material>>,
+    pub(super) columns: Columns,
 }
 
-static SET: LazyLock<Set> = LazyLock::new(|| {
+pub(super) static SET: LazyLock<Set> = LazyLock::new(|| {
     let mut random = ChaCha8Rng::seed_from_u64(77);
     let networks: Vec<NeuralBrdf> = (0..MATERIALS).map(|_| network(&mut random)).collect();
     let materials = boxed(networks.clone());
