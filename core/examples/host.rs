@@ -6,7 +6,7 @@ mod common;
 use common::material;
 use glimpse_core::driver::{Action, Config, Driver, Host};
 use glimpse_core::link::{
-    Answerer, FRAME_BYTES, Failure, PROTOCOL, Received, Refusal, Reply, Request,
+    FRAME_BYTES, Failure, PROTOCOL, Received, Refusal, Reply, Request, Server,
 };
 use glimpse_core::model::Neural;
 use glimpse_core::recipe::Recipe;
@@ -30,7 +30,7 @@ impl Line {
 /// A host of one scan.
 #[derive(Default)]
 pub(crate) struct Computer {
-    answerer: Answerer,
+    answerer: Server,
     /// What was fitted, as the device told it.
     pub(crate) values: Vec<f32>,
     /// How often the arms were moved.
@@ -42,9 +42,9 @@ impl Computer {
     fn receive<'b>(&mut self, byte: u8, buffer: &'b mut [u8]) -> Option<&'b [u8]> {
         let reply = match self.answerer.receive(byte)? {
             Ok(Received::New(request)) => self.answer(request),
-            Ok(Received::Again(reply)) => reply,
+            Ok(Received::Duplicate(reply)) => reply,
             // The arms are moving for it already; or it was damaged, and will come again.
-            Ok(Received::Waiting) | Err(_) => return None,
+            Ok(Received::Pending) | Err(_) => return None,
         };
         self.answerer.answer(reply, buffer).ok()
     }
@@ -61,7 +61,7 @@ impl Computer {
                 Reply::Measured { index, reading }
             }
             // This host remembers no scan of before.
-            Request::Kept { .. } => Reply::Refused(Refusal::Kept),
+            Request::Saved { .. } => Reply::Refused(Refusal::Saved),
             Request::Values { values, .. } => {
                 self.values.extend_from_slice(&values);
                 Reply::Accepted

@@ -259,7 +259,7 @@ impl<'r, 'm, K: Fitter, const CAPACITY: usize> Driver<'r, 'm, K, CAPACITY> {
                 match kept {
                     Some((index, reading)) => {
                         self.phase = Phase::Offer { next: index };
-                        self.ask(Request::Kept { index, reading })
+                        self.ask(Request::Saved { index, reading })
                     }
                     None => {
                         self.phase = Phase::Measure;

@@ -6,19 +6,19 @@
 //! what calls it.
 
 mod any;
+pub mod coefficient_net;
 mod completed;
-pub mod completion;
 mod descent;
 mod fitter;
 mod learned;
-mod learner;
 mod linear;
+mod method;
 pub mod ridge;
 
 pub use any::{AnyModel, AnyWorkspace};
-pub use completed::{Completed, Components, MAX_ROWS, MAX_UNITS, Start, Target};
+pub use completed::{Completed, Components, InitNet, MAX_ROWS, MAX_UNITS, Target};
 pub use descent::{Workspace, brdf};
 pub use fitter::{Fitter, FitterError, Progress};
 pub use learned::{Descent, Ridge};
-pub use learner::Learner;
 pub use linear::{Linear, linear_words};
+pub use method::FitMethod;

@@ -11,7 +11,7 @@
 //! | request | reply |
 //! |---|---|
 //! | [`Request::Hello`] begins a scan | [`Reply::Welcome`] |
-//! | [`Request::Kept`], for each reading that outlasted a reset of the device | [`Reply::Accepted`] |
+//! | [`Request::Saved`], for each reading that outlasted a reset of the device | [`Reply::Accepted`] |
 //! | [`Request::Measure`], for each sample of the recipe's pattern | [`Reply::Measured`] |
 //! | [`Request::Progress`], after each slice of the fit | [`Reply::Accepted`] |
 //! | [`Request::Values`], until all are told | [`Reply::Accepted`] |
@@ -22,13 +22,13 @@
 //!
 //! Any request may be answered by [`Reply::Refused`] too.
 //!
-//! [`Asker`] is the device's side and [`Answerer`] the host's; both take bytes one by one. A
+//! [`Client`] is the device's side and [`Server`] the host's; both take bytes one by one. A
 //! [`Driver`](crate::driver::Driver) is a whole device; `examples/host.rs` is both ends.
 //!
 //! ```
-//! use glimpse_core::link::{Answerer, Asker, FRAME_BYTES, Received, Reply, Request};
+//! use glimpse_core::link::{Server, Client, FRAME_BYTES, Received, Reply, Request};
 //!
-//! let (mut device, mut host) = (Asker::new(), Answerer::new());
+//! let (mut device, mut host) = (Client::new(), Server::new());
 //! let (mut request, mut reply) = ([0; FRAME_BYTES], [0; FRAME_BYTES]);
 //!
 //! let frame = device.ask(&Request::Update, &mut request)?;
@@ -36,7 +36,7 @@
 //!     match host.receive(*byte) {
 //!         None => {} // there is more to come
 //!         Some(Ok(Received::New(heard))) => assert_eq!(heard, Request::Update),
-//!         Some(Ok(Received::Again(_) | Received::Waiting)) => unreachable!("it was said once"),
+//!         Some(Ok(Received::Duplicate(_) | Received::Pending)) => unreachable!("it was said once"),
 //!         Some(Err(error)) => println!("{error}"), // the device will say it again
 //!     }
 //! }
@@ -50,6 +50,6 @@ mod conversation;
 mod frame;
 mod message;
 
-pub use conversation::{Answerer, Asker, Received};
+pub use conversation::{Client, Received, Server};
 pub use frame::{FRAME_BYTES, FrameError, FrameReader, encode};
 pub use message::{BYTES_PER_FRAME, Failure, PROTOCOL, Refusal, Reply, Request, VALUES_PER_FRAME};

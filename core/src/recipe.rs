@@ -2,7 +2,7 @@
 //!
 //! [`Recipe::parse`] checks all that a scan needs; a scan by a `Recipe` that exists cannot fail by
 //! it. It borrows the bytes (in flash) and copies nothing but a few numbers. What it states about
-//! itself is decoded when it is asked for, by [`Recipe::statements`].
+//! itself is decoded when it is asked for, by [`Recipe::metadata`].
 //!
 //! The format is written down in `core/docs/recipe.md`, with an example in bytes: magic, version,
 //! length and CRC-32, and then sections, each a [`Kind`] and postcard bytes. What comes later is a
@@ -15,14 +15,14 @@ mod error;
 mod field;
 mod format;
 mod header;
-mod ingredients;
 mod kind;
+mod metadata;
+mod parts;
 mod sections;
-mod statements;
 mod training;
 mod write;
 
-pub use crate::fit::{Completed, Descent, Learner, Ridge};
+pub use crate::fit::{Completed, Descent, FitMethod, Ridge};
 pub use crate::numeric::Floats;
 pub use error::RecipeError;
 pub use field::Field;
@@ -30,13 +30,13 @@ pub use format::{
     HEADER_BYTES, MAGIC, MAX_BASIS, MAX_COMPONENTS, MAX_INNER_STEPS, MAX_MEAN, MAX_MEDIAN,
     MAX_PRECISION, MAX_PREDICTION, MAX_SAMPLES, MAX_WEIGHT, MIN_PRECISION, VERSION,
 };
-pub use ingredients::{
-    Expectation, Ingredients, Noise, PackedCompletion, PackedDescent, PackedLearner, PackedRidge,
-    PackedStart, Provenance,
-};
 pub use kind::Kind;
+pub use metadata::Metadata;
+pub use parts::{
+    ExpectedLoss, Noise, PackedCoefficientNet, PackedDescent, PackedInitNet, PackedMethod,
+    PackedRidge, Provenance, RecipeParts,
+};
 pub use sections::{Materials, Sections};
-pub use statements::Statements;
 pub use training::{
     Effort, Origin, Parts, Schedule, Training, TrainingSource, TrainingSources, ValidationSplit,
 };
@@ -53,7 +53,7 @@ use write::Writer;
 #[derive(Clone, Copy, Debug)]
 pub struct Recipe<'a> {
     pattern: &'a [PackedAngles],
-    learner: Learner<'a>,
+    method: FitMethod<'a>,
     sections: Sections<'a>,
     checksum: u32,
 }
@@ -79,15 +79,15 @@ impl<'a> Recipe<'a> {
     ///
     /// # Errors
     /// What is wrong with the bytes, by name. After `Ok` no scan can fail by the recipe; what it
-    /// states about itself is checked by [`Recipe::statements`].
+    /// states about itself is checked by [`Recipe::metadata`].
     pub fn parse(bytes: &'a [u8]) -> Result<Self, RecipeError> {
         let Sealed { checksum, body } = header::open(bytes)?;
         let contents = Contents::of_sections(body)?;
         let pattern = check::pattern(contents.pattern)?;
-        let learner = check::learner(contents.learner, contents.prediction, pattern.len())?;
+        let method = check::method(contents.method, contents.prediction, pattern.len())?;
         Ok(Self {
             pattern,
-            learner,
+            method,
             sections: Sections::new(body),
             checksum,
         })
@@ -96,19 +96,19 @@ impl<'a> Recipe<'a> {
     /// Writes a recipe of format [`VERSION`] into `buffer` and returns the bytes used.
     ///
     /// # Errors
-    /// [`RecipeError::BufferTooSmall`], or what [`Recipe::parse`] or [`Recipe::statements`] would
+    /// [`RecipeError::BufferTooSmall`], or what [`Recipe::parse`] or [`Recipe::metadata`] would
     /// refuse.
     pub fn write<'b>(
-        ingredients: &Ingredients<'_>,
+        parts: &RecipeParts<'_>,
         buffer: &'b mut [u8],
     ) -> Result<&'b [u8], RecipeError> {
         let mut writer = Writer::new(buffer);
-        writer.ingredients(ingredients)?;
+        writer.parts(parts)?;
         let bytes = writer.finish()?;
         let recipe = Recipe::parse(bytes)?;
-        recipe.statements()?;
+        recipe.metadata()?;
         // Of other learners it would say nothing. (A reader passes over it.)
-        if ingredients.prediction.is_some() && recipe.completed().is_none() {
+        if parts.prediction.is_some() && recipe.completed().is_none() {
             return Err(RecipeError::Missing(Kind::COMPLETION));
         }
         Ok(bytes)
@@ -141,21 +141,21 @@ impl<'a> Recipe<'a> {
     /// The model that it fits.
     #[must_use]
     pub fn model(&self) -> ModelKind {
-        self.learner.model()
+        self.method.model()
     }
 
     /// How measurements become parameters.
     #[must_use]
-    pub fn learner(&self) -> Learner<'a> {
-        self.learner
+    pub fn method(&self) -> FitMethod<'a> {
+        self.method
     }
 
     /// The descent, if that is all that it holds: not where it starts from [completed](Recipe::completed)
     /// readings.
     #[must_use]
     pub fn descent(&self) -> Option<Descent<'a>> {
-        match self.learner {
-            Learner::Descent(descent) => Some(descent),
+        match self.method {
+            FitMethod::Descent(descent) => Some(descent),
             _ => None,
         }
     }
@@ -163,8 +163,8 @@ impl<'a> Recipe<'a> {
     /// The ridge solve, if that is what it holds.
     #[must_use]
     pub fn ridge(&self) -> Option<Ridge<'a>> {
-        match self.learner {
-            Learner::Ridge(ridge) => Some(ridge),
+        match self.method {
+            FitMethod::Ridge(ridge) => Some(ridge),
             _ => None,
         }
     }
@@ -172,8 +172,8 @@ impl<'a> Recipe<'a> {
     /// What completes readings, and what comes of it, if that is what it holds.
     #[must_use]
     pub fn completed(&self) -> Option<Completed<'a>> {
-        match self.learner {
-            Learner::Completed(completed) => Some(completed),
+        match self.method {
+            FitMethod::Completed(completed) => Some(completed),
             _ => None,
         }
     }
@@ -202,8 +202,8 @@ impl<'a> Recipe<'a> {
     ///
     /// # Errors
     /// Which section or field makes no sense.
-    pub fn statements(&self) -> Result<Statements<'a>, RecipeError> {
-        statements::read(self.sections)
+    pub fn metadata(&self) -> Result<Metadata<'a>, RecipeError> {
+        metadata::read(self.sections)
     }
 
     /// The first sample of the pattern that a machine does not reach, and why: to be asked before
@@ -215,10 +215,10 @@ impl<'a> Recipe<'a> {
     }
 
     /// The loss to expect on a material that training never saw. None if the recipe states none, or
-    /// if that statement makes no sense: [`Recipe::statements`] says why. Other statements are not decoded.
+    /// if that statement makes no sense: [`Recipe::metadata`] says why. Other statements are not decoded.
     #[must_use]
     pub fn expected_loss(&self) -> Option<f32> {
-        Some(statements::expectation(self.sections)?.loss)
+        Some(metadata::expectation(self.sections)?.loss)
     }
 
     /// All sections with their postcard bytes, also those of kinds that are unknown here.

@@ -16,13 +16,13 @@ mod status;
 pub use error::{FinishError, FitError, ScanError};
 pub use fit::{Fit, Fitted};
 pub use memory::Memory;
-pub use reading::{LEAST_READING, Reading, ReadingError, Recorded};
+pub use reading::{MIN_READING, Reading, ReadingError, Recorded};
 pub use residual::Residual;
 pub use saved::{Saved, SavedError};
 
-use crate::fit::Fitter;
 #[cfg(doc)]
-use crate::fit::Learner;
+use crate::fit::FitMethod;
+use crate::fit::Fitter;
 use crate::geometry::Directions;
 use crate::model::linear::Basis;
 use crate::recipe::Recipe;
@@ -81,7 +81,7 @@ impl<'r, 'm, K: Fitter, const CAPACITY: usize> Scan<'r, 'm, K, CAPACITY> {
                 samples,
             });
         }
-        K::accept(&recipe.learner(), samples)?;
+        K::accept(&recipe.method(), samples)?;
         Ok(())
     }
 
@@ -106,7 +106,7 @@ impl<'r, 'm, K: Fitter, const CAPACITY: usize> Scan<'r, 'm, K, CAPACITY> {
     /// # Errors
     /// [`ScanError::Basis`] if the recipe names another one.
     pub fn with_basis(mut self, basis: Basis<'r>) -> Result<Self, ScanError> {
-        let named = self.recipe.learner().basis_checksum();
+        let named = self.recipe.method().basis_checksum();
         if named != Some(basis.of()) {
             return Err(ScanError::Basis {
                 recipe: named.unwrap_or(0),
@@ -138,7 +138,7 @@ impl<'r, 'm, K: Fitter, const CAPACITY: usize> Scan<'r, 'm, K, CAPACITY> {
     /// Where to read yet, in the recipe's order: index of the sample, and directions.
     ///
     /// Any of them may be next: [`Machine::nearest`](crate::gonio::Machine::nearest) chooses. Where a scan
-    /// may end early, by a recipe that [takes missing readings](crate::fit::Learner::takes_missing), the
+    /// may end early, by a recipe that [takes missing readings](crate::fit::FitMethod::takes_missing), the
     /// first ones tell most.
     pub fn pending(&self) -> impl Iterator<Item = (u16, Directions<f32>)> {
         memory::pending(&self.memory.samples, &self.memory.status, &self.recipe)
@@ -191,7 +191,7 @@ impl<'r, 'm, K: Fitter, const CAPACITY: usize> Scan<'r, 'm, K, CAPACITY> {
 
     /// Begins a fit of all readings. One that was under way, or has ended, is forgotten.
     ///
-    /// Where the recipe [can do without](Learner::takes_missing) some of them, those that are missing or
+    /// Where the recipe [can do without](FitMethod::takes_missing) some of them, those that are missing or
     /// saturated are left out, as long as there is one to go by.
     ///
     /// # Errors
@@ -210,9 +210,9 @@ impl<'r, 'm, K: Fitter, const CAPACITY: usize> Scan<'r, 'm, K, CAPACITY> {
         }
         let samples = self.memory.samples.get_mut(..self.recipe.samples());
         let samples = samples.unwrap_or_default();
-        let learner = self.recipe.learner();
-        reading::prepare(samples, &learner)?;
-        K::start(&mut self.memory.workspace, &learner);
+        let method = self.recipe.method();
+        reading::prepare(samples, &method)?;
+        K::start(&mut self.memory.workspace, &method);
         self.memory.stage = Stage::Fitting { done: 0 };
         Ok(Fit::new(&self.recipe, self.basis, self.memory, 0))
     }

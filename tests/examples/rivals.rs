@@ -16,7 +16,7 @@ use glimpse_bench::judge::loss;
 use glimpse_bench::{Material, SAMPLES, measure, recipes};
 use glimpse_core::geometry::HalfDifference;
 use glimpse_core::model::Phong;
-use glimpse_core::recipe::{Learner, Recipe};
+use glimpse_core::recipe::{FitMethod, Recipe};
 use glimpse_tests::cycles::of_fit;
 use glimpse_tests::microcontroller::{Binary, Functions, TARGETS};
 
@@ -84,7 +84,7 @@ fn neural() -> Result<(), Box<dyn Error>> {
 /// The recipe and the measurements as C.
 fn numbers() -> Result<String, Box<dyn Error>> {
     let recipe = Recipe::parse(recipes::NEURAL).map_err(|error| format!("{error:?}"))?;
-    let Learner::Descent(descent) = recipe.learner() else {
+    let FitMethod::Descent(descent) = recipe.method() else {
         return Err("the recipe is not of Neural".into());
     };
     let list = |values: &mut dyn Iterator<Item = f32>| {

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use glimpse_core::driver::{Action, Config, Driver, Host};
 use glimpse_core::fit::{AnyModel, linear_words};
-use glimpse_core::link::{Asker, FRAME_BYTES, Reply, Request};
+use glimpse_core::link::{Client, FRAME_BYTES, Reply, Request};
 use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::{Memory, Residual, Scan};
 use glimpse_trainer::scanner::{ScanReport, Taken};
@@ -65,7 +65,7 @@ pub fn assert_agrees(report: &ScanReport, recipe: &[u8]) {
 #[derive(Debug)]
 pub struct Device {
     stream: TcpStream,
-    asker: Asker,
+    asker: Client,
     patience: Duration,
 }
 
@@ -79,7 +79,7 @@ impl Device {
         stream.set_read_timeout(Some(Duration::from_millis(1)))?;
         Ok(Self {
             stream,
-            asker: Asker::new(),
+            asker: Client::new(),
             patience,
         })
     }

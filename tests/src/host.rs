@@ -2,7 +2,7 @@
 
 use std::io::{Read, Write};
 
-use glimpse_core::link::{Answerer, FRAME_BYTES, PROTOCOL, Received, Reply, Request};
+use glimpse_core::link::{FRAME_BYTES, PROTOCOL, Received, Reply, Request, Server};
 use glimpse_core::scan::Reading;
 use glimpse_materials::{Material, Procedural};
 use glimpse_trainer::scanner::{ScannerNoise, VirtualScanner};
@@ -47,14 +47,14 @@ pub enum Answer {
 /// # Panics
 /// If the stream fails, or nothing comes in time.
 pub fn converse(stream: &mut (impl Read + Write), mut answer: impl FnMut(Request) -> Answer) {
-    let mut answerer = Answerer::new();
+    let mut answerer = Server::new();
     let mut frame = [0; FRAME_BYTES];
     let mut byte = [0];
     loop {
         stream.read_exact(&mut byte).expect("a request");
         let answer = match answerer.receive(byte[0]) {
             Some(Ok(Received::New(request))) => answer(request),
-            Some(Ok(Received::Again(reply))) => Answer::Reply(reply),
+            Some(Ok(Received::Duplicate(reply))) => Answer::Reply(reply),
             _ => continue,
         };
         let last = matches!(answer, Answer::Stop | Answer::Last(_));

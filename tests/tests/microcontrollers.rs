@@ -30,7 +30,7 @@ fn unexplained(recipe: &Recipe<'_>) -> f32 {
 }
 
 fn at_the_start<K: Fitter>(recipe: &Recipe<'_>) -> f32 {
-    let learner = recipe.learner();
+    let learner = recipe.method();
     let mut workspace = K::EMPTY;
     K::start(&mut workspace, &learner);
     let errors = recipe.pattern().enumerate().map(|(index, angles)| {

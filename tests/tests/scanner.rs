@@ -222,8 +222,8 @@ fn kept_measurements_hold_only_where_they_were_given() {
             outgoing: [0.6, 0.0, 0.8],
         };
         let index = 0;
-        let kept = |reading| Request::Kept { index, reading };
-        let refused = Reply::Refused(Refusal::Kept);
+        let kept = |reading| Request::Saved { index, reading };
+        let refused = Reply::Refused(Refusal::Saved);
         device.ask(&hello(PROTOCOL)).unwrap();
         let reply = device.ask(&Request::Measure { index, directions }).unwrap();
         let Reply::Measured { reading, .. } = reply else {
@@ -238,7 +238,7 @@ fn kept_measurements_hold_only_where_they_were_given() {
         altered = reading;
         altered.saturated = true;
         assert_eq!(device.ask(&kept(altered)).unwrap(), refused);
-        let other = Request::Kept { index: 1, reading };
+        let other = Request::Saved { index: 1, reading };
         assert_eq!(device.ask(&other).unwrap(), refused);
         assert_eq!(device.ask(&kept(reading)).unwrap(), Reply::Accepted);
         // Reset twice it holds as well; by another recipe it does not.

@@ -7,8 +7,8 @@ use std::io::{self, Read, Write};
 
 use glimpse_core::geometry::{Angles, Directions, HalfDifference};
 use glimpse_core::link::{
-    Answerer, BYTES_PER_FRAME, FRAME_BYTES, Failure, FrameError, PROTOCOL, Received, Refusal,
-    Reply, Request,
+    BYTES_PER_FRAME, FRAME_BYTES, Failure, FrameError, PROTOCOL, Received, Refusal, Reply, Request,
+    Server,
 };
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::Recipe;
@@ -160,7 +160,7 @@ impl Scanning {
                 self.readings.insert(index, *taken);
                 Reply::Accepted
             }
-            _ => Reply::Refused(Refusal::Kept),
+            _ => Reply::Refused(Refusal::Saved),
         }
     }
 }
@@ -176,7 +176,7 @@ enum Outcome {
 pub struct VirtualScanner<'a> {
     material: &'a dyn Material,
     noise: ScannerNoise,
-    answerer: Answerer,
+    answerer: Server,
     scan: Option<Scanning>,
     scans: u64,
     recipe: Option<Vec<u8>>,
@@ -189,7 +189,7 @@ impl<'a> VirtualScanner<'a> {
         Self {
             material,
             noise,
-            answerer: Answerer::new(),
+            answerer: Server::new(),
             scan: None,
             scans: 0,
             recipe: None,
@@ -221,9 +221,9 @@ impl<'a> VirtualScanner<'a> {
             for byte in &bytes[..count] {
                 let (reply, outcome) = match self.answerer.receive(*byte) {
                     Some(Ok(Received::New(request))) => self.reply(request),
-                    Some(Ok(Received::Again(reply))) => (reply, Outcome::GoesOn),
+                    Some(Ok(Received::Duplicate(reply))) => (reply, Outcome::GoesOn),
                     // Nothing takes time here, so no request is under way; what is damaged is asked again.
-                    Some(Ok(Received::Waiting) | Err(_)) | None => continue,
+                    Some(Ok(Received::Pending) | Err(_)) | None => continue,
                 };
                 stream.write_all(self.answerer.answer(reply, &mut frame)?)?;
                 stream.flush()?;
@@ -260,7 +260,7 @@ impl<'a> VirtualScanner<'a> {
                 return (Reply::Accepted, Outcome::Fails(failure.into()));
             }
             (_, None) => Reply::Refused(Refusal::NoScan),
-            (Request::Kept { index, reading }, Some(scan)) => scan.keep(index, reading),
+            (Request::Saved { index, reading }, Some(scan)) => scan.keep(index, reading),
             (Request::Measure { index, directions }, Some(_)) => self.measure(index, directions),
             (Request::Progress(_), Some(_)) => Reply::Accepted,
             (

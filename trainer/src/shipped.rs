@@ -143,7 +143,7 @@ mod tests {
         let basis = linear::Basis::parse(BASIS).expect("the basis is whole");
         for shipped in ALL {
             let recipe = shipped.recipe().expect("it is whole");
-            let masked = recipe.learner().takes_missing();
+            let masked = recipe.method().takes_missing();
             let suffix = if masked { "-masked" } else { "" };
             let name = format!("{}-n{}{suffix}", recipe.model().name(), recipe.samples());
             assert_eq!(shipped.name, name);
@@ -151,7 +151,7 @@ mod tests {
                 find(&name).is_some() && shipped.losses().is_some(),
                 "{name}"
             );
-            let of = recipe.learner().basis_checksum();
+            let of = recipe.method().basis_checksum();
             assert_eq!(of, shipped.basis().map(|_| basis.of()), "{name}");
             let same = find_by_checksum(recipe.checksum());
             assert_eq!(same.map(|same| same.name), Some(shipped.name));
@@ -164,7 +164,7 @@ mod tests {
         let recipe = PAPER.recipe().expect("it is whole");
         assert_eq!((recipe.model(), recipe.samples()), (ModelKind::Neural, 8));
         assert!(recipe.descent().is_some() && recipe.completed().is_none());
-        let provenance = recipe.statements().expect("they are whole").provenance;
+        let provenance = recipe.metadata().expect("they are whole").provenance;
         assert!(provenance.is_some_and(|provenance| provenance.schedule.starts_with("paper ")));
     }
 }

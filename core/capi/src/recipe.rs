@@ -1,6 +1,6 @@
 //! What is in a recipe, and whether this library can scan by it.
 
-use glimpse_core::fit::{Learner, Target};
+use glimpse_core::fit::{FitMethod, Target};
 use glimpse_core::recipe::Recipe;
 
 use crate::configuration::CScan;
@@ -34,11 +34,11 @@ unsafe fn describe(
     let (out, bytes) = unsafe { (Out::new(out)?, list(bytes, count)?) };
     let recipe = Recipe::parse(bytes)?;
     CScan::accept(&recipe)?;
-    let learner = recipe.learner();
-    let values = match &learner {
-        Learner::Descent(descent) => descent.initial().len(),
-        Learner::Ridge(ridge) => ridge.components().saturating_mul(3),
-        Learner::Completed(completed) => match completed.target() {
+    let method = recipe.method();
+    let values = match &method {
+        FitMethod::Descent(descent) => descent.initial().len(),
+        FitMethod::Ridge(ridge) => ridge.components().saturating_mul(3),
+        FitMethod::Completed(completed) => match completed.target() {
             Target::Linear(components) => components.scales().len().saturating_mul(3),
             Target::Descent(descent, _) => descent.initial().len(),
         },

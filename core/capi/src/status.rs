@@ -456,7 +456,7 @@ impl From<Failure> for Status {
                 Refusal::Directions => Self::RefusedDirections,
                 Refusal::Values => Self::RefusedValues,
                 Refusal::Model => Self::RefusedModel,
-                Refusal::Kept => Self::RefusedKept,
+                Refusal::Saved => Self::RefusedKept,
                 Refusal::Recipe => Self::RefusedRecipe,
             },
         }

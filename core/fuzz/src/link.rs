@@ -1,8 +1,6 @@
 //! Bytes on the link that nobody vouches for, at both ends of it.
 
-use glimpse_core::link::{
-    Answerer, Asker, FRAME_BYTES, PROTOCOL, Received, Reply, Request, encode,
-};
+use glimpse_core::link::{Client, FRAME_BYTES, PROTOCOL, Received, Reply, Request, Server, encode};
 use glimpse_core::model::ModelKind;
 
 const HELLO: Request = Request::Hello {
@@ -15,8 +13,8 @@ const HELLO: Request = Request::Hello {
 /// Checks one input.
 pub fn check(bytes: &[u8]) {
     let mut frame = [0; FRAME_BYTES];
-    let mut device = Asker::new();
-    let mut host = Answerer::new();
+    let mut device = Client::new();
+    let mut host = Server::new();
     let _ = device.ask(&HELLO, &mut frame);
     for byte in bytes {
         let _ = device.receive(*byte, &HELLO);

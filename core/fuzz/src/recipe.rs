@@ -5,7 +5,7 @@
 use crc::{CRC_32_ISO_HDLC, Crc};
 use glimpse_core::fit::{Fitter, Linear, MAX_ROWS, MAX_UNITS, Target, linear_words};
 use glimpse_core::model::{CookTorrance, Neural, Phong};
-use glimpse_core::recipe::{Completed, HEADER_BYTES, Kind, Learner, Recipe, VERSION};
+use glimpse_core::recipe::{Completed, FitMethod, HEADER_BYTES, Kind, Recipe, VERSION};
 use glimpse_core::scan::{FinishError, Memory, Reading, Scan};
 
 /// Capacity in samples and in components: more than any completion takes.
@@ -31,11 +31,11 @@ pub fn check(bytes: &[u8]) {
     };
     look(&recipe);
     copy(&recipe, &bytes);
-    let budget = match recipe.learner() {
-        Learner::Descent(_) => 64,
-        Learner::Ridge(_) => u32::MAX,
+    let budget = match recipe.method() {
+        FitMethod::Descent(_) => 64,
+        FitMethod::Ridge(_) => u32::MAX,
         // A completion's own units, and some steps.
-        Learner::Completed(_) => 256,
+        FitMethod::Completed(_) => 256,
     };
     scan::<Phong>(recipe, budget);
     scan::<CookTorrance>(recipe, budget);
@@ -49,7 +49,7 @@ fn look(recipe: &Recipe<'_>) {
     let directions = recipe.directions().map(|(index, _)| usize::from(index));
     assert!(directions.eq(0..recipe.samples()));
     assert!(recipe.expected_loss().is_none_or(f32::is_finite));
-    let Ok(statements) = recipe.statements() else {
+    let Ok(statements) = recipe.metadata() else {
         return;
     };
     if let Some(limits) = statements.limits {
@@ -81,16 +81,16 @@ fn look(recipe: &Recipe<'_>) {
     assert_eq!(materials.count(), materials.len());
     let kinds: Vec<Kind> = recipe.sections().map(|(kind, _)| kind).collect();
     assert!(kinds.is_sorted_by(|a, b| a < b));
-    match recipe.learner() {
-        Learner::Descent(descent) => {
+    match recipe.method() {
+        FitMethod::Descent(descent) => {
             assert_eq!(Some(descent.initial().len()), descent.model().parameters());
             assert_eq!(descent.step_sizes().len(), descent.initial().len());
         }
-        Learner::Ridge(ridge) => {
+        FitMethod::Ridge(ridge) => {
             let entries = recipe.samples() * ridge.components();
             assert_eq!(ridge.basis().len(), entries);
         }
-        Learner::Completed(completed) => look_at_completed(recipe, &completed),
+        FitMethod::Completed(completed) => look_at_completed(recipe, &completed),
     }
 }
 
@@ -107,7 +107,7 @@ fn look_at_completed(recipe: &Recipe<'_>, completed: &Completed<'_>) {
     match completed.target() {
         Target::Linear(linear) => {
             assert_eq!(linear.rows().len(), samples * components);
-            assert_eq!(linear.basis_checksum(), recipe.learner().basis_checksum());
+            assert_eq!(linear.basis_checksum(), recipe.method().basis_checksum());
         }
         Target::Descent(descent, start) => {
             assert_eq!(Some(descent.initial().len()), descent.model().parameters());
@@ -123,7 +123,7 @@ fn copy(recipe: &Recipe<'_>, bytes: &[u8]) {
     let whole = recipe.copy_without(&[], &mut buffer).expect("it fits");
     let copy = Recipe::parse(whole).expect("a copy is a recipe");
     assert_eq!(whole[4..6], VERSION.to_le_bytes());
-    let said = |recipe: &Recipe<'_>| format!("{:?}", recipe.statements());
+    let said = |recipe: &Recipe<'_>| format!("{:?}", recipe.metadata());
     assert_eq!(said(&copy), said(recipe));
     same_numbers(&copy, recipe);
     assert!(copy.sections().eq(recipe.sections()));
@@ -140,15 +140,15 @@ fn copy(recipe: &Recipe<'_>, bytes: &[u8]) {
     let bare = Recipe::parse(bare).expect("a copy is a recipe");
     let required = copy.sections().count() - optional.len();
     assert_eq!(bare.sections().count(), required);
-    let companions = match recipe.learner() {
-        Learner::Completed(completed) if matches!(completed.target(), Target::Descent(..)) => 3,
+    let companions = match recipe.method() {
+        FitMethod::Completed(completed) if matches!(completed.target(), Target::Descent(..)) => 3,
         _ => 1,
     };
     assert_eq!(required, 1 + companions);
     same_numbers(&bare, recipe);
 }
 
-/// Pattern and learner, to the bit.
+/// Pattern and method, to the bit.
 fn same_numbers(a: &Recipe<'_>, b: &Recipe<'_>) {
     let bits = |recipe: &Recipe<'_>| -> Vec<u32> {
         let angles = recipe.pattern();
@@ -156,12 +156,12 @@ fn same_numbers(a: &Recipe<'_>, b: &Recipe<'_>) {
         pattern.map(f32::to_bits).collect()
     };
     assert_eq!(bits(a), bits(b));
-    match (a.learner(), b.learner()) {
-        (Learner::Descent(a), Learner::Descent(b)) => {
+    match (a.method(), b.method()) {
+        (FitMethod::Descent(a), FitMethod::Descent(b)) => {
             assert_eq!((a.model(), a.inner_steps()), (b.model(), b.inner_steps()));
             assert_eq!((a.initial(), a.step_sizes()), (b.initial(), b.step_sizes()));
         }
-        (Learner::Ridge(a), Learner::Ridge(b)) => {
+        (FitMethod::Ridge(a), FitMethod::Ridge(b)) => {
             assert_eq!((a.basis(), a.precision()), (b.basis(), b.precision()));
             assert_eq!((a.mean(), a.median()), (b.mean(), b.median()));
             assert_eq!(
@@ -169,11 +169,11 @@ fn same_numbers(a: &Recipe<'_>, b: &Recipe<'_>) {
                 (b.weight(), b.basis_checksum())
             );
         }
-        (Learner::Completed(a), Learner::Completed(b)) => {
+        (FitMethod::Completed(a), FitMethod::Completed(b)) => {
             // All numbers of it, as they are packed.
             assert_eq!(format!("{a:?}"), format!("{b:?}"));
         }
-        _ => panic!("a copy has another learner"),
+        _ => panic!("a copy has another method"),
     }
 }
 
@@ -188,7 +188,7 @@ fn scan<K: Fitter>(recipe: Recipe<'_>, budget: u32) {
     let reading = Reading::new([0.4, 0.3, 0.2]);
     scan.record(samples / 2, reading)
         .expect("a BRDF is a reading");
-    let is_enough = samples == 1 || recipe.learner().takes_missing();
+    let is_enough = samples == 1 || recipe.method().takes_missing();
     assert_eq!(scan.fit().is_ok(), is_enough);
     if is_enough {
         fit(&mut scan, budget);

@@ -1,6 +1,6 @@
 //! A request on its way, until its reply comes.
 
-use crate::link::{Asker, FRAME_BYTES, Reply, Request};
+use crate::link::{Client, FRAME_BYTES, Reply, Request};
 
 /// What has come of a request.
 pub(super) enum News {
@@ -16,7 +16,7 @@ pub(super) enum News {
 
 /// A request and its frame.
 pub(super) struct Line {
-    asker: Asker,
+    asker: Client,
     request: Option<Request>,
     reply: Option<Reply>,
     frame: [u8; FRAME_BYTES],
@@ -31,7 +31,7 @@ pub(super) struct Line {
 impl Line {
     pub(super) const fn new() -> Self {
         Self {
-            asker: Asker::new(),
+            asker: Client::new(),
             request: None,
             reply: None,
             frame: [0; FRAME_BYTES],

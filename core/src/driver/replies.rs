@@ -11,7 +11,7 @@ impl<K: Fitter, const CAPACITY: usize> Driver<'_, '_, K, CAPACITY> {
     /// A reply to the last request.
     pub(super) fn understand(&mut self, reply: Reply) {
         match (reply, self.phase) {
-            (Reply::Refused(Refusal::Kept), Phase::Offer { .. }) => {
+            (Reply::Refused(Refusal::Saved), Phase::Offer { .. }) => {
                 self.forget();
                 self.phase = Phase::Measure;
             }

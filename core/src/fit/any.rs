@@ -2,7 +2,7 @@
 
 use super::descent::Workspace;
 use super::fitter::{Fitter, FitterError};
-use super::{Learner, Linear};
+use super::{FitMethod, Linear};
 use crate::geometry::HalfDifference;
 use crate::model::linear::Basis;
 use crate::model::{CookTorrance, ModelKind, Neural, Phong, Sample};
@@ -45,8 +45,8 @@ pub struct AnyWorkspace<const WORDS: usize> {
 
 /// Calls a function of the recipe's model, with its workspace.
 macro_rules! dispatch {
-    ($learner:ident, $function:ident([$($mutable:tt)?] $workspace:ident, $($argument:expr),*)) => {
-        match $learner.model() {
+    ($method:ident, $function:ident([$($mutable:tt)?] $workspace:ident, $($argument:expr),*)) => {
+        match $method.model() {
             ModelKind::Phong => Phong::$function(&$($mutable)? $workspace.phong, $($argument),*),
             ModelKind::Neural => Neural::$function(&$($mutable)? $workspace.neural, $($argument),*),
             ModelKind::CookTorrance => {
@@ -68,48 +68,48 @@ impl<const WORDS: usize> Fitter for AnyModel<WORDS> {
         linear: [0.0; WORDS],
     };
 
-    fn accept(learner: &Learner<'_>, samples: usize) -> Result<(), FitterError> {
-        match learner.model() {
-            ModelKind::Linear => Linear::<WORDS>::accept(learner, samples),
+    fn accept(method: &FitMethod<'_>, samples: usize) -> Result<(), FitterError> {
+        match method.model() {
+            ModelKind::Linear => Linear::<WORDS>::accept(method, samples),
             _ => Ok(()),
         }
     }
 
-    fn total(learner: &Learner<'_>, samples: usize) -> u32 {
-        match learner.model() {
-            ModelKind::Phong => Phong::total(learner, samples),
-            ModelKind::Neural => Neural::total(learner, samples),
-            ModelKind::CookTorrance => CookTorrance::total(learner, samples),
-            ModelKind::Linear => Linear::<WORDS>::total(learner, samples),
+    fn total(method: &FitMethod<'_>, samples: usize) -> u32 {
+        match method.model() {
+            ModelKind::Phong => Phong::total(method, samples),
+            ModelKind::Neural => Neural::total(method, samples),
+            ModelKind::CookTorrance => CookTorrance::total(method, samples),
+            ModelKind::Linear => Linear::<WORDS>::total(method, samples),
         }
     }
 
-    fn start(workspace: &mut AnyWorkspace<WORDS>, learner: &Learner<'_>) {
-        dispatch!(learner, start([mut] workspace, learner));
+    fn start(workspace: &mut AnyWorkspace<WORDS>, method: &FitMethod<'_>) {
+        dispatch!(method, start([mut] workspace, method));
     }
 
     fn advance(
         workspace: &mut AnyWorkspace<WORDS>,
-        learner: &Learner<'_>,
+        method: &FitMethod<'_>,
         samples: &[Sample<f32>],
         done: u32,
         budget: u32,
     ) -> u32 {
-        dispatch!(learner, advance([mut] workspace, learner, samples, done, budget))
+        dispatch!(method, advance([mut] workspace, method, samples, done, budget))
     }
 
     fn values<'w>(
         workspace: &'w AnyWorkspace<WORDS>,
-        learner: Learner<'w>,
+        method: FitMethod<'w>,
     ) -> impl Iterator<Item = f32> + 'w {
-        let model = learner.model();
-        let phong = (model == ModelKind::Phong).then(|| Phong::values(&workspace.phong, learner));
+        let model = method.model();
+        let phong = (model == ModelKind::Phong).then(|| Phong::values(&workspace.phong, method));
         let neural =
-            (model == ModelKind::Neural).then(|| Neural::values(&workspace.neural, learner));
+            (model == ModelKind::Neural).then(|| Neural::values(&workspace.neural, method));
         let cook_torrance = (model == ModelKind::CookTorrance)
-            .then(|| CookTorrance::values(&workspace.cook_torrance, learner));
+            .then(|| CookTorrance::values(&workspace.cook_torrance, method));
         let linear = (model == ModelKind::Linear)
-            .then(|| Linear::<WORDS>::values(&workspace.linear, learner));
+            .then(|| Linear::<WORDS>::values(&workspace.linear, method));
         let phong = phong.into_iter().flatten();
         let neural = neural.into_iter().flatten();
         let cook_torrance = cook_torrance.into_iter().flatten();
@@ -117,37 +117,37 @@ impl<const WORDS: usize> Fitter for AnyModel<WORDS> {
         phong.chain(neural).chain(cook_torrance).chain(linear)
     }
 
-    fn is_finite(workspace: &AnyWorkspace<WORDS>, learner: &Learner<'_>) -> bool {
-        dispatch!(learner, is_finite([] workspace, learner))
+    fn is_finite(workspace: &AnyWorkspace<WORDS>, method: &FitMethod<'_>) -> bool {
+        dispatch!(method, is_finite([] workspace, method))
     }
 
-    fn predicted_loss(workspace: &AnyWorkspace<WORDS>, learner: &Learner<'_>) -> Option<f32> {
-        dispatch!(learner, predicted_loss([] workspace, learner))
+    fn predicted_loss(workspace: &AnyWorkspace<WORDS>, method: &FitMethod<'_>) -> Option<f32> {
+        dispatch!(method, predicted_loss([] workspace, method))
     }
 
     fn at_sample(
         workspace: &AnyWorkspace<WORDS>,
-        learner: &Learner<'_>,
+        method: &FitMethod<'_>,
         index: usize,
         at: &HalfDifference<f32>,
     ) -> [f32; 3] {
-        dispatch!(learner, at_sample([] workspace, learner, index, at))
+        dispatch!(method, at_sample([] workspace, method, index, at))
     }
 
     fn brdf(
         workspace: &AnyWorkspace<WORDS>,
-        learner: &Learner<'_>,
+        method: &FitMethod<'_>,
         basis: Option<&Basis<'_>>,
         at: &HalfDifference<f32>,
     ) -> Option<[f32; 3]> {
         // `Model` has a function of this name too.
-        match learner.model() {
-            ModelKind::Phong => <Phong as Fitter>::brdf(&workspace.phong, learner, basis, at),
-            ModelKind::Neural => <Neural as Fitter>::brdf(&workspace.neural, learner, basis, at),
+        match method.model() {
+            ModelKind::Phong => <Phong as Fitter>::brdf(&workspace.phong, method, basis, at),
+            ModelKind::Neural => <Neural as Fitter>::brdf(&workspace.neural, method, basis, at),
             ModelKind::CookTorrance => {
-                <CookTorrance as Fitter>::brdf(&workspace.cook_torrance, learner, basis, at)
+                <CookTorrance as Fitter>::brdf(&workspace.cook_torrance, method, basis, at)
             }
-            ModelKind::Linear => Linear::<WORDS>::brdf(&workspace.linear, learner, basis, at),
+            ModelKind::Linear => Linear::<WORDS>::brdf(&workspace.linear, method, basis, at),
         }
     }
 }

@@ -1,6 +1,8 @@
 //! What a recipe completes readings by, and in which slices.
 
-use super::completion::{CHANNELS, Completion, Input, Missing, Packed, standardized};
+use super::coefficient_net::{
+    CHANNELS, CoefficientNet, Input, MissingPolicy, Packed, standardized,
+};
 use super::learned::Descent;
 use crate::model::{ModelKind, Sample};
 use crate::numeric::Floats;
@@ -19,10 +21,10 @@ pub(super) const STARTED: usize = 64;
 /// Readings, completed by a small learned map: to the model Linear, or to where a descent starts.
 #[derive(Clone, Copy, Debug)]
 pub struct Completed<'a> {
-    pub(crate) completion: Completion<'a, f32, Packed>,
+    pub(crate) completion: CoefficientNet<'a, f32, Packed>,
     pub(crate) centre: Floats<'a>,
     pub(crate) scale: f32,
-    pub(crate) missing: Missing,
+    pub(crate) missing: MissingPolicy,
     /// A bias, and a weight for each component; empty where nothing is predicted.
     pub(crate) prediction: Floats<'a>,
     pub(crate) target: Target<'a>,
@@ -34,11 +36,11 @@ pub enum Target<'a> {
     /// The model Linear, of components at the pattern's samples.
     Linear(Components<'a>),
     /// Where a descent starts, which goes on from there.
-    Descent(Descent<'a>, Start<'a>),
+    Descent(Descent<'a>, InitNet<'a>),
 }
 
 /// Where a descent starts, as a recipe keeps it.
-pub type Start<'a> = super::completion::Start<'a, f32, Packed>;
+pub type InitNet<'a> = super::coefficient_net::InitNet<'a, f32, Packed>;
 
 /// The components of the model Linear at the pattern's samples.
 #[derive(Clone, Copy, Debug)]
@@ -51,7 +53,7 @@ pub struct Components<'a> {
 impl<'a> Completed<'a> {
     /// The map from readings to coefficients.
     #[must_use]
-    pub fn completion(&self) -> &Completion<'a, f32, Packed> {
+    pub fn completion(&self) -> &CoefficientNet<'a, f32, Packed> {
         &self.completion
     }
 
@@ -69,14 +71,14 @@ impl<'a> Completed<'a> {
 
     /// What it was trained to do where readings are missing.
     #[must_use]
-    pub fn missing(&self) -> Missing {
+    pub fn missing(&self) -> MissingPolicy {
         self.missing
     }
 
     /// Whether it was trained to do without some of the readings.
     #[must_use]
     pub fn takes_missing(&self) -> bool {
-        self.missing != Missing::NoFit
+        self.missing != MissingPolicy::NoFit
     }
 
     /// What predicts the logarithm of a fit's loss: a bias, and a weight for each component, which
@@ -125,7 +127,7 @@ impl<'a> Completed<'a> {
         let unit = unit as usize;
         if let Some(sample) = samples.get(unit) {
             let centre = self.centre.iter().nth(unit).unwrap_or_default();
-            let scale = self.scale * self.missing.gain(samples.iter().map(is_there));
+            let scale = self.scale * self.missing.dropout_gain(samples.iter().map(is_there));
             let input = input(sample, centre, scale);
             self.completion.add(unit, &input, state);
             return;

@@ -4,9 +4,9 @@
 //! Algorithm 1, `Learn`). A unit of work is the gradient of one sample; after the last sample of
 //! each round comes a step.
 
-use super::completed::{Completed, MAX_UNITS, MAX_WORDS, STARTED, Start, Target};
+use super::completed::{Completed, InitNet, MAX_UNITS, MAX_WORDS, STARTED, Target};
 use super::fitter::{Fitter, FitterError, is_finite};
-use super::{Descent, Learner};
+use super::{Descent, FitMethod};
 use crate::geometry::HalfDifference;
 use crate::model::linear::Basis;
 use crate::model::{Model, ParameterSet, SCRATCH, Sample};
@@ -46,8 +46,8 @@ impl<M: Model> Fitter for M {
     type Workspace = Workspace<M>;
     const EMPTY: Workspace<M> = Workspace::EMPTY;
 
-    fn accept(learner: &Learner<'_>, _: usize) -> Result<(), FitterError> {
-        let (firmware, recipe) = (M::KIND, learner.model());
+    fn accept(method: &FitMethod<'_>, _: usize) -> Result<(), FitterError> {
+        let (firmware, recipe) = (M::KIND, method.model());
         if firmware == recipe {
             Ok(())
         } else {
@@ -55,15 +55,15 @@ impl<M: Model> Fitter for M {
         }
     }
 
-    fn total(learner: &Learner<'_>, samples: usize) -> u32 {
-        match descent_of(learner) {
-            Some(descent) => before(learner, samples).saturating_add(descent.gradients(samples)),
+    fn total(method: &FitMethod<'_>, samples: usize) -> u32 {
+        match descent_of(method) {
+            Some(descent) => before(method, samples).saturating_add(descent.gradients(samples)),
             None => 0,
         }
     }
 
-    fn start(workspace: &mut Workspace<M>, learner: &Learner<'_>) {
-        if let Some(descent) = descent_of(learner) {
+    fn start(workspace: &mut Workspace<M>, method: &FitMethod<'_>) {
+        if let Some(descent) = descent_of(method) {
             let initial = descent.initial.iter();
             for (parameter, value) in workspace.parameters.iter_mut().zip(initial) {
                 *parameter = value;
@@ -76,19 +76,19 @@ impl<M: Model> Fitter for M {
 
     fn advance(
         workspace: &mut Workspace<M>,
-        learner: &Learner<'_>,
+        method: &FitMethod<'_>,
         samples: &[Sample<f32>],
         done: u32,
         budget: u32,
     ) -> u32 {
-        let Some(descent) = descent_of(learner) else {
+        let Some(descent) = descent_of(method) else {
             return done;
         };
-        let before = before(learner, samples.len());
+        let before = before(method, samples.len());
         let all = before.saturating_add(descent.gradients(samples.len()));
         let end = done.saturating_add(budget).min(all);
         let mut done = done;
-        if let Learner::Completed(completed) = learner {
+        if let FitMethod::Completed(completed) = method {
             while done < end.min(before) {
                 start_unit(workspace, completed, samples, done);
                 done = done.saturating_add(1);
@@ -119,17 +119,17 @@ impl<M: Model> Fitter for M {
         done
     }
 
-    fn values<'w>(workspace: &'w Workspace<M>, _: Learner<'w>) -> impl Iterator<Item = f32> + 'w {
+    fn values<'w>(workspace: &'w Workspace<M>, _: FitMethod<'w>) -> impl Iterator<Item = f32> + 'w {
         workspace.parameters.iter().copied()
     }
 
-    fn is_finite(workspace: &Workspace<M>, _: &Learner<'_>) -> bool {
+    fn is_finite(workspace: &Workspace<M>, _: &FitMethod<'_>) -> bool {
         !workspace.predicted.is_nan() && workspace.parameters.runs().all(is_finite)
     }
 
-    fn predicted_loss(workspace: &Workspace<M>, learner: &Learner<'_>) -> Option<f32> {
-        match learner {
-            Learner::Completed(completed) if !completed.prediction.is_empty() => {
+    fn predicted_loss(workspace: &Workspace<M>, method: &FitMethod<'_>) -> Option<f32> {
+        match method {
+            FitMethod::Completed(completed) if !completed.prediction.is_empty() => {
                 Some(workspace.predicted)
             }
             _ => None,
@@ -138,7 +138,7 @@ impl<M: Model> Fitter for M {
 
     fn at_sample(
         workspace: &Workspace<M>,
-        _: &Learner<'_>,
+        _: &FitMethod<'_>,
         _: usize,
         at: &HalfDifference<f32>,
     ) -> [f32; 3] {
@@ -147,7 +147,7 @@ impl<M: Model> Fitter for M {
 
     fn brdf(
         workspace: &Workspace<M>,
-        _: &Learner<'_>,
+        _: &FitMethod<'_>,
         _: Option<&Basis<'_>>,
         at: &HalfDifference<f32>,
     ) -> Option<[f32; 3]> {
@@ -155,11 +155,11 @@ impl<M: Model> Fitter for M {
     }
 }
 
-/// The descent of a learner, if it has one.
-fn descent_of<'l, 'a>(learner: &'l Learner<'a>) -> Option<&'l Descent<'a>> {
-    match learner {
-        Learner::Descent(descent) => Some(descent),
-        Learner::Completed(Completed {
+/// The descent of a method, if it has one.
+fn descent_of<'l, 'a>(method: &'l FitMethod<'a>) -> Option<&'l Descent<'a>> {
+    match method {
+        FitMethod::Descent(descent) => Some(descent),
+        FitMethod::Completed(Completed {
             target: Target::Descent(descent, _),
             ..
         }) => Some(descent),
@@ -169,8 +169,8 @@ fn descent_of<'l, 'a>(learner: &'l Learner<'a>) -> Option<&'l Descent<'a>> {
 
 /// Units of work before the descent: those of a completion, one for the start's units, and one for
 /// every few parameters.
-fn before(learner: &Learner<'_>, samples: usize) -> u32 {
-    let Learner::Completed(completed) = learner else {
+fn before(method: &FitMethod<'_>, samples: usize) -> u32 {
+    let FitMethod::Completed(completed) = method else {
         return 0;
     };
     let Target::Descent(descent, _) = &completed.target else {
@@ -229,7 +229,7 @@ fn scratch_of<M: Model>(
 #[inline(never)]
 fn start_parameters<M: Model>(
     parameters: &mut M::Parameters<f32>,
-    start: &Start<'_>,
+    start: &InitNet<'_>,
     first: usize,
     units: &[f32],
 ) {
@@ -258,7 +258,12 @@ fn start_run<'o>(run: &mut [f32], first: usize, offsets: &'o [f32]) -> (usize, &
 /// coefficient makes some of them 1. Out of line, as all that takes time: what it takes of the stack is given
 /// back between slices.
 #[inline(never)]
-fn activate(completed: &Completed<'_>, start: &Start<'_>, state: &[f32], units: &mut [f32]) -> f32 {
+fn activate(
+    completed: &Completed<'_>,
+    start: &InitNet<'_>,
+    state: &[f32],
+    units: &mut [f32],
+) -> f32 {
     let coefficients = completed.completion.coefficients(state);
     start.activate(coefficients, units);
     if !(coefficients.into_iter().all(is_finite) && is_finite(units)) {

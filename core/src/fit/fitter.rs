@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::Learner;
+use super::FitMethod;
 use crate::geometry::HalfDifference;
 use crate::model::linear::{Basis, EPSILON};
 use crate::model::{ModelKind, Sample};
@@ -57,23 +57,23 @@ pub trait Fitter {
     /// All zeros, as a constant: a static that begins with it costs no flash.
     const EMPTY: Self::Workspace;
 
-    /// Whether it can fit by this recipe's learner, with a pattern of so many samples.
+    /// Whether it can fit by this recipe's method, with a pattern of so many samples.
     ///
     /// # Errors
     /// [`FitterError`]. After `Ok` the other functions cannot fail.
-    fn accept(learner: &Learner<'_>, samples: usize) -> Result<(), FitterError>;
+    fn accept(method: &FitMethod<'_>, samples: usize) -> Result<(), FitterError>;
 
     /// The units of work of the whole fit.
-    fn total(learner: &Learner<'_>, samples: usize) -> u32;
+    fn total(method: &FitMethod<'_>, samples: usize) -> u32;
 
     /// Puts a workspace to where a fit begins.
-    fn start(workspace: &mut Self::Workspace, learner: &Learner<'_>);
+    fn start(workspace: &mut Self::Workspace, method: &FitMethod<'_>);
 
     /// Does at most `budget` units of work, `done` of them being done; returns how many are done
     /// then. The result does not depend on the budgets.
     fn advance(
         workspace: &mut Self::Workspace,
-        learner: &Learner<'_>,
+        method: &FitMethod<'_>,
         samples: &[Sample<f32>],
         done: u32,
         budget: u32,
@@ -82,21 +82,21 @@ pub trait Fitter {
     /// The values as they are now.
     fn values<'w>(
         workspace: &'w Self::Workspace,
-        learner: Learner<'w>,
+        method: FitMethod<'w>,
     ) -> impl Iterator<Item = f32> + 'w;
 
     /// Whether all values are finite.
-    fn is_finite(workspace: &Self::Workspace, learner: &Learner<'_>) -> bool;
+    fn is_finite(workspace: &Self::Workspace, method: &FitMethod<'_>) -> bool;
 
     /// The loss that the complete fit is likely to have, by its readings; None where the recipe
     /// predicts none.
-    fn predicted_loss(workspace: &Self::Workspace, learner: &Learner<'_>) -> Option<f32>;
+    fn predicted_loss(workspace: &Self::Workspace, method: &FitMethod<'_>) -> Option<f32>;
 
     /// The modelled BRDF (linear RGB, sr^-1, not times the cosine) at the pattern's sample with this
     /// index.
     fn at_sample(
         workspace: &Self::Workspace,
-        learner: &Learner<'_>,
+        method: &FitMethod<'_>,
         index: usize,
         at: &HalfDifference<f32>,
     ) -> [f32; 3];
@@ -105,18 +105,18 @@ pub trait Fitter {
     /// for Linear without a basis.
     fn brdf(
         workspace: &Self::Workspace,
-        learner: &Learner<'_>,
+        method: &FitMethod<'_>,
         basis: Option<&Basis<'_>>,
         at: &HalfDifference<f32>,
     ) -> Option<[f32; 3]>;
 }
 
-impl Learner<'_> {
+impl FitMethod<'_> {
     /// The least BRDF (sr^-1) that the loss or the mapping can take at the pattern's sample with
     /// this index: a dark-subtracted reading may be below 0, but 1 + y cos(theta_i), or Linear's
     /// y w + e, has to stay positive. Half of what is there at y = 0 is kept.
     #[must_use]
-    pub fn least_reading(&self, index: usize, at: &HalfDifference<f32>) -> f32 {
+    pub fn min_reading(&self, index: usize, at: &HalfDifference<f32>) -> f32 {
         match self {
             Self::Descent(_) => -0.5 / at.cos_theta_i(),
             Self::Ridge(ridge) => {

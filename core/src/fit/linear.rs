@@ -3,7 +3,7 @@
 use super::completed::{Completed, Components, Target};
 use super::fitter::{Fitter, FitterError, is_finite};
 use super::ridge::{dot, factor_length, scratch_length};
-use super::{Learner, Ridge};
+use super::{FitMethod, Ridge};
 use crate::geometry::HalfDifference;
 use crate::model::linear::{Basis, map, unmap};
 use crate::model::{ModelKind, Sample};
@@ -13,7 +13,7 @@ const CHANNELS: usize = 3;
 
 /// The model Linear, with room for a solve of `WORDS` numbers: [`linear_words`] says how many that
 /// are. By a recipe that completes readings there is no solve, and
-/// [`Completion::words`](super::completion::Completion::words) says it, at most 4 times
+/// [`CoefficientNet::words`](super::coefficient_net::CoefficientNet::words) says it, at most 4 times
 /// [`MAX_ROWS`](super::MAX_ROWS).
 ///
 /// ```
@@ -76,16 +76,16 @@ impl<const WORDS: usize> Fitter for Linear<WORDS> {
     type Workspace = [f32; WORDS];
     const EMPTY: [f32; WORDS] = [0.0; WORDS];
 
-    fn accept(learner: &Learner<'_>, samples: usize) -> Result<(), FitterError> {
-        let needed = match learner {
-            Learner::Ridge(ridge) => linear_words(samples, ridge.components()),
-            Learner::Completed(completed) if completed.model() == ModelKind::Linear => {
+    fn accept(method: &FitMethod<'_>, samples: usize) -> Result<(), FitterError> {
+        let needed = match method {
+            FitMethod::Ridge(ridge) => linear_words(samples, ridge.components()),
+            FitMethod::Completed(completed) if completed.model() == ModelKind::Linear => {
                 completed.completion.words()
             }
             _ => {
                 return Err(FitterError::Model {
                     firmware: ModelKind::Linear,
-                    recipe: learner.model(),
+                    recipe: method.model(),
                 });
             }
         };
@@ -96,33 +96,33 @@ impl<const WORDS: usize> Fitter for Linear<WORDS> {
         Ok(())
     }
 
-    fn total(learner: &Learner<'_>, samples: usize) -> u32 {
-        match learner {
-            Learner::Ridge(ridge) => (ridge.problem.order() + CHANNELS) as u32,
-            Learner::Completed(completed) => completed.units(samples),
-            Learner::Descent(_) => 0,
+    fn total(method: &FitMethod<'_>, samples: usize) -> u32 {
+        match method {
+            FitMethod::Ridge(ridge) => (ridge.problem.order() + CHANNELS) as u32,
+            FitMethod::Completed(completed) => completed.units(samples),
+            FitMethod::Descent(_) => 0,
         }
     }
 
-    fn start(workspace: &mut [f32; WORDS], _: &Learner<'_>) {
+    fn start(workspace: &mut [f32; WORDS], _: &FitMethod<'_>) {
         workspace.fill(0.0);
     }
 
     fn advance(
         workspace: &mut [f32; WORDS],
-        learner: &Learner<'_>,
+        method: &FitMethod<'_>,
         samples: &[Sample<f32>],
         done: u32,
         budget: u32,
     ) -> u32 {
         let end = done
             .saturating_add(budget)
-            .min(Self::total(learner, samples.len()));
-        if let Learner::Completed(completed) = learner {
+            .min(Self::total(method, samples.len()));
+        if let FitMethod::Completed(completed) = method {
             (done..end).for_each(|unit| completed.advance(unit, samples, workspace));
             return end.max(done);
         }
-        let Learner::Ridge(ridge) = learner else {
+        let FitMethod::Ridge(ridge) = method else {
             return done;
         };
         let rows = ridge.problem.order() as u32;
@@ -143,19 +143,19 @@ impl<const WORDS: usize> Fitter for Linear<WORDS> {
 
     fn values<'w>(
         workspace: &'w [f32; WORDS],
-        learner: Learner<'w>,
+        method: FitMethod<'w>,
     ) -> impl Iterator<Item = f32> + 'w {
-        let channels = channels(workspace, &learner);
+        let channels = channels(workspace, &method);
         channels.into_iter().flatten().copied()
     }
 
-    fn is_finite(workspace: &[f32; WORDS], learner: &Learner<'_>) -> bool {
-        channels(workspace, learner).into_iter().all(is_finite)
+    fn is_finite(workspace: &[f32; WORDS], method: &FitMethod<'_>) -> bool {
+        channels(workspace, method).into_iter().all(is_finite)
     }
 
-    fn predicted_loss(workspace: &[f32; WORDS], learner: &Learner<'_>) -> Option<f32> {
-        match learner {
-            Learner::Completed(completed) => {
+    fn predicted_loss(workspace: &[f32; WORDS], method: &FitMethod<'_>) -> Option<f32> {
+        match method {
+            FitMethod::Completed(completed) => {
                 completed.predicted_loss(completed.completion.coefficients(workspace))
             }
             _ => None,
@@ -164,13 +164,13 @@ impl<const WORDS: usize> Fitter for Linear<WORDS> {
 
     fn at_sample(
         workspace: &[f32; WORDS],
-        learner: &Learner<'_>,
+        method: &FitMethod<'_>,
         index: usize,
         at: &HalfDifference<f32>,
     ) -> [f32; 3] {
         let mut modelled = [0.0; CHANNELS];
-        let channels = channels(workspace, learner);
-        if let Learner::Completed(completed) = learner
+        let channels = channels(workspace, method);
+        if let FitMethod::Completed(completed) = method
             && let Target::Linear(components) = &completed.target
         {
             let weight = at.cos_theta_i() * at.cos_theta_o();
@@ -179,7 +179,7 @@ impl<const WORDS: usize> Fitter for Linear<WORDS> {
                 *f = unmap(mapped, 0.0, weight);
             }
         }
-        let Learner::Ridge(ridge) = learner else {
+        let FitMethod::Ridge(ridge) = method else {
             return modelled;
         };
         let components = ridge.components().max(1);
@@ -200,23 +200,23 @@ impl<const WORDS: usize> Fitter for Linear<WORDS> {
 
     fn brdf(
         workspace: &[f32; WORDS],
-        learner: &Learner<'_>,
+        method: &FitMethod<'_>,
         basis: Option<&Basis<'_>>,
         at: &HalfDifference<f32>,
     ) -> Option<[f32; 3]> {
-        basis?.brdf(channels(workspace, learner), at)
+        basis?.brdf(channels(workspace, method), at)
     }
 }
 
 /// The coefficients of each channel.
-fn channels<'w>(workspace: &'w [f32], learner: &Learner<'_>) -> [&'w [f32]; CHANNELS] {
-    match learner {
-        Learner::Ridge(ridge) => {
+fn channels<'w>(workspace: &'w [f32], method: &FitMethod<'_>) -> [&'w [f32]; CHANNELS] {
+    match method {
+        FitMethod::Ridge(ridge) => {
             let mut channels = workspace.chunks_exact(ridge.components().max(1));
             [(); CHANNELS].map(|()| channels.next().unwrap_or_default())
         }
-        Learner::Completed(completed) => completed.completion.coefficients(workspace),
-        Learner::Descent(_) => [&[]; CHANNELS],
+        FitMethod::Completed(completed) => completed.completion.coefficients(workspace),
+        FitMethod::Descent(_) => [&[]; CHANNELS],
     }
 }
 

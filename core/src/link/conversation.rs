@@ -5,12 +5,12 @@ use super::message::{Reply, Request};
 
 /// The device's side of the link: asks, and knows the reply when it comes.
 #[derive(Debug, Default)]
-pub struct Asker {
+pub struct Client {
     sequence: u32,
     reader: FrameReader,
 }
 
-impl Asker {
+impl Client {
     /// Nothing was asked yet.
     #[must_use]
     pub const fn new() -> Self {
@@ -52,15 +52,15 @@ pub enum Received {
     /// A request that was not received before.
     New(Request),
     /// The last request once more, and how it was answered: that reply was lost or is late.
-    Again(Reply),
+    Duplicate(Reply),
     /// The last request once more, which is not answered yet: what it asks for is under way, and the
     /// device is only being patient.
-    Waiting,
+    Pending,
 }
 
 /// The host's side of the link: hears requests, and answers a repeated one as it did before.
 #[derive(Debug, Default)]
-pub struct Answerer {
+pub struct Server {
     reader: FrameReader,
     sequence: u32,
     /// The CRC of the last request.
@@ -71,7 +71,7 @@ pub struct Answerer {
     has_received: bool,
 }
 
-impl Answerer {
+impl Server {
     /// Nothing was received yet.
     #[must_use]
     pub const fn new() -> Self {
@@ -98,7 +98,7 @@ impl Answerer {
             return Some(Ok(self
                 .reply
                 .clone()
-                .map_or(Received::Waiting, Received::Again)));
+                .map_or(Received::Pending, Received::Duplicate)));
         }
         self.sequence = sequence;
         self.request = checksum;

@@ -60,7 +60,7 @@ pub enum Request {
     Failed(Failure),
     /// Before it was reset, the device had this measurement of a scan by the same recipe. Does it
     /// hold still, or is another material there now?
-    Kept {
+    Saved {
         /// Index of the sample in the recipe's pattern.
         index: u16,
         /// What the sensor saw.
@@ -147,7 +147,7 @@ pub enum Refusal {
     Model,
     /// The host did not give this measurement in the scan that it knows of: all have to be taken
     /// again.
-    Kept,
+    Saved,
     /// The recipe that it offered is not what it sends.
     Recipe,
 }
@@ -160,7 +160,7 @@ impl core::fmt::Display for Refusal {
             Self::Values => "the model has another number of values",
             Self::Model => "the host cannot do with this model",
             Self::Recipe => "the host sends another recipe than it offered",
-            Self::Kept => "the host did not give this measurement: take all of them again",
+            Self::Saved => "the host did not give this measurement: take all of them again",
         })
     }
 }

@@ -3,13 +3,11 @@
 use super::error::RecipeError;
 use super::field::Field;
 use super::format::{MAX_COMPONENTS, MAX_INNER_STEPS, MAX_SAMPLES};
-use super::ingredients::{
-    PackedCompletion, PackedDescent, PackedLearner, PackedRidge, PackedStart,
-};
-use crate::fit::completion::{Completion, Missing};
+use super::parts::{PackedCoefficientNet, PackedDescent, PackedInitNet, PackedMethod, PackedRidge};
+use crate::fit::coefficient_net::{CoefficientNet, MissingPolicy};
 use crate::fit::ridge::Problem;
 use crate::fit::{
-    Completed, Components, Descent, Learner, MAX_ROWS, MAX_UNITS, Ridge, Start, Target,
+    Completed, Components, Descent, FitMethod, InitNet, MAX_ROWS, MAX_UNITS, Ridge, Target,
 };
 use crate::geometry::{Angles, HalfDifference};
 use crate::numeric::Floats;
@@ -45,17 +43,17 @@ pub(super) fn pattern(packed: &[u8]) -> Result<&[PackedAngles], RecipeError> {
     Ok(pattern)
 }
 
-/// Checks the learner, for a pattern of so many samples, and what predicts its loss.
-pub(super) fn learner<'a>(
-    packed: PackedLearner<'a>,
+/// Checks the method, for a pattern of so many samples, and what predicts its loss.
+pub(super) fn method<'a>(
+    packed: PackedMethod<'a>,
     prediction: Option<&'a [u8]>,
     samples: usize,
-) -> Result<Learner<'a>, RecipeError> {
+) -> Result<FitMethod<'a>, RecipeError> {
     match packed {
-        PackedLearner::Descent(packed) => descent(packed).map(Learner::Descent),
-        PackedLearner::Ridge(packed) => ridge(packed, samples).map(Learner::Ridge),
-        PackedLearner::Completed(packed, then) => {
-            completed(&packed, then, prediction, samples).map(Learner::Completed)
+        PackedMethod::Descent(packed) => descent(packed).map(FitMethod::Descent),
+        PackedMethod::Ridge(packed) => ridge(packed, samples).map(FitMethod::Ridge),
+        PackedMethod::Completed(packed, then) => {
+            completed(&packed, then, prediction, samples).map(FitMethod::Completed)
         }
     }
 }
@@ -96,8 +94,8 @@ fn ridge(packed: PackedRidge<'_>, samples: usize) -> Result<Ridge<'_>, RecipeErr
 }
 
 fn completed<'a>(
-    packed: &PackedCompletion<'a>,
-    then: Option<(PackedDescent<'a>, PackedStart<'a>)>,
+    packed: &PackedCoefficientNet<'a>,
+    then: Option<(PackedDescent<'a>, PackedInitNet<'a>)>,
     prediction: Option<&'a [u8]>,
     samples: usize,
 ) -> Result<Completed<'a>, RecipeError> {
@@ -135,7 +133,7 @@ fn completed<'a>(
         }
     };
     Ok(Completed {
-        completion: Completion {
+        completion: CoefficientNet {
             components,
             readings: bytes(packed.readings, weights, Field::Readings)?,
             scales: list(packed.reading_scales, rows, Field::ReadingScales, finite)?.words(),
@@ -155,7 +153,8 @@ fn completed<'a>(
         },
         centre: list(packed.centre, samples, Field::Centre, in_range)?,
         scale: packed.scale,
-        missing: Missing::of_number(packed.missing).ok_or(RecipeError::Range(Field::Missing))?,
+        missing: MissingPolicy::of_number(packed.missing)
+            .ok_or(RecipeError::Range(Field::Missing))?,
         prediction: match prediction {
             None => Floats::EMPTY,
             Some(list) => {
@@ -168,17 +167,17 @@ fn completed<'a>(
 }
 
 fn start(
-    packed: PackedStart<'_>,
+    packed: PackedInitNet<'_>,
     components: usize,
     parameters: usize,
-) -> Result<Start<'_>, RecipeError> {
+) -> Result<InitNet<'_>, RecipeError> {
     let units = Floats::new(packed.bias).map_or(0, |bias| bias.len());
     if !(1..=MAX_UNITS).contains(&units) {
         return Err(RecipeError::Count(Field::StartBias));
     }
     let inputs = components.saturating_mul(3);
     let hidden = units.saturating_mul(inputs);
-    Ok(Start {
+    Ok(InitNet {
         hidden: bytes(packed.hidden, hidden, Field::StartHidden)?,
         hidden_scales: list(
             packed.hidden_scales,

@@ -2,14 +2,14 @@
 
 use super::decode::decode;
 use super::error::RecipeError;
-use super::ingredients::PackedLearner;
 use super::kind::Kind;
+use super::parts::PackedMethod;
 use super::sections::Sections;
 
 /// What every recipe holds.
 pub(super) struct Contents<'a> {
     pub(super) pattern: &'a [u8],
-    pub(super) learner: PackedLearner<'a>,
+    pub(super) method: PackedMethod<'a>,
     pub(super) prediction: Option<&'a [u8]>,
 }
 
@@ -47,15 +47,15 @@ impl<'a> Contents<'a> {
         }
         Ok(Self {
             pattern: pattern.ok_or(RecipeError::Missing(Kind::PATTERN))?,
-            learner: match (descent, ridge, completion, start) {
-                (Some(descent), None, None, None) => PackedLearner::Descent(descent),
-                (None, Some(ridge), None, None) => PackedLearner::Ridge(ridge),
-                (None, None, Some(completion), None) => PackedLearner::Completed(completion, None),
+            method: match (descent, ridge, completion, start) {
+                (Some(descent), None, None, None) => PackedMethod::Descent(descent),
+                (None, Some(ridge), None, None) => PackedMethod::Ridge(ridge),
+                (None, None, Some(completion), None) => PackedMethod::Completed(completion, None),
                 (Some(descent), None, Some(completion), Some(start)) => {
-                    PackedLearner::Completed(completion, Some((descent, start)))
+                    PackedMethod::Completed(completion, Some((descent, start)))
                 }
                 (None, None, None, None) => return Err(RecipeError::Learners(0)),
-                // A start is no learner, so this is not one too many.
+                // A start is no method, so this is not one too many.
                 (None, Some(_), None, Some(_)) => return Err(RecipeError::Beside(Kind::START)),
                 (_, Some(_), _, _) => return Err(RecipeError::Learners(2)),
                 (None, _, _, Some(_)) => return Err(RecipeError::Missing(Kind::DESCENT)),

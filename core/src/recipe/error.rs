@@ -153,7 +153,7 @@ impl core::fmt::Display for RecipeError {
             Self::Beside(kind) => {
                 write!(
                     f,
-                    "the recipe's section {kind} does not go with its section {}, a learner by itself",
+                    "the recipe's section {kind} does not go with its section {}, a method by itself",
                     Kind::RIDGE
                 )
             }

@@ -6,8 +6,8 @@ use serde::Serialize;
 use super::error::RecipeError;
 use super::format::HEADER_BYTES;
 use super::header;
-use super::ingredients::{Ingredients, PackedLearner};
 use super::kind::Kind;
+use super::parts::{PackedMethod, RecipeParts};
 
 /// A recipe being written; its sections come in ascending order of their kinds.
 pub(super) struct Writer<'b> {
@@ -26,39 +26,39 @@ impl<'b> Writer<'b> {
     }
 
     /// Writes all that there is.
-    pub(super) fn ingredients(&mut self, ingredients: &Ingredients<'_>) -> Result<(), RecipeError> {
-        self.section(Kind::PATTERN, &ingredients.pattern)?;
-        match &ingredients.learner {
-            PackedLearner::Descent(descent) => self.section(Kind::DESCENT, descent)?,
-            PackedLearner::Ridge(ridge) => self.section(Kind::RIDGE, ridge)?,
-            PackedLearner::Completed(completion, None) => {
+    pub(super) fn parts(&mut self, parts: &RecipeParts<'_>) -> Result<(), RecipeError> {
+        self.section(Kind::PATTERN, &parts.pattern)?;
+        match &parts.method {
+            PackedMethod::Descent(descent) => self.section(Kind::DESCENT, descent)?,
+            PackedMethod::Ridge(ridge) => self.section(Kind::RIDGE, ridge)?,
+            PackedMethod::Completed(completion, None) => {
                 self.section(Kind::COMPLETION, completion)?;
             }
-            PackedLearner::Completed(completion, Some((descent, start))) => {
+            PackedMethod::Completed(completion, Some((descent, start))) => {
                 self.section(Kind::DESCENT, descent)?;
                 self.section(Kind::COMPLETION, completion)?;
                 self.section(Kind::START, start)?;
             }
         }
-        if let Some(limits) = &ingredients.limits {
+        if let Some(limits) = &parts.limits {
             self.section(Kind::LIMITS, limits)?;
         }
-        if let Some(noise) = &ingredients.noise {
+        if let Some(noise) = &parts.noise {
             self.section(Kind::NOISE, noise)?;
         }
-        if let Some(expectation) = &ingredients.expectation {
+        if let Some(expectation) = &parts.expectation {
             self.section(Kind::EXPECTATION, expectation)?;
         }
-        if let Some(provenance) = &ingredients.provenance {
+        if let Some(provenance) = &parts.provenance {
             self.section(Kind::PROVENANCE, provenance)?;
         }
-        if !ingredients.materials.is_empty() {
-            self.section(Kind::MATERIALS, &ingredients.materials)?;
+        if !parts.materials.is_empty() {
+            self.section(Kind::MATERIALS, &parts.materials)?;
         }
-        if let Some(prediction) = &ingredients.prediction {
+        if let Some(prediction) = &parts.prediction {
             self.section(Kind::PREDICTION, prediction)?;
         }
-        if let Some(training) = &ingredients.training {
+        if let Some(training) = &parts.training {
             self.section(Kind::TRAINING, training)?;
         }
         Ok(())

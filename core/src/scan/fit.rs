@@ -62,8 +62,8 @@ impl<'s, K: Fitter, const CAPACITY: usize> Fit<'s, K, CAPACITY> {
             samples, workspace, ..
         } = &mut *self.memory;
         let samples = samples.get(..self.recipe.samples()).unwrap_or_default();
-        let learner = self.recipe.learner();
-        self.done = K::advance(workspace, &learner, samples, self.done, budget);
+        let method = self.recipe.method();
+        self.done = K::advance(workspace, &method, samples, self.done, budget);
         self.memory.stage = Stage::Fitting { done: self.done };
         self.progress()
     }
@@ -73,7 +73,7 @@ impl<'s, K: Fitter, const CAPACITY: usize> Fit<'s, K, CAPACITY> {
     pub fn progress(&self) -> Progress {
         Progress {
             done: self.done,
-            total: K::total(&self.recipe.learner(), self.recipe.samples()),
+            total: K::total(&self.recipe.method(), self.recipe.samples()),
         }
     }
 
@@ -88,8 +88,8 @@ impl<'s, K: Fitter, const CAPACITY: usize> Fit<'s, K, CAPACITY> {
         if !progress.is_complete() {
             return Err(FinishError::Unfinished(progress));
         }
-        let learner = self.recipe.learner();
-        let finite = K::is_finite(&self.memory.workspace, &learner);
+        let method = self.recipe.method();
+        let finite = K::is_finite(&self.memory.workspace, &method);
         let residual = residual(self.recipe, self.memory);
         if !(finite && residual.mean.is_finite()) {
             self.memory.stage = Stage::Reading;
@@ -105,7 +105,7 @@ fn residual<K: Fitter, const CAPACITY: usize>(
     recipe: &Recipe<'_>,
     memory: &Memory<K, CAPACITY>,
 ) -> Residual {
-    let learner = recipe.learner();
+    let method = recipe.method();
     let samples = memory.samples.get(..recipe.samples()).unwrap_or_default();
     let mut sum = Sum::default();
     let mut read: usize = 0;
@@ -118,7 +118,7 @@ fn residual<K: Fitter, const CAPACITY: usize>(
             continue;
         }
         read = read.saturating_add(1);
-        let modelled = K::at_sample(&memory.workspace, &learner, index, &sample.at);
+        let modelled = K::at_sample(&memory.workspace, &method, index, &sample.at);
         sum.add(index as u16, sample, *status, modelled);
     }
     sum.residual.mean /= read.max(1) as f32;
@@ -182,14 +182,14 @@ impl<'s, K: Fitter, const CAPACITY: usize> Fitted<'s, K, CAPACITY> {
     #[must_use]
     pub fn brdf(&self, directions: &Directions<f32>) -> Option<[f32; 3]> {
         let at = HalfDifference::from_directions(directions).filter(HalfDifference::is_valid)?;
-        let learner = self.recipe.learner();
-        K::brdf(&self.memory.workspace, &learner, self.basis.as_ref(), &at)
+        let method = self.recipe.method();
+        K::brdf(&self.memory.workspace, &method, self.basis.as_ref(), &at)
     }
 
     /// The fitted values, all finite: a model's parameters in its order, or Linear's coefficients, m
     /// for red, m for green, m for blue.
     pub fn values(&self) -> impl Iterator<Item = f32> {
-        K::values(&self.memory.workspace, self.recipe.learner())
+        K::values(&self.memory.workspace, self.recipe.method())
     }
 
     /// How well they explain the readings.
@@ -207,7 +207,7 @@ impl<'s, K: Fitter, const CAPACITY: usize> Fitted<'s, K, CAPACITY> {
     /// on may lose more.
     #[must_use]
     pub fn predicted_loss(&self) -> Option<f32> {
-        let predicted = K::predicted_loss(&self.memory.workspace, &self.recipe.learner());
+        let predicted = K::predicted_loss(&self.memory.workspace, &self.recipe.method());
         predicted.filter(|loss| loss.is_finite())
     }
 

@@ -85,7 +85,7 @@ pub(super) fn lay_out(samples: &mut [Sample<f32>], recipe: &Recipe<'_>) {
 #[inline(never)]
 pub(super) fn weigh(samples: &mut [Sample<f32>], status: &[Status], recipe: &Recipe<'_>) -> usize {
     let all = recipe.samples();
-    let takes_missing = recipe.learner().takes_missing();
+    let takes_missing = recipe.method().takes_missing();
     let known = status.iter().take(all);
     let read = known.clone().filter(|status| **status != Status::PENDING);
     let clear = read.clone().filter(|status| !status.is_saturated()).count();

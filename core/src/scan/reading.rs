@@ -4,14 +4,14 @@ use serde::{Deserialize, Serialize};
 
 use super::FitError;
 use super::status::Status;
-use crate::fit::Learner;
+use crate::fit::FitMethod;
 use crate::gonio::Calibrated;
 use crate::model::Sample;
 use crate::recipe::Recipe;
 
 /// The least that a dark-subtracted reading may be, sr^-1: three times as far below 0 as a perfect
 /// white is above it. What is less is no noise, but a wrong dark reading or a wrong sign.
-pub const LEAST_READING: f32 = -1.0;
+pub const MIN_READING: f32 = -1.0;
 
 /// What more than three quarters of a material's readings never are, sr^-1: thirty times a perfect
 /// white. A metal's may be at half of them, in its highlight and towards grazing angles, where learned
@@ -19,7 +19,7 @@ pub const LEAST_READING: f32 = -1.0;
 /// RGL, with any of the four models' patterns, is above 1.2.
 const IMPLAUSIBLE: f32 = 10.0;
 /// Fewer samples may all lie in the highlight.
-const FEWEST_SAMPLES: usize = 4;
+const MIN_SAMPLES: usize = 4;
 
 /// What the sensor saw.
 ///
@@ -67,13 +67,13 @@ impl Reading {
     /// Whether it can be a reading at all.
     ///
     /// # Errors
-    /// [`ReadingError::NonFinite`], or [`ReadingError::Negative`] below [`LEAST_READING`].
+    /// [`ReadingError::NonFinite`], or [`ReadingError::Negative`] below [`MIN_READING`].
     pub fn check(&self) -> Result<(), ReadingError> {
         for (channel, value) in (0..).zip(self.brdf) {
             if !value.is_finite() {
                 return Err(ReadingError::NonFinite(channel));
             }
-            if value < LEAST_READING {
+            if value < MIN_READING {
                 return Err(ReadingError::Negative(channel));
             }
         }
@@ -121,7 +121,7 @@ impl core::fmt::Display for ReadingError {
             Self::NonFinite(channel) => write!(f, "channel {channel} is not a finite number"),
             Self::Negative(channel) => write!(
                 f,
-                "channel {channel} is below {LEAST_READING} sr^-1, further than noise can be: look at the dark reading"
+                "channel {channel} is below {MIN_READING} sr^-1, further than noise can be: look at the dark reading"
             ),
             Self::Index { index, samples } => {
                 write!(f, "there is no sample {index}: the pattern has {samples}")
@@ -148,9 +148,7 @@ pub(super) fn record(
         let samples = count as u16;
         return Err(ReadingError::Index { index, samples });
     };
-    let least = recipe
-        .learner()
-        .least_reading(usize::from(index), &sample.at);
+    let least = recipe.method().min_reading(usize::from(index), &sample.at);
     let recorded = Recorded {
         replaced: *status != Status::PENDING,
         clamped: reading.brdf.iter().any(|value| *value < least),
@@ -163,20 +161,20 @@ pub(super) fn record(
 /// Refuses readings whose size no material's have, as a sensor's raw counts, and brings up what is
 /// too far below 0 for the fit.
 #[inline(never)]
-pub(super) fn prepare(samples: &mut [Sample<f32>], learner: &Learner<'_>) -> Result<(), FitError> {
+pub(super) fn prepare(samples: &mut [Sample<f32>], method: &FitMethod<'_>) -> Result<(), FitError> {
     // Those that count: what is missing may still hold the reading of another material.
     let counted = samples.iter().filter(|sample| sample.weight > 0.0);
     let values = counted.clone().flat_map(|sample| sample.measured);
     let too_large = values.filter(|value| *value > IMPLAUSIBLE).count();
     let counted = counted.count();
     let all = counted.saturating_mul(3);
-    if counted >= FEWEST_SAMPLES && too_large.saturating_mul(4) > all.saturating_mul(3) {
+    if counted >= MIN_SAMPLES && too_large.saturating_mul(4) > all.saturating_mul(3) {
         return Err(FitError::Implausible {
             limit: IMPLAUSIBLE as u16,
         });
     }
     for (index, sample) in samples.iter_mut().enumerate() {
-        let least = learner.least_reading(index, &sample.at);
+        let least = method.min_reading(index, &sample.at);
         sample.measured = sample.measured.map(|value| value.max(least));
     }
     Ok(())

@@ -17,7 +17,7 @@ use glimpse_core::link::{
     BYTES_PER_FRAME, FRAME_BYTES, Failure, PROTOCOL, Refusal, Reply, Request, VALUES_PER_FRAME,
 };
 use glimpse_core::recipe::Recipe;
-use glimpse_core::scan::{LEAST_READING, Reading};
+use glimpse_core::scan::{MIN_READING, Reading};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
@@ -173,7 +173,7 @@ fn the_links_numbers_are_those_of_its_document() {
         ("values: ", VALUES_PER_FRAME.to_string()),
         ("bytes: ", BYTES_PER_FRAME.to_string()),
         ("repeated", config.repeat.to_string()),
-        ("sr^-1", LEAST_READING.to_string()),
+        ("sr^-1", MIN_READING.to_string()),
     ] {
         let has_number = |line: &str| {
             let mut words = line.split(|c: char| !c.is_alphanumeric() && !".-^".contains(c));

@@ -4,8 +4,8 @@ use std::fmt::Debug;
 
 use glimpse_core::fit::Progress;
 use glimpse_core::link::{
-    Answerer, Asker, BYTES_PER_FRAME, FRAME_BYTES, Failure, FrameError, FrameReader, PROTOCOL,
-    Received, Reply, Request, VALUES_PER_FRAME, encode,
+    BYTES_PER_FRAME, Client, FRAME_BYTES, Failure, FrameError, FrameReader, PROTOCOL, Received,
+    Reply, Request, Server, VALUES_PER_FRAME, encode,
 };
 use glimpse_core::model::ModelKind;
 use glimpse_core::scan::Reading;
@@ -115,26 +115,26 @@ fn progress(done: u32) -> Request {
 }
 
 /// The frame of the next request.
-fn ask(asker: &mut Asker, request: &Request) -> Vec<u8> {
+fn ask(asker: &mut Client, request: &Request) -> Vec<u8> {
     let mut buffer = [0; FRAME_BYTES];
     asker.ask(request, &mut buffer).unwrap().to_vec()
 }
 
 /// The frame of the reply to the last request.
-fn respond(answerer: &mut Answerer, reply: Reply) -> Vec<u8> {
+fn respond(answerer: &mut Server, reply: Reply) -> Vec<u8> {
     let mut buffer = [0; FRAME_BYTES];
     answerer.answer(reply, &mut buffer).unwrap().to_vec()
 }
 
 /// The host receives a request.
-fn receive(answerer: &mut Answerer, bytes: &[u8]) -> Received {
+fn receive(answerer: &mut Server, bytes: &[u8]) -> Received {
     let mut bytes = bytes.iter();
     let received = bytes.find_map(|byte| answerer.receive(*byte));
     received.unwrap().unwrap()
 }
 
 /// The device receives a reply, or drops it.
-fn receive_reply(asker: &mut Asker, bytes: &[u8], request: &Request) -> Option<Reply> {
+fn receive_reply(asker: &mut Client, bytes: &[u8], request: &Request) -> Option<Reply> {
     let mut bytes = bytes.iter();
     bytes.find_map(|byte| asker.receive(*byte, request))
 }
@@ -142,7 +142,7 @@ fn receive_reply(asker: &mut Asker, bytes: &[u8], request: &Request) -> Option<R
 #[test]
 fn a_request_is_answered_once_and_its_repetition_alike() {
     let request = progress(1);
-    let (mut asker, mut answerer) = (Asker::new(), Answerer::new());
+    let (mut asker, mut answerer) = (Client::new(), Server::new());
     let asked = ask(&mut asker, &request);
     assert_eq!(
         receive(&mut answerer, &asked),
@@ -151,11 +151,11 @@ fn a_request_is_answered_once_and_its_repetition_alike() {
     // Version 0.1 called a repetition new until there was a reply, and a host that was moving its
     // arms moved them again.
     for _ in 0..3 {
-        assert_eq!(receive(&mut answerer, &asked), Received::Waiting);
+        assert_eq!(receive(&mut answerer, &asked), Received::Pending);
     }
     let answered = respond(&mut answerer, Reply::Accepted);
     let again = receive(&mut answerer, &asked);
-    assert_eq!(again, Received::Again(Reply::Accepted));
+    assert_eq!(again, Received::Duplicate(Reply::Accepted));
 
     let reply = receive_reply(&mut asker, &answered, &request);
     assert_eq!(reply, Some(Reply::Accepted));
@@ -167,11 +167,11 @@ fn a_request_is_answered_once_and_its_repetition_alike() {
 /// While the first request is unanswered, another one is new, and the reply is to that one.
 #[test]
 fn a_new_request_takes_the_place_of_one_that_waits() {
-    let (mut asker, mut answerer) = (Asker::new(), Answerer::new());
+    let (mut asker, mut answerer) = (Client::new(), Server::new());
     for request in [progress(1), progress(2)] {
         let asked = ask(&mut asker, &request);
         assert_eq!(receive(&mut answerer, &asked), Received::New(request));
-        assert_eq!(receive(&mut answerer, &asked), Received::Waiting);
+        assert_eq!(receive(&mut answerer, &asked), Received::Pending);
     }
     let answered = respond(&mut answerer, Reply::Accepted);
     let reply = receive_reply(&mut asker, &answered, &progress(2));
@@ -181,7 +181,7 @@ fn a_new_request_takes_the_place_of_one_that_waits() {
 /// The first requests after a reset have the same sequence number, whatever they are.
 #[test]
 fn a_device_that_was_reset_is_not_taken_for_the_one_before() {
-    let mut answerer = Answerer::new();
+    let mut answerer = Server::new();
     let welcome = Reply::Welcome { protocol: PROTOCOL };
     for (request, is_new) in [
         (Request::Failed(Failure::NoReply), true),
@@ -190,10 +190,10 @@ fn a_device_that_was_reset_is_not_taken_for_the_one_before() {
         // It has another recipe now.
         (hello(8), true),
     ] {
-        let asked = ask(&mut Asker::new(), &request);
+        let asked = ask(&mut Client::new(), &request);
         let expected = match is_new {
             true => Received::New(request),
-            false => Received::Again(welcome.clone()),
+            false => Received::Duplicate(welcome.clone()),
         };
         assert_eq!(receive(&mut answerer, &asked), expected);
         respond(&mut answerer, welcome.clone());
@@ -259,7 +259,7 @@ proptest! {
         seed: u64,
     ) {
         let mut line = Random(seed);
-        let (mut asker, mut answerer) = (Asker::new(), Answerer::new());
+        let (mut asker, mut answerer) = (Client::new(), Server::new());
         let mut heard = Vec::new();
         for request in &requests {
             let asked = ask(&mut asker, request);
@@ -273,7 +273,7 @@ proptest! {
                             heard.push(request);
                             answer
                         }
-                        Some(Ok(Received::Again(answer))) => answer,
+                        Some(Ok(Received::Duplicate(answer))) => answer,
                         _ => continue,
                     };
                     replies.push(respond(&mut answerer, answer));

@@ -50,7 +50,7 @@ fn a_descent_is_read_as_it_was_written() {
             .pattern()
             .flat_map(|a| [a.theta_h, a.theta_d, a.phi_d]);
         assert!(angles.eq(numbers.pattern));
-        let provenance = recipe.statements().unwrap().provenance.unwrap();
+        let provenance = recipe.metadata().unwrap().provenance.unwrap();
         assert_eq!(provenance.trainer, "test");
         let directions = recipe.pattern().map(|angles| {
             let at = HalfDifference::from_angles(angles);

@@ -3,9 +3,9 @@
 use glimpse_core::fit::{MAX_ROWS, MAX_UNITS};
 use glimpse_core::gonio::Limits;
 use glimpse_core::recipe::{
-    Effort, Expectation, Field, HEADER_BYTES, Ingredients, Kind, MAX_BASIS, MAX_COMPONENTS,
-    MAX_INNER_STEPS, MAX_MEAN, MAX_MEDIAN, MAX_PRECISION, MAX_SAMPLES, MAX_WEIGHT, MIN_PRECISION,
-    Noise, Origin, PackedLearner, PackedRidge, Parts, Provenance, Recipe, Schedule, Training,
+    Effort, ExpectedLoss, Field, HEADER_BYTES, Kind, MAX_BASIS, MAX_COMPONENTS, MAX_INNER_STEPS,
+    MAX_MEAN, MAX_MEDIAN, MAX_PRECISION, MAX_SAMPLES, MAX_WEIGHT, MIN_PRECISION, Noise, Origin,
+    PackedMethod, PackedRidge, Parts, Provenance, Recipe, RecipeParts, Schedule, Training,
     TrainingSource, TrainingSources, VERSION, ValidationSplit,
 };
 use serde::de::DeserializeOwned;
@@ -35,7 +35,7 @@ fn example() -> Vec<u8> {
     let pattern = packed(&[0.25, 0.5, 1.0]);
     let (basis, precision) = (packed(&[1.5, -2.0]), packed(&[40.0, 4.0]));
     let [mean, median, weight] = [-0.5, 0.25, 0.75].map(f32::to_le_bytes);
-    let learner = PackedLearner::Ridge(PackedRidge {
+    let method = PackedMethod::Ridge(PackedRidge {
         components: 2,
         basis: &basis,
         mean: &mean,
@@ -44,7 +44,7 @@ fn example() -> Vec<u8> {
         precision: &precision,
         basis_checksum: 0x0123_abcd,
     });
-    let ingredients = Ingredients {
+    let parts = RecipeParts {
         limits: Some(Limits {
             max_theta_i: 1.25,
             max_theta_o: 1.5,
@@ -56,7 +56,7 @@ fn example() -> Vec<u8> {
             additive: 0.0,
             levels: 4096,
         }),
-        expectation: Some(Expectation {
+        expectation: Some(ExpectedLoss {
             loss: 0.0625,
             standard_error: Some(0.0078125),
             materials: 10,
@@ -72,9 +72,9 @@ fn example() -> Vec<u8> {
         }),
         materials: &[("brass", 0xcbf4_3926), ("felt", 5)],
         training: Some(TRAINING),
-        ..Ingredients::new(&pattern, learner)
+        ..RecipeParts::new(&pattern, method)
     };
-    write(&ingredients).unwrap()
+    write(&parts).unwrap()
 }
 
 /// The bytes of the document's only block of them.
@@ -95,10 +95,10 @@ fn the_documents_bytes_are_read() {
     let ridge = recipe.ridge().unwrap();
     assert!(ridge.basis().iter().eq([1.5, -2.0]));
     assert_eq!(ridge.basis_checksum(), Some(0x0123_abcd));
-    assert_eq!(recipe.statements().unwrap().provenance.unwrap().seed, 300);
+    assert_eq!(recipe.metadata().unwrap().provenance.unwrap().seed, 300);
     let materials = [("brass", 0xcbf4_3926), ("felt", 5)];
-    assert!(recipe.statements().unwrap().materials.eq(materials));
-    assert_eq!(recipe.statements().unwrap().training, Some(TRAINING));
+    assert!(recipe.metadata().unwrap().materials.eq(materials));
+    assert_eq!(recipe.metadata().unwrap().training, Some(TRAINING));
 }
 
 /// The row of a table that begins with these cells.

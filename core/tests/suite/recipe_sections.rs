@@ -1,11 +1,11 @@
 //! A recipe is a list of sections: each is read, skipped or refused, by the number of its kind.
 
-use glimpse_core::fit::completion::Missing;
+use glimpse_core::fit::coefficient_net::MissingPolicy;
 use glimpse_core::gonio::{Limits, LimitsError};
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::{
-    Effort, Expectation, Field, HEADER_BYTES, Ingredients, Kind, Noise, Origin, PackedDescent,
-    PackedLearner, Parts, Provenance, Recipe, RecipeError, Schedule, Statements, Training,
+    Effort, ExpectedLoss, Field, HEADER_BYTES, Kind, Metadata, Noise, Origin, PackedDescent,
+    PackedMethod, Parts, Provenance, Recipe, RecipeError, RecipeParts, Schedule, Training,
     TrainingSource, TrainingSources, VERSION, ValidationSplit,
 };
 use proptest::prelude::*;
@@ -27,7 +27,7 @@ const NOISE: Noise = Noise {
     additive: 1e-4,
     levels: 4096,
 };
-const EXPECTATION: Expectation<'_> = Expectation {
+const EXPECTATION: ExpectedLoss<'_> = ExpectedLoss {
     loss: 0.0125,
     standard_error: Some(0.0015),
     materials: 10,
@@ -67,11 +67,11 @@ const TRAINING: Training<'_> = Training {
 };
 
 /// A recipe of the model Phong with all sections that a descent may have.
-fn full() -> Ingredients<'static> {
+fn full() -> RecipeParts<'static> {
     let ones: &'static [u8] = packed(&[1.0; 7]).leak();
-    Ingredients {
+    RecipeParts {
         pattern: &[0; 24],
-        learner: PackedLearner::Descent(PackedDescent {
+        method: PackedMethod::Descent(PackedDescent {
             model: ModelKind::Phong,
             inner_steps: 20,
             initial: ones,
@@ -94,7 +94,7 @@ fn full_sections() -> Sections {
 /// The error of a recipe of any sections, or of its statements.
 fn refusal(sections: &Sections) -> RecipeError {
     let bytes = recipe_with(sections);
-    let statements = Recipe::parse(&bytes).and_then(|recipe| recipe.statements());
+    let statements = Recipe::parse(&bytes).and_then(|recipe| recipe.metadata());
     statements.map(drop).unwrap_err()
 }
 
@@ -102,7 +102,7 @@ fn refusal(sections: &Sections) -> RecipeError {
 fn every_section_is_read_as_it_was_written() {
     let bytes = write(&full()).unwrap();
     let recipe = Recipe::parse(&bytes).unwrap();
-    let statements = recipe.statements().unwrap();
+    let statements = recipe.metadata().unwrap();
     assert_eq!(statements.limits, Some(LIMITS));
     assert_eq!(statements.noise, Some(NOISE));
     assert_eq!(statements.expectation, Some(EXPECTATION));
@@ -119,14 +119,14 @@ fn every_section_is_read_as_it_was_written() {
 
 #[test]
 fn optional_sections_may_be_missing() {
-    let bytes = write(&Ingredients::new(full().pattern, full().learner)).unwrap();
+    let bytes = write(&RecipeParts::new(full().pattern, full().method)).unwrap();
     let mut sections = sections_of(&bytes);
     assert_eq!(sections.len(), 2);
     // An empty list of materials is valid.
     sections.push((Kind::MATERIALS, vec![0]));
     for bytes in [bytes, recipe_with(&sections)] {
         let recipe = parsed(bytes);
-        let statements = recipe.statements().unwrap();
+        let statements = recipe.metadata().unwrap();
         assert_eq!((statements.limits, statements.noise), (None, None));
         assert_eq!(statements.expectation, None);
         assert_eq!(statements.provenance, None);
@@ -167,7 +167,7 @@ fn an_unknown_kind_is_skipped_or_refused_by_its_number() {
     sections.push((Kind::new(135), b"from the future".to_vec()));
     sections.push((Kind::new(u16::MAX), Vec::new()));
     let recipe = parsed(recipe_with(&sections));
-    assert!(recipe.statements().unwrap().materials.eq(MATERIALS));
+    assert!(recipe.metadata().unwrap().materials.eq(MATERIALS));
     let unknown = (Kind::new(135), &b"from the future"[..]);
     assert!(recipe.sections().any(|section| section == unknown));
     assert_eq!(Kind::new(135).name(), None);
@@ -204,7 +204,7 @@ fn a_kind_that_comes_twice_or_out_of_order_is_refused() {
 
 #[test]
 fn a_section_that_is_cut_or_padded_is_refused_by_its_kind() {
-    let completed = Made::small(ModelKind::Phong, Missing::CountForMore);
+    let completed = Made::small(ModelKind::Phong, MissingPolicy::CountForMore);
     for all in [full_sections(), sections_of(&completed.write().unwrap())] {
         for index in 0..all.len() {
             let error = RecipeError::Section(all[index].0);
@@ -251,19 +251,19 @@ fn a_body_that_ends_within_a_section_is_malformed() {
 
 #[test]
 fn statements_are_checked_by_field() {
-    let written = |change: &dyn Fn(&mut Ingredients<'_>)| {
-        let mut ingredients = full();
-        change(&mut ingredients);
-        write(&ingredients).map(drop)
+    let written = |change: &dyn Fn(&mut RecipeParts<'_>)| {
+        let mut parts = full();
+        change(&mut parts);
+        write(&parts).map(drop)
     };
     let with_limits = |change: fn(&mut Limits, f32), bad| {
-        written(&|ingredients| change(ingredients.limits.as_mut().unwrap(), bad))
+        written(&|parts| change(parts.limits.as_mut().unwrap(), bad))
     };
     let with_noise = |change: fn(&mut Noise, f32), bad| {
-        written(&|ingredients| change(ingredients.noise.as_mut().unwrap(), bad))
+        written(&|parts| change(parts.noise.as_mut().unwrap(), bad))
     };
-    let with_expectation = |change: fn(&mut Expectation<'_>, f32), bad| {
-        written(&|ingredients| change(ingredients.expectation.as_mut().unwrap(), bad))
+    let with_expectation = |change: fn(&mut ExpectedLoss<'_>, f32), bad| {
+        written(&|parts| change(parts.expectation.as_mut().unwrap(), bad))
     };
     let limits_error = |error| Err(RecipeError::Limits(error));
     for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
@@ -305,7 +305,7 @@ fn a_bad_statement_is_an_error_only_when_it_is_read() {
         section_mut(&mut sections, kind).clear();
         let recipe = parsed(recipe_with(&sections));
         assert_eq!(recipe.samples(), full().pattern.len() / 12);
-        let error = recipe.statements().unwrap_err();
+        let error = recipe.metadata().unwrap_err();
         assert_eq!(error, RecipeError::Section(kind));
         assert_eq!(recipe.expected_loss(), expected_loss);
     }
@@ -347,14 +347,14 @@ fn a_copy_lacks_the_named_sections_and_nothing_else() {
 fn a_buffer_that_is_too_small_is_an_error() {
     let linear = recipe_of(ModelKind::Linear);
     let pattern = vec![0; 12 * linear.samples()];
-    let ridge = Ingredients::new(&pattern, linear.learner().into());
-    for ingredients in [full(), ridge] {
-        let whole = write(&ingredients).unwrap();
+    let ridge = RecipeParts::new(&pattern, linear.method().into());
+    for parts in [full(), ridge] {
+        let whole = write(&parts).unwrap();
         for length in 0..whole.len() {
-            let error = Recipe::write(&ingredients, &mut vec![0; length]).unwrap_err();
+            let error = Recipe::write(&parts, &mut vec![0; length]).unwrap_err();
             assert_eq!(error, RecipeError::BufferTooSmall);
         }
-        assert!(Recipe::write(&ingredients, &mut vec![0; whole.len()]).is_ok());
+        assert!(Recipe::write(&parts, &mut vec![0; whole.len()]).is_ok());
     }
 }
 
@@ -372,8 +372,8 @@ fn training_with(change: impl FnOnce(&mut Vec<u8>)) -> Result<(), RecipeError> {
     let mut sections = full_sections();
     change(section_mut(&mut sections, Kind::TRAINING));
     let bytes = recipe_with(&sections);
-    let training = Recipe::parse(&bytes)?.statements()?.training;
-    let again = write(&Ingredients { training, ..full() })?;
+    let training = Recipe::parse(&bytes)?.metadata()?.training;
+    let again = write(&RecipeParts { training, ..full() })?;
     assert_eq!(again, bytes);
     Ok(())
 }
@@ -399,8 +399,8 @@ fn every_variant_of_training_is_read_as_it_was_written() {
     };
     assert_ne!(none, TRAINING);
     let training = Some(none);
-    let bytes = write(&Ingredients { training, ..full() }).unwrap();
-    let statements = Recipe::parse(&bytes).unwrap().statements().unwrap();
+    let bytes = write(&RecipeParts { training, ..full() }).unwrap();
+    let statements = Recipe::parse(&bytes).unwrap().metadata().unwrap();
     assert_eq!(statements.training, training);
 }
 
@@ -418,7 +418,7 @@ fn a_share_of_training_is_a_number_from_0_to_1() {
             sources: TrainingSources::new(&sources),
             ..TRAINING
         });
-        assert_eq!(write(&Ingredients { training, ..full() }), Err(error));
+        assert_eq!(write(&RecipeParts { training, ..full() }), Err(error));
     }
 }
 
@@ -460,7 +460,7 @@ proptest! {
         let bytes = recipe_with(&sections);
         match Recipe::parse(&bytes) {
             Ok(recipe) => {
-                if let Ok(Statements { materials, training, .. }) = recipe.statements() {
+                if let Ok(Metadata { materials, training, .. }) = recipe.metadata() {
                     prop_assert_eq!(materials.count(), materials.len());
                     let sources = training.map(|training| training.sources);
                     prop_assert!(sources.is_none_or(|sources| sources.count() == sources.len()));
@@ -480,9 +480,9 @@ proptest! {
     #[test]
     fn materials_of_any_name_are_read(names in prop::collection::vec((".{0,40}", any::<u32>()), 0..30)) {
         let list: Vec<(&str, u32)> = names.iter().map(|(name, digest)| (&name[..], *digest)).collect();
-        let bytes = write(&Ingredients { materials: &list, ..full() }).unwrap();
+        let bytes = write(&RecipeParts { materials: &list, ..full() }).unwrap();
         let recipe = Recipe::parse(&bytes).unwrap();
-        prop_assert!(recipe.statements().unwrap().materials.eq(list.iter().copied()));
+        prop_assert!(recipe.metadata().unwrap().materials.eq(list.iter().copied()));
     }
 }
 

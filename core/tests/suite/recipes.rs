@@ -2,8 +2,8 @@
 
 use glimpse_core::model::{Model, ModelKind, Neural};
 use glimpse_core::recipe::{
-    Expectation, Ingredients, Kind, PackedDescent, PackedLearner, PackedRidge, Provenance, Recipe,
-    RecipeError, VERSION,
+    ExpectedLoss, Kind, PackedDescent, PackedMethod, PackedRidge, Provenance, Recipe, RecipeError,
+    RecipeParts, VERSION,
 };
 
 /// Numbers as a recipe packs them.
@@ -12,9 +12,9 @@ pub(crate) fn packed(numbers: &[f32]) -> Vec<u8> {
 }
 
 /// Writes a recipe.
-pub(crate) fn write(ingredients: &Ingredients<'_>) -> Result<Vec<u8>, RecipeError> {
+pub(crate) fn write(parts: &RecipeParts<'_>) -> Result<Vec<u8>, RecipeError> {
     let mut buffer = vec![0; 1 << 17];
-    Recipe::write(ingredients, &mut buffer).map(<[u8]>::to_vec)
+    Recipe::write(parts, &mut buffer).map(<[u8]>::to_vec)
 }
 
 /// Reads a valid recipe. Its bytes are leaked: the recipe may be passed around freely.
@@ -67,23 +67,23 @@ pub(crate) fn neural() -> Numbers {
 
 impl Numbers {
     pub(crate) fn write(&self) -> Result<Vec<u8>, RecipeError> {
-        let learner = PackedLearner::Descent(PackedDescent {
+        let method = PackedMethod::Descent(PackedDescent {
             model: self.model,
             inner_steps: self.inner_steps,
             initial: &packed(&self.initial),
             step_sizes: &packed(&self.step_sizes),
         });
-        write_with(&self.pattern, learner, self.expected_loss)
+        write_with(&self.pattern, method, self.expected_loss)
     }
 }
 
 fn write_with(
     pattern: &[f32],
-    learner: PackedLearner<'_>,
+    method: PackedMethod<'_>,
     expected_loss: f32,
 ) -> Result<Vec<u8>, RecipeError> {
-    write(&Ingredients {
-        expectation: Some(Expectation {
+    write(&RecipeParts {
+        expectation: Some(ExpectedLoss {
             loss: expected_loss,
             standard_error: Some(0.001),
             materials: 10,
@@ -97,7 +97,7 @@ fn write_with(
             seed: 0,
             options: "none",
         }),
-        ..Ingredients::new(&packed(pattern), learner)
+        ..RecipeParts::new(&packed(pattern), method)
     })
 }
 
@@ -141,7 +141,7 @@ pub(crate) fn linear() -> RidgeNumbers {
 
 impl RidgeNumbers {
     pub(crate) fn write(&self) -> Result<Vec<u8>, RecipeError> {
-        let learner = PackedLearner::Ridge(PackedRidge {
+        let method = PackedMethod::Ridge(PackedRidge {
             components: self.components,
             basis: &packed(&self.basis),
             mean: &packed(&self.mean),
@@ -150,7 +150,7 @@ impl RidgeNumbers {
             precision: &packed(&self.precision),
             basis_checksum: self.basis_checksum,
         });
-        write_with(&self.pattern, learner, self.expected_loss)
+        write_with(&self.pattern, method, self.expected_loss)
     }
 }
 

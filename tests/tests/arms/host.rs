@@ -4,13 +4,13 @@ use std::io::{Read, Write};
 use std::net::TcpStream;
 
 use glimpse_core::link::{
-    Answerer, BYTES_PER_FRAME, FRAME_BYTES, PROTOCOL, Received, Reply, Request,
+    BYTES_PER_FRAME, FRAME_BYTES, PROTOCOL, Received, Reply, Request, Server,
 };
 use glimpse_core::recipe::Recipe;
 
 /// What a device says of its recipe when it greets.
 pub(crate) fn greet(serial: &mut TcpStream) -> u32 {
-    let mut answerer = Answerer::new();
+    let mut answerer = Server::new();
     loop {
         if let Request::Hello { recipe, .. } = receive(serial, &mut answerer) {
             return recipe;
@@ -22,7 +22,7 @@ pub(crate) fn greet(serial: &mut TcpStream) -> u32 {
 /// of its present one.
 pub(crate) fn offer(serial: &mut TcpStream, recipe: &[u8], bytes: usize) -> u32 {
     let checksum = Recipe::parse(recipe).unwrap().checksum();
-    let mut answerer = Answerer::new();
+    let mut answerer = Server::new();
     let mut present = None;
     loop {
         let request = receive(serial, &mut answerer);
@@ -59,13 +59,13 @@ pub(crate) fn offer(serial: &mut TcpStream, recipe: &[u8], bytes: usize) -> u32 
 }
 
 /// The next request that is new.
-fn receive(serial: &mut TcpStream, answerer: &mut Answerer) -> Request {
+fn receive(serial: &mut TcpStream, answerer: &mut Server) -> Request {
     let mut byte = [0];
     loop {
         serial.read_exact(&mut byte).unwrap();
         match answerer.receive(byte[0]) {
             Some(Ok(Received::New(request))) => return request,
-            Some(Ok(Received::Again(reply))) => {
+            Some(Ok(Received::Duplicate(reply))) => {
                 let mut buffer = [0; FRAME_BYTES];
                 let frame = answerer.answer(reply, &mut buffer).unwrap();
                 serial.write_all(frame).unwrap();

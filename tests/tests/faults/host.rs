@@ -116,7 +116,7 @@ fn measurements_outlast_a_host_that_falls_silent() {
             silent = true;
             Answer::Silence
         }
-        Request::Kept { index, reading } => {
+        Request::Saved { index, reading } => {
             assert_eq!(reading.brdf, value(index));
             kept.push(index);
             Answer::Reply(Reply::Accepted)

@@ -3,7 +3,7 @@
 use glimpse_core::link::Failure;
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::{
-    Ingredients, PackedDescent, PackedLearner, PackedRidge, Recipe, RecipeError,
+    PackedDescent, PackedMethod, PackedRidge, Recipe, RecipeError, RecipeParts,
 };
 use glimpse_core::scan::ScanError;
 use glimpse_tests::RECIPE;
@@ -66,9 +66,9 @@ fn a_recipe_cut_short_is_refused_by_name() {
 }
 
 /// A whole recipe with this pattern and learner, padded to the length of the firmware's.
-fn recipe_of(pattern: &[u8], learner: PackedLearner<'_>) -> Vec<u8> {
+fn recipe_of(pattern: &[u8], learner: PackedMethod<'_>) -> Vec<u8> {
     let mut buffer = vec![0; 2 * RECIPE.len()];
-    let bytes = Recipe::write(&Ingredients::new(pattern, learner), &mut buffer).unwrap();
+    let bytes = Recipe::write(&RecipeParts::new(pattern, learner), &mut buffer).unwrap();
     padded(bytes, RECIPE.len())
 }
 
@@ -83,7 +83,7 @@ fn pattern(samples: usize) -> Vec<u8> {
 
 /// The firmware's recipe for another number of samples.
 fn neural(samples: usize) -> Vec<u8> {
-    let learner = Recipe::parse(RECIPE).unwrap().learner();
+    let learner = Recipe::parse(RECIPE).unwrap().method();
     recipe_of(&pattern(samples), learner.into())
 }
 
@@ -96,7 +96,7 @@ fn a_recipe_of_another_model_is_refused_by_name() {
     };
     for model in [ModelKind::Phong, ModelKind::CookTorrance] {
         let parameters = [0; 4].repeat(model.parameters().unwrap());
-        let learner = PackedLearner::Descent(PackedDescent {
+        let learner = PackedMethod::Descent(PackedDescent {
             model,
             inner_steps: 20,
             initial: &parameters,
@@ -105,7 +105,7 @@ fn a_recipe_of_another_model_is_refused_by_name() {
         assert_eq!(flashed(&recipe_of(&pattern(8), learner)), refused(model));
     }
     let ones = 1.0_f32.to_le_bytes().repeat(8);
-    let learner = PackedLearner::Ridge(PackedRidge {
+    let learner = PackedMethod::Ridge(PackedRidge {
         components: 1,
         basis: &ones,
         mean: &ones,

@@ -71,7 +71,7 @@ fn indices(requests: &[Request]) -> (Vec<u16>, Vec<u16>) {
     let (mut kept, mut measured) = (Vec::new(), Vec::new());
     for request in requests {
         match request {
-            Request::Kept { index, .. } => kept.push(*index),
+            Request::Saved { index, .. } => kept.push(*index),
             Request::Measure { index, .. } => measured.push(*index),
             _ => {}
         }

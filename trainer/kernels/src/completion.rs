@@ -1,7 +1,7 @@
 //! Completions of many materials at once, on lanes, and their adjoint: a material in each lane.
 
-use glimpse_core::fit::completion::{Completion, CompletionGradient, Input, Plain};
-use glimpse_core::fit::completion::{Start, StartGradient};
+use glimpse_core::fit::coefficient_net::{CoefficientNet, CoefficientNetGradient, Input, Plain};
+use glimpse_core::fit::coefficient_net::{InitNet, InitNetGradient};
 
 use crate::lanes::{Kernel, Lanes, MOST_OCTETS, Octet, WIDTH, dispatch};
 
@@ -73,10 +73,10 @@ pub struct CompletionWeights<'a> {
 }
 
 impl<'a> CompletionWeights<'a> {
-    fn completion<L: Lanes>(&self) -> Completion<'a, L, Plain> {
+    fn completion<L: Lanes>(&self) -> CoefficientNet<'a, L, Plain> {
         let [readings, bias, output] =
             split_lists(self.completion, self.shape.completion_lengths());
-        Completion {
+        CoefficientNet {
             components: self.shape.components,
             readings,
             scales: &[],
@@ -86,9 +86,9 @@ impl<'a> CompletionWeights<'a> {
         }
     }
 
-    fn start<L: Lanes>(&self) -> Start<'a, L, Plain> {
+    fn start<L: Lanes>(&self) -> InitNet<'a, L, Plain> {
         let [hidden, bias, output] = split_lists(self.start, self.shape.start_lengths());
-        Start {
+        InitNet {
             hidden,
             hidden_scales: &[],
             bias,
@@ -144,7 +144,7 @@ impl Batch {
         self.inputs.len() / self.shape.samples.max(1)
     }
 
-    /// Sets a material's reading of a sample: its [standardized](glimpse_core::fit::completion::standardized)
+    /// Sets a material's reading of a sample: its [standardized](glimpse_core::fit::coefficient_net::standardized)
     /// channels, or None where it is missing.
     pub fn set(&mut self, material: usize, sample: usize, reading: Option<[f32; 3]>) {
         let (octet, lane) = (material / WIDTH, material % WIDTH);
@@ -429,7 +429,7 @@ impl Kernel for Adjoint<'_, '_, '_> {
                 }
                 let [hidden, bias, output] =
                     split_lists_mut(&mut start_sums, shape.start_lengths());
-                let mut gradient = StartGradient {
+                let mut gradient = InitNetGradient {
                     hidden,
                     bias,
                     output,
@@ -447,7 +447,7 @@ impl Kernel for Adjoint<'_, '_, '_> {
                 );
             }
             let [readings, bias, output] = split_lists_mut(&mut sums, shape.completion_lengths());
-            let mut gradient = CompletionGradient {
+            let mut gradient = CoefficientNetGradient {
                 readings,
                 bias,
                 output,

@@ -4,7 +4,7 @@ use glimpse_core::fit::{Fitter, FitterError, Linear, linear_words};
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::linear::Basis;
 use glimpse_core::model::{CookTorrance, ModelKind, Neural, Phong, Sample};
-use glimpse_core::recipe::{Learner, MAX_COMPONENTS, MAX_SAMPLES, Recipe};
+use glimpse_core::recipe::{FitMethod, MAX_COMPONENTS, MAX_SAMPLES, Recipe};
 use glimpse_core::scan::{
     FinishError, FitError, Memory, Reading, ReadingError, Residual, Scan, ScanError,
 };
@@ -98,15 +98,15 @@ impl Fitter for LinearOnHeap {
     type Workspace = Words;
     const EMPTY: Words = None;
 
-    fn accept(learner: &Learner<'_>, samples: usize) -> Result<(), FitterError> {
+    fn accept(learner: &FitMethod<'_>, samples: usize) -> Result<(), FitterError> {
         Linear::<WORDS>::accept(learner, samples)
     }
 
-    fn total(learner: &Learner<'_>, samples: usize) -> u32 {
+    fn total(learner: &FitMethod<'_>, samples: usize) -> u32 {
         Linear::<WORDS>::total(learner, samples)
     }
 
-    fn start(words: &mut Words, learner: &Learner<'_>) {
+    fn start(words: &mut Words, learner: &FitMethod<'_>) {
         *words = vec![0.0; WORDS].into_boxed_slice().try_into().ok();
         if let Some(words) = words {
             Linear::<WORDS>::start(words, learner);
@@ -115,7 +115,7 @@ impl Fitter for LinearOnHeap {
 
     fn advance(
         words: &mut Words,
-        learner: &Learner<'_>,
+        learner: &FitMethod<'_>,
         samples: &[Sample<f32>],
         done: u32,
         budget: u32,
@@ -125,25 +125,25 @@ impl Fitter for LinearOnHeap {
         })
     }
 
-    fn values<'w>(words: &'w Words, learner: Learner<'w>) -> impl Iterator<Item = f32> + 'w {
+    fn values<'w>(words: &'w Words, learner: FitMethod<'w>) -> impl Iterator<Item = f32> + 'w {
         words
             .iter()
             .flat_map(move |words| Linear::<WORDS>::values(words, learner))
     }
 
-    fn is_finite(words: &Words, learner: &Learner<'_>) -> bool {
+    fn is_finite(words: &Words, learner: &FitMethod<'_>) -> bool {
         words
             .as_ref()
             .is_some_and(|words| Linear::<WORDS>::is_finite(words, learner))
     }
 
-    fn predicted_loss(words: &Words, learner: &Learner<'_>) -> Option<f32> {
+    fn predicted_loss(words: &Words, learner: &FitMethod<'_>) -> Option<f32> {
         Linear::<WORDS>::predicted_loss(words.as_ref()?, learner)
     }
 
     fn at_sample(
         words: &Words,
-        learner: &Learner<'_>,
+        learner: &FitMethod<'_>,
         index: usize,
         at: &HalfDifference<f32>,
     ) -> [f32; 3] {
@@ -154,7 +154,7 @@ impl Fitter for LinearOnHeap {
 
     fn brdf(
         words: &Words,
-        learner: &Learner<'_>,
+        learner: &FitMethod<'_>,
         basis: Option<&Basis<'_>>,
         at: &HalfDifference<f32>,
     ) -> Option<[f32; 3]> {

@@ -250,7 +250,7 @@ impl PyFittedMaterial {
         keep_all: bool,
     ) -> PyResult<Bound<'py, Self>> {
         let file = Arc::new(RecipeFile::new(recipe.to_vec()).map_err(raised)?);
-        let checksum = file.recipe().learner().basis_checksum();
+        let checksum = file.recipe().method().basis_checksum();
         let basis = basis.zip(checksum);
         let basis = basis.map(|(bytes, checksum)| Basis::of_recipe(bytes, checksum));
         let basis = basis.transpose();

@@ -72,7 +72,7 @@ impl PyPlan {
         seed: u64,
     ) -> PyResult<Self> {
         let order = choose("order", order, &ORDERS)?;
-        let stated = recipe.statements().map_err(raised)?.limits;
+        let stated = recipe.metadata().map_err(raised)?.limits;
         let machine = machine.machine(stated.unwrap_or(Limits::NONE))?;
         let stops = stops(recipe, &machine.limits, swap).map_err(|missed| {
             let lines: Vec<String> = missed.iter().map(|each| format!("\n  {each}")).collect();

@@ -41,7 +41,7 @@ impl PyRecipe {
 
     /// From bytes, and those of its basis if it needs one.
     pub(crate) fn of_bytes(file: RecipeFile, basis: Option<&[u8]>) -> PyResult<Self> {
-        let checksum = file.recipe().learner().basis_checksum();
+        let checksum = file.recipe().method().basis_checksum();
         let basis = match (checksum, basis) {
             (None, None) => None,
             (None, Some(_)) => {
@@ -134,7 +134,7 @@ impl PyRecipe {
     /// True if it fits whatever was read; otherwise it needs all of its readings.
     #[getter]
     fn takes_missing(&self) -> bool {
-        self.recipe().learner().takes_missing()
+        self.recipe().method().takes_missing()
     }
 
     /// Where it measures: unit vectors, incoming and outgoing, float64 of shape (n, 2, 3).
@@ -171,7 +171,7 @@ impl PyRecipe {
     /// The loss to expect of an unseen material (see `loss`), or None if it is not stated.
     #[getter]
     fn expected_loss(&self) -> Option<f32> {
-        let expectation = self.file.statements().expectation;
+        let expectation = self.file.metadata().expectation;
         expectation.map(|expectation| expectation.loss)
     }
 
@@ -179,7 +179,7 @@ impl PyRecipe {
     /// (which, in words); or None.
     #[getter]
     fn expectation<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
-        let statements = self.file.statements();
+        let statements = self.file.metadata();
         let Some(expectation) = statements.expectation else {
             return Ok(None);
         };
@@ -195,7 +195,7 @@ impl PyRecipe {
     /// and in_plane; or None if for any.
     #[getter]
     fn limits<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
-        let Some(limits) = self.file.statements().limits else {
+        let Some(limits) = self.file.metadata().limits else {
             return Ok(None);
         };
         let found = PyDict::new(py);
@@ -211,7 +211,7 @@ impl PyRecipe {
     /// besides, of the BRDF) and levels (of the sensor; 0: any number); or None.
     #[getter]
     fn noise<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
-        let Some(noise) = self.file.statements().noise else {
+        let Some(noise) = self.file.metadata().noise else {
             return Ok(None);
         };
         let found = PyDict::new(py);
@@ -224,7 +224,7 @@ impl PyRecipe {
     /// Where it came from: a dict of trainer, data, materials (how many), schedule, seed and options; or None.
     #[getter]
     fn provenance<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
-        let Some(provenance) = self.file.statements().provenance else {
+        let Some(provenance) = self.file.metadata().provenance else {
             return Ok(None);
         };
         let found = PyDict::new(py);
@@ -242,7 +242,7 @@ impl PyRecipe {
     /// and share (of training tasks); or None.
     #[getter]
     fn training<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
-        let Some(training) = self.file.statements().training else {
+        let Some(training) = self.file.metadata().training else {
             return Ok(None);
         };
         let sources = training.sources.map(|source| {
@@ -266,7 +266,7 @@ impl PyRecipe {
     /// The names of the materials that it was trained on; empty if it does not say.
     #[getter]
     fn trained_on(&self) -> PyResult<Vec<String>> {
-        let statements = self.file.statements();
+        let statements = self.file.metadata();
         Ok(statements
             .materials
             .map(|(name, _)| name.to_owned())

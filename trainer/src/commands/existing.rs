@@ -29,7 +29,7 @@ pub(super) fn existing_at(out: &Path, options: &Options, data: &str) -> Existing
         Ok(file) => file,
         Err(error) => return Existing::Other(error.to_string()),
     };
-    let (recipe, statements) = (file.recipe(), file.statements());
+    let (recipe, statements) = (file.recipe(), file.metadata());
     let (Some(training), Some(provenance), Some(expectation)) = (
         statements.training,
         statements.provenance,
@@ -61,7 +61,7 @@ mod tests {
     use glimpse_core::recipe::{Kind, ValidationSplit};
     use glimpse_materials::sampling::sobol_valid;
     use glimpse_materials::{Portion, Source};
-    use glimpse_training::meta::learned::{ExpectedLoss, Learned, LearnedDescent, LearnedFit};
+    use glimpse_training::meta::learned::{Learned, LearnedDescent, LearnedFit, ValidatedLoss};
     use glimpse_training::meta::plan::{Effort, Schedule};
     use glimpse_training::meta::trainee::Expected;
     use glimpse_training::recipe::recipe_of;
@@ -87,7 +87,7 @@ mod tests {
             }),
             prediction: None,
             basis: None,
-            expected_loss: ExpectedLoss {
+            expected_loss: ValidatedLoss {
                 expected: Expected::new(0.25, [0.25; 2].into_iter()),
                 split: ValidationSplit::Folds,
             },

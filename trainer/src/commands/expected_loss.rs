@@ -1,7 +1,7 @@
 //! The loss to expect by a recipe, always with the materials that it was found on.
 
 use glimpse_core::recipe::{
-    Expectation, Origin, Recipe, RecipeError, Statements, Training, ValidationSplit,
+    ExpectedLoss, Metadata, Origin, Recipe, RecipeError, Training, ValidationSplit,
 };
 use glimpse_trainer::shipped;
 use glimpse_training::recipe::split_in_words;
@@ -9,7 +9,7 @@ use glimpse_training::recipe::split_in_words;
 /// The loss to expect by a recipe, in words that begin with the number; None if it states none.
 pub(super) fn expected_loss(recipe: &Recipe<'_>) -> Result<Option<String>, RecipeError> {
     let caution = caution(recipe)?;
-    let statements = recipe.statements()?;
+    let statements = recipe.metadata()?;
     let expectation = statements.expectation;
     Ok(expectation.map(|expectation| in_words(expectation, &statements, caution.as_deref())))
 }
@@ -17,7 +17,7 @@ pub(super) fn expected_loss(recipe: &Recipe<'_>) -> Result<Option<String>, Recip
 /// A caution about a recipe that was trained on built-in materials alone; None for others, and where
 /// the recipe does not state its sources.
 pub(super) fn caution(recipe: &Recipe<'_>) -> Result<Option<String>, RecipeError> {
-    let training = recipe.statements()?.training;
+    let training = recipe.metadata()?.training;
     if !training.is_some_and(|training| is_built_in(&training)) {
         return Ok(None);
     }
@@ -41,11 +41,11 @@ fn is_built_in(training: &Training<'_>) -> bool {
 }
 
 fn in_words(
-    expectation: Expectation<'_>,
-    statements: &Statements<'_>,
+    expectation: ExpectedLoss<'_>,
+    statements: &Metadata<'_>,
     caution: Option<&str>,
 ) -> String {
-    let Expectation {
+    let ExpectedLoss {
         loss,
         standard_error,
         materials,
@@ -92,16 +92,16 @@ mod tests {
 
     #[test]
     fn the_split_decides_which_caution_is_given_whatever_the_text_is() {
-        let expectation = Expectation {
+        let expectation = ExpectedLoss {
             loss: 0.0125,
             standard_error: Some(0.0015),
             materials: 7,
             on: "materials of MERL that it was trained on",
         };
         let in_words = |split| {
-            let statements = Statements {
+            let statements = Metadata {
                 training: Some(Training { split, ..TRAINING }),
-                ..Statements::default()
+                ..Metadata::default()
             };
             in_words(expectation, &statements, Some("CAUTION"))
         };

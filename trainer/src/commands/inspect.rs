@@ -6,7 +6,7 @@ use clap::Args;
 use glimpse_core::fit::Target;
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::{
-    Completed, Descent, Floats, Learner, Materials, Noise, Recipe, RecipeError, Ridge,
+    Completed, Descent, FitMethod, Floats, Materials, Noise, Recipe, RecipeError, Ridge,
 };
 use glimpse_trainer::export::{eta, to_json};
 use glimpse_trainer::route::arms_of;
@@ -41,10 +41,10 @@ impl Inspect {
              sample  theta_h  theta_d    phi_d  theta_i    phi_i  theta_o    phi_o  (degrees)\n",
             recipe.checksum(),
             file.bytes().len(),
-            match recipe.learner() {
-                Learner::Descent(descent) => describe_descent(&descent, recipe.samples()),
-                Learner::Ridge(ridge) => describe_ridge(&ridge, recipe.samples()),
-                Learner::Completed(completed) => describe_completed(&completed, recipe.samples()),
+            match recipe.method() {
+                FitMethod::Descent(descent) => describe_descent(&descent, recipe.samples()),
+                FitMethod::Ridge(ridge) => describe_ridge(&ridge, recipe.samples()),
+                FitMethod::Completed(completed) => describe_completed(&completed, recipe.samples()),
             },
             describe_statements(&recipe)?,
         );
@@ -131,7 +131,7 @@ const NAMES: usize = 3;
 
 /// What the recipe states about itself, line by line.
 fn describe_statements(recipe: &Recipe<'_>) -> Result<String, RecipeError> {
-    let statements = recipe.statements()?;
+    let statements = recipe.metadata()?;
     let unstated = || "not stated".to_owned();
     let mut lines = vec![
         (

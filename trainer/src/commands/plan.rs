@@ -111,7 +111,7 @@ impl Plan {
         self.refuse_what_cannot_be()?;
         let file = RecipeFile::read(&self.recipe)?;
         let recipe = file.recipe();
-        let stated = recipe.statements()?.limits;
+        let stated = recipe.metadata()?.limits;
         let machine = Machine {
             speeds: self.speed,
             settle: self.settle,

@@ -256,7 +256,7 @@ impl Contender<'static> {
 
 /// Schedule, effort and training set of a recipe.
 fn training_of(recipe: &Recipe<'_>) -> anyhow::Result<String> {
-    let training = recipe.statements()?.training;
+    let training = recipe.metadata()?.training;
     let training = training.context("a bundled recipe lacks its training section")?;
     let sources = training
         .sources
@@ -290,7 +290,7 @@ fn trainings(contenders: &[Contender<'_>]) -> String {
 /// Seconds of motion and settling on the default machine within the recipe's limits.
 fn seconds_of_scan(recipe: &Recipe<'_>, seed: u64) -> anyhow::Result<f64> {
     let machine = Machine {
-        limits: recipe.statements()?.limits.unwrap_or(Limits::NONE),
+        limits: recipe.metadata()?.limits.unwrap_or(Limits::NONE),
         ..Machine::default()
     };
     let Ok(stops) = stops(recipe, &machine.limits, false) else {

@@ -22,7 +22,7 @@ pub(super) struct Judged {
 
 /// What a recipe promises, in words and as JSON.
 pub(super) fn promised(recipe: &Recipe<'_>) -> Result<Option<(String, Value)>, RecipeError> {
-    let Some(expectation) = recipe.statements()?.expectation else {
+    let Some(expectation) = recipe.metadata()?.expectation else {
         return Ok(None);
     };
     let json = json!({

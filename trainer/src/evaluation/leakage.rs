@@ -29,7 +29,7 @@ impl TrainedOn {
     /// If what the recipe states about itself makes no sense.
     pub fn of_recipe(recipe: &Recipe<'_>) -> Result<Option<Self>, RecipeError> {
         let mut all = Self::default();
-        for (name, digest) in recipe.statements()?.materials {
+        for (name, digest) in recipe.metadata()?.materials {
             all.add(name.to_owned(), digest);
         }
         Ok((!all.names.is_empty()).then_some(all))

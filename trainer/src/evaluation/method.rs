@@ -3,7 +3,7 @@
 use glimpse_core::fit::Fitter;
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::{Model, ModelKind, Sample};
-use glimpse_core::recipe::{Descent, Learner, Recipe};
+use glimpse_core::recipe::{Descent, FitMethod, Recipe};
 use glimpse_kernels::scan::scan_some;
 use glimpse_kernels::with_model;
 use glimpse_materials::basis::{Basis, Coefficients};
@@ -109,15 +109,15 @@ impl<'a> Method<'a> {
         basis: Option<&'a Basis>,
         places: Places,
     ) -> Result<Self, JudgeError> {
-        let fitting = match (recipe.learner(), basis) {
-            (Learner::Descent(descent), _) => Fitting::DescentAnywhere(descent),
+        let fitting = match (recipe.method(), basis) {
+            (FitMethod::Descent(descent), _) => Fitting::DescentAnywhere(descent),
             // The recipe's reduced basis is of its own directions.
-            (Learner::Ridge(ridge), Some(basis)) => {
+            (FitMethod::Ridge(ridge), Some(basis)) => {
                 let precision = ridge.precision().iter().map(f64::from).collect();
                 Fitting::RidgeAnywhere(precision, basis)
             }
-            (Learner::Ridge(_), None) => return Err(JudgeError::Basis),
-            (Learner::Completed(_), _) => return Err(JudgeError::Elsewhere),
+            (FitMethod::Ridge(_), None) => return Err(JudgeError::Basis),
+            (FitMethod::Completed(_), _) => return Err(JudgeError::Elsewhere),
         };
         Ok(Self {
             name,
@@ -168,7 +168,7 @@ impl<'a> Method<'a> {
         let Fitting::Scan(recipe, _) = &self.fitting else {
             return Err(JudgeError::Readings);
         };
-        if readings.are_missing() && !recipe.learner().takes_missing() {
+        if readings.are_missing() && !recipe.method().takes_missing() {
             return Err(JudgeError::NeedsAll);
         }
         let samples = recipe.samples();
@@ -378,7 +378,7 @@ pub fn measure(material: &dyn Material, angles: &[Angles<f32>]) -> Vec<Sample<f3
 
 /// A recipe's descent at other directions than its own: core's, without a scan.
 fn learn<M: Model>(descent: Descent<'_>, samples: &[Sample<f32>]) -> Vec<f32> {
-    let learner = Learner::Descent(descent);
+    let learner = FitMethod::Descent(descent);
     let mut workspace = M::EMPTY;
     M::start(&mut workspace, &learner);
     M::advance(&mut workspace, &learner, samples, 0, u32::MAX);

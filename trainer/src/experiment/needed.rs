@@ -10,7 +10,7 @@ use glimpse_materials::Material;
 use glimpse_materials::sampling::sobol_valid;
 use glimpse_trainer::evaluation::MaterialScores;
 use glimpse_trainer::metrics::Scores;
-use glimpse_training::meta::learned::{ExpectedLoss, Learned, LearnedDescent, LearnedFit};
+use glimpse_training::meta::learned::{Learned, LearnedDescent, LearnedFit, ValidatedLoss};
 use glimpse_training::meta::options::Options;
 use glimpse_training::meta::plan::{Effort, Schedule};
 use glimpse_training::meta::start::first_guess;
@@ -164,7 +164,7 @@ pub(super) fn blank_recipe(samples: usize) -> anyhow::Result<Recipe> {
         }),
         prediction: None,
         basis: None,
-        expected_loss: ExpectedLoss {
+        expected_loss: ValidatedLoss {
             expected: Expected::new(1.0, [1.0; 2].into_iter()),
             split: ValidationSplit::Training,
         },

@@ -21,7 +21,7 @@ pub fn to_c(bytes: &[u8]) -> Result<String, RecipeError> {
         recipe.model(),
         recipe.samples(),
     );
-    if let Some(expectation) = recipe.statements()?.expectation {
+    if let Some(expectation) = recipe.metadata()?.expectation {
         source += &format!("   {}\n", expected(&expectation));
     }
     source += "   glimpse_scan_begin() and glimpse_recipe_describe() take the array and its size. */\n\n\

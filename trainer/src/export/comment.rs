@@ -1,6 +1,6 @@
 //! What a recipe states about itself, for a comment of source code.
 
-use glimpse_core::recipe::Expectation;
+use glimpse_core::recipe::ExpectedLoss;
 
 /// A text that ends no comment: one line, without the end of one in C.
 pub(super) fn in_comment(text: &str) -> String {
@@ -12,8 +12,8 @@ pub(super) fn in_comment(text: &str) -> String {
 }
 
 /// The loss to expect, and on what it was found.
-pub(super) fn expected(expectation: &Expectation<'_>) -> String {
-    let Expectation {
+pub(super) fn expected(expectation: &ExpectedLoss<'_>) -> String {
+    let ExpectedLoss {
         loss,
         materials,
         on,
@@ -36,7 +36,7 @@ mod tests {
     fn no_text_ends_its_comment() {
         assert_eq!(in_comment("a\nfn b() {}\r*/ c"), "a fn b() {} * / c");
         let of = |materials| {
-            expected(&Expectation {
+            expected(&ExpectedLoss {
                 loss: 0.0125,
                 standard_error: None,
                 materials,

@@ -1,11 +1,11 @@
 //! A recipe as JSON: complete enough to redo the fit elsewhere.
 
 use glimpse_core::fit::Target;
-use glimpse_core::fit::completion::Missing;
+use glimpse_core::fit::coefficient_net::MissingPolicy;
 use glimpse_core::geometry::ArmAngles;
 use glimpse_core::gonio::Limits;
 use glimpse_core::recipe::{
-    Completed, Descent, Expectation, Floats, Learner, Materials, Noise, Provenance, Recipe,
+    Completed, Descent, ExpectedLoss, FitMethod, Floats, Materials, Noise, Provenance, Recipe,
     RecipeError, Ridge, Training,
 };
 use serde_json::{Value, json};
@@ -25,7 +25,7 @@ use serde_json::{Value, json};
 /// # Errors
 /// If what it states about itself makes no sense.
 pub fn to_json(recipe: &Recipe<'_>) -> Result<Value, RecipeError> {
-    let statements = recipe.statements()?;
+    let statements = recipe.metadata()?;
     let pattern: Vec<[f32; 3]> = recipe
         .pattern()
         .map(|angles| [angles.theta_h, angles.theta_d, angles.phi_d])
@@ -51,10 +51,10 @@ pub fn to_json(recipe: &Recipe<'_>) -> Result<Value, RecipeError> {
         "training": statements.training.map(training),
         "materials": materials(statements.materials),
     });
-    match recipe.learner() {
-        Learner::Descent(descent) => add_descent(&mut value, &descent),
-        Learner::Ridge(ridge) => add_ridge(&mut value, &ridge),
-        Learner::Completed(completed) => add_completed(&mut value, &completed),
+    match recipe.method() {
+        FitMethod::Descent(descent) => add_descent(&mut value, &descent),
+        FitMethod::Ridge(ridge) => add_ridge(&mut value, &ridge),
+        FitMethod::Completed(completed) => add_completed(&mut value, &completed),
     }
     Ok(value)
 }
@@ -77,7 +77,7 @@ fn noise(noise: Noise) -> Value {
 }
 
 /// Unknown values are null.
-fn expectation(expectation: Expectation<'_>) -> Value {
+fn expectation(expectation: ExpectedLoss<'_>) -> Value {
     let is_known = expectation.materials > 0;
     json!({
         "loss": expectation.loss,
@@ -158,7 +158,7 @@ fn add_completed(value: &mut Value, completed: &Completed<'_>) {
     value["completion"] = json!({
         "components": components,
         "takes_missing": completed.takes_missing(),
-        "gain": completed.missing() == Missing::CountForMore,
+        "gain": completed.missing() == MissingPolicy::CountForMore,
         "centre": list(completed.centre()),
         "scale": completed.scale(),
         "readings": samples,

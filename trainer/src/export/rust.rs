@@ -3,8 +3,8 @@
 use std::fmt::Write;
 
 use glimpse_core::fit::Target;
-use glimpse_core::fit::completion::Missing;
-use glimpse_core::recipe::{Completed, Descent, Floats, Learner, Recipe, RecipeError, Ridge};
+use glimpse_core::fit::coefficient_net::MissingPolicy;
+use glimpse_core::recipe::{Completed, Descent, FitMethod, Floats, Recipe, RecipeError, Ridge};
 
 use super::comment::{expected, in_comment};
 
@@ -13,7 +13,7 @@ use super::comment::{expected, in_comment};
 /// # Errors
 /// If what it states about itself makes no sense.
 pub fn to_rust(recipe: &Recipe<'_>) -> Result<String, RecipeError> {
-    let statements = recipe.statements()?;
+    let statements = recipe.metadata()?;
     let mut source = format!(
         "//! Recipe {:08x}: {} at n = {}.\n",
         recipe.checksum(),
@@ -34,14 +34,14 @@ pub fn to_rust(recipe: &Recipe<'_>) -> Result<String, RecipeError> {
         source += &format!("//! {}\n", expected(&expectation));
     }
     source.push('\n');
-    let learner = recipe.learner();
+    let learner = recipe.method();
     let descent = match &learner {
-        Learner::Descent(descent) => Some(descent),
-        Learner::Completed(completed) => match completed.target() {
+        FitMethod::Descent(descent) => Some(descent),
+        FitMethod::Completed(completed) => match completed.target() {
             Target::Descent(descent, _) => Some(descent),
             Target::Linear(_) => None,
         },
-        Learner::Ridge(_) => None,
+        FitMethod::Ridge(_) => None,
     };
     if let Some(descent) = descent {
         let steps = descent.inner_steps().to_string();
@@ -59,9 +59,9 @@ pub fn to_rust(recipe: &Recipe<'_>) -> Result<String, RecipeError> {
         3,
     );
     match learner {
-        Learner::Descent(descent) => add_descent(&mut source, &descent),
-        Learner::Ridge(ridge) => add_ridge(&mut source, &ridge),
-        Learner::Completed(completed) => add_completed(&mut source, &completed),
+        FitMethod::Descent(descent) => add_descent(&mut source, &descent),
+        FitMethod::Ridge(ridge) => add_ridge(&mut source, &ridge),
+        FitMethod::Completed(completed) => add_completed(&mut source, &completed),
     }
     source.truncate(source.trim_end().len());
     source.push('\n');
@@ -125,7 +125,7 @@ fn add_completed(source: &mut String, completed: &Completed<'_>) {
         "TAKES_MISSING: bool",
         &missing,
     );
-    let gain = (completed.missing() == Missing::CountForMore).to_string();
+    let gain = (completed.missing() == MissingPolicy::CountForMore).to_string();
     constant(
         source,
         "Whether readings are multiplied by sqrt(n / k) where k of n are there.",

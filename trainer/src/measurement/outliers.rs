@@ -19,10 +19,10 @@
 //! looked at again.
 
 use glimpse_core::fit::Target;
-use glimpse_core::fit::completion::standardized;
+use glimpse_core::fit::coefficient_net::standardized;
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::linear::unmap;
-use glimpse_core::recipe::{Learner, Recipe};
+use glimpse_core::recipe::{FitMethod, Recipe};
 use glimpse_materials::basis::widened;
 use glimpse_materials::{Material, Procedural};
 use nalgebra::{Cholesky, DMatrix, DVector};
@@ -305,7 +305,7 @@ impl Part {
 
     /// The materials of a recipe's training, where the recipe holds their components.
     fn trained(recipe: &Recipe<'_>) -> Option<Self> {
-        let Learner::Completed(completed) = recipe.learner() else {
+        let FitMethod::Completed(completed) = recipe.method() else {
             return None;
         };
         let Target::Linear(components) = completed.target() else {
@@ -337,7 +337,7 @@ impl Part {
 
 /// The mean logarithms of a recipe's training, where it says them.
 fn centre(recipe: &Recipe<'_>) -> Option<DVector<f64>> {
-    let Learner::Completed(completed) = recipe.learner() else {
+    let FitMethod::Completed(completed) = recipe.method() else {
         return None;
     };
     let centre = completed.centre().iter().map(f64::from);

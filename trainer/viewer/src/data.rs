@@ -4,7 +4,7 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use glimpse_core::geometry::{ArmAngles, HalfDifference};
 use glimpse_core::model::linear::Basis;
-use glimpse_core::recipe::{Learner, Recipe, RecipeError};
+use glimpse_core::recipe::{FitMethod, Recipe, RecipeError};
 use glimpse_materials::Material;
 use glimpse_materials::loss::{fewer_directions, loss_between};
 use glimpse_training::linear::{CHANNELS, SINGLE_NODES, single_material};
@@ -97,9 +97,9 @@ impl Shown {
             "name": self.name,
             "model": recipe.model().name(),
             "how": how(&recipe),
-            "takes_missing": recipe.learner().takes_missing(),
+            "takes_missing": recipe.method().takes_missing(),
             "expected_loss": recipe.expected_loss(),
-            "trained_on": recipe.statements()?.provenance.map(|provenance| provenance.data),
+            "trained_on": recipe.metadata()?.provenance.map(|provenance| provenance.data),
             "recipe": STANDARD.encode(&self.recipe),
             "basis": self.basis.as_ref().map(|basis| STANDARD.encode(basis)),
             "samples": samples,
@@ -109,10 +109,10 @@ impl Shown {
 
 /// How a recipe fits, in a few words.
 fn how(recipe: &Recipe<'_>) -> String {
-    match recipe.learner() {
-        Learner::Descent(descent) => format!("{} steps of SGD", descent.inner_steps()),
-        Learner::Ridge(ridge) => format!("{} components, solved", ridge.components()),
-        Learner::Completed(_) => "completed readings".to_owned(),
+    match recipe.method() {
+        FitMethod::Descent(descent) => format!("{} steps of SGD", descent.inner_steps()),
+        FitMethod::Ridge(ridge) => format!("{} components, solved", ridge.components()),
+        FitMethod::Completed(_) => "completed readings".to_owned(),
     }
 }
 

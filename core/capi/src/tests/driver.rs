@@ -4,7 +4,7 @@ use core::mem::MaybeUninit;
 use core::ptr::{null, null_mut};
 use std::vec::Vec;
 
-use glimpse_core::link::{Answerer, FRAME_BYTES, PROTOCOL, Received, Refusal, Reply, Request};
+use glimpse_core::link::{FRAME_BYTES, PROTOCOL, Received, Refusal, Reply, Request, Server};
 
 use super::{Bytes, RECIPES, reading, values_by_core};
 use crate::driver::{
@@ -102,7 +102,7 @@ fn a_driver_alone_ends_in_the_same_bits_as_rust() {
 
 /// A host that answers what it hears, with the recipe's bytes passing through.
 struct Scanner {
-    answerer: Answerer,
+    answerer: Server,
     values: Vec<f32>,
     refuses: Option<Refusal>,
     failures: usize,
@@ -111,7 +111,7 @@ struct Scanner {
 impl Scanner {
     fn new() -> Self {
         Self {
-            answerer: Answerer::new(),
+            answerer: Server::new(),
             values: Vec::new(),
             refuses: None,
             failures: 0,

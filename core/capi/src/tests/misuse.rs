@@ -4,7 +4,7 @@ use core::ptr::{null, null_mut};
 use std::vec::Vec;
 
 use glimpse_core::model::ModelKind;
-use glimpse_core::recipe::{Ingredients, PackedDescent, PackedLearner, Recipe};
+use glimpse_core::recipe::{PackedDescent, PackedMethod, Recipe, RecipeParts};
 
 use super::{Bytes, MIRROR, NEURAL, RECIPES, begin};
 use crate::driver::{
@@ -217,8 +217,8 @@ fn too_many_samples() -> Vec<u8> {
         initial: &[0; PARAMETERS],
         step_sizes: &[0; PARAMETERS],
     };
-    let ingredients = Ingredients::new(&pattern, PackedLearner::Descent(descent));
+    let parts = RecipeParts::new(&pattern, PackedMethod::Descent(descent));
     let mut buffer = [0; 4_096];
-    let bytes = Recipe::write(&ingredients, &mut buffer).unwrap();
+    let bytes = Recipe::write(&parts, &mut buffer).unwrap();
     bytes.to_vec()
 }

@@ -1,7 +1,7 @@
 //! The adjoints against central differences, in f64, for every weight and every input.
 
-use glimpse_core::fit::completion::{
-    Completion, CompletionGradient, Input, Plain, Start, StartGradient,
+use glimpse_core::fit::coefficient_net::{
+    CoefficientNet, CoefficientNetGradient, InitNet, InitNetGradient, Input, Plain,
 };
 
 use crate::differences::assert_slopes;
@@ -74,8 +74,8 @@ impl Case {
         }
     }
 
-    fn completion(&self) -> Completion<'_, f64, Plain> {
-        Completion {
+    fn completion(&self) -> CoefficientNet<'_, f64, Plain> {
+        CoefficientNet {
             components: self.components,
             readings: &self.readings,
             scales: &[],
@@ -123,7 +123,7 @@ fn check(missing: &[bool], components: usize, hidden: usize) {
         for (list, lambda) in channels.zip(case.lambda.chunks(components)) {
             list[..components].copy_from_slice(lambda);
         }
-        let mut gradient = CompletionGradient {
+        let mut gradient = CoefficientNetGradient {
             readings: &mut readings,
             bias: &mut bias,
             output: &mut output,
@@ -198,8 +198,8 @@ impl StartCase {
         }
     }
 
-    fn start(&self) -> Start<'_, f64, Plain> {
-        Start {
+    fn start(&self) -> InitNet<'_, f64, Plain> {
+        InitNet {
             hidden: &self.hidden,
             hidden_scales: &[],
             bias: &self.bias,
@@ -248,7 +248,7 @@ fn the_adjoint_of_a_start_agrees_with_differences() {
         let mut by_coefficients = vec![0.0; 3 * components];
         for _ in 0..2 {
             let mut by_units = vec![f64::NAN; room];
-            let mut gradient = StartGradient {
+            let mut gradient = InitNetGradient {
                 hidden: &mut hidden,
                 bias: &mut bias,
                 output: &mut output,

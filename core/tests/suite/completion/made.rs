@@ -1,10 +1,10 @@
 //! Recipes of made-up numbers, with every ingredient in the open.
 
-use glimpse_core::fit::completion::Missing;
+use glimpse_core::fit::coefficient_net::MissingPolicy;
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::{
-    Expectation, Ingredients, PackedCompletion, PackedDescent, PackedLearner, PackedStart, Recipe,
-    RecipeError,
+    ExpectedLoss, PackedCoefficientNet, PackedDescent, PackedInitNet, PackedMethod, Recipe,
+    RecipeError, RecipeParts,
 };
 
 use crate::random::Random;
@@ -72,7 +72,7 @@ pub(crate) const WORDS: usize = 36;
 
 impl Made {
     /// Of pseudo-random numbers.
-    pub(crate) fn new(model: ModelKind, shape: Shape, missing: Missing) -> Self {
+    pub(crate) fn new(model: ModelKind, shape: Shape, missing: MissingPolicy) -> Self {
         let [n, m, h, g] = shape;
         let mut random = Random(7 + model as u64);
         let pattern = (0..n).flat_map(|k| {
@@ -117,7 +117,7 @@ impl Made {
     }
 
     /// A small one.
-    pub(crate) fn small(model: ModelKind, missing: Missing) -> Self {
+    pub(crate) fn small(model: ModelKind, missing: MissingPolicy) -> Self {
         Self::new(model, SMALL, missing)
     }
 
@@ -139,7 +139,7 @@ impl Made {
                 initial: packed(&descends.initial).leak(),
                 step_sizes: packed(&descends.step_sizes).leak(),
             };
-            let start = PackedStart {
+            let start = PackedInitNet {
                 hidden: signed(&starts.hidden).leak(),
                 hidden_scales: packed(&starts.hidden_scales).leak(),
                 bias: packed(&starts.bias).leak(),
@@ -148,7 +148,7 @@ impl Made {
             };
             (descent, start)
         });
-        let completion = PackedCompletion {
+        let completion = PackedCoefficientNet {
             components: self.components as u16,
             missing: self.missing,
             centre: &packed(&self.centre),
@@ -164,15 +164,15 @@ impl Made {
         };
         let pattern = packed(&self.pattern);
         let prediction = self.prediction.as_deref().map(packed);
-        write(&Ingredients {
+        write(&RecipeParts {
             prediction: prediction.as_deref(),
-            expectation: Some(Expectation {
+            expectation: Some(ExpectedLoss {
                 loss: 0.03,
                 standard_error: None,
                 materials: 0,
                 on: "nothing",
             }),
-            ..Ingredients::new(&pattern, PackedLearner::Completed(completion, then))
+            ..RecipeParts::new(&pattern, PackedMethod::Completed(completion, then))
         })
     }
 

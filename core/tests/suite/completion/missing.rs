@@ -1,6 +1,6 @@
 //! Readings that are missing or saturated: which recipes can do without them, and what is left.
 
-use glimpse_core::fit::completion::{Missing, gain};
+use glimpse_core::fit::coefficient_net::{MissingPolicy, dropout_gain};
 use glimpse_core::scan::{FitError, Memory, Reading, Scan};
 
 use super::made::{Made, SAMPLES};
@@ -25,7 +25,7 @@ fn saturated(index: u16) -> Reading {
 }
 
 /// Calls `check` with an empty scan by a recipe of each model.
-fn each(missing: Missing, check: impl Fn(&Made, &mut Scan<'_, '_, Any, SAMPLES>)) {
+fn each(missing: MissingPolicy, check: impl Fn(&Made, &mut Scan<'_, '_, Any, SAMPLES>)) {
     for kind in MODELS {
         let made = Made::small(kind, missing);
         let mut memory = Memory::<Any, SAMPLES>::new();
@@ -35,7 +35,7 @@ fn each(missing: Missing, check: impl Fn(&Made, &mut Scan<'_, '_, Any, SAMPLES>)
 
 #[test]
 fn a_recipe_that_needs_all_readings_says_which_is_missing() {
-    each(Missing::NoFit, |made, scan| {
+    each(MissingPolicy::NoFit, |made, scan| {
         for index in [0, 2, 1, 5, 4, 3] {
             let (first, _) = scan.next_pending().unwrap();
             let missing = scan.pending().count() as u16;
@@ -51,8 +51,12 @@ fn a_recipe_that_needs_all_readings_says_which_is_missing() {
 #[test]
 fn with_all_readings_all_fit_alike() {
     for kind in MODELS {
-        let [without, alike, more] = [Missing::NoFit, Missing::CountAlike, Missing::CountForMore]
-            .map(|missing| whole_by_type(&Made::small(kind, missing), &all(SAMPLES)));
+        let [without, alike, more] = [
+            MissingPolicy::NoFit,
+            MissingPolicy::CountAlike,
+            MissingPolicy::CountForMore,
+        ]
+        .map(|missing| whole_by_type(&Made::small(kind, missing), &all(SAMPLES)));
         assert_eq!(alike, without);
         assert_eq!(more, without);
     }
@@ -61,7 +65,7 @@ fn with_all_readings_all_fit_alike() {
 /// After each reading the fit goes by those that are there; the order does not count.
 #[test]
 fn one_reading_is_enough_and_each_further_one_counts() {
-    each(Missing::CountForMore, |made, scan| {
+    each(MissingPolicy::CountForMore, |made, scan| {
         let (missing, first) = (SAMPLES as u16, 0);
         let error = FitError::Incomplete { missing, first };
         assert_eq!(scan.fit().err(), Some(error));
@@ -86,21 +90,28 @@ fn the_gain_is_the_root_of_the_share_that_is_missing() {
     for samples in 1..=64_usize {
         for present in 1..=samples {
             let expected = (samples as f64 / present as f64).sqrt();
-            assert_close("gain", [gain(samples, present)].into_iter(), &[expected]);
+            assert_close(
+                "gain",
+                [dropout_gain(samples, present)].into_iter(),
+                &[expected],
+            );
             let there = (0..samples).map(|sample| sample < present);
-            let alike = [Missing::NoFit, Missing::CountAlike];
-            assert_eq!(alike.map(|each| each.gain(there.clone())), [1.0; 2]);
-            let more = Missing::CountForMore.gain(there);
-            assert_eq!(more, gain(samples, present));
+            let alike = [MissingPolicy::NoFit, MissingPolicy::CountAlike];
+            assert_eq!(alike.map(|each| each.dropout_gain(there.clone())), [1.0; 2]);
+            let more = MissingPolicy::CountForMore.dropout_gain(there);
+            assert_eq!(more, dropout_gain(samples, present));
         }
         // No more than what there is, and nothing to multiply.
-        assert_eq!([gain(samples, samples), gain(samples, 0)], [1.0; 2]);
+        assert_eq!(
+            [dropout_gain(samples, samples), dropout_gain(samples, 0)],
+            [1.0; 2]
+        );
     }
 }
 
 #[test]
 fn a_saturated_reading_is_left_out_where_others_are_there() {
-    each(Missing::CountForMore, |made, scan| {
+    each(MissingPolicy::CountForMore, |made, scan| {
         record(scan, [0, 2, 3, 5], clear);
         record(scan, [1, 4], saturated);
         let outcome = fit(scan, &[5]);
@@ -117,7 +128,7 @@ fn a_saturated_reading_is_left_out_where_others_are_there() {
 
 #[test]
 fn if_all_are_saturated_they_count() {
-    each(Missing::CountForMore, |made, scan| {
+    each(MissingPolicy::CountForMore, |made, scan| {
         record(scan, [2, 3], saturated);
         let outcome = fit(scan, &[5]);
         let clear_ones = whole_by_type(made, &subset(0b1100));
@@ -134,7 +145,7 @@ fn if_all_are_saturated_they_count() {
 
 #[test]
 fn a_recipe_that_needs_all_readings_counts_saturated_ones() {
-    each(Missing::NoFit, |made, scan| {
+    each(MissingPolicy::NoFit, |made, scan| {
         record(scan, [0], clear);
         record(scan, 1..6, saturated);
         let outcome = fit(scan, &[5]);
@@ -146,7 +157,7 @@ fn a_recipe_that_needs_all_readings_counts_saturated_ones() {
 
 #[test]
 fn a_restart_forgets() {
-    each(Missing::CountForMore, |made, scan| {
+    each(MissingPolicy::CountForMore, |made, scan| {
         // Readings so large that a fit of them is refused.
         record(scan, 0..6, |_| Reading::new([1e4; 3]));
         assert_eq!(fit(scan, &[5]), Outcome::Implausible);
@@ -164,7 +175,7 @@ fn a_restart_forgets() {
 /// Counts instead of BRDFs are refused among few readings as among all of them.
 #[test]
 fn counts_are_refused_among_few_readings() {
-    each(Missing::CountForMore, |_, scan| {
+    each(MissingPolicy::CountForMore, |_, scan| {
         for index in [0, 2, 3, 5] {
             assert!(scan.fit().is_ok() || index == 0);
             scan.record(index, Reading::new([1e4; 3])).unwrap();
@@ -176,7 +187,7 @@ fn counts_are_refused_among_few_readings() {
 /// The mean is over the readings that are there, not over the pattern.
 #[test]
 fn the_residual_counts_the_readings_that_are_there() {
-    each(Missing::CountForMore, |_, scan| {
+    each(MissingPolicy::CountForMore, |_, scan| {
         scan.record(4, clear(4)).unwrap();
         let residual = fit(scan, &[5]).residual();
         assert_eq!((residual.mean, residual.worst_index), (residual.worst, 4));

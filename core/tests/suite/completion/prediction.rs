@@ -1,9 +1,9 @@
 //! The predicted loss of a fit follows its formula, for every model and whatever is missing.
 
-use glimpse_core::fit::completion::Missing;
+use glimpse_core::fit::coefficient_net::MissingPolicy;
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::{
-    Field, Ingredients, Kind, MAX_PREDICTION, PackedDescent, PackedLearner, Recipe, RecipeError,
+    Field, Kind, MAX_PREDICTION, PackedDescent, PackedMethod, Recipe, RecipeError, RecipeParts,
 };
 use glimpse_core::scan::{Memory, Scan};
 
@@ -20,7 +20,7 @@ const PREDICTION: [f32; 5] = [-4.0, 0.3, -0.2, 0.5, 0.1];
 fn made(model: ModelKind) -> Made {
     Made {
         prediction: Some(PREDICTION.to_vec()),
-        ..Made::small(model, Missing::CountForMore)
+        ..Made::small(model, MissingPolicy::CountForMore)
     }
 }
 
@@ -63,7 +63,7 @@ fn the_prediction_follows_its_formula() {
 #[test]
 fn without_the_section_nothing_is_predicted() {
     for model in MODELS {
-        let made = Made::small(model, Missing::CountForMore);
+        let made = Made::small(model, MissingPolicy::CountForMore);
         assert_eq!(predicted(&made, &all(SAMPLES), 5), None);
     }
 }
@@ -103,12 +103,12 @@ fn a_prediction_without_a_completion_is_refused() {
         initial: &ones,
         step_sizes: &ones,
     };
-    let ingredients = Ingredients {
+    let parts = RecipeParts {
         prediction: Some(&[0; 4]),
-        ..Ingredients::new(&[0; 12], PackedLearner::Descent(descent))
+        ..RecipeParts::new(&[0; 12], PackedMethod::Descent(descent))
     };
     let error = RecipeError::Missing(Kind::COMPLETION);
-    assert_eq!(write(&ingredients), Err(error));
+    assert_eq!(write(&parts), Err(error));
 }
 
 #[test]

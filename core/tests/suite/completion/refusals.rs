@@ -1,6 +1,6 @@
 //! Recipes that complete readings are refused by the name of their fault.
 
-use glimpse_core::fit::completion::Missing;
+use glimpse_core::fit::coefficient_net::MissingPolicy;
 use glimpse_core::fit::{MAX_ROWS, MAX_UNITS};
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::{Field, HEADER_BYTES, Kind, Recipe, RecipeError, VERSION};
@@ -21,7 +21,7 @@ const LINEAR: [ModelKind; 1] = [ModelKind::Linear];
 const PHONG: [ModelKind; 1] = [ModelKind::Phong];
 
 fn small(model: ModelKind) -> Made {
-    Made::small(model, Missing::CountForMore)
+    Made::small(model, MissingPolicy::CountForMore)
 }
 
 fn descends(made: &mut Made) -> &mut Descends {
@@ -150,7 +150,7 @@ fn the_largest_counts_are_not_refused() {
     for (components, hidden) in [(1, MAX_ROWS - 1), (MAX_ROWS, 0)] {
         for model in [ModelKind::Linear, ModelKind::Phong] {
             let shape = [SAMPLES, components, hidden, MAX_UNITS];
-            let made = Made::new(model, shape, Missing::CountForMore);
+            let made = Made::new(model, shape, MissingPolicy::CountForMore);
             assert!(made.write().is_ok(), "{model}");
         }
     }
@@ -246,7 +246,7 @@ fn a_companion_that_is_missing_or_too_many_is_named() {
         assert_eq!(refusal(&recipe_with(&phong(kinds))), error, "{kinds:?}");
     }
 
-    // A ridge is by itself; a start next to it is not a second learner.
+    // A ridge is by itself; a start next to it is not a second method.
     let (learners, beside) = (RecipeError::Learners(2), RecipeError::Beside(start));
     for (others, error) in [
         (&[completion][..], learners),

@@ -1,7 +1,7 @@
 //! Whole scans: the values are those of the formulas, whatever the slices, and for the descents those
 //! of their steps from there.
 
-use glimpse_core::fit::completion::Missing;
+use glimpse_core::fit::coefficient_net::MissingPolicy;
 use glimpse_core::fit::{AnyModel, Fitter, Linear};
 use glimpse_core::geometry::HalfDifference;
 use glimpse_core::model::{CookTorrance, Model, ModelKind, Neural, ParameterSet, Phong, Sample};
@@ -61,7 +61,7 @@ fn without_steps(made: &Made) -> Made {
 #[test]
 fn a_fit_begins_with_the_result_of_the_formulas() {
     for kind in MODELS {
-        for missing in [Missing::CountAlike, Missing::CountForMore] {
+        for missing in [MissingPolicy::CountAlike, MissingPolicy::CountForMore] {
             let made = without_steps(&Made::small(kind, missing));
             for readings in cases() {
                 let values = whole_by_type(&made, &readings).values();
@@ -74,7 +74,7 @@ fn a_fit_begins_with_the_result_of_the_formulas() {
 
 /// K steps from there, each by the gradient of all readings at once: the same bits.
 fn descends<M: Model>() {
-    let made = Made::small(M::KIND, Missing::CountForMore);
+    let made = Made::small(M::KIND, MissingPolicy::CountForMore);
     for readings in cases() {
         let start = whole::<M>(&without_steps(&made), &readings).values();
         let read = readings.iter().flatten().count();
@@ -112,7 +112,7 @@ fn a_descent_goes_on_from_there() {
 }
 
 fn sliced<K: Fitter>(kind: ModelKind) {
-    let made = Made::small(kind, Missing::CountForMore);
+    let made = Made::small(kind, MissingPolicy::CountForMore);
     let mut memory = Memory::<K, SAMPLES>::new();
     let mut scan = Scan::new(made.recipe(), &mut memory).unwrap();
     for readings in cases() {
@@ -157,8 +157,8 @@ fn one_memory_serves_one_recipe_after_the_other() {
     let mut memory = Memory::<Any, SAMPLES>::new();
     for kind in MODELS.into_iter().chain(MODELS) {
         let missing = match kind {
-            ModelKind::Phong => Missing::NoFit,
-            _ => Missing::CountForMore,
+            ModelKind::Phong => MissingPolicy::NoFit,
+            _ => MissingPolicy::CountForMore,
         };
         let made = Made::small(kind, missing);
         let mut scan = Scan::new(made.recipe(), &mut memory).unwrap();
@@ -170,7 +170,7 @@ fn one_memory_serves_one_recipe_after_the_other() {
 
 #[test]
 fn linears_residual_is_that_of_the_formulas() {
-    let made = Made::small(ModelKind::Linear, Missing::CountForMore);
+    let made = Made::small(ModelKind::Linear, MissingPolicy::CountForMore);
     for readings in cases() {
         let outcome = whole::<Linear<WORDS>>(&made, &readings);
         let values: Vec<f64> = outcome.values().into_iter().map(f64::from).collect();
@@ -193,7 +193,7 @@ fn linears_residual_is_that_of_the_formulas() {
 fn a_reading_whose_logarithm_is_not_finite_diverges() {
     for kind in MODELS {
         for channel in 0..3 {
-            let made = Made::small(kind, Missing::CountForMore);
+            let made = Made::small(kind, MissingPolicy::CountForMore);
             let mut readings = all(SAMPLES);
             readings[2].as_mut().unwrap()[channel] = 3e38;
             assert_eq!(whole::<Any>(&made, &readings), Outcome::Diverged, "{kind}");
@@ -207,7 +207,7 @@ fn a_recipe_for_another_firmware_is_refused() {
     const TOO_FEW: usize = WORDS - 1;
     fn refused<K: Fitter>(model: ModelKind) -> Option<ScanError> {
         let mut memory = Memory::<K, SAMPLES>::new();
-        let recipe = Made::small(model, Missing::CountForMore).recipe();
+        let recipe = Made::small(model, MissingPolicy::CountForMore).recipe();
         Scan::new(recipe, &mut memory).err()
     }
     let (linear, phong) = (ModelKind::Linear, ModelKind::Phong);
@@ -226,7 +226,7 @@ fn a_recipe_for_another_firmware_is_refused() {
 #[test]
 fn dark_readings_are_brought_up() {
     for kind in MODELS {
-        let made = Made::small(kind, Missing::CountForMore);
+        let made = Made::small(kind, MissingPolicy::CountForMore);
         let recipe = made.recipe();
         let mut memory = Memory::<Any, SAMPLES>::new();
         let mut scan = Scan::new(recipe, &mut memory).unwrap();

@@ -1,9 +1,9 @@
 //! Recipes are read and copied as they were written, to the bit.
 
 use glimpse_core::fit::Target;
-use glimpse_core::fit::completion::Missing;
+use glimpse_core::fit::coefficient_net::MissingPolicy;
 use glimpse_core::model::ModelKind;
-use glimpse_core::recipe::{Ingredients, Kind, Recipe};
+use glimpse_core::recipe::{Kind, Recipe, RecipeParts};
 
 use super::made::Made;
 use crate::recipes::{packed, parsed, write};
@@ -15,18 +15,22 @@ fn numbers(recipe: &Recipe<'_>) -> Vec<u16> {
 
 #[test]
 fn a_recipe_is_read_as_it_was_written() {
-    let missings = [Missing::NoFit, Missing::CountAlike, Missing::CountForMore];
+    let missings = [
+        MissingPolicy::NoFit,
+        MissingPolicy::CountAlike,
+        MissingPolicy::CountForMore,
+    ];
     for (kind, missing) in MODELS.into_iter().zip(missings.into_iter().cycle()) {
         let made = Made::small(kind, missing);
         let recipe = made.recipe();
         assert_eq!(recipe.model(), kind);
-        assert_eq!(recipe.learner().model(), kind);
+        assert_eq!(recipe.method().model(), kind);
         // It is neither a descent nor a ridge by itself.
         assert!(recipe.descent().is_none() && recipe.ridge().is_none());
         let completed = recipe.completed().unwrap();
         assert_eq!(completed.model(), kind);
         assert_eq!(completed.missing(), missing);
-        assert_eq!(completed.takes_missing(), missing != Missing::NoFit);
+        assert_eq!(completed.takes_missing(), missing != MissingPolicy::NoFit);
         assert_eq!(completed.scale(), made.scale);
         assert!(completed.centre().iter().eq(made.centre));
         let weights = completed.completion().readings.iter();
@@ -38,7 +42,7 @@ fn a_recipe_is_read_as_it_was_written() {
                 assert!(rows.map(|w| w.cast_signed()).eq(made.rows));
                 assert!(components.scales().iter().eq(made.row_scales));
                 assert_eq!(components.basis_checksum(), Some(0xfeed_beef));
-                assert_eq!(recipe.learner().basis_checksum(), Some(0xfeed_beef));
+                assert_eq!(recipe.method().basis_checksum(), Some(0xfeed_beef));
             }
             (Target::Descent(descent, start), Some((descends, starts))) => {
                 assert_eq!(numbers(&recipe), [0, 1, 3, 4, 130]);
@@ -48,7 +52,7 @@ fn a_recipe_is_read_as_it_was_written() {
                 assert_eq!(start.units(), starts.bias.len());
                 let weights = start.hidden.iter().map(|w| w.cast_signed());
                 assert!(weights.eq(starts.hidden.clone()));
-                assert_eq!(recipe.learner().basis_checksum(), None);
+                assert_eq!(recipe.method().basis_checksum(), None);
             }
             _ => panic!("another target was read than was written"),
         }
@@ -57,23 +61,25 @@ fn a_recipe_is_read_as_it_was_written() {
 
 #[test]
 fn a_checksum_of_0_names_no_basis() {
-    let mut made = Made::small(ModelKind::Linear, Missing::CountForMore);
+    let mut made = Made::small(ModelKind::Linear, MissingPolicy::CountForMore);
     made.basis_checksum = 0;
-    assert_eq!(made.recipe().learner().basis_checksum(), None);
+    assert_eq!(made.recipe().method().basis_checksum(), None);
 }
 
 #[test]
 fn a_recipe_that_was_read_is_written_and_copied_alike() {
     for kind in MODELS {
-        let bytes = Made::small(kind, Missing::CountForMore).write().unwrap();
+        let bytes = Made::small(kind, MissingPolicy::CountForMore)
+            .write()
+            .unwrap();
         let recipe = parsed(bytes.clone());
         let angles = recipe
             .pattern()
             .flat_map(|a| [a.theta_h, a.theta_d, a.phi_d]);
         let pattern = packed(&angles.collect::<Vec<_>>());
-        let again = write(&Ingredients {
-            expectation: recipe.statements().unwrap().expectation,
-            ..Ingredients::new(&pattern, recipe.learner().into())
+        let again = write(&RecipeParts {
+            expectation: recipe.metadata().unwrap().expectation,
+            ..RecipeParts::new(&pattern, recipe.method().into())
         });
         assert_eq!(again, Ok(bytes.clone()));
         let copy = |without: &[Kind]| {

@@ -2,7 +2,7 @@
 
 use glimpse_core::driver::{Action, Config, Driver};
 use glimpse_core::fit::Fitter;
-use glimpse_core::link::{Answerer, FRAME_BYTES, PROTOCOL, Received, Refusal, Reply, Request};
+use glimpse_core::link::{FRAME_BYTES, PROTOCOL, Received, Refusal, Reply, Request, Server};
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::Reading;
@@ -35,8 +35,8 @@ pub(crate) fn answer(request: &Request) -> Reply {
             index: *index,
             reading: material(*index),
         },
-        Request::Kept { index, reading } if *reading != material(*index) => {
-            Reply::Refused(Refusal::Kept)
+        Request::Saved { index, reading } if *reading != material(*index) => {
+            Reply::Refused(Refusal::Saved)
         }
         _ => Reply::Accepted,
     }
@@ -48,7 +48,7 @@ type Answer<'h> = Box<dyn FnMut(&Request) -> Option<Reply> + 'h>;
 /// The host at the other end of the line, and a record of messages and actions.
 pub(crate) struct Bench<'h> {
     answer: Answer<'h>,
-    answerer: Answerer,
+    answerer: Server,
     /// Spoils what is sent, in either direction.
     pub(crate) spoil: Box<dyn FnMut(Vec<u8>) -> Vec<u8> + 'h>,
     /// The device's own sensor.
@@ -76,7 +76,7 @@ impl<'h> Bench<'h> {
     pub(crate) fn new(answer: impl FnMut(&Request) -> Option<Reply> + 'h) -> Self {
         Self {
             answer: Box::new(answer),
-            answerer: Answerer::new(),
+            answerer: Server::new(),
             spoil: Box::new(|bytes| bytes),
             sensor: Box::new(material),
             delay: Box::new(|_| 0),
@@ -106,8 +106,8 @@ impl<'h> Bench<'h> {
                     self.heard.push(request);
                     self.on_time()
                 }
-                Some(Ok(Received::Waiting)) => self.on_time(),
-                Some(Ok(Received::Again(reply))) => Some(reply),
+                Some(Ok(Received::Pending)) => self.on_time(),
+                Some(Ok(Received::Duplicate(reply))) => Some(reply),
                 _ => None,
             };
             if let Some(reply) = reply {
@@ -246,5 +246,5 @@ pub(crate) fn is_measure(request: &Request) -> bool {
 }
 
 pub(crate) fn is_kept(request: &Request) -> bool {
-    matches!(request, Request::Kept { .. })
+    matches!(request, Request::Saved { .. })
 }

@@ -191,7 +191,7 @@ fn accepted_readings_are_not_taken_again() {
         let (mut offered, mut measured) = (Vec::new(), Vec::new());
         for request in &bench.heard {
             match request {
-                Request::Kept { index, reading } => {
+                Request::Saved { index, reading } => {
                     assert_eq!(*reading, material(*index));
                     offered.push(*index);
                 }
@@ -220,7 +220,7 @@ fn a_reading_that_a_fit_has_clamped_is_taken_again_and_no_other() {
                 let (index, reading) = (*index, noisy(*index));
                 Some(Reply::Measured { index, reading })
             }
-            Request::Kept { index, reading } => {
+            Request::Saved { index, reading } => {
                 assert_eq!(*reading, noisy(*index));
                 Some(Reply::Accepted)
             }

@@ -4,7 +4,7 @@ use glimpse_core::geometry::HalfDifference;
 use glimpse_core::model::ModelKind;
 use glimpse_core::model::linear::EPSILON;
 use glimpse_core::recipe::Recipe;
-use glimpse_core::scan::{LEAST_READING, Memory, Reading, ReadingError, Recorded, Residual, Scan};
+use glimpse_core::scan::{MIN_READING, Memory, Reading, ReadingError, Recorded, Residual, Scan};
 use proptest::prelude::*;
 
 use crate::scanning::{Any, MODELS, Outcome, each_scan, fit, material, recipe_of, record, whole};
@@ -18,7 +18,7 @@ fn impossible_readings_are_refused_and_asked_for_again() {
             ([0.1, f32::INFINITY, 0.1], ReadingError::NonFinite(1)),
             ([0.1, 0.1, f32::NEG_INFINITY], ReadingError::NonFinite(2)),
             (
-                [0.1, 0.1, LEAST_READING.next_down()],
+                [0.1, 0.1, MIN_READING.next_down()],
                 ReadingError::Negative(2),
             ),
             ([f32::MIN, 0.1, 0.1], ReadingError::Negative(0)),
@@ -72,7 +72,7 @@ fn slightly_negative_readings_are_taken_and_clamped_where_they_must_be() {
     for mut scan in each_scan() {
         let recipe = *scan.recipe();
         for index in 0..8 {
-            let value = least(&recipe, index).max(LEAST_READING);
+            let value = least(&recipe, index).max(MIN_READING);
             let recorded = scan.record(index, Reading::new([value, 0.1, 0.2]));
             assert_eq!(recorded, Ok(Recorded::default()));
         }
@@ -83,7 +83,7 @@ fn slightly_negative_readings_are_taken_and_clamped_where_they_must_be() {
         // Further below 0, a reading counts as if it were there, and is counted.
         let mut clamped = 0;
         for index in 0..8 {
-            let value = least(&recipe, index).next_down().max(LEAST_READING);
+            let value = least(&recipe, index).next_down().max(MIN_READING);
             let brdf = [value, 0.1, 0.2];
             let recorded = scan.record(index, Reading::new(brdf)).unwrap();
             assert_eq!(recorded.clamped, value < least(&recipe, index));

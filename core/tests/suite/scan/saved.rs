@@ -3,7 +3,7 @@
 use glimpse_core::fit::Fitter;
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::Recipe;
-use glimpse_core::scan::{LEAST_READING, Reading, ReadingError, Saved, SavedError};
+use glimpse_core::scan::{MIN_READING, Reading, ReadingError, Saved, SavedError};
 use proptest::prelude::*;
 use serde::Serialize;
 
@@ -208,7 +208,7 @@ fn impossible_readings_are_refused_when_they_are_saved_and_when_they_are_read() 
     for (value, error) in [
         (f32::NAN, ReadingError::NonFinite(1)),
         (f32::INFINITY, ReadingError::NonFinite(1)),
-        (LEAST_READING.next_down(), ReadingError::Negative(1)),
+        (MIN_READING.next_down(), ReadingError::Negative(1)),
     ] {
         let reading = Reading::new([0.1, value, 0.1]);
         let mut saved = saved(&recipe, 0.2, 3);

@@ -16,7 +16,7 @@ use glimpse_core::fit::Fitter;
 use glimpse_core::geometry::Directions;
 use glimpse_core::gonio::{Footprint, Limits, Machine, Speeds};
 use glimpse_core::link::{
-    Answerer, BYTES_PER_FRAME, FRAME_BYTES, Failure, PROTOCOL, Received, Reply, Request,
+    BYTES_PER_FRAME, FRAME_BYTES, Failure, PROTOCOL, Received, Reply, Request, Server,
 };
 use glimpse_core::model::Phong;
 use glimpse_core::recipe::Recipe;
@@ -34,7 +34,7 @@ type Answer<'b> = Box<dyn FnMut(&Request) -> Option<Reply> + 'b>;
 
 /// A host that answers requests, or is silent.
 struct Host<'b> {
-    answerer: Answerer,
+    answerer: Server,
     answer: Answer<'b>,
     requests: Vec<Request>,
 }
@@ -42,7 +42,7 @@ struct Host<'b> {
 impl<'b> Host<'b> {
     fn new(answer: impl FnMut(&Request) -> Option<Reply> + 'b) -> Self {
         Self {
-            answerer: Answerer::new(),
+            answerer: Server::new(),
             answer: Box::new(answer),
             requests: Vec::new(),
         }
@@ -60,7 +60,7 @@ impl<'b> Host<'b> {
                 self.requests.push(request.clone());
                 (self.answer)(&request)
             }
-            Some(Ok(Received::Again(reply))) => Some(reply),
+            Some(Ok(Received::Duplicate(reply))) => Some(reply),
             _ => None,
         };
         let mut buffer = [0; FRAME_BYTES];

@@ -19,8 +19,8 @@ use riscv_rt::entry;
 
 use glimpse_bench::Linear;
 use glimpse_core::driver::{Config, Driver, Host};
-use glimpse_core::fit::completion::{
-    Completion, CompletionGradient, Input, Plain, Start, StartGradient, standardized,
+use glimpse_core::fit::coefficient_net::{
+    CoefficientNet, CoefficientNetGradient, InitNet, InitNetGradient, Input, Plain, standardized,
 };
 use glimpse_core::fit::ridge::{Problem, RidgeGradient, factor_length, scratch_length};
 use glimpse_core::fit::{AnyModel, Fitter, Progress, Target, linear_words};
@@ -28,12 +28,12 @@ use glimpse_core::geometry::{Angles, ArmAngles, Directions, HalfDifference};
 use glimpse_core::gonio::{
     Calibration, Footprint, Limits, Machine, Quantity, Repeated, Speeds, tile,
 };
-use glimpse_core::link::{Answerer, Asker, FRAME_BYTES, Failure, Received, Reply, Request};
+use glimpse_core::link::{Client, FRAME_BYTES, Failure, Received, Reply, Request, Server};
 use glimpse_core::model::linear::Basis;
 use glimpse_core::model::linear::{map, unmap};
 use glimpse_core::model::{CookTorrance, ModelKind, Neural, Phong, Sample};
 use glimpse_core::numeric::math;
-use glimpse_core::recipe::{Field, Floats, Ingredients, Kind, Learner, Recipe};
+use glimpse_core::recipe::{Field, FitMethod, Floats, Kind, Recipe, RecipeParts};
 use glimpse_core::scan::{Memory, Reading, Residual, Saved, Scan};
 
 unsafe extern "C" {
@@ -214,30 +214,30 @@ fn recipe() {
     let mut buffer = [0; 64];
     let kinds = [Kind::new(any(200)), Kind::MATERIALS];
     let _ = black_box(recipe.copy_without(&kinds, black_box(&mut buffer[..])));
-    let mut ingredients = Ingredients::new(bytes(), recipe.learner().into());
-    if let Ok(statements) = recipe.statements() {
-        ingredients.limits = statements.limits;
-        ingredients.noise = statements.noise;
-        ingredients.expectation = statements.expectation;
-        ingredients.provenance = statements.provenance;
-        ingredients.training = statements.training;
+    let mut parts = RecipeParts::new(bytes(), recipe.method().into());
+    if let Ok(statements) = recipe.metadata() {
+        parts.limits = statements.limits;
+        parts.noise = statements.noise;
+        parts.expectation = statements.expectation;
+        parts.provenance = statements.provenance;
+        parts.training = statements.training;
         statements.materials.for_each(|material| {
             black_box(material);
         });
     }
-    let _ = black_box(Recipe::write(&ingredients, black_box(&mut buffer[..])));
+    let _ = black_box(Recipe::write(&parts, black_box(&mut buffer[..])));
     black_box(any(Field::Basis).range());
-    match recipe.learner() {
-        Learner::Descent(descent) => {
+    match recipe.method() {
+        FitMethod::Descent(descent) => {
             black_box((descent.model(), descent.inner_steps()));
             black_box((descent.initial(), descent.step_sizes()));
         }
-        Learner::Ridge(ridge) => {
+        FitMethod::Ridge(ridge) => {
             black_box((ridge.problem(), ridge.components(), ridge.basis()));
             black_box((ridge.mean(), ridge.median(), ridge.weight()));
             black_box((ridge.precision(), ridge.basis_checksum()));
         }
-        Learner::Completed(completed) => {
+        FitMethod::Completed(completed) => {
             black_box((completed.model(), completed.takes_missing()));
             black_box((completed.centre(), completed.scale()));
             let completion = completed.completion();
@@ -319,7 +319,7 @@ fn drive<K: Fitter>(driver: &mut Driver<'_, '_, K, 8>) {
 /// A completion and a start of lists of any length, with their adjoints.
 #[inline(never)]
 fn completion() {
-    let completion = Completion::<f32, Plain> {
+    let completion = CoefficientNet::<f32, Plain> {
         components: any(5),
         readings: numbers(),
         scales: numbers(),
@@ -340,14 +340,14 @@ fn completion() {
     completion.compute(inputs, state);
     let mut by_inputs = [[0.0; 3]; 4];
     let by_inputs = black_box(&mut by_inputs).get_mut(..any(4));
-    let mut gradient = CompletionGradient {
+    let mut gradient = CoefficientNetGradient {
         readings: &mut *a,
         bias: &mut *b,
         output: &mut *c,
     };
     let by_inputs = by_inputs.unwrap_or_default();
     completion.adjoint(inputs, state, by_state, &mut gradient, by_inputs);
-    let start = Start::<f32, Plain> {
+    let start = InitNet::<f32, Plain> {
         hidden: numbers(),
         hidden_scales: numbers(),
         bias: numbers(),
@@ -358,7 +358,7 @@ fn completion() {
     start.activate(coefficients, units);
     black_box(start.offset(any(3), units));
     start.offsets(any(3), units, by_state);
-    let mut gradient = StartGradient {
+    let mut gradient = InitNetGradient {
         hidden: a,
         bias: b,
         output: c,
@@ -434,8 +434,8 @@ fn link() {
     let mut frame = [0; FRAME_BYTES];
     let length = any(frame.len());
     let frame = frame.get_mut(..length).unwrap_or_default();
-    let mut asker = Asker::new();
-    let mut answerer = Answerer::new();
+    let mut asker = Client::new();
+    let mut answerer = Server::new();
     let progress = Progress {
         done: any(1),
         total: any(2),
@@ -466,7 +466,7 @@ fn link() {
             clamped: any(0),
         }),
         Request::Failed(any(Failure::NoReply)),
-        Request::Kept {
+        Request::Saved {
             index: any(1),
             reading: reading(),
         },

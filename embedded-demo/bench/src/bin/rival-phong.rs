@@ -12,7 +12,7 @@ use glimpse_bench::recipes::PHONG;
 use glimpse_bench::report::print_result;
 use glimpse_bench::{Refused, SAMPLES, measure};
 use glimpse_core::geometry::HalfDifference;
-use glimpse_core::recipe::{Learner, Recipe};
+use glimpse_core::recipe::{FitMethod, Recipe};
 use multicalc::numerical_derivative::AutoDiffMulti;
 use multicalc::optimization::LevenbergMarquardt;
 use multicalc::scalar::{Numeric, VectorFn};
@@ -62,7 +62,7 @@ glimpse_bench::firmware!(fit());
 fn fit() -> Result<(), Refused> {
     glimpse_bench::machine::stack::paint();
     let recipe = Recipe::parse(black_box(PHONG)).map_err(|_| Refused)?;
-    let Learner::Descent(descent) = recipe.learner() else {
+    let FitMethod::Descent(descent) = recipe.method() else {
         return Err(Refused);
     };
     let mut start = [0.0; PARAMETERS];

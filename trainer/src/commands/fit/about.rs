@@ -153,7 +153,7 @@ impl About {
                 checksum: format!("{:08x}", recipe.checksum()),
                 model: recipe.model().name(),
                 samples: recipe.samples(),
-                takes_missing: recipe.learner().takes_missing(),
+                takes_missing: recipe.method().takes_missing(),
             },
             measured: AboutMeasured {
                 file: name.to_string_lossy().into_owned(),
@@ -416,7 +416,7 @@ fn expected_loss(recipe: &Recipe<'_>, fit: &Fit) -> anyhow::Result<Option<Expect
             text: format!("{loss:.4}, as the recipe predicts from these readings{caution}"),
         }));
     }
-    let stated = recipe.statements()?.expectation;
+    let stated = recipe.metadata()?.expectation;
     Ok(stated
         .zip(expected_loss::expected_loss(recipe)?)
         .map(|(stated, promise)| ExpectedLoss {

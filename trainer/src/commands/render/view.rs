@@ -103,7 +103,7 @@ impl View {
         for (index, (path, file)) in self.recipes.iter().zip(&files).enumerate() {
             let recipe = file.recipe();
             tell_of(&recipe, &materials)?;
-            let basis = match recipe.learner().basis_checksum() {
+            let basis = match recipe.method().basis_checksum() {
                 Some(of) => Some(basis(path, of, compact.as_deref(), &mut is_used)?),
                 None => None,
             };

@@ -1,7 +1,7 @@
 //! `trainer evaluate`: how far its numbers can be relied on.
 
 use glimpse_core::geometry::{Angles, HalfDifference};
-use glimpse_core::recipe::{Ingredients, Recipe};
+use glimpse_core::recipe::{Recipe, RecipeParts};
 use glimpse_materials::loss::mean_log_error;
 use glimpse_materials::{Material, Procedural, Source, digest};
 use glimpse_trainer::evaluation::Method;
@@ -150,10 +150,10 @@ fn write_recipe_that_knows(folder: &Folder, materials: &[(&str, u32)]) {
     let file = RecipeFile::read(&folder.at("linear-n2.recipe")).expect("it is a recipe");
     let recipe = file.recipe();
     let pattern: Vec<_> = recipe.pattern().collect();
-    let file = RecipeFile::write(&Ingredients {
-        expectation: file.statements().expectation,
+    let file = RecipeFile::write(&RecipeParts {
+        expectation: file.metadata().expectation,
         materials,
-        ..Ingredients::new(&packed_pattern(&pattern), recipe.learner().into())
+        ..RecipeParts::new(&packed_pattern(&pattern), recipe.method().into())
     });
     let file = file.expect("it is a recipe");
     folder.write("k.recipe", file.bytes());

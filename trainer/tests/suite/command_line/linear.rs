@@ -3,8 +3,8 @@
 use glimpse_core::geometry::Angles;
 use glimpse_core::gonio::Limits;
 use glimpse_core::recipe::{
-    Effort, Expectation, Field, Ingredients, Noise, Origin, Parts, Provenance, Recipe, RecipeError,
-    Schedule, Training, TrainingSource, TrainingSources, ValidationSplit,
+    Effort, ExpectedLoss, Field, Noise, Origin, Parts, Provenance, Recipe, RecipeError,
+    RecipeParts, Schedule, Training, TrainingSource, TrainingSources, ValidationSplit,
 };
 use glimpse_training::linear::ReducedBasis;
 use glimpse_training::meta::learned::LearnedFit;
@@ -41,8 +41,8 @@ const SOURCES: [TrainingSource<'_>; 1] = [TrainingSource {
 }];
 
 /// States all that a recipe can state.
-fn with_statements(bare: Ingredients<'_>) -> Ingredients<'_> {
-    Ingredients {
+fn with_statements(bare: RecipeParts<'_>) -> RecipeParts<'_> {
+    RecipeParts {
         limits: Some(Limits {
             max_theta_i: 1.25,
             max_theta_o: 1.5,
@@ -54,7 +54,7 @@ fn with_statements(bare: Ingredients<'_>) -> Ingredients<'_> {
             additive: 0.001,
             levels: 4096,
         }),
-        expectation: Some(Expectation {
+        expectation: Some(ExpectedLoss {
             loss: 0.0125,
             standard_error: Some(0.0015),
             materials: 7,
@@ -88,10 +88,10 @@ pub(crate) fn stated() -> RecipeFile {
 
 fn write(
     reduced: ReducedBasis,
-    state: fn(Ingredients<'_>) -> Ingredients<'_>,
+    state: fn(RecipeParts<'_>) -> RecipeParts<'_>,
 ) -> Result<RecipeFile, RecipeError> {
     packed_fit(&LearnedFit::Ridge(reduced), |fit| {
-        RecipeFile::write(&state(Ingredients::new(&packed_pattern(&pattern()), fit)))
+        RecipeFile::write(&state(RecipeParts::new(&packed_pattern(&pattern()), fit)))
     })
 }
 

@@ -56,7 +56,7 @@ fn a_recipe_is_trained_shown_exported_and_judged() {
     let bytes = folder.read("phong.recipe");
     let recipe = Recipe::parse(&bytes).expect("it is a recipe");
     assert_eq!((recipe.model().name(), recipe.samples()), ("phong", 4));
-    let statements = recipe.statements().expect("they make sense");
+    let statements = recipe.metadata().expect("they make sense");
     let provenance = statements.provenance.expect("it says where it came from");
     assert_eq!(
         (provenance.data, provenance.materials),
@@ -143,7 +143,7 @@ fn names_of_materials_are_left_out_for_flash() {
     let flash = Recipe::parse(&bytes).expect("it is a recipe");
     let whole = whole.recipe();
     let materials_of = |recipe: &Recipe<'_>| {
-        let statements = recipe.statements().expect("they make sense");
+        let statements = recipe.metadata().expect("they make sense");
         statements.materials.count()
     };
     assert_eq!([materials_of(&whole), materials_of(&flash)], [4, 0]);

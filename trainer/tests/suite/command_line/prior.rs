@@ -73,7 +73,7 @@ fn a_recipe_that_completes_is_trained_shown_exported_and_judged() {
         // All of its directions are where the machine gets to.
         let bytes = folder.read(&recipe);
         let recipe = Recipe::parse(&bytes).expect("it is a recipe");
-        let limits = recipe.statements().expect("they make sense").limits;
+        let limits = recipe.metadata().expect("they make sense").limits;
         let limits = limits.expect("they are stated");
         assert_eq!(recipe.out_of_reach(&limits), None);
         assert!((limits.min_separation.to_degrees() - 10.0).abs() < 1e-4);
@@ -151,6 +151,6 @@ fn of_many_readings_some_may_be_missing_unless_it_is_asked_otherwise() {
         ));
         let bytes = folder.read("many.recipe");
         let recipe = Recipe::parse(&bytes).expect("it is whole");
-        assert_eq!(recipe.learner().takes_missing(), takes_missing, "{options}");
+        assert_eq!(recipe.method().takes_missing(), takes_missing, "{options}");
     }
 }

@@ -1,6 +1,6 @@
 //! The result of a training run: everything that a recipe holds.
 
-use glimpse_core::fit::completion::Missing;
+use glimpse_core::fit::coefficient_net::MissingPolicy;
 use glimpse_core::geometry::Angles;
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::ValidationSplit;
@@ -24,7 +24,7 @@ pub struct Learned {
     /// The file of the whole basis, which belongs beside a recipe of the model Linear.
     pub basis: Option<Vec<u8>>,
     /// The expected loss on an unseen material.
-    pub expected_loss: ExpectedLoss,
+    pub expected_loss: ValidatedLoss,
     /// The training materials, including those held out for validation.
     pub materials: Vec<Identity>,
 }
@@ -59,7 +59,7 @@ pub struct LearnedCompletion {
     /// The sizes of its layers, and of those of the start.
     pub shape: Shape,
     /// The policy for missing readings that it was trained with.
-    pub missing: Missing,
+    pub missing: MissingPolicy,
     /// The center of each sample's logarithm, n.
     pub centre: Vec<f32>,
     /// The factor on centered logarithms.
@@ -84,7 +84,7 @@ pub enum CompletionTarget {
 
 /// The expected loss on an unseen material, and the materials that it was measured on.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ExpectedLoss {
+pub struct ValidatedLoss {
     /// The loss.
     pub expected: Expected,
     /// The materials.

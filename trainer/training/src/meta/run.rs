@@ -17,7 +17,7 @@ use super::completion::refinement::{Refinement, Steps};
 use super::completion::train::{STARTED_STEPS, train as complete};
 use super::descent::{DescentTrainee, Tasks};
 use super::identity::RunIdentity;
-use super::learned::{ExpectedLoss, Learned, LearnedDescent, LearnedFit};
+use super::learned::{Learned, LearnedDescent, LearnedFit, ValidatedLoss};
 use super::linear::LinearTrainee;
 use super::options::{CompletingError, Options, Parts};
 use super::outer::{Observer, Outcome, Run, RunError};
@@ -245,7 +245,7 @@ impl<'o> Session<'o> {
             }),
             prediction: None,
             basis: None,
-            expected_loss: ExpectedLoss {
+            expected_loss: ValidatedLoss {
                 expected,
                 split: self.split(),
             },
@@ -275,7 +275,7 @@ impl<'o> Session<'o> {
             fit: LearnedFit::Ridge(reduced),
             prediction: None,
             basis: Some(bytes),
-            expected_loss: ExpectedLoss {
+            expected_loss: ValidatedLoss {
                 expected,
                 // A single material has nothing to be left out of.
                 split: match self.identities.len() {

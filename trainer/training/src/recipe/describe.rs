@@ -3,14 +3,14 @@
 use glimpse_core::gonio::Limits;
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::{
-    Expectation, Ingredients, Noise, Provenance, RecipeError, Training, TrainingSources,
+    ExpectedLoss, Noise, Provenance, RecipeError, RecipeParts, Training, TrainingSources,
     ValidationSplit,
 };
 
 use super::file::RecipeFile;
 use super::pack::{packed, packed_fit, packed_pattern};
 use crate::linear::Prior;
-use crate::meta::learned::{ExpectedLoss, Learned};
+use crate::meta::learned::{Learned, ValidatedLoss};
 use crate::meta::options::{Options, Parts};
 use crate::meta::plan::Schedule;
 
@@ -25,7 +25,7 @@ pub struct NoRecipe(#[from] RecipeError);
 /// If it is no recipe, as when a number is not finite.
 pub fn recipe_of(learned: &Learned, options: &Options, data: &str) -> Result<RecipeFile, NoRecipe> {
     let schedule = schedule_of(options);
-    let ExpectedLoss { expected, split } = learned.expected_loss;
+    let ValidatedLoss { expected, split } = learned.expected_loss;
     let on = format!("materials of {data} {}", split_in_words(split));
     let sources = options.sources();
     let materials: Vec<(&str, u32)> = learned
@@ -41,10 +41,10 @@ pub fn recipe_of(learned: &Learned, options: &Options, data: &str) -> Result<Rec
         .map(|each| packed(&each.weights));
     let pattern = packed_pattern(&learned.pattern);
     let file = packed_fit(&learned.fit, |fit| {
-        RecipeFile::write(&Ingredients {
+        RecipeFile::write(&RecipeParts {
             limits: Some(completing.limits).filter(|limits| completes && *limits != Limits::NONE),
             noise: Some(completing.noise()).filter(|noise| completes && !is_none(noise)),
-            expectation: Some(Expectation {
+            expectation: Some(ExpectedLoss {
                 loss: expected.loss,
                 standard_error: expected.standard_error,
                 materials: expected.materials as u32,
@@ -61,7 +61,7 @@ pub fn recipe_of(learned: &Learned, options: &Options, data: &str) -> Result<Rec
                 digest: options.digest(),
                 sources: TrainingSources::new(&sources),
             }),
-            ..Ingredients::new(&pattern, fit)
+            ..RecipeParts::new(&pattern, fit)
         })
     });
     Ok(file?)

@@ -4,7 +4,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use glimpse_core::recipe::{
-    Ingredients, Kind, MAX_COMPONENTS, MAX_SAMPLES, Recipe, RecipeError, Statements,
+    Kind, MAX_COMPONENTS, MAX_SAMPLES, Metadata, Recipe, RecipeError, RecipeParts,
 };
 use glimpse_materials::basis::{Basis, BasisError};
 use glimpse_materials::untrusted::read_at_most;
@@ -42,7 +42,7 @@ const MOST_BYTES: u64 = 4 * (MAX_SAMPLES * MAX_COMPONENTS * size_of::<f32>()) as
 #[derive(Debug)]
 struct Parsed<'a> {
     recipe: Recipe<'a>,
-    statements: Statements<'a>,
+    statements: Metadata<'a>,
 }
 
 self_cell! {
@@ -81,7 +81,7 @@ impl RecipeFile {
     /// If one of them cannot be read, or they do not belong together.
     pub fn read_with_basis(path: &Path) -> Result<(Self, Option<Basis>), RecipeFileError> {
         let file = Self::read(path)?;
-        let checksum = file.recipe().learner().basis_checksum();
+        let checksum = file.recipe().method().basis_checksum();
         let basis = checksum.map(|checksum| Basis::read(&Basis::beside(path), checksum));
         Ok((file, basis.transpose()?))
     }
@@ -93,7 +93,7 @@ impl RecipeFile {
     pub fn new(bytes: Vec<u8>) -> Result<Self, RecipeError> {
         let owned = Owned::try_new(bytes, |bytes| {
             let recipe = Recipe::parse(bytes)?;
-            let statements = recipe.statements()?;
+            let statements = recipe.metadata()?;
             Ok::<_, RecipeError>(Parsed { recipe, statements })
         });
         owned.map(Self)
@@ -103,10 +103,10 @@ impl RecipeFile {
     ///
     /// # Errors
     /// If a list has a wrong length, a number is not finite, or another rule of the format is broken.
-    pub fn write(ingredients: &Ingredients<'_>) -> Result<Self, RecipeError> {
+    pub fn write(parts: &RecipeParts<'_>) -> Result<Self, RecipeError> {
         let mut buffer = vec![0; 1 << 14];
         loop {
-            match Recipe::write(ingredients, &mut buffer) {
+            match Recipe::write(parts, &mut buffer) {
                 Err(RecipeError::BufferTooSmall) => buffer.resize(2 * buffer.len(), 0),
                 written => return Self::new(written?.to_vec()),
             }
@@ -127,7 +127,7 @@ impl RecipeFile {
 
     /// Returns the statements of the recipe about itself.
     #[must_use]
-    pub fn statements(&self) -> Statements<'_> {
+    pub fn metadata(&self) -> Metadata<'_> {
         self.0.borrow_dependent().statements
     }
 

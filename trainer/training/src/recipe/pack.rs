@@ -2,7 +2,8 @@
 
 use glimpse_core::geometry::Angles;
 use glimpse_core::recipe::{
-    Field, PackedCompletion, PackedDescent, PackedLearner, PackedRidge, PackedStart, RecipeError,
+    Field, PackedCoefficientNet, PackedDescent, PackedInitNet, PackedMethod, PackedRidge,
+    RecipeError,
 };
 use glimpse_kernels::completion::split_lists;
 
@@ -16,14 +17,14 @@ use crate::meta::learned::{CompletionTarget, LearnedCompletion, LearnedDescent, 
 /// If a count is more than the format holds, and those of `write`.
 pub fn packed_fit<T>(
     fit: &LearnedFit,
-    write: impl FnOnce(PackedLearner<'_>) -> Result<T, RecipeError>,
+    write: impl FnOnce(PackedMethod<'_>) -> Result<T, RecipeError>,
 ) -> Result<T, RecipeError> {
     match fit {
         LearnedFit::Descent(learned) => {
-            packed_descent(learned, |descent| write(PackedLearner::Descent(descent)))
+            packed_descent(learned, |descent| write(PackedMethod::Descent(descent)))
         }
         LearnedFit::Ridge(reduced) => {
-            packed_ridge(reduced, |ridge| write(PackedLearner::Ridge(ridge)))
+            packed_ridge(reduced, |ridge| write(PackedMethod::Ridge(ridge)))
         }
         LearnedFit::Completed(completion, target) => packed_completion(completion, target, write),
     }
@@ -74,7 +75,7 @@ fn packed_ridge<T>(
 fn packed_completion<T>(
     learned: &LearnedCompletion,
     target: &CompletionTarget,
-    write: impl FnOnce(PackedLearner<'_>) -> Result<T, RecipeError>,
+    write: impl FnOnce(PackedMethod<'_>) -> Result<T, RecipeError>,
 ) -> Result<T, RecipeError> {
     let shape = learned.shape;
     let (rows, components) = (shape.rows(), shape.components);
@@ -84,7 +85,7 @@ fn packed_completion<T>(
     let (output, output_scales) = quantised(output, components, |index| index / hidden);
     let [centre, reading_scales, bias, output_scales] =
         [&learned.centre[..], &reading_scales, bias, &output_scales].map(packed);
-    let completion = PackedCompletion {
+    let completion = PackedCoefficientNet {
         components: u16::try_from(components).map_err(|_| RecipeError::Count(Field::Components))?,
         missing: learned.missing as u8,
         centre: &centre,
@@ -104,13 +105,13 @@ fn packed_completion<T>(
             basis_checksum,
         } => {
             let (rows, scales) = quantised(rows, components, |index| index % components);
-            let completion = PackedCompletion {
+            let completion = PackedCoefficientNet {
                 rows: &rows,
                 row_scales: &packed(&scales),
                 basis_checksum: *basis_checksum,
                 ..completion
             };
-            write(PackedLearner::Completed(completion, None))
+            write(PackedMethod::Completed(completion, None))
         }
         CompletionTarget::Descent(descent, start) => {
             let [hidden, bias, output] = split_lists(start, shape.start_lengths());
@@ -121,7 +122,7 @@ fn packed_completion<T>(
                 quantised(output, shape.parameters, |index| index / units);
             let [hidden_scales, bias, output_scales] =
                 [&hidden_scales[..], bias, &output_scales].map(packed);
-            let start = PackedStart {
+            let start = PackedInitNet {
                 hidden: &hidden,
                 hidden_scales: &hidden_scales,
                 bias: &bias,
@@ -129,7 +130,7 @@ fn packed_completion<T>(
                 output_scales: &output_scales,
             };
             packed_descent(descent, |descent| {
-                write(PackedLearner::Completed(completion, Some((descent, start))))
+                write(PackedMethod::Completed(completion, Some((descent, start))))
             })
         }
     }

@@ -1,7 +1,7 @@
 //! What a training task is: a material that is like one that was measured, read with some noise, some
 //! of it not at all.
 
-use glimpse_core::fit::completion::Missing;
+use glimpse_core::fit::coefficient_net::MissingPolicy;
 use glimpse_core::recipe::Noise;
 use glimpse_kernels::lanes::WIDTH;
 use glimpse_kernels::samples::OctetRgb;
@@ -57,10 +57,10 @@ impl Default for Variety {
 impl Variety {
     /// What is learned to do where readings are missing.
     #[must_use]
-    pub fn where_missing(&self) -> Missing {
+    pub fn where_missing(&self) -> MissingPolicy {
         match self.missing > 0.0 {
-            true => Missing::CountForMore,
-            false => Missing::NoFit,
+            true => MissingPolicy::CountForMore,
+            false => MissingPolicy::NoFit,
         }
     }
 }

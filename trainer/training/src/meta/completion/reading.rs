@@ -1,6 +1,6 @@
 //! What a pattern reads of a task, and how that enters a completion.
 
-use glimpse_core::fit::completion::standardized;
+use glimpse_core::fit::coefficient_net::standardized;
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::linear::EPSILON;
 use glimpse_core::numeric::Scalar;

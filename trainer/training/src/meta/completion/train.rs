@@ -19,7 +19,7 @@ use super::trainee::CompletionTrainee;
 use crate::linear::ReducedBasis;
 use crate::meta::identity::RunIdentity;
 use crate::meta::learned::{
-    CompletionTarget, ExpectedLoss, Learned, LearnedCompletion, LearnedDescent, LearnedFit,
+    CompletionTarget, Learned, LearnedCompletion, LearnedDescent, LearnedFit, ValidatedLoss,
 };
 use crate::meta::options::{Completing, Options};
 use crate::meta::outer::{Observer, Outcome, Progress, Run, RunError};
@@ -200,17 +200,17 @@ fn varied(dataset: &Dataset, fold: &[usize], index: usize, options: &Options) ->
 }
 
 /// What to expect: the mean over the materials that were left out, or, without folds, over all.
-fn expected_loss(of_training: Expected, witnesses: &[Witness]) -> ExpectedLoss {
+fn expected_loss(of_training: Expected, witnesses: &[Witness]) -> ValidatedLoss {
     let plain = witnesses.iter().filter(|each| each.plain);
     let losses: Vec<f64> = plain.map(|each| f64::from(each.loss)).collect();
     if losses.is_empty() {
-        return ExpectedLoss {
+        return ValidatedLoss {
             expected: of_training,
             split: ValidationSplit::Training,
         };
     }
     let mean = losses.iter().sum::<f64>() / losses.len() as f64;
-    ExpectedLoss {
+    ValidatedLoss {
         expected: Expected::new(mean as f32, losses.iter().copied()),
         split: ValidationSplit::Folds,
     }

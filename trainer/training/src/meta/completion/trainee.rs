@@ -165,7 +165,7 @@ impl<'a> CompletionTrainee<'a> {
     /// What readings are multiplied by that are there.
     fn gain(&self, present: &[bool]) -> f32 {
         let missing = self.dataset.variety.where_missing();
-        missing.gain(present.iter().copied())
+        missing.dropout_gain(present.iter().copied())
     }
 
     /// Completes readings of some tasks.

@@ -5,7 +5,7 @@ use std::ops::{ControlFlow, Range};
 use std::path::Path;
 use std::time::Duration;
 
-use glimpse_core::fit::completion::standardized;
+use glimpse_core::fit::coefficient_net::standardized;
 use glimpse_core::geometry::HalfDifference;
 use glimpse_core::gonio::Limits;
 use glimpse_core::model::{CookTorrance, ModelKind, Neural, Phong};

@@ -1,8 +1,8 @@
 //! The same of the code under test: of core's forward pass and adjoint, material by material in either
 //! precision, and of the trainer's batches, on lanes.
 
-use glimpse_core::fit::completion::{
-    Completion, CompletionGradient, Input, Plain, Start, StartGradient, standardized,
+use glimpse_core::fit::coefficient_net::{
+    CoefficientNet, CoefficientNetGradient, InitNet, InitNetGradient, Input, Plain, standardized,
 };
 use glimpse_core::numeric::Scalar;
 use glimpse_kernels::Dual;
@@ -64,7 +64,7 @@ where
     let zeros = |length: usize| vec![S::constant(0.0); length];
     let weights = case.weights.each_ref().map(constants);
     let mut by_weights = case.weights.each_ref().map(|list| zeros(list.len()));
-    let completion = Completion::<S, Plain> {
+    let completion = CoefficientNet::<S, Plain> {
         components: size.components,
         readings: &weights[0],
         scales: &[],
@@ -72,7 +72,7 @@ where
         output: &weights[2],
         output_scales: &[],
     };
-    let start = Start::<S, Plain> {
+    let start = InitNet::<S, Plain> {
         hidden: &weights[3],
         hidden_scales: &[],
         bias: &weights[4],
@@ -115,7 +115,7 @@ where
                 &units,
                 &by_parameters,
                 &mut zeros(size.units),
-                &mut StartGradient {
+                &mut InitNetGradient {
                     hidden,
                     bias,
                     output,
@@ -128,7 +128,7 @@ where
             &inputs,
             &state,
             &mut by_state,
-            &mut CompletionGradient {
+            &mut CoefficientNetGradient {
                 readings,
                 bias,
                 output,

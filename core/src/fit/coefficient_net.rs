@@ -1,4 +1,4 @@
-//! Completion: from a few readings to coefficients of principal components, by a small learned map.
+//! CoefficientNet: from a few readings to coefficients of principal components, by a small learned map.
 //!
 //! A reading of channel c enters as u_ic, its [logarithm](standardized), centred and scaled for its
 //! sample i. With ū_i the mean of the three channels,
@@ -8,21 +8,21 @@
 //! a_c = z_c[..m] + W tanh(z_c[m..])
 //! ```
 //!
-//! so that channels are treated alike and any reading may be missing; g is 1, or the [gain] of those that
-//! are there. A [`Start`] makes initial parameters of a model of all a_c.
+//! so that channels are treated alike and any reading may be missing; g is 1, or the [dropout_gain] of those that
+//! are there. A [`InitNet`] makes initial parameters of a model of all a_c.
 //!
 //! The forward pass is written once, over [`Scalar`] and over how weights are [kept](Encoding): bytes
-//! in a recipe, plain numbers in training, whose [adjoint](CompletionGradient) stands beside it.
+//! in a recipe, plain numbers in training, whose [adjoint](CoefficientNetGradient) stands beside it.
 
 mod adjoint;
 mod encoding;
+mod init_net;
 mod missing;
-mod start;
 
-pub use adjoint::CompletionGradient;
+pub use adjoint::CoefficientNetGradient;
 pub use encoding::{Encoding, Packed, Plain};
-pub use missing::{Missing, gain};
-pub use start::{Start, StartGradient};
+pub use init_net::{InitNet, InitNetGradient};
+pub use missing::{MissingPolicy, dropout_gain};
 
 use crate::model::linear::map;
 use crate::numeric::Scalar;
@@ -56,7 +56,7 @@ pub struct Input<S> {
 ///
 /// There are m + h rows: m coefficients, which readings enter directly, and h hidden units.
 #[derive(Debug)]
-pub struct Completion<'a, S: Scalar, E: Encoding<S>> {
+pub struct CoefficientNet<'a, S: Scalar, E: Encoding<S>> {
     /// m.
     pub components: usize,
     /// For each sample of the pattern the weights own, mean and missing: n x 3 x (m + h).
@@ -71,14 +71,14 @@ pub struct Completion<'a, S: Scalar, E: Encoding<S>> {
     pub output_scales: &'a [E::Number],
 }
 
-impl<S: Scalar, E: Encoding<S>> Clone for Completion<'_, S, E> {
+impl<S: Scalar, E: Encoding<S>> Clone for CoefficientNet<'_, S, E> {
     fn clone(&self) -> Self {
         *self
     }
 }
-impl<S: Scalar, E: Encoding<S>> Copy for Completion<'_, S, E> {}
+impl<S: Scalar, E: Encoding<S>> Copy for CoefficientNet<'_, S, E> {}
 
-impl<'a, S: Scalar, E: Encoding<S>> Completion<'a, S, E> {
+impl<'a, S: Scalar, E: Encoding<S>> CoefficientNet<'a, S, E> {
     /// m + h.
     #[must_use]
     pub fn rows(&self) -> usize {
@@ -108,7 +108,7 @@ impl<'a, S: Scalar, E: Encoding<S>> Completion<'a, S, E> {
         [own, mean, rest.get(..rows).unwrap_or_default()]
     }
 
-    /// Adds a reading, or that it is missing. `state` has [`Completion::words`] numbers, which begin
+    /// Adds a reading, or that it is missing. `state` has [`CoefficientNet::words`] numbers, which begin
     /// at 0.
     #[inline(always)]
     pub fn add(&self, sample: usize, input: &Input<S>, state: &mut [S]) {
@@ -154,7 +154,7 @@ impl<'a, S: Scalar, E: Encoding<S>> Completion<'a, S, E> {
         }
     }
 
-    /// Once they are [activated](Completion::activate): adds what hidden units say to the coefficients of
+    /// Once they are [activated](CoefficientNet::activate): adds what hidden units say to the coefficients of
     /// a channel, the first of which is 0.
     #[inline(always)]
     pub fn complete(&self, channel: usize, state: &mut [S]) {

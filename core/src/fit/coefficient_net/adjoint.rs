@@ -1,12 +1,12 @@
 //! The reverse sweep of a completion, for training.
 
 use super::encoding::Plain;
-use super::{COLUMNS, Completion, Input, lists, mean_of};
+use super::{COLUMNS, CoefficientNet, Input, lists, mean_of};
 use crate::numeric::Scalar;
 
-/// The gradient by the weights of a [`Completion`], which is added to.
+/// The gradient by the weights of a [`CoefficientNet`], which is added to.
 #[derive(Debug)]
-pub struct CompletionGradient<'g, T> {
+pub struct CoefficientNetGradient<'g, T> {
     /// By the weights of readings.
     pub readings: &'g mut [T],
     /// By the bias of each row.
@@ -15,11 +15,11 @@ pub struct CompletionGradient<'g, T> {
     pub output: &'g mut [T],
 }
 
-impl<S: Scalar> Completion<'_, S, Plain> {
+impl<S: Scalar> CoefficientNet<'_, S, Plain> {
     /// From the gradient by the coefficients: adds those by the weights to `gradient`, and puts those
     /// by the readings' channels into `by_inputs`.
     ///
-    /// `state` is what [`Completion::compute`] left. `by_state` is as long, and holds the gradient by
+    /// `state` is what [`CoefficientNet::compute`] left. `by_state` is as long, and holds the gradient by
     /// each channel's coefficients where those stand; what else it holds is overwritten. Rows have
     /// no scales in training. What `by_inputs` holds of a missing reading means nothing.
     #[inline(always)]
@@ -28,7 +28,7 @@ impl<S: Scalar> Completion<'_, S, Plain> {
         inputs: &[Input<S>],
         state: &[S],
         by_state: &mut [S],
-        gradient: &mut CompletionGradient<'_, S::Sum>,
+        gradient: &mut CoefficientNetGradient<'_, S::Sum>,
         by_inputs: &mut [[S; 3]],
     ) {
         let rows = self.rows();

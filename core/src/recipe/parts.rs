@@ -5,23 +5,23 @@
 use serde::{Deserialize, Serialize};
 
 use super::training::Training;
-use crate::fit::{Descent, Learner, Target};
+use crate::fit::{Descent, FitMethod, Target};
 use crate::gonio::Limits;
 use crate::model::ModelKind;
 
-/// The ingredients of a recipe, for [`Recipe::write`](super::Recipe::write).
+/// The parts of a recipe, for [`Recipe::write`](super::Recipe::write).
 #[derive(Clone, Copy, Debug)]
-pub struct Ingredients<'a> {
+pub struct RecipeParts<'a> {
     /// n x (theta_h, theta_d, phi_d), packed little-endian f32, radians.
     pub pattern: &'a [u8],
     /// How measurements become parameters.
-    pub learner: PackedLearner<'a>,
+    pub method: PackedMethod<'a>,
     /// The machine that the pattern was made for.
     pub limits: Option<Limits>,
     /// The noise that it was trained for.
     pub noise: Option<Noise>,
     /// The loss to expect.
-    pub expectation: Option<Expectation<'a>>,
+    pub expectation: Option<ExpectedLoss<'a>>,
     /// Where it came from.
     pub provenance: Option<Provenance<'a>>,
     /// Names and digests of the materials that it was trained on; none are no section.
@@ -33,13 +33,13 @@ pub struct Ingredients<'a> {
     pub training: Option<Training<'a>>,
 }
 
-impl<'a> Ingredients<'a> {
+impl<'a> RecipeParts<'a> {
     /// What every recipe needs, and nothing that is optional.
     #[must_use]
-    pub const fn new(pattern: &'a [u8], learner: PackedLearner<'a>) -> Self {
+    pub const fn new(pattern: &'a [u8], method: PackedMethod<'a>) -> Self {
         Self {
             pattern,
-            learner,
+            method,
             limits: None,
             noise: None,
             expectation: None,
@@ -53,15 +53,15 @@ impl<'a> Ingredients<'a> {
 
 /// How measurements become parameters, as bytes.
 #[derive(Clone, Copy, Debug)]
-pub enum PackedLearner<'a> {
+pub enum PackedMethod<'a> {
     /// A few steps of SGD.
     Descent(PackedDescent<'a>),
     /// A ridge solve, the model Linear.
     Ridge(PackedRidge<'a>),
     /// A learned map: to the model Linear, or to where a descent starts.
     Completed(
-        PackedCompletion<'a>,
-        Option<(PackedDescent<'a>, PackedStart<'a>)>,
+        PackedCoefficientNet<'a>,
+        Option<(PackedDescent<'a>, PackedInitNet<'a>)>,
     ),
 }
 
@@ -100,11 +100,11 @@ pub struct PackedRidge<'a> {
 
 /// A completion as bytes: weights are signed bytes, all other lists packed little-endian f32.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
-pub struct PackedCompletion<'a> {
+pub struct PackedCoefficientNet<'a> {
     /// m, the number of coefficients of a channel.
     pub components: u16,
     /// What it was trained to do where readings are missing: the number of a
-    /// [`Missing`](crate::fit::completion::Missing).
+    /// [`Missing`](crate::fit::coefficient_net::MissingPolicy).
     pub missing: u8,
     /// What each sample's logarithm is centred by, n.
     pub centre: &'a [u8],
@@ -132,7 +132,7 @@ pub struct PackedCompletion<'a> {
 /// Where a descent starts, as bytes: weights are signed bytes, all other lists packed little-endian
 /// f32.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
-pub struct PackedStart<'a> {
+pub struct PackedInitNet<'a> {
     /// From the coefficients of red, green and blue to units: g rows of 3 m.
     pub hidden: &'a [u8],
     /// The scale of each of those rows, g.
@@ -157,12 +157,12 @@ impl<'a> PackedDescent<'a> {
 }
 
 /// Without what predicts a completed fit's loss, which is a section of its own:
-/// [`Completed::prediction`](crate::fit::Completed::prediction) goes into [`Ingredients::prediction`].
-impl<'a> From<Learner<'a>> for PackedLearner<'a> {
-    fn from(learner: Learner<'a>) -> Self {
-        match learner {
-            Learner::Descent(descent) => Self::Descent(PackedDescent::of(&descent)),
-            Learner::Completed(completed) => {
+/// [`Completed::prediction`](crate::fit::Completed::prediction) goes into [`RecipeParts::prediction`].
+impl<'a> From<FitMethod<'a>> for PackedMethod<'a> {
+    fn from(method: FitMethod<'a>) -> Self {
+        match method {
+            FitMethod::Descent(descent) => Self::Descent(PackedDescent::of(&descent)),
+            FitMethod::Completed(completed) => {
                 let completion = completed.completion();
                 let (rows, row_scales, then): (&[u8], &[u8], _) = match completed.target() {
                     Target::Linear(components) => {
@@ -170,7 +170,7 @@ impl<'a> From<Learner<'a>> for PackedLearner<'a> {
                         (components.rows(), scales, None)
                     }
                     Target::Descent(descent, start) => {
-                        let start = PackedStart {
+                        let start = PackedInitNet {
                             hidden: start.hidden,
                             hidden_scales: start.hidden_scales.as_flattened(),
                             bias: start.bias.as_flattened(),
@@ -180,7 +180,7 @@ impl<'a> From<Learner<'a>> for PackedLearner<'a> {
                         (&[], &[], Some((PackedDescent::of(descent), start)))
                     }
                 };
-                let packed = PackedCompletion {
+                let packed = PackedCoefficientNet {
                     // At most MAX_ROWS, which a u16 holds.
                     components: completion.components as u16,
                     missing: completed.missing() as u8,
@@ -193,11 +193,11 @@ impl<'a> From<Learner<'a>> for PackedLearner<'a> {
                     output_scales: completion.output_scales.as_flattened(),
                     rows,
                     row_scales,
-                    basis_checksum: learner.basis_checksum().unwrap_or_default(),
+                    basis_checksum: method.basis_checksum().unwrap_or_default(),
                 };
                 Self::Completed(packed, then)
             }
-            Learner::Ridge(ridge) => Self::Ridge(PackedRidge {
+            FitMethod::Ridge(ridge) => Self::Ridge(PackedRidge {
                 // At most MAX_COMPONENTS, which a u16 holds.
                 components: ridge.components() as u16,
                 basis: ridge.basis().words().as_flattened(),
@@ -226,7 +226,7 @@ pub struct Noise {
 
 /// The loss to expect on a material that training never saw.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Expectation<'a> {
+pub struct ExpectedLoss<'a> {
     /// The mean loss.
     pub loss: f32,
     /// The standard error of that mean, none negative. None where it is not known: of a single

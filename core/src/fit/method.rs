@@ -9,7 +9,7 @@ use crate::model::ModelKind;
 
 /// How measurements become parameters.
 #[derive(Clone, Copy, Debug)]
-pub enum Learner<'a> {
+pub enum FitMethod<'a> {
     /// A few steps of SGD.
     Descent(Descent<'a>),
     /// A ridge solve, the model Linear.
@@ -18,7 +18,7 @@ pub enum Learner<'a> {
     Completed(Completed<'a>),
 }
 
-impl Learner<'_> {
+impl FitMethod<'_> {
     /// The model that it fits.
     #[must_use]
     pub fn model(&self) -> ModelKind {

@@ -9,7 +9,7 @@ use crate::numeric::Scalar;
 ///
 /// Phi is what a descent starts from where nothing is completed.
 #[derive(Debug)]
-pub struct Start<'a, S: Scalar, E: Encoding<S>> {
+pub struct InitNet<'a, S: Scalar, E: Encoding<S>> {
     /// P: g rows of 3 m.
     pub hidden: &'a [E::Weight],
     /// What each row of P is to be multiplied by: g, or none for 1.
@@ -22,14 +22,14 @@ pub struct Start<'a, S: Scalar, E: Encoding<S>> {
     pub output_scales: &'a [E::Number],
 }
 
-impl<S: Scalar, E: Encoding<S>> Clone for Start<'_, S, E> {
+impl<S: Scalar, E: Encoding<S>> Clone for InitNet<'_, S, E> {
     fn clone(&self) -> Self {
         *self
     }
 }
-impl<S: Scalar, E: Encoding<S>> Copy for Start<'_, S, E> {}
+impl<S: Scalar, E: Encoding<S>> Copy for InitNet<'_, S, E> {}
 
-impl<S: Scalar, E: Encoding<S>> Start<'_, S, E> {
+impl<S: Scalar, E: Encoding<S>> InitNet<'_, S, E> {
     /// g.
     #[must_use]
     pub fn units(&self) -> usize {
@@ -79,9 +79,9 @@ impl<S: Scalar, E: Encoding<S>> Start<'_, S, E> {
     }
 }
 
-/// The gradient by the weights of a [`Start`], which is added to.
+/// The gradient by the weights of a [`InitNet`], which is added to.
 #[derive(Debug)]
-pub struct StartGradient<'g, T> {
+pub struct InitNetGradient<'g, T> {
     /// By P.
     pub hidden: &'g mut [T],
     /// By p.
@@ -90,9 +90,9 @@ pub struct StartGradient<'g, T> {
     pub output: &'g mut [T],
 }
 
-impl<S: Scalar> Start<'_, S, Plain> {
+impl<S: Scalar> InitNet<'_, S, Plain> {
     /// From the gradient by the initial parameters: adds those by the weights to `gradient`, and those
-    /// by the coefficients to `by_coefficients`. `units` are what [`Start::activate`] made of
+    /// by the coefficients to `by_coefficients`. `units` are what [`InitNet::activate`] made of
     /// `coefficients`; `by_units` is as long, and scratch. Rows have no scales in training.
     #[inline(always)]
     pub fn adjoint(
@@ -101,7 +101,7 @@ impl<S: Scalar> Start<'_, S, Plain> {
         units: &[S],
         by_parameters: &[S],
         by_units: &mut [S],
-        gradient: &mut StartGradient<'_, S::Sum>,
+        gradient: &mut InitNetGradient<'_, S::Sum>,
         by_coefficients: [&mut [S]; 3],
     ) {
         let one = S::constant(1.0);

@@ -5,21 +5,21 @@ use super::check::{finite, not_negative};
 use super::decode::decode;
 use super::error::RecipeError;
 use super::field::Field;
-use super::ingredients::{Expectation, Noise, Provenance};
 use super::kind::Kind;
+use super::parts::{ExpectedLoss, Noise, Provenance};
 use super::sections::{Materials, Sections};
 use super::training::Training;
 use crate::gonio::Limits;
 
-/// What a recipe states about itself, by [`Recipe::statements`](super::Recipe::statements).
+/// What a recipe states about itself, by [`Recipe::metadata`](super::Recipe::metadata).
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Statements<'a> {
+pub struct Metadata<'a> {
     /// The machine that the pattern was made for.
     pub limits: Option<Limits>,
     /// The noise that it was trained for.
     pub noise: Option<Noise>,
     /// The loss to expect on a material that training never saw, and on what that was found.
-    pub expectation: Option<Expectation<'a>>,
+    pub expectation: Option<ExpectedLoss<'a>>,
     /// Where it came from.
     pub provenance: Option<Provenance<'a>>,
     /// The materials that it was trained on: names, and digests of their BRDFs. None where the
@@ -30,7 +30,7 @@ pub struct Statements<'a> {
 }
 
 /// Decodes and checks the statements among these sections.
-pub(super) fn read(sections: Sections<'_>) -> Result<Statements<'_>, RecipeError> {
+pub(super) fn read(sections: Sections<'_>) -> Result<Metadata<'_>, RecipeError> {
     let statements = decoded(sections)?;
     check(&statements)?;
     Ok(statements)
@@ -38,15 +38,15 @@ pub(super) fn read(sections: Sections<'_>) -> Result<Statements<'_>, RecipeError
 
 /// Decodes and checks the loss to expect, and nothing else: firmware that asks for it alone carries
 /// no code for the other statements. None if there is none, or if it is invalid.
-pub(super) fn expectation(mut sections: Sections<'_>) -> Option<Expectation<'_>> {
+pub(super) fn expectation(mut sections: Sections<'_>) -> Option<ExpectedLoss<'_>> {
     let (kind, bytes) = sections.find(|(kind, _)| *kind == Kind::EXPECTATION)?;
     let expectation = decode(kind, bytes).ok()?;
     check_expectation(&expectation).ok()?;
     Some(expectation)
 }
 
-fn decoded(sections: Sections<'_>) -> Result<Statements<'_>, RecipeError> {
-    let mut statements = Statements::default();
+fn decoded(sections: Sections<'_>) -> Result<Metadata<'_>, RecipeError> {
+    let mut statements = Metadata::default();
     for (kind, bytes) in sections {
         match kind {
             Kind::LIMITS => statements.limits = Some(decode(kind, bytes)?),
@@ -66,7 +66,7 @@ fn decoded(sections: Sections<'_>) -> Result<Statements<'_>, RecipeError> {
     Ok(statements)
 }
 
-fn check(statements: &Statements<'_>) -> Result<(), RecipeError> {
+fn check(statements: &Metadata<'_>) -> Result<(), RecipeError> {
     if let Some(limits) = &statements.limits {
         limits.validate().map_err(RecipeError::Limits)?;
     }
@@ -85,7 +85,7 @@ fn check(statements: &Statements<'_>) -> Result<(), RecipeError> {
     Ok(())
 }
 
-fn check_expectation(expectation: &Expectation<'_>) -> Result<(), RecipeError> {
+fn check_expectation(expectation: &ExpectedLoss<'_>) -> Result<(), RecipeError> {
     finite(expectation.loss, Field::ExpectedLoss)?;
     let standard_error = expectation.standard_error.unwrap_or(0.0);
     not_negative(standard_error, Field::StandardError)
