@@ -13,7 +13,7 @@ mod residual;
 mod saved;
 mod status;
 
-pub use error::{FinishError, FitError, ScanError};
+pub use error::{FinishError, FitError, ScanError, SkipError};
 pub use fit::{Fit, Fitted};
 pub use memory::Memory;
 pub use reading::{MIN_READING, Reading, ReadingError, Recorded};
@@ -165,6 +165,46 @@ impl<'r, 'm, K: Fitter, const CAPACITY: usize> Scan<'r, 'm, K, CAPACITY> {
         Ok(recorded)
     }
 
+    /// Marks a sample that cannot be read: it is no longer pending, and a reading that it had is dropped. A later
+    /// [`Scan::record`] of the sample undoes it.
+    ///
+    /// # Errors
+    /// [`SkipError`] if the recipe does not [tolerate missing readings](FitMethod::takes_missing), or has no such
+    /// sample. Nothing has changed then.
+    pub fn skip(&mut self, index: u16) -> Result<(), SkipError> {
+        let samples = self.recipe.samples();
+        self.check_tolerance()?;
+        let mut places = self.memory.status.iter_mut().take(samples);
+        let Some(status) = places.nth(usize::from(index)) else {
+            let samples = samples as u16;
+            return Err(SkipError::Index { index, samples });
+        };
+        *status = Status::SKIPPED;
+        self.memory.stage = Stage::Reading;
+        Ok(())
+    }
+
+    /// Skips every pending sample, so that the fit uses the readings taken so far.
+    ///
+    /// # Errors
+    /// [`SkipError::Required`] if the recipe does not tolerate missing readings. Nothing has changed then.
+    pub fn finish_early(&mut self) -> Result<(), SkipError> {
+        self.check_tolerance()?;
+        for status in &mut self.memory.status {
+            if *status == Status::PENDING {
+                *status = Status::SKIPPED;
+            }
+        }
+        Ok(())
+    }
+
+    fn check_tolerance(&self) -> Result<(), SkipError> {
+        match self.recipe.method().takes_missing() {
+            true => Ok(()),
+            false => Err(SkipError::Required),
+        }
+    }
+
     /// The reading of a sample, if it was taken. (A fit brings what is too far below 0 up to what the
     /// loss can take.)
     #[must_use]
@@ -172,7 +212,7 @@ impl<'r, 'm, K: Fitter, const CAPACITY: usize> Scan<'r, 'm, K, CAPACITY> {
         let places = self.memory.samples.iter().zip(&self.memory.status);
         let mut places = places.take(self.recipe.samples());
         let (sample, status) = places.nth(usize::from(index))?;
-        (*status != Status::PENDING).then(|| Reading {
+        status.is_read().then(|| Reading {
             brdf: sample.measured,
             saturated: status.is_saturated(),
         })
@@ -195,18 +235,15 @@ impl<'r, 'm, K: Fitter, const CAPACITY: usize> Scan<'r, 'm, K, CAPACITY> {
     /// saturated are left out, as long as there is one to go by.
     ///
     /// # Errors
-    /// [`FitError::Incomplete`] if a reading is missing that the recipe cannot do without,
+    /// [`FitError::Incomplete`] if a reading is missing that the recipe needs, or if there is none at all,
     /// [`FitError::Implausible`] if the readings are no BRDF's.
     pub fn fit(&mut self) -> Result<Fit<'_, K, CAPACITY>, FitError> {
         let Memory {
             samples, status, ..
         } = &mut *self.memory;
         let counted = memory::weigh(samples, status, &self.recipe);
-        if counted == 0
-            && let Some((first, _)) = self.next_pending()
-        {
-            let missing = self.pending().count() as u16;
-            return Err(FitError::Incomplete { missing, first });
+        if counted == 0 {
+            return Err(memory::incomplete(status, &self.recipe));
         }
         let samples = self.memory.samples.get_mut(..self.recipe.samples());
         let samples = samples.unwrap_or_default();

@@ -73,6 +73,36 @@ impl core::fmt::Display for ScanError {
 
 impl core::error::Error for ScanError {}
 
+/// Why a sample cannot be skipped.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum SkipError {
+    /// The recipe does not tolerate missing readings.
+    Required,
+    /// The recipe's pattern has no sample with this index.
+    Index {
+        /// The index.
+        index: u16,
+        /// Number of samples of the recipe.
+        samples: u16,
+    },
+}
+
+impl core::fmt::Display for SkipError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        match self {
+            Self::Required => f.write_str(
+                "the recipe needs every reading: train one with `--missing` to skip samples",
+            ),
+            Self::Index { index, samples } => {
+                write!(f, "there is no sample {index}: the pattern has {samples}")
+            }
+        }
+    }
+}
+
+impl core::error::Error for SkipError {}
+
 /// Why readings cannot be fitted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]

@@ -2,7 +2,6 @@
 
 use super::memory::{Memory, Stage};
 use super::residual::Sum;
-use super::status::Status;
 use super::{FinishError, Residual};
 use crate::fit::{Fitter, Progress};
 use crate::geometry::{Directions, HalfDifference};
@@ -110,7 +109,7 @@ fn residual<K: Fitter, const CAPACITY: usize>(
     let mut sum = Sum::default();
     let mut read: usize = 0;
     for (index, (sample, status)) in samples.iter().zip(&memory.status).enumerate() {
-        if *status == Status::PENDING {
+        if !status.is_read() {
             continue;
         }
         if sample.weight <= 0.0 {

@@ -1,7 +1,7 @@
 //! The memory of a scan, which is the caller's.
 
-use super::Residual;
 use super::status::Status;
+use super::{FitError, Residual};
 use crate::fit::Fitter;
 use crate::geometry::{Directions, HalfDifference};
 use crate::model::Sample;
@@ -87,7 +87,7 @@ pub(super) fn weigh(samples: &mut [Sample<f32>], status: &[Status], recipe: &Rec
     let all = recipe.samples();
     let takes_missing = recipe.method().takes_missing();
     let known = status.iter().take(all);
-    let read = known.clone().filter(|status| **status != Status::PENDING);
+    let read = known.clone().filter(|status| status.is_read());
     let clear = read.clone().filter(|status| !status.is_saturated()).count();
     let read = read.count();
     let all_count = !takes_missing || clear == 0;
@@ -98,10 +98,20 @@ pub(super) fn weigh(samples: &mut [Sample<f32>], status: &[Status], recipe: &Rec
     };
     let weight = 1.0 / (3.0 * counted.max(1) as f32);
     for (sample, status) in samples.iter_mut().zip(known) {
-        let counts = *status != Status::PENDING && (all_count || !status.is_saturated());
+        let counts = status.is_read() && (all_count || !status.is_saturated());
         sample.weight = if counts { weight } else { 0.0 };
     }
     counted
+}
+
+/// The error of a fit without enough readings.
+#[inline(never)]
+pub(super) fn incomplete(status: &[Status], recipe: &Recipe<'_>) -> FitError {
+    let status = (0..).zip(status).take(recipe.samples());
+    let mut unread = status.filter(|(_, status)| !status.is_read());
+    let first = unread.next().map_or(0, |(index, _)| index);
+    let missing = unread.fold(1, |sum: u16, _| sum.saturating_add(1));
+    FitError::Incomplete { missing, first }
 }
 
 /// The samples that are not read yet.

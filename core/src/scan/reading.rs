@@ -150,7 +150,7 @@ pub(super) fn record(
     };
     let least = recipe.method().min_reading(usize::from(index), &sample.at);
     let recorded = Recorded {
-        replaced: *status != Status::PENDING,
+        replaced: status.is_read(),
         clamped: reading.brdf.iter().any(|value| *value < least),
     };
     sample.measured = reading.brdf;

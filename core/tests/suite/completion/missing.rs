@@ -1,7 +1,7 @@
 //! Readings that are missing or saturated: which recipes can do without them, and what is left.
 
 use glimpse_core::fit::coefficient_net::{MissingPolicy, dropout_gain};
-use glimpse_core::scan::{FitError, Memory, Reading, Scan};
+use glimpse_core::scan::{FitError, Memory, Reading, Scan, SkipError};
 
 use super::made::{Made, SAMPLES};
 use super::reference::{Readings, all, assert_close, colour, some};
@@ -197,5 +197,51 @@ fn the_residual_counts_the_readings_that_are_there() {
         assert!(residual.mean > residual.worst / 2.0 && residual.mean < residual.worst);
         // Alike, with others between them in the pattern that are not there.
         assert_eq!(residual.repeated, 1);
+    });
+}
+
+#[test]
+fn skipped_samples_are_left_out_of_the_fit() {
+    each(MissingPolicy::CountForMore, |made, scan| {
+        for index in [0, 2, 3, 5] {
+            scan.record(index, clear(index)).unwrap();
+        }
+        scan.skip(1).unwrap();
+        assert_eq!(scan.next_pending().unwrap().0, 4);
+        scan.skip(4).unwrap();
+        assert!(scan.next_pending().is_none());
+        assert_eq!(fit(scan, &[7]), whole_by_type(made, &subset(0b101101)));
+    });
+}
+
+#[test]
+fn a_scan_that_finishes_early_uses_what_was_read() {
+    each(MissingPolicy::CountForMore, |made, scan| {
+        scan.finish_early().unwrap();
+        let nothing = FitError::Incomplete {
+            missing: SAMPLES as u16,
+            first: 0,
+        };
+        assert_eq!(scan.fit().err(), Some(nothing));
+        // A reading of a skipped sample counts again.
+        scan.record(5, clear(5)).unwrap();
+        assert!(scan.next_pending().is_none());
+        assert_eq!(fit(scan, &[7]), whole_by_type(made, &subset(0b100000)));
+        scan.restart();
+        assert_eq!(scan.pending().count(), SAMPLES);
+    });
+}
+
+#[test]
+fn a_recipe_that_needs_all_readings_refuses_to_skip() {
+    each(MissingPolicy::NoFit, |_, scan| {
+        assert_eq!(scan.skip(0), Err(SkipError::Required));
+        assert_eq!(scan.finish_early(), Err(SkipError::Required));
+        assert_eq!(scan.pending().count(), SAMPLES);
+    });
+    each(MissingPolicy::CountAlike, |_, scan| {
+        let (index, samples) = (SAMPLES as u16, SAMPLES as u16);
+        let error = SkipError::Index { index, samples };
+        assert_eq!(scan.skip(index), Err(error));
     });
 }
