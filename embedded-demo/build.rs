@@ -48,7 +48,7 @@ fn constants(path: &Path) -> Result<String, Box<dyn Error>> {
         ModelKind::Neural => "glimpse_core::model::Neural".to_owned(),
         ModelKind::Linear => match recipe.completed() {
             Some(completed) => {
-                let words = completed.completion().words();
+                let words = completed.coefficient_net().words();
                 format!("glimpse_core::fit::Linear<{words}>")
             }
             None => {

@@ -9,8 +9,8 @@ use glimpse_core::link::{
     FRAME_BYTES, Failure, PROTOCOL, Received, Refusal, Reply, Request, Server,
 };
 use glimpse_core::model::Neural;
-use glimpse_core::recipe::Recipe;
-use glimpse_core::scan::{Memory, Reading, Residual, Scan};
+use glimpse_core::recipe::{Recipe, memory_words};
+use glimpse_core::scan::{Reading, Residual, Scan};
 
 const RECIPE: &[u8] = include_bytes!("recipes/neural-n8.recipe");
 
@@ -78,8 +78,8 @@ pub(crate) fn scan(
     loses: usize,
 ) -> Result<(Residual, Vec<f32>, u32), Failure> {
     let recipe = Recipe::parse(RECIPE).map_err(Failure::Recipe)?;
-    let mut memory = Memory::<Neural, 8>::new();
-    let scan = Scan::new(recipe, &mut memory).map_err(Failure::Scan)?;
+    let mut memory = [0.0; memory_words(&[RECIPE])];
+    let scan = Scan::<Neural>::new(recipe, &mut memory).map_err(Failure::Scan)?;
     let mut driver = Driver::new(Ok(scan), Config::new(Host::Measures));
     let mut line = Line { loses, bytes: 0 };
     let mut buffer = [0; FRAME_BYTES];

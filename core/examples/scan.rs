@@ -3,12 +3,9 @@
 mod common;
 
 use common::{angles, in_plane, material};
-use glimpse_core::fit::{AnyModel, linear_words};
-use glimpse_core::recipe::Recipe;
-use glimpse_core::scan::{Memory, Reading, Residual, Scan};
-
-/// Whichever model the recipe names; for Linear with room for 8 samples and 5 components.
-type Any = AnyModel<{ linear_words(8, 5) }>;
+use glimpse_core::fit::AnyModel;
+use glimpse_core::recipe::{Recipe, memory_words};
+use glimpse_core::scan::{Reading, Residual, Scan};
 
 pub(crate) const RECIPES: [&[u8]; 4] = [
     include_bytes!("recipes/linear-n8.recipe"),
@@ -19,8 +16,8 @@ pub(crate) const RECIPES: [&[u8]; 4] = [
 
 /// A scan from the first reading to the fitted material.
 pub(crate) fn scan(bytes: &[u8]) -> Result<Residual, Box<dyn std::error::Error>> {
-    let mut memory = Memory::<Any, 8>::new(); // a firmware's is a static
-    let mut scan = Scan::new(Recipe::parse(bytes)?, &mut memory)?;
+    let mut memory = [0.0; memory_words(&RECIPES)]; // in firmware a static
+    let mut scan = Scan::<AnyModel>::new(Recipe::parse(bytes)?, &mut memory)?;
     println!(
         "\n{}\n  theta_i  theta_o      phi  read",
         scan.recipe().model()

@@ -8,12 +8,12 @@ use glimpse_core::driver::{Action, Config, Driver, Host};
 use glimpse_core::geometry::Directions;
 use glimpse_core::link::Failure;
 use glimpse_core::model::Neural;
-use glimpse_core::recipe::Recipe;
-use glimpse_core::scan::{Memory, Reading, Residual, Saved, Scan};
+use glimpse_core::recipe::{Recipe, max_samples, memory_words};
+use glimpse_core::scan::{Reading, Residual, Saved, Scan};
 
-/// The largest n that there is room for.
-const CAPACITY: usize = 8;
 const RECIPE: &[u8] = include_bytes!("recipes/neural-n8.recipe");
+/// Number of readings.
+const CAPACITY: usize = max_samples(&[RECIPE]);
 /// Motors turn so many degrees in a second.
 const DEGREES_PER_SECOND: f32 = 20.0;
 
@@ -54,9 +54,9 @@ impl Scanner {
 
     /// The firmware, from power on until the scan is done; or, after so many readings, power off.
     pub(crate) fn run(&mut self, power_off_after: u32) -> Result<Option<Residual>, Failure> {
-        let mut memory = Memory::<Neural, CAPACITY>::new();
+        let mut memory = [0.0; memory_words(&[RECIPE])];
         let recipe = Recipe::parse(RECIPE).map_err(Failure::Recipe)?;
-        let mut scan = Scan::new(recipe, &mut memory).map_err(Failure::Scan)?;
+        let mut scan = Scan::<Neural>::new(recipe, &mut memory).map_err(Failure::Scan)?;
 
         // What was read before a power cut is not read again.
         let saved = Saved::<CAPACITY>::read(&self.flash, &recipe);

@@ -51,9 +51,9 @@ use phase::Phase;
 const PAUSE: u32 = 500;
 
 /// Leads a scan from the first word to the last, and then the next one.
-pub struct Driver<'r, 'm, K: Fitter, const CAPACITY: usize> {
+pub struct Driver<'a, K: Fitter> {
     /// Or why there can be none.
-    scan: Result<Scan<'r, 'm, K, CAPACITY>, Failure>,
+    scan: Result<Scan<'a, K>, Failure>,
     config: Config,
     line: Line,
     phase: Phase,
@@ -67,14 +67,14 @@ pub struct Driver<'r, 'm, K: Fitter, const CAPACITY: usize> {
     next: Option<Action>,
 }
 
-impl<'r, 'm, K: Fitter, const CAPACITY: usize> Driver<'r, 'm, K, CAPACITY> {
+impl<'a, K: Fitter> Driver<'a, K> {
     /// Leads this scan. Readings that outlasted a reset are recorded in it already; a host that
     /// measures is asked whether they still hold.
     ///
     /// If there is no scan, because the recipe is damaged or for another firmware, the driver tells
     /// the host why; and asks it for a better recipe if it can store one.
     #[must_use]
-    pub fn new(scan: Result<Scan<'r, 'm, K, CAPACITY>, Failure>, config: Config) -> Self {
+    pub fn new(scan: Result<Scan<'a, K>, Failure>, config: Config) -> Self {
         Self {
             scan,
             config,
@@ -91,7 +91,7 @@ impl<'r, 'm, K: Fitter, const CAPACITY: usize> Driver<'r, 'm, K, CAPACITY> {
     ///
     /// # Errors
     /// What was given to [`Driver::new`].
-    pub fn scan(&self) -> Result<&Scan<'r, 'm, K, CAPACITY>, Failure> {
+    pub fn scan(&self) -> Result<&Scan<'a, K>, Failure> {
         self.scan.as_ref().map_err(|failure| *failure)
     }
 
@@ -346,7 +346,7 @@ impl<'r, 'm, K: Fitter, const CAPACITY: usize> Driver<'r, 'm, K, CAPACITY> {
         let progress = fit.advance(slice);
         if progress.is_complete() {
             match fit.finish() {
-                Ok(_) => self.phase = Phase::Fitted,
+                Ok(_) | Err(FinishError::Implausible(_)) => self.phase = Phase::Fitted,
                 Err(FinishError::Diverged) => return self.give_up(Failure::Diverged),
                 Err(FinishError::Unfinished(_)) => {} // it is complete
             }

@@ -15,10 +15,13 @@ mod linear;
 mod method;
 pub mod ridge;
 
-pub use any::{AnyModel, AnyWorkspace};
+pub use any::AnyModel;
 pub use completed::{Completed, Components, InitNet, MAX_ROWS, MAX_UNITS, Target};
-pub use descent::{Workspace, brdf};
-pub use fitter::{Fitter, FitterError, Progress};
+pub use descent::brdf;
+pub(crate) use descent::descent_words;
+pub(crate) use fitter::is_finite;
+pub use fitter::{Channels, Fitter, ModelMismatch, Progress};
 pub use learned::{Descent, Ridge};
-pub use linear::{Linear, linear_words};
+pub use linear::Linear;
+pub(crate) use linear::linear_words;
 pub use method::FitMethod;

@@ -11,19 +11,22 @@ pub mod loss;
 mod neural;
 mod parameters;
 mod phong;
-
-/// Numbers that readings are completed in before a descent.
-pub const SCRATCH: usize = 416;
+mod samples;
 
 pub use cook_torrance::{CookTorrance, CookTorranceParameters};
 pub use neural::{Neural, NeuralParameters};
 pub use phong::{Phong, PhongParameters};
+pub(crate) use samples::COUNTED;
+pub use samples::{SLOT_WORDS, Samples, Slot, slot_of};
+
+use core::ops::Range;
+use core::slice;
 
 use serde::{Deserialize, Serialize};
 
 use crate::geometry::HalfDifference;
-use crate::model::loss::LogError;
-use crate::numeric::{Block, Scalar, Value};
+use crate::model::loss::{LogError, cosine_weighted_log_error};
+use crate::numeric::{Scalar, Value};
 
 /// Names a model in recipes and on the link. The order of those that are fitted by descent is part
 /// of the recipe format.
@@ -61,23 +64,56 @@ impl core::fmt::Display for ModelKind {
 }
 
 /// One number for every parameter of a model: the parameters themselves, their gradient, their
-/// step sizes.
+/// step sizes. An array, in the order that recipes and exports use.
 pub trait ParameterSet<T: Value>: Clone + Send + Sync {
-    /// All entries equal.
+    /// Returns a set whose entries are equal.
     fn filled(value: T) -> Self;
-    /// The entries as runs, in the order that recipes and exports use.
-    fn runs(&self) -> impl Iterator<Item = &[T]>;
-    /// The same, to be changed.
-    fn runs_mut(&mut self) -> impl Iterator<Item = &mut [T]>;
+    /// The entries, in order.
+    fn as_slice(&self) -> &[T];
+    /// The entries, in order.
+    fn as_mut_slice(&mut self) -> &mut [T];
+    /// A view of a list; None if the list has another length.
+    fn view(list: &[T]) -> Option<&Self>;
+    /// A view of a list; None if the list has another length.
+    fn view_mut(list: &mut [T]) -> Option<&mut Self>;
 
-    /// All entries, in order.
-    fn iter(&self) -> impl Iterator<Item = &T> {
-        self.runs().flatten()
+    /// Iterates over the entries, in order.
+    #[inline(always)]
+    fn iter(&self) -> slice::Iter<'_, T> {
+        self.as_slice().iter()
     }
 
-    /// All entries in order, to be changed.
-    fn iter_mut(&mut self) -> impl Iterator<Item = &mut T> {
-        self.runs_mut().flatten()
+    /// Iterates over the entries, in order.
+    #[inline(always)]
+    fn iter_mut(&mut self) -> slice::IterMut<'_, T> {
+        self.as_mut_slice().iter_mut()
+    }
+}
+
+impl<T: Value, const N: usize> ParameterSet<T> for [T; N] {
+    #[inline(always)]
+    fn filled(value: T) -> Self {
+        [value; N]
+    }
+
+    #[inline(always)]
+    fn as_slice(&self) -> &[T] {
+        self
+    }
+
+    #[inline(always)]
+    fn as_mut_slice(&mut self) -> &mut [T] {
+        self
+    }
+
+    #[inline(always)]
+    fn view(list: &[T]) -> Option<&Self> {
+        list.try_into().ok()
+    }
+
+    #[inline(always)]
+    fn view_mut(list: &mut [T]) -> Option<&mut Self> {
+        list.try_into().ok()
     }
 }
 
@@ -90,63 +126,6 @@ pub struct Sample<S> {
     pub measured: [S; 3],
     /// Its weight in the loss: 1 / (3 n) for the mean over n samples and three channels.
     pub weight: S,
-}
-
-impl Sample<f32> {
-    /// Nothing, nowhere: so that statics can begin with it.
-    pub(crate) const ZERO: Self = Self {
-        at: HalfDifference {
-            hx: 0.0,
-            hz: 0.0,
-            dx: 0.0,
-            dy: 0.0,
-            dz: 0.0,
-        },
-        measured: [0.0; 3],
-        weight: 0.0,
-    };
-}
-
-impl<const N: usize> Sample<Block<N>> {
-    /// At most `N` samples side by side. If they are fewer, the last stands in for the missing
-    /// ones, at weight 0.
-    #[inline(always)]
-    pub fn gather(samples: &[Sample<f32>]) -> Self {
-        let zero = Block::constant(0.0);
-        let Some(last) = samples.last() else {
-            return Self {
-                at: HalfDifference::zero(),
-                measured: [zero; 3],
-                weight: zero,
-            };
-        };
-        let each = |of: fn(&Sample<f32>) -> f32| {
-            let mut numbers = [0.0; N];
-            for (lane, number) in numbers.iter_mut().enumerate() {
-                *number = of(samples.get(lane).unwrap_or(last));
-            }
-            Block(numbers)
-        };
-        let mut weight = zero;
-        for (weight, sample) in weight.0.iter_mut().zip(samples) {
-            *weight = sample.weight;
-        }
-        Self {
-            at: HalfDifference {
-                hx: each(|sample| sample.at.hx),
-                hz: each(|sample| sample.at.hz),
-                dx: each(|sample| sample.at.dx),
-                dy: each(|sample| sample.at.dy),
-                dz: each(|sample| sample.at.dz),
-            },
-            measured: [
-                each(|sample| sample.measured[0]),
-                each(|sample| sample.measured[1]),
-                each(|sample| sample.measured[2]),
-            ],
-            weight,
-        }
-    }
 }
 
 /// The derivatives of the loss by what a sample was taken at and by what was measured there.
@@ -179,6 +158,16 @@ pub struct Evaluation<S> {
 }
 
 impl<S: Scalar> Evaluation<S> {
+    /// The evaluation of a sample that counts for nothing.
+    #[inline(always)]
+    pub(crate) fn zero() -> Self {
+        let zero = S::constant(0.0);
+        Self {
+            error: cosine_weighted_log_error([zero; 3], [zero; 3], zero, zero).error,
+            gradient: SampleGradient::zero(),
+        }
+    }
+
     /// The loss, times the sample's weight.
     #[inline(always)]
     pub fn loss(&self) -> S {
@@ -197,13 +186,8 @@ pub trait Model: Sync {
     const PARAMETERS: usize;
     /// One `T` for every parameter.
     type Parameters<T: Value>: ParameterSet<T>;
-    /// All zeros, as a constant: so that statics can begin with it.
-    const ZEROS: Self::Parameters<f32>;
-    /// Room for [`SCRATCH`] numbers, or for none where a run of the gradient, which is idle before a
-    /// descent, has as many.
-    type Scratch: AsMut<[f32]> + Clone + core::fmt::Debug + Send + Sync;
-    /// All zeros.
-    const NO_SCRATCH: Self::Scratch;
+    /// The parameters that come in triples of red, green and blue.
+    const COLORS: Range<usize>;
 
     /// The BRDF in linear RGB, sr^-1, not times the cosine.
     fn brdf<S: Scalar>(
@@ -227,11 +211,12 @@ pub trait Model: Sync {
     #[inline(always)]
     fn accumulate_gradients(
         parameters: &Self::Parameters<f32>,
-        samples: &[Sample<f32>],
+        samples: Samples<'_>,
         gradient: &mut Self::Parameters<f32>,
     ) {
-        for block in samples.chunks(BLOCK) {
-            let block = Sample::<Block<BLOCK>>::gather(block);
+        let mut samples = samples;
+        while !samples.is_empty() {
+            let block = samples.take(BLOCK).gather::<BLOCK>();
             Self::accumulate_gradient::<_, false>(parameters, &block, gradient);
         }
     }

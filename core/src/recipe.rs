@@ -19,6 +19,7 @@ mod kind;
 mod metadata;
 mod parts;
 mod sections;
+mod size;
 mod training;
 mod write;
 
@@ -37,13 +38,15 @@ pub use parts::{
     PackedRidge, Provenance, RecipeParts,
 };
 pub use sections::{Materials, Sections};
+pub use size::{max_samples, memory_words};
 pub use training::{
     Effort, Origin, Parts, Schedule, Training, TrainingSource, TrainingSources, ValidationSplit,
 };
 
+use crate::fit::{AnyModel, Fitter};
 use crate::geometry::{Angles, Directions, HalfDifference};
 use crate::gonio::{Limits, Unreachable};
-use crate::model::ModelKind;
+use crate::model::{ModelKind, SLOT_WORDS};
 use check::PackedAngles;
 use contents::Contents;
 use header::Sealed;
@@ -182,6 +185,15 @@ impl<'a> Recipe<'a> {
     #[must_use]
     pub fn samples(&self) -> usize {
         self.pattern.len()
+    }
+
+    /// Words (of 4 bytes) that a scan takes in memory: [`memory_words`] at run time.
+    #[must_use]
+    pub fn memory_words(&self) -> usize {
+        // Any model is accepted.
+        let work = AnyModel::words(&self.method, self.samples()).unwrap_or_default();
+        let slots = self.samples().saturating_mul(SLOT_WORDS);
+        slots.saturating_add(work)
     }
 
     /// Where to measure, in radians; both directions of each are above the horizon.

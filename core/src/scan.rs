@@ -2,114 +2,135 @@
 //! and of time; motors, sensor and clock are the firmware's.
 //!
 //! The states cannot be confused: a [`Scan`] takes readings, a [`Fit`] of all of them is under way,
-//! a [`Fitted`] material answers. All of it lies in a [`Memory`] of the caller's, which the next
+//! a [`Fitted`] material answers. All of it lies in the caller's memory, which the next
 //! recipe may use again. [`Saved`] readings outlast a reset.
 
 mod error;
 mod fit;
 mod memory;
+mod plausibility;
 mod reading;
 mod residual;
 mod saved;
+mod stage;
 mod status;
 
 pub use error::{FinishError, FitError, ScanError, SkipError};
 pub use fit::{Fit, Fitted};
-pub use memory::Memory;
+pub use plausibility::Implausible;
 pub use reading::{MIN_READING, Reading, ReadingError, Recorded};
 pub use residual::Residual;
 pub use saved::{Saved, SavedError};
 
 #[cfg(doc)]
 use crate::fit::FitMethod;
+use core::marker::PhantomData;
+
+#[cfg(doc)]
+use crate::fit::FitMethod;
 use crate::fit::Fitter;
 use crate::geometry::Directions;
 use crate::model::linear::Basis;
+use crate::model::{SLOT_WORDS, Slot};
 use crate::recipe::Recipe;
-use memory::Stage;
+use memory::{measured_at, split, split_mut};
+use stage::{Fitting, Stage};
 use status::Status;
 
-/// A scan of one material by one recipe, taking readings.
+/// A scan of one material, taking readings.
 ///
-/// `K` says how they are fitted: one model, or [`AnyModel`](crate::fit::AnyModel); `CAPACITY` is the
-/// largest n that there is room for.
+/// `K` is the model: one of the four, or [`AnyModel`](crate::fit::AnyModel), which does what the recipe says.
+/// The memory is the caller's: a list of numbers whose length
+/// [`memory_words`](crate::recipe::memory_words) computes from the recipe at compile time. It holds the readings and
+/// what the fit works in, and serves one scan after the other.
 ///
 /// ```
 /// use glimpse_core::model::Neural;
-/// use glimpse_core::recipe::Recipe;
-/// use glimpse_core::scan::{Memory, Reading, Scan};
+/// use glimpse_core::recipe::{Recipe, memory_words};
+/// use glimpse_core::scan::{Reading, Scan};
 ///
-/// # fn read(_: &glimpse_core::geometry::Directions<f32>) -> Reading { Reading::new([0.1; 3]) }
+/// # fn read(index: u16) -> Reading { Reading::new([0.1 + 0.01 * f32::from(index); 3]) }
 /// # fn motors_and_watchdog() {}
-/// fn scan(recipe: &[u8], memory: &mut Memory<Neural, 8>) -> Result<(), Box<dyn core::error::Error>> {
-///     let recipe = Recipe::parse(recipe)?;
-///     let mut scan = Scan::new(recipe, memory)?;
-///     while let Some((index, directions)) = scan.next_pending() {
-///         scan.record(index, read(&directions))?;
-///     }
-///     let mut fit = scan.fit()?;
-///     while !fit.advance(8).is_complete() {
-///         motors_and_watchdog();
-///     }
-///     let fitted = fit.finish()?;
-///     println!("{:?} after a residual of {}", fitted.brdf(&MIRROR), fitted.residual().mean);
-///     Ok(())
+/// static RECIPE: &[u8] = include_bytes!("../examples/recipes/neural-n8.recipe");
+/// let mut memory = [0.0; memory_words(&[RECIPE])]; // in firmware a static
+///
+/// let mut scan = Scan::<Neural>::new(Recipe::parse(RECIPE)?, &mut memory)?;
+/// while let Some((index, directions)) = scan.next_pending() {
+///     scan.record(index, read(index))?; // moves the arms to `directions`
 /// }
-/// # use glimpse_core::geometry::Directions;
-/// const MIRROR: Directions<f32> = Directions {
-///     incoming: [0.6, 0.0, 0.8],
-///     outgoing: [-0.6, 0.0, 0.8],
-/// };
-/// # scan(include_bytes!("../examples/recipes/neural-n8.recipe"), &mut Memory::new()).unwrap();
+/// let mut fit = scan.fit()?;
+/// while !fit.advance(8).is_complete() {
+///     motors_and_watchdog();
+/// }
+/// let fitted = fit.finish()?;
+/// println!("residual {}", fitted.residual().mean);
+/// # Ok::<(), Box<dyn core::error::Error>>(())
 /// ```
-pub struct Scan<'r, 'm, K: Fitter, const CAPACITY: usize> {
-    recipe: Recipe<'r>,
-    basis: Option<Basis<'r>>,
-    memory: &'m mut Memory<K, CAPACITY>,
+pub struct Scan<'a, K: Fitter> {
+    recipe: Recipe<'a>,
+    basis: Option<Basis<'a>>,
+    memory: &'a mut [f32],
+    /// Words of the memory that this recipe needs.
+    needed: usize,
+    stage: Stage,
+    model: PhantomData<K>,
 }
 
-impl<'r, 'm, K: Fitter, const CAPACITY: usize> Scan<'r, 'm, K, CAPACITY> {
-    /// Whether this firmware can scan by a recipe: before one that was sent takes the place of another.
+impl<'a, K: Fitter> Scan<'a, K> {
+    /// Checks that this firmware can scan with a recipe, in a memory of `words` words, before the recipe replaces
+    /// another one. Returns how many words it needs.
     ///
     /// # Errors
-    /// If it is for another model, or asks for more room than `CAPACITY` or the model's words.
-    pub fn accept(recipe: &Recipe<'_>) -> Result<(), ScanError> {
+    /// If the recipe is for another model, or needs more memory.
+    pub fn accept(recipe: &Recipe<'_>, words: usize) -> Result<usize, ScanError> {
         let samples = recipe.samples();
-        if samples > CAPACITY {
-            return Err(ScanError::Capacity {
-                capacity: CAPACITY,
-                samples,
-            });
+        let work = K::words(&recipe.method(), samples)?;
+        let needed = samples.saturating_mul(SLOT_WORDS).saturating_add(work);
+        if needed > words {
+            let found = words;
+            return Err(ScanError::Memory { needed, found });
         }
-        K::accept(&recipe.method(), samples)?;
-        Ok(())
+        Ok(needed)
     }
 
-    /// Begins a scan: whatever `memory` held before is forgotten.
+    /// Begins a scan. What `memory` held before is overwritten.
     ///
     /// # Errors
     /// As [`Scan::accept`].
-    pub fn new(recipe: Recipe<'r>, memory: &'m mut Memory<K, CAPACITY>) -> Result<Self, ScanError> {
-        Self::accept(&recipe)?;
-        memory::lay_out(&mut memory.samples, &recipe);
+    pub fn new(recipe: Recipe<'a>, memory: &'a mut [f32]) -> Result<Self, ScanError> {
+        let needed = Self::accept(&recipe, memory.len())?;
         let mut scan = Self {
             recipe,
             basis: None,
             memory,
+            needed,
+            stage: Stage::Reading,
+            model: PhantomData,
         };
-        scan.restart();
+        let (slots, _) = scan.parts();
+        memory::lay_out(slots, &recipe);
         Ok(scan)
+    }
+
+    /// The samples, and what the fit works in.
+    fn parts(&mut self) -> (&mut [Slot], &mut [f32]) {
+        let memory = self.memory.get_mut(..self.needed).unwrap_or_default();
+        split_mut(memory, self.recipe.samples())
+    }
+
+    fn slots(&self) -> &[Slot] {
+        split(self.memory, self.recipe.samples()).0
     }
 
     /// Gives Linear the basis by which [`Fitted::brdf`] answers; other models have no use for it.
     ///
     /// # Errors
     /// [`ScanError::Basis`] if the recipe names another one.
-    pub fn with_basis(mut self, basis: Basis<'r>) -> Result<Self, ScanError> {
+    pub fn with_basis(mut self, basis: Basis<'a>) -> Result<Self, ScanError> {
         let named = self.recipe.method().basis_checksum();
         if named != Some(basis.of()) {
             return Err(ScanError::Basis {
-                recipe: named.unwrap_or(0),
+                recipe: named,
                 found: basis.of(),
             });
         }
@@ -119,19 +140,20 @@ impl<'r, 'm, K: Fitter, const CAPACITY: usize> Scan<'r, 'm, K, CAPACITY> {
 
     /// The basis that it was given.
     #[must_use]
-    pub fn basis(&self) -> Option<&Basis<'r>> {
+    pub fn basis(&self) -> Option<&Basis<'a>> {
         self.basis.as_ref()
     }
 
-    /// Forgets all readings and begins anew.
+    /// Forgets all readings and starts again.
     pub fn restart(&mut self) {
-        self.memory.stage = Stage::Reading;
-        self.memory.status.fill(Status::PENDING);
+        self.stage = Stage::Reading;
+        let (slots, _) = self.parts();
+        slots.iter_mut().for_each(|slot| Status::PENDING.put(slot));
     }
 
     /// The recipe.
     #[must_use]
-    pub fn recipe(&self) -> &Recipe<'r> {
+    pub fn recipe(&self) -> &Recipe<'a> {
         &self.recipe
     }
 
@@ -141,13 +163,13 @@ impl<'r, 'm, K: Fitter, const CAPACITY: usize> Scan<'r, 'm, K, CAPACITY> {
     /// may end early, by a recipe that [takes missing readings](crate::fit::FitMethod::takes_missing), the
     /// first ones tell most.
     pub fn pending(&self) -> impl Iterator<Item = (u16, Directions<f32>)> {
-        memory::pending(&self.memory.samples, &self.memory.status, &self.recipe)
+        memory::pending(self.slots())
     }
 
     /// The first of [`Scan::pending`], in the recipe's order; None once all are read.
     #[must_use]
     pub fn next_pending(&self) -> Option<(u16, Directions<f32>)> {
-        memory::next_pending(&self.memory.samples, &self.memory.status, &self.recipe)
+        memory::next_pending(self.slots())
     }
 
     /// Takes the reading of a sample of the pattern, in any order. A second reading of the same
@@ -157,11 +179,10 @@ impl<'r, 'm, K: Fitter, const CAPACITY: usize> Scan<'r, 'm, K, CAPACITY> {
     /// # Errors
     /// If there is no such sample, or the reading cannot be one. Nothing has changed then.
     pub fn record(&mut self, index: u16, reading: Reading) -> Result<Recorded, ReadingError> {
-        let Memory {
-            samples, status, ..
-        } = &mut *self.memory;
-        let recorded = reading::record(samples, status, &self.recipe, index, reading)?;
-        self.memory.stage = Stage::Reading;
+        let recipe = self.recipe;
+        let (slots, _) = self.parts();
+        let recorded = reading::record(slots, &recipe, index, reading)?;
+        self.stage = Stage::Reading;
         Ok(recorded)
     }
 
@@ -172,15 +193,14 @@ impl<'r, 'm, K: Fitter, const CAPACITY: usize> Scan<'r, 'm, K, CAPACITY> {
     /// [`SkipError`] if the recipe does not [tolerate missing readings](FitMethod::takes_missing), or has no such
     /// sample. Nothing has changed then.
     pub fn skip(&mut self, index: u16) -> Result<(), SkipError> {
-        let samples = self.recipe.samples();
         self.check_tolerance()?;
-        let mut places = self.memory.status.iter_mut().take(samples);
-        let Some(status) = places.nth(usize::from(index)) else {
-            let samples = samples as u16;
+        let samples = self.recipe.samples() as u16;
+        let (slots, _) = self.parts();
+        let Some(slot) = slots.get_mut(usize::from(index)) else {
             return Err(SkipError::Index { index, samples });
         };
-        *status = Status::SKIPPED;
-        self.memory.stage = Stage::Reading;
+        Status::SKIPPED.put(slot);
+        self.stage = Stage::Reading;
         Ok(())
     }
 
@@ -190,9 +210,10 @@ impl<'r, 'm, K: Fitter, const CAPACITY: usize> Scan<'r, 'm, K, CAPACITY> {
     /// [`SkipError::Required`] if the recipe does not tolerate missing readings. Nothing has changed then.
     pub fn finish_early(&mut self) -> Result<(), SkipError> {
         self.check_tolerance()?;
-        for status in &mut self.memory.status {
-            if *status == Status::PENDING {
-                *status = Status::SKIPPED;
+        let (slots, _) = self.parts();
+        for slot in slots {
+            if Status::of(slot) == Status::PENDING {
+                Status::SKIPPED.put(slot);
             }
         }
         Ok(())
@@ -209,11 +230,10 @@ impl<'r, 'm, K: Fitter, const CAPACITY: usize> Scan<'r, 'm, K, CAPACITY> {
     /// loss can take.)
     #[must_use]
     pub fn reading(&self, index: u16) -> Option<Reading> {
-        let places = self.memory.samples.iter().zip(&self.memory.status);
-        let mut places = places.take(self.recipe.samples());
-        let (sample, status) = places.nth(usize::from(index))?;
+        let slot = self.slots().get(usize::from(index))?;
+        let status = Status::of(slot);
         status.is_read().then(|| Reading {
-            brdf: sample.measured,
+            brdf: measured_at(slot),
             saturated: status.is_saturated(),
         })
     }
@@ -221,11 +241,17 @@ impl<'r, 'm, K: Fitter, const CAPACITY: usize> Scan<'r, 'm, K, CAPACITY> {
     /// Asks anew for what was too far below 0: a fit has brought it up, and so it may no longer be
     /// what was read.
     pub(crate) fn forget_clamped(&mut self) {
-        for status in &mut self.memory.status {
-            if status.is_clamped() {
-                *status = Status::PENDING;
-                self.memory.stage = Stage::Reading;
-            }
+        let (slots, _) = self.parts();
+        let mut clamped = slots
+            .iter_mut()
+            .filter(|slot| Status::of(slot).is_clamped());
+        let any = clamped
+            .by_ref()
+            .map(|slot| Status::PENDING.put(slot))
+            .count()
+            > 0;
+        if any {
+            self.stage = Stage::Reading;
         }
     }
 
@@ -236,48 +262,73 @@ impl<'r, 'm, K: Fitter, const CAPACITY: usize> Scan<'r, 'm, K, CAPACITY> {
     ///
     /// # Errors
     /// [`FitError::Incomplete`] if a reading is missing that the recipe needs, or if there is none at all,
-    /// [`FitError::Implausible`] if the readings are no BRDF's.
-    pub fn fit(&mut self) -> Result<Fit<'_, K, CAPACITY>, FitError> {
-        let Memory {
-            samples, status, ..
-        } = &mut *self.memory;
-        let counted = memory::weigh(samples, status, &self.recipe);
+    /// [`FitError::TooLarge`] if the readings are too large for any material.
+    pub fn fit(&mut self) -> Result<Fit<'_, K>, FitError> {
+        let recipe = self.recipe;
+        let method = recipe.method();
+        let (slots, words) = self.parts();
+        let counted = memory::weigh(slots, &recipe);
         if counted == 0 {
-            return Err(memory::incomplete(status, &self.recipe));
+            return Err(memory::incomplete(slots));
         }
-        let samples = self.memory.samples.get_mut(..self.recipe.samples());
-        let samples = samples.unwrap_or_default();
-        let method = self.recipe.method();
-        reading::prepare(samples, &method)?;
-        K::start(&mut self.memory.workspace, &method);
-        self.memory.stage = Stage::Fitting { done: 0 };
-        Ok(Fit::new(&self.recipe, self.basis, self.memory, 0))
+        let channels = reading::prepare(slots, &method)?;
+        K::start(words, &method, channels);
+        Ok(self.fit_from(Fitting {
+            done: 0,
+            channels,
+            weight: 1.0 / (3.0 * counted as f32),
+        }))
+    }
+
+    fn fit_from(&mut self, fitting: Fitting) -> Fit<'_, K> {
+        self.stage = Stage::Fitting(fitting);
+        let memory = self.memory.get_mut(..self.needed).unwrap_or_default();
+        let (slots, words) = split_mut(memory, self.recipe.samples());
+        Fit {
+            recipe: &self.recipe,
+            basis: self.basis,
+            slots,
+            words,
+            stage: &mut self.stage,
+            fitting,
+            model: PhantomData,
+        }
     }
 
     /// The fit that was begun and not finished, where it was left; None if there is none, or a
     /// reading has come since. For firmware that cannot keep a [`Fit`] between two turns of its
     /// loop.
-    pub fn fit_under_way(&mut self) -> Option<Fit<'_, K, CAPACITY>> {
-        match self.memory.stage {
-            Stage::Fitting { done } => Some(Fit::new(&self.recipe, self.basis, self.memory, done)),
+    pub fn fit_under_way(&mut self) -> Option<Fit<'_, K>> {
+        match self.stage {
+            Stage::Fitting(fitting) => Some(self.fit_from(fitting)),
             _ => None,
         }
     }
 
     /// The material that was fitted last; None if no fit was finished since the last reading.
     #[must_use]
-    pub fn fitted(&self) -> Option<Fitted<'_, K, CAPACITY>> {
-        match self.memory.stage {
-            Stage::Fitted(residual) => {
-                Some(Fitted::new(&self.recipe, self.basis, self.memory, residual))
-            }
-            _ => None,
-        }
+    pub fn fitted(&self) -> Option<Fitted<'_, K>> {
+        let Stage::Fitted {
+            residual,
+            implausible,
+        } = self.stage
+        else {
+            return None;
+        };
+        let memory = self.memory.get(..self.needed).unwrap_or_default();
+        Some(Fitted {
+            recipe: &self.recipe,
+            basis: self.basis,
+            words: split(memory, self.recipe.samples()).1,
+            residual,
+            implausible,
+            model: PhantomData,
+        })
     }
 
     /// The memory, for another scan. (A scan that only borrowed it gives it back by itself.)
     #[must_use]
-    pub fn into_memory(self) -> &'m mut Memory<K, CAPACITY> {
+    pub fn into_memory(self) -> &'a mut [f32] {
         self.memory
     }
 }

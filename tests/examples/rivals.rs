@@ -13,7 +13,7 @@ use std::path::Path;
 use std::process::Command;
 
 use glimpse_bench::judge::loss;
-use glimpse_bench::{Material, SAMPLES, measure, recipes};
+use glimpse_bench::{Material, measure, recipes};
 use glimpse_core::geometry::HalfDifference;
 use glimpse_core::model::Phong;
 use glimpse_core::recipe::{FitMethod, Recipe};
@@ -91,7 +91,7 @@ fn numbers() -> Result<String, Box<dyn Error>> {
         let values: Vec<String> = values.map(|value| format!("{value:e}f")).collect();
         values.join(", ")
     };
-    let mut header = format!("#define SAMPLES {SAMPLES}\n");
+    let mut header = format!("#define SAMPLES {}\n", recipe.samples());
     for (name, values) in [
         ("INITIAL", descent.initial()),
         ("STEP_SIZES", descent.step_sizes()),

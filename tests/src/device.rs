@@ -5,15 +5,11 @@ use std::net::TcpStream;
 use std::time::{Duration, Instant};
 
 use glimpse_core::driver::{Action, Config, Driver, Host};
-use glimpse_core::fit::{AnyModel, linear_words};
+use glimpse_core::fit::AnyModel;
 use glimpse_core::link::{Client, FRAME_BYTES, Reply, Request};
 use glimpse_core::recipe::Recipe;
-use glimpse_core::scan::{Memory, Residual, Scan};
+use glimpse_core::scan::{FinishError, Residual, Scan};
 use glimpse_trainer::scanner::{ScanReport, Taken};
-
-/// Room for the recipes of tests.
-const CAPACITY: usize = 64;
-type AnyMemory = Memory<AnyModel<{ linear_words(CAPACITY, 60) }>, CAPACITY>;
 
 /// Fits readings by a recipe, as the firmware does: values and residual.
 ///
@@ -22,8 +18,8 @@ type AnyMemory = Memory<AnyModel<{ linear_words(CAPACITY, 60) }>, CAPACITY>;
 #[must_use]
 pub fn fit(recipe: &[u8], readings: &[Taken]) -> (Vec<f32>, Residual) {
     let recipe = Recipe::parse(recipe).expect("a whole recipe");
-    let mut memory = AnyMemory::new();
-    let mut scan = Scan::new(recipe, &mut memory).expect("there is room");
+    let mut memory = vec![0.0; recipe.memory_words()];
+    let mut scan = Scan::<AnyModel>::new(recipe, &mut memory).expect("there is room");
     for taken in readings {
         let (index, directions) = scan.next_pending().expect("as many as were read");
         assert_eq!(directions, taken.directions);
@@ -32,7 +28,11 @@ pub fn fit(recipe: &[u8], readings: &[Taken]) -> (Vec<f32>, Residual) {
     }
     let mut fit = scan.fit().expect("all readings");
     while !fit.advance(u32::MAX).is_complete() {}
-    let fitted = fit.finish().expect("a finite result");
+    match fit.finish() {
+        Ok(_) | Err(FinishError::Implausible(_)) => {}
+        Err(error) => panic!("{error}"),
+    }
+    let fitted = scan.fitted().expect("it is finished");
     (fitted.values().collect(), fitted.residual())
 }
 
@@ -124,8 +124,8 @@ impl Device {
     /// If the recipe is damaged.
     pub fn scan(&mut self, recipe: &[u8]) -> io::Result<()> {
         let recipe = Recipe::parse(recipe).expect("a whole recipe");
-        let mut memory = AnyMemory::new();
-        let scan = Scan::new(recipe, &mut memory).expect("there is room");
+        let mut memory = vec![0.0; recipe.memory_words()];
+        let scan = Scan::<AnyModel>::new(recipe, &mut memory).expect("there is room");
         let repeat = self.patience.as_millis() as u32;
         let mut config = Config::new(Host::Measures);
         (config.repeat, config.patience, config.slice) = (repeat, 100 * repeat, u32::MAX);

@@ -2,7 +2,7 @@
 
 use glimpse_bench::recipes::masked;
 use glimpse_bench::{Linear, is_lost, measure};
-use glimpse_core::fit::Fitter;
+use glimpse_core::fit::{Channels, Fitter, Linear};
 use glimpse_core::geometry::HalfDifference;
 use glimpse_core::model::loss::cosine_weighted_log_error;
 use glimpse_core::model::{CookTorrance, ModelKind, Neural, Phong};
@@ -31,8 +31,9 @@ fn unexplained(recipe: &Recipe<'_>) -> f32 {
 
 fn at_the_start<K: Fitter>(recipe: &Recipe<'_>) -> f32 {
     let learner = recipe.method();
-    let mut workspace = K::EMPTY;
-    K::start(&mut workspace, &learner);
+    let words = K::words(&learner, recipe.samples()).unwrap();
+    let mut workspace = vec![0.0; words];
+    K::start(&mut workspace, &learner, Channels::Color);
     let errors = recipe.pattern().enumerate().map(|(index, angles)| {
         let at = HalfDifference::from_angles(angles);
         let modelled = K::at_sample(&workspace, &learner, index, &at);

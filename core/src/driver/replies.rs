@@ -7,7 +7,7 @@ use crate::heapless::Vec;
 use crate::link::{BYTES_PER_FRAME, Failure, PROTOCOL, Refusal, Reply, VALUES_PER_FRAME};
 use crate::scan::Scan;
 
-impl<K: Fitter, const CAPACITY: usize> Driver<'_, '_, K, CAPACITY> {
+impl<K: Fitter> Driver<'_, K> {
     /// A reply to the last request.
     pub(super) fn understand(&mut self, reply: Reply) {
         match (reply, self.phase) {

@@ -4,7 +4,7 @@ use super::coefficient_net::{
     CHANNELS, CoefficientNet, Input, MissingPolicy, Packed, standardized,
 };
 use super::learned::Descent;
-use crate::model::{ModelKind, Sample};
+use crate::model::{ModelKind, Sample, Samples};
 use crate::numeric::Floats;
 use crate::numeric::math::exp;
 
@@ -12,16 +12,13 @@ use crate::numeric::math::exp;
 pub const MAX_ROWS: usize = 96;
 /// The largest number of units of a start.
 pub const MAX_UNITS: usize = 32;
-/// How many numbers the largest completion works in.
-pub(super) const MAX_WORDS: usize = 4 * MAX_ROWS;
-
 /// Parameters that a unit of work starts.
 pub(super) const STARTED: usize = 64;
 
 /// Readings, completed by a small learned map: to the model Linear, or to where a descent starts.
 #[derive(Clone, Copy, Debug)]
 pub struct Completed<'a> {
-    pub(crate) completion: CoefficientNet<'a, f32, Packed>,
+    pub(crate) coefficient_net: CoefficientNet<'a, f32, Packed>,
     pub(crate) centre: Floats<'a>,
     pub(crate) scale: f32,
     pub(crate) missing: MissingPolicy,
@@ -53,8 +50,8 @@ pub struct Components<'a> {
 impl<'a> Completed<'a> {
     /// The map from readings to coefficients.
     #[must_use]
-    pub fn completion(&self) -> &CoefficientNet<'a, f32, Packed> {
-        &self.completion
+    pub fn coefficient_net(&self) -> &CoefficientNet<'a, f32, Packed> {
+        &self.coefficient_net
     }
 
     /// What is taken away from each sample's logarithm: the mean of the training columns there.
@@ -115,6 +112,16 @@ impl<'a> Completed<'a> {
         }
     }
 
+    /// Numbers that a completion works in, those of the [`InitNet`] included.
+    #[must_use]
+    pub fn words(&self) -> usize {
+        let units = match &self.target {
+            Target::Linear(_) => 0,
+            Target::Descent(_, start) => start.units(),
+        };
+        self.coefficient_net.words().saturating_add(units)
+    }
+
     /// Units of work until all coefficients are there: one for each reading, one for the hidden units,
     /// and one for each channel.
     pub(super) fn units(&self, samples: usize) -> u32 {
@@ -123,18 +130,21 @@ impl<'a> Completed<'a> {
 
     /// One of them. Out of line: what it takes of the stack is given back between slices.
     #[inline(never)]
-    pub(super) fn advance(&self, unit: u32, samples: &[Sample<f32>], state: &mut [f32]) {
+    pub(super) fn advance(&self, unit: u32, samples: Samples<'_>, state: &mut [f32]) {
         let unit = unit as usize;
         if let Some(sample) = samples.get(unit) {
             let centre = self.centre.iter().nth(unit).unwrap_or_default();
-            let scale = self.scale * self.missing.dropout_gain(samples.iter().map(is_there));
-            let input = input(sample, centre, scale);
-            self.completion.add(unit, &input, state);
+            let scale = self.scale
+                * self
+                    .missing
+                    .dropout_gain(samples.iter().map(|sample| is_there(&sample)));
+            let input = input(&sample, centre, scale);
+            self.coefficient_net.add(unit, &input, state);
             return;
         }
         match unit.checked_sub(samples.len().saturating_add(1)) {
-            None => self.completion.activate(state),
-            Some(channel) => self.completion.complete(channel, state),
+            None => self.coefficient_net.activate(state),
+            Some(channel) => self.coefficient_net.complete(channel, state),
         }
     }
 }

@@ -4,35 +4,48 @@
 //! Algorithm 1, `Learn`). A unit of work is the gradient of one sample; after the last sample of
 //! each round comes a step.
 
-use super::completed::{Completed, InitNet, MAX_UNITS, MAX_WORDS, STARTED, Target};
-use super::fitter::{Fitter, FitterError, is_finite};
+use super::completed::{Completed, InitNet, STARTED, Target};
+use super::fitter::{Channels, Fitter, ModelMismatch, is_finite};
 use super::{Descent, FitMethod};
 use crate::geometry::HalfDifference;
 use crate::model::linear::Basis;
-use crate::model::{Model, ParameterSet, SCRATCH, Sample};
+use crate::model::{Model, ParameterSet, Samples};
 use crate::numeric::Floats;
 
-const _: () = assert!(MAX_WORDS + MAX_UNITS <= SCRATCH);
-
-/// What a descent works in: parameters and their gradient.
-#[derive(Clone, Debug)]
-pub struct Workspace<M: Model> {
-    parameters: M::Parameters<f32>,
-    gradient: M::Parameters<f32>,
-    /// What readings are completed in, where the gradient is too small for it.
-    scratch: M::Scratch,
-    /// The loss that completed readings predict.
-    predicted: f32,
+/// Numbers that a descent works in: the parameters, their gradient, and the predicted loss. The gradient is
+/// idle until the descent begins, so that readings are completed in its place.
+pub(crate) const fn descent_words(parameters: usize, completion: usize) -> usize {
+    let gradient = if completion > parameters {
+        completion
+    } else {
+        parameters
+    };
+    parameters.saturating_add(gradient).saturating_add(1)
 }
 
-impl<M: Model> Workspace<M> {
-    /// All zeros.
-    pub const EMPTY: Self = Self {
-        parameters: M::ZEROS,
-        gradient: M::ZEROS,
-        scratch: M::NO_SCRATCH,
-        predicted: 0.0,
-    };
+/// The words of a descent, taken apart.
+struct Parts<'w, M: Model> {
+    parameters: &'w mut M::Parameters<f32>,
+    /// The gradient, or what readings are completed in.
+    rest: &'w mut [f32],
+    predicted: &'w mut f32,
+}
+
+impl<'w, M: Model> Parts<'w, M> {
+    fn of(words: &'w mut [f32]) -> Option<Self> {
+        let (parameters, rest) = words.split_at_mut_checked(M::PARAMETERS)?;
+        let (predicted, rest) = rest.split_last_mut()?;
+        Some(Self {
+            parameters: M::Parameters::view_mut(parameters)?,
+            rest,
+            predicted,
+        })
+    }
+}
+
+/// The parameters among the words of a descent.
+fn parameters_of<M: Model>(words: &[f32]) -> Option<&M::Parameters<f32>> {
+    M::Parameters::view(words.get(..M::PARAMETERS)?)
 }
 
 impl Descent<'_> {
@@ -43,16 +56,16 @@ impl Descent<'_> {
 }
 
 impl<M: Model> Fitter for M {
-    type Workspace = Workspace<M>;
-    const EMPTY: Workspace<M> = Workspace::EMPTY;
-
-    fn accept(method: &FitMethod<'_>, _: usize) -> Result<(), FitterError> {
+    fn words(method: &FitMethod<'_>, _: usize) -> Result<usize, ModelMismatch> {
         let (firmware, recipe) = (M::KIND, method.model());
-        if firmware == recipe {
-            Ok(())
-        } else {
-            Err(FitterError::Model { firmware, recipe })
+        if firmware != recipe {
+            return Err(ModelMismatch { firmware, recipe });
         }
+        let completion = match method {
+            FitMethod::Completed(completed) => completed.words(),
+            _ => 0,
+        };
+        Ok(descent_words(M::PARAMETERS, completion))
     }
 
     fn total(method: &FitMethod<'_>, samples: usize) -> u32 {
@@ -62,22 +75,21 @@ impl<M: Model> Fitter for M {
         }
     }
 
-    fn start(workspace: &mut Workspace<M>, method: &FitMethod<'_>) {
+    fn start(words: &mut [f32], method: &FitMethod<'_>, channels: Channels) {
+        words.fill(0.0);
         if let Some(descent) = descent_of(method) {
-            let initial = descent.initial.iter();
-            for (parameter, value) in workspace.parameters.iter_mut().zip(initial) {
+            for (parameter, value) in words.iter_mut().zip(descent.initial.iter()) {
                 *parameter = value;
             }
         }
-        workspace.gradient.iter_mut().for_each(|entry| *entry = 0.0);
-        workspace.scratch.as_mut().fill(0.0);
-        workspace.predicted = 0.0;
+        keep_gray::<M>(words, channels);
     }
 
     fn advance(
-        workspace: &mut Workspace<M>,
+        words: &mut [f32],
         method: &FitMethod<'_>,
-        samples: &[Sample<f32>],
+        samples: Samples<'_>,
+        channels: Channels,
         done: u32,
         budget: u32,
     ) -> u32 {
@@ -90,11 +102,10 @@ impl<M: Model> Fitter for M {
         let mut done = done;
         if let FitMethod::Completed(completed) = method {
             while done < end.min(before) {
-                start_unit(workspace, completed, samples, done);
+                start_unit::<M>(words, completed, samples, done);
                 done = done.saturating_add(1);
                 if done == before {
-                    // The gradient may have been worked in.
-                    scratch_of(workspace).1.fill(0.0);
+                    keep_gray::<M>(words, channels);
                 }
             }
         }
@@ -103,55 +114,70 @@ impl<M: Model> Fitter for M {
         let next = done.saturating_sub(before).checked_rem(round);
         let mut next = next.unwrap_or(0) as usize;
         while done < end {
-            let todo = samples.get(next..).unwrap_or_default();
-            let todo = todo.get(..(end - done) as usize).unwrap_or(todo);
-            if todo.is_empty() {
+            let todo = samples.skip(next).take((end - done) as usize);
+            let Some(parts) = Parts::<M>::of(words).filter(|_| !todo.is_empty()) else {
                 break;
+            };
+            let Some(gradient) = parts.rest.get_mut(..M::PARAMETERS) else {
+                break;
+            };
+            if let Some(gradient) = M::Parameters::view_mut(gradient) {
+                accumulate_gradients::<M>(parts.parameters, todo, gradient);
             }
-            accumulate_gradients::<M>(&workspace.parameters, todo, &mut workspace.gradient);
             done = done.saturating_add(todo.len() as u32);
             next = next.saturating_add(todo.len());
             if next >= samples.len() {
                 next = 0;
-                update(workspace, descent.step_sizes);
+                step(
+                    parts.parameters.as_mut_slice(),
+                    gradient,
+                    descent.step_sizes,
+                );
+                keep_gray::<M>(words, channels);
             }
         }
         done
     }
 
-    fn values<'w>(workspace: &'w Workspace<M>, _: FitMethod<'w>) -> impl Iterator<Item = f32> + 'w {
-        workspace.parameters.iter().copied()
+    fn values<'w>(words: &'w [f32], _: &FitMethod<'_>) -> [&'w [f32]; 3] {
+        [words.get(..M::PARAMETERS).unwrap_or_default(), &[], &[]]
     }
 
-    fn is_finite(workspace: &Workspace<M>, _: &FitMethod<'_>) -> bool {
-        !workspace.predicted.is_nan() && workspace.parameters.runs().all(is_finite)
+    fn predicted_loss(words: &[f32], method: &FitMethod<'_>) -> Option<f32> {
+        let FitMethod::Completed(completed) = method else {
+            return None;
+        };
+        let predicted = words.last().copied();
+        predicted.filter(|loss| loss.is_nan() || !completed.prediction.is_empty())
     }
 
-    fn predicted_loss(workspace: &Workspace<M>, method: &FitMethod<'_>) -> Option<f32> {
-        match method {
-            FitMethod::Completed(completed) if !completed.prediction.is_empty() => {
-                Some(workspace.predicted)
-            }
-            _ => None,
-        }
-    }
-
-    fn at_sample(
-        workspace: &Workspace<M>,
-        _: &FitMethod<'_>,
-        _: usize,
-        at: &HalfDifference<f32>,
-    ) -> [f32; 3] {
-        brdf::<M>(&workspace.parameters, at)
+    fn at_sample(words: &[f32], _: &FitMethod<'_>, _: usize, at: &HalfDifference<f32>) -> [f32; 3] {
+        parameters_of::<M>(words).map_or([0.0; 3], |parameters| brdf::<M>(parameters, at))
     }
 
     fn brdf(
-        workspace: &Workspace<M>,
+        words: &[f32],
         _: &FitMethod<'_>,
         _: Option<&Basis<'_>>,
         at: &HalfDifference<f32>,
     ) -> Option<[f32; 3]> {
-        Some(brdf::<M>(&workspace.parameters, at))
+        parameters_of::<M>(words).map(|parameters| brdf::<M>(parameters, at))
+    }
+}
+
+/// Gives the three channels of gray readings the same parameters: the mean of each triple.
+fn keep_gray<M: Model>(words: &mut [f32], channels: Channels) {
+    if channels == Channels::Gray {
+        average(words.get_mut(M::COLORS).unwrap_or_default());
+    }
+}
+
+/// Out of line, so that firmware has it once and not for each model.
+#[inline(never)]
+fn average(colors: &mut [f32]) {
+    for triple in colors.as_chunks_mut().0 {
+        let [red, green, blue] = *triple;
+        *triple = [(red + green + blue) * (1.0 / 3.0); 3];
     }
 }
 
@@ -183,74 +209,54 @@ fn before(method: &FitMethod<'_>, samples: usize) -> u32 {
 
 /// A unit of work before the descent.
 fn start_unit<M: Model>(
-    workspace: &mut Workspace<M>,
+    words: &mut [f32],
     completed: &Completed<'_>,
-    samples: &[Sample<f32>],
+    samples: Samples<'_>,
     unit: u32,
 ) {
     let Target::Descent(_, start) = &completed.target else {
         return;
     };
-    let (parameters, scratch, predicted) = scratch_of(workspace);
-    let Some((state, units)) = scratch.split_at_mut_checked(MAX_WORDS) else {
+    let Some(parts) = Parts::<M>::of(words) else {
+        return;
+    };
+    let state = completed.coefficient_net.words();
+    let Some((state, rest)) = parts.rest.split_at_mut_checked(state) else {
+        return;
+    };
+    let Some(units) = rest.get_mut(..start.units()) else {
         return;
     };
     let completion = completed.units(samples.len());
     match unit.checked_sub(completion) {
         None => completed.advance(unit, samples, state),
         Some(0) => {
-            *predicted = activate(completed, start, state, units);
+            *parts.predicted = activate(completed, start, state, units);
         }
         Some(later) => {
             let first = (later as usize).saturating_sub(1).saturating_mul(STARTED);
-            start_parameters::<M>(parameters, start, first, units);
+            let parameters = parts.parameters.as_mut_slice();
+            start_parameters(
+                parameters.get_mut(first..).unwrap_or_default(),
+                start,
+                first,
+                units,
+            );
+            if first.saturating_add(STARTED) >= M::PARAMETERS {
+                parts.rest.fill(0.0); // from now on the gradient
+            }
         }
     }
 }
 
-/// The parameters, what readings are completed in, and the loss that they predict.
-fn scratch_of<M: Model>(
-    workspace: &mut Workspace<M>,
-) -> (&mut M::Parameters<f32>, &mut [f32], &mut f32) {
-    let own = workspace.scratch.as_mut();
-    let scratch = match own.len() >= SCRATCH {
-        true => own,
-        // The gradient is idle until the descent begins.
-        false => workspace
-            .gradient
-            .runs_mut()
-            .find(|run| run.len() >= SCRATCH)
-            .unwrap_or_default(),
-    };
-    (&mut workspace.parameters, scratch, &mut workspace.predicted)
-}
-
-/// Puts the parameters from the `first` on to where the descent begins.
+/// Puts up to [`STARTED`] parameters, from the `first` on, to where the descent begins.
 #[inline(never)]
-fn start_parameters<M: Model>(
-    parameters: &mut M::Parameters<f32>,
-    start: &InitNet<'_>,
-    first: usize,
-    units: &[f32],
-) {
+fn start_parameters(parameters: &mut [f32], start: &InitNet<'_>, first: usize, units: &[f32]) {
     let mut offsets = [0.0; STARTED];
     start.offsets(first, units, &mut offsets);
-    let (mut first, mut offsets) = (first, &offsets[..]);
-    for run in parameters.runs_mut() {
-        (first, offsets) = start_run(run, first, offsets);
-    }
-}
-
-/// Adds to the parameters of a run from the `first` on; returns where in the next run, and by what, it
-/// goes on. Out of line: the code is there once and not for each run.
-#[inline(never)]
-fn start_run<'o>(run: &mut [f32], first: usize, offsets: &'o [f32]) -> (usize, &'o [f32]) {
-    let started = run.get_mut(first..).unwrap_or_default();
-    for (parameter, offset) in started.iter_mut().zip(offsets) {
+    for (parameter, offset) in parameters.iter_mut().zip(offsets) {
         *parameter += offset;
     }
-    let left = offsets.get(started.len()..).unwrap_or_default();
-    (first.saturating_sub(run.len()), left)
 }
 
 /// Returns the loss that is predicted by the coefficients, as those are gone once the descent begins; NaN if
@@ -264,7 +270,7 @@ fn activate(
     state: &[f32],
     units: &mut [f32],
 ) -> f32 {
-    let coefficients = completed.completion.coefficients(state);
+    let coefficients = completed.coefficient_net.coefficients(state);
     start.activate(coefficients, units);
     if !(coefficients.into_iter().all(is_finite) && is_finite(units)) {
         return f32::NAN;
@@ -272,16 +278,7 @@ fn activate(
     completed.predicted_loss(coefficients).unwrap_or_default()
 }
 
-fn update<M: Model>(workspace: &mut Workspace<M>, step_sizes: Floats<'_>) {
-    // Run by run: a loop over plain slices takes a fifth of a flattened iterator's time.
-    let mut step_sizes = step_sizes;
-    let runs = workspace.parameters.runs_mut();
-    for (parameters, gradient) in runs.zip(workspace.gradient.runs_mut()) {
-        step(parameters, gradient, step_sizes.take(parameters.len()));
-    }
-}
-
-/// One step, after which the gradient is 0. Out of line: the code is there once and not for each run.
+/// One step, after which the gradient is 0. Out of line, so that firmware has it once and not for each model.
 #[inline(never)]
 fn step(parameters: &mut [f32], gradient: &mut [f32], step_sizes: Floats<'_>) {
     // Three at a time, which all runs of Neural are multiples of: to go round takes a third of the
@@ -314,7 +311,7 @@ fn step_one(parameter: &mut f32, entry: &mut f32, step_size: [u8; 4]) {
 #[inline(never)]
 fn accumulate_gradients<M: Model>(
     parameters: &M::Parameters<f32>,
-    samples: &[Sample<f32>],
+    samples: Samples<'_>,
     gradient: &mut M::Parameters<f32>,
 ) {
     M::accumulate_gradients(parameters, samples, gradient);

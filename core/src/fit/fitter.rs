@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::FitMethod;
 use crate::geometry::HalfDifference;
 use crate::model::linear::{Basis, EPSILON};
-use crate::model::{ModelKind, Sample};
+use crate::model::{ModelKind, Samples};
 
 /// How far a fit is, in its own units of work: gradients of one sample, rows and channels of a
 /// ridge solve, or what a completion makes of one reading or for one channel.
@@ -26,76 +26,55 @@ impl Progress {
     }
 }
 
-/// Why a firmware cannot fit by a recipe.
+/// A recipe is for another model than the firmware's.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum FitterError {
-    /// The recipe is for another model than this firmware's.
-    Model {
-        /// The firmware's model.
-        firmware: ModelKind,
-        /// The recipe's model.
-        recipe: ModelKind,
-    },
-    /// The recipe's fit takes more memory than this firmware gives it.
-    Words {
-        /// Numbers that it takes.
-        needed: usize,
-        /// Numbers that there is room for.
-        found: usize,
-    },
+pub struct ModelMismatch {
+    /// The firmware's model.
+    pub firmware: ModelKind,
+    /// The recipe's model.
+    pub recipe: ModelKind,
 }
 
-/// How readings become values: one model, or whichever the recipe names.
+/// How readings become values: one model, or [`AnyModel`](super::AnyModel), which does what the recipe says.
 ///
-/// [`Scan`](crate::scan::Scan) calls it; firmware only names one, and its functions may change in
-/// any version. Values are a model's parameters in
-/// its order, or Linear's coefficients: m for red, m for green, m for blue.
+/// Values are a model's parameters in its order, or Linear's coefficients: m for red, m for green, m for
+/// blue. A fit works in a list of numbers, `words`, of the length that [`Fitter::words`] returns; with
+/// fewer, nothing is fitted.
 pub trait Fitter {
-    /// What a fit works in, besides the readings.
-    type Workspace;
-    /// All zeros, as a constant: a static that begins with it costs no flash.
-    const EMPTY: Self::Workspace;
-
-    /// Whether it can fit by this recipe's method, with a pattern of so many samples.
+    /// Returns how many numbers a fit works in, the samples not included.
     ///
     /// # Errors
-    /// [`FitterError`]. After `Ok` the other functions cannot fail.
-    fn accept(method: &FitMethod<'_>, samples: usize) -> Result<(), FitterError>;
+    /// If the recipe is for another model.
+    fn words(method: &FitMethod<'_>, samples: usize) -> Result<usize, ModelMismatch>;
 
     /// The units of work of the whole fit.
     fn total(method: &FitMethod<'_>, samples: usize) -> u32;
 
-    /// Puts a workspace to where a fit begins.
-    fn start(workspace: &mut Self::Workspace, method: &FitMethod<'_>);
+    /// Prepares `words` for a fit.
+    fn start(words: &mut [f32], method: &FitMethod<'_>, channels: Channels);
 
-    /// Does at most `budget` units of work, `done` of them being done; returns how many are done
-    /// then. The result does not depend on the budgets.
+    /// Does at most `budget` units of work after the first `done`, and returns how many are done then. The
+    /// result does not depend on the budgets.
     fn advance(
-        workspace: &mut Self::Workspace,
+        words: &mut [f32],
         method: &FitMethod<'_>,
-        samples: &[Sample<f32>],
+        samples: Samples<'_>,
+        channels: Channels,
         done: u32,
         budget: u32,
     ) -> u32;
 
-    /// The values as they are now.
-    fn values<'w>(
-        workspace: &'w Self::Workspace,
-        method: FitMethod<'w>,
-    ) -> impl Iterator<Item = f32> + 'w;
+    /// The current values: the parameters in the first list, or the coefficients of each channel.
+    fn values<'w>(words: &'w [f32], method: &FitMethod<'_>) -> [&'w [f32]; 3];
 
-    /// Whether all values are finite.
-    fn is_finite(workspace: &Self::Workspace, method: &FitMethod<'_>) -> bool;
+    /// The expected loss of the complete fit, predicted from its readings. None if the recipe predicts none; NaN if
+    /// completed readings are not finite, whether it predicts any or not.
+    fn predicted_loss(words: &[f32], method: &FitMethod<'_>) -> Option<f32>;
 
-    /// The loss that the complete fit is likely to have, by its readings; None where the recipe
-    /// predicts none.
-    fn predicted_loss(workspace: &Self::Workspace, method: &FitMethod<'_>) -> Option<f32>;
-
-    /// The modelled BRDF (linear RGB, sr^-1, not times the cosine) at the pattern's sample with this
-    /// index.
+    /// The modelled BRDF (linear RGB, sr^-1, not times the cosine) at a sample of the pattern.
     fn at_sample(
-        workspace: &Self::Workspace,
+        words: &[f32],
         method: &FitMethod<'_>,
         index: usize,
         at: &HalfDifference<f32>,
@@ -104,11 +83,20 @@ pub trait Fitter {
     /// The modelled BRDF (linear RGB, sr^-1, not times the cosine) anywhere above the horizon. None
     /// for Linear without a basis.
     fn brdf(
-        workspace: &Self::Workspace,
+        words: &[f32],
         method: &FitMethod<'_>,
         basis: Option<&Basis<'_>>,
         at: &HalfDifference<f32>,
     ) -> Option<[f32; 3]>;
+}
+
+/// The channels of a fit's readings.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Channels {
+    /// Three channels.
+    Color,
+    /// The channels of each reading are equal: the fitted material is gray, to the bit.
+    Gray,
 }
 
 impl FitMethod<'_> {
@@ -134,6 +122,6 @@ impl FitMethod<'_> {
 
 /// Whether all of a run of values are finite. Out of line: it is called for each run.
 #[inline(never)]
-pub(super) fn is_finite(run: &[f32]) -> bool {
+pub(crate) fn is_finite(run: &[f32]) -> bool {
     run.iter().all(|value| value.is_finite())
 }

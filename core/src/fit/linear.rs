@@ -1,52 +1,32 @@
 //! The model Linear: a ridge solve in slices, in memory of the caller's.
 
 use super::completed::{Completed, Components, Target};
-use super::fitter::{Fitter, FitterError, is_finite};
+use super::fitter::{Channels, Fitter, ModelMismatch};
 use super::ridge::{dot, factor_length, scratch_length};
 use super::{FitMethod, Ridge};
 use crate::geometry::HalfDifference;
 use crate::model::linear::{Basis, map, unmap};
-use crate::model::{ModelKind, Sample};
+use crate::model::{ModelKind, Samples};
 
 /// The colour channels, each with coefficients of its own.
 const CHANNELS: usize = 3;
 
-/// The model Linear, with room for a solve of `WORDS` numbers: [`linear_words`] says how many that
-/// are. By a recipe that completes readings there is no solve, and
-/// [`CoefficientNet::words`](super::coefficient_net::CoefficientNet::words) says it, at most 4 times
-/// [`MAX_ROWS`](super::MAX_ROWS).
-///
-/// ```
-/// use glimpse_core::fit::{Linear, linear_words};
-/// use glimpse_core::scan::Memory;
-///
-/// // Up to 8 samples, and 5 components.
-/// static mut MEMORY: Memory<Linear<{ linear_words(8, 5) }>, 8> = Memory::new();
-/// ```
+/// The model Linear.
 ///
 /// A unit of its work is a row of the factorization or a channel of the solve; of a completion it is a
 /// reading, the hidden units, or a channel.
 #[derive(Clone, Copy, Debug)]
-pub struct Linear<const WORDS: usize>;
+pub struct Linear;
 
-/// Numbers that the solve takes in memory with so many samples and components (n and m): a constant,
-/// for [`Linear`] and [`AnyModel`](super::AnyModel). `trainer inspect` shows both of a recipe.
-///
-/// ```
-/// use glimpse_core::fit::linear_words;
-///
-/// const WORDS: usize = linear_words(8, 5);
-/// assert!(4 * WORDS < 600); // bytes
-/// ```
-#[must_use]
-pub const fn linear_words(samples: usize, components: usize) -> usize {
+/// Numbers that a solve works in, for n samples and m components.
+pub(crate) const fn linear_words(samples: usize, components: usize) -> usize {
     CHANNELS * components
         + samples
         + factor_length(samples, components)
         + scratch_length(samples, components)
 }
 
-/// A workspace taken apart.
+/// A words taken apart.
 struct Parts<'w> {
     /// Three runs of m.
     coefficients: &'w mut [f32],
@@ -72,28 +52,18 @@ impl<'w> Parts<'w> {
     }
 }
 
-impl<const WORDS: usize> Fitter for Linear<WORDS> {
-    type Workspace = [f32; WORDS];
-    const EMPTY: [f32; WORDS] = [0.0; WORDS];
-
-    fn accept(method: &FitMethod<'_>, samples: usize) -> Result<(), FitterError> {
-        let needed = match method {
-            FitMethod::Ridge(ridge) => linear_words(samples, ridge.components()),
+impl Fitter for Linear {
+    fn words(method: &FitMethod<'_>, samples: usize) -> Result<usize, ModelMismatch> {
+        match method {
+            FitMethod::Ridge(ridge) => Ok(linear_words(samples, ridge.components())),
             FitMethod::Completed(completed) if completed.model() == ModelKind::Linear => {
-                completed.completion.words()
+                Ok(completed.words())
             }
-            _ => {
-                return Err(FitterError::Model {
-                    firmware: ModelKind::Linear,
-                    recipe: method.model(),
-                });
-            }
-        };
-        if needed > WORDS {
-            let found = WORDS;
-            return Err(FitterError::Words { needed, found });
+            _ => Err(ModelMismatch {
+                firmware: ModelKind::Linear,
+                recipe: method.model(),
+            }),
         }
-        Ok(())
     }
 
     fn total(method: &FitMethod<'_>, samples: usize) -> u32 {
@@ -104,14 +74,15 @@ impl<const WORDS: usize> Fitter for Linear<WORDS> {
         }
     }
 
-    fn start(workspace: &mut [f32; WORDS], _: &FitMethod<'_>) {
-        workspace.fill(0.0);
+    fn start(words: &mut [f32], _: &FitMethod<'_>, _: Channels) {
+        words.fill(0.0);
     }
 
     fn advance(
-        workspace: &mut [f32; WORDS],
+        words: &mut [f32],
         method: &FitMethod<'_>,
-        samples: &[Sample<f32>],
+        samples: Samples<'_>,
+        _: Channels,
         done: u32,
         budget: u32,
     ) -> u32 {
@@ -119,7 +90,7 @@ impl<const WORDS: usize> Fitter for Linear<WORDS> {
             .saturating_add(budget)
             .min(Self::total(method, samples.len()));
         if let FitMethod::Completed(completed) = method {
-            (done..end).for_each(|unit| completed.advance(unit, samples, workspace));
+            (done..end).for_each(|unit| completed.advance(unit, samples, words));
             return end.max(done);
         }
         let FitMethod::Ridge(ridge) = method else {
@@ -127,7 +98,7 @@ impl<const WORDS: usize> Fitter for Linear<WORDS> {
         };
         let rows = ridge.problem.order() as u32;
         for unit in done..end {
-            let Some(parts) = Parts::of(workspace, ridge) else {
+            let Some(parts) = Parts::of(words, ridge) else {
                 return done;
             };
             match unit.checked_sub(rows) {
@@ -141,35 +112,27 @@ impl<const WORDS: usize> Fitter for Linear<WORDS> {
         end.max(done)
     }
 
-    fn values<'w>(
-        workspace: &'w [f32; WORDS],
-        method: FitMethod<'w>,
-    ) -> impl Iterator<Item = f32> + 'w {
-        let channels = channels(workspace, &method);
-        channels.into_iter().flatten().copied()
+    fn values<'w>(words: &'w [f32], method: &FitMethod<'_>) -> [&'w [f32]; CHANNELS] {
+        channels(words, method)
     }
 
-    fn is_finite(workspace: &[f32; WORDS], method: &FitMethod<'_>) -> bool {
-        channels(workspace, method).into_iter().all(is_finite)
-    }
-
-    fn predicted_loss(workspace: &[f32; WORDS], method: &FitMethod<'_>) -> Option<f32> {
+    fn predicted_loss(words: &[f32], method: &FitMethod<'_>) -> Option<f32> {
         match method {
             FitMethod::Completed(completed) => {
-                completed.predicted_loss(completed.completion.coefficients(workspace))
+                completed.predicted_loss(completed.coefficient_net.coefficients(words))
             }
             _ => None,
         }
     }
 
     fn at_sample(
-        workspace: &[f32; WORDS],
+        words: &[f32],
         method: &FitMethod<'_>,
         index: usize,
         at: &HalfDifference<f32>,
     ) -> [f32; 3] {
         let mut modelled = [0.0; CHANNELS];
-        let channels = channels(workspace, method);
+        let channels = channels(words, method);
         if let FitMethod::Completed(completed) = method
             && let Target::Linear(components) = &completed.target
         {
@@ -199,23 +162,23 @@ impl<const WORDS: usize> Fitter for Linear<WORDS> {
     }
 
     fn brdf(
-        workspace: &[f32; WORDS],
+        words: &[f32],
         method: &FitMethod<'_>,
         basis: Option<&Basis<'_>>,
         at: &HalfDifference<f32>,
     ) -> Option<[f32; 3]> {
-        basis?.brdf(channels(workspace, method), at)
+        basis?.brdf(channels(words, method), at)
     }
 }
 
 /// The coefficients of each channel.
-fn channels<'w>(workspace: &'w [f32], method: &FitMethod<'_>) -> [&'w [f32]; CHANNELS] {
+fn channels<'w>(words: &'w [f32], method: &FitMethod<'_>) -> [&'w [f32]; CHANNELS] {
     match method {
         FitMethod::Ridge(ridge) => {
-            let mut channels = workspace.chunks_exact(ridge.components().max(1));
+            let mut channels = words.chunks_exact(ridge.components().max(1));
             [(); CHANNELS].map(|()| channels.next().unwrap_or_default())
         }
-        FitMethod::Completed(completed) => completed.completion.coefficients(workspace),
+        FitMethod::Completed(completed) => completed.coefficient_net.coefficients(words),
         FitMethod::Descent(_) => [&[]; CHANNELS],
     }
 }
@@ -242,10 +205,12 @@ fn mapped_at(
 /// The coefficients of a channel, the problem being factorized. Out of line: what it takes of the
 /// stack is given back between slices.
 #[inline(never)]
-fn solve_channel(parts: Parts<'_>, ridge: &Ridge<'_>, samples: &[Sample<f32>], channel: usize) {
+fn solve_channel(parts: Parts<'_>, ridge: &Ridge<'_>, samples: Samples<'_>, channel: usize) {
     let at = ridge.mean.iter().zip(ridge.median.iter());
     let at = at.zip(ridge.weight.iter());
-    for ((t, sample), ((mean, median), weight)) in parts.mapped.iter_mut().zip(samples).zip(at) {
+    for ((t, sample), ((mean, median), weight)) in
+        parts.mapped.iter_mut().zip(samples.iter()).zip(at)
+    {
         let brdf = sample.measured.get(channel).copied().unwrap_or_default();
         *t = map(brdf, median, weight) - mean;
     }

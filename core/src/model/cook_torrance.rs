@@ -12,11 +12,9 @@
 //! count as 0. So D and the last quotient stay below 1e6 each, whatever parameters and directions.
 
 use core::f64::consts::PI;
-use core::slice;
+use core::ops::Range;
 
-use super::{
-    Evaluation, Model, ModelKind, ParameterSet, SCRATCH, Sample, SampleGradient, sigmoids,
-};
+use super::{Evaluation, Model, ModelKind, Sample, SampleGradient, sigmoids};
 use crate::geometry::HalfDifference;
 use crate::model::loss::cosine_weighted_log_error;
 use crate::numeric::{Scalar, Value};
@@ -28,51 +26,9 @@ const EPSILON: f64 = 1e-6;
 #[derive(Clone, Copy, Debug)]
 pub struct CookTorrance;
 
-/// One value for each of Cook-Torrance's parameters.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct CookTorranceParameters<T> {
-    /// Logits of k_d, per channel.
-    pub diffuse: [T; 3],
-    /// Logits of k_s, per channel.
-    pub specular: [T; 3],
-    /// Logit of the roughness alpha.
-    pub roughness: T,
-    /// Logit of the reflectance at normal incidence F0.
-    pub reflectance: T,
-}
-
-impl<T: Value> ParameterSet<T> for CookTorranceParameters<T> {
-    fn filled(value: T) -> Self {
-        Self {
-            diffuse: [value; 3],
-            specular: [value; 3],
-            roughness: value,
-            reflectance: value,
-        }
-    }
-
-    #[inline(always)]
-    fn runs(&self) -> impl Iterator<Item = &[T]> {
-        [
-            &self.diffuse[..],
-            &self.specular,
-            slice::from_ref(&self.roughness),
-            slice::from_ref(&self.reflectance),
-        ]
-        .into_iter()
-    }
-
-    #[inline(always)]
-    fn runs_mut(&mut self) -> impl Iterator<Item = &mut [T]> {
-        [
-            &mut self.diffuse[..],
-            &mut self.specular,
-            slice::from_mut(&mut self.roughness),
-            slice::from_mut(&mut self.reflectance),
-        ]
-        .into_iter()
-    }
-}
+/// One value for each of Cook-Torrance's parameters: the logits of k_d per channel, the logits of k_s
+/// per channel, and the logits of the roughness alpha and of the reflectance at normal incidence F0.
+pub type CookTorranceParameters<T> = [T; 8];
 
 /// What evaluation and gradient share.
 struct Terms<S> {
@@ -114,8 +70,9 @@ impl<S: Scalar> Terms<S> {
     fn new(parameters: &CookTorranceParameters<S::Parameter>, at: &HalfDifference<S>) -> Self {
         let one = S::constant(1.0);
         let epsilon = S::constant(EPSILON);
-        let roughness = S::broadcast_sigmoid(parameters.roughness);
-        let reflectance = S::broadcast_sigmoid(parameters.reflectance);
+        let [kd_r, kd_g, kd_b, ks_r, ks_g, ks_b, roughness, reflectance] = *parameters;
+        let roughness = S::broadcast_sigmoid(roughness);
+        let reflectance = S::broadcast_sigmoid(reflectance);
         let incoming = at.cos_theta_i().relu();
         let outgoing = at.cos_theta_o().relu();
         let lower = (outgoing - incoming).if_positive(incoming, outgoing);
@@ -141,8 +98,8 @@ impl<S: Scalar> Terms<S> {
         let inverse_cosines = one / epsilon.plus_product(S::constant(PI) * incoming, outgoing);
         let d = (-exponent).exp() * normalization * inverse_cosines;
         Self {
-            diffuse: sigmoids(&parameters.diffuse),
-            specular: sigmoids(&parameters.specular),
+            diffuse: sigmoids(&[kd_r, kd_g, kd_b]),
+            specular: sigmoids(&[ks_r, ks_g, ks_b]),
             roughness,
             reflectance,
             incoming,
@@ -235,14 +192,7 @@ impl Model for CookTorrance {
     const KIND: ModelKind = ModelKind::CookTorrance;
     const PARAMETERS: usize = 8;
     type Parameters<T: Value> = CookTorranceParameters<T>;
-    const ZEROS: CookTorranceParameters<f32> = CookTorranceParameters {
-        diffuse: [0.0; 3],
-        specular: [0.0; 3],
-        roughness: 0.0,
-        reflectance: 0.0,
-    };
-    type Scratch = [f32; SCRATCH];
-    const NO_SCRATCH: [f32; SCRATCH] = [0.0; SCRATCH];
+    const COLORS: Range<usize> = 0..6;
 
     #[inline(always)]
     fn brdf<S: Scalar>(
@@ -268,7 +218,8 @@ impl Model for CookTorrance {
         // f = k_d / pi + k_s lobe, channel by channel.
         let lambert = S::constant(1.0 / PI);
         let mut by_lobe = S::constant(0.0);
-        let entries = gradient.diffuse.iter_mut().zip(&mut gradient.specular);
+        let [kd_r, kd_g, kd_b, ks_r, ks_g, ks_b, roughness, reflectance] = gradient;
+        let entries = [kd_r, kd_g, kd_b].into_iter().zip([ks_r, ks_g, ks_b]);
         let values = terms.diffuse.into_iter().zip(terms.specular);
         for (((diffuse_entry, specular_entry), (diffuse, specular)), by_f) in
             entries.zip(values).zip(loss.by_modelled)
@@ -285,13 +236,13 @@ impl Model for CookTorrance {
             - terms.product * terms.squared_cosine * terms.normalization;
         let smoothness = one - terms.roughness;
         S::add_product(
-            &mut gradient.roughness,
+            roughness,
             by_lobe * terms.lobe,
             (smoothness + smoothness) * narrowing,
         );
         // F = F0 + (1 - F0) (1 - cos theta_d)^5.
         S::add_product(
-            &mut gradient.reflectance,
+            reflectance,
             by_lobe * terms.d * terms.g,
             (one - terms.fifth_power) * terms.reflectance * (one - terms.reflectance),
         );

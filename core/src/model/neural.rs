@@ -9,7 +9,9 @@
 //! as the training materials taught it. Whoever needs reciprocity takes the mean of both. At the pole
 //! [`HalfDifference::from_directions`] decides for phi_d = 0, for both orders of the directions.
 
-use super::{Evaluation, Model, ModelKind, ParameterSet, Sample, SampleGradient};
+use core::ops::Range;
+
+use super::{Evaluation, Model, ModelKind, Sample, SampleGradient, Samples};
 use crate::geometry::HalfDifference;
 use crate::model::loss::cosine_weighted_log_error;
 use crate::numeric::{Scalar, Value};
@@ -23,59 +25,78 @@ const TILE: usize = 3;
 #[derive(Clone, Copy, Debug)]
 pub struct Neural;
 
-/// One value for each of the network's parameters; matrices are inputs-by-outputs.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct NeuralParameters<T> {
-    /// First layer. Row 1 belongs to hy, which is always 0, so it neither matters nor learns.
-    pub fc1: [[T; HIDDEN]; 6],
-    /// Bias of the first layer.
-    pub b1: [T; HIDDEN],
-    /// Second layer.
-    pub fc2: [[T; HIDDEN]; HIDDEN],
-    /// Bias of the second layer.
-    pub b2: [T; HIDDEN],
-    /// Output layer.
-    pub fc3: [[T; 3]; HIDDEN],
-    /// Bias of the output layer.
-    pub b3: [T; 3],
+impl Neural {
+    /// Numbers of parameters of the first layer's weights and bias, the second's, and the output layer's, in
+    /// their order.
+    pub const LAYERS: [usize; 6] = [6 * HIDDEN, HIDDEN, HIDDEN * HIDDEN, HIDDEN, HIDDEN * 3, 3];
 }
 
-impl<T: Value> ParameterSet<T> for NeuralParameters<T> {
-    fn filled(value: T) -> Self {
-        Self {
-            fc1: [[value; HIDDEN]; 6],
-            b1: [value; HIDDEN],
-            fc2: [[value; HIDDEN]; HIDDEN],
-            b2: [value; HIDDEN],
-            fc3: [[value; 3]; HIDDEN],
-            b3: [value; 3],
-        }
-    }
+/// Number of parameters.
+const PARAMETERS: usize = 6 * HIDDEN + HIDDEN + HIDDEN * HIDDEN + HIDDEN + HIDDEN * 3 + 3;
 
-    #[inline(always)]
-    fn runs(&self) -> impl Iterator<Item = &[T]> {
-        [
-            self.fc1.as_flattened(),
-            &self.b1,
-            self.fc2.as_flattened(),
-            &self.b2,
-            self.fc3.as_flattened(),
-            &self.b3,
-        ]
-        .into_iter()
-    }
+/// One value for each of the network's parameters: the weights of the first layer (6 x 21, inputs by
+/// outputs), its bias (21), the weights (21 x 21) and bias of the second layer, and the weights (21 x 3)
+/// and bias (3) of the output layer.
+///
+/// Row 1 of the first layer belongs to hy, which is always 0, so it neither matters nor learns.
+pub type NeuralParameters<T> = [T; PARAMETERS];
 
+/// The layers of a network, or of a gradient.
+struct Layers<'a, T> {
+    fc1: &'a [[T; HIDDEN]; 6],
+    b1: &'a [T; HIDDEN],
+    fc2: &'a [[T; HIDDEN]; HIDDEN],
+    b2: &'a [T; HIDDEN],
+    fc3: &'a [[T; 3]; HIDDEN],
+    b3: &'a [T; 3],
+}
+
+impl<'a, T> Layers<'a, T> {
+    /// None never occurs, and the compiler knows: all lengths are constants.
     #[inline(always)]
-    fn runs_mut(&mut self) -> impl Iterator<Item = &mut [T]> {
-        [
-            self.fc1.as_flattened_mut(),
-            &mut self.b1,
-            self.fc2.as_flattened_mut(),
-            &mut self.b2,
-            self.fc3.as_flattened_mut(),
-            &mut self.b3,
-        ]
-        .into_iter()
+    fn of(parameters: &'a NeuralParameters<T>) -> Option<Self> {
+        let (fc1, rest) = parameters.split_at_checked(6 * HIDDEN)?;
+        let (b1, rest) = rest.split_first_chunk()?;
+        let (fc2, rest) = rest.split_at_checked(HIDDEN * HIDDEN)?;
+        let (b2, rest) = rest.split_first_chunk()?;
+        let (fc3, rest) = rest.split_at_checked(HIDDEN * 3)?;
+        Some(Self {
+            fc1: fc1.as_chunks().0.first_chunk()?,
+            b1,
+            fc2: fc2.as_chunks().0.first_chunk()?,
+            b2,
+            fc3: fc3.as_chunks().0.first_chunk()?,
+            b3: rest.first_chunk()?,
+        })
+    }
+}
+
+/// The layers of a gradient, to be added to.
+struct LayersMut<'a, T> {
+    fc1: &'a mut [[T; HIDDEN]; 6],
+    b1: &'a mut [T; HIDDEN],
+    fc2: &'a mut [[T; HIDDEN]; HIDDEN],
+    b2: &'a mut [T; HIDDEN],
+    fc3: &'a mut [[T; 3]; HIDDEN],
+    b3: &'a mut [T; 3],
+}
+
+impl<'a, T> LayersMut<'a, T> {
+    #[inline(always)]
+    fn of(parameters: &'a mut NeuralParameters<T>) -> Option<Self> {
+        let (fc1, rest) = parameters.split_at_mut_checked(6 * HIDDEN)?;
+        let (b1, rest) = rest.split_first_chunk_mut()?;
+        let (fc2, rest) = rest.split_at_mut_checked(HIDDEN * HIDDEN)?;
+        let (b2, rest) = rest.split_first_chunk_mut()?;
+        let (fc3, rest) = rest.split_at_mut_checked(HIDDEN * 3)?;
+        Some(Self {
+            fc1: fc1.as_chunks_mut().0.first_chunk_mut()?,
+            b1,
+            fc2: fc2.as_chunks_mut().0.first_chunk_mut()?,
+            b2,
+            fc3: fc3.as_chunks_mut().0.first_chunk_mut()?,
+            b3: rest.first_chunk_mut()?,
+        })
     }
 }
 
@@ -187,11 +208,11 @@ impl<S: Scalar> Hidden<S> {
 /// Runs the network: the activations of both hidden layers, and the output before its activation.
 #[inline(always)]
 fn forward<S: Scalar, const TILE: usize>(
-    parameters: &NeuralParameters<S::Parameter>,
+    layers: &Layers<'_, S::Parameter>,
     at: &HalfDifference<S>,
     hidden: &mut Hidden<S>,
 ) -> [S; 3] {
-    let [row_hx, _, row_hz, row_dx, row_dy, row_dz] = &parameters.fc1;
+    let [row_hx, _, row_hz, row_dx, row_dy, row_dz] = layers.fc1;
     let inputs = [
         (&at.hx, row_hx),
         (&at.hz, row_hz),
@@ -200,14 +221,10 @@ fn forward<S: Scalar, const TILE: usize>(
         (&at.dz, row_dz),
     ];
     let Hidden { first, second } = hidden;
-    affine::<_, _, TILE, true>(inputs.iter().copied(), &parameters.b1, first);
-    affine::<_, _, TILE, true>(first.iter().zip(&parameters.fc2), &parameters.b2, second);
+    affine::<_, _, TILE, true>(inputs.iter().copied(), layers.b1, first);
+    affine::<_, _, TILE, true>(first.iter().zip(layers.fc2), layers.b2, second);
     let mut output = [S::constant(0.0); 3];
-    affine::<_, _, 3, false>(
-        second.iter().zip(&parameters.fc3),
-        &parameters.b3,
-        &mut output,
-    );
+    affine::<_, _, 3, false>(second.iter().zip(layers.fc3), layers.b3, &mut output);
     output
 }
 
@@ -215,14 +232,14 @@ fn forward<S: Scalar, const TILE: usize>(
 /// the gradient by the sample comes back too.
 #[inline(always)]
 fn gradient<S: Scalar, const TILE: usize, const ROWS: usize, const SAMPLE: bool>(
-    parameters: &NeuralParameters<S::Parameter>,
+    layers: &Layers<'_, S::Parameter>,
     sample: &Sample<S>,
     hidden: &mut Hidden<S>,
-    gradient: &mut NeuralParameters<S::Sum>,
+    gradient: &mut LayersMut<'_, S::Sum>,
 ) -> Evaluation<S> {
     let (zero, one) = (S::constant(0.0), S::constant(1.0));
     let at = &sample.at;
-    let mut modelled = forward::<S, TILE>(parameters, at, hidden);
+    let mut modelled = forward::<S, TILE>(layers, at, hidden);
     for f in &mut modelled {
         *f = (f.exp() - one).relu();
     }
@@ -234,24 +251,12 @@ fn gradient<S: Scalar, const TILE: usize, const ROWS: usize, const SAMPLE: bool>
     for (by_z, f) in by_output.iter_mut().zip(modelled) {
         *by_z = f.if_positive(*by_z * (f + one), zero);
     }
-    S::add_all(&mut gradient.b3, &by_output);
+    S::add_all(gradient.b3, &by_output);
     let Hidden { first, second } = hidden;
-    backward::<S, HIDDEN, 3, ROWS>(
-        &parameters.fc3,
-        &by_output,
-        second,
-        &mut gradient.fc3,
-        &mut gradient.b2,
-    );
-    backward::<S, HIDDEN, HIDDEN, ROWS>(
-        &parameters.fc2,
-        second,
-        first,
-        &mut gradient.fc2,
-        &mut gradient.b1,
-    );
+    backward::<S, HIDDEN, 3, ROWS>(layers.fc3, &by_output, second, gradient.fc3, gradient.b2);
+    backward::<S, HIDDEN, HIDDEN, ROWS>(layers.fc2, second, first, gradient.fc2, gradient.b1);
     let by_first = first;
-    let [row_hx, _, row_hz, row_dx, row_dy, row_dz] = &mut gradient.fc1;
+    let [row_hx, _, row_hz, row_dx, row_dy, row_dz] = gradient.fc1;
     S::add_outer_product(
         [row_hx, row_hz, row_dx, row_dy, row_dz],
         [at.hx, at.hz, at.dx, at.dy, at.dz],
@@ -260,7 +265,7 @@ fn gradient<S: Scalar, const TILE: usize, const ROWS: usize, const SAMPLE: bool>
 
     let mut by_sample = SampleGradient::zero();
     if SAMPLE {
-        let [row_hx, _, row_hz, row_dx, row_dy, row_dz] = &parameters.fc1;
+        let [row_hx, _, row_hz, row_dx, row_dy, row_dz] = layers.fc1;
         let [hx, hz, dx, dy, dz] = by_inputs([row_hx, row_hz, row_dx, row_dy, row_dz], by_first);
         let c = loss.by_cosine;
         by_sample.at = HalfDifference {
@@ -280,27 +285,21 @@ fn gradient<S: Scalar, const TILE: usize, const ROWS: usize, const SAMPLE: bool>
 
 impl Model for Neural {
     const KIND: ModelKind = ModelKind::Neural;
-    const PARAMETERS: usize = 6 * HIDDEN + HIDDEN + HIDDEN * HIDDEN + HIDDEN + HIDDEN * 3 + 3;
+    const PARAMETERS: usize = PARAMETERS;
     type Parameters<T: Value> = NeuralParameters<T>;
-    const ZEROS: NeuralParameters<f32> = NeuralParameters {
-        fc1: [[0.0; HIDDEN]; 6],
-        b1: [0.0; HIDDEN],
-        fc2: [[0.0; HIDDEN]; HIDDEN],
-        b2: [0.0; HIDDEN],
-        fc3: [[0.0; 3]; HIDDEN],
-        b3: [0.0; 3],
-    };
-    type Scratch = [f32; 0];
-    const NO_SCRATCH: [f32; 0] = [];
+    const COLORS: Range<usize> = PARAMETERS - 3 * (HIDDEN + 1)..PARAMETERS;
 
     #[inline(always)]
     fn brdf<S: Scalar>(
         parameters: &NeuralParameters<S::Parameter>,
         at: &HalfDifference<S>,
     ) -> [S; 3] {
+        let Some(layers) = Layers::of(parameters) else {
+            return [S::constant(0.0); 3];
+        };
         let mut hidden = Hidden::zero();
         // In small tiles on the device too: it takes a third of the flash, and is not what takes time.
-        let mut brdf = forward::<S, TILE>(parameters, at, &mut hidden);
+        let mut brdf = forward::<S, TILE>(&layers, at, &mut hidden);
         for f in &mut brdf {
             *f = (f.exp() - S::constant(1.0)).relu();
         }
@@ -313,11 +312,15 @@ impl Model for Neural {
         sample: &Sample<S>,
         by_parameters: &mut NeuralParameters<S::Sum>,
     ) -> Evaluation<S> {
+        let layers = Layers::of(parameters).zip(LayersMut::of(by_parameters));
+        let Some((layers, mut by_layers)) = layers else {
+            return Evaluation::zero();
+        };
         let mut hidden = Hidden::zero();
         if S::SKIPS_ZEROS {
-            gradient::<S, HIDDEN, 1, SAMPLE>(parameters, sample, &mut hidden, by_parameters)
+            gradient::<S, HIDDEN, 1, SAMPLE>(&layers, sample, &mut hidden, &mut by_layers)
         } else {
-            gradient::<S, TILE, TILE, SAMPLE>(parameters, sample, &mut hidden, by_parameters)
+            gradient::<S, TILE, TILE, SAMPLE>(&layers, sample, &mut hidden, &mut by_layers)
         }
     }
 
@@ -325,12 +328,16 @@ impl Model for Neural {
     #[inline(always)]
     fn accumulate_gradients(
         parameters: &NeuralParameters<f32>,
-        samples: &[Sample<f32>],
+        samples: Samples<'_>,
         by_parameters: &mut NeuralParameters<f32>,
     ) {
+        let layers = Layers::of(parameters).zip(LayersMut::of(by_parameters));
+        let Some((layers, mut by_layers)) = layers else {
+            return;
+        };
         let mut hidden = Hidden::zero(); // once for all of them: to clear it takes time
-        for sample in samples {
-            gradient::<f32, HIDDEN, 1, false>(parameters, sample, &mut hidden, by_parameters);
+        for sample in samples.iter() {
+            gradient::<f32, HIDDEN, 1, false>(&layers, &sample, &mut hidden, &mut by_layers);
         }
     }
 }

@@ -5,11 +5,9 @@
 //! q = exp(exponent). (Paper, "Models: Phong".)
 
 use core::f64::consts::PI;
-use core::slice;
+use core::ops::Range;
 
-use super::{
-    Evaluation, Model, ModelKind, ParameterSet, SCRATCH, Sample, SampleGradient, sigmoids,
-};
+use super::{Evaluation, Model, ModelKind, Sample, SampleGradient, sigmoids};
 use crate::geometry::HalfDifference;
 use crate::model::loss::cosine_weighted_log_error;
 use crate::numeric::{Scalar, Value};
@@ -18,41 +16,9 @@ use crate::numeric::{Scalar, Value};
 #[derive(Clone, Copy, Debug)]
 pub struct Phong;
 
-/// One value for each of Phong's parameters.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PhongParameters<T> {
-    /// Logits of k_d + k_s, per channel.
-    pub sum: [T; 3],
-    /// Logits of k_d / (k_d + k_s), per channel.
-    pub ratio: [T; 3],
-    /// Logarithm of the glossiness q.
-    pub exponent: T,
-}
-
-impl<T: Value> ParameterSet<T> for PhongParameters<T> {
-    fn filled(value: T) -> Self {
-        Self {
-            sum: [value; 3],
-            ratio: [value; 3],
-            exponent: value,
-        }
-    }
-
-    #[inline(always)]
-    fn runs(&self) -> impl Iterator<Item = &[T]> {
-        [&self.sum[..], &self.ratio, slice::from_ref(&self.exponent)].into_iter()
-    }
-
-    #[inline(always)]
-    fn runs_mut(&mut self) -> impl Iterator<Item = &mut [T]> {
-        [
-            &mut self.sum[..],
-            &mut self.ratio,
-            slice::from_mut(&mut self.exponent),
-        ]
-        .into_iter()
-    }
-}
+/// One value for each of Phong's parameters: the logits of k_d + k_s per channel, the logits of
+/// k_d / (k_d + k_s) per channel, and the logarithm of the glossiness q.
+pub type PhongParameters<T> = [T; 7];
 
 /// What evaluation and gradient share.
 struct Terms<S> {
@@ -72,16 +38,17 @@ struct Terms<S> {
 impl<S: Scalar> Terms<S> {
     #[inline(always)]
     fn new(parameters: &PhongParameters<S::Parameter>, at: &HalfDifference<S>) -> Self {
+        let [sum_r, sum_g, sum_b, ratio_r, ratio_g, ratio_b, exponent] = *parameters;
         // <w_o, r> = -o_x i_x - o_y i_y + o_z i_z, written in half and difference vectors.
         let dot = (at.dz * at.dz + at.dx * at.dx) * (at.hz * at.hz - at.hx * at.hx) + at.dy * at.dy;
         let base = dot.relu() + S::constant(1e-5);
-        let exponent = S::broadcast(parameters.exponent).exp();
+        let exponent = S::broadcast(exponent).exp();
         let log_base = base.ln();
         let normalization = (exponent + S::constant(2.0)) * S::constant(0.5 / PI);
         let power = (exponent * log_base).exp();
         Self {
-            sum: sigmoids(&parameters.sum),
-            ratio: sigmoids(&parameters.ratio),
+            sum: sigmoids(&[sum_r, sum_g, sum_b]),
+            ratio: sigmoids(&[ratio_r, ratio_g, ratio_b]),
             dot,
             base,
             exponent,
@@ -106,13 +73,7 @@ impl Model for Phong {
     const KIND: ModelKind = ModelKind::Phong;
     const PARAMETERS: usize = 7;
     type Parameters<T: Value> = PhongParameters<T>;
-    const ZEROS: PhongParameters<f32> = PhongParameters {
-        sum: [0.0; 3],
-        ratio: [0.0; 3],
-        exponent: 0.0,
-    };
-    type Scratch = [f32; SCRATCH];
-    const NO_SCRATCH: [f32; SCRATCH] = [0.0; SCRATCH];
+    const COLORS: Range<usize> = 0..6;
 
     #[inline(always)]
     fn brdf<S: Scalar>(
@@ -139,7 +100,10 @@ impl Model for Phong {
         // f = s (lobe + t (1/pi - lobe)), channel by channel.
         let lambert_minus_lobe = S::constant(1.0 / PI) - terms.lobe;
         let mut by_lobe = zero;
-        let sums = gradient.sum.iter_mut().zip(&mut gradient.ratio);
+        let [sum_r, sum_g, sum_b, ratio_r, ratio_g, ratio_b, exponent] = gradient;
+        let sums = [sum_r, sum_g, sum_b]
+            .into_iter()
+            .zip([ratio_r, ratio_g, ratio_b]);
         let values = terms.sum.into_iter().zip(terms.ratio);
         for (((sum_entry, ratio_entry), (sum, ratio)), by_f) in
             sums.zip(values).zip(loss.by_modelled)
@@ -155,7 +119,7 @@ impl Model for Phong {
         }
         // lobe = (q + 2) / (2 pi) base^q, and dq = q d(exponent).
         let lobe_by_q = terms.power * S::constant(0.5 / PI) + terms.lobe * terms.log_base;
-        S::add_product(&mut gradient.exponent, by_lobe * lobe_by_q, terms.exponent);
+        S::add_product(exponent, by_lobe * lobe_by_q, terms.exponent);
 
         let mut by_sample = SampleGradient::zero();
         if SAMPLE {

@@ -133,7 +133,7 @@ fn completed<'a>(
         }
     };
     Ok(Completed {
-        completion: CoefficientNet {
+        coefficient_net: CoefficientNet {
             components,
             readings: bytes(packed.readings, weights, Field::Readings)?,
             scales: list(packed.reading_scales, rows, Field::ReadingScales, finite)?.words(),

@@ -163,7 +163,7 @@ impl<'a> From<FitMethod<'a>> for PackedMethod<'a> {
         match method {
             FitMethod::Descent(descent) => Self::Descent(PackedDescent::of(&descent)),
             FitMethod::Completed(completed) => {
-                let completion = completed.completion();
+                let completion = completed.coefficient_net();
                 let (rows, row_scales, then): (&[u8], &[u8], _) = match completed.target() {
                     Target::Linear(components) => {
                         let scales = components.scales().words().as_flattened();

@@ -2,7 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::fit::{FitterError, Progress};
+use super::Implausible;
+use crate::fit::{ModelMismatch, Progress};
 use crate::model::ModelKind;
 
 /// Why a scan cannot begin.
@@ -16,35 +17,25 @@ pub enum ScanError {
         /// The recipe's model.
         recipe: ModelKind,
     },
-    /// The recipe's pattern does not fit the capacity that this firmware was built with.
-    Capacity {
-        /// Samples that there is room for.
-        capacity: usize,
-        /// Samples of the recipe.
-        samples: usize,
-    },
-    /// The recipe's fit takes more memory than this firmware gives it.
-    Words {
-        /// Numbers that it takes.
+    /// The recipe takes more memory than this firmware gives it.
+    Memory {
+        /// Words (of 4 bytes) that it takes.
         needed: usize,
-        /// Numbers that there is room for.
+        /// Words that there are.
         found: usize,
     },
     /// The basis is not the one that the recipe names.
     Basis {
-        /// The checksum that the recipe names; 0 if it names none.
-        recipe: u32,
+        /// The checksum that the recipe names; None if it needs no basis.
+        recipe: Option<u32>,
         /// The checksum that the basis was made from.
         found: u32,
     },
 }
 
-impl From<FitterError> for ScanError {
-    fn from(error: FitterError) -> Self {
-        match error {
-            FitterError::Model { firmware, recipe } => Self::Model { firmware, recipe },
-            FitterError::Words { needed, found } => Self::Words { needed, found },
-        }
+impl From<ModelMismatch> for ScanError {
+    fn from(ModelMismatch { firmware, recipe }: ModelMismatch) -> Self {
+        Self::Model { firmware, recipe }
     }
 }
 
@@ -55,18 +46,20 @@ impl core::fmt::Display for ScanError {
                 f,
                 "the recipe is for the model {recipe}, this firmware fits {firmware}: name another model in it, or train for this one"
             ),
-            Self::Capacity { capacity, samples } => write!(
+            Self::Memory { needed, found } => write!(
                 f,
-                "the recipe has {samples} samples, this firmware room for {capacity}: raise its CAPACITY"
+                "the recipe needs a memory of {needed} words, this one has {found}: compute its length with `recipe::memory_words`"
             ),
-            Self::Words { needed, found } => write!(
-                f,
-                "the recipe's fit takes {needed} words of memory, this firmware gives {found}: raise its WORDS"
-            ),
-            Self::Basis { recipe, found } => write!(
+            Self::Basis {
+                recipe: Some(recipe),
+                found,
+            } => write!(
                 f,
                 "the recipe names the basis {recipe:08x}, this one was made from {found:08x}: export the recipe's own"
             ),
+            Self::Basis { recipe: None, .. } => {
+                f.write_str("the recipe needs no basis: remove `with_basis`")
+            }
         }
     }
 }
@@ -116,7 +109,7 @@ pub enum FitError {
     },
     /// More than three quarters of the readings are larger than this, in sr^-1: they are counts, or are not
     /// divided by the white.
-    Implausible {
+    TooLarge {
         /// The limit, sr^-1.
         limit: u16,
     },
@@ -131,7 +124,7 @@ impl core::fmt::Display for FitError {
                     "{missing} readings are missing, the first of them {first}"
                 )
             }
-            Self::Implausible { limit } => write!(
+            Self::TooLarge { limit } => write!(
                 f,
                 "more than three quarters of the readings are above {limit} sr^-1, which no material's are: readings are BRDFs, not counts"
             ),
@@ -151,6 +144,9 @@ pub enum FinishError {
     /// A value, or the fitted material at a reading, is not a finite number: what was read is nothing
     /// that the recipe can learn.
     Diverged,
+    /// The fit has a result, but it is unlikely to describe a material: look at the sensor. The result can still be
+    /// taken, with [`Scan::fitted`](super::Scan::fitted).
+    Implausible(Implausible),
 }
 
 impl core::fmt::Display for FinishError {
@@ -160,8 +156,9 @@ impl core::fmt::Display for FinishError {
                 write!(f, "the fit is not complete: {done} of {total} units are done")
             }
             Self::Diverged => f.write_str(
-                "the fit diverged: no material that the recipe knows reads so; look at the units (sr^-1, not counts) and at the sensor's range",
+                "the fit diverged: the recipe describes no such material; check the units (sr^-1, not counts) and the sensor's range",
             ),
+            Self::Implausible(reason) => reason.fmt(f),
         }
     }
 }

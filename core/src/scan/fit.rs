@@ -1,11 +1,16 @@
 //! A fit under way, and the material that it finds.
 
-use super::memory::{Memory, Stage};
+use core::marker::PhantomData;
+
+use super::memory::{measured_at, place_of};
 use super::residual::Sum;
-use super::{FinishError, Residual};
+use super::stage::{Fitting, Stage};
+use super::status::Status;
+use super::{FinishError, Implausible, Residual, plausibility};
 use crate::fit::{Fitter, Progress};
 use crate::geometry::{Directions, HalfDifference};
 use crate::model::linear::Basis;
+use crate::model::{Sample, Samples, Slot};
 use crate::recipe::Recipe;
 
 /// A fit of all readings, under way.
@@ -32,96 +37,110 @@ use crate::recipe::Recipe;
 /// let fitted = fit.finish()?;
 /// # Ok::<(), Box<dyn core::error::Error>>(())
 /// ```
-pub struct Fit<'s, K: Fitter, const CAPACITY: usize> {
-    recipe: &'s Recipe<'s>,
-    basis: Option<Basis<'s>>,
-    memory: &'s mut Memory<K, CAPACITY>,
-    done: u32,
+pub struct Fit<'s, K: Fitter> {
+    pub(super) recipe: &'s Recipe<'s>,
+    pub(super) basis: Option<Basis<'s>>,
+    pub(super) slots: &'s [Slot],
+    pub(super) words: &'s mut [f32],
+    pub(super) stage: &'s mut Stage,
+    pub(super) fitting: Fitting,
+    pub(super) model: PhantomData<K>,
 }
 
-impl<'s, K: Fitter, const CAPACITY: usize> Fit<'s, K, CAPACITY> {
-    pub(super) fn new(
-        recipe: &'s Recipe<'s>,
-        basis: Option<Basis<'s>>,
-        memory: &'s mut Memory<K, CAPACITY>,
-        done: u32,
-    ) -> Self {
-        Self {
-            recipe,
-            basis,
-            memory,
-            done,
-        }
-    }
-
+impl<'s, K: Fitter> Fit<'s, K> {
     /// Does at most `budget` units of work: gradients of one sample, rows and channels of
     /// Linear's solve, or parts of a completion. The result does not depend on the budgets.
     pub fn advance(&mut self, budget: u32) -> Progress {
-        let Memory {
-            samples, workspace, ..
-        } = &mut *self.memory;
-        let samples = samples.get(..self.recipe.samples()).unwrap_or_default();
+        let Fitting {
+            done,
+            channels,
+            weight,
+        } = self.fitting;
         let method = self.recipe.method();
-        self.done = K::advance(workspace, &method, samples, self.done, budget);
-        self.memory.stage = Stage::Fitting { done: self.done };
+        let samples = Samples::new(self.slots, weight);
+        self.fitting.done = K::advance(self.words, &method, samples, channels, done, budget);
+        *self.stage = Stage::Fitting(self.fitting);
         self.progress()
     }
 
-    /// How far it is.
+    /// Progress of the fit.
     #[must_use]
     pub fn progress(&self) -> Progress {
         Progress {
-            done: self.done,
+            done: self.fitting.done,
             total: K::total(&self.recipe.method(), self.recipe.samples()),
         }
     }
 
-    /// Looks at every value, and at the fitted material at every reading.
+    /// Checks every value, the fitted material at every reading, and whether both are plausible.
     ///
     /// # Errors
     /// [`FinishError::Unfinished`] before the fit is complete, [`FinishError::Diverged`] if a number
-    /// is not finite.
+    /// is not finite, [`FinishError::Implausible`] if the readings are unlikely to be those of a material:
+    /// [`Scan::fitted`](super::Scan::fitted) has the fit then.
     #[inline(never)]
-    pub fn finish(self) -> Result<Fitted<'s, K, CAPACITY>, FinishError> {
+    pub fn finish(self) -> Result<Fitted<'s, K>, FinishError> {
         let progress = self.progress();
         if !progress.is_complete() {
             return Err(FinishError::Unfinished(progress));
         }
         let method = self.recipe.method();
-        let finite = K::is_finite(&self.memory.workspace, &method);
-        let residual = residual(self.recipe, self.memory);
-        if !(finite && residual.mean.is_finite()) {
-            self.memory.stage = Stage::Reading;
+        let predicted = K::predicted_loss(self.words, &method);
+        let sum = self.residual();
+        let values = K::values(self.words, &method);
+        let is_finite = values.into_iter().all(crate::fit::is_finite)
+            && !predicted.is_some_and(f32::is_nan)
+            && sum.residual.mean.is_finite();
+        if !is_finite {
+            *self.stage = Stage::Reading;
             return Err(FinishError::Diverged);
         }
-        self.memory.stage = Stage::Fitted(residual);
-        Ok(Fitted::new(self.recipe, self.basis, self.memory, residual))
+        let basis = self.basis.as_ref();
+        let albedo = plausibility::albedo(|at| K::brdf(self.words, &method, basis, at));
+        let expected = predicted.or_else(|| self.recipe.expected_loss());
+        let implausible = plausibility::check(&sum, expected, albedo);
+        let residual = sum.residual;
+        *self.stage = Stage::Fitted {
+            residual,
+            implausible,
+        };
+        match implausible {
+            Some(reason) => Err(FinishError::Implausible(reason)),
+            None => Ok(Fitted {
+                recipe: self.recipe,
+                basis: self.basis,
+                words: self.words,
+                residual,
+                implausible,
+                model: PhantomData,
+            }),
+        }
     }
-}
 
-/// The residual; its mean is not finite if the fitted material, or the error, at any reading is not.
-fn residual<K: Fitter, const CAPACITY: usize>(
-    recipe: &Recipe<'_>,
-    memory: &Memory<K, CAPACITY>,
-) -> Residual {
-    let method = recipe.method();
-    let samples = memory.samples.get(..recipe.samples()).unwrap_or_default();
-    let mut sum = Sum::default();
-    let mut read: usize = 0;
-    for (index, (sample, status)) in samples.iter().zip(&memory.status).enumerate() {
-        if !status.is_read() {
-            continue;
+    /// The residual; its mean is not finite if the fitted material, or the error, at any reading is not.
+    fn residual(&self) -> Sum {
+        let method = self.recipe.method();
+        let mut sum = Sum::default();
+        for (index, slot) in self.slots.iter().enumerate() {
+            let status = Status::of(slot);
+            if !status.is_read() {
+                continue;
+            }
+            if !status.counts() {
+                sum.left_out(status);
+                continue;
+            }
+            let sample = Sample {
+                at: place_of(slot),
+                measured: measured_at(slot),
+                weight: 1.0 / 3.0,
+            };
+            let modelled = K::at_sample(self.words, &method, index, &sample.at);
+            sum.add(index as u16, &sample, status, modelled);
         }
-        if sample.weight <= 0.0 {
-            sum.left_out(*status);
-            continue;
-        }
-        read = read.saturating_add(1);
-        let modelled = K::at_sample(&memory.workspace, &method, index, &sample.at);
-        sum.add(index as u16, sample, *status, modelled);
+        sum.residual.mean /= f32::from(sum.read.max(1));
+        sum
     }
-    sum.residual.mean /= read.max(1) as f32;
-    sum.residual
 }
 
 /// A fitted material.
@@ -151,50 +170,44 @@ fn residual<K: Fitter, const CAPACITY: usize>(
 /// assert_eq!(fitted.values().count(), 7); // Phong's parameters
 /// # Ok::<(), Box<dyn core::error::Error>>(())
 /// ```
-pub struct Fitted<'s, K: Fitter, const CAPACITY: usize> {
-    recipe: &'s Recipe<'s>,
-    basis: Option<Basis<'s>>,
-    memory: &'s Memory<K, CAPACITY>,
-    residual: Residual,
+pub struct Fitted<'s, K: Fitter> {
+    pub(super) recipe: &'s Recipe<'s>,
+    pub(super) basis: Option<Basis<'s>>,
+    pub(super) words: &'s [f32],
+    pub(super) residual: Residual,
+    pub(super) implausible: Option<Implausible>,
+    pub(super) model: PhantomData<K>,
 }
 
-impl<'s, K: Fitter, const CAPACITY: usize> Fitted<'s, K, CAPACITY> {
-    pub(super) fn new(
-        recipe: &'s Recipe<'s>,
-        basis: Option<Basis<'s>>,
-        memory: &'s Memory<K, CAPACITY>,
-        residual: Residual,
-    ) -> Self {
-        Self {
-            recipe,
-            basis,
-            memory,
-            residual,
-        }
-    }
-
+impl<K: Fitter> Fitted<'_, K> {
     /// The BRDF in linear RGB, sr^-1 (not times the cosine).
     ///
-    /// None where a direction is below the horizon, not finite or not of unit length; and for Linear
-    /// without a basis ([`Scan::with_basis`](super::Scan::with_basis)), or where it would be more than a
-    /// number can hold.
+    /// None where a direction is below the horizon, not finite or not of unit length, where the value is too large
+    /// for a number, and for Linear without a basis ([`Scan::with_basis`](super::Scan::with_basis)).
     #[must_use]
     pub fn brdf(&self, directions: &Directions<f32>) -> Option<[f32; 3]> {
         let at = HalfDifference::from_directions(directions).filter(HalfDifference::is_valid)?;
-        let method = self.recipe.method();
-        K::brdf(&self.memory.workspace, &method, self.basis.as_ref(), &at)
+        let brdf = K::brdf(self.words, &self.recipe.method(), self.basis.as_ref(), &at)?;
+        Some(brdf).filter(|brdf| crate::fit::is_finite(brdf))
     }
 
     /// The fitted values, all finite: a model's parameters in its order, or Linear's coefficients, m
     /// for red, m for green, m for blue.
     pub fn values(&self) -> impl Iterator<Item = f32> {
-        K::values(&self.memory.workspace, self.recipe.method())
+        let values = K::values(self.words, &self.recipe.method());
+        values.into_iter().flatten().copied()
     }
 
     /// How well they explain the readings.
     #[must_use]
     pub fn residual(&self) -> Residual {
         self.residual
+    }
+
+    /// Why the material is implausible, if it is.
+    #[must_use]
+    pub fn implausible(&self) -> Option<Implausible> {
+        self.implausible
     }
 
     /// The loss that this fit is likely to have, by its readings: an error bar for this material, where
@@ -206,7 +219,7 @@ impl<'s, K: Fitter, const CAPACITY: usize> Fitted<'s, K, CAPACITY> {
     /// on may lose more.
     #[must_use]
     pub fn predicted_loss(&self) -> Option<f32> {
-        let predicted = K::predicted_loss(&self.memory.workspace, &self.recipe.method());
+        let predicted = K::predicted_loss(self.words, &self.recipe.method());
         predicted.filter(|loss| loss.is_finite())
     }
 

@@ -3,10 +3,11 @@
 use serde::{Deserialize, Serialize};
 
 use super::FitError;
+use super::memory::{measured_at, place_of, put_measured};
 use super::status::Status;
-use crate::fit::FitMethod;
+use crate::fit::{Channels, FitMethod};
 use crate::gonio::Calibrated;
-use crate::model::Sample;
+use crate::model::Slot;
 use crate::recipe::Recipe;
 
 /// The least that a dark-subtracted reading may be, sr^-1: three times as far below 0 as a perfect
@@ -57,8 +58,8 @@ impl Reading {
         }
     }
 
-    /// A reading of a sensor with one channel: the fitted material is grey, its three channels are
-    /// alike.
+    /// A reading of a sensor with one channel: if all readings of a scan are, the fitted
+    /// material is gray: its three channels are equal, to the bit.
     #[must_use]
     pub const fn monochrome(brdf: f32) -> Self {
         Self::new([brdf; 3])
@@ -135,47 +136,78 @@ impl core::error::Error for ReadingError {}
 /// Takes a reading. Out of line: its temporaries leave the stack with it.
 #[inline(never)]
 pub(super) fn record(
-    samples: &mut [Sample<f32>],
-    status: &mut [Status],
+    slots: &mut [Slot],
     recipe: &Recipe<'_>,
     index: u16,
     reading: Reading,
 ) -> Result<Recorded, ReadingError> {
     reading.check()?;
-    let count = recipe.samples();
-    let mut places = samples.iter_mut().zip(status).take(count);
-    let Some((sample, status)) = places.nth(usize::from(index)) else {
-        let samples = count as u16;
+    let samples = slots.len() as u16;
+    let Some(slot) = slots.get_mut(usize::from(index)) else {
         return Err(ReadingError::Index { index, samples });
     };
-    let least = recipe.method().min_reading(usize::from(index), &sample.at);
+    let min = recipe
+        .method()
+        .min_reading(usize::from(index), &place_of(slot));
     let recorded = Recorded {
-        replaced: status.is_read(),
-        clamped: reading.brdf.iter().any(|value| *value < least),
+        replaced: Status::of(slot).is_read(),
+        clamped: reading.brdf.iter().any(|value| *value < min),
     };
-    sample.measured = reading.brdf;
-    *status = Status::read(reading.saturated, recorded.clamped);
+    put_measured(slot, reading.brdf);
+    Status::read(reading.saturated, recorded.clamped).put(slot);
     Ok(recorded)
 }
 
-/// Refuses readings whose size no material's have, as a sensor's raw counts, and brings up what is
-/// too far below 0 for the fit.
+/// Refuses readings that are too large for any material, such as a sensor's raw counts; notes which readings
+/// repeat the one before; and raises what is too far below 0 for the fit. Returns whether all that count are gray.
 #[inline(never)]
-pub(super) fn prepare(samples: &mut [Sample<f32>], method: &FitMethod<'_>) -> Result<(), FitError> {
-    // Those that count: what is missing may still hold the reading of another material.
-    let counted = samples.iter().filter(|sample| sample.weight > 0.0);
-    let values = counted.clone().flat_map(|sample| sample.measured);
+pub(super) fn prepare(slots: &mut [Slot], method: &FitMethod<'_>) -> Result<Channels, FitError> {
+    // A sample that does not count may still hold the reading of another material.
+    let counted = slots.iter().filter(|slot| Status::of(slot).counts());
+    let values = counted.clone().flat_map(measured_at);
     let too_large = values.filter(|value| *value > IMPLAUSIBLE).count();
+    let is_gray = |slot: &Slot| {
+        let [red, green, blue] = measured_at(slot).map(f32::to_bits);
+        red == green && green == blue
+    };
+    let gray = counted.clone().all(is_gray);
     let counted = counted.count();
     let all = counted.saturating_mul(3);
     if counted >= MIN_SAMPLES && too_large.saturating_mul(4) > all.saturating_mul(3) {
-        return Err(FitError::Implausible {
+        return Err(FitError::TooLarge {
             limit: IMPLAUSIBLE as u16,
         });
     }
-    for (index, sample) in samples.iter_mut().enumerate() {
-        let least = method.min_reading(index, &sample.at);
-        sample.measured = sample.measured.map(|value| value.max(least));
+    note_repeated(slots);
+    for (index, slot) in slots.iter_mut().enumerate() {
+        let status = Status::of(slot);
+        if status.is_clamped() {
+            let min = method.min_reading(index, &place_of(slot));
+            put_measured(slot, measured_at(slot).map(|value| value.max(min)));
+            status.raised().put(slot);
+        }
     }
-    Ok(())
+    Ok(if gray {
+        Channels::Gray
+    } else {
+        Channels::Color
+    })
+}
+
+/// Notes which readings are equal, bit for bit, to the one before them in the pattern. One that a fit has raised
+/// already is no longer what was read: flags stay beside it.
+fn note_repeated(slots: &mut [Slot]) {
+    let mut before = None;
+    for slot in slots {
+        let status = Status::of(slot);
+        if !status.is_read() {
+            continue;
+        }
+        let bits = measured_at(slot).map(f32::to_bits);
+        if let Some((earlier, was_raised)) = before.replace((bits, status.is_raised()))
+            && !(was_raised || status.is_raised())
+        {
+            status.repeated(earlier == bits).put(slot);
+        }
+    }
 }

@@ -32,8 +32,9 @@ pub struct Residual {
 #[derive(Default)]
 pub(super) struct Sum {
     pub(super) residual: Residual,
-    /// The bits of the reading before.
-    before: Option<[u32; 3]>,
+    /// How many readings were counted, and the sum of each channel, sr^-1.
+    pub(super) read: u16,
+    pub(super) channels: [f32; 3],
 }
 
 impl Sum {
@@ -65,11 +66,13 @@ impl Sum {
             residual.worst = error;
             residual.worst_index = index;
         }
-        let bits = sample.measured.map(f32::to_bits);
         let count = |sum: u16, flag: bool| sum.saturating_add(u16::from(flag));
-        residual.repeated = count(residual.repeated, self.before == Some(bits));
+        residual.repeated = count(residual.repeated, status.is_repeated());
         residual.saturated = count(residual.saturated, status.is_saturated());
         residual.clamped = count(residual.clamped, status.is_clamped());
-        self.before = Some(bits);
+        self.read = self.read.saturating_add(1);
+        for (sum, value) in self.channels.iter_mut().zip(sample.measured) {
+            *sum += value;
+        }
     }
 }

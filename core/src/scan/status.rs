@@ -1,23 +1,63 @@
 //! State of each sample of a scan.
 
-/// State of a sample.
+use crate::model::{COUNTED, Slot};
+
+/// State of a sample: the flags of its slot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Status(u8);
+pub(super) struct Status(u32);
 
 impl Status {
     /// Neither read nor skipped.
     pub(super) const PENDING: Self = Self(0);
     /// Cannot be read.
-    pub(super) const SKIPPED: Self = Self(8);
-    const READ: u8 = 1;
-    const SATURATED: u8 = 2;
-    const CLAMPED: u8 = 4;
+    pub(super) const SKIPPED: Self = Self(2);
+    const READ: u32 = 4;
+    const SATURATED: u32 = 8;
+    const CLAMPED: u32 = 16;
+    /// A fit has raised it to what the loss takes.
+    const RAISED: u32 = 32;
+    /// Equal to the reading before it in the pattern.
+    const REPEATED: u32 = 64;
 
     /// The status of a sample with a reading.
     pub(super) fn read(saturated: bool, clamped: bool) -> Self {
-        let saturated = if saturated { Self::SATURATED } else { 0 };
-        let clamped = if clamped { Self::CLAMPED } else { 0 };
-        Self(Self::READ | saturated | clamped)
+        Self(Self::READ)
+            .with(Self::SATURATED, saturated)
+            .with(Self::CLAMPED, clamped)
+    }
+
+    pub(super) fn of(slot: &Slot) -> Self {
+        let [.., flags] = slot;
+        Self(flags.to_bits())
+    }
+
+    pub(super) fn put(self, slot: &mut Slot) {
+        let [.., flags] = slot;
+        *flags = f32::from_bits(self.0);
+    }
+
+    fn with(self, flag: u32, is_set: bool) -> Self {
+        Self(if is_set {
+            self.0 | flag
+        } else {
+            self.0 & !flag
+        })
+    }
+
+    pub(super) fn counted(self, counts: bool) -> Self {
+        self.with(COUNTED, counts)
+    }
+
+    pub(super) fn raised(self) -> Self {
+        self.with(Self::RAISED, true)
+    }
+
+    pub(super) fn repeated(self, repeats: bool) -> Self {
+        self.with(Self::REPEATED, repeats)
+    }
+
+    pub(super) fn counts(self) -> bool {
+        self.0 & COUNTED != 0
     }
 
     pub(super) fn is_read(self) -> bool {
@@ -30,5 +70,13 @@ impl Status {
 
     pub(super) fn is_clamped(self) -> bool {
         self.0 & Self::CLAMPED != 0
+    }
+
+    pub(super) fn is_raised(self) -> bool {
+        self.0 & Self::RAISED != 0
+    }
+
+    pub(super) fn is_repeated(self) -> bool {
+        self.0 & Self::REPEATED != 0
     }
 }

@@ -1,32 +1,42 @@
 //! A block of samples is what its samples are one by one, bit for bit.
 
 use glimpse_core::geometry::{Angles, HalfDifference};
-use glimpse_core::model::{CookTorrance, Model, Neural, ParameterSet, Phong, Sample};
-use glimpse_core::numeric::Block;
+use glimpse_core::model::{
+    CookTorrance, Model, Neural, ParameterSet, Phong, Sample, Samples, Slot, slot_of,
+};
 use proptest::prelude::*;
 
 fn sample() -> impl Strategy<Value = Sample<f32>> {
     let angles = (0.0..1.5_f32, 0.0..1.5_f32, 0.0..3.1_f32);
-    (angles, [0.0..3.0_f32, 0.0..3.0, 0.0..3.0], 0.01..1.0_f32).prop_map(
-        |((theta_h, theta_d, phi_d), measured, weight)| Sample {
+    (angles, [0.0..3.0_f32, 0.0..3.0, 0.0..3.0]).prop_map(
+        |((theta_h, theta_d, phi_d), measured)| Sample {
             at: HalfDifference::from_angles(Angles {
                 theta_h,
                 theta_d,
                 phi_d,
             }),
             measured,
-            weight,
+            weight: 0.25,
         },
     )
 }
 
 fn compare<M: Model>(values: &[f32], samples: &[Sample<f32>]) {
-    let mut parameters = M::ZEROS;
-    for (parameter, value) in parameters.iter_mut().zip(values.iter().cycle()) {
+    let mut parameters = M::Parameters::filled(0.0);
+    for (parameter, value) in parameters
+        .as_mut_slice()
+        .iter_mut()
+        .zip(values.iter().cycle())
+    {
         *parameter = *value;
     }
-    let (mut together, mut apart) = (M::ZEROS, M::ZEROS);
-    let block = Sample::<Block<4>>::gather(samples);
+    let zeros = M::Parameters::filled(0.0);
+    let (mut together, mut apart) = (zeros.clone(), zeros);
+    let slots: Vec<Slot> = samples
+        .iter()
+        .map(|sample| slot_of(&sample.at, sample.measured))
+        .collect();
+    let block = Samples::new(&slots, samples[0].weight).gather::<4>();
     let losses = M::accumulate_gradient::<_, false>(&parameters, &block, &mut together).loss();
     for (index, sample) in samples.iter().enumerate() {
         let found = M::accumulate_gradient::<f32, false>(&parameters, sample, &mut apart);
@@ -34,7 +44,7 @@ fn compare<M: Model>(values: &[f32], samples: &[Sample<f32>]) {
     }
     // Those that stand in for missing ones count for nothing.
     assert!(losses.0[samples.len()..].iter().all(|loss| *loss == 0.0));
-    for (index, (together, apart)) in together.iter().zip(apart.iter()).enumerate() {
+    for (index, (together, apart)) in together.as_slice().iter().zip(apart.as_slice()).enumerate() {
         assert_eq!(together, apart, "entry {index} of {}", M::KIND);
     }
 }

@@ -5,13 +5,13 @@ use glimpse_core::geometry::Directions;
 use glimpse_core::model::{ModelKind, Neural};
 use glimpse_core::scan::Fitted;
 
-use crate::scanning::{Any, SAMPLES, WORDS, fit, material, recipe_of, record, scan_by};
+use crate::scanning::{Any, fit, material, recipe_of, record, scan_by};
 
 const UP: [f32; 3] = [0.0, 0.0, 1.0];
 const SLANTED: [f32; 3] = [0.6, 0.0, 0.8];
 
 /// Checks a material that `K` fitted.
-fn with_fitted<K: Fitter + 'static>(model: ModelKind, check: impl FnOnce(Fitted<'_, K, SAMPLES>)) {
+fn with_fitted<K: Fitter + 'static>(model: ModelKind, check: impl FnOnce(Fitted<'_, K>)) {
     let mut scan = scan_by::<K>(recipe_of(model));
     record(&mut scan, 0..8, material);
     fit(&mut scan, &[u32::MAX]);
@@ -69,7 +69,7 @@ fn linear_without_a_basis_has_no_brdf() {
         incoming: UP,
         outgoing: SLANTED,
     };
-    with_fitted::<Linear<WORDS>>(ModelKind::Linear, |fitted| {
+    with_fitted::<Linear>(ModelKind::Linear, |fitted| {
         assert_eq!(fitted.brdf(&pair), None);
     });
     with_fitted::<Any>(ModelKind::Linear, |fitted| {

@@ -3,8 +3,18 @@
 
 mod counts;
 mod fits;
+mod gray;
 mod linear;
 mod memory;
 mod order;
+mod plausibility;
 mod readings;
 mod saved;
+
+/// The trained recipes of the examples: Linear, Neural, Cook-Torrance, Phong.
+const SCAN_RECIPES: [&[u8]; 4] = [
+    include_bytes!("../../examples/recipes/linear-n8.recipe"),
+    include_bytes!("../../examples/recipes/neural-n8.recipe"),
+    include_bytes!("../../examples/recipes/cook-torrance-n8.recipe"),
+    include_bytes!("../../examples/recipes/phong-n8.recipe"),
+];

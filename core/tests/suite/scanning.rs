@@ -1,19 +1,16 @@
 //! Scans in memory: a recipe for each model, made-up readings, and the outcome of a fit.
 
-use glimpse_core::fit::{AnyModel, Fitter, linear_words};
+use glimpse_core::fit::{AnyModel, Fitter};
 use glimpse_core::geometry::HalfDifference;
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::Recipe;
-use glimpse_core::scan::{FinishError, FitError, Memory, Reading, Residual, Scan};
+use glimpse_core::scan::{FinishError, FitError, Reading, Residual, Scan};
 
 use crate::recipes::{linear, neural, parsed};
 
 /// n of all these recipes.
 pub(crate) const SAMPLES: usize = 8;
-/// Room for Linear's solve with m = 5.
-pub(crate) const WORDS: usize = linear_words(SAMPLES, 5);
-/// A fitter for any of these recipes.
-pub(crate) type Any = AnyModel<WORDS>;
+pub(crate) type Any = AnyModel;
 
 pub(crate) const MODELS: [ModelKind; 4] = [
     ModelKind::Phong,
@@ -39,15 +36,13 @@ pub(crate) fn recipe_of(model: ModelKind) -> Recipe<'static> {
 }
 
 /// An empty scan, whose memory is leaked.
-pub(crate) fn scan_by<K: Fitter + 'static>(
-    recipe: Recipe<'static>,
-) -> Scan<'static, 'static, K, SAMPLES> {
-    let memory = Box::leak(Box::new(Memory::new()));
+pub(crate) fn scan_by<K: Fitter + 'static>(recipe: Recipe<'static>) -> Scan<'static, K> {
+    let memory = vec![0.0; recipe.memory_words()].leak();
     Scan::new(recipe, memory).unwrap()
 }
 
 /// An empty scan of each model.
-pub(crate) fn each_scan() -> [Scan<'static, 'static, Any, SAMPLES>; 4] {
+pub(crate) fn each_scan() -> [Scan<'static, Any>; 4] {
     MODELS.map(|model| scan_by(recipe_of(model)))
 }
 
@@ -56,12 +51,12 @@ macro_rules! every_fitter {
     ($check:ident $(, $argument:expr)*) => {{
         use glimpse_core::fit::Linear;
         use glimpse_core::model::{CookTorrance, ModelKind, Neural, Phong};
-        use $crate::scanning::{Any, MODELS, WORDS, recipe_of};
+        use $crate::scanning::{Any, MODELS, recipe_of};
 
         $check::<Phong>(recipe_of(ModelKind::Phong) $(, $argument)*);
         $check::<CookTorrance>(recipe_of(ModelKind::CookTorrance) $(, $argument)*);
         $check::<Neural>(recipe_of(ModelKind::Neural) $(, $argument)*);
-        $check::<Linear<WORDS>>(recipe_of(ModelKind::Linear) $(, $argument)*);
+        $check::<Linear>(recipe_of(ModelKind::Linear) $(, $argument)*);
         for model in MODELS {
             $check::<Any>(recipe_of(model) $(, $argument)*);
         }
@@ -79,8 +74,8 @@ pub(crate) fn material(index: u16) -> Reading {
 }
 
 /// Records the readings of some samples.
-pub(crate) fn record<K: Fitter, const CAPACITY: usize>(
-    scan: &mut Scan<'_, '_, K, CAPACITY>,
+pub(crate) fn record<K: Fitter>(
+    scan: &mut Scan<'_, K>,
     samples: impl IntoIterator<Item = u16>,
     reading: impl Fn(u16) -> Reading,
 ) {
@@ -94,7 +89,7 @@ pub(crate) fn record<K: Fitter, const CAPACITY: usize>(
 pub(crate) enum Outcome {
     /// The bits of all values, and of mean and worst of the residual.
     Fitted(Vec<u32>, Residual),
-    Implausible,
+    TooLarge,
     Diverged,
 }
 
@@ -128,14 +123,11 @@ impl Outcome {
 
 /// Fits in slices of these budgets, in turn. A fitted material is finite: all its values, and its BRDF at
 /// all readings.
-pub(crate) fn fit<K: Fitter, const CAPACITY: usize>(
-    scan: &mut Scan<'_, '_, K, CAPACITY>,
-    budgets: &[u32],
-) -> Outcome {
+pub(crate) fn fit<K: Fitter>(scan: &mut Scan<'_, K>, budgets: &[u32]) -> Outcome {
     let pattern: Vec<_> = scan.recipe().pattern().collect();
     let mut fit = match scan.fit() {
         Ok(fit) => fit,
-        Err(FitError::Implausible { .. }) => return Outcome::Implausible,
+        Err(FitError::TooLarge { .. }) => return Outcome::TooLarge,
         Err(error) => panic!("{error}"),
     };
     let mut done = 0;
@@ -147,11 +139,13 @@ pub(crate) fn fit<K: Fitter, const CAPACITY: usize>(
             break;
         }
     }
-    let fitted = match fit.finish() {
-        Ok(fitted) => fitted,
+    match fit.finish() {
+        // A made-up material need not be plausible.
+        Ok(_) | Err(FinishError::Implausible(_)) => {}
         Err(FinishError::Diverged) => return Outcome::Diverged,
         Err(error) => panic!("{error}"),
-    };
+    }
+    let fitted = scan.fitted().unwrap();
     assert!(fitted.values().all(f32::is_finite));
     for angles in pattern {
         let at = HalfDifference::from_angles(angles);
@@ -169,8 +163,8 @@ pub(crate) fn fit<K: Fitter, const CAPACITY: usize>(
 
 /// A whole scan, in memory of its own, in the recipe's order.
 pub(crate) fn whole<K: Fitter>(recipe: Recipe<'_>, reading: impl Fn(u16) -> Reading) -> Outcome {
-    let mut memory = Memory::<K, SAMPLES>::new();
-    let mut scan = Scan::new(recipe, &mut memory).unwrap();
+    let mut memory = vec![0.0; recipe.memory_words()];
+    let mut scan = Scan::<K>::new(recipe, &mut memory).unwrap();
     record(&mut scan, 0..recipe.samples() as u16, reading);
     fit(&mut scan, &[u32::MAX])
 }

@@ -10,10 +10,10 @@
 use std::error::Error;
 
 use glimpse_bench::judge::loss;
-use glimpse_bench::{Material, SAMPLES, recipes};
+use glimpse_bench::{Material, recipes};
 use glimpse_core::model::{CookTorrance, Model, Neural, Phong};
 use glimpse_core::recipe::Recipe;
-use glimpse_core::scan::{Memory, Scan};
+use glimpse_core::scan::Scan;
 
 /// Materials in the family.
 const MATERIALS: u32 = 64;
@@ -55,8 +55,8 @@ fn mean_loss<M: Model>(recipe: &[u8]) -> Result<f64, Box<dyn Error>> {
     let mut sum = 0.0;
     for index in 0..MATERIALS {
         let material = of_family(index);
-        let mut memory = Memory::<M, SAMPLES>::new();
-        let mut scan = Scan::new(recipe, &mut memory)?;
+        let mut memory = vec![0.0; recipe.memory_words()];
+        let mut scan = Scan::<M>::new(recipe, &mut memory)?;
         for (index, angles) in (0..).zip(recipe.pattern()) {
             scan.record(index, material.measure(angles))?;
         }

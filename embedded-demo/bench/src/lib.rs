@@ -13,7 +13,6 @@ pub mod machine;
 #[cfg(target_os = "none")]
 pub mod report;
 
-use glimpse_core::fit::linear_words;
 use glimpse_core::geometry::Angles;
 use glimpse_core::scan::{Reading, Residual};
 
@@ -56,17 +55,6 @@ pub mod recipes {
             include_bytes!("../../../trainer/recipes/masked/linear-n16.recipe");
     }
 }
-
-/// n of most recipes.
-pub const SAMPLES: usize = 8;
-/// n of the masked ones.
-pub const MASKED_SAMPLES: usize = 16;
-/// m of the recipe of Linear.
-pub const COMPONENTS: usize = 5;
-/// The model Linear with room for that recipe.
-pub type Linear = glimpse_core::fit::Linear<{ linear_words(SAMPLES, COMPONENTS) }>;
-/// The model Linear with room for a completion of 24 components and 64 hidden units.
-pub type CompletedLinear = glimpse_core::fit::Linear<{ 4 * (24 + 64) }>;
 
 /// A made-up material: a diffuse colour, and a highlight of two widths.
 #[derive(Clone, Copy, Debug)]

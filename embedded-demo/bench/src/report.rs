@@ -3,31 +3,34 @@
 use core::hint::black_box;
 
 use glimpse_core::fit::Fitter;
+use glimpse_core::geometry::Directions;
 use glimpse_core::recipe::Recipe;
-use glimpse_core::scan::{Memory, Scan};
+use glimpse_core::scan::Scan;
 use semihosting::{print, println};
 
 use crate::machine::{counter, stack};
 use crate::{Refused, is_lost, measure, residual_bits};
 
-/// Fits a model, of all readings or of those that are not [lost](is_lost). Memory and scan lie in
+/// Fits a model, with all readings or with those that are not [lost](is_lost). Memory and scan lie in
 /// statics: the stack is for what is going on.
 ///
 /// # Errors
 /// If the recipe is refused.
-pub fn fit<'a, K: Fitter, const N: usize, const LOSES: bool>(
+pub fn fit<'a, K: Fitter, const LOSES: bool>(
     recipe: &'a [u8],
-    memory: &'a mut Memory<K, N>,
-    place: &'a mut Option<Scan<'a, 'a, K, N>>,
+    memory: &'a mut [f32],
+    place: &'a mut Option<Scan<'a, K>>,
 ) -> Result<(), Refused> {
     stack::paint();
-    advance::<K, N, LOSES>(begin(recipe, memory, place)?)
+    let (scan, parsing) = begin(recipe, memory, place)?;
+    advance::<K, LOSES>(scan, parsing)
 }
 
 /// Out of line, as is [`begin`]: neither's frame is there while the other one's is.
 #[inline(never)]
-fn advance<K: Fitter, const N: usize, const LOSES: bool>(
-    scan: &mut Scan<'_, '_, K, N>,
+fn advance<K: Fitter, const LOSES: bool>(
+    scan: &mut Scan<'_, K>,
+    parsing: u32,
 ) -> Result<(), Refused> {
     for (index, angles) in (0..).zip(scan.recipe().pattern()) {
         if LOSES && is_lost(index) {
@@ -41,22 +44,37 @@ fn advance<K: Fitter, const N: usize, const LOSES: bool>(
     let after = counter::now();
     let fitted = fit.finish().map_err(|_| Refused)?;
     let stack = stack::bytes();
+    let asked = counter::now();
+    black_box(fitted.brdf(black_box(&SLANTED)));
+    let answered = counter::now();
+    println!("parse_instructions={parsing}");
+    println!("brdf_instructions={}", counter::between(asked, answered));
     print_costs(counter::between(before, after), stack);
     print_numbers("residual", residual_bits(&fitted.residual()).into_iter());
     print_numbers("parameters", fitted.values().map(f32::to_bits));
     Ok(())
 }
 
-/// Out of line: what it takes of the stack is given back before anything is measured.
+/// Directions whose BRDF is asked for.
+const SLANTED: Directions<f32> = Directions {
+    incoming: [0.6, 0.0, 0.8],
+    outgoing: [0.0, 0.6, 0.8],
+};
+
+/// Parses the recipe and begins a scan; returns what parsing took. Out of line: what it takes of the stack is given
+/// back before anything is measured.
 #[inline(never)]
-fn begin<'a, 's, K: Fitter, const N: usize>(
+fn begin<'a, 's, K: Fitter>(
     recipe: &'a [u8],
-    memory: &'a mut Memory<K, N>,
-    place: &'s mut Option<Scan<'a, 'a, K, N>>,
-) -> Result<&'s mut Scan<'a, 'a, K, N>, Refused> {
+    memory: &'a mut [f32],
+    place: &'s mut Option<Scan<'a, K>>,
+) -> Result<(&'s mut Scan<'a, K>, u32), Refused> {
+    let before = counter::now();
     let recipe = Recipe::parse(black_box(recipe)).map_err(|_| Refused)?;
+    let after = counter::now();
     *place = Scan::new(recipe, memory).ok();
-    place.as_mut().ok_or(Refused)
+    let scan = place.as_mut().ok_or(Refused)?;
+    Ok((scan, counter::between(before, after)))
 }
 
 /// Prints as the others do.
@@ -122,23 +140,24 @@ macro_rules! firmware {
     };
 }
 
-/// A firmware that fits a model by a recipe: `fit!(model, the largest n, recipe)`, or, where readings
-/// are lost, `fit!(model, the largest n, recipe, true)`.
+/// A firmware that fits a model with a recipe: `fit!(model, recipe)`, or, where readings are lost,
+/// `fit!(model, recipe, true)`.
 #[macro_export]
 macro_rules! fit {
-    ($model:ty, $samples:expr, $recipe:expr) => {
-        $crate::fit!($model, $samples, $recipe, false);
+    ($model:ty, $recipe:expr) => {
+        $crate::fit!($model, $recipe, false);
     };
-    ($model:ty, $samples:expr, $recipe:expr, $loses:literal) => {
+    ($model:ty, $recipe:expr, $loses:literal) => {
         $crate::firmware!({
-            use glimpse_core::scan::{Memory, Scan};
+            use glimpse_core::recipe::memory_words;
+            use glimpse_core::scan::Scan;
             use $crate::machine::only;
 
-            static mut MEMORY: Memory<$model, { $samples }> = Memory::new();
-            static mut SCAN: Option<Scan<'static, 'static, $model, { $samples }>> = None;
+            static mut MEMORY: [f32; memory_words(&[$recipe])] = [0.0; memory_words(&[$recipe])];
+            static mut SCAN: Option<Scan<'static, $model>> = None;
             // SAFETY: the entry point runs once, and nothing else knows of them.
             unsafe {
-                $crate::report::fit::<_, _, $loses>(
+                $crate::report::fit::<_, $loses>(
                     $recipe,
                     only(&raw mut MEMORY),
                     only(&raw mut SCAN),

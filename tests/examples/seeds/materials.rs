@@ -3,17 +3,20 @@
 use std::collections::BTreeMap;
 use std::error::Error;
 
-use glimpse_core::model::{ModelKind, NeuralParameters, ParameterSet};
+use glimpse_core::model::{ModelKind, Neural, NeuralParameters, ParameterSet};
 use glimpse_materials::{Fitted, FittedMaterial, Material, to_nbrdf, to_pab};
 
 use crate::{Folder, Outcome};
 
 pub(crate) fn nbrdf(folder: &Folder) -> Outcome {
     let mut network = NeuralParameters::filled(0.0);
-    for (index, run) in network.runs_mut().enumerate() {
-        for (place, weight) in run.iter_mut().enumerate() {
+    let mut rest = &mut network[..];
+    for (index, length) in Neural::LAYERS.into_iter().enumerate() {
+        let (layer, after) = rest.split_at_mut(length);
+        for (place, weight) in layer.iter_mut().enumerate() {
             *weight = ((place * 7 + index) % 11) as f32 * 0.05 - 0.25;
         }
+        rest = after;
     }
     let files = to_nbrdf(&network);
     for (which, (ending, bytes)) in files.iter().enumerate() {

@@ -3,9 +3,7 @@
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 use glimpse_core::geometry::HalfDifference;
-use glimpse_core::model::{
-    CookTorrance, Model, ModelKind, Neural, NeuralParameters, ParameterSet, Sample,
-};
+use glimpse_core::model::{CookTorrance, Model, ModelKind, Neural, NeuralParameters, Sample};
 use glimpse_core::numeric::Scalar;
 use proptest::prelude::*;
 
@@ -74,16 +72,24 @@ pub fn cook_torrance() -> impl Strategy<Value = Vec<f64>> {
     prop::collection::vec(-3.0..3.0f64, CookTorrance::PARAMETERS)
 }
 
+/// Multiplies the entries of each layer by its scale.
+pub fn scale_layers<T: Copy + core::ops::MulAssign>(network: &mut [T], scales: [T; 6]) {
+    let mut rest = network;
+    for (length, scale) in Neural::LAYERS.into_iter().zip(scales) {
+        let (layer, after) = rest.split_at_mut(length);
+        layer.iter_mut().for_each(|entry| *entry *= scale);
+        rest = after;
+    }
+}
+
 /// Weights within the reach of each layer's inputs; output biases that leave most outputs on.
 pub fn neural() -> impl Strategy<Value = Vec<f64>> {
     prop::collection::vec(-1.0..1.0f64, Neural::PARAMETERS).prop_map(|list| {
         let mut network: NeuralParameters<f64> = parameters(list, 0.0);
         let scales = [0.8, 0.3, 0.4, 0.3, 0.4, 0.4];
-        for (run, scale) in network.runs_mut().zip(scales) {
-            run.iter_mut().for_each(|entry| *entry *= scale);
-        }
-        network.b3.iter_mut().for_each(|bias| *bias += 0.4);
-        network.iter().copied().collect()
+        scale_layers(&mut network, scales);
+        network[672..].iter_mut().for_each(|bias| *bias += 0.4);
+        network.to_vec()
     })
 }
 

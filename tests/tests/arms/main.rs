@@ -6,7 +6,7 @@ mod log;
 
 use glimpse_core::model::Neural;
 use glimpse_core::recipe::Recipe;
-use glimpse_core::scan::{Memory, Scan};
+use glimpse_core::scan::Scan;
 use glimpse_tests::RECIPE;
 use glimpse_tests::elf::Firmware;
 use glimpse_tests::emulator::Emulator;
@@ -19,8 +19,9 @@ fn boot() -> Emulator {
 
 /// What the host makes of the last reading of each sample.
 fn fit(readings: &[Taken]) -> Vec<u32> {
-    let mut memory = Memory::<Neural, 8>::new();
-    let mut scan = Scan::new(Recipe::parse(RECIPE).unwrap(), &mut memory).unwrap();
+    let recipe = Recipe::parse(RECIPE).unwrap();
+    let mut memory = vec![0.0; recipe.memory_words()];
+    let mut scan = Scan::<Neural>::new(recipe, &mut memory).unwrap();
     for taken in readings {
         scan.record(taken.index, taken.reading).unwrap();
     }

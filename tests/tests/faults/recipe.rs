@@ -120,9 +120,10 @@ fn a_recipe_of_another_model_is_refused_by_name() {
 
 #[test]
 fn a_recipe_of_more_samples_than_there_is_room_for_is_refused_by_name() {
-    let (capacity, samples) = (8, 9);
-    let error = ScanError::Capacity { capacity, samples };
-    let bytes = neural(samples);
+    let bytes = neural(9);
+    let needed = Recipe::parse(&bytes).unwrap().memory_words();
+    let found = Recipe::parse(&neural(8)).unwrap().memory_words();
+    let error = ScanError::Memory { needed, found };
     let failure = failure(|recipe| recipe.copy_from_slice(&bytes));
     assert_eq!(failure, Failure::Scan(error));
 }

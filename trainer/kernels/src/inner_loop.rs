@@ -104,13 +104,10 @@ impl<M: Model, R: Real> Kernel for DescentStep<'_, M, R> {
 
     #[inline(always)]
     fn run<L: Lanes>(self) {
-        let given = self.theta.runs().zip(self.gradient.runs());
-        let runs = self.next.runs_mut().zip(given.zip(self.step_sizes.runs()));
-        for (next, ((theta, gradient), step_sizes)) in runs {
-            let given = theta.iter().zip(gradient).zip(step_sizes);
-            for (next, ((parameter, entry), step_size)) in next.iter_mut().zip(given) {
-                *next = *parameter - *step_size * *entry;
-            }
+        let given = self.theta.iter().zip(self.gradient.iter());
+        let given = given.zip(self.step_sizes.iter());
+        for (next, ((parameter, entry), step_size)) in self.next.iter_mut().zip(given) {
+            *next = *parameter - *step_size * *entry;
         }
     }
 }
@@ -130,20 +127,15 @@ impl<M: Model, R: Real> Kernel for AdjointStep<'_, M, R> {
 
     #[inline(always)]
     fn run<L: Lanes>(self) {
-        let given = self.step.theta.runs().zip(self.step.gradient.runs());
-        let given = given.zip(self.step_sizes.runs().zip(self.lambda.runs()));
-        let wanted = self.by_step_sizes.runs_mut().zip(self.dual.runs_mut());
-        for (((theta, gradient), (step_sizes, lambda)), (by_step_sizes, dual)) in given.zip(wanted)
-        {
-            let entries = by_step_sizes.iter_mut().zip(lambda.iter().zip(gradient));
-            for (by_step_size, (lambda, entry)) in entries {
-                *by_step_size = *by_step_size - *lambda * *entry;
-            }
-            let tangents = step_sizes.iter().zip(lambda);
-            for ((dual, value), (step_size, lambda)) in dual.iter_mut().zip(theta).zip(tangents) {
-                dual.value = *value;
-                dual.tangent = [*step_size * *lambda];
-            }
+        let entries = self.lambda.iter().zip(self.step.gradient.iter());
+        for (by_step_size, (lambda, entry)) in self.by_step_sizes.iter_mut().zip(entries) {
+            *by_step_size = *by_step_size - *lambda * *entry;
+        }
+        let values = self.step.theta.iter();
+        let tangents = self.step_sizes.iter().zip(self.lambda.iter());
+        for ((dual, value), (step_size, lambda)) in self.dual.iter_mut().zip(values).zip(tangents) {
+            dual.value = *value;
+            dual.tangent = [*step_size * *lambda];
         }
     }
 }
@@ -159,10 +151,8 @@ impl<M: Model, R: Real> Kernel for SubtractProduct<'_, M, R> {
 
     #[inline(always)]
     fn run<L: Lanes>(self) {
-        for (lambda, product) in self.lambda.runs_mut().zip(self.product.runs()) {
-            for (lambda, product) in lambda.iter_mut().zip(product) {
-                *lambda = *lambda - *product;
-            }
+        for (lambda, product) in self.lambda.iter_mut().zip(self.product.iter()) {
+            *lambda = *lambda - *product;
         }
     }
 }

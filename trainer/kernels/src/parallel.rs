@@ -93,10 +93,8 @@ pub(crate) fn product<M: LaneModel>(
 fn add_up<'a, P: ParameterSet<f32> + 'a>(sets: impl Iterator<Item = &'a P>, sum: &mut P) {
     *sum = P::filled(0.0);
     for set in sets {
-        for (sum, values) in sum.runs_mut().zip(set.runs()) {
-            for (entry, value) in sum.iter_mut().zip(values) {
-                *entry += value;
-            }
+        for (entry, value) in sum.iter_mut().zip(set.iter()) {
+            *entry += value;
         }
     }
 }

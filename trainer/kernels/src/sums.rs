@@ -153,9 +153,7 @@ impl<M: Model> Gradient<'_, M> {
             let found = M::accumulate_gradient::<L, false>(self.theta, &sample, &mut sums);
             loss = loss + found.loss();
         }
-        for (sums, totals) in sums.runs().zip(self.gradient.runs_mut()) {
-            L::totals(sums, totals);
-        }
+        L::totals(sums.as_slice(), self.gradient.as_mut_slice());
         loss.total()
     }
 }
@@ -203,9 +201,7 @@ impl<M: Model> Product<'_, M> {
                 add(&by_samples, derivatives);
             }
         }
-        for (sums, totals) in sums.runs().zip(self.product.runs_mut()) {
-            L::totals(sums.as_flattened(), totals);
-        }
+        L::totals(sums.as_slice().as_flattened(), self.product.as_mut_slice());
     }
 }
 

@@ -59,9 +59,12 @@ impl NeuralBrdf {
     pub fn read(path: &Path) -> Result<Self, SourceError> {
         let name = Self::name_of(path).ok_or_else(|| SourceError::Unknown(path.into()))?;
         let mut parameters = NeuralParameters::filled(0.0);
-        for (run, (array, shape)) in parameters.runs_mut().zip(ARRAYS) {
+        let mut rest = &mut parameters[..];
+        for ((array, shape), length) in ARRAYS.into_iter().zip(Neural::LAYERS) {
             let file = path.with_file_name(format!("{name}_{array}.npy"));
-            run.copy_from_slice(&read_npy(&file, shape)?);
+            let (layer, after) = rest.split_at_mut(length);
+            layer.copy_from_slice(&read_npy(&file, shape)?);
+            rest = after;
         }
         Ok(Self::new(name, parameters))
     }
@@ -122,10 +125,12 @@ impl Material for NeuralBrdf {
 /// The six files of a network: what follows NAME in each one's name, and its bytes.
 #[must_use]
 pub fn to_nbrdf(parameters: &NeuralParameters<f32>) -> [(String, Vec<u8>); 6] {
-    let mut runs = parameters.runs();
+    let mut rest = &parameters[..];
+    let mut lengths = Neural::LAYERS.into_iter();
     ARRAYS.map(|(array, shape)| {
-        let run = runs.next().unwrap_or_default();
-        (format!("_{array}.npy"), to_npy(shape, run))
+        let (layer, after) = rest.split_at(lengths.next().unwrap_or(0));
+        rest = after;
+        (format!("_{array}.npy"), to_npy(shape, layer))
     })
 }
 

@@ -94,7 +94,7 @@ fn describe_ridge(ridge: &Ridge<'_>, samples: usize) -> String {
 }
 
 fn describe_completed(completed: &Completed<'_>, samples: usize) -> String {
-    let completion = completed.completion();
+    let completion = completed.coefficient_net();
     let missing = match completed.takes_missing() {
         true => "any reading may be missing",
         false => "all readings are needed",

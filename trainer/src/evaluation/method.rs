@@ -1,8 +1,8 @@
 //! The methods: where they measure, and how they fit.
 
-use glimpse_core::fit::Fitter;
+use glimpse_core::fit::{Channels, Fitter};
 use glimpse_core::geometry::{Angles, HalfDifference};
-use glimpse_core::model::{Model, ModelKind, Sample};
+use glimpse_core::model::{Model, ModelKind, Sample, Samples, Slot, slot_of};
 use glimpse_core::recipe::{Descent, FitMethod, Recipe};
 use glimpse_kernels::scan::scan_some;
 use glimpse_kernels::with_model;
@@ -378,9 +378,14 @@ pub fn measure(material: &dyn Material, angles: &[Angles<f32>]) -> Vec<Sample<f3
 
 /// A recipe's descent at other directions than its own: core's, without a scan.
 fn learn<M: Model>(descent: Descent<'_>, samples: &[Sample<f32>]) -> Vec<f32> {
-    let learner = FitMethod::Descent(descent);
-    let mut workspace = M::EMPTY;
-    M::start(&mut workspace, &learner);
-    M::advance(&mut workspace, &learner, samples, 0, u32::MAX);
-    M::values(&workspace, learner).collect()
+    let method = FitMethod::Descent(descent);
+    let mut words = vec![0.0; M::words(&method, samples.len()).unwrap_or_default()];
+    M::start(&mut words, &method, Channels::Color);
+    let slots: Vec<Slot> = samples
+        .iter()
+        .map(|sample| slot_of(&sample.at, sample.measured))
+        .collect();
+    let samples = Samples::new(&slots, 1.0 / (3.0 * samples.len() as f32));
+    M::advance(&mut words, &method, samples, Channels::Color, 0, u32::MAX);
+    M::values(&words, &method).concat()
 }

@@ -133,7 +133,7 @@ fn add_descent(value: &mut Value, descent: &Descent<'_>) {
 fn add_completed(value: &mut Value, completed: &Completed<'_>) {
     let prediction = Some(completed.prediction()).filter(|list| !list.is_empty());
     value["prediction"] = json!(prediction.map(list));
-    let completion = completed.completion();
+    let completion = completed.coefficient_net();
     let (rows, components) = (completion.rows(), completion.components);
     // Each weight is multiplied by the scale of its row: what comes out is what enters the fit.
     let weights = |bytes: &[u8], scale: &dyn Fn(usize) -> f32| -> Vec<f32> {

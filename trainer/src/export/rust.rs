@@ -84,7 +84,7 @@ fn add_descent(source: &mut String, descent: &Descent<'_>) {
 }
 
 fn add_completed(source: &mut String, completed: &Completed<'_>) {
-    let completion = completed.completion();
+    let completion = completed.coefficient_net();
     let (samples, rows) = (completed.centre().len(), completion.rows());
     let size = format!("{samples} x 3 x {rows}");
     let readings = format!("Weights own, mean and missing of each sample's reading: {size}.");

@@ -23,7 +23,7 @@ const SHAPES: [Shape; 6] = [
 fn compare(made: &Made, readings: &Readings) {
     let recipe = made.recipe();
     let completed = recipe.completed().unwrap();
-    let completion = completed.completion();
+    let completion = completed.coefficient_net();
     assert_eq!(completion.rows(), made.bias.len());
     assert_eq!(completion.hidden(), made.hidden());
     assert_eq!(completion.words(), 4 * made.bias.len());

@@ -67,8 +67,6 @@ pub(crate) type Shape = [usize; 4];
 pub(crate) const SMALL: Shape = [SAMPLES, 4, 5, 3];
 /// n of small ones.
 pub(crate) const SAMPLES: usize = 6;
-/// The numbers that Linear's fit of small ones needs: 4 (m + h).
-pub(crate) const WORDS: usize = 36;
 
 impl Made {
     /// Of pseudo-random numbers.

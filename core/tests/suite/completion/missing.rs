@@ -1,7 +1,7 @@
 //! Readings that are missing or saturated: which recipes can do without them, and what is left.
 
 use glimpse_core::fit::coefficient_net::{MissingPolicy, dropout_gain};
-use glimpse_core::scan::{FitError, Memory, Reading, Scan, SkipError};
+use glimpse_core::scan::{FitError, Reading, Scan, SkipError};
 
 use super::made::{Made, SAMPLES};
 use super::reference::{Readings, all, assert_close, colour, some};
@@ -25,11 +25,12 @@ fn saturated(index: u16) -> Reading {
 }
 
 /// Calls `check` with an empty scan by a recipe of each model.
-fn each(missing: MissingPolicy, check: impl Fn(&Made, &mut Scan<'_, '_, Any, SAMPLES>)) {
+fn each(missing: MissingPolicy, check: impl Fn(&Made, &mut Scan<'_, Any>)) {
     for kind in MODELS {
         let made = Made::small(kind, missing);
-        let mut memory = Memory::<Any, SAMPLES>::new();
-        check(&made, &mut Scan::new(made.recipe(), &mut memory).unwrap());
+        let recipe = made.recipe();
+        let mut memory = vec![0.0; recipe.memory_words()];
+        check(&made, &mut Scan::new(recipe, &mut memory).unwrap());
     }
 }
 
@@ -160,7 +161,7 @@ fn a_restart_forgets() {
     each(MissingPolicy::CountForMore, |made, scan| {
         // Readings so large that a fit of them is refused.
         record(scan, 0..6, |_| Reading::new([1e4; 3]));
-        assert_eq!(fit(scan, &[5]), Outcome::Implausible);
+        assert_eq!(fit(scan, &[5]), Outcome::TooLarge);
         scan.restart();
         let (missing, first) = (SAMPLES as u16, 0);
         let error = FitError::Incomplete { missing, first };
@@ -180,7 +181,7 @@ fn counts_are_refused_among_few_readings() {
             assert!(scan.fit().is_ok() || index == 0);
             scan.record(index, Reading::new([1e4; 3])).unwrap();
         }
-        assert_eq!(fit(scan, &[5]), Outcome::Implausible);
+        assert_eq!(fit(scan, &[5]), Outcome::TooLarge);
     });
 }
 

@@ -5,7 +5,7 @@ use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::{
     Field, Kind, MAX_PREDICTION, PackedDescent, PackedMethod, Recipe, RecipeError, RecipeParts,
 };
-use glimpse_core::scan::{Memory, Scan};
+use glimpse_core::scan::Scan;
 
 use super::made::{Made, SAMPLES};
 use super::reference::{Readings, TOLERANCE, all, coefficients, entering, some};
@@ -25,8 +25,9 @@ fn made(model: ModelKind) -> Made {
 }
 
 fn predicted(made: &Made, readings: &Readings, budget: u32) -> Option<f32> {
-    let mut memory = Memory::<Any, SAMPLES>::new();
-    let mut scan = Scan::new(made.recipe(), &mut memory).unwrap();
+    let recipe = made.recipe();
+    let mut memory = vec![0.0; recipe.memory_words()];
+    let mut scan = Scan::<Any>::new(recipe, &mut memory).unwrap();
     read(&mut scan, readings);
     let mut fit = scan.fit().unwrap();
     while !fit.advance(budget).is_complete() {}

@@ -4,17 +4,20 @@
 use glimpse_core::fit::coefficient_net::MissingPolicy;
 use glimpse_core::fit::{AnyModel, Fitter, Linear};
 use glimpse_core::geometry::HalfDifference;
-use glimpse_core::model::{CookTorrance, Model, ModelKind, Neural, ParameterSet, Phong, Sample};
-use glimpse_core::scan::{Memory, Reading, Scan, ScanError};
+use glimpse_core::model::{
+    CookTorrance, Model, ModelKind, Neural, ParameterSet, Phong, Samples, Slot, slot_of,
+};
+use glimpse_core::recipe::Recipe;
+use glimpse_core::scan::{Reading, Scan, ScanError};
 
-use super::made::{Made, SAMPLES, WORDS};
+use super::made::{Made, SAMPLES};
 use super::reference::{Readings, TOLERANCE, all, assert_close, fitted, residuals, some};
 use crate::scanning::{MODELS, Outcome, fit};
 
-pub(crate) type Any = AnyModel<WORDS>;
+pub(crate) type Any = AnyModel;
 
 /// Records the readings in order.
-pub(crate) fn read<K: Fitter>(scan: &mut Scan<'_, '_, K, SAMPLES>, readings: &Readings) {
+pub(crate) fn read<K: Fitter>(scan: &mut Scan<'_, K>, readings: &Readings) {
     for (index, reading) in (0..).zip(readings) {
         if let Some(brdf) = reading {
             scan.record(index, Reading::new(*brdf)).unwrap();
@@ -24,8 +27,9 @@ pub(crate) fn read<K: Fitter>(scan: &mut Scan<'_, '_, K, SAMPLES>, readings: &Re
 
 /// A whole scan in memory of its own.
 pub(crate) fn whole<K: Fitter>(made: &Made, readings: &Readings) -> Outcome {
-    let mut memory = Memory::<K, SAMPLES>::new();
-    let mut scan = Scan::new(made.recipe(), &mut memory).unwrap();
+    let recipe = made.recipe();
+    let mut memory = vec![0.0; recipe.memory_words()];
+    let mut scan = Scan::<K>::new(recipe, &mut memory).unwrap();
     read(&mut scan, readings);
     fit(&mut scan, &[u32::MAX])
 }
@@ -33,7 +37,7 @@ pub(crate) fn whole<K: Fitter>(made: &Made, readings: &Readings) -> Outcome {
 /// The same by its model's own type.
 pub(crate) fn whole_by_type(made: &Made, readings: &Readings) -> Outcome {
     match made.model() {
-        ModelKind::Linear => whole::<Linear<WORDS>>(made, readings),
+        ModelKind::Linear => whole::<Linear>(made, readings),
         ModelKind::Phong => whole::<Phong>(made, readings),
         ModelKind::CookTorrance => whole::<CookTorrance>(made, readings),
         ModelKind::Neural => whole::<Neural>(made, readings),
@@ -79,27 +83,32 @@ fn descends<M: Model>() {
         let start = whole::<M>(&without_steps(&made), &readings).values();
         let read = readings.iter().flatten().count();
         let places = made.recipe().pattern().zip(&readings);
-        let samples = places.map(|(angles, reading)| Sample {
-            at: HalfDifference::from_angles(angles),
-            measured: reading.unwrap_or_default(),
-            weight: reading.map_or(0.0, |_| 1.0 / (3.0 * read as f32)),
+        let slots = places.map(|(angles, reading)| {
+            let [coordinates @ .., flags] = slot_of(
+                &HalfDifference::from_angles(angles),
+                reading.unwrap_or_default(),
+            );
+            let [hx, hz, dx, dy, dz, red, green, blue] = coordinates;
+            let flags = if reading.is_some() { flags } else { 0.0 };
+            [hx, hz, dx, dy, dz, red, green, blue, flags]
         });
-        let samples: Vec<Sample<f32>> = samples.collect();
+        let slots: Vec<Slot> = slots.collect();
+        let samples = Samples::new(&slots, 1.0 / (3.0 * read as f32));
         let (then, _) = made.then.as_ref().unwrap();
-        let mut parameters = M::ZEROS;
-        for (parameter, value) in parameters.iter_mut().zip(&start) {
+        let mut parameters = M::Parameters::filled(0.0);
+        for (parameter, value) in parameters.as_mut_slice().iter_mut().zip(&start) {
             *parameter = *value;
         }
         for _ in 0..then.inner_steps {
-            let mut gradient = M::ZEROS;
-            M::accumulate_gradients(&parameters, &samples, &mut gradient);
-            let steps = gradient.iter().zip(&then.step_sizes);
-            for (parameter, (slope, size)) in parameters.iter_mut().zip(steps) {
+            let mut gradient = M::Parameters::filled(0.0);
+            M::accumulate_gradients(&parameters, samples, &mut gradient);
+            let steps = gradient.as_slice().iter().zip(&then.step_sizes);
+            for (parameter, (slope, size)) in parameters.as_mut_slice().iter_mut().zip(steps) {
                 *parameter -= size * slope;
             }
         }
         let values = whole::<M>(&made, &readings).values();
-        assert!(parameters.iter().eq(&values));
+        assert!(parameters.as_slice() == values);
         assert_ne!(values, start);
     }
 }
@@ -113,8 +122,9 @@ fn a_descent_goes_on_from_there() {
 
 fn sliced<K: Fitter>(kind: ModelKind) {
     let made = Made::small(kind, MissingPolicy::CountForMore);
-    let mut memory = Memory::<K, SAMPLES>::new();
-    let mut scan = Scan::new(made.recipe(), &mut memory).unwrap();
+    let recipe = made.recipe();
+    let mut memory = vec![0.0; recipe.memory_words()];
+    let mut scan = Scan::<K>::new(recipe, &mut memory).unwrap();
     for readings in cases() {
         let expected = whole_by_type(&made, &readings);
         scan.restart();
@@ -142,7 +152,7 @@ fn sliced<K: Fitter>(kind: ModelKind) {
 
 #[test]
 fn slices_do_not_change_the_result() {
-    sliced::<Linear<WORDS>>(ModelKind::Linear);
+    sliced::<Linear>(ModelKind::Linear);
     sliced::<Phong>(ModelKind::Phong);
     sliced::<CookTorrance>(ModelKind::CookTorrance);
     sliced::<Neural>(ModelKind::Neural);
@@ -154,14 +164,16 @@ fn slices_do_not_change_the_result() {
 /// One memory serves recipes that complete and recipes of other models, one after the other.
 #[test]
 fn one_memory_serves_one_recipe_after_the_other() {
-    let mut memory = Memory::<Any, SAMPLES>::new();
+    let made = MODELS.map(|kind| Made::small(kind, MissingPolicy::CountForMore).recipe());
+    let words = made.iter().map(Recipe::memory_words).max().unwrap();
+    let mut memory = vec![0.0; words];
     for kind in MODELS.into_iter().chain(MODELS) {
         let missing = match kind {
             ModelKind::Phong => MissingPolicy::NoFit,
             _ => MissingPolicy::CountForMore,
         };
         let made = Made::small(kind, missing);
-        let mut scan = Scan::new(made.recipe(), &mut memory).unwrap();
+        let mut scan = Scan::<Any>::new(made.recipe(), &mut memory).unwrap();
         read(&mut scan, &all(SAMPLES));
         let expected = whole_by_type(&made, &all(SAMPLES));
         assert_eq!(fit(&mut scan, &[5]), expected);
@@ -172,7 +184,7 @@ fn one_memory_serves_one_recipe_after_the_other() {
 fn linears_residual_is_that_of_the_formulas() {
     let made = Made::small(ModelKind::Linear, MissingPolicy::CountForMore);
     for readings in cases() {
-        let outcome = whole::<Linear<WORDS>>(&made, &readings);
+        let outcome = whole::<Linear>(&made, &readings);
         let values: Vec<f64> = outcome.values().into_iter().map(f64::from).collect();
         let residual = outcome.residual();
         let errors = residuals(&made, &made.recipe(), &values, &readings);
@@ -204,22 +216,26 @@ fn a_reading_whose_logarithm_is_not_finite_diverges() {
 /// Before the scan begins.
 #[test]
 fn a_recipe_for_another_firmware_is_refused() {
-    const TOO_FEW: usize = WORDS - 1;
-    fn refused<K: Fitter>(model: ModelKind) -> Option<ScanError> {
-        let mut memory = Memory::<K, SAMPLES>::new();
-        let recipe = Made::small(model, MissingPolicy::CountForMore).recipe();
-        Scan::new(recipe, &mut memory).err()
-    }
     let (linear, phong) = (ModelKind::Linear, ModelKind::Phong);
-    let (needed, found) = (WORDS, TOO_FEW);
-    let words = Some(ScanError::Words { needed, found });
-    assert_eq!(refused::<Linear<TOO_FEW>>(linear), words);
-    assert_eq!(refused::<AnyModel<TOO_FEW>>(linear), words);
+    let [completed, started] =
+        [linear, phong].map(|model| Made::small(model, MissingPolicy::CountForMore).recipe());
+    let needed = completed.memory_words();
+    let found = needed - 1;
+    let memory = Err(ScanError::Memory { needed, found });
+    assert_eq!(Scan::<Linear>::accept(&completed, found), memory);
+    assert_eq!(Scan::<Any>::accept(&completed, found), memory);
     // A recipe of another model, whatever completes it.
-    let model = |firmware, recipe| Some(ScanError::Model { firmware, recipe });
-    assert_eq!(refused::<Phong>(linear), model(phong, linear));
-    assert_eq!(refused::<Linear<WORDS>>(phong), model(linear, phong));
-    assert_eq!(refused::<AnyModel<0>>(phong), None);
+    let model = |firmware, recipe| Err(ScanError::Model { firmware, recipe });
+    assert_eq!(
+        Scan::<Phong>::accept(&completed, needed),
+        model(phong, linear)
+    );
+    assert_eq!(
+        Scan::<Linear>::accept(&started, 10_000),
+        model(linear, phong)
+    );
+    let needed = started.memory_words();
+    assert_eq!(Scan::<Any>::accept(&started, 10_000), Ok(needed));
 }
 
 /// A reading below the least that the logarithm takes is brought up, and does not end in a NaN.
@@ -228,8 +244,8 @@ fn dark_readings_are_brought_up() {
     for kind in MODELS {
         let made = Made::small(kind, MissingPolicy::CountForMore);
         let recipe = made.recipe();
-        let mut memory = Memory::<Any, SAMPLES>::new();
-        let mut scan = Scan::new(recipe, &mut memory).unwrap();
+        let mut memory = vec![0.0; recipe.memory_words()];
+        let mut scan = Scan::<Any>::new(recipe, &mut memory).unwrap();
         let recorded = scan.record(3, Reading::new([-0.5, 0.1, 0.1])).unwrap();
         assert!(recorded.clamped);
         let outcome = fit(&mut scan, &[5]);

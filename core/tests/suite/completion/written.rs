@@ -33,7 +33,7 @@ fn a_recipe_is_read_as_it_was_written() {
         assert_eq!(completed.takes_missing(), missing != MissingPolicy::NoFit);
         assert_eq!(completed.scale(), made.scale);
         assert!(completed.centre().iter().eq(made.centre));
-        let weights = completed.completion().readings.iter();
+        let weights = completed.coefficient_net().readings.iter();
         assert!(weights.map(|w| w.cast_signed()).eq(made.readings));
         match (completed.target(), &made.then) {
             (Target::Linear(components), None) => {

@@ -7,18 +7,18 @@ use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::Reading;
 
-use crate::scanning::{Any, SAMPLES, material, recipe_of, scan_by};
+use crate::scanning::{Any, material, recipe_of, scan_by};
 
 /// Turns after which a driver hangs.
 const TURNS: usize = 200_000;
 
-pub(crate) type AnyDriver = Driver<'static, 'static, Any, SAMPLES>;
+pub(crate) type AnyDriver = Driver<'static, Any>;
 
 /// A driver that scans by a recipe.
 pub(crate) fn driver_by<K: Fitter + 'static>(
     recipe: Recipe<'static>,
     config: Config,
-) -> Driver<'static, 'static, K, SAMPLES> {
+) -> Driver<'static, K> {
     Driver::new(Ok(scan_by(recipe)), config)
 }
 
@@ -125,7 +125,7 @@ impl<'h> Bench<'h> {
     }
 
     /// One turn of a firmware's loop, which sleeps as long as the driver allows.
-    pub(crate) fn turn<K: Fitter>(&mut self, driver: &mut Driver<'_, '_, K, SAMPLES>) -> Action {
+    pub(crate) fn turn<K: Fitter>(&mut self, driver: &mut Driver<'_, K>) -> Action {
         self.now += u64::from(self.elapsed);
         let action = driver.poll(self.elapsed);
         self.elapsed = 0;
@@ -158,7 +158,7 @@ impl<'h> Bench<'h> {
     /// Turns until this action comes. Returns its time and the action.
     pub(crate) fn run<K: Fitter>(
         &mut self,
-        driver: &mut Driver<'_, '_, K, SAMPLES>,
+        driver: &mut Driver<'_, K>,
         until: impl Fn(&Action) -> bool,
     ) -> (u64, Action) {
         for _ in 0..TURNS {
@@ -172,11 +172,7 @@ impl<'h> Bench<'h> {
     }
 
     /// Turns until a time has passed.
-    pub(crate) fn wait<K: Fitter>(
-        &mut self,
-        driver: &mut Driver<'_, '_, K, SAMPLES>,
-        milliseconds: u64,
-    ) {
+    pub(crate) fn wait<K: Fitter>(&mut self, driver: &mut Driver<'_, K>, milliseconds: u64) {
         let end = self.now + milliseconds;
         for _ in 0..TURNS {
             if self.now + u64::from(self.elapsed) > end {

@@ -192,7 +192,7 @@ fn counts_are_reported_by_name() {
         }),
         _ => None,
     };
-    let failure = Failure::Fit(FitError::Implausible { limit: 10 });
+    let failure = Failure::Fit(FitError::TooLarge { limit: 10 });
     fails(Host::Measures, counts, failure);
 }
 
@@ -212,13 +212,13 @@ fn a_fit_that_diverges_is_reported_by_name() {
 /// A device without a scan says why, again and again but not in haste.
 #[test]
 fn a_device_without_a_valid_recipe_reports_it() {
-    let capacity = ScanError::Capacity {
-        capacity: 1,
-        samples: 8,
+    let memory = ScanError::Memory {
+        needed: 80,
+        found: 8,
     };
     for failure in [
         Failure::Recipe(RecipeError::Checksum),
-        Failure::Scan(capacity),
+        Failure::Scan(memory),
     ] {
         for host in HOSTS {
             let mut driver = AnyDriver::new(Err(failure), Config::new(host));

@@ -13,7 +13,7 @@ use crate::scanning::{Any, MODELS, Outcome, SAMPLES, every_fitter, material, rec
 const IN_ORDER: [u16; 8] = [0, 1, 2, 3, 4, 5, 6, 7];
 
 /// The fitted material of a driver.
-fn fitted<K: Fitter>(driver: &Driver<'_, '_, K, SAMPLES>) -> Outcome {
+fn fitted<K: Fitter>(driver: &Driver<'_, K>) -> Outcome {
     let fitted = driver.scan().unwrap().fitted().unwrap();
     let residual = fitted.residual();
     let numbers = fitted.values().chain([residual.mean, residual.worst]);

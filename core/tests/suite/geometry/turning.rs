@@ -12,7 +12,7 @@ fn neural() -> NeuralParameters<f32> {
     let bytes = include_bytes!("../../../examples/recipes/neural-n8.recipe");
     let recipe = Recipe::parse(bytes).expect("the demo's recipe");
     let descent = recipe.descent().expect("Neural descends");
-    let mut parameters = Neural::ZEROS;
+    let mut parameters = [0.0; Neural::PARAMETERS];
     for (parameter, value) in parameters.iter_mut().zip(descent.initial().iter()) {
         *parameter = value;
     }

@@ -125,7 +125,8 @@ fn slices_do_not_change<K: Fitter + 'static>(
         let mut fit = scan.fit_under_way().unwrap();
         is_complete = fit.advance(*budgets.next().unwrap()).is_complete();
     }
-    let fitted = scan.fit_under_way().unwrap().finish().unwrap();
+    let _ = scan.fit_under_way().unwrap().finish(); // which need not be plausible
+    let fitted = scan.fitted().unwrap();
     assert!(fitted.values().eq(sliced.values()));
 }
 

@@ -9,18 +9,18 @@ use glimpse_core::recipe::{
 use proptest::prelude::*;
 
 use crate::recipes::{RidgeNumbers, linear, parsed};
-use crate::scanning::{Outcome, WORDS, fit, material, record, scan_by, whole};
+use crate::scanning::{Outcome, fit, material, record, scan_by, whole};
 
 /// Scans with a recipe of these numbers.
 fn scan_with(numbers: &RidgeNumbers) -> Outcome {
-    whole::<Linear<WORDS>>(parsed(numbers.write().unwrap()), material)
+    whole::<Linear>(parsed(numbers.write().unwrap()), material)
 }
 
 #[test]
 fn a_linear_scan_ends_in_coefficients() {
     let numbers = linear();
     let recipe = parsed(numbers.write().unwrap());
-    let mut scan = scan_by::<Linear<WORDS>>(recipe);
+    let mut scan = scan_by::<Linear>(recipe);
     record(&mut scan, 0..8, material);
     // A row of the factorization or a channel at a time.
     assert_eq!(scan.fit().unwrap().progress().total, 8);

@@ -1,41 +1,72 @@
 //! Memory is the caller's, is large where the scan is small, and comes back.
 
-use glimpse_core::fit::{AnyModel, Fitter, Linear, linear_words};
-use glimpse_core::model::{ModelKind, Neural, Phong};
-use glimpse_core::recipe::Recipe;
-use glimpse_core::scan::{Memory, Reading, Scan, ScanError};
+use glimpse_core::fit::{AnyModel, Fitter, Linear};
+use glimpse_core::model::{ModelKind, Neural};
+use glimpse_core::recipe::{Recipe, max_samples, memory_words};
+use glimpse_core::scan::{Reading, Scan, ScanError};
 
+use crate::completion::made::Made;
 use crate::recipes::{linear, parsed};
-use crate::scanning::{Any, MODELS, SAMPLES, WORDS, fit, material, recipe_of, record, whole};
+use crate::scanning::{MODELS, SAMPLES, bytes_of, fit, material, recipe_of, record, whole};
 
-/// In version 0.1 it had 18.7 kB with room for 512 samples, all of which went over the stack.
 #[test]
 fn a_scan_is_small_by_value() {
-    assert!(size_of::<Scan<'_, '_, Neural, 512>>() <= 400);
-    assert!(size_of::<Scan<'_, '_, AnyModel<50_000>, 4_096>>() <= 400);
+    assert!(size_of::<Scan<'_, AnyModel>>() <= 400);
+}
+
+/// The constant that sizes a firmware's memory is what each fit takes, by its type and at run time.
+#[test]
+fn memory_is_sized_by_the_bytes_of_a_recipe() {
+    let mut all = Vec::new();
+    for model in MODELS {
+        let policy = glimpse_core::fit::coefficient_net::MissingPolicy::NoFit;
+        for bytes in [bytes_of(model), Made::small(model, policy).write().unwrap()] {
+            let recipe = parsed(bytes.clone());
+            let words = memory_words(&[&bytes]);
+            assert_eq!(words, recipe.memory_words());
+            assert_eq!(Scan::<AnyModel>::accept(&recipe, words), Ok(words));
+            assert_eq!(max_samples(&[&bytes]), recipe.samples());
+            all.push((words, bytes));
+        }
+    }
+    let most = all.iter().map(|(words, _)| *words).max().unwrap();
+    let bytes: Vec<&[u8]> = all.iter().map(|(_, bytes)| &bytes[..]).collect();
+    assert_eq!(memory_words(&bytes), most);
+    assert_eq!(memory_words(&[]), 0);
+    // Linear's solve: nine words a sample, three channels of m, n, the factors, and scratch.
+    let bytes = bytes_of(ModelKind::Linear);
     assert_eq!(
-        size_of::<Scan<'_, '_, Neural, 512>>(),
-        size_of::<Scan<'_, '_, Phong, 1>>()
+        memory_words(&[&bytes]),
+        9 * 8 + 3 * 5 + 8 + 15 + (2 * 5 + 3 * 5)
+    );
+    // In version 0.2 `linear_words(16, 24)` promised 320 words to completed recipes that need 352.
+    for cut in 0..bytes.len() {
+        let words = memory_words(&[&bytes[..cut]]);
+        assert!(words == usize::MAX || words <= memory_words(&[&bytes]));
+    }
+    assert_eq!(
+        memory_words(&[b"not a recipe, but long enough"]),
+        usize::MAX
     );
 }
 
 /// In version 0.1 there was no second recipe at run time: a workspace could not be had back.
 #[test]
 fn memory_serves_one_recipe_after_the_other() {
-    let mut memory = Memory::<Any, SAMPLES>::new();
-    let mut memory = &mut memory;
-    for model in MODELS.into_iter().chain(MODELS) {
-        let recipe = recipe_of(model);
-        let mut scan = Scan::new(recipe, memory).unwrap();
-        assert_eq!(scan.recipe().model(), model);
+    let recipes = MODELS.map(recipe_of);
+    let words = recipes.iter().map(Recipe::memory_words).max().unwrap();
+    let mut memory = &mut vec![0.0; words][..];
+    for recipe in recipes.into_iter().chain(recipes) {
+        let mut scan = Scan::<AnyModel>::new(recipe, memory).unwrap();
         // Nothing is left of the scan before.
         assert_eq!(scan.pending().count(), SAMPLES);
         assert!(scan.fitted().is_none() && scan.fit_under_way().is_none());
         record(&mut scan, 0..8, material);
-        assert_eq!(fit(&mut scan, &[17]), whole::<Any>(recipe, material));
+        assert_eq!(fit(&mut scan, &[17]), whole::<AnyModel>(recipe, material));
         memory = scan.into_memory();
+        assert_eq!(memory.len(), words);
         // A scan that only borrows the memory leaves nothing either.
-        let mut unfinished = Scan::new(recipe, &mut *memory).unwrap();
+        let mut unfinished = Scan::<AnyModel>::new(recipe, &mut *memory).unwrap();
         record(&mut unfinished, 0..7, |_| Reading::monochrome(5.0));
     }
 }
@@ -52,13 +83,13 @@ fn memory_that_was_used_for_more_serves_less() {
         list.truncate(3);
     }
     let small = parsed(small.write().unwrap());
-    let run = |memory: &mut Memory<Any, SAMPLES>, recipe: Recipe<'_>| {
-        let mut scan = Scan::new(recipe, memory).unwrap();
+    let run = |memory: &mut [f32], recipe: Recipe<'_>| {
+        let mut scan = Scan::<AnyModel>::new(recipe, memory).unwrap();
         record(&mut scan, 0..recipe.samples() as u16, material);
         fit(&mut scan, &[2])
     };
-    let mut used = Memory::new();
-    let expected = run(&mut Memory::new(), small);
+    let mut used = [0.0; 400];
+    let expected = run(&mut [0.0; 400], small);
     assert_eq!(expected.values().len(), 3 * 2);
     run(&mut used, recipe_of(ModelKind::Linear));
     assert_eq!(run(&mut used, small), expected);
@@ -66,35 +97,25 @@ fn memory_that_was_used_for_more_serves_less() {
 
 #[test]
 fn a_recipe_for_another_firmware_is_refused() {
-    fn refused<K: Fitter, const CAPACITY: usize>(model: ModelKind) -> Option<ScanError> {
-        let mut memory = Memory::<K, CAPACITY>::new();
-        Scan::new(recipe_of(model), &mut memory).err()
+    fn accepts<K: Fitter>(model: ModelKind, missing: usize) -> Result<(), ScanError> {
+        let recipe = recipe_of(model);
+        let words = recipe.memory_words();
+        let accepted = Scan::<K>::accept(&recipe, words - missing)?;
+        assert_eq!(accepted, words);
+        Ok(())
     }
-    let wrong =
-        |firmware, recipe| (firmware != recipe).then_some(ScanError::Model { firmware, recipe });
+    let wrong = |firmware, recipe| match firmware == recipe {
+        true => Ok(()),
+        false => Err(ScanError::Model { firmware, recipe }),
+    };
     for model in MODELS {
         let (neural, linear) = (ModelKind::Neural, ModelKind::Linear);
-        assert_eq!(refused::<Neural, 8>(model), wrong(neural, model));
-        assert_eq!(refused::<Linear<WORDS>, 8>(model), wrong(linear, model));
-        assert_eq!(refused::<Any, 8>(model), None);
-        let (capacity, samples) = (7, 8);
-        let small = Some(ScanError::Capacity { capacity, samples });
-        assert_eq!(refused::<Any, 7>(model), small);
-        assert_eq!(refused::<Neural, 7>(model), small);
+        assert_eq!(accepts::<Neural>(model, 0), wrong(neural, model));
+        assert_eq!(accepts::<Linear>(model, 0), wrong(linear, model));
+        assert_eq!(accepts::<AnyModel>(model, 0), Ok(()));
+        let needed = recipe_of(model).memory_words();
+        let found = needed - 1;
+        let small = Err(ScanError::Memory { needed, found });
+        assert_eq!(accepts::<AnyModel>(model, 1), small);
     }
-    // Linear's words: three channels of m, n, the factors, and the scratch of a solve.
-    let needed = 3 * 5 + 8 + 15 + (2 * 5 + 3 * 5);
-    assert_eq!(linear_words(8, 5), needed);
-    let small = |found| Some(ScanError::Words { needed, found });
-    const TOO_FEW: usize = WORDS - 1;
-    assert_eq!(
-        refused::<Linear<TOO_FEW>, 8>(ModelKind::Linear),
-        small(TOO_FEW)
-    );
-    assert_eq!(
-        refused::<AnyModel<TOO_FEW>, 8>(ModelKind::Linear),
-        small(TOO_FEW)
-    );
-    assert_eq!(refused::<AnyModel<0>, 8>(ModelKind::Linear), small(0));
-    assert_eq!(refused::<AnyModel<0>, 8>(ModelKind::Neural), None);
 }

@@ -4,7 +4,7 @@ use glimpse_core::geometry::HalfDifference;
 use glimpse_core::model::ModelKind;
 use glimpse_core::model::linear::EPSILON;
 use glimpse_core::recipe::Recipe;
-use glimpse_core::scan::{MIN_READING, Memory, Reading, ReadingError, Recorded, Residual, Scan};
+use glimpse_core::scan::{MIN_READING, Reading, ReadingError, Recorded, Residual, Scan};
 use proptest::prelude::*;
 
 use crate::scanning::{Any, MODELS, Outcome, each_scan, fit, material, recipe_of, record, whole};
@@ -39,8 +39,8 @@ fn impossible_readings_are_refused_and_asked_for_again() {
 fn no_more_is_taken_than_the_recipe_asks_for() {
     for model in MODELS {
         let recipe = recipe_of(model);
-        let mut memory = Memory::<Any, 12>::new();
-        let mut scan = Scan::new(recipe, &mut memory).unwrap();
+        let mut memory = [0.0; 2_000];
+        let mut scan = Scan::<Any>::new(recipe, &mut memory).unwrap();
         record(&mut scan, 0..8, material);
         assert_eq!(scan.pending().count(), 0);
         for index in [8, 9, 11, 12, u16::MAX] {

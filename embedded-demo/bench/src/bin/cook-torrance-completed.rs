@@ -3,8 +3,7 @@
 #![no_std]
 #![no_main]
 
-use glimpse_bench::SAMPLES;
 use glimpse_bench::recipes::completed::COOK_TORRANCE;
 use glimpse_core::model::CookTorrance;
 
-glimpse_bench::fit!(CookTorrance, SAMPLES, COOK_TORRANCE);
+glimpse_bench::fit!(CookTorrance, COOK_TORRANCE);

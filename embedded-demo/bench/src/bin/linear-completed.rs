@@ -4,6 +4,6 @@
 #![no_main]
 
 use glimpse_bench::recipes::completed::LINEAR;
-use glimpse_bench::{CompletedLinear, SAMPLES};
+use glimpse_core::fit::Linear;
 
-glimpse_bench::fit!(CompletedLinear, SAMPLES, LINEAR);
+glimpse_bench::fit!(Linear, LINEAR);

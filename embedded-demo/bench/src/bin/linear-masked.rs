@@ -4,6 +4,6 @@
 #![no_main]
 
 use glimpse_bench::recipes::masked::LINEAR;
-use glimpse_bench::{CompletedLinear, MASKED_SAMPLES};
+use glimpse_core::fit::Linear;
 
-glimpse_bench::fit!(CompletedLinear, MASKED_SAMPLES, LINEAR);
+glimpse_bench::fit!(Linear, LINEAR);

@@ -4,6 +4,6 @@
 #![no_main]
 
 use glimpse_bench::recipes::LINEAR;
-use glimpse_bench::{Linear, SAMPLES};
+use glimpse_core::fit::Linear;
 
-glimpse_bench::fit!(Linear, SAMPLES, LINEAR);
+glimpse_bench::fit!(Linear, LINEAR);

@@ -3,8 +3,7 @@
 #![no_std]
 #![no_main]
 
-use glimpse_bench::MASKED_SAMPLES;
 use glimpse_bench::recipes::masked::NEURAL;
 use glimpse_core::model::Neural;
 
-glimpse_bench::fit!(Neural, MASKED_SAMPLES, NEURAL);
+glimpse_bench::fit!(Neural, NEURAL);

@@ -3,8 +3,7 @@
 #![no_std]
 #![no_main]
 
-use glimpse_bench::SAMPLES;
 use glimpse_bench::recipes::NEURAL;
 use glimpse_core::model::Neural;
 
-glimpse_bench::fit!(Neural, SAMPLES, NEURAL);
+glimpse_bench::fit!(Neural, NEURAL);

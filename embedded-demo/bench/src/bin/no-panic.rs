@@ -240,7 +240,7 @@ fn recipe() {
         FitMethod::Completed(completed) => {
             black_box((completed.model(), completed.takes_missing()));
             black_box((completed.centre(), completed.scale()));
-            let completion = completed.completion();
+            let completion = completed.coefficient_net();
             black_box((completion.rows(), completion.hidden(), completion.words()));
             match completed.target() {
                 Target::Linear(components) => {

@@ -3,8 +3,7 @@
 #![no_std]
 #![no_main]
 
-use glimpse_bench::SAMPLES;
 use glimpse_bench::recipes::PHONG;
 use glimpse_core::model::Phong;
 
-glimpse_bench::fit!(Phong, SAMPLES, PHONG);
+glimpse_bench::fit!(Phong, PHONG);

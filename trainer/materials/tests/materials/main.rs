@@ -13,7 +13,7 @@ mod rgl;
 mod sources;
 
 use glimpse_core::geometry::Angles;
-use glimpse_core::model::{Model, Neural, NeuralParameters, ParameterSet};
+use glimpse_core::model::{Model, Neural, NeuralParameters};
 use glimpse_materials::{Material, NeuralBrdf};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -24,10 +24,8 @@ fn network(seed: u64) -> NeuralBrdf {
     let list = (0..Neural::PARAMETERS).map(|_| random.random_range(-1.0..1.0f32));
     let mut weights: NeuralParameters<f32> = glimpse_gradcheck::parameters(list, 0.0);
     let scales = [0.8, 0.3, 0.4, 0.3, 0.4, 0.4];
-    for (run, scale) in weights.runs_mut().zip(scales) {
-        run.iter_mut().for_each(|entry| *entry *= scale);
-    }
-    weights.b3.iter_mut().for_each(|bias| *bias += 1.0);
+    glimpse_gradcheck::cases::scale_layers(&mut weights, scales);
+    weights[672..].iter_mut().for_each(|bias| *bias += 1.0);
     NeuralBrdf::new(format!("network-{seed}"), weights)
 }
 

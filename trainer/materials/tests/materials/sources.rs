@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use glimpse_core::model::ParameterSet;
+use glimpse_core::model::Neural;
 use glimpse_materials::{NeuralBrdf, Source, SourceError, write_merl};
 
 use crate::common::assert_names;
@@ -42,8 +42,11 @@ fn floats(values: &[f32]) -> Vec<u8> {
 
 /// Writes a network's six files, written out by hand.
 fn write_network(folder: &Folder, name: &str, network: &NeuralBrdf) {
-    for ((array, shape), run) in ARRAYS.into_iter().zip(network.parameters().runs()) {
-        let bytes = npy("<f4", shape, &floats(run));
+    let mut rest = &network.parameters()[..];
+    for ((array, shape), length) in ARRAYS.into_iter().zip(Neural::LAYERS) {
+        let (layer, after) = rest.split_at(length);
+        rest = after;
+        let bytes = npy("<f4", shape, &floats(layer));
         folder.write(&format!("{name}_{array}.npy"), bytes);
     }
 }

@@ -1,6 +1,6 @@
 //! Where initial parameters begin: for meta-training, and for the method Random.
 
-use glimpse_core::model::{ModelKind, NeuralParameters, ParameterSet};
+use glimpse_core::model::{Model, ModelKind, Neural};
 use rand::Rng;
 use rand_distr::StandardNormal;
 
@@ -13,20 +13,8 @@ use rand_distr::StandardNormal;
 pub fn first_guess(model: ModelKind, random: &mut impl Rng) -> Vec<f32> {
     match model {
         ModelKind::Neural => {
-            let mut parameters = NeuralParameters::filled(0.0);
-            let mut fill = |weights: &mut [f32], reach: f32| {
-                for weight in weights {
-                    *weight = random.random_range(-reach..reach);
-                }
-            };
-            fill(parameters.fc1.as_flattened_mut(), (3.0_f32 / 5.0).sqrt());
-            fill(parameters.fc2.as_flattened_mut(), (3.0_f32 / 21.0).sqrt());
-            fill(
-                parameters.fc3.as_flattened_mut(),
-                0.1 * (3.0_f32 / 21.0).sqrt(),
-            );
-            parameters.b3 = [0.15; 3];
-            parameters.iter().copied().collect()
+            let second = (3.0_f32 / 21.0).sqrt();
+            network(random, [(3.0_f32 / 5.0).sqrt(), second, 0.1 * second], 0.15)
         }
         ModelKind::Phong => vec![-1.0, -1.0, -1.0, 1.0, 1.0, 1.0, 2.5],
         ModelKind::CookTorrance => vec![-1.4, -1.4, -1.4, -1.0, -1.0, -1.0, -1.0, -2.5],
@@ -38,25 +26,29 @@ pub fn first_guess(model: ModelKind, random: &mut impl Rng) -> Vec<f32> {
 /// Phong and Cook-Torrance with standard normal parameters. Linear has no such parameters.
 pub fn random_start(model: ModelKind, random: &mut impl Rng) -> Vec<f32> {
     match model {
-        ModelKind::Neural => {
-            let mut parameters = NeuralParameters::filled(0.0);
-            let NeuralParameters { fc1, fc2, fc3, .. } = &mut parameters;
-            for weights in [
-                fc1.as_flattened_mut(),
-                fc2.as_flattened_mut(),
-                fc3.as_flattened_mut(),
-            ] {
-                for weight in weights {
-                    *weight = random.random_range(-0.05..0.05);
-                }
-            }
-            parameters.iter().copied().collect()
-        }
+        ModelKind::Neural => network(random, [0.05; 3], 0.0),
         ModelKind::Phong | ModelKind::CookTorrance => (0..model.parameters().unwrap_or(0))
             .map(|_| standard_normal(random))
             .collect(),
         ModelKind::Linear => Vec::new(),
     }
+}
+
+/// A network whose weights are uniform within a reach for each layer, and whose biases are 0, those of the outputs
+/// excepted.
+fn network(random: &mut impl Rng, reaches: [f32; 3], output_bias: f32) -> Vec<f32> {
+    let [first, second, third] = reaches;
+    let reaches = [Some(first), None, Some(second), None, Some(third), None];
+    let mut parameters = Vec::with_capacity(Neural::PARAMETERS);
+    for (length, reach) in Neural::LAYERS.into_iter().zip(reaches) {
+        parameters.extend((0..length).map(|_| match reach {
+            Some(reach) => random.random_range(-reach..reach),
+            None => 0.0,
+        }));
+    }
+    let outputs = parameters.iter_mut().rev().take(3);
+    outputs.for_each(|bias| *bias = output_bias);
+    parameters
 }
 
 /// A standard normal number.

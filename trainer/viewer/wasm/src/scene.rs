@@ -2,23 +2,20 @@
 
 use core::fmt::Write;
 
-use glimpse_core::fit::{AnyModel, linear_words};
+use glimpse_core::fit::AnyModel;
 use glimpse_core::geometry::{Angles, Directions, HalfDifference};
 use glimpse_core::heapless::String;
 use glimpse_core::model::linear::Basis;
 use glimpse_core::model::loss::cosine_weighted_log_error;
-use glimpse_core::recipe::{MAX_COMPONENTS, MAX_SAMPLES, Recipe};
-use glimpse_core::scan::{Fitted, Memory, Reading, Scan};
+use glimpse_core::recipe::Recipe;
+use glimpse_core::scan::{FinishError, Fitted, Reading, Scan};
 
 use crate::error::SceneError;
 use crate::room::Room;
 use crate::single::Single;
 
 /// The largest recipe has room; what of it is not used is never touched, and takes no memory.
-const WORDS: usize = linear_words(MAX_SAMPLES, MAX_COMPONENTS);
-type Fitter = AnyModel<WORDS>;
-
-static MEMORY: Single<Memory<Fitter, MAX_SAMPLES>> = Single::new(Memory::new());
+static MEMORY: Single<[f32; 600_000]> = Single::new([0.0; 600_000]);
 
 /// The coefficients that make a table's components channels.
 const CHANNELS: [&[f32]; 3] = [&[1.0], &[0.0, 1.0], &[0.0, 0.0, 1.0]];
@@ -38,14 +35,14 @@ const NUMBERS: usize = 4;
 /// A material, and what is needed to change it.
 pub(crate) struct Scene {
     rooms: [Option<Room>; 5],
-    scan: Option<Scan<'static, 'static, Fitter, MAX_SAMPLES>>,
+    scan: Option<Scan<'static, AnyModel>>,
     table: Option<Basis<'static>>,
     message: String<400>,
 }
 
 /// A material that can be looked at.
 pub(crate) enum Shown<'a> {
-    Fitted(Fitted<'a, Fitter, MAX_SAMPLES>),
+    Fitted(Fitted<'a, AnyModel>),
     Table(&'a Basis<'static>),
 }
 
@@ -102,7 +99,7 @@ impl Scene {
         let basis = basis.map(Basis::parse).transpose()?;
         let memory = match self.scan.take() {
             Some(scan) => scan.into_memory(),
-            None => MEMORY.with(|memory| memory),
+            None => MEMORY.with(|memory| &mut memory[..]),
         };
         let mut scan = Scan::new(recipe, memory)?;
         if let Some(basis) = basis {
@@ -137,8 +134,11 @@ impl Scene {
         }
         let mut fit = scan.fit()?;
         fit.advance(u32::MAX);
-        fit.finish()?;
-        Ok(())
+        match fit.finish() {
+            // The page shows an implausible fit too.
+            Ok(_) | Err(FinishError::Implausible(_)) => Ok(()),
+            Err(error) => Err(error.into()),
+        }
     }
 
     pub(crate) fn values(&mut self) -> usize {
@@ -227,7 +227,7 @@ impl Scene {
 
 /// What there is to look at.
 fn shown<'a>(
-    scan: Option<&'a Scan<'static, 'static, Fitter, MAX_SAMPLES>>,
+    scan: Option<&'a Scan<'static, AnyModel>>,
     table: Option<&'a Basis<'static>>,
 ) -> Option<Shown<'a>> {
     match table {

@@ -1,0 +1,124 @@
+//! Samples of a scan as they lie in its memory.
+
+use super::Sample;
+use crate::geometry::HalfDifference;
+use crate::numeric::Block;
+
+/// Words of one sample.
+pub const SLOT_WORDS: usize = 9;
+/// One sample in memory: hx, hz, dx, dy, dz, the measured red, green and blue (BRDF, sr^-1, not times the
+/// cosine), and a word whose bits are flags.
+pub type Slot = [f32; SLOT_WORDS];
+/// Flag of a sample that counts in the loss.
+pub(crate) const COUNTED: u32 = 1;
+
+/// Returns a sample that counts in the loss as it lies in memory.
+#[must_use]
+pub fn slot_of(at: &HalfDifference<f32>, [red, green, blue]: [f32; 3]) -> Slot {
+    let flags = f32::from_bits(COUNTED);
+    [at.hx, at.hz, at.dx, at.dy, at.dz, red, green, blue, flags]
+}
+
+/// Measured samples in memory.
+#[derive(Clone, Copy, Debug)]
+pub struct Samples<'a> {
+    slots: &'a [Slot],
+    weight: f32,
+}
+
+impl<'a> Samples<'a> {
+    /// Samples of which each that counts has a given weight in the loss: 1 / (3 n) for the mean over n samples and
+    /// three channels.
+    #[must_use]
+    pub fn new(slots: &'a [Slot], weight: f32) -> Self {
+        Self { slots, weight }
+    }
+
+    /// Number of samples.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.slots.len()
+    }
+
+    /// Returns true if there are none.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.slots.is_empty()
+    }
+
+    /// Splits off the first samples, up to `count`.
+    #[must_use]
+    pub fn take(&mut self, count: usize) -> Self {
+        let (taken, rest) = self
+            .slots
+            .split_at_checked(count)
+            .unwrap_or((self.slots, &[]));
+        self.slots = rest;
+        Self::new(taken, self.weight)
+    }
+
+    /// The samples from the `first` on.
+    #[must_use]
+    pub fn skip(&self, first: usize) -> Self {
+        Self::new(self.slots.get(first..).unwrap_or_default(), self.weight)
+    }
+
+    /// The sample with this index.
+    #[must_use]
+    pub fn get(&self, index: usize) -> Option<Sample<f32>> {
+        self.slots
+            .get(index)
+            .map(|slot| unpacked(slot, self.weight))
+    }
+
+    /// The samples, in order.
+    #[inline(always)]
+    pub fn iter(&self) -> impl ExactSizeIterator<Item = Sample<f32>> + Clone + 'a {
+        let weight = self.weight;
+        self.slots.iter().map(move |slot| unpacked(slot, weight))
+    }
+
+    /// Puts up to `N` samples side by side. Missing ones repeat the last, with weight 0.
+    #[inline(always)]
+    #[must_use]
+    pub fn gather<const N: usize>(&self) -> Sample<Block<N>> {
+        let mut words = [[0.0; N]; SLOT_WORDS];
+        for lane in 0..N {
+            let slot = self.slots.get(lane).or(self.slots.last());
+            for (word, value) in words.iter_mut().zip(slot.into_iter().flatten()) {
+                if let Some(word) = word.get_mut(lane) {
+                    *word = *value;
+                }
+            }
+        }
+        let mut weight = [0.0; N];
+        for (weight, slot) in weight.iter_mut().zip(self.slots) {
+            *weight = weight_of(slot, self.weight);
+        }
+        let [hx, hz, dx, dy, dz, red, green, blue, _] = words.map(Block);
+        Sample {
+            at: HalfDifference { hx, hz, dx, dy, dz },
+            measured: [red, green, blue],
+            weight: Block(weight),
+        }
+    }
+}
+
+#[inline(always)]
+fn unpacked(slot: &Slot, weight: f32) -> Sample<f32> {
+    let [hx, hz, dx, dy, dz, red, green, blue, _] = *slot;
+    Sample {
+        at: HalfDifference { hx, hz, dx, dy, dz },
+        measured: [red, green, blue],
+        weight: weight_of(slot, weight),
+    }
+}
+
+#[inline(always)]
+fn weight_of(slot: &Slot, weight: f32) -> f32 {
+    let [.., flags] = slot;
+    match flags.to_bits() & COUNTED {
+        0 => 0.0,
+        _ => weight,
+    }
+}

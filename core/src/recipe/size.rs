@@ -1,0 +1,211 @@
+//! Sizes of a recipe at compile time, so that memory can be sized by it.
+
+use super::format::{HEADER_BYTES, MAGIC, MAX_COMPONENTS};
+use super::kind::Kind;
+use crate::fit::coefficient_net::LISTS;
+use crate::fit::{descent_words, linear_words};
+use crate::model::SLOT_WORDS;
+
+/// Bytes of a direction of the pattern: three angles.
+const ANGLES_BYTES: usize = 12;
+
+/// Words (of 4 bytes) that a scan takes in memory with the largest of these recipes, whatever their models. A
+/// constant: it sizes a firmware's memory.
+///
+/// ```
+/// use glimpse_core::recipe::memory_words;
+///
+/// static RECIPE: &[u8] = include_bytes!("../../examples/recipes/phong-n8.recipe");
+/// const WORDS: usize = memory_words(&[RECIPE]);
+/// let memory = [0.0_f32; WORDS];
+/// assert_eq!(size_of_val(&memory), 348);
+/// ```
+///
+/// If one of them is not a recipe, the result is `usize::MAX`, and memory of that size does not compile:
+///
+/// ```compile_fail
+/// use glimpse_core::recipe::memory_words;
+///
+/// let memory = [0.0_f32; memory_words(&[b"not a recipe"])];
+/// ```
+#[must_use]
+pub const fn memory_words(recipes: &[&[u8]]) -> usize {
+    largest(recipes).words
+}
+
+/// n of the largest of these recipes: the length of a list of [saved readings](crate::scan::Saved). A constant;
+/// `usize::MAX` if one of them is not a recipe, as with [`memory_words`].
+#[must_use]
+pub const fn max_samples(recipes: &[&[u8]]) -> usize {
+    largest(recipes).samples
+}
+
+#[derive(Clone, Copy)]
+struct Size {
+    samples: usize,
+    words: usize,
+}
+
+const fn largest(recipes: &[&[u8]]) -> Size {
+    let (mut samples, mut words) = (0, 0);
+    let mut recipes = recipes;
+    while let [recipe, rest @ ..] = recipes {
+        let size = match size_of(recipe) {
+            Some(size) => size,
+            None => Size {
+                samples: usize::MAX,
+                words: usize::MAX,
+            },
+        };
+        samples = max(samples, size.samples);
+        words = max(words, size.words);
+        recipes = rest;
+    }
+    Size { samples, words }
+}
+
+const fn max(a: usize, b: usize) -> usize {
+    if a > b { a } else { b }
+}
+
+/// What the sections of a recipe say about its size.
+#[derive(Clone, Copy)]
+struct Counts {
+    samples: usize,
+    /// Of a ridge solve.
+    components: Option<usize>,
+    /// Parameters of a descent.
+    parameters: Option<usize>,
+    /// Of a completion: words without and with an init net.
+    completion: usize,
+    units: usize,
+}
+
+/// Takes the value out of an option, or returns None.
+macro_rules! some {
+    ($option:expr) => {
+        match $option {
+            Some(value) => value,
+            None => return None,
+        }
+    };
+}
+
+const fn size_of(recipe: &[u8]) -> Option<Size> {
+    let (header, body) = some!(recipe.split_at_checked(HEADER_BYTES));
+    let magic = some!(header.first_chunk());
+    if u32::from_le_bytes(*magic) != u32::from_le_bytes(MAGIC) {
+        return None;
+    }
+    let mut counts = Counts {
+        samples: 0,
+        components: None,
+        parameters: None,
+        completion: 0,
+        units: 0,
+    };
+    let mut rest = body;
+    while !rest.is_empty() {
+        let (kind, after) = some!(number(rest));
+        let (bytes, after) = some!(list(after));
+        rest = after;
+        counts = match some!(kind_of(kind)) {
+            Kind::PATTERN => {
+                let (angles, _) = some!(list(bytes));
+                let samples = angles.len() / ANGLES_BYTES;
+                Counts { samples, ..counts }
+            }
+            Kind::DESCENT => some!(descent(bytes, counts)),
+            Kind::RIDGE => {
+                let (components, _) = some!(number(bytes));
+                if components > MAX_COMPONENTS {
+                    return None;
+                }
+                let components = Some(components);
+                Counts {
+                    components,
+                    ..counts
+                }
+            }
+            Kind::COMPLETION => some!(coefficient_net(bytes, counts)),
+            Kind::START => some!(init_net(bytes, counts)),
+            _ => counts,
+        };
+    }
+    let work = match (counts.parameters, counts.components) {
+        (Some(parameters), _) => {
+            descent_words(parameters, counts.completion.saturating_add(counts.units))
+        }
+        (None, Some(components)) => linear_words(counts.samples, components),
+        (None, None) => counts.completion,
+    };
+    let samples = counts.samples;
+    let words = samples.saturating_mul(SLOT_WORDS).saturating_add(work);
+    Some(Size { samples, words })
+}
+
+const fn kind_of(number: usize) -> Option<Kind> {
+    if number > u16::MAX as usize {
+        return None;
+    }
+    Some(Kind::new(number as u16))
+}
+
+/// Model, inner steps, initial parameters, ..
+const fn descent(bytes: &[u8], counts: Counts) -> Option<Counts> {
+    let (_model, rest) = some!(number(bytes));
+    let (_inner_steps, rest) = some!(number(rest));
+    let (initial, _) = some!(list(rest));
+    let parameters = Some(initial.len() / 4);
+    Some(Counts {
+        parameters,
+        ..counts
+    })
+}
+
+/// Components, policy, centre, scale, readings, scales of rows, ..
+const fn coefficient_net(bytes: &[u8], counts: Counts) -> Option<Counts> {
+    let (_components, rest) = some!(number(bytes));
+    let (_missing, rest) = some!(rest.split_first());
+    let (_centre, rest) = some!(list(rest));
+    let (_scale, rest) = some!(rest.split_at_checked(4));
+    let (_readings, rest) = some!(list(rest));
+    let (scales, _) = some!(list(rest));
+    let completion = LISTS.saturating_mul(scales.len() / 4);
+    Some(Counts {
+        completion,
+        ..counts
+    })
+}
+
+/// Weights, scales of rows, ..
+const fn init_net(bytes: &[u8], counts: Counts) -> Option<Counts> {
+    let (_hidden, rest) = some!(list(bytes));
+    let (scales, _) = some!(list(rest));
+    let units = scales.len() / 4;
+    Some(Counts { units, ..counts })
+}
+
+/// A number as postcard writes it (a varint), and the bytes behind it.
+const fn number(bytes: &[u8]) -> Option<(usize, &[u8])> {
+    let mut value = 0_usize;
+    let mut shift = 0_u32;
+    let mut rest = bytes;
+    while let [byte, after @ ..] = rest {
+        rest = after;
+        let low = (*byte & 0x7f) as usize;
+        let shifted = some!(low.checked_shl(shift));
+        value |= shifted;
+        if *byte < 0x80 {
+            return Some((value, rest));
+        }
+        shift = shift.saturating_add(7);
+    }
+    None
+}
+
+/// A list of bytes as postcard writes it, and the bytes behind it.
+const fn list(bytes: &[u8]) -> Option<(&[u8], &[u8])> {
+    let (length, rest) = some!(number(bytes));
+    rest.split_at_checked(length)
+}

@@ -1,0 +1,123 @@
+//! Signs that readings are not those of a material.
+
+use serde::{Deserialize, Serialize};
+
+use super::Residual;
+use super::residual::Sum;
+use crate::geometry::HalfDifference;
+use crate::numeric::math::sin_cos;
+
+/// A channel whose mean is below this share of the brightest one's is dead.
+const DEAD: f32 = 0.002;
+/// A residual is implausible from this multiple of the expected loss on,
+const RESIDUAL_FACTOR: f32 = 20.0;
+/// and from this value on.
+const MIN_RESIDUAL: f32 = 0.2;
+/// The largest plausible albedo at normal incidence. A perfect white has 1; a poor fit of a glossy material may
+/// have more.
+const MAX_ALBEDO: f32 = 4.0;
+/// Fewer readings tell nothing about the sensor.
+const MIN_SAMPLES: u16 = 4;
+/// Evaluations of an albedo.
+const NODES: u16 = 16;
+
+/// Why a fitted material is implausible.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub enum Implausible {
+    /// The readings are not above 0 on average, or all of them are too far below 0 for the loss: the dark reading or
+    /// the sign is wrong.
+    Dark,
+    /// Every reading equals the one before it, bit for bit: the sensor is stuck.
+    Repeated,
+    /// A channel (0 red, 1 green, 2 blue) read nothing, beside channels that did.
+    DeadChannel(u8),
+    /// The fitted material reflects several times the light that it receives: readings are counts, or were not
+    /// divided by those of the white.
+    Albedo,
+    /// The fit explains its readings far worse than the recipe's fits do.
+    Residual,
+}
+
+impl core::fmt::Display for Implausible {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        match self {
+            Self::Dark => f.write_str("the readings are not above 0: check the dark reading"),
+            Self::Repeated => f.write_str("all readings are equal: check that the sensor is not stuck"),
+            Self::DeadChannel(channel) => write!(
+                f,
+                "channel {channel} reads nothing while others do: check its filter and amplifier"
+            ),
+            Self::Albedo => f.write_str(
+                "the material reflects several times the light it receives: divide readings by those of the white",
+            ),
+            Self::Residual => f.write_str(
+                "the fit explains its readings far worse than expected: check alignment, units and the sensor's range",
+            ),
+        }
+    }
+}
+
+/// Judges a fit by its readings, the loss that is expected of it, and its albedo at normal incidence.
+#[inline(never)]
+pub(super) fn check(
+    sum: &Sum,
+    expected_loss: Option<f32>,
+    albedo: Option<[f32; 3]>,
+) -> Option<Implausible> {
+    let Residual {
+        mean,
+        repeated,
+        clamped,
+        ..
+    } = sum.residual;
+    let enough = sum.read >= MIN_SAMPLES;
+    let brightest = sum.channels.into_iter().fold(0.0, f32::max);
+    if enough && (clamped >= sum.read || brightest <= 0.0) {
+        return Some(Implausible::Dark);
+    }
+    if enough && repeated.saturating_add(1) >= sum.read {
+        return Some(Implausible::Repeated);
+    }
+    let dead = (0..)
+        .zip(sum.channels)
+        .find(|(_, channel)| *channel < DEAD * brightest);
+    if let (true, Some((channel, _))) = (enough, dead) {
+        return Some(Implausible::DeadChannel(channel));
+    }
+    if albedo.is_some_and(|albedo| albedo.into_iter().any(|channel| channel > MAX_ALBEDO)) {
+        return Some(Implausible::Albedo);
+    }
+    let expected = expected_loss.unwrap_or(0.0);
+    if mean > MIN_RESIDUAL.max(RESIDUAL_FACTOR * expected) {
+        return Some(Implausible::Residual);
+    }
+    None
+}
+
+/// The share of light from the normal that a material reflects, per channel, by the midpoint rule over theta_o. `brdf`
+/// is in sr^-1, not times the cosine. None where the BRDF is unknown.
+pub(super) fn albedo(brdf: impl Fn(&HalfDifference<f32>) -> Option<[f32; 3]>) -> Option<[f32; 3]> {
+    let mut albedo = [0.0; 3];
+    for node in 0..NODES {
+        // theta_h = pi/4 t^2: denser towards the highlight.
+        let t = (f32::from(node) + 0.5) / f32::from(NODES);
+        let theta_h = core::f32::consts::FRAC_PI_4 * t * t;
+        let (hx, hz) = sin_cos(theta_h);
+        let at = HalfDifference {
+            hx,
+            hz,
+            dx: -hx, // the light is at the normal
+            dy: 0.0,
+            dz: hz,
+        };
+        let (sine, cosine) = (2.0 * hx * hz, hz * hz - hx * hx);
+        // 2 pi sin cos d(theta_o), with theta_o = 2 theta_h.
+        let weight = core::f32::consts::PI * core::f32::consts::PI * 2.0 * t / f32::from(NODES);
+        for (sum, f) in albedo.iter_mut().zip(brdf(&at)?) {
+            *sum += f * sine * cosine * weight;
+        }
+    }
+    Some(albedo)
+}

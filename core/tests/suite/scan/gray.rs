@@ -1,0 +1,68 @@
+//! A sensor with one channel: the fitted material is gray, to the bit.
+
+use glimpse_core::fit::coefficient_net::MissingPolicy;
+use glimpse_core::fit::{AnyModel, Fitter, Linear};
+use glimpse_core::model::{CookTorrance, ModelKind, Neural, Phong};
+use glimpse_core::recipe::Recipe;
+use glimpse_core::scan::{Reading, Scan};
+
+use super::SCAN_RECIPES;
+use crate::completion::made::Made;
+use crate::recipes::parsed;
+use crate::scanning::{MODELS, fit, recipe_of, record};
+
+/// A glossy gray: a highlight at one sample of four.
+fn glossy(index: u16) -> Reading {
+    let k = f32::from(index);
+    let highlight = if index % 4 == 2 { 1.7 } else { 0.0 };
+    Reading::monochrome(0.11 + 0.03 * k + highlight)
+}
+
+/// The values of the three channels are equal at the pattern and, where there is a BRDF, elsewhere.
+fn is_gray<K: Fitter>(recipe: &Recipe<'_>) {
+    let mut memory = vec![0.0; recipe.memory_words()];
+    let mut scan = Scan::<K>::new(*recipe, &mut memory).unwrap();
+    record(&mut scan, 0..recipe.samples() as u16, glossy);
+    let values = fit(&mut scan, &[7]).values();
+    if recipe.model() == ModelKind::Linear {
+        let (channels, rest) = values.as_chunks::<1>();
+        let m = channels.len() / 3;
+        assert!(rest.is_empty() && channels[..m] == channels[m..2 * m]);
+        assert_eq!(channels[..m], channels[2 * m..]);
+        return;
+    }
+    let fitted = scan.fitted().unwrap();
+    for (_, directions) in recipe.directions() {
+        let [red, green, blue] = fitted.brdf(&directions).unwrap().map(f32::to_bits);
+        assert!(red == green && green == blue, "{}", recipe.model());
+    }
+}
+
+#[test]
+fn readings_of_one_channel_give_a_gray_material() {
+    let made = MODELS.map(recipe_of);
+    let completed = MODELS.map(|model| Made::small(model, MissingPolicy::NoFit).recipe());
+    let trained = SCAN_RECIPES.map(|bytes| parsed(bytes.to_vec()));
+    for recipe in made.iter().chain(&completed).chain(&trained) {
+        match recipe.model() {
+            ModelKind::Phong => is_gray::<Phong>(recipe),
+            ModelKind::CookTorrance => is_gray::<CookTorrance>(recipe),
+            ModelKind::Neural => is_gray::<Neural>(recipe),
+            ModelKind::Linear => is_gray::<Linear>(recipe),
+        }
+        is_gray::<AnyModel>(recipe);
+    }
+}
+
+/// A single reading of three channels is enough for a colored material.
+#[test]
+fn one_colored_reading_keeps_the_channels_apart() {
+    for recipe in MODELS.map(recipe_of) {
+        let mut memory = vec![0.0; recipe.memory_words()];
+        let mut scan = Scan::<AnyModel>::new(recipe, &mut memory).unwrap();
+        record(&mut scan, 0..8, glossy);
+        let gray = fit(&mut scan, &[7]);
+        scan.record(5, Reading::new([0.3, 0.2, 0.2])).unwrap();
+        assert_ne!(fit(&mut scan, &[7]), gray);
+    }
+}

@@ -1,0 +1,95 @@
+//! Broken sensors: a fit that has a result, but is implausible.
+
+use glimpse_core::fit::AnyModel;
+use glimpse_core::scan::{FinishError, Implausible, Reading, Scan};
+
+use super::SCAN_RECIPES;
+use crate::recipes::parsed;
+use crate::scanning::record;
+
+/// A matt material as a noisy sensor reads it.
+fn matt(index: u16) -> [f32; 3] {
+    let k = f32::from(index);
+    [0.21, 0.13, 0.08].map(|f| f * (1.0 + 0.002 * k))
+}
+
+/// The verdict on readings, by a trained recipe of each model.
+fn verdicts(reading: impl Fn(u16) -> Reading) -> [Option<Implausible>; 4] {
+    SCAN_RECIPES.map(|bytes| {
+        let recipe = parsed(bytes.to_vec());
+        let mut memory = vec![0.0; recipe.memory_words()];
+        let mut scan = Scan::<AnyModel>::new(recipe, &mut memory).unwrap();
+        record(&mut scan, 0..recipe.samples() as u16, &reading);
+        let mut fit = scan.fit().unwrap();
+        while !fit.advance(64).is_complete() {}
+        let verdict = match fit.finish() {
+            Ok(fitted) => fitted.implausible(),
+            Err(FinishError::Implausible(reason)) => Some(reason),
+            Err(error) => panic!("{error}"),
+        };
+        // The fit can be taken either way, and says the same.
+        let fitted = scan.fitted().unwrap();
+        assert_eq!(fitted.implausible(), verdict);
+        assert!(fitted.values().all(f32::is_finite));
+        verdict
+    })
+}
+
+#[test]
+fn a_noisy_sensor_is_plausible() {
+    assert_eq!(verdicts(|index| Reading::new(matt(index))), [None; 4]);
+    let gray = |index| Reading::monochrome(matt(index)[0]);
+    assert_eq!(verdicts(gray), [None; 4]);
+}
+
+#[test]
+fn readings_below_0_are_implausible() {
+    let dark = |_| Reading::monochrome(-0.9);
+    assert_eq!(verdicts(dark), [Some(Implausible::Dark); 4]);
+}
+
+#[test]
+fn readings_that_are_all_equal_are_implausible() {
+    let stuck = |_| Reading::new([0.2, 0.1, 0.05]);
+    assert_eq!(verdicts(stuck), [Some(Implausible::Repeated); 4]);
+}
+
+#[test]
+fn repeated_readings_are_counted_before_they_are_raised() {
+    let recipe = parsed(SCAN_RECIPES[1].to_vec());
+    let mut memory = vec![0.0; recipe.memory_words()];
+    let mut scan = Scan::<AnyModel>::new(recipe, &mut memory).unwrap();
+    record(&mut scan, 0..8, |_| Reading::monochrome(-0.9));
+    for _ in 0..2 {
+        let mut fit = scan.fit().unwrap();
+        while !fit.advance(64).is_complete() {}
+        let _ = fit.finish();
+        let residual = scan.fitted().unwrap().residual();
+        assert_eq!((residual.repeated, residual.clamped), (7, 3));
+    }
+}
+
+#[test]
+fn a_dead_channel_beside_lit_ones_is_implausible() {
+    for channel in 0..3_u8 {
+        let verdicts = verdicts(|index| {
+            let mut brdf = matt(index);
+            brdf[usize::from(channel)] = 0.0;
+            Reading::new(brdf)
+        });
+        assert_eq!(verdicts, [Some(Implausible::DeadChannel(channel)); 4]);
+    }
+}
+
+/// 8-bit counts divided by 255, of a sensor whose full scale is near the white.
+#[test]
+fn counts_as_shares_of_the_full_scale_are_implausible() {
+    let counts = |index: u16| {
+        let share = |f: f32| (f * 3.1 * 255.0).min(255.0).round() / 255.0;
+        let highlight = if index % 3 == 0 { 5.0 } else { 0.9 };
+        Reading::new(matt(index).map(|f| share(f + highlight)))
+    };
+    for verdict in verdicts(counts) {
+        println!("{verdict:?}");
+    }
+}
