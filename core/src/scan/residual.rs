@@ -32,9 +32,10 @@ pub struct Residual {
 #[derive(Default)]
 pub(super) struct Sum {
     pub(super) residual: Residual,
-    /// How many readings were counted, and the sum of each channel, sr^-1.
+    /// How many readings were counted, and the sum and the least of each channel, sr^-1.
     pub(super) read: u16,
     pub(super) channels: [f32; 3],
+    pub(super) least: [f32; 3],
 }
 
 impl Sum {
@@ -70,9 +71,14 @@ impl Sum {
         residual.repeated = count(residual.repeated, status.is_repeated());
         residual.saturated = count(residual.saturated, status.is_saturated());
         residual.clamped = count(residual.clamped, status.is_clamped());
+        let is_first = self.read == 0;
         self.read = self.read.saturating_add(1);
-        for (sum, value) in self.channels.iter_mut().zip(sample.measured) {
+        let sums = self.channels.iter_mut().zip(&mut self.least);
+        for ((sum, least), value) in sums.zip(sample.measured) {
             *sum += value;
+            if is_first || value < *least {
+                *least = value;
+            }
         }
     }
 }

@@ -13,26 +13,29 @@ fn matt(index: u16) -> [f32; 3] {
     [0.21, 0.13, 0.08].map(|f| f * (1.0 + 0.002 * k))
 }
 
-/// The verdict on readings, by a trained recipe of each model.
+/// The verdict on readings, by a trained recipe.
+fn verdict(recipe: &[u8], reading: impl Fn(u16) -> Reading) -> Option<Implausible> {
+    let recipe = parsed(recipe.to_vec());
+    let mut memory = vec![0.0; recipe.memory_words()];
+    let mut scan = Scan::<AnyModel>::new(recipe, &mut memory).unwrap();
+    record(&mut scan, 0..recipe.samples() as u16, &reading);
+    let mut fit = scan.fit().unwrap();
+    while !fit.advance(64).is_complete() {}
+    let verdict = match fit.finish() {
+        Ok(fitted) => fitted.implausible(),
+        Err(FinishError::Implausible(reason)) => Some(reason),
+        Err(error) => panic!("{error}"),
+    };
+    // The fit can be taken either way, and says the same.
+    let fitted = scan.fitted().unwrap();
+    assert_eq!(fitted.implausible(), verdict);
+    assert!(fitted.values().all(f32::is_finite));
+    verdict
+}
+
+/// The verdicts by a recipe of each model.
 fn verdicts(reading: impl Fn(u16) -> Reading) -> [Option<Implausible>; 4] {
-    SCAN_RECIPES.map(|bytes| {
-        let recipe = parsed(bytes.to_vec());
-        let mut memory = vec![0.0; recipe.memory_words()];
-        let mut scan = Scan::<AnyModel>::new(recipe, &mut memory).unwrap();
-        record(&mut scan, 0..recipe.samples() as u16, &reading);
-        let mut fit = scan.fit().unwrap();
-        while !fit.advance(64).is_complete() {}
-        let verdict = match fit.finish() {
-            Ok(fitted) => fitted.implausible(),
-            Err(FinishError::Implausible(reason)) => Some(reason),
-            Err(error) => panic!("{error}"),
-        };
-        // The fit can be taken either way, and says the same.
-        let fitted = scan.fitted().unwrap();
-        assert_eq!(fitted.implausible(), verdict);
-        assert!(fitted.values().all(f32::is_finite));
-        verdict
-    })
+    SCAN_RECIPES.map(|bytes| verdict(bytes, &reading))
 }
 
 #[test]
@@ -81,15 +84,18 @@ fn a_dead_channel_beside_lit_ones_is_implausible() {
     }
 }
 
-/// 8-bit counts divided by 255, of a sensor whose full scale is near the white.
+/// 8-bit counts divided by 255, not by those of the white: most of them near the full scale.
 #[test]
 fn counts_as_shares_of_the_full_scale_are_implausible() {
-    let counts = |index: u16| {
-        let share = |f: f32| (f * 3.1 * 255.0).min(255.0).round() / 255.0;
-        let highlight = if index % 3 == 0 { 5.0 } else { 0.9 };
-        Reading::new(matt(index).map(|f| share(f + highlight)))
-    };
-    for verdict in verdicts(counts) {
-        println!("{verdict:?}");
-    }
+    let counts =
+        |index: u16| Reading::new(matt(index).map(|f| (200.0 + 220.0 * f).round() / 255.0));
+    assert_eq!(verdicts(counts), [Some(Implausible::Albedo); 4]);
+}
+
+/// Readings that belong to other directions: no fit explains them.
+#[test]
+fn readings_that_no_fit_explains_are_implausible() {
+    let bytes = include_bytes!("../../../../trainer/recipes/completed/neural-n8.recipe");
+    let wild = |index: u16| Reading::monochrome([0.002, 9.0, 7.0, 0.01][usize::from(index % 4)]);
+    assert_eq!(verdict(bytes, wild), Some(Implausible::Residual));
 }
