@@ -3,7 +3,7 @@
 //! A pair of directions (incoming w_i, outgoing w_o; unit, z along the normal)
 //! of an isotropic BRDF is described by the angles (theta_h, theta_d, phi_d)
 //! of its half vector and its difference vector, with phi_h = 0 (Rusinkiewicz
-//! 1998). Models read the Cartesian form, [`HalfDifference`].
+//! 1998).
 //!
 //! A scanner's arms stand at [`ArmAngles`], the spherical angles of both directions. Isotropic means
 //! that [turning](Directions::turned) both about the normal changes nothing.
@@ -17,5 +17,5 @@ mod spherical;
 pub use angles::Angles;
 pub use directions::Directions;
 pub use error::{Arm, DirectionsError, UNIT_TOLERANCE};
-pub use half_difference::HalfDifference;
+internal! { half_difference::HalfDifference }
 pub use spherical::{ArmAngles, Spherical};

@@ -9,8 +9,29 @@
     clippy::string_slice,
     clippy::unreachable
 )]
+// What training needs of the code that is flashed; without the feature it is private, and partly unused.
+#![cfg_attr(
+    not(feature = "training"),
+    allow(dead_code, unreachable_pub, unused_imports)
+)]
 
-// From the bottom up: a room imports from rooms above it in this list only.
+/// Exports items or a module for training, with the feature of that name.
+macro_rules! internal {
+    (mod $name:ident) => {
+        #[cfg(feature = "training")]
+        pub mod $name;
+        #[cfg(not(feature = "training"))]
+        pub(crate) mod $name;
+    };
+    ($($path:tt)*) => {
+        #[cfg(feature = "training")]
+        pub use $($path)*;
+        #[cfg(not(feature = "training"))]
+        pub(crate) use $($path)*;
+    };
+}
+
+// From the bottom up: a module imports from modules above it in this list only.
 //
 // checksum, geometry, numeric, model, fit, gonio, recipe, scan, link, driver
 #[deny(clippy::arithmetic_side_effects)]
@@ -24,7 +45,7 @@ pub mod gonio;
 #[deny(clippy::arithmetic_side_effects)]
 pub mod link;
 pub mod model;
-pub mod numeric;
+internal! { mod numeric }
 #[deny(clippy::arithmetic_side_effects)]
 pub mod recipe;
 #[deny(clippy::arithmetic_side_effects)]

@@ -1,234 +1,26 @@
-//! The reflectance models, each with its loss and gradient in one function.
+//! The reflectance models.
 //!
-//! Firmware names a model and leaves the rest to [`scan`](crate::scan). Gradients
-//! ([`Model::accumulate_gradient`] with its `SAMPLE`, [`Evaluation`], [`SampleGradient`]) are public
-//! because the trainer computes by the very code that is flashed; they are **not part of this crate's
-//! promise** and may change in any version.
+//! Firmware names a model and leaves the rest to [`scan`](crate::scan).
 
 mod cook_torrance;
+mod kernel;
+mod kind;
 pub mod linear;
-pub mod loss;
+internal! { mod loss }
 mod neural;
-mod parameters;
 mod phong;
 mod samples;
 
-pub use cook_torrance::{CookTorrance, CookTorranceParameters};
-pub use neural::{Neural, NeuralParameters};
-pub use phong::{Phong, PhongParameters};
+pub use cook_torrance::CookTorrance;
+pub use kind::ModelKind;
+pub use neural::Neural;
+pub use phong::Phong;
 pub(crate) use samples::COUNTED;
-pub use samples::{SLOT_WORDS, Samples, Slot, slot_of};
 
-use core::ops::Range;
-use core::slice;
+internal! { cook_torrance::CookTorranceParameters }
+internal! { kernel::{Evaluation, Model, ParameterSet, Sample, SampleGradient} }
+internal! { neural::NeuralParameters }
+internal! { phong::PhongParameters }
+internal! { samples::{SLOT_WORDS, Samples, Slot, slot_of} }
 
-use serde::{Deserialize, Serialize};
-
-use crate::geometry::HalfDifference;
-use crate::model::loss::{LogError, cosine_weighted_log_error};
-use crate::numeric::{Scalar, Value};
-
-/// Names a model in recipes and on the link. The order of those that are fitted by descent is part
-/// of the recipe format.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum ModelKind {
-    /// [`Phong`].
-    Phong,
-    /// [`Neural`].
-    Neural,
-    /// [`CookTorrance`].
-    CookTorrance,
-    /// Principal components and a ridge solve, see [`crate::fit::ridge`]: the one model that has no
-    /// descent. Recipes do not write its number, so that it may stay the last.
-    Linear,
-}
-
-impl ModelKind {
-    /// The name on the command line and in exported files.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Phong => "phong",
-            Self::Neural => "neural",
-            Self::CookTorrance => "cook-torrance",
-            Self::Linear => "linear",
-        }
-    }
-}
-
-impl core::fmt::Display for ModelKind {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        f.write_str(self.name())
-    }
-}
-
-/// One number for every parameter of a model: the parameters themselves, their gradient, their
-/// step sizes. An array, in the order that recipes and exports use.
-pub trait ParameterSet<T: Value>: Clone + Send + Sync {
-    /// Returns a set whose entries are equal.
-    fn filled(value: T) -> Self;
-    /// The entries, in order.
-    fn as_slice(&self) -> &[T];
-    /// The entries, in order.
-    fn as_mut_slice(&mut self) -> &mut [T];
-    /// A view of a list; None if the list has another length.
-    fn view(list: &[T]) -> Option<&Self>;
-    /// A view of a list; None if the list has another length.
-    fn view_mut(list: &mut [T]) -> Option<&mut Self>;
-
-    /// Iterates over the entries, in order.
-    #[inline(always)]
-    fn iter(&self) -> slice::Iter<'_, T> {
-        self.as_slice().iter()
-    }
-
-    /// Iterates over the entries, in order.
-    #[inline(always)]
-    fn iter_mut(&mut self) -> slice::IterMut<'_, T> {
-        self.as_mut_slice().iter_mut()
-    }
-}
-
-impl<T: Value, const N: usize> ParameterSet<T> for [T; N] {
-    #[inline(always)]
-    fn filled(value: T) -> Self {
-        [value; N]
-    }
-
-    #[inline(always)]
-    fn as_slice(&self) -> &[T] {
-        self
-    }
-
-    #[inline(always)]
-    fn as_mut_slice(&mut self) -> &mut [T] {
-        self
-    }
-
-    #[inline(always)]
-    fn view(list: &[T]) -> Option<&Self> {
-        list.try_into().ok()
-    }
-
-    #[inline(always)]
-    fn view_mut(list: &mut [T]) -> Option<&mut Self> {
-        list.try_into().ok()
-    }
-}
-
-/// One measured sample of a BRDF.
-#[derive(Clone, Copy, Debug)]
-pub struct Sample<S> {
-    /// Where it was measured.
-    pub at: HalfDifference<S>,
-    /// What was measured: the BRDF y in linear RGB, sr^-1 (not times the cosine).
-    pub measured: [S; 3],
-    /// Its weight in the loss: 1 / (3 n) for the mean over n samples and three channels.
-    pub weight: S,
-}
-
-/// The derivatives of the loss by what a sample was taken at and by what was measured there.
-#[derive(Clone, Copy, Debug)]
-pub struct SampleGradient<S> {
-    /// By the half and the difference vector, as if their five coordinates were independent.
-    pub at: HalfDifference<S>,
-    /// By the measured BRDF.
-    pub measured: [S; 3],
-}
-
-impl<S: Scalar> SampleGradient<S> {
-    /// All 0.
-    #[inline(always)]
-    pub fn zero() -> Self {
-        Self {
-            at: HalfDifference::zero(),
-            measured: [S::constant(0.0); 3],
-        }
-    }
-}
-
-/// The weighted loss of a sample, and its derivatives by the sample.
-#[derive(Clone, Copy, Debug)]
-pub struct Evaluation<S> {
-    /// The error.
-    pub error: LogError<S>,
-    /// Zero unless it was asked for.
-    pub gradient: SampleGradient<S>,
-}
-
-impl<S: Scalar> Evaluation<S> {
-    /// The evaluation of a sample that counts for nothing.
-    #[inline(always)]
-    pub(crate) fn zero() -> Self {
-        let zero = S::constant(0.0);
-        Self {
-            error: cosine_weighted_log_error([zero; 3], [zero; 3], zero, zero).error,
-            gradient: SampleGradient::zero(),
-        }
-    }
-
-    /// The loss, times the sample's weight.
-    #[inline(always)]
-    pub fn loss(&self) -> S {
-        self.error.value()
-    }
-}
-
-/// How many samples are computed side by side.
-const BLOCK: usize = 4;
-
-/// A reflectance model: f_r(x; theta), differentiable in theta and x.
-pub trait Model: Sync {
-    /// The model's name.
-    const KIND: ModelKind;
-    /// How many parameters it has.
-    const PARAMETERS: usize;
-    /// One `T` for every parameter.
-    type Parameters<T: Value>: ParameterSet<T>;
-    /// The parameters that come in triples of red, green and blue.
-    const COLORS: Range<usize>;
-
-    /// The BRDF in linear RGB, sr^-1, not times the cosine.
-    fn brdf<S: Scalar>(
-        parameters: &Self::Parameters<S::Parameter>,
-        at: &HalfDifference<S>,
-    ) -> [S; 3];
-
-    /// The weighted loss at one sample; adds its gradient by the parameters to `gradient`.
-    ///
-    /// With `SAMPLE`, the gradient by the sample's coordinates and measured value comes back too.
-    /// (For the trainer; not part of this crate's promise.)
-    fn accumulate_gradient<S: Scalar, const SAMPLE: bool>(
-        parameters: &Self::Parameters<S::Parameter>,
-        sample: &Sample<S>,
-        gradient: &mut Self::Parameters<S::Sum>,
-    ) -> Evaluation<S>;
-
-    /// What descent calls: adds the gradients of all `samples` by the parameters to `gradient`.
-    ///
-    /// Some samples side by side, unless a model gains more by taking them one by one.
-    #[inline(always)]
-    fn accumulate_gradients(
-        parameters: &Self::Parameters<f32>,
-        samples: Samples<'_>,
-        gradient: &mut Self::Parameters<f32>,
-    ) {
-        let mut samples = samples;
-        while !samples.is_empty() {
-            let block = samples.take(BLOCK).gather::<BLOCK>();
-            Self::accumulate_gradient::<_, false>(parameters, &block, gradient);
-        }
-    }
-}
-
-/// One logit for each channel, through sigmoids.
-#[inline(always)]
-fn sigmoids<S: Scalar>(logits: &[S::Parameter; 3]) -> [S; 3] {
-    let [red, green, blue] = *logits;
-    [
-        S::broadcast_sigmoid(red),
-        S::broadcast_sigmoid(green),
-        S::broadcast_sigmoid(blue),
-    ]
-}
+use kernel::sigmoids;

@@ -23,8 +23,8 @@ mod size;
 mod training;
 mod write;
 
-pub use crate::fit::{Completed, Descent, FitMethod, Ridge};
-pub use crate::numeric::Floats;
+internal! { crate::fit::{Completed, Descent, FitMethod, Ridge} }
+internal! { crate::numeric::Floats }
 pub use error::RecipeError;
 pub use field::Field;
 pub use format::{
@@ -33,17 +33,16 @@ pub use format::{
 };
 pub use kind::Kind;
 pub use metadata::Metadata;
-pub use parts::{
-    ExpectedLoss, Noise, PackedCoefficientNet, PackedDescent, PackedInitNet, PackedMethod,
-    PackedRidge, Provenance, RecipeParts,
-};
+pub use parts::{ExpectedLoss, Noise, Provenance};
+internal! { parts::{PackedCoefficientNet, PackedDescent, PackedInitNet} }
+internal! { parts::{PackedMethod, PackedRidge, RecipeParts} }
 pub use sections::{Materials, Sections};
 pub use size::{max_samples, memory_words};
 pub use training::{
     Effort, Origin, Parts, Schedule, Training, TrainingSource, TrainingSources, ValidationSplit,
 };
 
-use crate::fit::{AnyModel, Fitter};
+use crate::fit::{Algorithm, AnyModel};
 use crate::geometry::{Angles, Directions, HalfDifference};
 use crate::gonio::{Limits, Unreachable};
 use crate::model::{ModelKind, SLOT_WORDS};
@@ -56,7 +55,7 @@ use write::Writer;
 #[derive(Clone, Copy, Debug)]
 pub struct Recipe<'a> {
     pattern: &'a [PackedAngles],
-    method: FitMethod<'a>,
+    pub(crate) method: FitMethod<'a>,
     sections: Sections<'a>,
     checksum: u32,
 }
@@ -101,6 +100,7 @@ impl<'a> Recipe<'a> {
     /// # Errors
     /// [`RecipeError::BufferTooSmall`], or what [`Recipe::parse`] or [`Recipe::metadata`] would
     /// refuse.
+    #[cfg(feature = "training")]
     pub fn write<'b>(
         parts: &RecipeParts<'_>,
         buffer: &'b mut [u8],
@@ -147,7 +147,20 @@ impl<'a> Recipe<'a> {
         self.method.model()
     }
 
+    /// Returns true if a fit may do without some of the readings: a scan may skip samples then.
+    #[must_use]
+    pub fn tolerates_missing(&self) -> bool {
+        self.method.takes_missing()
+    }
+
+    /// The CRC-32 of the host's file of the basis that turns Linear's coefficients into a BRDF; None if there is none.
+    #[must_use]
+    pub fn basis_checksum(&self) -> Option<u32> {
+        self.method.basis_checksum()
+    }
+
     /// How measurements become parameters.
+    #[cfg(feature = "training")]
     #[must_use]
     pub fn method(&self) -> FitMethod<'a> {
         self.method
@@ -155,6 +168,7 @@ impl<'a> Recipe<'a> {
 
     /// The descent, if that is all that it holds: not where it starts from [completed](Recipe::completed)
     /// readings.
+    #[cfg(feature = "training")]
     #[must_use]
     pub fn descent(&self) -> Option<Descent<'a>> {
         match self.method {
@@ -164,6 +178,7 @@ impl<'a> Recipe<'a> {
     }
 
     /// The ridge solve, if that is what it holds.
+    #[cfg(feature = "training")]
     #[must_use]
     pub fn ridge(&self) -> Option<Ridge<'a>> {
         match self.method {
@@ -173,6 +188,7 @@ impl<'a> Recipe<'a> {
     }
 
     /// What completes readings, and what comes of it, if that is what it holds.
+    #[cfg(feature = "training")]
     #[must_use]
     pub fn completed(&self) -> Option<Completed<'a>> {
         match self.method {

@@ -22,12 +22,8 @@ pub use reading::{MIN_READING, Reading, ReadingError, Recorded};
 pub use residual::Residual;
 pub use saved::{Saved, SavedError};
 
-#[cfg(doc)]
-use crate::fit::FitMethod;
 use core::marker::PhantomData;
 
-#[cfg(doc)]
-use crate::fit::FitMethod;
 use crate::fit::Fitter;
 use crate::geometry::Directions;
 use crate::model::linear::Basis;
@@ -84,7 +80,7 @@ impl<'a, K: Fitter> Scan<'a, K> {
     /// If the recipe is for another model, or needs more memory.
     pub fn accept(recipe: &Recipe<'_>, words: usize) -> Result<usize, ScanError> {
         let samples = recipe.samples();
-        let work = K::words(&recipe.method(), samples)?;
+        let work = K::words(&recipe.method, samples)?;
         let needed = samples.saturating_mul(SLOT_WORDS).saturating_add(work);
         if needed > words {
             let found = words;
@@ -127,7 +123,7 @@ impl<'a, K: Fitter> Scan<'a, K> {
     /// # Errors
     /// [`ScanError::Basis`] if the recipe names another one.
     pub fn with_basis(mut self, basis: Basis<'a>) -> Result<Self, ScanError> {
-        let named = self.recipe.method().basis_checksum();
+        let named = self.recipe.method.basis_checksum();
         if named != Some(basis.of()) {
             return Err(ScanError::Basis {
                 recipe: named,
@@ -160,7 +156,7 @@ impl<'a, K: Fitter> Scan<'a, K> {
     /// Where to read yet, in the recipe's order: index of the sample, and directions.
     ///
     /// Any of them may be next: [`Machine::nearest`](crate::gonio::Machine::nearest) chooses. Where a scan
-    /// may end early, by a recipe that [takes missing readings](crate::fit::FitMethod::takes_missing), the
+    /// may end early, by a recipe that [tolerates missing readings](Recipe::tolerates_missing), the
     /// first ones tell most.
     pub fn pending(&self) -> impl Iterator<Item = (u16, Directions<f32>)> {
         memory::pending(self.slots())
@@ -190,7 +186,7 @@ impl<'a, K: Fitter> Scan<'a, K> {
     /// [`Scan::record`] of the sample undoes it.
     ///
     /// # Errors
-    /// [`SkipError`] if the recipe does not [tolerate missing readings](FitMethod::takes_missing), or has no such
+    /// [`SkipError`] if the recipe does not [tolerate missing readings](Recipe::tolerates_missing), or has no such
     /// sample. Nothing has changed then.
     pub fn skip(&mut self, index: u16) -> Result<(), SkipError> {
         self.check_tolerance()?;
@@ -220,7 +216,7 @@ impl<'a, K: Fitter> Scan<'a, K> {
     }
 
     fn check_tolerance(&self) -> Result<(), SkipError> {
-        match self.recipe.method().takes_missing() {
+        match self.recipe.method.takes_missing() {
             true => Ok(()),
             false => Err(SkipError::Required),
         }
@@ -257,7 +253,7 @@ impl<'a, K: Fitter> Scan<'a, K> {
 
     /// Begins a fit of all readings. One that was under way, or has ended, is forgotten.
     ///
-    /// Where the recipe [can do without](FitMethod::takes_missing) some of them, those that are missing or
+    /// Where the recipe [can do without](Recipe::tolerates_missing) some of them, those that are missing or
     /// saturated are left out, as long as there is one to go by.
     ///
     /// # Errors
@@ -265,7 +261,7 @@ impl<'a, K: Fitter> Scan<'a, K> {
     /// [`FitError::TooLarge`] if the readings are too large for any material.
     pub fn fit(&mut self) -> Result<Fit<'_, K>, FitError> {
         let recipe = self.recipe;
-        let method = recipe.method();
+        let method = recipe.method;
         let (slots, words) = self.parts();
         let counted = memory::weigh(slots, &recipe);
         if counted == 0 {

@@ -1,6 +1,6 @@
 //! The model that the recipe names.
 
-use super::fitter::{Channels, Fitter, ModelMismatch};
+use super::algorithm::{Algorithm, Channels, ModelMismatch};
 use super::{FitMethod, Linear};
 use crate::geometry::HalfDifference;
 use crate::model::linear::Basis;
@@ -33,15 +33,15 @@ macro_rules! dispatch {
     ($method:ident, $function:ident($($argument:expr),*)) => {
         // `Model` has functions of these names too.
         match $method.model() {
-            ModelKind::Phong => <Phong as Fitter>::$function($($argument),*),
-            ModelKind::Neural => <Neural as Fitter>::$function($($argument),*),
-            ModelKind::CookTorrance => <CookTorrance as Fitter>::$function($($argument),*),
-            ModelKind::Linear => <Linear as Fitter>::$function($($argument),*),
+            ModelKind::Phong => <Phong as Algorithm>::$function($($argument),*),
+            ModelKind::Neural => <Neural as Algorithm>::$function($($argument),*),
+            ModelKind::CookTorrance => <CookTorrance as Algorithm>::$function($($argument),*),
+            ModelKind::Linear => <Linear as Algorithm>::$function($($argument),*),
         }
     };
 }
 
-impl Fitter for AnyModel {
+impl Algorithm for AnyModel {
     fn words(method: &FitMethod<'_>, samples: usize) -> Result<usize, ModelMismatch> {
         dispatch!(method, words(method, samples))
     }

@@ -4,8 +4,8 @@
 //! Algorithm 1, `Learn`). A unit of work is the gradient of one sample; after the last sample of
 //! each round comes a step.
 
+use super::algorithm::{Algorithm, Channels, ModelMismatch, is_finite};
 use super::completed::{Completed, InitNet, STARTED, Target};
-use super::fitter::{Channels, Fitter, ModelMismatch, is_finite};
 use super::{Descent, FitMethod};
 use crate::geometry::HalfDifference;
 use crate::model::linear::Basis;
@@ -55,7 +55,7 @@ impl Descent<'_> {
     }
 }
 
-impl<M: Model> Fitter for M {
+impl<M: Model> Algorithm for M {
     fn words(method: &FitMethod<'_>, _: usize) -> Result<usize, ModelMismatch> {
         let (firmware, recipe) = (M::KIND, method.model());
         if firmware != recipe {

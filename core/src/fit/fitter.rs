@@ -1,11 +1,18 @@
-//! What every model that can be fitted keeps.
+//! The models that a scan can name.
 
 use serde::{Deserialize, Serialize};
 
-use super::FitMethod;
-use crate::geometry::HalfDifference;
-use crate::model::linear::{Basis, EPSILON};
-use crate::model::{ModelKind, Samples};
+use super::{Algorithm, AnyModel, Linear};
+use crate::model::{CookTorrance, Neural, Phong};
+
+/// A model that a scan can name: one of the four, or [`AnyModel`], which does what the recipe says.
+pub trait Fitter: Algorithm {}
+
+impl Fitter for Phong {}
+impl Fitter for CookTorrance {}
+impl Fitter for Neural {}
+impl Fitter for Linear {}
+impl Fitter for AnyModel {}
 
 /// How far a fit is, in its own units of work: gradients of one sample, rows and channels of a
 /// ridge solve, or what a completion makes of one reading or for one channel.
@@ -24,104 +31,4 @@ impl Progress {
     pub fn is_complete(&self) -> bool {
         self.done >= self.total
     }
-}
-
-/// A recipe is for another model than the firmware's.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct ModelMismatch {
-    /// The firmware's model.
-    pub firmware: ModelKind,
-    /// The recipe's model.
-    pub recipe: ModelKind,
-}
-
-/// How readings become values: one model, or [`AnyModel`](super::AnyModel), which does what the recipe says.
-///
-/// Values are a model's parameters in its order, or Linear's coefficients: m for red, m for green, m for
-/// blue. A fit works in a list of numbers, `words`, of the length that [`Fitter::words`] returns; with
-/// fewer, nothing is fitted.
-pub trait Fitter {
-    /// Returns how many numbers a fit works in, the samples not included.
-    ///
-    /// # Errors
-    /// If the recipe is for another model.
-    fn words(method: &FitMethod<'_>, samples: usize) -> Result<usize, ModelMismatch>;
-
-    /// The units of work of the whole fit.
-    fn total(method: &FitMethod<'_>, samples: usize) -> u32;
-
-    /// Prepares `words` for a fit.
-    fn start(words: &mut [f32], method: &FitMethod<'_>, channels: Channels);
-
-    /// Does at most `budget` units of work after the first `done`, and returns how many are done then. The
-    /// result does not depend on the budgets.
-    fn advance(
-        words: &mut [f32],
-        method: &FitMethod<'_>,
-        samples: Samples<'_>,
-        channels: Channels,
-        done: u32,
-        budget: u32,
-    ) -> u32;
-
-    /// The current values: the parameters in the first list, or the coefficients of each channel.
-    fn values<'w>(words: &'w [f32], method: &FitMethod<'_>) -> [&'w [f32]; 3];
-
-    /// The expected loss of the complete fit, predicted from its readings. None if the recipe predicts none; NaN if
-    /// completed readings are not finite, whether it predicts any or not.
-    fn predicted_loss(words: &[f32], method: &FitMethod<'_>) -> Option<f32>;
-
-    /// The modelled BRDF (linear RGB, sr^-1, not times the cosine) at a sample of the pattern.
-    fn at_sample(
-        words: &[f32],
-        method: &FitMethod<'_>,
-        index: usize,
-        at: &HalfDifference<f32>,
-    ) -> [f32; 3];
-
-    /// The modelled BRDF (linear RGB, sr^-1, not times the cosine) anywhere above the horizon. None
-    /// for Linear without a basis.
-    fn brdf(
-        words: &[f32],
-        method: &FitMethod<'_>,
-        basis: Option<&Basis<'_>>,
-        at: &HalfDifference<f32>,
-    ) -> Option<[f32; 3]>;
-}
-
-/// The channels of a fit's readings.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Channels {
-    /// Three channels.
-    Color,
-    /// The channels of each reading are equal: the fitted material is gray, to the bit.
-    Gray,
-}
-
-impl FitMethod<'_> {
-    /// The least BRDF (sr^-1) that the loss or the mapping can take at the pattern's sample with
-    /// this index: a dark-subtracted reading may be below 0, but 1 + y cos(theta_i), or Linear's
-    /// y w + e, has to stay positive. Half of what is there at y = 0 is kept.
-    #[must_use]
-    pub fn min_reading(&self, index: usize, at: &HalfDifference<f32>) -> f32 {
-        match self {
-            Self::Descent(_) => -0.5 / at.cos_theta_i(),
-            Self::Ridge(ridge) => {
-                let weight = ridge.weight.iter().nth(index).unwrap_or(1.0);
-                -0.5 * EPSILON as f32 / weight
-            }
-            // Both: a descent may follow.
-            Self::Completed(_) => {
-                let weight = at.cos_theta_i() * at.cos_theta_o();
-                (-0.5 * EPSILON as f32 / weight).max(-0.5 / at.cos_theta_i())
-            }
-        }
-    }
-}
-
-/// Whether all of a run of values are finite. Out of line: it is called for each run.
-#[inline(never)]
-pub(crate) fn is_finite(run: &[f32]) -> bool {
-    run.iter().all(|value| value.is_finite())
 }

@@ -1,7 +1,7 @@
 //! The model Linear: a ridge solve in slices, in memory of the caller's.
 
+use super::algorithm::{Algorithm, Channels, ModelMismatch};
 use super::completed::{Completed, Components, Target};
-use super::fitter::{Channels, Fitter, ModelMismatch};
 use super::ridge::{dot, factor_length, scratch_length};
 use super::{FitMethod, Ridge};
 use crate::geometry::HalfDifference;
@@ -52,7 +52,7 @@ impl<'w> Parts<'w> {
     }
 }
 
-impl Fitter for Linear {
+impl Algorithm for Linear {
     fn words(method: &FitMethod<'_>, samples: usize) -> Result<usize, ModelMismatch> {
         match method {
             FitMethod::Ridge(ridge) => Ok(linear_words(samples, ridge.components())),

@@ -35,8 +35,7 @@ pub enum RecipeError {
     NonFinite(Field),
     /// A direction of the pattern's sample with this index is below the horizon.
     BelowHorizon(u16),
-    /// The buffer given to [`Recipe::write`](super::Recipe::write) or
-    /// [`Recipe::copy_without`](super::Recipe::copy_without) is too small.
+    /// The buffer for a recipe is too small.
     BufferTooSmall,
     /// This model is not fitted by descent.
     Model(ModelKind),

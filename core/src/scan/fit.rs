@@ -56,7 +56,7 @@ impl<'s, K: Fitter> Fit<'s, K> {
             channels,
             weight,
         } = self.fitting;
-        let method = self.recipe.method();
+        let method = self.recipe.method;
         let samples = Samples::new(self.slots, weight);
         self.fitting.done = K::advance(self.words, &method, samples, channels, done, budget);
         *self.stage = Stage::Fitting(self.fitting);
@@ -68,7 +68,7 @@ impl<'s, K: Fitter> Fit<'s, K> {
     pub fn progress(&self) -> Progress {
         Progress {
             done: self.fitting.done,
-            total: K::total(&self.recipe.method(), self.recipe.samples()),
+            total: K::total(&self.recipe.method, self.recipe.samples()),
         }
     }
 
@@ -84,7 +84,7 @@ impl<'s, K: Fitter> Fit<'s, K> {
         if !progress.is_complete() {
             return Err(FinishError::Unfinished(progress));
         }
-        let method = self.recipe.method();
+        let method = self.recipe.method;
         let predicted = K::predicted_loss(self.words, &method);
         let sum = self.residual();
         let values = K::values(self.words, &method);
@@ -119,7 +119,7 @@ impl<'s, K: Fitter> Fit<'s, K> {
 
     /// The residual; its mean is not finite if the fitted material, or the error, at any reading is not.
     fn residual(&self) -> Sum {
-        let method = self.recipe.method();
+        let method = self.recipe.method;
         let mut sum = Sum::default();
         for (index, slot) in self.slots.iter().enumerate() {
             let status = Status::of(slot);
@@ -187,14 +187,14 @@ impl<K: Fitter> Fitted<'_, K> {
     #[must_use]
     pub fn brdf(&self, directions: &Directions<f32>) -> Option<[f32; 3]> {
         let at = HalfDifference::from_directions(directions).filter(HalfDifference::is_valid)?;
-        let brdf = K::brdf(self.words, &self.recipe.method(), self.basis.as_ref(), &at)?;
+        let brdf = K::brdf(self.words, &self.recipe.method, self.basis.as_ref(), &at)?;
         Some(brdf).filter(|brdf| crate::fit::is_finite(brdf))
     }
 
     /// The fitted values, all finite: a model's parameters in its order, or Linear's coefficients, m
     /// for red, m for green, m for blue.
     pub fn values(&self) -> impl Iterator<Item = f32> {
-        let values = K::values(self.words, &self.recipe.method());
+        let values = K::values(self.words, &self.recipe.method);
         values.into_iter().flatten().copied()
     }
 
@@ -219,7 +219,7 @@ impl<K: Fitter> Fitted<'_, K> {
     /// on may lose more.
     #[must_use]
     pub fn predicted_loss(&self) -> Option<f32> {
-        let predicted = K::predicted_loss(self.words, &self.recipe.method());
+        let predicted = K::predicted_loss(self.words, &self.recipe.method);
         predicted.filter(|loss| loss.is_finite())
     }
 

@@ -147,7 +147,7 @@ pub(super) fn record(
         return Err(ReadingError::Index { index, samples });
     };
     let min = recipe
-        .method()
+        .method
         .min_reading(usize::from(index), &place_of(slot));
     let recorded = Recorded {
         replaced: Status::of(slot).is_read(),

@@ -1,6 +1,6 @@
 //! The methods: where they measure, and how they fit.
 
-use glimpse_core::fit::{Channels, Fitter};
+use glimpse_core::fit::{Algorithm, Channels};
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::{Model, ModelKind, Sample, Samples, Slot, slot_of};
 use glimpse_core::recipe::{Descent, FitMethod, Recipe};

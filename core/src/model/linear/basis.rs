@@ -14,8 +14,7 @@ const UNIT: f32 = 2.0 * UNIT_TOLERANCE;
 /// on a coarse grid, in bytes.
 ///
 /// One file serves the recipes of every n that were trained with the same whole basis:
-/// [`Basis::of`] is what [`Ridge::basis_checksum`](crate::fit::Ridge::basis_checksum) of a recipe
-/// names. The format is in [`docs/basis.md`](https://docs.rs/crate/glimpse-core/latest/source/docs/basis.md).
+/// [`Basis::of`] is the `basis_checksum` of such a recipe. The format is in [`docs/basis.md`](https://docs.rs/crate/glimpse-core/latest/source/docs/basis.md).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Basis<'a> {
     of: u32,
@@ -150,9 +149,8 @@ impl<'a> Basis<'a> {
         self.checksum
     }
 
-    /// The checksum of the whole basis that it was made of. A recipe's coefficients have a meaning
-    /// by this basis only if the recipe names the same one
-    /// ([`Ridge::basis_checksum`](crate::fit::Ridge::basis_checksum)).
+    /// The checksum of the whole basis that it was made of. Only coefficients of a recipe with the same
+    /// `basis_checksum` belong to it.
     #[must_use]
     pub fn of(&self) -> u32 {
         self.of
@@ -212,7 +210,8 @@ impl<'a> Basis<'a> {
         Some((mean, components))
     }
 
-    /// The same at one of its [`Nodes`]; None if there are not as many.
+    /// The same at a node of its grid; None if there are not as many.
+    #[cfg(feature = "training")]
     #[must_use]
     pub fn at_node(&self, node: usize) -> Option<(f32, impl Iterator<Item = f32>)> {
         let (mean, share, row) = self.node(node)?;

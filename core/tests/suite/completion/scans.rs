@@ -77,7 +77,7 @@ fn a_fit_begins_with_the_result_of_the_formulas() {
 }
 
 /// K steps from there, each by the gradient of all readings at once: the same bits.
-fn descends<M: Model>() {
+fn descends<M: Model + Fitter>() {
     let made = Made::small(M::KIND, MissingPolicy::CountForMore);
     for readings in cases() {
         let start = whole::<M>(&without_steps(&made), &readings).values();

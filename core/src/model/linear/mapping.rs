@@ -1,0 +1,36 @@
+//! The mapping of the model Linear: logarithms relative to a median.
+//!
+//! Nielsen, Jensen, Ramamoorthi: On Optimal, Minimal BRDF Sampling for Reflectance Acquisition (2015).
+
+use crate::numeric::Scalar;
+
+/// e of the mapping: what is added to the BRDF times both cosines, so that dark values have a
+/// logarithm (Nielsen et al. 2015).
+pub const EPSILON: f64 = 1e-3;
+/// The smallest weight that [`unmap`] divides by.
+const LEAST_WEIGHT: f64 = 1e-6;
+
+/// ln((brdf w + e) / (median w + e)), the paper's mapping.
+///
+/// `brdf` and `median` (over the training columns, at the same directions) are BRDFs in sr^-1, not
+/// times a cosine; `weight` is w = cos(theta_i) cos(theta_o).
+#[inline(always)]
+pub fn map<S: Scalar>(brdf: S, median: S, weight: S) -> S {
+    let epsilon = S::constant(EPSILON);
+    let above = epsilon.plus_product(brdf, weight);
+    let below = epsilon.plus_product(median, weight);
+    (above / below).ln()
+}
+
+/// The inverse of [`map`]: max(((median w + e) exp(mapped) - e) / w, 0), a BRDF in sr^-1, not times
+/// a cosine.
+///
+/// Where w is below 1e-6 it is divided by 1e-6 instead.
+#[inline(always)]
+pub fn unmap<S: Scalar>(mapped: S, median: S, weight: S) -> S {
+    let epsilon = S::constant(EPSILON);
+    let least = S::constant(LEAST_WEIGHT);
+    let scaled = epsilon.plus_product(median, weight) * mapped.exp() - epsilon;
+    let divisor = (weight - least).if_positive(weight, least);
+    (scaled / divisor).relu()
+}
