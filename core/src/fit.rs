@@ -27,4 +27,6 @@ internal! { algorithm::{Algorithm, Channels, ModelMismatch} }
 internal! { completed::{Completed, Components, InitNet, MAX_ROWS, MAX_UNITS, Target} }
 internal! { descent::brdf }
 internal! { learned::{Descent, Ridge} }
+pub(crate) use method::{COMPLETION, RIDGE};
+
 internal! { method::FitMethod }

@@ -41,19 +41,24 @@ macro_rules! dispatch {
     };
 }
 
+// Inlined, so that the models' code is compiled with the firmware, at its level of optimization.
 impl Algorithm for AnyModel {
+    #[inline]
     fn words(method: &FitMethod<'_>, samples: usize) -> Result<usize, ModelMismatch> {
         dispatch!(method, words(method, samples))
     }
 
+    #[inline]
     fn total(method: &FitMethod<'_>, samples: usize) -> u32 {
         dispatch!(method, total(method, samples))
     }
 
+    #[inline]
     fn start(words: &mut [f32], method: &FitMethod<'_>, channels: Channels) {
         dispatch!(method, start(words, method, channels));
     }
 
+    #[inline]
     fn advance(
         words: &mut [f32],
         method: &FitMethod<'_>,
@@ -68,14 +73,17 @@ impl Algorithm for AnyModel {
         )
     }
 
+    #[inline]
     fn values<'w>(words: &'w [f32], method: &FitMethod<'_>) -> [&'w [f32]; 3] {
         dispatch!(method, values(words, method))
     }
 
+    #[inline]
     fn predicted_loss(words: &[f32], method: &FitMethod<'_>) -> Option<f32> {
         dispatch!(method, predicted_loss(words, method))
     }
 
+    #[inline]
     fn at_sample(
         words: &[f32],
         method: &FitMethod<'_>,
@@ -85,6 +93,7 @@ impl Algorithm for AnyModel {
         dispatch!(method, at_sample(words, method, index, at))
     }
 
+    #[inline]
     fn brdf(
         words: &[f32],
         method: &FitMethod<'_>,

@@ -4,8 +4,11 @@
 //! Algorithm 1, `Learn`). A unit of work is the gradient of one sample; after the last sample of
 //! each round comes a step.
 
+use core::ops::Range;
+
 use super::algorithm::{Algorithm, Channels, ModelMismatch, is_finite};
 use super::completed::{Completed, InitNet, STARTED, Target};
+use super::method::COMPLETION;
 use super::{Descent, FitMethod};
 use crate::geometry::HalfDifference;
 use crate::model::linear::Basis;
@@ -24,19 +27,19 @@ pub(crate) const fn descent_words(parameters: usize, completion: usize) -> usize
 }
 
 /// The words of a descent, taken apart.
-struct Parts<'w, M: Model> {
-    parameters: &'w mut M::Parameters<f32>,
+struct Parts<'w> {
+    parameters: &'w mut [f32],
     /// The gradient, or what readings are completed in.
     rest: &'w mut [f32],
     predicted: &'w mut f32,
 }
 
-impl<'w, M: Model> Parts<'w, M> {
-    fn of(words: &'w mut [f32]) -> Option<Self> {
-        let (parameters, rest) = words.split_at_mut_checked(M::PARAMETERS)?;
+impl<'w> Parts<'w> {
+    fn of(words: &'w mut [f32], parameters: usize) -> Option<Self> {
+        let (parameters, rest) = words.split_at_mut_checked(parameters)?;
         let (predicted, rest) = rest.split_last_mut()?;
         Some(Self {
-            parameters: M::Parameters::view_mut(parameters)?,
+            parameters,
             rest,
             predicted,
         })
@@ -69,20 +72,11 @@ impl<M: Model> Algorithm for M {
     }
 
     fn total(method: &FitMethod<'_>, samples: usize) -> u32 {
-        match descent_of(method) {
-            Some(descent) => before(method, samples).saturating_add(descent.gradients(samples)),
-            None => 0,
-        }
+        total(method, samples)
     }
 
     fn start(words: &mut [f32], method: &FitMethod<'_>, channels: Channels) {
-        words.fill(0.0);
-        if let Some(descent) = descent_of(method) {
-            for (parameter, value) in words.iter_mut().zip(descent.initial.iter()) {
-                *parameter = value;
-            }
-        }
-        keep_gray::<M>(words, channels);
+        start(words, method, channels);
     }
 
     fn advance(
@@ -93,50 +87,15 @@ impl<M: Model> Algorithm for M {
         done: u32,
         budget: u32,
     ) -> u32 {
-        let Some(descent) = descent_of(method) else {
-            return done;
-        };
-        let before = before(method, samples.len());
-        let all = before.saturating_add(descent.gradients(samples.len()));
-        let end = done.saturating_add(budget).min(all);
-        let mut done = done;
-        if let FitMethod::Completed(completed) = method {
-            while done < end.min(before) {
-                start_unit::<M>(words, completed, samples, done);
-                done = done.saturating_add(1);
-                if done == before {
-                    keep_gray::<M>(words, channels);
-                }
-            }
-        }
-        // Where in its round the next sample is; there is no round without samples.
-        let round = samples.len() as u32;
-        let next = done.saturating_sub(before).checked_rem(round);
-        let mut next = next.unwrap_or(0) as usize;
-        while done < end {
-            let todo = samples.skip(next).take((end - done) as usize);
-            let Some(parts) = Parts::<M>::of(words).filter(|_| !todo.is_empty()) else {
-                break;
-            };
-            let Some(gradient) = parts.rest.get_mut(..M::PARAMETERS) else {
-                break;
-            };
-            if let Some(gradient) = M::Parameters::view_mut(gradient) {
-                accumulate_gradients::<M>(parts.parameters, todo, gradient);
-            }
-            done = done.saturating_add(todo.len() as u32);
-            next = next.saturating_add(todo.len());
-            if next >= samples.len() {
-                next = 0;
-                step(
-                    parts.parameters.as_mut_slice(),
-                    gradient,
-                    descent.step_sizes,
-                );
-                keep_gray::<M>(words, channels);
-            }
-        }
-        done
+        let accumulate = accumulate_gradients::<M>;
+        advance(
+            words,
+            method,
+            samples,
+            channels,
+            done..done.saturating_add(budget),
+            accumulate,
+        )
     }
 
     fn values<'w>(words: &'w [f32], _: &FitMethod<'_>) -> [&'w [f32]; 3] {
@@ -144,11 +103,7 @@ impl<M: Model> Algorithm for M {
     }
 
     fn predicted_loss(words: &[f32], method: &FitMethod<'_>) -> Option<f32> {
-        let FitMethod::Completed(completed) = method else {
-            return None;
-        };
-        let predicted = words.last().copied();
-        predicted.filter(|loss| loss.is_nan() || !completed.prediction.is_empty())
+        predicted_loss(words, method)
     }
 
     fn at_sample(words: &[f32], _: &FitMethod<'_>, _: usize, at: &HalfDifference<f32>) -> [f32; 3] {
@@ -165,16 +120,94 @@ impl<M: Model> Algorithm for M {
     }
 }
 
-/// Gives the three channels of gray readings the same parameters: the mean of each triple.
-fn keep_gray<M: Model>(words: &mut [f32], channels: Channels) {
-    if channels == Channels::Gray {
-        average(words.get_mut(M::COLORS).unwrap_or_default());
+// What follows depends on the model by the gradient alone, so that firmware has it once and not for each model.
+
+/// Adds the gradients of samples by the parameters to a gradient.
+type Accumulate = fn(&[f32], Samples<'_>, &mut [f32]);
+
+fn total(method: &FitMethod<'_>, samples: usize) -> u32 {
+    match descent_of(method) {
+        Some(descent) => before(method, samples).saturating_add(descent.gradients(samples)),
+        None => 0,
     }
 }
 
-/// Out of line, so that firmware has it once and not for each model.
+fn predicted_loss(words: &[f32], method: &FitMethod<'_>) -> Option<f32> {
+    let FitMethod::Completed(completed) = method else {
+        return None;
+    };
+    let predicted = words.last().copied();
+    predicted.filter(|loss| loss.is_nan() || !completed.prediction.is_empty())
+}
+
 #[inline(never)]
-fn average(colors: &mut [f32]) {
+fn start(words: &mut [f32], method: &FitMethod<'_>, channels: Channels) {
+    words.fill(0.0);
+    if let Some(descent) = descent_of(method) {
+        for (parameter, value) in words.iter_mut().zip(descent.initial.iter()) {
+            *parameter = value;
+        }
+        keep_gray(words, descent, channels);
+    }
+}
+
+/// Does units of work; returns how many are done then.
+#[inline(never)]
+fn advance(
+    words: &mut [f32],
+    method: &FitMethod<'_>,
+    samples: Samples<'_>,
+    channels: Channels,
+    units: Range<u32>,
+    accumulate: Accumulate,
+) -> u32 {
+    let Range { start: done, end } = units;
+    let Some(descent) = descent_of(method) else {
+        return done;
+    };
+    let parameters = descent.initial.len();
+    let before = before(method, samples.len());
+    let end = end.min(before.saturating_add(descent.gradients(samples.len())));
+    let mut done = done;
+    if COMPLETION && let FitMethod::Completed(completed) = method {
+        while done < end.min(before) {
+            start_unit(words, completed, samples, done);
+            done = done.saturating_add(1);
+            if done == before {
+                keep_gray(words, descent, channels);
+            }
+        }
+    }
+    // Where in its round the next sample is; there is no round without samples.
+    let round = samples.len() as u32;
+    let next = done.saturating_sub(before).checked_rem(round);
+    let mut next = next.unwrap_or(0) as usize;
+    while done < end {
+        let todo = samples.skip(next).take((end - done) as usize);
+        let Some(parts) = Parts::of(words, parameters).filter(|_| !todo.is_empty()) else {
+            break;
+        };
+        let Some(gradient) = parts.rest.get_mut(..parameters) else {
+            break;
+        };
+        accumulate(parts.parameters, todo, gradient);
+        done = done.saturating_add(todo.len() as u32);
+        next = next.saturating_add(todo.len());
+        if next >= samples.len() {
+            next = 0;
+            step(parts.parameters, gradient, descent.step_sizes);
+            keep_gray(words, descent, channels);
+        }
+    }
+    done
+}
+
+/// Gives the three channels of gray readings the same parameters: the mean of each triple.
+fn keep_gray(words: &mut [f32], descent: &Descent<'_>, channels: Channels) {
+    if channels == Channels::Color {
+        return;
+    }
+    let colors = words.get_mut(descent.model.colors()).unwrap_or_default();
     for triple in colors.as_chunks_mut().0 {
         let [red, green, blue] = *triple;
         *triple = [(red + green + blue) * (1.0 / 3.0); 3];
@@ -208,16 +241,12 @@ fn before(method: &FitMethod<'_>, samples: usize) -> u32 {
 }
 
 /// A unit of work before the descent.
-fn start_unit<M: Model>(
-    words: &mut [f32],
-    completed: &Completed<'_>,
-    samples: Samples<'_>,
-    unit: u32,
-) {
-    let Target::Descent(_, start) = &completed.target else {
+fn start_unit(words: &mut [f32], completed: &Completed<'_>, samples: Samples<'_>, unit: u32) {
+    let Target::Descent(descent, start) = &completed.target else {
         return;
     };
-    let Some(parts) = Parts::<M>::of(words) else {
+    let count = descent.initial.len();
+    let Some(parts) = Parts::of(words, count) else {
         return;
     };
     let state = completed.coefficient_net.words();
@@ -235,14 +264,9 @@ fn start_unit<M: Model>(
         }
         Some(later) => {
             let first = (later as usize).saturating_sub(1).saturating_mul(STARTED);
-            let parameters = parts.parameters.as_mut_slice();
-            start_parameters(
-                parameters.get_mut(first..).unwrap_or_default(),
-                start,
-                first,
-                units,
-            );
-            if first.saturating_add(STARTED) >= M::PARAMETERS {
+            let parameters = parts.parameters.get_mut(first..).unwrap_or_default();
+            start_parameters(parameters, start, first, units);
+            if first.saturating_add(STARTED) >= count {
                 parts.rest.fill(0.0); // from now on the gradient
             }
         }
@@ -305,16 +329,12 @@ fn step_one(parameter: &mut f32, entry: &mut f32, step_size: [u8; 4]) {
 }
 
 /// Kept out of line: its temporaries are off the stack between slices of work.
-///
-/// Parameters and gradient come one by one, though a workspace holds both: as parts of one whole
-/// they are addressed from one pointer, which their distance is too large for.
 #[inline(never)]
-fn accumulate_gradients<M: Model>(
-    parameters: &M::Parameters<f32>,
-    samples: Samples<'_>,
-    gradient: &mut M::Parameters<f32>,
-) {
-    M::accumulate_gradients(parameters, samples, gradient);
+fn accumulate_gradients<M: Model>(parameters: &[f32], samples: Samples<'_>, gradient: &mut [f32]) {
+    let views = M::Parameters::view(parameters).zip(M::Parameters::view_mut(gradient));
+    if let Some((parameters, gradient)) = views {
+        M::accumulate_gradients(parameters, samples, gradient);
+    }
 }
 
 /// The model's BRDF, sr^-1 (not times the cosine). Out of line for the same reason.

@@ -2,6 +2,7 @@
 
 use super::algorithm::{Algorithm, Channels, ModelMismatch};
 use super::completed::{Completed, Components, Target};
+use super::method::{COMPLETION, RIDGE};
 use super::ridge::{dot, factor_length, scratch_length};
 use super::{FitMethod, Ridge};
 use crate::geometry::HalfDifference;
@@ -78,6 +79,7 @@ impl Algorithm for Linear {
         words.fill(0.0);
     }
 
+    #[inline(never)] // into callers that are compiled for speed
     fn advance(
         words: &mut [f32],
         method: &FitMethod<'_>,
@@ -89,11 +91,11 @@ impl Algorithm for Linear {
         let end = done
             .saturating_add(budget)
             .min(Self::total(method, samples.len()));
-        if let FitMethod::Completed(completed) = method {
+        if COMPLETION && let FitMethod::Completed(completed) = method {
             (done..end).for_each(|unit| completed.advance(unit, samples, words));
             return end.max(done);
         }
-        let FitMethod::Ridge(ridge) = method else {
+        let (true, FitMethod::Ridge(ridge)) = (RIDGE, method) else {
             return done;
         };
         let rows = ridge.problem.order() as u32;
@@ -118,13 +120,14 @@ impl Algorithm for Linear {
 
     fn predicted_loss(words: &[f32], method: &FitMethod<'_>) -> Option<f32> {
         match method {
-            FitMethod::Completed(completed) => {
+            FitMethod::Completed(completed) if COMPLETION => {
                 completed.predicted_loss(completed.coefficient_net.coefficients(words))
             }
             _ => None,
         }
     }
 
+    #[inline(never)] // into callers that are compiled for speed
     fn at_sample(
         words: &[f32],
         method: &FitMethod<'_>,
@@ -133,7 +136,8 @@ impl Algorithm for Linear {
     ) -> [f32; 3] {
         let mut modelled = [0.0; CHANNELS];
         let channels = channels(words, method);
-        if let FitMethod::Completed(completed) = method
+        if COMPLETION
+            && let FitMethod::Completed(completed) = method
             && let Target::Linear(components) = &completed.target
         {
             let weight = at.cos_theta_i() * at.cos_theta_o();
@@ -142,7 +146,7 @@ impl Algorithm for Linear {
                 *f = unmap(mapped, 0.0, weight);
             }
         }
-        let FitMethod::Ridge(ridge) = method else {
+        let (true, FitMethod::Ridge(ridge)) = (RIDGE, method) else {
             return modelled;
         };
         let components = ridge.components().max(1);
@@ -161,6 +165,7 @@ impl Algorithm for Linear {
         modelled
     }
 
+    #[inline(never)] // into callers that are compiled for speed
     fn brdf(
         words: &[f32],
         method: &FitMethod<'_>,

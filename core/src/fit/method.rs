@@ -7,6 +7,11 @@ use super::completed::{Completed, Target};
 use super::learned::{Descent, Ridge};
 use crate::model::ModelKind;
 
+/// Recipes that complete readings are fitted.
+pub(crate) const COMPLETION: bool = cfg!(feature = "completion");
+/// Ridge solves are fitted.
+pub(crate) const RIDGE: bool = cfg!(feature = "ridge");
+
 /// How measurements become parameters.
 #[derive(Clone, Copy, Debug)]
 pub enum FitMethod<'a> {

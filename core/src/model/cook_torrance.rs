@@ -11,13 +11,11 @@
 //! the exponent as in sin^2 theta_h / (alpha^2 cos^2 theta_h + 1e-6), and cosines below the horizon
 //! count as 0. So D and the last quotient stay below 1e6 each, whatever parameters and directions.
 
-use core::f64::consts::PI;
-use core::ops::Range;
-
 use super::{Evaluation, Model, ModelKind, Sample, SampleGradient, sigmoids};
 use crate::geometry::HalfDifference;
 use crate::model::loss::cosine_weighted_log_error;
 use crate::numeric::{Scalar, Value};
+use core::f64::consts::PI;
 
 /// What denominators are offset by.
 const EPSILON: f64 = 1e-6;
@@ -192,8 +190,6 @@ impl Model for CookTorrance {
     const KIND: ModelKind = ModelKind::CookTorrance;
     const PARAMETERS: usize = 8;
     type Parameters<T: Value> = CookTorranceParameters<T>;
-    const COLORS: Range<usize> = 0..6;
-
     #[inline(always)]
     fn brdf<S: Scalar>(
         parameters: &CookTorranceParameters<S::Parameter>,

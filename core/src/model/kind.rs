@@ -1,5 +1,7 @@
 //! The models by name.
 
+use core::ops::Range;
+
 use serde::{Deserialize, Serialize};
 
 use super::{CookTorrance, Model, Neural, Phong};
@@ -41,6 +43,15 @@ impl ModelKind {
             Self::Neural => Some(Neural::PARAMETERS),
             Self::CookTorrance => Some(CookTorrance::PARAMETERS),
             Self::Linear => None,
+        }
+    }
+
+    /// The parameters that come in triples of red, green and blue.
+    pub(crate) fn colors(self) -> Range<usize> {
+        match self {
+            Self::Phong | Self::CookTorrance => 0..6,
+            Self::Neural => Neural::PARAMETERS - Neural::COLORS..Neural::PARAMETERS,
+            Self::Linear => 0..0,
         }
     }
 }

@@ -9,8 +9,6 @@
 //! as the training materials taught it. Whoever needs reciprocity takes the mean of both. At the pole
 //! [`HalfDifference::from_directions`] decides for phi_d = 0, for both orders of the directions.
 
-use core::ops::Range;
-
 use super::{Evaluation, Model, ModelKind, Sample, SampleGradient, Samples};
 use crate::geometry::HalfDifference;
 use crate::model::loss::cosine_weighted_log_error;
@@ -26,6 +24,8 @@ const TILE: usize = 3;
 pub struct Neural;
 
 impl Neural {
+    /// Number of parameters of the output layer, in triples of red, green and blue.
+    pub(crate) const COLORS: usize = 3 * (HIDDEN + 1);
     /// Numbers of parameters of the first layer's weights and bias, the second's, and the output layer's, in
     /// their order.
     pub const LAYERS: [usize; 6] = [6 * HIDDEN, HIDDEN, HIDDEN * HIDDEN, HIDDEN, HIDDEN * 3, 3];
@@ -287,8 +287,6 @@ impl Model for Neural {
     const KIND: ModelKind = ModelKind::Neural;
     const PARAMETERS: usize = PARAMETERS;
     type Parameters<T: Value> = NeuralParameters<T>;
-    const COLORS: Range<usize> = PARAMETERS - 3 * (HIDDEN + 1)..PARAMETERS;
-
     #[inline(always)]
     fn brdf<S: Scalar>(
         parameters: &NeuralParameters<S::Parameter>,

@@ -4,13 +4,11 @@
 //! with k_d = s t, k_s = s (1 - t), s = sigmoid(sum), t = sigmoid(ratio) per channel, and
 //! q = exp(exponent). (Paper, "Models: Phong".)
 
-use core::f64::consts::PI;
-use core::ops::Range;
-
 use super::{Evaluation, Model, ModelKind, Sample, SampleGradient, sigmoids};
 use crate::geometry::HalfDifference;
 use crate::model::loss::cosine_weighted_log_error;
 use crate::numeric::{Scalar, Value};
+use core::f64::consts::PI;
 
 /// The model; see the file's head for its formula.
 #[derive(Clone, Copy, Debug)]
@@ -73,8 +71,6 @@ impl Model for Phong {
     const KIND: ModelKind = ModelKind::Phong;
     const PARAMETERS: usize = 7;
     type Parameters<T: Value> = PhongParameters<T>;
-    const COLORS: Range<usize> = 0..6;
-
     #[inline(always)]
     fn brdf<S: Scalar>(
         parameters: &PhongParameters<S::Parameter>,

@@ -3,9 +3,11 @@
 use super::error::RecipeError;
 use super::field::Field;
 use super::format::{MAX_COMPONENTS, MAX_INNER_STEPS, MAX_SAMPLES};
+use super::kind::Kind;
 use super::parts::{PackedCoefficientNet, PackedDescent, PackedInitNet, PackedMethod, PackedRidge};
 use crate::fit::coefficient_net::{CoefficientNet, MissingPolicy};
 use crate::fit::ridge::Problem;
+use crate::fit::{COMPLETION, RIDGE};
 use crate::fit::{
     Completed, Components, Descent, FitMethod, InitNet, MAX_ROWS, MAX_UNITS, Ridge, Target,
 };
@@ -51,10 +53,13 @@ pub(super) fn method<'a>(
 ) -> Result<FitMethod<'a>, RecipeError> {
     match packed {
         PackedMethod::Descent(packed) => descent(packed).map(FitMethod::Descent),
-        PackedMethod::Ridge(packed) => ridge(packed, samples).map(FitMethod::Ridge),
-        PackedMethod::Completed(packed, then) => {
+        PackedMethod::Ridge(packed) if RIDGE => ridge(packed, samples).map(FitMethod::Ridge),
+        PackedMethod::Completed(packed, then) if COMPLETION => {
             completed(&packed, then, prediction, samples).map(FitMethod::Completed)
         }
+        // Their sections were refused.
+        PackedMethod::Ridge(_) => Err(RecipeError::Unknown(Kind::RIDGE)),
+        PackedMethod::Completed(..) => Err(RecipeError::Unknown(Kind::COMPLETION)),
     }
 }
 

@@ -5,6 +5,7 @@ use super::error::RecipeError;
 use super::kind::Kind;
 use super::parts::PackedMethod;
 use super::sections::Sections;
+use crate::fit::{COMPLETION, RIDGE};
 
 /// What every recipe holds.
 pub(super) struct Contents<'a> {
@@ -33,11 +34,11 @@ impl<'a> Contents<'a> {
             match kind {
                 Kind::PATTERN => pattern = Some(decode(kind, bytes)?),
                 Kind::DESCENT => descent = Some(decode(kind, bytes)?),
-                Kind::RIDGE => ridge = Some(decode(kind, bytes)?),
-                Kind::COMPLETION => completion = Some(decode(kind, bytes)?),
-                Kind::START => start = Some(decode(kind, bytes)?),
+                Kind::RIDGE if RIDGE => ridge = Some(decode(kind, bytes)?),
+                Kind::COMPLETION if COMPLETION => completion = Some(decode(kind, bytes)?),
+                Kind::START if COMPLETION => start = Some(decode(kind, bytes)?),
                 // An optional one that a fit goes by, where a completion is there.
-                Kind::PREDICTION => prediction = Some(decode(kind, bytes)?),
+                Kind::PREDICTION if COMPLETION => prediction = Some(decode(kind, bytes)?),
                 _ if kind.is_required() => return Err(RecipeError::Unknown(kind)),
                 _ => {}
             }

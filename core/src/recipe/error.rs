@@ -119,8 +119,8 @@ impl core::fmt::Display for RecipeError {
             Self::Unknown(kind) => {
                 write!(
                     f,
-                    "the recipe cannot be read without its section {kind}, which is unknown here: \
-                     build with a newer glimpse-core"
+                    "the recipe's section {kind} is unknown here: \
+                     build with glimpse-core's features completion and ridge, or with a newer version"
                 )
             }
             Self::Order(kind) => {

@@ -7,7 +7,7 @@ use super::residual::Sum;
 use super::stage::{Fitting, Stage};
 use super::status::Status;
 use super::{FinishError, Implausible, Residual, plausibility};
-use crate::fit::{Fitter, Progress};
+use crate::fit::{Algorithm, FitMethod, Fitter, Progress, is_finite};
 use crate::geometry::{Directions, HalfDifference};
 use crate::model::linear::Basis;
 use crate::model::{Sample, Samples, Slot};
@@ -78,69 +78,104 @@ impl<'s, K: Fitter> Fit<'s, K> {
     /// [`FinishError::Unfinished`] before the fit is complete, [`FinishError::Diverged`] if a number
     /// is not finite, [`FinishError::Implausible`] if the readings are unlikely to be those of a material:
     /// [`Scan::fitted`](super::Scan::fitted) has the fit then.
-    #[inline(never)]
     pub fn finish(self) -> Result<Fitted<'s, K>, FinishError> {
         let progress = self.progress();
         if !progress.is_complete() {
             return Err(FinishError::Unfinished(progress));
         }
-        let method = self.recipe.method;
-        let predicted = K::predicted_loss(self.words, &method);
-        let sum = self.residual();
-        let values = K::values(self.words, &method);
-        let is_finite = values.into_iter().all(crate::fit::is_finite)
-            && !predicted.is_some_and(f32::is_nan)
-            && sum.residual.mean.is_finite();
-        if !is_finite {
-            *self.stage = Stage::Reading;
-            return Err(FinishError::Diverged);
-        }
-        let basis = self.basis.as_ref();
-        let albedo = plausibility::albedo(|at| K::brdf(self.words, &method, basis, at));
-        let expected = predicted.or_else(|| self.recipe.expected_loss());
-        let implausible = plausibility::check(&sum, expected, albedo);
-        let residual = sum.residual;
-        *self.stage = Stage::Fitted {
-            residual,
-            implausible,
+        let examined = examine(
+            self.recipe,
+            self.basis.as_ref(),
+            self.slots,
+            self.words,
+            &Functions::of::<K>(),
+        );
+        *self.stage = match examined {
+            None => Stage::Reading,
+            Some((residual, implausible)) => Stage::Fitted {
+                residual,
+                implausible,
+            },
         };
-        match implausible {
-            Some(reason) => Err(FinishError::Implausible(reason)),
-            None => Ok(Fitted {
+        match examined {
+            None => Err(FinishError::Diverged),
+            Some((_, Some(reason))) => Err(FinishError::Implausible(reason)),
+            Some((residual, None)) => Ok(Fitted {
                 recipe: self.recipe,
                 basis: self.basis,
                 words: self.words,
                 residual,
-                implausible,
+                implausible: None,
                 model: PhantomData,
             }),
         }
     }
+}
 
-    /// The residual; its mean is not finite if the fitted material, or the error, at any reading is not.
-    fn residual(&self) -> Sum {
-        let method = self.recipe.method;
-        let mut sum = Sum::default();
-        for (index, slot) in self.slots.iter().enumerate() {
-            let status = Status::of(slot);
-            if !status.is_read() {
-                continue;
-            }
-            if !status.counts() {
-                sum.left_out(status);
-                continue;
-            }
-            let sample = Sample {
-                at: place_of(slot),
-                measured: measured_at(slot),
-                weight: 1.0 / 3.0,
-            };
-            let modelled = K::at_sample(self.words, &method, index, &sample.at);
-            sum.add(index as u16, &sample, status, modelled);
+/// What a finished fit is examined by, so that the examination is not generic: firmware has it once.
+struct Functions {
+    values: for<'w> fn(&'w [f32], &FitMethod<'_>) -> [&'w [f32]; 3],
+    predicted_loss: fn(&[f32], &FitMethod<'_>) -> Option<f32>,
+    at_sample: fn(&[f32], &FitMethod<'_>, usize, &HalfDifference<f32>) -> [f32; 3],
+    brdf: Brdf,
+}
+
+/// Returns a fit's BRDF in linear RGB, sr^-1, not times the cosine.
+type Brdf =
+    fn(&[f32], &FitMethod<'_>, Option<&Basis<'_>>, &HalfDifference<f32>) -> Option<[f32; 3]>;
+
+impl Functions {
+    fn of<K: Algorithm>() -> Self {
+        Self {
+            values: K::values,
+            predicted_loss: K::predicted_loss,
+            at_sample: K::at_sample,
+            brdf: K::brdf,
         }
-        sum.residual.mean /= f32::from(sum.read.max(1));
-        sum
     }
+}
+
+/// Checks every value, the fitted material at every reading, and whether it is plausible. None if a number is not
+/// finite.
+#[inline(never)]
+fn examine(
+    recipe: &Recipe<'_>,
+    basis: Option<&Basis<'_>>,
+    slots: &[Slot],
+    words: &[f32],
+    functions: &Functions,
+) -> Option<(Residual, Option<Implausible>)> {
+    let method = &recipe.method;
+    let predicted = (functions.predicted_loss)(words, method);
+    let mut values = (functions.values)(words, method).into_iter();
+    if predicted.is_some_and(f32::is_nan) || !values.all(is_finite) {
+        return None;
+    }
+    let mut sum = Sum::default();
+    for (index, slot) in slots.iter().enumerate() {
+        let status = Status::of(slot);
+        if !status.is_read() {
+            continue;
+        }
+        if !status.counts() {
+            sum.left_out(status);
+            continue;
+        }
+        let sample = Sample {
+            at: place_of(slot),
+            measured: measured_at(slot),
+            weight: 1.0 / 3.0,
+        };
+        let modelled = (functions.at_sample)(words, method, index, &sample.at);
+        sum.add(index as u16, &sample, status, modelled);
+    }
+    sum.residual.mean /= f32::from(sum.read.max(1));
+    if !sum.residual.mean.is_finite() {
+        return None;
+    }
+    let albedo = plausibility::albedo(|at| (functions.brdf)(words, method, basis, at));
+    let expected = predicted.or_else(|| recipe.expected_loss());
+    Some((sum.residual, plausibility::check(&sum, expected, albedo)))
 }
 
 /// A fitted material.
@@ -188,7 +223,7 @@ impl<K: Fitter> Fitted<'_, K> {
     pub fn brdf(&self, directions: &Directions<f32>) -> Option<[f32; 3]> {
         let at = HalfDifference::from_directions(directions).filter(HalfDifference::is_valid)?;
         let brdf = K::brdf(self.words, &self.recipe.method, self.basis.as_ref(), &at)?;
-        Some(brdf).filter(|brdf| crate::fit::is_finite(brdf))
+        Some(brdf).filter(|brdf| is_finite(brdf))
     }
 
     /// The fitted values, all finite: a model's parameters in its order, or Linear's coefficients, m

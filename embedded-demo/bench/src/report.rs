@@ -159,7 +159,7 @@ macro_rules! fit {
             unsafe {
                 $crate::report::fit::<_, $loses>(
                     $recipe,
-                    only(&raw mut MEMORY),
+                    &mut only(&raw mut MEMORY)[..],
                     only(&raw mut SCAN),
                 )
             }
