@@ -5,8 +5,10 @@ use glimpse_tests::figures::figures;
 
 fn main() {
     let figures = figures();
-    println!("| target | model | instructions of a fit | cycles | flash | static RAM | stack |");
-    println!("|---|---|---|---|---|---|---|");
+    println!(
+        "| target | model | instructions: parse | BRDF | fit | cycles of a fit | flash | static RAM | stack |"
+    );
+    println!("|---|---|---:|---:|---:|---:|---:|---:|---:|");
     for row in figures.chunk_by(|(a, _), (b, _)| row_of(a) == row_of(b)) {
         let name = row.first().map_or("", |(name, _)| row_of(name));
         let cell = |figure: &str| {
@@ -14,6 +16,8 @@ fn main() {
             found.map(|(_, value)| grouped(*value)).unwrap_or_default()
         };
         let figures = [
+            ".parse_instructions",
+            "brdf_instructions",
             "fit_instructions",
             "fit_cycles",
             "text_bytes",

@@ -18,6 +18,7 @@ use glimpse_core::geometry::HalfDifference;
 use glimpse_core::model::Phong;
 use glimpse_core::recipe::{FitMethod, Recipe};
 use glimpse_tests::cycles::of_fit;
+use glimpse_tests::figures::BRDF_READINGS;
 use glimpse_tests::microcontroller::{Binary, Functions, TARGETS};
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -32,7 +33,10 @@ fn phong() {
         let binary = Binary::new(TARGETS[0], Functions::Libm, name);
         let output = binary.run();
         let loss = loss::<Phong>(&output.numbers("parameters"), &Material::COUNTED);
-        (of_fit(&binary), output.count("stack_bytes"), loss)
+        let later = output
+            .found("brdf_instructions")
+            .map_or(0, |_| BRDF_READINGS);
+        (of_fit(&binary, later), output.count("stack_bytes"), loss)
     });
     for (name, (count, stack, loss)) in [("glimpse", ours), ("multicalc", rival)] {
         println!(
@@ -52,7 +56,7 @@ fn neural() -> Result<(), Box<dyn Error>> {
     fs::write(directory.path().join("numbers.h"), numbers()?)?;
     let expected = ours.run().numbers("parameters");
 
-    let count = of_fit(&ours);
+    let count = of_fit(&ours, BRDF_READINGS);
     println!(
         "Neural by glimpse: {} instructions, {} cycles",
         count.instructions, count.cycles
@@ -67,7 +71,7 @@ fn neural() -> Result<(), Box<dyn Error>> {
         if found.len() != expected.len() || distance > 1e-3 {
             return Err(format!("C ends elsewhere: {distance} off").into());
         }
-        let count = of_fit(&rival);
+        let count = of_fit(&rival, 0);
         println!(
             "Neural by C {}: {} instructions, {} cycles, {:.2} and {:.2} times as many; parameters within \
              {distance:.0e}",

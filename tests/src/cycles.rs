@@ -28,13 +28,14 @@ pub struct Count {
     pub cycles: u64,
 }
 
-/// What lies between a binary's last two readings of its counter: a fit.
+/// What lies between two of a binary's readings of its counter, the fit; `later` is the number of readings behind
+/// them.
 ///
 /// # Panics
-/// If the binary is not there, is not for a Cortex-M4F, or reads the counter less than twice; if
-/// QEMU or `arm-none-eabi-objdump` is not installed.
+/// If the binary is not there, is not for a Cortex-M4F, or reads the counter less often; if QEMU or
+/// `arm-none-eabi-objdump` is not installed.
 #[must_use]
-pub fn of_fit(binary: &Binary) -> Count {
+pub fn of_fit(binary: &Binary, later: usize) -> Count {
     let program = Program::load(binary);
     let trace = trace(binary);
     let readings: Vec<usize> = trace
@@ -42,11 +43,9 @@ pub fn of_fit(binary: &Binary) -> Count {
         .enumerate()
         .filter_map(|(index, address)| (*address == program.counter).then_some(index))
         .collect();
+    let readings = &readings[..readings.len().saturating_sub(later)];
     let [.., first, last] = readings[..] else {
-        panic!(
-            "{} reads its counter less than twice",
-            binary.path().display()
-        );
+        panic!("{} reads its counter too rarely", binary.path().display());
     };
     let fit = &trace[first..last];
     let next = &trace[first + 1..=last];

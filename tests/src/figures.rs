@@ -1,6 +1,6 @@
 //! Costs of fits on each kind of microcontroller and of the demo firmware, as `target.fit.name` and a value.
 
-use glimpse_bench::recipes::{self, completed, masked};
+use glimpse_bench::recipes::{self, completed, large, masked};
 
 use glimpse_trainer::scanner::{ScannerNoise, VirtualScanner};
 
@@ -53,7 +53,7 @@ impl Fit {
 }
 
 /// All of them.
-pub const FITS: [Fit; 10] = [
+pub const FITS: [Fit; 16] = [
     Fit::new("linear", recipes::LINEAR, Reach::All),
     Fit::new("phong", recipes::PHONG, Reach::All),
     Fit::new("cook-torrance", recipes::COOK_TORRANCE, Reach::All),
@@ -68,9 +68,19 @@ pub const FITS: [Fit; 10] = [
     Fit::new("neural-completed", completed::NEURAL, Reach::Targets),
     Fit::new("linear-masked", masked::LINEAR, Reach::Board),
     Fit::new("neural-masked", masked::NEURAL, Reach::Board),
+    Fit::new("linear-n32", large::LINEAR_32, Reach::Board),
+    Fit::new("linear-n64", large::LINEAR_64, Reach::Board),
+    Fit::new("neural-n32", large::NEURAL_32, Reach::Board),
+    Fit::new("neural-n64", large::NEURAL_64, Reach::Board),
+    Fit::new("linear-basis", completed::LINEAR, Reach::Board),
+    Fit::new("any", recipes::NEURAL, Reach::Board),
 ];
 
-/// Instructions of a fit as QEMU counts them (`fit_instructions`), its cycles by Arm's
+/// Readings of the counter behind those of a fit: before and after a BRDF.
+pub const BRDF_READINGS: usize = 2;
+
+/// Instructions of parsing a recipe (`parse_instructions`) or a basis (`basis_parse_instructions`), and of evaluating the
+/// BRDF once (`brdf_instructions`); instructions of a fit as QEMU counts them (`fit_instructions`), its cycles by Arm's
 /// [table](crate::cycles) where there is one (`fit_cycles`), bytes of code and constants
 /// without the recipe (`text_bytes`: what the binary is larger than one that does nothing), of
 /// statics (`static_ram_bytes`), and of the stack at its deepest (`stack_bytes`).
@@ -91,9 +101,18 @@ pub fn figures() -> Vec<(String, u64)> {
                 };
                 let row = format!("{}.{}{suffix}", target.triple, fit.name);
                 let mut add = |name, value| figures.push((format!("{row}.{name}"), value));
-                add("fit_instructions", output.count("fit_instructions"));
+                for name in [
+                    "parse_instructions",
+                    "basis_parse_instructions",
+                    "brdf_instructions",
+                    "fit_instructions",
+                ] {
+                    if let Some(value) = output.found(name) {
+                        add(name, value);
+                    }
+                }
                 if target.has_table_of_cycles() {
-                    add("fit_cycles", cycles::of_fit(&binary).cycles);
+                    add("fit_cycles", cycles::of_fit(&binary, BRDF_READINGS).cycles);
                 }
                 let recipe = fit.recipe.len() as u64;
                 add(

@@ -72,15 +72,24 @@ pub struct Output {
 }
 
 impl Output {
+    /// A count; None if it was not printed.
+    ///
+    /// # Panics
+    /// If it is not a number.
+    #[must_use]
+    pub fn found(&self, name: &str) -> Option<u64> {
+        let value = self.values.get(name)?;
+        Some(value.parse().expect("a number"))
+    }
+
     /// A count.
     ///
     /// # Panics
     /// If it was not printed.
     #[must_use]
     pub fn count(&self, name: &str) -> u64 {
-        let value = self.values.get(name);
-        let value = value.unwrap_or_else(|| panic!("no {name} in {:?}", self.values));
-        value.parse().expect("a number")
+        let value = self.found(name);
+        value.unwrap_or_else(|| panic!("no {name} in {:?}", self.values))
     }
 
     /// Numbers.

@@ -17,15 +17,15 @@ use crate::recipe::Recipe;
 ///
 /// ```
 /// # use glimpse_core::model::Phong;
-/// # use glimpse_core::recipe::Recipe;
-/// # use glimpse_core::scan::{FinishError, FitError, Memory, Reading, Scan};
-/// # let recipe = Recipe::parse(include_bytes!("../../examples/recipes/phong-n8.recipe"))?;
-/// # let mut memory = Memory::<Phong, 8>::new();
-/// # let mut scan = Scan::new(recipe, &mut memory)?;
+/// # use glimpse_core::recipe::{Recipe, memory_words};
+/// # use glimpse_core::scan::{FinishError, FitError, Reading, Scan};
+/// # static RECIPE: &[u8] = include_bytes!("../../examples/recipes/phong-n8.recipe");
+/// # let mut memory = [0.0; memory_words(&[RECIPE])];
+/// # let mut scan = Scan::<Phong>::new(Recipe::parse(RECIPE)?, &mut memory)?;
 /// assert!(matches!(scan.fit(), Err(FitError::Incomplete { missing: 8, first: 0 })));
 ///
 /// while let Some((index, _)) = scan.next_pending() {
-///     scan.record(index, Reading::monochrome(0.2))?;
+///     scan.record(index, Reading::monochrome(0.2 + 0.001 * f32::from(index)))?;
 /// }
 /// let mut fit = scan.fit()?;
 /// let progress = fit.advance(100);
@@ -183,21 +183,21 @@ fn examine(
 /// ```
 /// # use glimpse_core::geometry::Directions;
 /// # use glimpse_core::model::Phong;
-/// # use glimpse_core::recipe::Recipe;
-/// # use glimpse_core::scan::{FinishError, FitError, Memory, Reading, Scan};
-/// # let recipe = Recipe::parse(include_bytes!("../../examples/recipes/phong-n8.recipe"))?;
-/// # let mut memory = Memory::<Phong, 8>::new();
-/// # let mut scan = Scan::new(recipe, &mut memory)?;
+/// # use glimpse_core::recipe::{Recipe, memory_words};
+/// # use glimpse_core::scan::{Reading, Scan};
+/// # static RECIPE: &[u8] = include_bytes!("../../examples/recipes/phong-n8.recipe");
+/// # let mut memory = [0.0; memory_words(&[RECIPE])];
+/// # let mut scan = Scan::<Phong>::new(Recipe::parse(RECIPE)?, &mut memory)?;
 /// # while let Some((index, _)) = scan.next_pending() {
-/// #     scan.record(index, Reading::monochrome(0.2))?;
+/// #     scan.record(index, Reading::monochrome(0.2 + 0.001 * f32::from(index)))?;
 /// # }
 /// # let mut fit = scan.fit()?;
 /// # while !fit.advance(8).is_complete() {}
 /// let fitted = fit.finish()?;
 ///
 /// let mut directions = Directions { incoming: [0.6, 0.0, 0.8], outgoing: [-0.6, 0.0, 0.8] };
-/// let brdf = fitted.brdf(&directions).unwrap();
-/// assert!(brdf.iter().all(|value| (0.1..0.3).contains(value)));
+/// let [red, green, blue] = fitted.brdf(&directions).unwrap();
+/// assert!((0.1..0.3).contains(&red) && red == green && green == blue); // a gray material
 /// directions.outgoing = [0.0, 0.0, -1.0]; // below the horizon there is no BRDF
 /// assert_eq!(fitted.brdf(&directions), None);
 ///
@@ -245,13 +245,11 @@ impl<K: Fitter> Fitted<'_, K> {
         self.implausible
     }
 
-    /// The loss that this fit is likely to have, by its readings: an error bar for this material, where
-    /// the recipe predicts one, as those that complete readings do. None if it predicts none, or more than
-    /// a number can hold.
+    /// The loss predicted from this material's readings, if the recipe predicts one; recipes that complete readings
+    /// do. None if it is too large for a number.
     ///
-    /// It is the mean of ln(1 + f cos(theta_i)) missed over all directions, as
-    /// [`expected_loss`](Fitted::expected_loss) is; a material unlike any that the recipe was trained
-    /// on may lose more.
+    /// It is the mean over all directions of |ln(1 + f cos(theta_i)) - ln(1 + f_fitted cos(theta_i))|, like
+    /// [`expected_loss`](Fitted::expected_loss). A material unlike all training materials may have a larger loss.
     #[must_use]
     pub fn predicted_loss(&self) -> Option<f32> {
         let predicted = K::predicted_loss(self.words, &self.recipe.method);

@@ -2,6 +2,7 @@
 
 mod basis;
 mod blocks;
+mod checksum;
 mod completion;
 #[cfg(feature = "libm")] // f64 is a scalar with libm only
 mod differences;

@@ -45,6 +45,23 @@ pub mod recipes {
             include_bytes!("../../../trainer/recipes/completed/linear-n8.recipe");
     }
 
+    /// Those with more samples.
+    pub mod large {
+        /// Neural, n = 32.
+        pub static NEURAL_32: &[u8] =
+            include_bytes!("../../../trainer/recipes/completed/neural-n32.recipe");
+        /// Linear, n = 32.
+        pub static LINEAR_32: &[u8] =
+            include_bytes!("../../../trainer/recipes/completed/linear-n32.recipe");
+        /// Neural, n = 64, trained for its costs only (procedural:40, effort quick).
+        pub static NEURAL_64: &[u8] = include_bytes!("../recipes/neural-n64.recipe");
+        /// Linear, n = 64, trained for its costs only.
+        pub static LINEAR_64: &[u8] = include_bytes!("../recipes/linear-n64.recipe");
+    }
+
+    /// The compact basis of Linear's completed recipes.
+    pub static BASIS: &[u8] = include_bytes!("../../../trainer/recipes/linear.basis24");
+
     /// Those that complete readings of which some may be missing: n = 16.
     pub mod masked {
         /// Neural.

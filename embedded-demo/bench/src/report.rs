@@ -4,6 +4,7 @@ use core::hint::black_box;
 
 use glimpse_core::fit::Fitter;
 use glimpse_core::geometry::Directions;
+use glimpse_core::model::linear::Basis;
 use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::Scan;
 use semihosting::{print, println};
@@ -18,11 +19,12 @@ use crate::{Refused, is_lost, measure, residual_bits};
 /// If the recipe is refused.
 pub fn fit<'a, K: Fitter, const LOSES: bool>(
     recipe: &'a [u8],
+    basis: Option<&'a [u8]>,
     memory: &'a mut [f32],
     place: &'a mut Option<Scan<'a, K>>,
 ) -> Result<(), Refused> {
     stack::paint();
-    let (scan, parsing) = begin(recipe, memory, place)?;
+    let (scan, parsing) = begin(recipe, basis, memory, place)?;
     advance::<K, LOSES>(scan, parsing)
 }
 
@@ -66,13 +68,25 @@ const SLANTED: Directions<f32> = Directions {
 #[inline(never)]
 fn begin<'a, 's, K: Fitter>(
     recipe: &'a [u8],
+    basis: Option<&'a [u8]>,
     memory: &'a mut [f32],
     place: &'s mut Option<Scan<'a, K>>,
 ) -> Result<(&'s mut Scan<'a, K>, u32), Refused> {
     let before = counter::now();
     let recipe = Recipe::parse(black_box(recipe)).map_err(|_| Refused)?;
     let after = counter::now();
-    *place = Scan::new(recipe, memory).ok();
+    let mut scan = Scan::new(recipe, memory).map_err(|_| Refused)?;
+    if let Some(basis) = basis {
+        let before = counter::now();
+        let basis = Basis::parse(black_box(basis)).map_err(|_| Refused)?;
+        let after = counter::now();
+        println!(
+            "basis_parse_instructions={}",
+            counter::between(before, after)
+        );
+        scan = scan.with_basis(basis).map_err(|_| Refused)?;
+    }
+    *place = Some(scan);
     let scan = place.as_mut().ok_or(Refused)?;
     Ok((scan, counter::between(before, after)))
 }
@@ -145,9 +159,12 @@ macro_rules! firmware {
 #[macro_export]
 macro_rules! fit {
     ($model:ty, $recipe:expr) => {
-        $crate::fit!($model, $recipe, false);
+        $crate::fit!($model, $recipe, false, None);
     };
     ($model:ty, $recipe:expr, $loses:literal) => {
+        $crate::fit!($model, $recipe, $loses, None);
+    };
+    ($model:ty, $recipe:expr, $loses:literal, $basis:expr) => {
         $crate::firmware!({
             use glimpse_core::recipe::memory_words;
             use glimpse_core::scan::Scan;
@@ -159,6 +176,7 @@ macro_rules! fit {
             unsafe {
                 $crate::report::fit::<_, $loses>(
                     $recipe,
+                    $basis,
                     &mut only(&raw mut MEMORY)[..],
                     only(&raw mut SCAN),
                 )
