@@ -46,6 +46,8 @@ class Tree:
         self.arrows = {(self.file[a], self.file[b]) for a, b in found if b and a != b}
     def read(self, module, file, folder):
         text = NOISE.sub(lambda noise: "" if noise[0][0] == "/" else '""', file.read_text())
+        text = re.sub(r"\binternal! \{ (mod \w+) \}", r"pub \1;", text)
+        text = re.sub(r"\binternal! \{ ([^$]*?\}?) \}\n", r"pub use \1;\n", text)
         text = change(text, r"#\[cfg\(test\)\]\s*mod \w+ \{", lambda block: "")
         text = re.sub(r"#\[cfg\(test\)\]\s*(pub )?(mod|use) [^;]*;", "", text)
         # A module within the file is the file, and its `super` too.

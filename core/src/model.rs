@@ -8,6 +8,7 @@ mod kind;
 pub mod linear;
 internal! { mod loss }
 mod neural;
+mod parameters;
 mod phong;
 mod samples;
 
@@ -18,9 +19,9 @@ pub use phong::Phong;
 pub(crate) use samples::COUNTED;
 
 internal! { cook_torrance::CookTorranceParameters }
-internal! { kernel::{Evaluation, Model, ParameterSet, Sample, SampleGradient} }
+internal! { kernel::{Evaluation, Model, ParameterSet, SampleGradient} }
 internal! { neural::NeuralParameters }
 internal! { phong::PhongParameters }
-internal! { samples::{SLOT_WORDS, Samples, Slot, slot_of} }
+internal! { samples::{SLOT_WORDS, Sample, Samples, Slot, slot_of} }
 
 use kernel::sigmoids;

@@ -1,6 +1,6 @@
 //! The fit of a model, in slices.
 
-use super::FitMethod;
+use super::method::FitMethod;
 use crate::geometry::HalfDifference;
 use crate::model::linear::{Basis, EPSILON};
 use crate::model::{ModelKind, Samples};

@@ -1,7 +1,8 @@
 //! The model that the recipe names.
 
 use super::algorithm::{Algorithm, Channels, ModelMismatch};
-use super::{FitMethod, Linear};
+use super::linear::Linear;
+use super::method::FitMethod;
 use crate::geometry::HalfDifference;
 use crate::model::linear::Basis;
 use crate::model::{CookTorrance, ModelKind, Neural, Phong, Samples};

@@ -8,8 +8,8 @@ use core::ops::Range;
 
 use super::algorithm::{Algorithm, Channels, ModelMismatch, is_finite};
 use super::completed::{Completed, InitNet, STARTED, Target};
-use super::method::COMPLETION;
-use super::{Descent, FitMethod};
+use super::learned::Descent;
+use super::method::{COMPLETION, FitMethod};
 use crate::geometry::HalfDifference;
 use crate::model::linear::Basis;
 use crate::model::{Model, ParameterSet, Samples};

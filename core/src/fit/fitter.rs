@@ -2,7 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Algorithm, AnyModel, Linear};
+use super::algorithm::Algorithm;
+use super::any::AnyModel;
+use super::linear::Linear;
 use crate::model::{CookTorrance, Neural, Phong};
 
 /// A model that a scan can name: one of the four, or [`AnyModel`], which does what the recipe says.

@@ -2,9 +2,9 @@
 
 use super::algorithm::{Algorithm, Channels, ModelMismatch};
 use super::completed::{Completed, Components, Target};
-use super::method::{COMPLETION, RIDGE};
+use super::learned::Ridge;
+use super::method::{COMPLETION, FitMethod, RIDGE};
 use super::ridge::{dot, factor_length, scratch_length};
-use super::{FitMethod, Ridge};
 use crate::geometry::HalfDifference;
 use crate::model::linear::{Basis, map, unmap};
 use crate::model::{ModelKind, Samples};

@@ -2,8 +2,9 @@
 
 use core::slice;
 
+use super::kind::ModelKind;
 use super::loss::{LogError, cosine_weighted_log_error};
-use super::{ModelKind, Samples};
+use super::samples::{Sample, Samples};
 use crate::geometry::HalfDifference;
 use crate::numeric::{Scalar, Value};
 
@@ -59,17 +60,6 @@ impl<T: Value, const N: usize> ParameterSet<T> for [T; N] {
     fn view_mut(list: &mut [T]) -> Option<&mut Self> {
         list.try_into().ok()
     }
-}
-
-/// One measured sample of a BRDF.
-#[derive(Clone, Copy, Debug)]
-pub struct Sample<S> {
-    /// Where it was measured.
-    pub at: HalfDifference<S>,
-    /// What was measured: the BRDF y in linear RGB, sr^-1 (not times the cosine).
-    pub measured: [S; 3],
-    /// Its weight in the loss: 1 / (3 n) for the mean over n samples and three channels.
-    pub weight: S,
 }
 
 /// The derivatives of the loss by what a sample was taken at and by what was measured there.

@@ -1,8 +1,18 @@
 //! Samples of a scan as they lie in its memory.
 
-use super::Sample;
 use crate::geometry::HalfDifference;
 use crate::numeric::Block;
+
+/// One measured sample of a BRDF.
+#[derive(Clone, Copy, Debug)]
+pub struct Sample<S> {
+    /// Where it was measured.
+    pub at: HalfDifference<S>,
+    /// What was measured: the BRDF y in linear RGB, sr^-1 (not times the cosine).
+    pub measured: [S; 3],
+    /// Its weight in the loss: 1 / (3 n) for the mean over n samples and three channels.
+    pub weight: S,
+}
 
 /// Words of one sample.
 pub const SLOT_WORDS: usize = 9;

@@ -1,0 +1,28 @@
+//! The parameters of each model.
+
+use core::ops::Range;
+
+use super::{CookTorrance, Model, ModelKind, Neural, Phong};
+
+impl ModelKind {
+    /// How many parameters the model has. None for Linear: as many as its recipe says, a
+    /// coefficient for each component and channel.
+    #[must_use]
+    pub const fn parameters(self) -> Option<usize> {
+        match self {
+            Self::Phong => Some(Phong::PARAMETERS),
+            Self::Neural => Some(Neural::PARAMETERS),
+            Self::CookTorrance => Some(CookTorrance::PARAMETERS),
+            Self::Linear => None,
+        }
+    }
+
+    /// The parameters that come in triples of red, green and blue.
+    pub(crate) fn colors(self) -> Range<usize> {
+        match self {
+            Self::Phong | Self::CookTorrance => 0..6,
+            Self::Neural => Neural::PARAMETERS - Neural::COLORS..Neural::PARAMETERS,
+            Self::Linear => 0..0,
+        }
+    }
+}
