@@ -10,13 +10,14 @@
     clippy::unreachable
 )]
 
-// From the bottom up: a room imports from rooms above it in this list only.
+// From the bottom up: a module imports from modules earlier in this list only.
 //
-// checksum, geometry, numeric, model, fit, gonio, recipe, scan, link, driver
+// checksum, error_code, geometry, numeric, model, fit, gonio, recipe, scan, link, driver
 #[deny(clippy::arithmetic_side_effects)]
 pub mod checksum;
 #[deny(clippy::arithmetic_side_effects)]
 pub mod driver;
+pub mod error_code;
 pub mod fit;
 pub mod geometry;
 #[deny(clippy::arithmetic_side_effects)]
@@ -29,6 +30,3 @@ pub mod numeric;
 pub mod recipe;
 #[deny(clippy::arithmetic_side_effects)]
 pub mod scan;
-
-/// Messages of the link hold its lists.
-pub use heapless;

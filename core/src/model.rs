@@ -31,14 +31,14 @@ use crate::numeric::{Block, Scalar, Value};
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum ModelKind {
     /// [`Phong`].
-    Phong,
+    Phong = 0,
     /// [`Neural`].
-    Neural,
+    Neural = 1,
     /// [`CookTorrance`].
-    CookTorrance,
+    CookTorrance = 2,
     /// Principal components and a ridge solve, see [`crate::fit::ridge`]: the one model that has no
     /// descent. Recipes do not write its number, so that it may stay the last.
-    Linear,
+    Linear = 3,
 }
 
 impl ModelKind {

@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::error_code::ErrorCode;
 use crate::fit::{FitterError, Progress};
 use crate::model::ModelKind;
 
@@ -48,6 +49,19 @@ impl From<FitterError> for ScanError {
     }
 }
 
+impl ScanError {
+    /// The code.
+    #[must_use]
+    pub const fn code(&self) -> ErrorCode {
+        match self {
+            Self::Model { .. } => ErrorCode::Model,
+            Self::Capacity { .. } => ErrorCode::Samples,
+            Self::Words { .. } => ErrorCode::Components,
+            Self::Basis { .. } => ErrorCode::Basis,
+        }
+    }
+}
+
 impl core::fmt::Display for ScanError {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         match self {
@@ -88,6 +102,17 @@ pub enum SkipError {
     },
 }
 
+impl SkipError {
+    /// The code.
+    #[must_use]
+    pub const fn code(&self) -> ErrorCode {
+        match self {
+            Self::Required => ErrorCode::ReadingRequired,
+            Self::Index { .. } => ErrorCode::ReadingIndex,
+        }
+    }
+}
+
 impl core::fmt::Display for SkipError {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         match self {
@@ -122,6 +147,17 @@ pub enum FitError {
     },
 }
 
+impl FitError {
+    /// The code.
+    #[must_use]
+    pub const fn code(&self) -> ErrorCode {
+        match self {
+            Self::Incomplete { .. } => ErrorCode::Incomplete,
+            Self::Implausible { .. } => ErrorCode::Implausible,
+        }
+    }
+}
+
 impl core::fmt::Display for FitError {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         match self {
@@ -151,6 +187,17 @@ pub enum FinishError {
     /// A value, or the fitted material at a reading, is not a finite number: what was read is nothing
     /// that the recipe can learn.
     Diverged,
+}
+
+impl FinishError {
+    /// The code.
+    #[must_use]
+    pub const fn code(&self) -> ErrorCode {
+        match self {
+            Self::Unfinished(_) => ErrorCode::Unfinished,
+            Self::Diverged => ErrorCode::Diverged,
+        }
+    }
 }
 
 impl core::fmt::Display for FinishError {

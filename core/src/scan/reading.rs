@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::FitError;
 use super::status::Status;
+use crate::error_code::ErrorCode;
 use crate::fit::FitMethod;
 use crate::gonio::Calibrated;
 use crate::model::Sample;
@@ -113,6 +114,18 @@ pub enum ReadingError {
         /// How many samples there are.
         samples: u16,
     },
+}
+
+impl ReadingError {
+    /// The code.
+    #[must_use]
+    pub const fn code(&self) -> ErrorCode {
+        match self {
+            Self::NonFinite(_) => ErrorCode::ReadingNonFinite,
+            Self::Negative(_) => ErrorCode::ReadingNegative,
+            Self::Index { .. } => ErrorCode::ReadingIndex,
+        }
+    }
 }
 
 impl core::fmt::Display for ReadingError {

@@ -5,7 +5,7 @@ use std::fmt::Debug;
 use glimpse_core::fit::Progress;
 use glimpse_core::link::{
     BYTES_PER_FRAME, Client, FRAME_BYTES, Failure, FrameError, FrameReader, PROTOCOL, Received,
-    Reply, Request, Server, VALUES_PER_FRAME, encode,
+    RecipeBytes, Reply, Request, Server, VALUES_PER_FRAME, Values, encode,
 };
 use glimpse_core::model::ModelKind;
 use glimpse_core::scan::Reading;
@@ -47,7 +47,7 @@ fn the_longest_message_fits_exactly() {
     let request = Request::Values {
         offset: u16::MAX,
         total: u16::MAX,
-        values: core::iter::repeat_n(f32::from_bits(0x3f9d_70a4), VALUES_PER_FRAME).collect(),
+        values: Values::try_from(&[f32::from_bits(0x3f9d_70a4); VALUES_PER_FRAME][..]).unwrap(),
     };
     assert_eq!(frame(u32::MAX, &request).len(), FRAME_BYTES);
     let mut short = [0; FRAME_BYTES - 1];
@@ -57,7 +57,7 @@ fn the_longest_message_fits_exactly() {
     );
     let reply = Reply::RecipePart {
         offset: u32::MAX,
-        bytes: core::iter::repeat_n(0xA5, BYTES_PER_FRAME).collect(),
+        bytes: RecipeBytes::try_from(&[0xA5; BYTES_PER_FRAME][..]).unwrap(),
     };
     assert!(frame(u32::MAX, &reply).len() < FRAME_BYTES);
 }
@@ -115,88 +115,85 @@ fn progress(done: u32) -> Request {
 }
 
 /// The frame of the next request.
-fn ask(asker: &mut Client, request: &Request) -> Vec<u8> {
+fn send(client: &mut Client, request: &Request) -> Vec<u8> {
     let mut buffer = [0; FRAME_BYTES];
-    asker.ask(request, &mut buffer).unwrap().to_vec()
+    client.request(request, &mut buffer).unwrap().to_vec()
 }
 
 /// The frame of the reply to the last request.
-fn respond(answerer: &mut Server, reply: Reply) -> Vec<u8> {
+fn respond(server: &mut Server, reply: Reply) -> Vec<u8> {
     let mut buffer = [0; FRAME_BYTES];
-    answerer.answer(reply, &mut buffer).unwrap().to_vec()
+    server.reply(reply, &mut buffer).unwrap().to_vec()
 }
 
 /// The host receives a request.
-fn receive(answerer: &mut Server, bytes: &[u8]) -> Received {
+fn receive(server: &mut Server, bytes: &[u8]) -> Received {
     let mut bytes = bytes.iter();
-    let received = bytes.find_map(|byte| answerer.receive(*byte));
+    let received = bytes.find_map(|byte| server.receive(*byte));
     received.unwrap().unwrap()
 }
 
 /// The device receives a reply, or drops it.
-fn receive_reply(asker: &mut Client, bytes: &[u8], request: &Request) -> Option<Reply> {
+fn receive_reply(client: &mut Client, bytes: &[u8], request: &Request) -> Option<Reply> {
     let mut bytes = bytes.iter();
-    bytes.find_map(|byte| asker.receive(*byte, request))
+    bytes.find_map(|byte| client.receive(*byte, request))
 }
 
 #[test]
 fn a_request_is_answered_once_and_its_repetition_alike() {
     let request = progress(1);
-    let (mut asker, mut answerer) = (Client::new(), Server::new());
-    let asked = ask(&mut asker, &request);
-    assert_eq!(
-        receive(&mut answerer, &asked),
-        Received::New(request.clone())
-    );
+    let (mut client, mut server) = (Client::new(0), Server::new());
+    let asked = send(&mut client, &request);
+    assert_eq!(receive(&mut server, &asked), Received::New(request.clone()));
     // Version 0.1 called a repetition new until there was a reply, and a host that was moving its
     // arms moved them again.
     for _ in 0..3 {
-        assert_eq!(receive(&mut answerer, &asked), Received::Pending);
+        assert_eq!(receive(&mut server, &asked), Received::Pending);
     }
-    let answered = respond(&mut answerer, Reply::Accepted);
-    let again = receive(&mut answerer, &asked);
+    let answered = respond(&mut server, Reply::Accepted);
+    let again = receive(&mut server, &asked);
     assert_eq!(again, Received::Duplicate(Reply::Accepted));
 
-    let reply = receive_reply(&mut asker, &answered, &request);
+    let reply = receive_reply(&mut client, &answered, &request);
     assert_eq!(reply, Some(Reply::Accepted));
     // The next request does not take the late reply for its own.
-    ask(&mut asker, &request);
-    assert_eq!(receive_reply(&mut asker, &answered, &request), None);
+    send(&mut client, &request);
+    assert_eq!(receive_reply(&mut client, &answered, &request), None);
 }
 
 /// While the first request is unanswered, another one is new, and the reply is to that one.
 #[test]
 fn a_new_request_takes_the_place_of_one_that_waits() {
-    let (mut asker, mut answerer) = (Client::new(), Server::new());
+    let (mut client, mut server) = (Client::new(0), Server::new());
     for request in [progress(1), progress(2)] {
-        let asked = ask(&mut asker, &request);
-        assert_eq!(receive(&mut answerer, &asked), Received::New(request));
-        assert_eq!(receive(&mut answerer, &asked), Received::Pending);
+        let asked = send(&mut client, &request);
+        assert_eq!(receive(&mut server, &asked), Received::New(request));
+        assert_eq!(receive(&mut server, &asked), Received::Pending);
     }
-    let answered = respond(&mut answerer, Reply::Accepted);
-    let reply = receive_reply(&mut asker, &answered, &progress(2));
+    let answered = respond(&mut server, Reply::Accepted);
+    let reply = receive_reply(&mut client, &answered, &progress(2));
     assert_eq!(reply, Some(Reply::Accepted));
 }
 
 /// The first requests after a reset have the same sequence number, whatever they are.
 #[test]
 fn a_device_that_was_reset_is_not_taken_for_the_one_before() {
-    let mut answerer = Server::new();
+    let mut server = Server::new();
     let welcome = Reply::Welcome { protocol: PROTOCOL };
     for (request, is_new) in [
-        (Request::Failed(Failure::NoReply), true),
+        (Request::Failed(Failure::NoReply.into()), true),
         (hello(7), true),
         (hello(7), false),
         // It has another recipe now.
         (hello(8), true),
     ] {
-        let asked = ask(&mut Client::new(), &request);
+        let asked = send(&mut Client::new(0), &request);
         let expected = match is_new {
             true => Received::New(request),
             false => Received::Duplicate(welcome.clone()),
         };
-        assert_eq!(receive(&mut answerer, &asked), expected);
-        respond(&mut answerer, welcome.clone());
+        assert_eq!(receive(&mut server, &asked), expected);
+        respond(&mut server, welcome.clone());
     }
 }
 
@@ -259,15 +256,15 @@ proptest! {
         seed: u64,
     ) {
         let mut line = Random(seed);
-        let (mut asker, mut answerer) = (Client::new(), Server::new());
+        let (mut client, mut server) = (Client::new(0), Server::new());
         let mut heard = Vec::new();
         for request in &requests {
-            let asked = ask(&mut asker, request);
+            let asked = send(&mut client, request);
             let mut reply = None;
             for _ in 0..1_000 {
                 let mut replies = Vec::new();
                 for byte in line.spoil(asked.clone(), 60) {
-                    let answer = match answerer.receive(byte) {
+                    let answer = match server.receive(byte) {
                         Some(Ok(Received::New(request))) => {
                             let answer = answer_to(&request);
                             heard.push(request);
@@ -276,11 +273,11 @@ proptest! {
                         Some(Ok(Received::Duplicate(answer))) => answer,
                         _ => continue,
                     };
-                    replies.push(respond(&mut answerer, answer));
+                    replies.push(respond(&mut server, answer));
                 }
                 for bytes in replies {
                     for byte in line.spoil(bytes, 60) {
-                        reply = reply.or(asker.receive(byte, request));
+                        reply = reply.or(client.receive(byte, request));
                     }
                 }
                 if reply.is_some() {
@@ -307,7 +304,7 @@ fn answer_to(request: &Request) -> Reply {
         },
         Request::RecipePart { offset } => Reply::RecipePart {
             offset: *offset,
-            bytes: [1, 2, 3].into_iter().collect(),
+            bytes: RecipeBytes::take_from([1, 2, 3]),
         },
         _ => Reply::Accepted,
     }
