@@ -1,14 +1,18 @@
 //! Frames survive noise, and a conversation survives a link that loses, repeats and alters bytes.
 
+use std::collections::HashSet;
 use std::fmt::Debug;
 
+use glimpse_core::error_code::ErrorCode;
 use glimpse_core::fit::Progress;
 use glimpse_core::link::{
-    BYTES_PER_FRAME, Client, FRAME_BYTES, Failure, FrameError, FrameReader, PROTOCOL, Received,
-    RecipeBytes, Reply, Request, Server, VALUES_PER_FRAME, Values, encode,
+    BYTES_PER_FRAME, Client, FRAME_BYTES, Failure, FailureReport, FrameError, FrameReader,
+    PROTOCOL, Received, RecipeBytes, Refusal, Reply, Request, Server, VALUES_PER_FRAME, Values,
+    encode,
 };
 use glimpse_core::model::ModelKind;
-use glimpse_core::scan::Reading;
+use glimpse_core::recipe::{Kind, RecipeError};
+use glimpse_core::scan::{FitError, Reading, ReadingError, ScanError};
 use proptest::prelude::*;
 use serde::de::DeserializeOwned;
 
@@ -308,4 +312,117 @@ fn answer_to(request: &Request) -> Reply {
         },
         _ => Reply::Accepted,
     }
+}
+
+/// A host prints the codes of newer devices, and those that it knows with their sentence.
+#[test]
+fn an_unknown_failure_or_refusal_still_arrives_and_prints() {
+    let (code, details) = (60_000, [1, u32::MAX]);
+    let report = FailureReport { code, details };
+    let bytes = frame(7, &Request::Failed(report));
+    assert_eq!(messages(&bytes), [(7, Request::Failed(report))]);
+    assert_eq!(report.error(), None);
+    let text = "error 60000, which this host does not know (details 1 and 4294967295)";
+    assert_eq!(report.to_string(), text);
+
+    let refusal = Refusal::Other { code: 5_000 };
+    let bytes = frame(7, &Reply::Refused(refusal));
+    assert_eq!(read::<Reply>(&bytes), [Ok((7, Reply::Refused(refusal)))]);
+    let text = "the host refused for a reason that the device does not know (number 5000)";
+    assert_eq!(refusal.to_string(), text);
+    let report = FailureReport::from(Failure::Refused(refusal));
+    assert_eq!((report.code, report.details), (107, [5_000, 0]));
+    assert!(
+        report
+            .to_string()
+            .contains("(error 107, details 5000 and 0)")
+    );
+}
+
+/// Codes are unique, and found by their numbers.
+#[test]
+fn each_error_code_has_a_number_of_its_own() {
+    let mut numbers = HashSet::new();
+    for code in ErrorCode::ALL {
+        assert_eq!(ErrorCode::from_code(code.code()), Some(*code));
+        assert!(numbers.insert(code.code()));
+        assert_eq!(code.to_string(), code.text());
+    }
+    let unknown = (0..=u16::MAX).filter(|number| !numbers.contains(number));
+    assert!(unknown.map(ErrorCode::from_code).all(|code| code.is_none()));
+}
+
+/// Details of the failures that need them, as `docs/link.md` lists them.
+#[test]
+fn reports_carry_the_details_of_their_failures() {
+    let of = |failure: Failure| {
+        let report = FailureReport::from(failure);
+        assert_eq!(report.error(), Some(failure.code()));
+        (report.code, report.details)
+    };
+    let (index, samples) = (300, 8);
+    let length = RecipeError::Length {
+        expected: 70_000,
+        found: 3,
+    };
+    let model = ScanError::Model {
+        firmware: ModelKind::Linear,
+        recipe: ModelKind::CookTorrance,
+    };
+    let capacity = ScanError::Capacity {
+        capacity: 8,
+        samples: 9,
+    };
+    let error = ReadingError::Negative(2);
+    let missing = FitError::Incomplete {
+        missing: 4,
+        first: 2,
+    };
+    for (failure, expected) in [
+        (Failure::Recipe(RecipeError::Version(7)), (33, [7, 0])),
+        (Failure::Recipe(length), (34, [70_000, 3])),
+        (Failure::Recipe(RecipeError::Checksum), (35, [0, 0])),
+        (
+            Failure::Recipe(RecipeError::Missing(Kind::PATTERN)),
+            (46, [0, 0]),
+        ),
+        (
+            Failure::Recipe(RecipeError::Order(Kind::LIMITS)),
+            (46, [128, 0]),
+        ),
+        (Failure::Scan(model), (48, [3, 2])),
+        (Failure::Scan(capacity), (49, [8, 9])),
+        (Failure::Reading { index, error }, (65, [300, 2])),
+        (
+            Failure::Reading {
+                index,
+                error: ReadingError::Index { index, samples },
+            },
+            (66, [300, 8]),
+        ),
+        (Failure::ReadingRequired { index }, (67, [300, 0])),
+        (Failure::Fit(missing), (18, [4, 2])),
+        (Failure::Diverged, (81, [0, 0])),
+        (Failure::Machine, (96, [0, 0])),
+        (Failure::Protocol { device: 6, host: 5 }, (97, [6, 5])),
+        (Failure::NoReply, (98, [0, 0])),
+        (Failure::Refused(Refusal::Directions), (100, [100, 0])),
+        (Failure::OutOfReach { index, count: 2 }, (105, [300, 2])),
+    ] {
+        assert_eq!(of(failure), expected, "{failure}");
+    }
+}
+
+/// Lists take what fits, and no more.
+#[test]
+fn a_list_holds_no_more_than_its_capacity() {
+    let bytes = [7; BYTES_PER_FRAME + 1];
+    assert_eq!(RecipeBytes::try_from(&bytes[..]), Err(FrameError::TooLong));
+    let list = RecipeBytes::try_from(&bytes[1..]).unwrap();
+    assert_eq!(list.as_slice(), &bytes[1..]);
+    assert_eq!(RecipeBytes::take_from(bytes), list);
+    assert_eq!(Values::default().as_slice(), []);
+    // A list on the wire that is longer than any frame holds.
+    let long = frame(1, &(3_u8, 0_u16, 17_u16, vec![0.0_f32; 17]));
+    assert_eq!(read::<Request>(&long), [Err(FrameError::Unknown)]);
 }

@@ -52,7 +52,7 @@ pub(crate) fn check_aftermath(
 }
 
 /// A host that answers some requests wrongly causes the failure; after it answers rightly, the scan ends.
-fn fails(host: Host, wrong: impl Fn(&Request) -> Option<Reply>, failure: Failure) {
+pub(crate) fn fails(host: Host, wrong: impl Fn(&Request) -> Option<Reply>, failure: Failure) {
     let mut driver = phong(Config::new(host));
     let healed = Cell::new(false);
     let mut bench = Bench::new(|request| {
