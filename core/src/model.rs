@@ -29,6 +29,7 @@ use crate::numeric::{Block, Scalar, Value};
 /// of the recipe format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub enum ModelKind {
     /// [`Phong`].
     Phong = 0,

@@ -214,5 +214,6 @@ fn fit<K: Fitter>(scan: &mut Scan<'_, '_, K, CAPACITY>, budget: u32) {
         }
         Err(FinishError::Unfinished(_)) => assert!(!is_complete),
         Err(FinishError::Diverged) => assert!(is_complete),
+        Err(error) => panic!("{error}"),
     }
 }

@@ -29,6 +29,7 @@ impl Progress {
 /// Why a firmware cannot fit by a recipe.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub enum FitterError {
     /// The recipe is for another model than this firmware's.
     Model {

@@ -12,6 +12,7 @@ use crate::model::ModelKind;
 /// Why bytes are not a recipe.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub enum RecipeError {
     /// The first four bytes are not `GLMP`.
     Magic,

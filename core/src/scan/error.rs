@@ -9,6 +9,7 @@ use crate::model::ModelKind;
 /// Why a scan cannot begin.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub enum ScanError {
     /// The recipe is for another model than this firmware's.
     Model {
@@ -90,6 +91,7 @@ impl core::error::Error for ScanError {}
 /// Why a sample cannot be skipped.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub enum SkipError {
     /// The recipe does not tolerate missing readings.
     Required,
@@ -131,6 +133,7 @@ impl core::error::Error for SkipError {}
 /// Why readings cannot be fitted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub enum FitError {
     /// Not all readings are taken, and the recipe cannot do without.
     Incomplete {
@@ -180,6 +183,7 @@ impl core::error::Error for FitError {}
 /// Why a fit has no result.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub enum FinishError {
     /// It is not complete: it goes on by
     /// [`Scan::fit_under_way`](super::Scan::fit_under_way).

@@ -102,6 +102,7 @@ pub struct Recorded {
 /// Why a reading was refused. It has to be taken again.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub enum ReadingError {
     /// A channel (0 red, 1 green, 2 blue) is NaN or infinite.
     NonFinite(u8),

@@ -63,7 +63,8 @@ pub fn scan_some(recipe: &Recipe<'_>, read: &mut Read<'_>) -> Result<Found, Host
         ModelKind::Phong => scan_by::<Phong>(recipe, read),
         ModelKind::Neural => scan_by::<Neural>(recipe, read),
         ModelKind::CookTorrance => scan_by::<CookTorrance>(recipe, read),
-        ModelKind::Linear => scan_by::<LinearOnHeap>(recipe, read),
+        // Linear; it refuses a recipe of any other model.
+        _ => scan_by::<LinearOnHeap>(recipe, read),
     }
 }
 

@@ -6,6 +6,7 @@ use crate::error_code::ErrorCode;
 /// Why bytes are not a compact basis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub enum BasisError {
     /// The first four bytes are not `GLMC`.
     Magic,
