@@ -30,7 +30,7 @@ impl Line {
 /// A host of one scan.
 #[derive(Default)]
 pub(crate) struct Computer {
-    answerer: Server,
+    server: Server,
     /// What was fitted, as the device told it.
     pub(crate) values: Vec<f32>,
     /// How often the arms were moved.
@@ -40,13 +40,13 @@ pub(crate) struct Computer {
 impl Computer {
     /// Takes a byte from the line; returns the bytes to be sent back, if any.
     fn receive<'b>(&mut self, byte: u8, buffer: &'b mut [u8]) -> Option<&'b [u8]> {
-        let reply = match self.answerer.receive(byte)? {
+        let reply = match self.server.receive(byte)? {
             Ok(Received::New(request)) => self.answer(request),
             Ok(Received::Duplicate(reply)) => reply,
-            // The arms are moving for it already; or it was damaged, and will come again.
-            Ok(Received::Pending) | Err(_) => return None,
+            // The arms move for it already; or it was damaged, and the device sends it again.
+            _ => return None,
         };
-        self.answerer.answer(reply, buffer).ok()
+        self.server.reply(reply, buffer).ok()
     }
 
     fn answer(&mut self, request: Request) -> Reply {
@@ -63,7 +63,7 @@ impl Computer {
             // This host remembers no scan of before.
             Request::Saved { .. } => Reply::Refused(Refusal::Saved),
             Request::Values { values, .. } => {
-                self.values.extend_from_slice(&values);
+                self.values.extend_from_slice(values.as_slice());
                 Reply::Accepted
             }
             _ => Reply::Accepted,
@@ -80,15 +80,15 @@ pub(crate) fn scan(
     let recipe = Recipe::parse(RECIPE).map_err(Failure::Recipe)?;
     let mut memory = [0.0; memory_words(&[RECIPE])];
     let scan = Scan::<Neural>::new(recipe, &mut memory).map_err(Failure::Scan)?;
-    let mut driver = Driver::new(Ok(scan), Config::new(Host::Measures));
+    let mut driver = Driver::new(scan, Config::new(Host::Measures));
     let mut line = Line { loses, bytes: 0 };
     let mut buffer = [0; FRAME_BYTES];
-    for milliseconds in 0.. {
-        match driver.poll(1) {
+    for now_ms in 0_u32.. {
+        match driver.poll(now_ms.into()) {
             Action::Finished(residual) => {
                 let fitted = driver.scan()?.fitted();
                 let values = fitted.map(|fitted| fitted.values().collect());
-                return Ok((residual, values.unwrap_or_default(), milliseconds));
+                return Ok((residual, values.unwrap_or_default(), now_ms));
             }
             Action::Failed(failure) => return Err(failure),
             _ => {} // `Action::Save` and `Action::Forget` are for what outlasts a reset

@@ -66,13 +66,13 @@ impl Scanner {
         }
         println!("power on, {} readings are there", saved.readings().len());
 
-        let mut driver = Driver::new(Ok(scan), Config::new(Host::Absent));
-        let mut elapsed = 0; // milliseconds since the last turn
+        let mut driver = Driver::new(scan, Config::new(Host::Absent));
+        let mut now_ms = 0; // since power on
         loop {
-            match driver.poll(std::mem::take(&mut elapsed)) {
+            match driver.poll(now_ms) {
                 Action::Measure { index, directions } => {
                     let (reading, milliseconds) = self.measure(&directions);
-                    elapsed = milliseconds;
+                    now_ms += u64::from(milliseconds);
                     driver.record(index, reading);
                     let [theta_i, theta_o, phi] = self.arms;
                     print!("{:6} ms  sample {index}", self.clock);
@@ -92,9 +92,9 @@ impl Scanner {
                 }
                 Action::Finished(residual) => return Ok(Some(residual)),
                 Action::Failed(failure) => return Err(failure),
-                // A firmware sleeps here. Nobody is on the line, so that no recipe comes by it.
-                Action::Wait { milliseconds } => elapsed = milliseconds,
-                Action::Continue | Action::Store { .. } | Action::Install { .. } => {}
+                // A firmware sleeps here.
+                Action::Wait => now_ms += u64::from(driver.poll_delay(now_ms).unwrap_or(1)),
+                _ => {} // without a host no recipe arrives
             }
         }
     }

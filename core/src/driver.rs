@@ -1,8 +1,7 @@
-//! What every scanner's firmware does, free of I/O and of time.
+//! The main loop that every scanner's firmware shares, without I/O and without a clock.
 //!
-//! A [`Driver`] is fed with bytes from the line, readings, and the time that has passed; it says
-//! what is to be done next ([`Action`]), and which bytes are to be sent. Motors, sensor, UART, flash
-//! and clock are the firmware's, and so is its loop:
+//! A [`Driver`] receives bytes from the line, readings, and the time. It returns the next [`Action`] and the bytes
+//! to send. Motors, sensor, UART, flash and clock belong to the firmware, and so does the loop:
 //!
 //! ```
 //! use glimpse_core::driver::{Action, Config, Driver, Host};
@@ -10,20 +9,21 @@
 //! use glimpse_core::recipe::Recipe;
 //! use glimpse_core::scan::{Memory, Reading, Scan};
 //!
+//! # fn now_ms() -> u64 { 0 }
+//! # fn sleep(delay_ms: Option<u32>) {}
 //! let recipe = include_bytes!("../examples/recipes/neural-n8.recipe");
 //! let mut memory = Memory::<Neural, 8>::new();
-//! let scan = Recipe::parse(recipe).unwrap(); // a firmware hands errors to the driver, see `Driver::new`
-//! let scan = Scan::new(scan, &mut memory).unwrap();
-//! let mut driver = Driver::new(Ok(scan), Config::new(Host::Absent));
+//! let recipe = Recipe::parse(recipe).unwrap(); // firmware reports errors, see `Driver::without_scan`
+//! let scan = Scan::new(recipe, &mut memory).unwrap();
+//! let mut driver = Driver::new(scan, Config::new(Host::Absent));
 //! loop {
-//!     let milliseconds = 1; // since the last turn
-//!     match driver.poll(milliseconds) {
+//!     match driver.poll(now_ms()) {
 //!         Action::Measure { index, .. } => driver.record(index, Reading::new([0.1; 3])),
 //!         Action::Finished(residual) => break println!("{}", residual.mean),
 //!         Action::Failed(failure) => panic!("{failure}"),
 //!         Action::Save { .. } | Action::Forget => {} // flash
-//!         Action::Wait { .. } | Action::Continue => {} // sleep, or not
-//!         Action::Store { .. } | Action::Install { .. } => {} // of other hosts
+//!         Action::Wait => sleep(driver.poll_delay(now_ms())),
+//!         _ => {} // `Store` and `Install`, if the device can store recipes
 //!     }
 //! }
 //! let scan = driver.scan().unwrap();
@@ -32,75 +32,89 @@
 
 mod action;
 mod config;
-mod line;
+mod pending_request;
 mod phase;
+mod reach;
 mod replies;
+mod step;
 
 pub use action::Action;
 pub use config::{Config, Host};
 
 use crate::fit::Fitter;
-use crate::heapless::Vec;
-use crate::link::{Failure, PROTOCOL, Request, VALUES_PER_FRAME};
-use crate::model::ModelKind;
-use crate::scan::{FinishError, Reading, Scan};
-use line::{Line, News};
+use crate::link::{Failure, Request};
+use crate::scan::{Reading, Scan, SkipError};
+use pending_request::{PendingRequest, PollResult};
 use phase::Phase;
 
-/// A pause after a failure, in milliseconds: whatever it was, it is not tried again in haste.
-const PAUSE: u32 = 500;
+/// A pause after a failure, in ms: the driver does not try again in haste.
+const PAUSE_MS: u64 = 500;
 
-/// Leads a scan from the first word to the last, and then the next one.
+/// Leads a scan from the hello to the result, and then the next one.
 pub struct Driver<'a, K: Fitter> {
-    /// Or why there can be none.
+    /// The scan, or the reason why there is none.
     scan: Result<Scan<'a, K>, Failure>,
     config: Config,
-    line: Line,
+    pending: PendingRequest,
     phase: Phase,
-    /// How often the present reading was refused.
-    refused: u8,
-    /// Kept readings are to be forgotten.
+    /// Number of the fitted values that the host has accepted.
+    values_sent: u16,
+    /// Number of invalid readings in a row.
+    invalid_readings: u8,
+    /// The firmware has to delete saved readings.
     forgets: bool,
-    /// The recipe that was fetched last, and did not serve: it is not fetched again and again.
+    /// Checksum of the last fetched recipe that was unusable; the driver does not fetch it again.
     declined: Option<u32>,
-    /// Said before anything else is done.
+    /// The action to return before anything else.
     next: Option<Action>,
+    /// The last poll found nothing to do, and no call has changed that.
+    is_idle: bool,
 }
 
 impl<'a, K: Fitter> Driver<'a, K> {
-    /// Leads this scan. Readings that outlasted a reset are recorded in it already; a host that
-    /// measures is asked whether they still hold.
-    ///
-    /// If there is no scan, because the recipe is damaged or for another firmware, the driver tells
-    /// the host why; and asks it for a better recipe if it can store one.
+    /// Leads this scan. Readings that outlasted a reset are recorded in it already; a host that measures is asked
+    /// whether they are still valid.
     #[must_use]
-    pub fn new(scan: Result<Scan<'a, K>, Failure>, config: Config) -> Self {
+    pub fn new(scan: Scan<'a, K>, config: Config) -> Self {
+        Self::from_result(Ok(scan), config)
+    }
+
+    /// Creates the driver of a device whose recipe is unusable: damaged, or for another firmware. It reports the
+    /// failure to the host and, if the device can store a recipe, asks the host for a better one.
+    #[must_use]
+    pub fn without_scan(failure: Failure, config: Config) -> Self {
+        Self::from_result(Err(failure), config)
+    }
+
+    fn from_result(scan: Result<Scan<'a, K>, Failure>, config: Config) -> Self {
         Self {
             scan,
             config,
-            line: Line::new(),
+            pending: PendingRequest::new(config.sequence_seed),
             phase: Phase::Greet,
-            refused: 0,
+            values_sent: 0,
+            invalid_readings: 0,
             forgets: false,
             declined: None,
             next: None,
+            is_idle: false,
         }
     }
 
-    /// The scan, or why there can be none.
+    /// The scan.
     ///
     /// # Errors
-    /// What was given to [`Driver::new`].
+    /// The failure that was given to [`Driver::without_scan`].
     pub fn scan(&self) -> Result<&Scan<'a, K>, Failure> {
         self.scan.as_ref().map_err(|failure| *failure)
     }
 
-    /// The recipe of this checksum is not fetched: it did not serve a driver before this one.
+    /// Excludes the recipe with this checksum from updates: it was unusable for an earlier driver.
     pub fn decline(&mut self, checksum: u32) {
         self.declined = Some(checksum);
     }
 
-    /// The checksum of the recipe that did not serve last.
+    /// The checksum of the last fetched recipe that was unusable.
     #[must_use]
     pub fn declined(&self) -> Option<u32> {
         self.declined
@@ -108,29 +122,30 @@ impl<'a, K: Fitter> Driver<'a, K> {
 
     /// Takes a byte from the line.
     pub fn receive(&mut self, byte: u8) {
-        self.line.receive(byte);
+        if self.pending.receive(byte) {
+            self.is_idle = false;
+        }
     }
 
-    /// Bytes to be sent; [`Driver::sent`] says how many were.
+    /// The bytes to send. Call [`Driver::sent`] afterwards.
     #[must_use]
     pub fn outgoing(&self) -> &[u8] {
-        self.line.outgoing()
+        self.pending.outgoing()
     }
 
-    /// So many of the outgoing bytes were sent.
+    /// Marks the first `count` outgoing bytes as sent.
     pub fn sent(&mut self, count: usize) {
-        self.line.sent(count);
+        self.pending.sent(count);
     }
 
-    /// Takes the reading of a sample, in any order, from the device's own sensor; one between two
-    /// calls of [`Driver::poll`], which says that it is to be kept. A scan that was given up takes
-    /// none.
+    /// Takes the reading of a sample from the device's own sensor, in any order, at most one between two polls. The
+    /// next poll returns [`Action::Save`]. A scan that has failed ignores readings.
+    ///
+    /// The driver skips a sample after [`Config::attempts`] invalid readings if the recipe tolerates that; else the
+    /// scan fails.
     pub fn record(&mut self, index: u16, reading: Reading) {
-        // It would be one of the material before.
-        if matches!(
-            self.phase,
-            Phase::Complain(_) | Phase::Pause { .. } | Phase::Rest
-        ) {
+        self.is_idle = false;
+        if self.ignores_readings() {
             return;
         }
         let Ok(scan) = &mut self.scan else {
@@ -138,265 +153,180 @@ impl<'a, K: Fitter> Driver<'a, K> {
         };
         match scan.record(index, reading) {
             Ok(_) => {
-                self.refused = 0;
+                self.invalid_readings = 0;
                 self.next = Some(Action::Save { index, reading });
             }
             Err(error) => {
-                self.refused = self.refused.saturating_add(1);
-                if self.refused >= self.config.attempts {
+                self.invalid_readings = self.invalid_readings.saturating_add(1);
+                if self.invalid_readings < self.config.attempts {
+                    return;
+                }
+                self.invalid_readings = 0;
+                // An earlier reading of the sample is better than none.
+                let is_read = scan.reading(index).is_some();
+                let tolerates = scan.recipe().tolerates_missing();
+                if !(tolerates && (is_read || scan.skip(index).is_ok())) {
                     self.fail(Failure::Reading { index, error });
                 }
             }
         }
     }
 
-    /// Gives up on the scan, for a reason of the firmware's.
-    pub fn fail(&mut self, failure: Failure) {
-        self.line.hang_up();
-        self.refused = 0;
-        self.next = Some(Action::Failed(failure));
-        // A host that fell silent may be back soon, and then what it measured holds still.
-        if failure != Failure::NoReply
-            && let Phase::Store { checksum, .. } | Phase::Stored { checksum, .. } = self.phase
-        {
-            self.declined = Some(checksum); // it would not be stored next time either
+    /// Skips a sample that cannot be read. A later [`Driver::record`] of the sample undoes it. A scan that has failed
+    /// ignores this.
+    ///
+    /// # Errors
+    /// As [`Scan::skip`]; without a scan there is no such sample.
+    pub fn skip(&mut self, index: u16) -> Result<(), SkipError> {
+        let samples = 0;
+        if self.ignores_readings() {
+            return Ok(());
         }
+        let Ok(scan) = &mut self.scan else {
+            return Err(SkipError::Index { index, samples });
+        };
+        scan.skip(index)?;
+        self.invalid_readings = 0;
+        self.cancel_measure(Some(index));
+        Ok(())
+    }
+
+    /// Skips all pending samples, so that the fit uses the readings taken so far. Without a scan, or after a failure,
+    /// there is nothing to skip.
+    ///
+    /// # Errors
+    /// As [`Scan::finish_early`].
+    pub fn finish_early(&mut self) -> Result<(), SkipError> {
+        if self.ignores_readings() {
+            return Ok(());
+        }
+        if let Ok(scan) = &mut self.scan {
+            scan.finish_early()?;
+            self.invalid_readings = 0;
+            self.cancel_measure(None);
+        }
+        Ok(())
+    }
+
+    /// Stops waiting for the reading of a skipped sample; None: of any.
+    fn cancel_measure(&mut self, skipped: Option<u16>) {
+        self.is_idle = false;
+        if let Some(Request::Measure { index, .. }) = self.pending.request()
+            && skipped.is_none_or(|skipped| skipped == *index)
+        {
+            self.pending.cancel();
+        }
+    }
+
+    /// After a failure a reading would be one of the material before.
+    fn ignores_readings(&self) -> bool {
+        matches!(
+            self.phase,
+            Phase::ReportFailure(_) | Phase::Pause { .. } | Phase::Rest
+        )
+    }
+
+    /// Ends the scan with a failure.
+    pub fn fail(&mut self, failure: Failure) {
+        self.is_idle = false;
+        self.pending.cancel();
+        self.invalid_readings = 0;
+        self.next = Some(Action::Failed(failure));
         if failure == Failure::NoReply {
+            // The host may be back soon, and then its readings are still valid. It would not recognize readings that
+            // a fit has clamped.
             if let Ok(scan) = &mut self.scan {
-                scan.forget_clamped(); // the host would not know them again
+                scan.forget_clamped();
             }
             self.phase = Phase::Greet;
             return;
         }
+        if let Phase::Store { checksum, .. } | Phase::Stored { checksum, .. } = self.phase {
+            self.declined = Some(checksum); // storing it would fail again
+        }
         self.forget();
         self.phase = match self.config.host {
             Host::Absent => Phase::Rest,
-            _ => Phase::Complain(failure),
+            Host::Measures | Host::Listens => Phase::ReportFailure(failure),
         };
     }
 
     /// Begins a scan of the next material.
     pub fn restart(&mut self) {
-        self.line.hang_up();
+        self.is_idle = false;
+        self.pending.cancel();
         self.forget();
-        self.refused = 0;
+        self.invalid_readings = 0;
         self.next = None;
         self.phase = Phase::Greet;
     }
 
     fn forget(&mut self) {
-        self.forgets = true;
         if let Ok(scan) = &mut self.scan {
             scan.restart();
+            self.forgets = true;
         }
     }
 
-    /// Does what is next, `elapsed` milliseconds after the last call, and says what the firmware has
-    /// to do.
-    pub fn poll(&mut self, elapsed: u32) -> Action {
-        if let Phase::Pause { left } = &mut self.phase {
-            *left = left.saturating_sub(elapsed);
+    /// Does the next piece of work and returns the firmware's next action. `now_ms` is the time of a monotonic clock
+    /// with any origin, in ms.
+    pub fn poll(&mut self, now_ms: u64) -> Action {
+        let action = self.next_action(now_ms);
+        self.is_idle = matches!(action, Action::Wait | Action::Measure { .. });
+        action
+    }
+
+    /// The time until [`Driver::poll`] has something to do by itself, in ms. None: only a byte from the line, a sent
+    /// byte, or a call of this driver changes anything.
+    #[must_use]
+    pub fn poll_delay(&self, now_ms: u64) -> Option<u32> {
+        if !self.is_idle {
+            return Some(0);
         }
+        let due = match self.phase {
+            Phase::Pause { until } => until,
+            _ => self.pending.due()?,
+        };
+        let delay = due.saturating_sub(now_ms);
+        Some(u32::try_from(delay).unwrap_or(u32::MAX))
+    }
+
+    fn next_action(&mut self, now: u64) -> Action {
         if let Some(action) = self.next.take() {
             return action;
         }
         if core::mem::take(&mut self.forgets) {
             return Action::Forget;
         }
-        let patience = match self.phase {
-            Phase::Greet => u32::MAX,
-            Phase::Measure => self.config.measuring_patience,
-            _ => self.config.patience,
-        };
-        match self.line.news(elapsed, self.config.repeat, patience) {
-            News::None { milliseconds } => Action::Wait { milliseconds },
-            News::Reply(reply) => {
-                self.understand(reply);
-                self.next.take().unwrap_or(Action::Continue)
-            }
-            News::Silence => {
-                match self.phase {
-                    Phase::Complain(_) => self.phase = Phase::Pause { left: PAUSE },
-                    _ => self.fail(Failure::NoReply),
-                }
-                self.next.take().unwrap_or(Action::Continue)
-            }
-            News::Free => self.go_on(),
+        match self.pending.poll(now, &self.config) {
+            PollResult::Free => return self.step(now),
+            PollResult::Waiting => return Action::Wait,
+            PollResult::Reply(request, reply) => self.handle_reply(&request, reply, now),
+            PollResult::TimedOut(Request::Failed(_)) => self.pause(now),
+            PollResult::TimedOut(_) => self.fail(Failure::NoReply),
         }
-    }
-
-    /// Goes on where no reply is waited for.
-    fn go_on(&mut self) -> Action {
-        let talks = self.config.host != Host::Absent;
-        let scan = match &mut self.scan {
-            Ok(scan) => scan,
-            Err(failure) if !talks && self.phase == Phase::Greet => {
-                let failure = *failure;
-                self.fail(failure);
-                return Action::Continue;
-            }
-            Err(_) => return self.go_on_without_scan(),
-        };
-        match self.phase {
-            Phase::Greet if !talks => {
-                self.phase = Phase::Measure;
-                Action::Continue
-            }
-            Phase::Greet => {
-                let recipe = scan.recipe();
-                let (model, samples, recipe) =
-                    (recipe.model(), recipe.samples() as u16, recipe.checksum());
-                self.ask(Request::Hello {
-                    protocol: PROTOCOL,
-                    model,
-                    samples,
-                    recipe,
-                })
-            }
-            Phase::Offer { next } => {
-                let samples = scan.recipe().samples() as u16;
-                let kept = (next..samples).find_map(|index| Some((index, scan.reading(index)?)));
-                match kept {
-                    Some((index, reading)) => {
-                        self.phase = Phase::Offer { next: index };
-                        self.ask(Request::Saved { index, reading })
-                    }
-                    None => {
-                        self.phase = Phase::Measure;
-                        Action::Continue
-                    }
-                }
-            }
-            Phase::Measure => match scan.next_pending() {
-                Some((index, directions)) if self.config.host == Host::Measures => {
-                    self.ask(Request::Measure { index, directions })
-                }
-                Some((index, directions)) => Action::Measure { index, directions },
-                None => match scan.fit() {
-                    Ok(_) => {
-                        self.phase = Phase::Fit;
-                        Action::Continue
-                    }
-                    Err(error) => self.give_up(Failure::Fit(error)),
-                },
-            },
-            Phase::Fit => self.advance(talks),
-            Phase::Fitted => {
-                self.phase = Phase::Tell { offset: 0 };
-                Action::Continue
-            }
-            Phase::Tell { offset } => self.tell(offset),
-            Phase::End => {
-                self.forget();
-                self.phase = match self.config.host {
-                    Host::Measures => Phase::Greet,
-                    _ => Phase::Rest,
-                };
-                Action::Continue
-            }
-            Phase::Rest => Action::Wait {
-                milliseconds: u32::MAX,
-            },
-            _ => self.go_on_without_scan(),
-        }
-    }
-
-    /// What needs no scan.
-    fn go_on_without_scan(&mut self) -> Action {
-        match self.phase {
-            Phase::Greet => self.ask(Request::Hello {
-                protocol: PROTOCOL,
-                model: ModelKind::Linear,
-                samples: 0,
-                recipe: 0,
-            }),
-            Phase::Update => self.ask(Request::Update),
-            Phase::Store { offset, .. } => self.ask(Request::RecipePart { offset }),
-            Phase::Stored { bytes, checksum } => {
-                self.declined = Some(checksum); // unless a new driver takes over
-                self.phase = self.begin();
-                Action::Install { bytes, checksum }
-            }
-            Phase::Complain(failure) => self.ask(Request::Failed(failure)),
-            Phase::Pause { left: 0 } => {
-                self.phase = Phase::Greet;
-                Action::Continue
-            }
-            Phase::Pause { left } => Action::Wait { milliseconds: left },
-            Phase::Rest => Action::Wait {
-                milliseconds: u32::MAX,
-            },
-            _ => {
-                self.phase = Phase::Complain(self.scan().err().unwrap_or(Failure::NoReply));
-                Action::Continue
-            }
-        }
-    }
-
-    /// A slice of the fit.
-    fn advance(&mut self, talks: bool) -> Action {
-        let slice = self.config.slice.max(1);
-        let Ok(scan) = &mut self.scan else {
-            return Action::Continue;
-        };
-        let Some(mut fit) = scan.fit_under_way() else {
-            self.phase = Phase::Measure; // never: the phase and the scan's stage go together
-            return Action::Continue;
-        };
-        let progress = fit.advance(slice);
-        if progress.is_complete() {
-            match fit.finish() {
-                Ok(_) | Err(FinishError::Implausible(_)) => self.phase = Phase::Fitted,
-                Err(FinishError::Diverged) => return self.give_up(Failure::Diverged),
-                Err(FinishError::Unfinished(_)) => {} // it is complete
-            }
-        }
-        if talks {
-            return self.ask(Request::Progress(progress));
-        }
-        Action::Continue
-    }
-
-    /// The values from `offset` on, or the end.
-    fn tell(&mut self, offset: u16) -> Action {
-        let fitted = self.scan.as_ref().ok().and_then(Scan::fitted);
-        let Some(fitted) = fitted else {
-            self.phase = Phase::Measure;
-            return Action::Continue;
-        };
-        let residual = fitted.residual();
-        if self.config.host == Host::Absent {
-            self.phase = Phase::End;
-            return Action::Finished(residual);
-        }
-        let mut values = Vec::<f32, VALUES_PER_FRAME>::new();
-        let mut total = 0_u16;
-        for value in fitted.values() {
-            if total >= offset {
-                let _ = values.push(value); // what finds no room comes next time
-            }
-            total = total.saturating_add(1);
-        }
-        if values.is_empty() {
-            return self.ask(Request::Finished(residual));
-        }
-        self.ask(Request::Values {
-            offset,
-            total,
-            values,
-        })
-    }
-
-    /// Sends a request.
-    fn ask(&mut self, request: Request) -> Action {
-        self.line.ask(request);
-        Action::Wait {
-            milliseconds: self.config.repeat,
-        }
-    }
-
-    fn give_up(&mut self, failure: Failure) -> Action {
-        self.fail(failure);
         self.next.take().unwrap_or(Action::Continue)
+    }
+
+    fn pause(&mut self, now: u64) {
+        self.phase = Phase::Pause {
+            until: now.saturating_add(PAUSE_MS),
+        };
+    }
+}
+
+impl<K: Fitter> core::fmt::Debug for Driver<'_, K> {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.debug_struct("Driver")
+            .field("phase", &self.phase)
+            .field("config", &self.config)
+            .finish_non_exhaustive()
+    }
+}
+
+#[cfg(feature = "defmt")]
+impl<K: Fitter> defmt::Format for Driver<'_, K> {
+    fn format(&self, f: defmt::Formatter<'_>) {
+        defmt::write!(f, "Driver({}, {})", self.phase, self.config);
     }
 }

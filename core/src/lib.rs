@@ -31,13 +31,14 @@ macro_rules! internal {
     };
 }
 
-// From the bottom up: a module imports from modules above it in this list only.
+// From the bottom up: a module imports only from modules earlier in this list.
 //
-// checksum, geometry, numeric, model, fit, gonio, recipe, scan, link, driver
+// checksum, error_code, geometry, numeric, model, fit, gonio, recipe, scan, link, driver
 #[deny(clippy::arithmetic_side_effects)]
 pub mod checksum;
 #[deny(clippy::arithmetic_side_effects)]
 pub mod driver;
+pub mod error_code;
 pub mod fit;
 pub mod geometry;
 #[deny(clippy::arithmetic_side_effects)]
@@ -50,6 +51,3 @@ internal! { mod numeric }
 pub mod recipe;
 #[deny(clippy::arithmetic_side_effects)]
 pub mod scan;
-
-/// Messages of the link hold its lists.
-pub use heapless;

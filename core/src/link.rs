@@ -1,55 +1,60 @@
-//! The link between a device and its scanner, free of I/O and of time.
+//! The link between a device and its host, without I/O and without a clock.
 //!
-//! The device leads, stop and wait: it sends a [`Request`], again and again until the [`Reply`] with
-//! the same sequence number comes; only then does it send the next. Every request may be repeated:
-//! the host answers a repetition with the reply it gave before. Lost, damaged, cut, repeated and
-//! invented bytes therefore cost time and nothing else.
+//! The device leads, stop and wait: it sends a [`Request`], and retransmits it until the [`Reply`] with the same
+//! sequence number arrives; only then does it send the next request. A host gives a repeated request the same reply as
+//! before. So lost, damaged, cut, repeated and invented bytes cost time and nothing else.
 //!
-//! The protocol is written down in `core/docs/link.md`: frames, messages, times, a scan from hello to
-//! end, and four frames in bytes.
+//! The protocol is documented in `core/docs/link.md`: frames, messages, timeouts, a scan from hello to end, error
+//! codes, and examples in bytes.
 //!
 //! | request | reply |
 //! |---|---|
 //! | [`Request::Hello`] begins a scan | [`Reply::Welcome`] |
+//! | [`Request::Update`], from a device that can store a recipe | [`Reply::Recipe`] or [`Reply::Accepted`] |
+//! | [`Request::RecipePart`], until the device has all of it | [`Reply::RecipePart`] |
 //! | [`Request::Saved`], for each reading that outlasted a reset of the device | [`Reply::Accepted`] |
-//! | [`Request::Measure`], for each sample of the recipe's pattern | [`Reply::Measured`] |
+//! | [`Request::Measure`], for each sample of the recipe's pattern | [`Reply::Measured`], [`Reply::Skip`] or [`Reply::FinishEarly`] |
 //! | [`Request::Progress`], after each slice of the fit | [`Reply::Accepted`] |
-//! | [`Request::Values`], until all are told | [`Reply::Accepted`] |
+//! | [`Request::Values`], until all values are sent | [`Reply::Accepted`] |
 //! | [`Request::Finished`] ends the scan | [`Reply::Accepted`] |
-//! | [`Request::Update`], after the hello of a device that can store a recipe | [`Reply::Recipe`] or [`Reply::Accepted`] |
-//! | [`Request::RecipePart`], until it has all of it | [`Reply::RecipePart`] |
-//! | [`Request::Failed`], any time: the device gives up and begins anew | [`Reply::Accepted`] |
+//! | [`Request::Failed`], at any time: the device gives up and begins again | [`Reply::Accepted`] |
 //!
-//! Any request may be answered by [`Reply::Refused`] too.
+//! A host may refuse any request with [`Reply::Refused`].
 //!
 //! [`Client`] is the device's side and [`Server`] the host's; both take bytes one by one. A
-//! [`Driver`](crate::driver::Driver) is a whole device; `examples/host.rs` is both ends.
+//! [`Driver`](crate::driver::Driver) is a complete device; `examples/host.rs` has both ends.
 //!
 //! ```
-//! use glimpse_core::link::{Server, Client, FRAME_BYTES, Received, Reply, Request};
+//! use glimpse_core::link::{Client, FRAME_BYTES, Received, Reply, Request, Server};
 //!
-//! let (mut device, mut host) = (Client::new(), Server::new());
+//! let (mut device, mut host) = (Client::new(0), Server::new());
 //! let (mut request, mut reply) = ([0; FRAME_BYTES], [0; FRAME_BYTES]);
 //!
-//! let frame = device.ask(&Request::Update, &mut request)?;
+//! let frame = device.request(&Request::Update, &mut request)?;
 //! for byte in frame {
 //!     match host.receive(*byte) {
-//!         None => {} // there is more to come
-//!         Some(Ok(Received::New(heard))) => assert_eq!(heard, Request::Update),
-//!         Some(Ok(Received::Duplicate(_) | Received::Pending)) => unreachable!("it was said once"),
-//!         Some(Err(error)) => println!("{error}"), // the device will say it again
+//!         None => {} // the frame is not complete
+//!         Some(Ok(Received::New(received))) => assert_eq!(received, Request::Update),
+//!         Some(Ok(_)) => unreachable!("the request was sent once"),
+//!         Some(Err(error)) => println!("{error}"), // the device sends it again
 //!     }
 //! }
-//! let frame = host.answer(Reply::Accepted, &mut reply)?;
-//! let mut heard = frame.iter().filter_map(|byte| device.receive(*byte, &Request::Update));
-//! assert_eq!(heard.next(), Some(Reply::Accepted));
+//! let frame = host.reply(Reply::Accepted, &mut reply)?;
+//! let mut replies = frame.iter().filter_map(|byte| device.receive(*byte, &Request::Update));
+//! assert_eq!(replies.next(), Some(Reply::Accepted));
 //! # Ok::<(), glimpse_core::link::FrameError>(())
 //! ```
 
 mod conversation;
+mod failure;
 mod frame;
+mod list;
 mod message;
+mod refusal;
 
 pub use conversation::{Client, Received, Server};
+pub use failure::{Failure, FailureReport};
 pub use frame::{FRAME_BYTES, FrameError, FrameReader, encode};
-pub use message::{BYTES_PER_FRAME, Failure, PROTOCOL, Refusal, Reply, Request, VALUES_PER_FRAME};
+pub use list::{List, RecipeBytes, Values};
+pub use message::{BYTES_PER_FRAME, PROTOCOL, Reply, Request, VALUES_PER_FRAME};
+pub use refusal::Refusal;

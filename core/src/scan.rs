@@ -7,6 +7,7 @@
 
 mod error;
 mod fit;
+mod implausible;
 mod memory;
 mod plausibility;
 mod reading;
@@ -17,7 +18,7 @@ mod status;
 
 pub use error::{FinishError, FitError, ScanError, SkipError};
 pub use fit::{Fit, Fitted};
-pub use plausibility::Implausible;
+pub use implausible::Implausible;
 pub use reading::{MIN_READING, Reading, ReadingError, Recorded};
 pub use residual::Residual;
 pub use saved::{Saved, SavedError};
@@ -304,11 +305,7 @@ impl<'a, K: Fitter> Scan<'a, K> {
     /// The material that was fitted last; None if no fit was finished since the last reading.
     #[must_use]
     pub fn fitted(&self) -> Option<Fitted<'_, K>> {
-        let Stage::Fitted {
-            residual,
-            implausible,
-        } = self.stage
-        else {
+        let Stage::Fitted(residual) = self.stage else {
             return None;
         };
         let memory = self.memory.get(..self.needed).unwrap_or_default();
@@ -317,7 +314,6 @@ impl<'a, K: Fitter> Scan<'a, K> {
             basis: self.basis,
             words: split(memory, self.recipe.samples()).1,
             residual,
-            implausible,
             model: PhantomData,
         })
     }

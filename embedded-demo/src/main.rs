@@ -43,7 +43,7 @@ use kept::Kept;
 use recipe::{CAPACITY, Model, RECIPE};
 
 type Memory = scan::Memory<Model, CAPACITY>;
-type Scan = scan::Scan<'static, 'static, Model, CAPACITY>;
+type Scan = scan::Scan<'static, Model>;
 
 #[entry]
 fn main() -> ! {
@@ -83,11 +83,7 @@ fn begin(memory: &'static mut Memory) -> Result<(Scan, Kept), Failure> {
 }
 
 /// The main loop: one turn for each thing that the driver has to say.
-fn run(
-    board: &mut Board,
-    mut driver: Driver<'static, 'static, Model, CAPACITY>,
-    mut kept: Option<Kept>,
-) -> ! {
+fn run(board: &mut Board, mut driver: Driver<'static, Model>, mut kept: Option<Kept>) -> ! {
     let Board { uart, clock, meter } = board;
     loop {
         watchdog::feed();
@@ -125,7 +121,7 @@ fn run(
 }
 
 /// True once all readings are there and until the fit is done.
-fn is_fitting(driver: &Driver<'_, '_, Model, CAPACITY>) -> bool {
+fn is_fitting(driver: &Driver<'_, Model>) -> bool {
     driver
         .scan()
         .is_ok_and(|scan| scan.next_pending().is_none() && scan.fitted().is_none())

@@ -65,40 +65,43 @@ pub fn assert_agrees(report: &ScanReport, recipe: &[u8]) {
 #[derive(Debug)]
 pub struct Device {
     stream: TcpStream,
-    asker: Client,
-    patience: Duration,
+    client: Client,
+    reply_timeout: Duration,
 }
 
 impl Device {
-    /// A device that asks again after `patience`.
+    /// A device that repeats a request after `reply_timeout`.
     ///
     /// # Errors
     /// If the stream refuses a time-out.
-    pub fn new(stream: TcpStream, patience: Duration) -> io::Result<Self> {
+    pub fn new(stream: TcpStream, reply_timeout: Duration) -> io::Result<Self> {
         stream.set_nodelay(true)?;
         stream.set_read_timeout(Some(Duration::from_millis(1)))?;
         Ok(Self {
             stream,
-            asker: Client::new(),
-            patience,
+            client: Client::new(0),
+            reply_timeout,
         })
     }
 
-    /// Asks until the reply is there.
+    /// Repeats a request until its reply arrives.
     ///
     /// # Errors
     /// If the stream fails or ends, or there is no reply to a hundred repetitions.
     ///
     /// # Panics
     /// If the request does not fit into a frame.
-    pub fn ask(&mut self, request: &Request) -> io::Result<Reply> {
+    pub fn request(&mut self, request: &Request) -> io::Result<Reply> {
         let mut frame = [0; FRAME_BYTES];
-        let frame = self.asker.ask(request, &mut frame).expect("there is room");
+        let frame = self
+            .client
+            .request(request, &mut frame)
+            .expect("there is room");
         let mut bytes = [0; 64];
         for _ in 0..100 {
             self.stream.write_all(frame)?;
             let sent = Instant::now();
-            while sent.elapsed() < self.patience {
+            while sent.elapsed() < self.reply_timeout {
                 let count = match self.stream.read(&mut bytes) {
                     Ok(0) => return Err(io::ErrorKind::UnexpectedEof.into()),
                     Ok(count) => count,
@@ -106,7 +109,7 @@ impl Device {
                     Err(error) => return Err(error),
                 };
                 for byte in &bytes[..count] {
-                    if let Some(reply) = self.asker.receive(*byte, request) {
+                    if let Some(reply) = self.client.receive(*byte, request) {
                         return Ok(reply);
                     }
                 }
@@ -126,18 +129,17 @@ impl Device {
         let recipe = Recipe::parse(recipe).expect("a whole recipe");
         let mut memory = vec![0.0; recipe.memory_words()];
         let scan = Scan::<AnyModel>::new(recipe, &mut memory).expect("there is room");
-        let repeat = self.patience.as_millis() as u32;
+        let interval = self.reply_timeout.as_millis() as u32;
         let mut config = Config::new(Host::Measures);
-        (config.repeat, config.patience, config.slice) = (repeat, 100 * repeat, u32::MAX);
-        config.measuring_patience = config.patience;
-        let mut driver = Driver::new(Ok(scan), config);
-        let mut before = Instant::now();
+        config.retransmit_interval_ms = interval;
+        config.reply_timeout_ms = 100 * interval;
+        config.measure_timeout_ms = 100 * interval;
+        config.steps_per_poll = u32::MAX;
+        let mut driver = Driver::new(scan, config);
+        let start = Instant::now();
         let mut bytes = [0; 64];
         loop {
-            let now = Instant::now();
-            let elapsed = now.duration_since(before).as_millis() as u32;
-            before += Duration::from_millis(elapsed.into());
-            match driver.poll(elapsed) {
+            match driver.poll(start.elapsed().as_millis() as u64) {
                 Action::Finished(_) => return Ok(()),
                 Action::Failed(failure) => return Err(io::Error::other(failure.to_string())),
                 _ => {}

@@ -47,19 +47,19 @@ pub enum Answer {
 /// # Panics
 /// If the stream fails, or nothing comes in time.
 pub fn converse(stream: &mut (impl Read + Write), mut answer: impl FnMut(Request) -> Answer) {
-    let mut answerer = Server::new();
+    let mut server = Server::new();
     let mut frame = [0; FRAME_BYTES];
     let mut byte = [0];
     loop {
         stream.read_exact(&mut byte).expect("a request");
-        let answer = match answerer.receive(byte[0]) {
+        let answer = match server.receive(byte[0]) {
             Some(Ok(Received::New(request))) => answer(request),
             Some(Ok(Received::Duplicate(reply))) => Answer::Reply(reply),
             _ => continue,
         };
         let last = matches!(answer, Answer::Stop | Answer::Last(_));
         if let Answer::Reply(reply) | Answer::Last(reply) = answer {
-            let frame = answerer.answer(reply, &mut frame).expect("there is room");
+            let frame = server.reply(reply, &mut frame).expect("there is room");
             stream.write_all(frame).expect("the device is there");
         }
         if last {

@@ -25,7 +25,7 @@ fn unexplained(recipe: &Recipe<'_>) -> f32 {
         ModelKind::Phong => at_the_start::<Phong>(recipe),
         ModelKind::CookTorrance => at_the_start::<CookTorrance>(recipe),
         ModelKind::Neural => at_the_start::<Neural>(recipe),
-        ModelKind::Linear => at_the_start::<Linear>(recipe),
+        _ => at_the_start::<Linear>(recipe),
     }
 }
 

@@ -5,7 +5,7 @@ use std::thread;
 use std::time::Duration;
 
 use glimpse_core::geometry::{Directions, HalfDifference};
-use glimpse_core::link::{Failure, PROTOCOL, Refusal, Reply, Request};
+use glimpse_core::link::{Failure, FailureReport, PROTOCOL, Refusal, Reply, Request};
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::{Recipe, RecipeError};
 use glimpse_materials::sampling::uniform_valid;
@@ -188,10 +188,10 @@ fn what_cannot_be_met_is_refused_by_name() {
         },
     };
     let above = measure([0.0, 0.0, 1.0]);
-    let no_scan = device.ask(&above).unwrap();
+    let no_scan = device.request(&above).unwrap();
     assert_eq!(no_scan, Reply::Refused(Refusal::NoScan));
-    device.ask(&hello(PROTOCOL)).unwrap();
-    let reply = device.ask(&above).unwrap();
+    device.request(&hello(PROTOCOL)).unwrap();
+    let reply = device.request(&above).unwrap();
     assert!(matches!(reply, Reply::Measured { .. }));
     let below = measure([1.0, 0.0, -0.1]);
     let beyond = Request::Values {
@@ -200,11 +200,11 @@ fn what_cannot_be_met_is_refused_by_name() {
         values: Default::default(),
     };
     for (request, refusal) in [(below, Refusal::Directions), (beyond, Refusal::Values)] {
-        assert_eq!(device.ask(&request).unwrap(), Reply::Refused(refusal));
+        assert_eq!(device.request(&request).unwrap(), Reply::Refused(refusal));
     }
 
-    let failure = Failure::Recipe(RecipeError::Checksum);
-    device.ask(&Request::Failed(failure)).unwrap();
+    let failure = FailureReport::from(Failure::Recipe(RecipeError::Checksum));
+    device.request(&Request::Failed(failure)).unwrap();
     let error = host.join().unwrap().unwrap_err();
     assert!(matches!(error, ScannerError::Device(named) if named == failure));
 }
@@ -224,34 +224,36 @@ fn kept_measurements_hold_only_where_they_were_given() {
         let index = 0;
         let kept = |reading| Request::Saved { index, reading };
         let refused = Reply::Refused(Refusal::Saved);
-        device.ask(&hello(PROTOCOL)).unwrap();
-        let reply = device.ask(&Request::Measure { index, directions }).unwrap();
+        device.request(&hello(PROTOCOL)).unwrap();
+        let reply = device
+            .request(&Request::Measure { index, directions })
+            .unwrap();
         let Reply::Measured { reading, .. } = reply else {
             panic!("{reply:?}")
         };
         // Without a hello between there was no reset.
-        assert_eq!(device.ask(&kept(reading)).unwrap(), refused);
-        device.ask(&hello(PROTOCOL)).unwrap();
+        assert_eq!(device.request(&kept(reading)).unwrap(), refused);
+        device.request(&hello(PROTOCOL)).unwrap();
         let mut altered = reading;
         altered.brdf[1] += 0.1;
-        assert_eq!(device.ask(&kept(altered)).unwrap(), refused);
+        assert_eq!(device.request(&kept(altered)).unwrap(), refused);
         altered = reading;
         altered.saturated = true;
-        assert_eq!(device.ask(&kept(altered)).unwrap(), refused);
+        assert_eq!(device.request(&kept(altered)).unwrap(), refused);
         let other = Request::Saved { index: 1, reading };
-        assert_eq!(device.ask(&other).unwrap(), refused);
-        assert_eq!(device.ask(&kept(reading)).unwrap(), Reply::Accepted);
+        assert_eq!(device.request(&other).unwrap(), refused);
+        assert_eq!(device.request(&kept(reading)).unwrap(), Reply::Accepted);
         // Reset twice it holds as well; by another recipe it does not.
-        device.ask(&hello(PROTOCOL)).unwrap();
-        assert_eq!(device.ask(&kept(reading)).unwrap(), Reply::Accepted);
+        device.request(&hello(PROTOCOL)).unwrap();
+        assert_eq!(device.request(&kept(reading)).unwrap(), Reply::Accepted);
         let another = Request::Hello {
             protocol: PROTOCOL,
             model: ModelKind::Neural,
             samples: 8,
             recipe: 1,
         };
-        device.ask(&another).unwrap();
-        assert_eq!(device.ask(&kept(reading)).unwrap(), refused);
+        device.request(&another).unwrap();
+        assert_eq!(device.request(&kept(reading)).unwrap(), refused);
     });
     // The device hangs up.
     assert!(scanner.serve(&mut host).is_err());
@@ -267,7 +269,7 @@ fn another_protocol_is_refused_by_name() {
     });
     let mut device = Device::new(device, PATIENCE).unwrap();
     let welcome = Reply::Welcome { protocol: PROTOCOL };
-    assert_eq!(device.ask(&hello(PROTOCOL + 1)).unwrap(), welcome);
+    assert_eq!(device.request(&hello(PROTOCOL + 1)).unwrap(), welcome);
     let error = host.join().unwrap().unwrap_err();
     assert!(matches!(error, ScannerError::Protocol(version) if version == PROTOCOL + 1));
 }

@@ -135,7 +135,7 @@ fn fits_and_pictures_are_those_of_core_on_the_host() {
             .pattern()
             .map(|angles| Some(material.brdf(angles)))
             .collect();
-        if recipe.method().takes_missing() {
+        if recipe.tolerates_missing() {
             (readings[1], readings[4]) = (None, None);
         }
 

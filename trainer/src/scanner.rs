@@ -7,8 +7,8 @@ use std::io::{self, Read, Write};
 
 use glimpse_core::geometry::{Angles, Directions, HalfDifference};
 use glimpse_core::link::{
-    BYTES_PER_FRAME, FRAME_BYTES, Failure, FrameError, PROTOCOL, Received, Refusal, Reply, Request,
-    Server,
+    FRAME_BYTES, FailureReport, FrameError, PROTOCOL, Received, RecipeBytes, Refusal, Reply,
+    Request, Server,
 };
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::Recipe;
@@ -31,7 +31,7 @@ pub enum ScannerError {
     Closed,
     /// The device gave up.
     #[error("the device gave up: {0}")]
-    Device(#[from] Failure),
+    Device(#[from] FailureReport),
     /// The device speaks another version of the protocol.
     #[error("the device speaks version {0} of the protocol, this host version {PROTOCOL}")]
     Protocol(u16),
@@ -176,7 +176,7 @@ enum Outcome {
 pub struct VirtualScanner<'a> {
     material: &'a dyn Material,
     noise: ScannerNoise,
-    answerer: Server,
+    server: Server,
     scan: Option<Scanning>,
     scans: u64,
     recipe: Option<Vec<u8>>,
@@ -189,7 +189,7 @@ impl<'a> VirtualScanner<'a> {
         Self {
             material,
             noise,
-            answerer: Server::new(),
+            server: Server::new(),
             scan: None,
             scans: 0,
             recipe: None,
@@ -219,13 +219,13 @@ impl<'a> VirtualScanner<'a> {
             };
             // What follows a request in the same bytes can only be the request once more.
             for byte in &bytes[..count] {
-                let (reply, outcome) = match self.answerer.receive(*byte) {
+                let (reply, outcome) = match self.server.receive(*byte) {
                     Some(Ok(Received::New(request))) => self.reply(request),
                     Some(Ok(Received::Duplicate(reply))) => (reply, Outcome::GoesOn),
-                    // Nothing takes time here, so no request is under way; what is damaged is asked again.
-                    Some(Ok(Received::Pending) | Err(_)) | None => continue,
+                    // No request takes time here, so none is pending; the device repeats damaged ones.
+                    Some(Ok(_) | Err(_)) | None => continue,
                 };
-                stream.write_all(self.answerer.answer(reply, &mut frame)?)?;
+                stream.write_all(self.server.reply(reply, &mut frame)?)?;
                 stream.flush()?;
                 match outcome {
                     Outcome::GoesOn => {}
@@ -255,9 +255,9 @@ impl<'a> VirtualScanner<'a> {
                 });
                 Reply::Welcome { protocol: PROTOCOL }
             }
-            (Request::Failed(failure), _) => {
+            (Request::Failed(report), _) => {
                 self.scan = None;
-                return (Reply::Accepted, Outcome::Fails(failure.into()));
+                return (Reply::Accepted, Outcome::Fails(report.into()));
             }
             (_, None) => Reply::Refused(Refusal::NoScan),
             (Request::Saved { index, reading }, Some(scan)) => scan.keep(index, reading),
@@ -270,7 +270,7 @@ impl<'a> VirtualScanner<'a> {
                     values,
                 },
                 Some(scan),
-            ) => scan.receive(offset, total, &values),
+            ) => scan.receive(offset, total, values.as_slice()),
             (Request::Finished(residual), Some(scan)) => {
                 if scan.is_told() {
                     let report = ScanReport {
@@ -287,6 +287,7 @@ impl<'a> VirtualScanner<'a> {
             }
             (Request::Update, Some(_)) => self.offer(),
             (Request::RecipePart { offset }, Some(_)) => self.part(offset),
+            (_, Some(_)) => Reply::Refused(Refusal::Request),
         };
         (reply, Outcome::GoesOn)
     }
@@ -306,7 +307,7 @@ impl<'a> VirtualScanner<'a> {
     /// The bytes of that recipe from `offset` on.
     fn part(&self, offset: u32) -> Reply {
         let rest = self.recipe.iter().flatten().skip(offset as usize);
-        let bytes = rest.take(BYTES_PER_FRAME).copied().collect();
+        let bytes = RecipeBytes::take_from(rest.copied());
         Reply::RecipePart { offset, bytes }
     }
 

@@ -143,7 +143,7 @@ mod tests {
         let basis = linear::Basis::parse(BASIS).expect("the basis is whole");
         for shipped in ALL {
             let recipe = shipped.recipe().expect("it is whole");
-            let masked = recipe.method().takes_missing();
+            let masked = recipe.tolerates_missing();
             let suffix = if masked { "-masked" } else { "" };
             let name = format!("{}-n{}{suffix}", recipe.model().name(), recipe.samples());
             assert_eq!(shipped.name, name);

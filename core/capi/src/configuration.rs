@@ -47,9 +47,9 @@ pub(crate) type Fitter = glimpse_core::fit::Linear<WORDS>;
 pub(crate) type Fitter = glimpse_core::fit::AnyModel<WORDS>;
 
 /// The scan that C's handles stand for. What it borrows is C's, and lives as long as C promised.
-pub(crate) type CScan = Scan<'static, 'static, Fitter, SAMPLES>;
+pub(crate) type CScan = Scan<'static, Fitter>;
 pub(crate) type CMemory = Memory<Fitter, SAMPLES>;
-pub(crate) type CDriver = glimpse_core::driver::Driver<'static, 'static, Fitter, SAMPLES>;
+pub(crate) type CDriver = glimpse_core::driver::Driver<'static, Fitter>;
 
 /// `GLIMPSE_ALIGNMENT`.
 pub(crate) const ALIGNMENT: usize = 8;

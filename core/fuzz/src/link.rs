@@ -1,4 +1,4 @@
-//! Bytes on the link that nobody vouches for, at both ends of it.
+//! Untrusted bytes on the link, at both ends of it.
 
 use glimpse_core::link::{Client, FRAME_BYTES, PROTOCOL, Received, Reply, Request, Server, encode};
 use glimpse_core::model::ModelKind;
@@ -13,17 +13,17 @@ const HELLO: Request = Request::Hello {
 /// Checks one input.
 pub fn check(bytes: &[u8]) {
     let mut frame = [0; FRAME_BYTES];
-    let mut device = Client::new();
+    let mut device = Client::new(0);
     let mut host = Server::new();
-    let _ = device.ask(&HELLO, &mut frame);
+    let _ = device.request(&HELLO, &mut frame);
     for byte in bytes {
         let _ = device.receive(*byte, &HELLO);
-        if let Some(Ok(heard)) = host.receive(*byte) {
-            // Whatever comes through whole can be said again, and answered.
-            if let Received::New(request) = heard {
+        if let Some(Ok(received)) = host.receive(*byte) {
+            // Every intact request can be sent again, and has a reply.
+            if let Received::New(request) = received {
                 assert!(encode(1, &request, &mut frame).is_ok());
             }
-            assert!(host.answer(Reply::Accepted, &mut frame).is_ok());
+            assert!(host.reply(Reply::Accepted, &mut frame).is_ok());
         }
     }
 }

@@ -1,62 +1,58 @@
-//! What a driver says.
+//! Actions that a driver asks for.
 
+#[cfg(doc)]
+use super::{Driver, Host};
 use crate::geometry::Directions;
-use crate::heapless::Vec;
-use crate::link::{BYTES_PER_FRAME, Failure};
+use crate::link::{Failure, RecipeBytes};
+#[cfg(doc)]
+use crate::scan::Scan;
 use crate::scan::{Reading, Residual};
 
-/// What a firmware has to do next.
+/// The next action of a firmware. Ignore actions that the firmware does not know.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub enum Action {
-    /// Nothing, until a byte comes, one can be sent, or so many milliseconds have passed.
-    Wait {
-        /// Milliseconds; `u32::MAX` if only [`Driver::restart`](crate::driver::Driver::restart)
-        /// will change anything.
-        milliseconds: u32,
-    },
-    /// Nothing but to call again soon: a slice of the fit was done, or a reply was heard.
+    /// Sleep until a byte arrives or can be sent, or [`Driver::poll_delay`] has passed.
+    Wait,
+    /// Poll again soon: the driver did a slice of the fit, or handled a reply.
     Continue,
-    /// Move the arms and read the sensor there, then
-    /// [`Driver::record`](crate::driver::Driver::record) (or
-    /// [`Driver::fail`](crate::driver::Driver::fail)). This sample is the first in the pattern's
-    /// order; any other of [`Scan::pending`](crate::scan::Scan::pending) will do. The same is said
-    /// until a reading was recorded.
+    /// Move the arms, read the sensor, then call [`Driver::record`]; or [`Driver::skip`], or [`Driver::fail`]. This
+    /// sample is the first in the pattern's order; any other of [`Scan::pending`] is as good. The driver repeats
+    /// this action until one of these calls.
     Measure {
         /// Index of the sample in the recipe's pattern.
         index: u16,
-        /// Where the light and the sensor have to be.
+        /// Directions of light and sensor.
         directions: Directions<f32>,
     },
-    /// Keep this reading where a reset leaves it.
+    /// Save this reading where it outlasts a reset.
     Save {
         /// Index of the sample in the recipe's pattern.
         index: u16,
-        /// What the sensor saw.
+        /// The reading.
         reading: Reading,
     },
-    /// Forget all readings that were kept.
+    /// Delete all saved readings.
     Forget,
-    /// Write these bytes of a new recipe where the present one is not.
+    /// Write these bytes of a new recipe next to the present one.
     Store {
-        /// Where they begin. At 0 another recipe begins.
+        /// Position of the bytes. At 0 another recipe begins.
         offset: u32,
         /// The bytes.
-        bytes: Vec<u8, BYTES_PER_FRAME>,
+        bytes: RecipeBytes,
     },
-    /// All bytes of the new recipe are stored. Parse them; if they are a whole recipe, use it from
-    /// now on, with a new scan and driver; else [`Driver::fail`](crate::driver::Driver::fail), and
-    /// this one is not fetched again.
+    /// The new recipe is stored. Parse it. If it is valid, use it from now on with a new scan and a new driver; else
+    /// call [`Driver::fail`], and the driver does not fetch it again.
     Install {
-        /// How many bytes there are.
+        /// Length of the recipe in bytes.
         bytes: u32,
         /// The checksum that its header should have.
         checksum: u32,
     },
-    /// The scan is done: [`Scan::fitted`](crate::scan::Scan::fitted) has the material until the
-    /// next call. With [`Host::Measures`](crate::driver::Host::Measures) the next scan begins by
-    /// itself, else by [`Driver::restart`](crate::driver::Driver::restart).
+    /// The scan is finished: [`Scan::fitted`] has the material until the next poll. With [`Host::Measures`] the next
+    /// scan begins by itself, else with [`Driver::restart`].
     Finished(Residual),
-    /// The scan is given up. It begins anew by itself where a host measures or listens, else by
-    /// [`Driver::restart`](crate::driver::Driver::restart).
+    /// The scan has failed. With a host it begins again by itself after a pause, else with [`Driver::restart`].
     Failed(Failure),
 }

@@ -1,51 +1,70 @@
-//! How a driver behaves.
+//! Options of a driver.
 
-/// Who is at the other end of the line, and who moves the arms.
+use crate::gonio::Limits;
+
+/// The other end of the line, and who moves the arms.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub enum Host {
-    /// A host moves the arms and reads the sensor; the device asks it to.
+    /// A host moves the arms and reads the sensor, as the device requests.
     Measures,
-    /// The device moves the arms; a host hears how far it is, and the result.
+    /// The device moves the arms; a host receives progress and result.
     Listens,
-    /// The device moves the arms, and nobody is there.
+    /// The device moves the arms, and there is no host.
     Absent,
 }
 
-/// How a driver behaves. [`Config::new`] has what serves most.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// Options of a driver. [`Config::new`] has sensible values; every field can be assigned.
+///
+/// ```
+/// use glimpse_core::driver::{Config, Host};
+///
+/// let mut config = Config::new(Host::Measures);
+/// config.sequence_seed = 17; // a boot counter
+/// config.steps_per_poll = 4;
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub struct Config {
-    /// Who moves the arms.
+    /// The other end of the line.
     pub host: Host,
-    /// Units of the fit in one [`Driver::poll`](super::Driver::poll): between two of them motors,
-    /// watchdog and line have their turn.
-    pub slice: u32,
-    /// A request that has no reply is sent again after so many milliseconds.
-    pub repeat: u32,
-    /// A host that does not reply for so many milliseconds has fallen silent. (A hello is repeated
-    /// for ever.)
-    pub patience: u32,
-    /// The same while its motors move.
-    pub measuring_patience: u32,
-    /// How often a reading is taken that cannot be one before the scan is given up.
+    /// Limits of the machine that measures; they must be [valid](Limits::validate). The driver skips samples out of
+    /// reach if the recipe tolerates missing readings; else the scan fails before anything moves. None: every
+    /// sample is within reach.
+    pub limits: Option<Limits>,
+    /// The seed of the [sequence numbers](crate::link::Client::new). It must differ from the seeds of all earlier
+    /// drivers of this device: a boot counter, a random number, or the value of a free-running timer.
+    pub sequence_seed: u32,
+    /// Units of the fit in one [`Driver::poll`](super::Driver::poll). 0 counts as 1.
+    pub steps_per_poll: u32,
+    /// Interval of retransmissions of a request without a reply, in ms.
+    pub retransmit_interval_ms: u32,
+    /// Timeout of a reply, in ms. (A hello has none.)
+    pub reply_timeout_ms: u32,
+    /// Timeout of a reading by the host, in ms: its motors move.
+    pub measure_timeout_ms: u32,
+    /// Number of invalid readings of a sample after which the driver skips it; or fails, if the recipe needs
+    /// every reading.
     pub attempts: u8,
-    /// The device can store recipes of at most so many bytes; 0 if it cannot: then it does not ask
-    /// for any.
+    /// The largest recipe that the device can store, in bytes. 0: it stores none, and does not ask for one.
     pub recipe_bytes: u32,
 }
 
 impl Config {
-    /// Slices of 8 units, repeats after 0.1 s, patience of 2 s, of a minute for readings, three
-    /// attempts, no storage for recipes.
+    /// Returns options with no limits, seed 0, 8 steps per poll, retransmissions after 0.1 s, timeouts of 2 s and of
+    /// 60 s for readings, three attempts, and no storage for recipes.
     #[must_use]
     pub const fn new(host: Host) -> Self {
         Self {
             host,
-            slice: 8,
-            repeat: 100,
-            patience: 2_000,
-            measuring_patience: 60_000,
+            limits: None,
+            sequence_seed: 0,
+            steps_per_poll: 8,
+            retransmit_interval_ms: 100,
+            reply_timeout_ms: 2_000,
+            measure_timeout_ms: 60_000,
             attempts: 3,
             recipe_bytes: 0,
         }

@@ -1,38 +1,33 @@
-//! Where in a scan a driver is.
+//! Phases of a scan.
 
 use crate::link::Failure;
 
-/// Where in a scan a driver is.
+/// Phase of a scan that a driver leads.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub(super) enum Phase {
-    /// A host is greeted.
+    /// Greets the host.
     Greet,
-    /// It is asked for another recipe.
+    /// Asks the host for another recipe.
     Update,
-    /// That recipe is fetched, and stored.
+    /// Fetches and stores that recipe.
     Store {
         offset: u32,
         bytes: u32,
         checksum: u32,
     },
-    /// All of it is stored.
+    /// All of that recipe is stored.
     Stored { bytes: u32, checksum: u32 },
-    /// Readings that outlasted a reset are offered, from this index on.
+    /// Offers the readings that outlasted a reset to the host, from index `next` on.
     Offer { next: u16 },
-    /// Readings are taken.
-    Measure,
-    /// The fit is under way.
-    Fit,
-    /// The fit is done. The reply to its last progress is none to values.
-    Fitted,
-    /// Values are told, from this one on; after the last, the end.
-    Tell { offset: u16 },
-    /// The scan is over.
+    /// Reads, fits, and sends the values: the scan's own state decides which.
+    Scan,
+    /// The scan is finished.
     End,
-    /// The host is told what failed.
-    Complain(Failure),
-    /// Nothing is done for so many milliseconds.
-    Pause { left: u32 },
-    /// Nothing is done until somebody says so.
+    /// Reports a failure to the host.
+    ReportFailure(Failure),
+    /// Waits after a failure, until a time in ms.
+    Pause { until: u64 },
+    /// Waits for a restart.
     Rest,
 }

@@ -1,89 +1,109 @@
-//! What follows from a reply.
+//! Replies of the host.
 
 use super::phase::Phase;
-use super::{Action, Driver, Host, PAUSE};
+use super::{Action, Driver};
 use crate::fit::Fitter;
-use crate::heapless::Vec;
-use crate::link::{BYTES_PER_FRAME, Failure, PROTOCOL, Refusal, Reply, VALUES_PER_FRAME};
+use crate::link::{BYTES_PER_FRAME, Failure, PROTOCOL, RecipeBytes, Refusal, Reply, Request};
 use crate::scan::Scan;
 
 impl<K: Fitter> Driver<'_, K> {
-    /// A reply to the last request.
-    pub(super) fn understand(&mut self, reply: Reply) {
-        match (reply, self.phase) {
-            (Reply::Refused(Refusal::Saved), Phase::Offer { .. }) => {
+    /// Handles the reply to a request.
+    pub(super) fn handle_reply(&mut self, request: &Request, reply: Reply, now: u64) {
+        match (request, reply) {
+            (Request::Failed(_), _) => self.pause(now),
+            (Request::Saved { .. }, Reply::Refused(Refusal::Saved)) => {
                 self.forget();
-                self.phase = Phase::Measure;
+                self.begin_scan();
             }
-            (Reply::Refused(_), Phase::Complain(_)) | (Reply::Accepted, Phase::Complain(_)) => {
-                self.phase = Phase::Pause { left: PAUSE };
+            (Request::Measure { index, .. }, Reply::Refused(Refusal::Directions))
+                if self.tolerates_missing() =>
+            {
+                self.skip_or_fail(*index);
             }
-            (Reply::Refused(refusal), _) => self.fail(Failure::Refused(refusal)),
-            (Reply::Welcome { protocol: PROTOCOL }, _) => {
-                self.phase = match self.config.recipe_bytes {
-                    0 => self.begin(),
-                    _ => Phase::Update,
-                };
-            }
-            (Reply::Welcome { protocol: host }, _) => {
-                let device = PROTOCOL;
-                self.fail(Failure::Protocol { device, host });
-            }
-            (Reply::Measured { index, reading }, _) => self.record(index, reading),
-            (Reply::Recipe { bytes, checksum }, _) if self.is_news(bytes, checksum) => {
+            (_, Reply::Refused(refusal)) => self.fail(Failure::Refused(refusal)),
+            (Request::Hello { .. }, Reply::Welcome { protocol }) => self.welcome(protocol),
+            (Request::Update, Reply::Recipe { bytes, checksum })
+                if self.is_new_recipe(bytes, checksum) =>
+            {
                 self.phase = Phase::Store {
                     offset: 0,
                     bytes,
                     checksum,
                 };
             }
-            (Reply::RecipePart { offset, bytes }, Phase::Store { .. }) => {
-                self.store(offset, bytes);
+            (Request::Update, _) => self.begin(),
+            (
+                _,
+                Reply::RecipePart {
+                    offset,
+                    bytes: part,
+                },
+            ) => {
+                if let Phase::Store {
+                    bytes, checksum, ..
+                } = self.phase
+                {
+                    self.store(offset, part, bytes, checksum);
+                }
             }
-            (_, Phase::Update) => self.phase = self.begin(),
-            (_, Phase::Offer { next }) => {
+            (Request::Saved { index, .. }, _) => {
                 self.phase = Phase::Offer {
-                    next: next.saturating_add(1),
+                    next: index.saturating_add(1),
                 };
             }
-            (_, Phase::Tell { offset }) => self.told(offset),
-            _ => {}
+            (_, Reply::Measured { index, reading }) => self.record(index, reading),
+            (_, Reply::Skip { index }) => self.skip_or_fail(index),
+            (Request::Measure { index, .. }, Reply::FinishEarly) => {
+                if self.finish_early().is_err() {
+                    self.fail(Failure::ReadingRequired { index: *index });
+                }
+            }
+            (Request::Values { offset, values, .. }, _) => {
+                let count = values.as_slice().len() as u16;
+                self.values_sent = offset.saturating_add(count);
+            }
+            (Request::Finished(_), _) => self.finish(),
+            _ => {} // progress, and replies that do not answer the request
         }
     }
 
-    /// What follows the greeting. A host that only listens cannot tell whether kept readings hold:
-    /// the firmware does, by recording them or not.
-    pub(super) fn begin(&self) -> Phase {
-        match (&self.scan, self.config.host) {
-            (Err(failure), _) => Phase::Complain(*failure),
-            (Ok(_), Host::Measures) => Phase::Offer { next: 0 },
-            (Ok(_), _) => Phase::Measure,
+    fn welcome(&mut self, host: u16) {
+        let device = PROTOCOL;
+        match self.config.recipe_bytes {
+            _ if host != device => self.fail(Failure::Protocol { device, host }),
+            0 => self.begin(),
+            _ => self.phase = Phase::Update,
         }
     }
 
-    /// Whether there is room for a recipe, and it is another than the present one and than the one
-    /// that did not serve.
-    fn is_news(&self, bytes: u32, checksum: u32) -> bool {
+    fn tolerates_missing(&self) -> bool {
+        let scan = self.scan.as_ref();
+        scan.is_ok_and(|scan| scan.recipe().tolerates_missing())
+    }
+
+    fn skip_or_fail(&mut self, index: u16) {
+        if self.skip(index).is_err() {
+            self.fail(Failure::ReadingRequired { index });
+        }
+    }
+
+    /// True if there is room for a recipe, and it is neither the present one nor one that was unusable.
+    fn is_new_recipe(&self, bytes: u32, checksum: u32) -> bool {
         let present = self.scan.as_ref().map(|scan| scan.recipe().checksum());
         let is_other = present != Ok(checksum) && self.declined != Some(checksum);
         (1..=self.config.recipe_bytes).contains(&bytes) && is_other
     }
 
-    /// More of the new recipe.
-    fn store(&mut self, at: u32, part: Vec<u8, BYTES_PER_FRAME>) {
-        let Phase::Store {
-            bytes, checksum, ..
-        } = self.phase
-        else {
-            return;
-        };
+    /// Stores a part of the new recipe, which has `bytes` bytes.
+    fn store(&mut self, at: u32, part: RecipeBytes, bytes: u32, checksum: u32) {
         // Whole parts, so that flash is written in words.
+        let length = part.as_slice().len();
         let left = bytes.saturating_sub(at) as usize;
-        let offset = at.saturating_add(part.len() as u32);
-        if part.len() != left.min(BYTES_PER_FRAME) {
+        if length != left.min(BYTES_PER_FRAME) {
             self.fail(Failure::Refused(Refusal::Recipe));
             return;
         }
+        let offset = at.saturating_add(length as u32);
         self.next = Some(Action::Store {
             offset: at,
             bytes: part,
@@ -98,18 +118,9 @@ impl<K: Fitter> Driver<'_, K> {
         };
     }
 
-    /// Values were heard, or that the scan is over.
-    fn told(&mut self, offset: u16) {
-        let fitted = self.scan.as_ref().ok().and_then(Scan::fitted);
-        let Some(fitted) = fitted else {
-            return;
-        };
-        let total = fitted.values().count();
-        if usize::from(offset) < total {
-            let next = usize::from(offset).saturating_add(VALUES_PER_FRAME);
-            let offset = next.min(total) as u16;
-            self.phase = Phase::Tell { offset };
-        } else {
+    /// Ends the scan, unless a reading has come since the values were sent.
+    fn finish(&mut self) {
+        if let Some(fitted) = self.scan.as_ref().ok().and_then(Scan::fitted) {
             self.next = Some(Action::Finished(fitted.residual()));
             self.phase = Phase::End;
         }

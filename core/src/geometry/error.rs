@@ -27,6 +27,7 @@ impl core::fmt::Display for Arm {
 /// Why there is no BRDF at a pair of directions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub enum DirectionsError {
     /// A direction holds a NaN or an infinity.
     NonFinite(Arm),

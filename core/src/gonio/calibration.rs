@@ -175,6 +175,7 @@ impl Calibration {
 /// Whose spot on the sample is the larger, at all angles of a scan.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub enum Footprint {
     /// The light's: all that the sensor sees is lit, and counts go as f cos(theta_i).
     LightLarger,
@@ -236,6 +237,7 @@ impl ReferenceCalibration {
 /// Why counts are no BRDF.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub enum CalibrationError {
     /// This channel (0 to 2) holds a NaN or an infinity, or ends in one.
     NonFinite(u8),

@@ -115,6 +115,7 @@ impl Limits {
 /// Why [`Limits`] are none.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub enum LimitsError {
     /// `max_theta_i` is not in its range.
     MaxThetaI,
@@ -144,6 +145,7 @@ impl core::error::Error for LimitsError {}
 /// Why the arms do not get to a pair of directions.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub enum Unreachable {
     /// There is no BRDF there at all.
     Directions(DirectionsError),

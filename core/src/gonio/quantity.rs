@@ -23,6 +23,7 @@ use crate::geometry::{Arm, Directions};
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub enum Quantity {
     /// The BRDF, sr^-1: radiance by irradiance.
     Brdf,

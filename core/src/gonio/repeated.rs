@@ -92,6 +92,7 @@ impl Repeated {
 /// Why a reading was not taken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub enum RepeatedError {
     /// This channel (0 to 2) is a NaN or an infinity, or too large to be summed.
     NonFinite(u8),

@@ -26,6 +26,7 @@ const TIMES_SPREAD: f32 = 3.0;
 /// What readings of a tile are.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub enum Verdict {
     /// This quantity, within 5 %. [`Quantity::Brdf`] is what a scan takes, and
     /// [`Quantity::to_brdf`] makes it of the others.
@@ -45,6 +46,7 @@ pub enum Verdict {
 /// Why nothing can be told.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub enum Doubt {
     /// There are fewer than three readings.
     TooFew,

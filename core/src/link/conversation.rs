@@ -1,31 +1,42 @@
-//! Who said what: sequence numbers, repetitions and late replies.
+//! Client and server: sequence numbers, repeated requests and late replies.
 
 use super::frame::{FrameError, FrameReader, checksum_of, encode};
 use super::message::{Reply, Request};
 
-/// The device's side of the link: asks, and knows the reply when it comes.
+/// Steps between the sequence numbers of neighbouring seeds: 2^32 divided by the golden ratio, which keeps any number
+/// of consecutive seeds far apart.
+const SEED_STEP: u32 = 0x9E37_79B1;
+
+/// The device's side of the link: sends requests and recognizes their replies.
 #[derive(Debug, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Client {
     sequence: u32,
     reader: FrameReader,
 }
 
 impl Client {
-    /// Nothing was asked yet.
+    /// Creates a client whose sequence numbers begin at a place of their own for each seed.
+    ///
+    /// A reply from before a reset carries an old sequence number. It is recognized as long as the numbers after the
+    /// reset are others, so give every client of a device another seed: a boot counter, a random number, or the value
+    /// of a free-running timer. Seeds of a boot counter keep the numbers of 1,000 boots more than a million requests
+    /// apart; random seeds meet by chance once in 4 billion requests. With a constant seed a reply that arrives late
+    /// may be taken for a new one, if the request under its number is of the same kind.
     #[must_use]
-    pub const fn new() -> Self {
+    pub const fn new(seed: u32) -> Self {
         Self {
-            sequence: 0,
+            sequence: seed.wrapping_mul(SEED_STEP),
             reader: FrameReader::new(),
         }
     }
 
-    /// Writes the frame of a new request into `buffer`, under the next sequence number. Until
-    /// the reply comes the same frame may be sent again and again.
+    /// Writes the frame of a new request into `buffer`, under the next sequence number. The device sends this same
+    /// frame until the reply arrives.
     ///
     /// # Errors
     /// [`FrameError::TooLong`] if `buffer` has fewer than [`FRAME_BYTES`](super::FRAME_BYTES).
-    pub fn ask<'b>(
+    pub fn request<'b>(
         &mut self,
         request: &Request,
         buffer: &'b mut [u8],
@@ -34,8 +45,8 @@ impl Client {
         encode(self.sequence, request, buffer)
     }
 
-    /// Takes a byte; returns the reply to `request`, the last one asked, once it is whole.
-    /// Damaged frames and replies to anything else are dropped.
+    /// Takes a byte. Returns the reply to `request`, the last one, once it is complete. Drops damaged frames and
+    /// replies to other requests.
     pub fn receive(&mut self, byte: u8, request: &Request) -> Option<Reply> {
         match self.reader.push::<Reply>(byte)? {
             Ok((sequence, reply)) if sequence == self.sequence && reply.answers(request) => {
@@ -46,33 +57,35 @@ impl Client {
     }
 }
 
-/// What the host received.
+/// A request that the host received.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub enum Received {
     /// A request that was not received before.
     New(Request),
-    /// The last request once more, and how it was answered: that reply was lost or is late.
+    /// The last request again, and its reply: the first copy of that reply is lost or late.
     Duplicate(Reply),
-    /// The last request once more, which is not answered yet: what it asks for is under way, and the
-    /// device is only being patient.
+    /// The last request again, which has no reply yet: the host is still working on it.
     Pending,
 }
 
-/// The host's side of the link: hears requests, and answers a repeated one as it did before.
+/// The host's side of the link: receives requests, and gives a repeated one the same reply.
 #[derive(Debug, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Server {
     reader: FrameReader,
     sequence: u32,
     /// The CRC of the last request.
     request: u32,
-    /// How it was answered; None before it is.
+    /// Its reply, if there is one yet.
     reply: Option<Reply>,
     /// A request was received.
     has_received: bool,
 }
 
 impl Server {
-    /// Nothing was received yet.
+    /// Creates a server that has received nothing.
     #[must_use]
     pub const fn new() -> Self {
         Self {
@@ -84,15 +97,15 @@ impl Server {
         }
     }
 
-    /// Takes a byte; returns what was received once a frame is whole, or what is wrong with the
-    /// frame. A wrong frame needs no answer: the device will ask again.
+    /// Takes a byte. Returns the request at the end of a frame, or the error of the frame. A wrong frame needs no
+    /// reply: the device sends it again.
     pub fn receive(&mut self, byte: u8) -> Option<Result<Received, FrameError>> {
         let (sequence, request) = match self.reader.push::<Request>(byte)? {
-            Ok(heard) => heard,
+            Ok(received) => received,
             Err(error) => return Some(Err(error)),
         };
-        // What it says is compared too: a device that was reset counts from the start again, and
-        // may have been given another recipe.
+        // The message counts too: a device without a source of seeds uses the same sequence numbers after a reset, maybe
+        // with another recipe.
         let checksum = checksum_of(sequence, &request);
         if self.has_received && sequence == self.sequence && checksum == self.request {
             return Some(Ok(self
@@ -111,7 +124,7 @@ impl Server {
     ///
     /// # Errors
     /// [`FrameError::TooLong`] if `buffer` has fewer than [`FRAME_BYTES`](super::FRAME_BYTES).
-    pub fn answer<'b>(
+    pub fn reply<'b>(
         &mut self,
         reply: Reply,
         buffer: &'b mut [u8],

@@ -1,4 +1,4 @@
-//! Frames: messages that can be told from noise.
+//! Frames: messages with a checksum and delimiters.
 
 use cobs::{CobsEncoder, DecodeResult, DecoderState, max_encoding_length};
 use heapless::Vec;
@@ -13,27 +13,28 @@ use crate::checksum::crc_32;
 const MESSAGE_BYTES: usize = 5 + 1 + 3 + 3 + 1 + 4 * VALUES_PER_FRAME;
 /// Bytes of the CRC.
 const CHECKSUM_BYTES: usize = 4;
-/// What COBS encodes.
+/// Bytes that COBS encodes.
 const CONTENT_BYTES: usize = MESSAGE_BYTES + CHECKSUM_BYTES;
 /// The longest frame, with the zeros at both ends.
 pub const FRAME_BYTES: usize = 1 + max_encoding_length(CONTENT_BYTES) + 1;
 
-/// Why bytes are not a frame, or a message cannot become one.
+/// An error of a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub enum FrameError {
-    /// It is longer than any frame.
+    /// The frame, or a list in it, is too long.
     TooLong,
-    /// Its bytes were cut or altered on the way.
+    /// The bytes were cut or altered on the way.
     Damaged,
-    /// It arrived whole, but this version of the protocol has no such message.
+    /// The frame is intact, but this version of the protocol has no such message.
     Unknown,
 }
 
 impl core::fmt::Display for FrameError {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         f.write_str(match self {
-            Self::TooLong => "the frame is too long",
+            Self::TooLong => "the frame, or a list in it, is too long",
             Self::Damaged => "the frame was cut or altered on the way",
             Self::Unknown => "the frame holds no message of this version of the protocol",
         })
@@ -76,9 +77,11 @@ pub(super) fn checksum_of<T: Serialize>(sequence: u32, message: &T) -> u32 {
 
 /// Finds frames in a stream of bytes.
 #[derive(Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct FrameReader {
-    /// What COBS has decoded of the frame under way, checksum included.
+    /// The decoded part of the present frame, with its checksum.
     content: Vec<u8, CONTENT_BYTES>,
+    #[cfg_attr(feature = "defmt", defmt(Debug2Format))]
     cobs: DecoderState,
     overflowed: bool,
 }
@@ -90,7 +93,7 @@ impl Default for FrameReader {
 }
 
 impl FrameReader {
-    /// Between two frames.
+    /// Creates a reader between two frames.
     #[must_use]
     pub const fn new() -> Self {
         Self {
@@ -100,8 +103,8 @@ impl FrameReader {
         }
     }
 
-    /// Takes a byte. At the end of a frame it returns the sequence number and the message, or
-    /// what is wrong with the frame; whatever that is, the next frame is read afresh.
+    /// Takes a byte. At the end of a frame it returns the sequence number and the message, or the error of the frame.
+    /// An error does not affect the next frame.
     pub fn push<T: DeserializeOwned>(&mut self, byte: u8) -> Option<Result<(u32, T), FrameError>> {
         let whole = match self.cobs.feed(byte) {
             Ok(DecodeResult::NoData) => return None,

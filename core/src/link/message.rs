@@ -1,225 +1,148 @@
-//! What is said over the link.
+//! Messages of the link.
 
-use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
+use super::{FailureReport, RecipeBytes, Refusal, Values};
 use crate::fit::Progress;
 use crate::geometry::Directions;
 use crate::model::ModelKind;
-use crate::recipe::RecipeError;
-use crate::scan::{FitError, Reading, ReadingError, Residual, ScanError};
+use crate::scan::{Reading, Residual};
 
-/// The version of the protocol that this crate speaks.
+/// The protocol version of this crate.
 ///
-/// `Hello` and `Welcome` stay first in their enums and never change their layout, so that any two
-/// versions can tell each other apart.
-pub const PROTOCOL: u16 = 5;
-/// The largest number of values in one [`Request::Values`]. Of 80 bytes about half come
-/// through whole where one in a hundred is lost; of 200 bytes an eighth would.
+/// `Hello` and `Welcome` stay first in their enums and never change their layout, so that any two versions recognize
+/// each other.
+pub const PROTOCOL: u16 = 6;
+/// The largest number of values in one [`Request::Values`]. A line that loses one byte in a hundred delivers about half
+/// of all frames of 80 bytes, and an eighth of those of 200 bytes.
 pub const VALUES_PER_FRAME: usize = 16;
 /// The largest number of bytes in one [`Reply::RecipePart`].
 pub const BYTES_PER_FRAME: usize = 60;
 
-/// What the device asks for or tells.
+/// A request of the device. `core/docs/link.md` has the numbers of all messages.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub enum Request {
-    /// A scan begins; whatever came before is forgotten.
+    /// Begins a scan; the host forgets the one before.
     Hello {
         /// The device's [`PROTOCOL`].
         protocol: u16,
-        /// The model that will be fitted.
+        /// The model that the device fits.
         model: ModelKind,
-        /// How many measurements it will ask for.
+        /// Number of samples of the recipe's pattern.
         samples: u16,
-        /// The checksum in the recipe's header, which names it.
+        /// The checksum in the recipe's header, which names the recipe.
         recipe: u32,
     },
-    /// Measure at these directions.
+    /// Asks for a reading at these directions.
     Measure {
         /// Index of the sample in the recipe's pattern.
         index: u16,
-        /// Where the light and the sensor have to be.
+        /// Directions of light and sensor.
         directions: Directions<f32>,
     },
-    /// How far the fit is.
+    /// Progress of the fit.
     Progress(Progress),
-    /// Some of the fitted values: a model's parameters in its order, or Linear's coefficients, m for
-    /// red, m for green, m for blue.
+    /// Some of the fitted values: a model's parameters in its order, or Linear's coefficients, m for red, m for green,
+    /// m for blue.
     Values {
         /// Index of the first of them.
         offset: u16,
-        /// How many there are in all.
+        /// Number of all values.
         total: u16,
         /// The values.
-        values: Vec<f32, VALUES_PER_FRAME>,
+        values: Values,
     },
-    /// All values are told: the scan is over.
+    /// Ends the scan, after all values.
     Finished(Residual),
     /// The device gives up on this scan.
-    Failed(Failure),
-    /// Before it was reset, the device had this measurement of a scan by the same recipe. Does it
-    /// hold still, or is another material there now?
+    Failed(FailureReport),
+    /// Asks whether a reading from before a reset is still valid; another material may be there now.
     Saved {
         /// Index of the sample in the recipe's pattern.
         index: u16,
-        /// What the sensor saw.
+        /// The reading.
         reading: Reading,
     },
-    /// Is there another recipe that the device shall scan by from now on? It is asked after the hello
-    /// of a device that can store one.
+    /// Asks for another recipe to use from now on. A device that can store one asks after its hello.
     Update,
-    /// The next bytes of that recipe, please.
+    /// Asks for the next bytes of that recipe.
     RecipePart {
-        /// How many bytes the device has.
+        /// Number of bytes that the device has.
         offset: u32,
     },
 }
 
-/// What the host answers.
+/// A reply of the host.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub enum Reply {
-    /// To [`Request::Hello`].
+    /// Replies to [`Request::Hello`].
     Welcome {
         /// The host's [`PROTOCOL`].
         protocol: u16,
     },
-    /// To [`Request::Measure`].
+    /// Replies to [`Request::Measure`].
     Measured {
         /// The request's index.
         index: u16,
-        /// What the sensor saw.
+        /// The reading.
         reading: Reading,
     },
-    /// To all other requests; to [`Request::Update`] it says that there is no other recipe.
+    /// Replies to all other requests. After [`Request::Update`] it states that there is no other recipe.
     Accepted,
-    /// The request cannot be met.
+    /// Refuses the request.
     Refused(Refusal),
-    /// To [`Request::Update`]: there is one.
+    /// Replies to [`Request::Update`] if there is another recipe.
     Recipe {
         /// Its length in bytes.
         bytes: u32,
         /// The checksum in its header.
         checksum: u32,
     },
-    /// To [`Request::RecipePart`].
+    /// Replies to [`Request::RecipePart`].
     RecipePart {
         /// The request's offset.
         offset: u32,
         /// The bytes from there on; fewer than [`BYTES_PER_FRAME`] only at the end.
-        bytes: Vec<u8, BYTES_PER_FRAME>,
+        bytes: RecipeBytes,
     },
+    /// Replies to [`Request::Measure`]: this sample cannot be read. The device continues without it if the recipe
+    /// tolerates missing readings; else it gives up.
+    Skip {
+        /// The request's index.
+        index: u16,
+    },
+    /// Replies to [`Request::Measure`]: the device fits the readings taken so far, if the recipe tolerates missing
+    /// readings; else it gives up.
+    FinishEarly,
 }
 
 impl Reply {
-    /// True if this is the kind of reply that `request` waits for.
+    /// Returns true if `request` waits for this kind of reply.
     #[must_use]
     pub fn answers(&self, request: &Request) -> bool {
         match (self, request) {
             (Self::Refused(_), _) | (Self::Welcome { .. }, Request::Hello { .. }) => true,
-            (Self::Measured { index, .. }, Request::Measure { index: asked, .. }) => index == asked,
+            (
+                Self::Measured { index, .. } | Self::Skip { index },
+                Request::Measure {
+                    index: requested, ..
+                },
+            ) => index == requested,
+            (Self::FinishEarly, Request::Measure { .. }) => true,
             (
                 Self::Accepted,
                 Request::Hello { .. } | Request::Measure { .. } | Request::RecipePart { .. },
             ) => false,
             (Self::Recipe { .. }, Request::Update) => true,
-            (Self::RecipePart { offset, .. }, Request::RecipePart { offset: asked }) => {
-                offset == asked
+            (Self::RecipePart { offset, .. }, Request::RecipePart { offset: requested }) => {
+                offset == requested
             }
             (Self::Accepted, _) => true,
             _ => false,
         }
     }
 }
-
-/// Why the host refuses a request.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Refusal {
-    /// No scan has begun: the host was started in the middle of one, and waits for a hello.
-    NoScan,
-    /// The scanner cannot reach these directions.
-    Directions,
-    /// They are more or fewer values than the model has, or than were said to come.
-    Values,
-    /// The host cannot do with this model.
-    Model,
-    /// The host did not give this measurement in the scan that it knows of: all have to be taken
-    /// again.
-    Saved,
-    /// The recipe that it offered is not what it sends.
-    Recipe,
-}
-
-impl core::fmt::Display for Refusal {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        f.write_str(match self {
-            Self::NoScan => "no scan has begun: say hello first",
-            Self::Directions => "the scanner cannot reach these directions",
-            Self::Values => "the model has another number of values",
-            Self::Model => "the host cannot do with this model",
-            Self::Recipe => "the host sends another recipe than it offered",
-            Self::Saved => "the host did not give this measurement: take all of them again",
-        })
-    }
-}
-
-/// Why the device gives up on a scan.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Failure {
-    /// Its recipe is damaged.
-    Recipe(RecipeError),
-    /// Its recipe is for another firmware.
-    Scan(ScanError),
-    /// The same reading was wrong too often.
-    Reading {
-        /// Index of the sample in the recipe's pattern.
-        index: u16,
-        /// What was wrong with it last.
-        error: ReadingError,
-    },
-    /// The readings cannot be fitted.
-    Fit(FitError),
-    /// The device's own arms or sensor failed.
-    Machine,
-    /// The host speaks another version of the protocol.
-    Protocol {
-        /// The device's.
-        device: u16,
-        /// The host's.
-        host: u16,
-    },
-    /// The host refused a request.
-    Refused(Refusal),
-    /// The host did not reply, however often it was asked.
-    NoReply,
-    /// The fit left what numbers can hold: what was measured is nothing that the recipe can learn.
-    Diverged,
-}
-
-impl core::fmt::Display for Failure {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        match self {
-            Self::Recipe(error) => error.fmt(f),
-            Self::Scan(error) => error.fmt(f),
-            Self::Reading { index, error } => write!(f, "reading {index}: {error}"),
-            Self::Fit(error) => error.fmt(f),
-            Self::Machine => {
-                f.write_str("the device's own arms or sensor failed: its log says how")
-            }
-            Self::Protocol { device, host } => write!(
-                f,
-                "the device speaks version {device} of the protocol, the host version {host}"
-            ),
-            Self::Refused(refusal) => write!(f, "the host refused: {refusal}"),
-            Self::NoReply => f.write_str("the host does not reply"),
-            Self::Diverged => {
-                f.write_str("the fit diverged: no material that the recipe knows measures so")
-            }
-        }
-    }
-}
-
-impl core::error::Error for Failure {}

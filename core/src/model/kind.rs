@@ -6,16 +6,17 @@ use serde::{Deserialize, Serialize};
 /// of the recipe format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub enum ModelKind {
     /// [`Phong`](super::Phong).
-    Phong,
+    Phong = 0,
     /// [`Neural`](super::Neural).
-    Neural,
+    Neural = 1,
     /// [`CookTorrance`](super::CookTorrance).
-    CookTorrance,
+    CookTorrance = 2,
     /// Principal components and a ridge solve: the one model that has no descent. Recipes do not write its number, so
     /// that it may stay the last.
-    Linear,
+    Linear = 3,
 }
 
 impl ModelKind {

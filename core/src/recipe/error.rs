@@ -5,12 +5,14 @@ use serde::{Deserialize, Serialize};
 use super::field::Field;
 use super::format::VERSION;
 use super::kind::Kind;
+use crate::error_code::ErrorCode;
 use crate::gonio::LimitsError;
 use crate::model::ModelKind;
 
 /// Why bytes are not a recipe.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub enum RecipeError {
     /// The first four bytes are not `GLMP`.
     Magic,
@@ -61,6 +63,37 @@ pub enum RecipeError {
     Beside(Kind),
     /// A field that is for a completion by itself, and not 0 or empty beside a start.
     Unused(Field),
+}
+
+impl RecipeError {
+    /// The code.
+    #[must_use]
+    pub const fn code(&self) -> ErrorCode {
+        match self {
+            Self::Magic => ErrorCode::RecipeMagic,
+            Self::Version(_) => ErrorCode::RecipeVersion,
+            Self::Length { .. } => ErrorCode::RecipeLength,
+            Self::Checksum => ErrorCode::RecipeChecksum,
+            Self::Malformed => ErrorCode::RecipeMalformed,
+            Self::Count(_) => ErrorCode::RecipeCount,
+            Self::Limits(_) => ErrorCode::RecipeLimits,
+            Self::NonFinite(_) => ErrorCode::RecipeNonFinite,
+            Self::BelowHorizon(_) => ErrorCode::RecipeBelowHorizon,
+            Self::Model(_) => ErrorCode::RecipeModel,
+            Self::NotPositive(_) => ErrorCode::RecipeNotPositive,
+            Self::Negative(_) => ErrorCode::RecipeNegative,
+            Self::Range(_) => ErrorCode::RecipeRange,
+            Self::Unknown(_) => ErrorCode::RecipeUnknown,
+            Self::BufferTooSmall => ErrorCode::BufferTooSmall,
+            Self::Order(_)
+            | Self::Section(_)
+            | Self::Missing(_)
+            | Self::Learners(_)
+            | Self::Required(_)
+            | Self::Beside(_)
+            | Self::Unused(_) => ErrorCode::RecipeSections,
+        }
+    }
 }
 
 impl core::fmt::Display for RecipeError {

@@ -10,6 +10,7 @@ use super::format::{
 /// A field of the recipe, to name it in errors.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub enum Field {
     /// The body as a whole.
     Body,

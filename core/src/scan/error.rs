@@ -2,13 +2,15 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::Implausible;
+use super::implausible::Implausible;
+use crate::error_code::ErrorCode;
 use crate::fit::{ModelMismatch, Progress};
 use crate::model::ModelKind;
 
 /// Why a scan cannot begin.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub enum ScanError {
     /// The recipe is for another model than this firmware's.
     Model {
@@ -36,6 +38,18 @@ pub enum ScanError {
 impl From<ModelMismatch> for ScanError {
     fn from(ModelMismatch { firmware, recipe }: ModelMismatch) -> Self {
         Self::Model { firmware, recipe }
+    }
+}
+
+impl ScanError {
+    /// The code.
+    #[must_use]
+    pub const fn code(&self) -> ErrorCode {
+        match self {
+            Self::Model { .. } => ErrorCode::Model,
+            Self::Memory { .. } => ErrorCode::Memory,
+            Self::Basis { .. } => ErrorCode::Basis,
+        }
     }
 }
 
@@ -69,6 +83,7 @@ impl core::error::Error for ScanError {}
 /// Why a sample cannot be skipped.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub enum SkipError {
     /// The recipe does not tolerate missing readings.
     Required,
@@ -79,6 +94,17 @@ pub enum SkipError {
         /// Number of samples of the recipe.
         samples: u16,
     },
+}
+
+impl SkipError {
+    /// The code.
+    #[must_use]
+    pub const fn code(&self) -> ErrorCode {
+        match self {
+            Self::Required => ErrorCode::ReadingRequired,
+            Self::Index { .. } => ErrorCode::ReadingIndex,
+        }
+    }
 }
 
 impl core::fmt::Display for SkipError {
@@ -99,6 +125,7 @@ impl core::error::Error for SkipError {}
 /// Why readings cannot be fitted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub enum FitError {
     /// Not all readings are taken, and the recipe cannot do without.
     Incomplete {
@@ -113,6 +140,17 @@ pub enum FitError {
         /// The limit, sr^-1.
         limit: u16,
     },
+}
+
+impl FitError {
+    /// The code.
+    #[must_use]
+    pub const fn code(&self) -> ErrorCode {
+        match self {
+            Self::Incomplete { .. } => ErrorCode::Incomplete,
+            Self::TooLarge { .. } => ErrorCode::TooLarge,
+        }
+    }
 }
 
 impl core::fmt::Display for FitError {
@@ -137,6 +175,7 @@ impl core::error::Error for FitError {}
 /// Why a fit has no result.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub enum FinishError {
     /// It is not complete: it goes on by
     /// [`Scan::fit_under_way`](super::Scan::fit_under_way).
@@ -147,6 +186,18 @@ pub enum FinishError {
     /// The fit has a result, but it is unlikely to describe a material: look at the sensor. The result can still be
     /// taken, with [`Scan::fitted`](super::Scan::fitted).
     Implausible(Implausible),
+}
+
+impl FinishError {
+    /// The code.
+    #[must_use]
+    pub const fn code(&self) -> ErrorCode {
+        match self {
+            Self::Unfinished(_) => ErrorCode::Unfinished,
+            Self::Diverged => ErrorCode::Diverged,
+            Self::Implausible(reason) => reason.code(),
+        }
+    }
 }
 
 impl core::fmt::Display for FinishError {

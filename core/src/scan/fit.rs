@@ -3,10 +3,11 @@
 use core::marker::PhantomData;
 
 use super::memory::{measured_at, place_of};
+use super::residual::Residual;
 use super::residual::Sum;
 use super::stage::{Fitting, Stage};
 use super::status::Status;
-use super::{FinishError, Implausible, Residual, plausibility};
+use super::{FinishError, plausibility};
 use crate::fit::{Algorithm, FitMethod, Fitter, Progress, is_finite};
 use crate::geometry::{Directions, HalfDifference};
 use crate::model::linear::Basis;
@@ -90,22 +91,18 @@ impl<'s, K: Fitter> Fit<'s, K> {
             self.words,
             &Functions::of::<K>(),
         );
-        *self.stage = match examined {
-            None => Stage::Reading,
-            Some((residual, implausible)) => Stage::Fitted {
-                residual,
-                implausible,
-            },
+        let Some(residual) = examined else {
+            *self.stage = Stage::Reading;
+            return Err(FinishError::Diverged);
         };
-        match examined {
-            None => Err(FinishError::Diverged),
-            Some((_, Some(reason))) => Err(FinishError::Implausible(reason)),
-            Some((residual, None)) => Ok(Fitted {
+        *self.stage = Stage::Fitted(residual);
+        match residual.implausible {
+            Some(reason) => Err(FinishError::Implausible(reason)),
+            None => Ok(Fitted {
                 recipe: self.recipe,
                 basis: self.basis,
                 words: self.words,
                 residual,
-                implausible: None,
                 model: PhantomData,
             }),
         }
@@ -144,7 +141,7 @@ fn examine(
     slots: &[Slot],
     words: &[f32],
     functions: &Functions,
-) -> Option<(Residual, Option<Implausible>)> {
+) -> Option<Residual> {
     let method = &recipe.method;
     let predicted = (functions.predicted_loss)(words, method);
     let mut values = (functions.values)(words, method).into_iter();
@@ -175,7 +172,8 @@ fn examine(
     }
     let albedo = plausibility::albedo(|at| (functions.brdf)(words, method, basis, at));
     let expected = predicted.or_else(|| recipe.expected_loss());
-    Some((sum.residual, plausibility::check(&sum, expected, albedo)))
+    sum.residual.implausible = plausibility::check(&sum, expected, albedo);
+    Some(sum.residual)
 }
 
 /// A fitted material.
@@ -210,7 +208,6 @@ pub struct Fitted<'s, K: Fitter> {
     pub(super) basis: Option<Basis<'s>>,
     pub(super) words: &'s [f32],
     pub(super) residual: Residual,
-    pub(super) implausible: Option<Implausible>,
     pub(super) model: PhantomData<K>,
 }
 
@@ -237,12 +234,6 @@ impl<K: Fitter> Fitted<'_, K> {
     #[must_use]
     pub fn residual(&self) -> Residual {
         self.residual
-    }
-
-    /// Why the material is implausible, if it is.
-    #[must_use]
-    pub fn implausible(&self) -> Option<Implausible> {
-        self.implausible
     }
 
     /// The loss predicted from this material's readings, if the recipe predicts one; recipes that complete readings

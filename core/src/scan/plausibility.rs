@@ -1,9 +1,7 @@
 //! Signs that readings are not those of a material.
 
-use serde::{Deserialize, Serialize};
-
-use super::Residual;
-use super::residual::Sum;
+use super::implausible::Implausible;
+use super::residual::{Residual, Sum};
 use crate::geometry::HalfDifference;
 use crate::numeric::math::sin_cos;
 
@@ -25,44 +23,6 @@ const MAX_LEAST: f32 = 2.0 * core::f32::consts::FRAC_1_PI;
 const MIN_SAMPLES: u16 = 4;
 /// Evaluations of an albedo.
 const NODES: u16 = 16;
-
-/// Why a fitted material is implausible.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[non_exhaustive]
-pub enum Implausible {
-    /// The readings are not above 0 on average, or all of them are too far below 0 for the loss: the dark reading or
-    /// the sign is wrong.
-    Dark,
-    /// Every reading equals the one before it, bit for bit: the sensor is stuck.
-    Repeated,
-    /// A channel (0 red, 1 green, 2 blue) read nothing, beside channels that did.
-    DeadChannel(u8),
-    /// The fitted material reflects several times the light that it receives: readings are counts, or were not
-    /// divided by those of the white.
-    Albedo,
-    /// The fit explains its readings far worse than the recipe's fits do.
-    Residual,
-}
-
-impl core::fmt::Display for Implausible {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        match self {
-            Self::Dark => f.write_str("the readings are not above 0: check the dark reading"),
-            Self::Repeated => f.write_str("all readings are equal: check that the sensor is not stuck"),
-            Self::DeadChannel(channel) => write!(
-                f,
-                "channel {channel} reads nothing while others do: check its filter and amplifier"
-            ),
-            Self::Albedo => f.write_str(
-                "the material reflects several times the light it receives: divide readings by those of the white",
-            ),
-            Self::Residual => f.write_str(
-                "the fit explains its readings far worse than expected: check alignment, units and the sensor's range",
-            ),
-        }
-    }
-}
 
 /// Judges a fit by its readings, the loss that is expected of it, and its albedo at normal incidence.
 #[inline(never)]

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::FitError;
 use super::memory::{measured_at, place_of, put_measured};
 use super::status::Status;
+use crate::error_code::ErrorCode;
 use crate::fit::{Channels, FitMethod};
 use crate::gonio::Calibrated;
 use crate::model::Slot;
@@ -102,6 +103,7 @@ pub struct Recorded {
 /// Why a reading was refused. It has to be taken again.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub enum ReadingError {
     /// A channel (0 red, 1 green, 2 blue) is NaN or infinite.
     NonFinite(u8),
@@ -114,6 +116,18 @@ pub enum ReadingError {
         /// How many samples there are.
         samples: u16,
     },
+}
+
+impl ReadingError {
+    /// The code.
+    #[must_use]
+    pub const fn code(&self) -> ErrorCode {
+        match self {
+            Self::NonFinite(_) => ErrorCode::ReadingNonFinite,
+            Self::Negative(_) => ErrorCode::ReadingNegative,
+            Self::Index { .. } => ErrorCode::ReadingIndex,
+        }
+    }
 }
 
 impl core::fmt::Display for ReadingError {

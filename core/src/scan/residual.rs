@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::implausible::Implausible;
 use super::status::Status;
 use crate::model::Sample;
 use crate::model::loss::cosine_weighted_log_error;
@@ -24,8 +25,10 @@ pub struct Residual {
     /// How many readings were the one before them in the pattern, bit for bit. A real sensor is too
     /// noisy for that; if all but the first were, it is stuck.
     pub repeated: u16,
-    /// How many readings were too far below 0 for the loss, and were brought up to what it takes.
+    /// How many readings were too far below 0 for the loss, and were raised to what it takes.
     pub clamped: u16,
+    /// Why the fitted material is implausible, if it is.
+    pub implausible: Option<Implausible>,
 }
 
 /// A residual whose mean is a sum yet.

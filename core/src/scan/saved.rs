@@ -27,6 +27,7 @@ const OTHER_BYTES: usize = 5 + 5 + 4;
 /// Why bytes are not readings by this recipe, or cannot become some.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub enum SavedError {
     /// No whole readings are there: nothing was written, or it was cut short or altered.
     Damaged,

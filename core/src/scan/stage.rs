@@ -1,6 +1,6 @@
 //! Stages of a scan.
 
-use super::{Implausible, Residual};
+use super::residual::Residual;
 use crate::fit::Channels;
 
 /// Stage of a scan.
@@ -11,10 +11,7 @@ pub(super) enum Stage {
     /// A fit is under way.
     Fitting(Fitting),
     /// The fit is complete and was checked.
-    Fitted {
-        residual: Residual,
-        implausible: Option<Implausible>,
-    },
+    Fitted(Residual),
 }
 
 /// A fit under way.

@@ -12,10 +12,12 @@ mod scanner;
 use std::fmt::Debug;
 
 use glimpse_core::driver::{Config, Host};
+use glimpse_core::error_code::ErrorCode;
 use glimpse_core::geometry::Directions;
 use glimpse_core::link::{
     BYTES_PER_FRAME, FRAME_BYTES, Failure, PROTOCOL, Refusal, Reply, Request, VALUES_PER_FRAME,
 };
+use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::{MIN_READING, Reading};
 use serde::Serialize;
@@ -121,12 +123,15 @@ fn the_links_bytes_are_those_of_its_document() {
         reading: Reading::new([0.25, 0.125, 0.5]),
     };
     check_blocks(&mut blocks, 2, measured);
+    check_blocks(&mut blocks, 2, Reply::Skip { index: 0 });
+    let failure = Failure::OutOfReach { index: 3, count: 2 };
+    check_blocks(&mut blocks, 3, Request::Failed(failure.into()));
     assert_eq!(blocks.next(), None);
 }
 
-/// The rows `| number | `Name` | ..` of the table whose second column has this title.
+/// The rows `| number | `Name` | ..` of the table with these titles.
 fn names(title: &str) -> Vec<(u8, &'static str)> {
-    let head = format!("| number | {title}");
+    let head = format!("| {title}");
     let table = LINK.split(&head).nth(1).unwrap();
     let rows = table.lines().skip(1).take_while(|row| row.starts_with('|'));
     rows.map(|row| {
@@ -157,10 +162,34 @@ fn check_variants<T: DeserializeOwned + Debug>(title: &str) {
 
 #[test]
 fn the_links_messages_have_the_numbers_of_its_document() {
-    check_variants::<Request>("name | fields | reply |\n");
-    check_variants::<Reply>("name | fields |\n");
-    check_variants::<Refusal>("refusal | |\n");
-    check_variants::<Failure>("failure | fields |\n");
+    check_variants::<Request>("number | name | fields | reply |\n");
+    check_variants::<Reply>("number | name | fields |\n");
+    check_variants::<ModelKind>("number | model | values |\n");
+}
+
+/// Numbers and names of error codes are those of the table, and refusals travel under the same numbers.
+#[test]
+fn the_error_codes_are_those_of_the_links_document() {
+    let written = names("code | name | first detail | second detail |\n");
+    let codes = ErrorCode::ALL.iter();
+    let codes: Vec<_> = codes
+        .map(|code| (code.code() as u8, format!("{code:?}")))
+        .collect();
+    assert_eq!(written.len(), codes.len());
+    for ((number, name), code) in written.into_iter().zip(&codes) {
+        assert_eq!((number, name.to_owned()), *code);
+    }
+    for (number, name) in &codes {
+        let refusal = Refusal::from(u16::from(*number));
+        match name.strip_prefix("Refused") {
+            Some("Other") | None => assert!(matches!(refusal, Refusal::Other { .. })),
+            Some(name) => assert_eq!(format!("{refusal:?}"), name),
+        }
+        let bytes = [3, *number]; // `Refused`
+        let reply: Reply = postcard::from_bytes(&bytes).unwrap();
+        assert_eq!(reply, Reply::Refused(refusal));
+        assert_eq!(postcard::to_slice(&reply, &mut [0; 8]).unwrap(), bytes);
+    }
 }
 
 /// A limit stands in a line of its own field, whatever the line's words are.
@@ -172,7 +201,7 @@ fn the_links_numbers_are_those_of_its_document() {
         ("frame", FRAME_BYTES.to_string()),
         ("values: ", VALUES_PER_FRAME.to_string()),
         ("bytes: ", BYTES_PER_FRAME.to_string()),
-        ("repeated", config.repeat.to_string()),
+        ("repeated", config.retransmit_interval_ms.to_string()),
         ("sr^-1", MIN_READING.to_string()),
     ] {
         let has_number = |line: &str| {
@@ -183,7 +212,7 @@ fn the_links_numbers_are_those_of_its_document() {
         assert!(lines.any(has_number), "{name}: {number}");
     }
     assert_eq!(
-        (config.patience, config.measuring_patience),
+        (config.reply_timeout_ms, config.measure_timeout_ms),
         (2_000, 60_000)
     );
     assert_eq!(config.attempts, 3);

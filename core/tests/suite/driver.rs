@@ -3,6 +3,9 @@
 mod bad_line;
 mod bench;
 mod failures;
+mod missing;
+mod reach;
+mod reset;
 mod silence;
 mod stray;
 mod update;

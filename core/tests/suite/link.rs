@@ -1,14 +1,18 @@
 //! Frames survive noise, and a conversation survives a link that loses, repeats and alters bytes.
 
+use std::collections::HashSet;
 use std::fmt::Debug;
 
+use glimpse_core::error_code::ErrorCode;
 use glimpse_core::fit::Progress;
 use glimpse_core::link::{
-    BYTES_PER_FRAME, Client, FRAME_BYTES, Failure, FrameError, FrameReader, PROTOCOL, Received,
-    Reply, Request, Server, VALUES_PER_FRAME, encode,
+    BYTES_PER_FRAME, Client, FRAME_BYTES, Failure, FailureReport, FrameError, FrameReader,
+    PROTOCOL, Received, RecipeBytes, Refusal, Reply, Request, Server, VALUES_PER_FRAME, Values,
+    encode,
 };
 use glimpse_core::model::ModelKind;
-use glimpse_core::scan::Reading;
+use glimpse_core::recipe::{Kind, RecipeError};
+use glimpse_core::scan::{FitError, Reading, ReadingError, ScanError};
 use proptest::prelude::*;
 use serde::de::DeserializeOwned;
 
@@ -47,7 +51,7 @@ fn the_longest_message_fits_exactly() {
     let request = Request::Values {
         offset: u16::MAX,
         total: u16::MAX,
-        values: core::iter::repeat_n(f32::from_bits(0x3f9d_70a4), VALUES_PER_FRAME).collect(),
+        values: Values::try_from(&[f32::from_bits(0x3f9d_70a4); VALUES_PER_FRAME][..]).unwrap(),
     };
     assert_eq!(frame(u32::MAX, &request).len(), FRAME_BYTES);
     let mut short = [0; FRAME_BYTES - 1];
@@ -57,7 +61,7 @@ fn the_longest_message_fits_exactly() {
     );
     let reply = Reply::RecipePart {
         offset: u32::MAX,
-        bytes: core::iter::repeat_n(0xA5, BYTES_PER_FRAME).collect(),
+        bytes: RecipeBytes::try_from(&[0xA5; BYTES_PER_FRAME][..]).unwrap(),
     };
     assert!(frame(u32::MAX, &reply).len() < FRAME_BYTES);
 }
@@ -115,88 +119,85 @@ fn progress(done: u32) -> Request {
 }
 
 /// The frame of the next request.
-fn ask(asker: &mut Client, request: &Request) -> Vec<u8> {
+fn send(client: &mut Client, request: &Request) -> Vec<u8> {
     let mut buffer = [0; FRAME_BYTES];
-    asker.ask(request, &mut buffer).unwrap().to_vec()
+    client.request(request, &mut buffer).unwrap().to_vec()
 }
 
 /// The frame of the reply to the last request.
-fn respond(answerer: &mut Server, reply: Reply) -> Vec<u8> {
+fn respond(server: &mut Server, reply: Reply) -> Vec<u8> {
     let mut buffer = [0; FRAME_BYTES];
-    answerer.answer(reply, &mut buffer).unwrap().to_vec()
+    server.reply(reply, &mut buffer).unwrap().to_vec()
 }
 
 /// The host receives a request.
-fn receive(answerer: &mut Server, bytes: &[u8]) -> Received {
+fn receive(server: &mut Server, bytes: &[u8]) -> Received {
     let mut bytes = bytes.iter();
-    let received = bytes.find_map(|byte| answerer.receive(*byte));
+    let received = bytes.find_map(|byte| server.receive(*byte));
     received.unwrap().unwrap()
 }
 
 /// The device receives a reply, or drops it.
-fn receive_reply(asker: &mut Client, bytes: &[u8], request: &Request) -> Option<Reply> {
+fn receive_reply(client: &mut Client, bytes: &[u8], request: &Request) -> Option<Reply> {
     let mut bytes = bytes.iter();
-    bytes.find_map(|byte| asker.receive(*byte, request))
+    bytes.find_map(|byte| client.receive(*byte, request))
 }
 
 #[test]
 fn a_request_is_answered_once_and_its_repetition_alike() {
     let request = progress(1);
-    let (mut asker, mut answerer) = (Client::new(), Server::new());
-    let asked = ask(&mut asker, &request);
-    assert_eq!(
-        receive(&mut answerer, &asked),
-        Received::New(request.clone())
-    );
+    let (mut client, mut server) = (Client::new(0), Server::new());
+    let asked = send(&mut client, &request);
+    assert_eq!(receive(&mut server, &asked), Received::New(request.clone()));
     // Version 0.1 called a repetition new until there was a reply, and a host that was moving its
     // arms moved them again.
     for _ in 0..3 {
-        assert_eq!(receive(&mut answerer, &asked), Received::Pending);
+        assert_eq!(receive(&mut server, &asked), Received::Pending);
     }
-    let answered = respond(&mut answerer, Reply::Accepted);
-    let again = receive(&mut answerer, &asked);
+    let answered = respond(&mut server, Reply::Accepted);
+    let again = receive(&mut server, &asked);
     assert_eq!(again, Received::Duplicate(Reply::Accepted));
 
-    let reply = receive_reply(&mut asker, &answered, &request);
+    let reply = receive_reply(&mut client, &answered, &request);
     assert_eq!(reply, Some(Reply::Accepted));
     // The next request does not take the late reply for its own.
-    ask(&mut asker, &request);
-    assert_eq!(receive_reply(&mut asker, &answered, &request), None);
+    send(&mut client, &request);
+    assert_eq!(receive_reply(&mut client, &answered, &request), None);
 }
 
 /// While the first request is unanswered, another one is new, and the reply is to that one.
 #[test]
 fn a_new_request_takes_the_place_of_one_that_waits() {
-    let (mut asker, mut answerer) = (Client::new(), Server::new());
+    let (mut client, mut server) = (Client::new(0), Server::new());
     for request in [progress(1), progress(2)] {
-        let asked = ask(&mut asker, &request);
-        assert_eq!(receive(&mut answerer, &asked), Received::New(request));
-        assert_eq!(receive(&mut answerer, &asked), Received::Pending);
+        let asked = send(&mut client, &request);
+        assert_eq!(receive(&mut server, &asked), Received::New(request));
+        assert_eq!(receive(&mut server, &asked), Received::Pending);
     }
-    let answered = respond(&mut answerer, Reply::Accepted);
-    let reply = receive_reply(&mut asker, &answered, &progress(2));
+    let answered = respond(&mut server, Reply::Accepted);
+    let reply = receive_reply(&mut client, &answered, &progress(2));
     assert_eq!(reply, Some(Reply::Accepted));
 }
 
 /// The first requests after a reset have the same sequence number, whatever they are.
 #[test]
 fn a_device_that_was_reset_is_not_taken_for_the_one_before() {
-    let mut answerer = Server::new();
+    let mut server = Server::new();
     let welcome = Reply::Welcome { protocol: PROTOCOL };
     for (request, is_new) in [
-        (Request::Failed(Failure::NoReply), true),
+        (Request::Failed(Failure::NoReply.into()), true),
         (hello(7), true),
         (hello(7), false),
         // It has another recipe now.
         (hello(8), true),
     ] {
-        let asked = ask(&mut Client::new(), &request);
+        let asked = send(&mut Client::new(0), &request);
         let expected = match is_new {
             true => Received::New(request),
             false => Received::Duplicate(welcome.clone()),
         };
-        assert_eq!(receive(&mut answerer, &asked), expected);
-        respond(&mut answerer, welcome.clone());
+        assert_eq!(receive(&mut server, &asked), expected);
+        respond(&mut server, welcome.clone());
     }
 }
 
@@ -259,15 +260,15 @@ proptest! {
         seed: u64,
     ) {
         let mut line = Random(seed);
-        let (mut asker, mut answerer) = (Client::new(), Server::new());
+        let (mut client, mut server) = (Client::new(0), Server::new());
         let mut heard = Vec::new();
         for request in &requests {
-            let asked = ask(&mut asker, request);
+            let asked = send(&mut client, request);
             let mut reply = None;
             for _ in 0..1_000 {
                 let mut replies = Vec::new();
                 for byte in line.spoil(asked.clone(), 60) {
-                    let answer = match answerer.receive(byte) {
+                    let answer = match server.receive(byte) {
                         Some(Ok(Received::New(request))) => {
                             let answer = answer_to(&request);
                             heard.push(request);
@@ -276,11 +277,11 @@ proptest! {
                         Some(Ok(Received::Duplicate(answer))) => answer,
                         _ => continue,
                     };
-                    replies.push(respond(&mut answerer, answer));
+                    replies.push(respond(&mut server, answer));
                 }
                 for bytes in replies {
                     for byte in line.spoil(bytes, 60) {
-                        reply = reply.or(asker.receive(byte, request));
+                        reply = reply.or(client.receive(byte, request));
                     }
                 }
                 if reply.is_some() {
@@ -307,8 +308,121 @@ fn answer_to(request: &Request) -> Reply {
         },
         Request::RecipePart { offset } => Reply::RecipePart {
             offset: *offset,
-            bytes: [1, 2, 3].into_iter().collect(),
+            bytes: RecipeBytes::take_from([1, 2, 3]),
         },
         _ => Reply::Accepted,
     }
+}
+
+/// A host prints the codes of newer devices, and those that it knows with their sentence.
+#[test]
+fn an_unknown_failure_or_refusal_still_arrives_and_prints() {
+    let (code, details) = (60_000, [1, u32::MAX]);
+    let report = FailureReport { code, details };
+    let bytes = frame(7, &Request::Failed(report));
+    assert_eq!(messages(&bytes), [(7, Request::Failed(report))]);
+    assert_eq!(report.error(), None);
+    let text = "error 60000, which this host does not know (details 1 and 4294967295)";
+    assert_eq!(report.to_string(), text);
+
+    let refusal = Refusal::Other { code: 5_000 };
+    let bytes = frame(7, &Reply::Refused(refusal));
+    assert_eq!(read::<Reply>(&bytes), [Ok((7, Reply::Refused(refusal)))]);
+    let text = "the host refused for a reason that the device does not know (number 5000)";
+    assert_eq!(refusal.to_string(), text);
+    let report = FailureReport::from(Failure::Refused(refusal));
+    assert_eq!((report.code, report.details), (107, [5_000, 0]));
+    assert!(
+        report
+            .to_string()
+            .contains("(error 107, details 5000 and 0)")
+    );
+}
+
+/// Codes are unique, and found by their numbers.
+#[test]
+fn each_error_code_has_a_number_of_its_own() {
+    let mut numbers = HashSet::new();
+    for code in ErrorCode::ALL {
+        assert_eq!(ErrorCode::from_code(code.code()), Some(*code));
+        assert!(numbers.insert(code.code()));
+        assert_eq!(code.to_string(), code.text());
+    }
+    let unknown = (0..=u16::MAX).filter(|number| !numbers.contains(number));
+    assert!(unknown.map(ErrorCode::from_code).all(|code| code.is_none()));
+}
+
+/// Details of the failures that need them, as `docs/link.md` lists them.
+#[test]
+fn reports_carry_the_details_of_their_failures() {
+    let of = |failure: Failure| {
+        let report = FailureReport::from(failure);
+        assert_eq!(report.error(), Some(failure.code()));
+        (report.code, report.details)
+    };
+    let (index, samples) = (300, 8);
+    let length = RecipeError::Length {
+        expected: 70_000,
+        found: 3,
+    };
+    let model = ScanError::Model {
+        firmware: ModelKind::Linear,
+        recipe: ModelKind::CookTorrance,
+    };
+    let memory = ScanError::Memory {
+        needed: 80,
+        found: 8,
+    };
+    let error = ReadingError::Negative(2);
+    let missing = FitError::Incomplete {
+        missing: 4,
+        first: 2,
+    };
+    for (failure, expected) in [
+        (Failure::Recipe(RecipeError::Version(7)), (33, [7, 0])),
+        (Failure::Recipe(length), (34, [70_000, 3])),
+        (Failure::Recipe(RecipeError::Checksum), (35, [0, 0])),
+        (
+            Failure::Recipe(RecipeError::Missing(Kind::PATTERN)),
+            (46, [0, 0]),
+        ),
+        (
+            Failure::Recipe(RecipeError::Order(Kind::LIMITS)),
+            (46, [128, 0]),
+        ),
+        (Failure::Scan(model), (48, [3, 2])),
+        (Failure::Scan(memory), (50, [80, 8])),
+        (Failure::Reading { index, error }, (65, [300, 2])),
+        (
+            Failure::Reading {
+                index,
+                error: ReadingError::Index { index, samples },
+            },
+            (66, [300, 8]),
+        ),
+        (Failure::ReadingRequired { index }, (67, [300, 0])),
+        (Failure::Fit(missing), (18, [4, 2])),
+        (Failure::Diverged, (81, [0, 0])),
+        (Failure::Machine, (96, [0, 0])),
+        (Failure::Protocol { device: 6, host: 5 }, (97, [6, 5])),
+        (Failure::NoReply, (98, [0, 0])),
+        (Failure::Refused(Refusal::Directions), (100, [100, 0])),
+        (Failure::OutOfReach { index, count: 2 }, (105, [300, 2])),
+    ] {
+        assert_eq!(of(failure), expected, "{failure}");
+    }
+}
+
+/// Lists take what fits, and no more.
+#[test]
+fn a_list_holds_no_more_than_its_capacity() {
+    let bytes = [7; BYTES_PER_FRAME + 1];
+    assert_eq!(RecipeBytes::try_from(&bytes[..]), Err(FrameError::TooLong));
+    let list = RecipeBytes::try_from(&bytes[1..]).unwrap();
+    assert_eq!(list.as_slice(), &bytes[1..]);
+    assert_eq!(RecipeBytes::take_from(bytes), list);
+    assert!(Values::default().as_slice().is_empty());
+    // A list on the wire that is longer than any frame holds.
+    let long = frame(1, &(3_u8, 0_u16, 17_u16, vec![0.0_f32; 17]));
+    assert_eq!(read::<Request>(&long), [Err(FrameError::Unknown)]);
 }

@@ -111,7 +111,7 @@ pub fn is_too_steep(model: ModelKind, variables: Variables) -> bool {
     match model {
         ModelKind::Phong => near_edge_of_lobe(variables),
         ModelKind::CookTorrance => near_grazing(variables),
-        ModelKind::Neural | ModelKind::Linear => false,
+        _ => false,
     }
 }
 

@@ -3,16 +3,14 @@
 use std::io::{Read, Write};
 use std::net::TcpStream;
 
-use glimpse_core::link::{
-    BYTES_PER_FRAME, FRAME_BYTES, PROTOCOL, Received, Reply, Request, Server,
-};
+use glimpse_core::link::{FRAME_BYTES, PROTOCOL, Received, RecipeBytes, Reply, Request, Server};
 use glimpse_core::recipe::Recipe;
 
 /// What a device says of its recipe when it greets.
 pub(crate) fn greet(serial: &mut TcpStream) -> u32 {
-    let mut answerer = Server::new();
+    let mut server = Server::new();
     loop {
-        if let Request::Hello { recipe, .. } = receive(serial, &mut answerer) {
+        if let Request::Hello { recipe, .. } = receive(serial, &mut server) {
             return recipe;
         }
     }
@@ -22,10 +20,10 @@ pub(crate) fn greet(serial: &mut TcpStream) -> u32 {
 /// of its present one.
 pub(crate) fn offer(serial: &mut TcpStream, recipe: &[u8], bytes: usize) -> u32 {
     let checksum = Recipe::parse(recipe).unwrap().checksum();
-    let mut answerer = Server::new();
+    let mut server = Server::new();
     let mut present = None;
     loop {
-        let request = receive(serial, &mut answerer);
+        let request = receive(serial, &mut server);
         let reply = match request {
             Request::Hello { recipe, .. } => {
                 present = present.or(Some(recipe));
@@ -35,22 +33,18 @@ pub(crate) fn offer(serial: &mut TcpStream, recipe: &[u8], bytes: usize) -> u32 
                 bytes: recipe.len() as u32,
                 checksum,
             },
-            Request::RecipePart { offset } => {
-                let rest = &recipe[offset as usize..];
-                let part = &rest[..rest.len().min(BYTES_PER_FRAME)];
-                Reply::RecipePart {
-                    offset,
-                    bytes: part.iter().copied().collect(),
-                }
-            }
+            Request::RecipePart { offset } => Reply::RecipePart {
+                offset,
+                bytes: RecipeBytes::take_from(recipe[offset as usize..].iter().copied()),
+            },
             request => panic!("{request:?}"),
         };
         let told = match &reply {
-            Reply::RecipePart { offset, bytes } => *offset as usize + bytes.len(),
+            Reply::RecipePart { offset, bytes } => *offset as usize + bytes.as_slice().len(),
             _ => 0,
         };
         let mut buffer = [0; FRAME_BYTES];
-        let frame = answerer.answer(reply, &mut buffer).unwrap();
+        let frame = server.reply(reply, &mut buffer).unwrap();
         serial.write_all(frame).unwrap();
         if told >= bytes.min(recipe.len()) {
             return present.unwrap();
@@ -59,15 +53,15 @@ pub(crate) fn offer(serial: &mut TcpStream, recipe: &[u8], bytes: usize) -> u32 
 }
 
 /// The next request that is new.
-fn receive(serial: &mut TcpStream, answerer: &mut Server) -> Request {
+fn receive(serial: &mut TcpStream, server: &mut Server) -> Request {
     let mut byte = [0];
     loop {
         serial.read_exact(&mut byte).unwrap();
-        match answerer.receive(byte[0]) {
+        match server.receive(byte[0]) {
             Some(Ok(Received::New(request))) => return request,
             Some(Ok(Received::Duplicate(reply))) => {
                 let mut buffer = [0; FRAME_BYTES];
-                let frame = answerer.answer(reply, &mut buffer).unwrap();
+                let frame = server.reply(reply, &mut buffer).unwrap();
                 serial.write_all(frame).unwrap();
             }
             _ => {}

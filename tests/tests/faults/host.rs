@@ -2,6 +2,7 @@
 
 use std::time::Instant;
 
+use glimpse_core::error_code::ErrorCode;
 use glimpse_core::link::{Failure, PROTOCOL, Refusal, Reply, Request};
 use glimpse_tests::emulator::Emulator;
 use glimpse_tests::host::{Answer, WELCOME, converse, measured, scanner, unseen};
@@ -22,7 +23,7 @@ fn a_host_that_restarts_in_the_middle_of_a_scan_gets_a_whole_one() {
     let material = unseen(2);
     let mut scanner = scanner(&material);
     match scanner.serve(&mut emulator.serial) {
-        Err(ScannerError::Device(Failure::Refused(Refusal::NoScan))) => {}
+        Err(ScannerError::Device(report)) if report.error() == Some(ErrorCode::RefusedNoScan) => {}
         other => panic!("{other:?}"),
     }
     assert_scans(&mut emulator);
@@ -33,8 +34,8 @@ fn a_host_of_another_protocol_is_refused_by_name() {
     let mut emulator = Emulator::boot_as_built();
     let (device, host) = (PROTOCOL, PROTOCOL + 1);
     converse(&mut emulator.serial, |request| match request {
-        Request::Failed(failure) => {
-            assert_eq!(failure, Failure::Protocol { device, host });
+        Request::Failed(report) => {
+            assert_eq!(report, Failure::Protocol { device, host }.into());
             Answer::Last(Reply::Accepted)
         }
         _ => Answer::Reply(Reply::Welcome { protocol: host }),
@@ -49,8 +50,8 @@ fn directions_out_of_reach_are_given_up_by_name() {
     converse(&mut emulator.serial, |request| match request {
         Request::Hello { .. } => Answer::Reply(WELCOME),
         Request::Measure { .. } => Answer::Reply(Reply::Refused(Refusal::Directions)),
-        Request::Failed(failure) => {
-            assert_eq!(failure, Failure::Refused(Refusal::Directions));
+        Request::Failed(report) => {
+            assert_eq!(report, Failure::Refused(Refusal::Directions).into());
             Answer::Last(Reply::Accepted)
         }
         other => panic!("{other:?}"),

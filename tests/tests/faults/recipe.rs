@@ -1,6 +1,6 @@
 //! The recipe in flash is damaged, or another one.
 
-use glimpse_core::link::Failure;
+use glimpse_core::link::{Failure, FailureReport};
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::{
     PackedDescent, PackedMethod, PackedRidge, Recipe, RecipeError, RecipeParts,
@@ -13,42 +13,39 @@ use glimpse_tests::emulator::Emulator;
 use glimpse_tests::host::{scanner, unseen};
 use glimpse_trainer::scanner::ScannerError;
 
-/// What the device says of a recipe with some bytes altered.
-fn failure(alter: impl FnOnce(&mut [u8])) -> Failure {
+/// The device's report of a recipe with some bytes altered.
+fn failure(alter: impl FnOnce(&mut [u8])) -> FailureReport {
     let firmware = Firmware::load();
     let image = firmware.with_altered_recipe(alter);
     let mut emulator = Emulator::boot(&firmware, image.path());
     let material = unseen(0);
     let error = scanner(&material).serve(&mut emulator.serial).unwrap_err();
-    let ScannerError::Device(failure) = error else {
+    let ScannerError::Device(report) = error else {
         panic!("{error}");
     };
     // The log names it too.
-    let name = match failure {
-        Failure::Recipe(_) => "Recipe(",
+    let name = match report.code {
+        32..48 => "Recipe(",
         _ => "Scan(",
     };
     assert_ne!(emulator.wait_for(name), "");
-    failure
+    report
 }
 
-fn refusal(alter: impl FnOnce(&mut [u8])) -> RecipeError {
-    match failure(alter) {
-        Failure::Recipe(error) => error,
-        other => panic!("{other}"),
-    }
+/// Checks the device's report of a recipe with some bytes altered.
+#[track_caller]
+fn check(alter: impl FnOnce(&mut [u8]), expected: RecipeError) {
+    assert_eq!(failure(alter), Failure::Recipe(expected).into());
 }
 
 #[test]
 fn a_flipped_bit_in_the_recipe_is_refused_by_name() {
-    assert_eq!(refusal(|recipe| recipe[2] ^= 0x40), RecipeError::Magic);
+    check(|recipe| recipe[2] ^= 0x40, RecipeError::Magic);
     let version = u16::from(RECIPE[4] ^ 0x40);
-    let error = refusal(|recipe| recipe[4] ^= 0x40);
-    assert_eq!(error, RecipeError::Version(version));
-    assert_eq!(refusal(|recipe| recipe[13] ^= 1), RecipeError::Checksum);
+    check(|recipe| recipe[4] ^= 0x40, RecipeError::Version(version));
+    check(|recipe| recipe[13] ^= 1, RecipeError::Checksum);
     for index in [14, RECIPE.len() / 3, RECIPE.len() - 1] {
-        let error = refusal(|recipe| recipe[index] ^= 0x10);
-        assert_eq!(error, RecipeError::Checksum);
+        check(|recipe| recipe[index] ^= 0x10, RecipeError::Checksum);
     }
 }
 
@@ -56,13 +53,12 @@ fn a_flipped_bit_in_the_recipe_is_refused_by_name() {
 fn a_recipe_cut_short_is_refused_by_name() {
     // Fewer bytes than the header promises, as after a flash that was cut off: the promise grows.
     let found = RECIPE.len() as u32;
-    let error = refusal(|recipe| recipe[7] += 1);
     let expected = found + 0x100;
-    assert_eq!(error, RecipeError::Length { expected, found });
+    let error = RecipeError::Length { expected, found };
+    check(|recipe| recipe[7] += 1, error);
     // The rest of it as erased flash.
-    let error = refusal(|recipe| recipe[100..].fill(0xFF));
-    assert_eq!(error, RecipeError::Checksum);
-    assert_eq!(refusal(|recipe| recipe.fill(0xFF)), RecipeError::Magic);
+    check(|recipe| recipe[100..].fill(0xFF), RecipeError::Checksum);
+    check(|recipe| recipe.fill(0xFF), RecipeError::Magic);
 }
 
 /// A whole recipe with this pattern and learner, padded to the length of the firmware's.
@@ -92,7 +88,7 @@ fn a_recipe_of_another_model_is_refused_by_name() {
     let flashed = |bytes: &[u8]| failure(|recipe| recipe.copy_from_slice(bytes));
     let refused = |recipe| {
         let firmware = ModelKind::Neural;
-        Failure::Scan(ScanError::Model { firmware, recipe })
+        FailureReport::from(Failure::Scan(ScanError::Model { firmware, recipe }))
     };
     for model in [ModelKind::Phong, ModelKind::CookTorrance] {
         let parameters = [0; 4].repeat(model.parameters().unwrap());
@@ -125,7 +121,7 @@ fn a_recipe_of_more_samples_than_there_is_room_for_is_refused_by_name() {
     let found = Recipe::parse(&neural(8)).unwrap().memory_words();
     let error = ScanError::Memory { needed, found };
     let failure = failure(|recipe| recipe.copy_from_slice(&bytes));
-    assert_eq!(failure, Failure::Scan(error));
+    assert_eq!(failure, Failure::Scan(error).into());
 }
 
 #[test]

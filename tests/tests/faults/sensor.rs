@@ -1,7 +1,8 @@
 //! The sensor returns what cannot be, or always the same.
 
-use glimpse_core::link::{Failure, Reply, Request};
-use glimpse_core::scan::{FitError, Reading, ReadingError, Residual};
+use glimpse_core::error_code::ErrorCode;
+use glimpse_core::link::{Failure, FailureReport, Reply, Request};
+use glimpse_core::scan::{Reading, ReadingError, Residual};
 use glimpse_tests::emulator::Emulator;
 use glimpse_tests::host::{Answer, WELCOME, converse};
 
@@ -11,8 +12,8 @@ use super::assert_scans;
 fn scan(
     emulator: &mut Emulator,
     mut sensor: impl FnMut(u16) -> Reading,
-) -> Result<Residual, Failure> {
-    let mut result = Err(Failure::NoReply);
+) -> Result<Residual, FailureReport> {
+    let mut result = Err(Failure::NoReply.into());
     converse(&mut emulator.serial, |request| match request {
         Request::Hello { .. } => Answer::Reply(WELCOME),
         Request::Measure { index, .. } => Answer::Reply(Reply::Measured {
@@ -23,8 +24,8 @@ fn scan(
             result = Ok(residual);
             Answer::Last(Reply::Accepted)
         }
-        Request::Failed(failure) => {
-            result = Err(failure);
+        Request::Failed(report) => {
+            result = Err(report);
             Answer::Last(Reply::Accepted)
         }
         _ => Answer::Reply(Reply::Accepted),
@@ -73,7 +74,7 @@ fn nan_infinite_and_negative_measurements_are_taken_again_and_then_given_up_by_n
             taken += 1;
             if index == 2 { bad(index) } else { good(index) }
         });
-        assert_eq!(result, Err(Failure::Reading { index: 2, error }));
+        assert_eq!(result, Err(Failure::Reading { index: 2, error }.into()));
         assert_eq!(taken, 2 + 3);
         let _ = emulator.wait_for("Reading { index: 2");
     }
@@ -131,9 +132,9 @@ fn a_sensor_in_the_dark_ends_in_a_finite_result_and_one_that_tells_counts_by_nam
                 residual.mean.is_finite() && residual.worst.is_finite() && value == 0.0,
                 "{residual:?} at {value}"
             ),
-            Err(failure) => assert!(
-                matches!(failure, Failure::Fit(FitError::Implausible { .. })) && value > 0.0,
-                "{failure} at {value}"
+            Err(report) => assert!(
+                report.error() == Some(ErrorCode::Implausible) && value > 0.0,
+                "{report} at {value}"
             ),
         }
     }

@@ -159,7 +159,7 @@ fn the_watchdog_is_fed_while_arms_move_and_after_a_failure() {
             Answer::Reply(Reply::Refused(Refusal::Directions))
         }
         Request::Failed(failure) => {
-            assert_eq!(failure, Failure::Refused(Refusal::Directions));
+            assert_eq!(failure, Failure::Refused(Refusal::Directions).into());
             failed = Some(meals(log.path()));
             Answer::Reply(Reply::Accepted)
         }

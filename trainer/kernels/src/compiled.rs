@@ -95,7 +95,7 @@ macro_rules! with_model {
                 type $M = glimpse_core::model::CookTorrance;
                 $body
             }
-            glimpse_core::model::ModelKind::Linear => $other,
+            _ => $other, // Linear
         }
     };
 }

@@ -3,9 +3,7 @@
 use glimpse_core::fit::AnyModel;
 use glimpse_core::geometry::Angles;
 use glimpse_core::recipe::Recipe;
-use glimpse_core::scan::{
-    FinishError, FitError, Implausible, Reading, ReadingError, Residual, Scan, ScanError,
-};
+use glimpse_core::scan::{FinishError, FitError, Reading, ReadingError, Residual, Scan, ScanError};
 
 /// Why a scan has no result: where a device would give up.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
@@ -34,8 +32,6 @@ pub struct Found {
     pub residual: Residual,
     /// The loss that the fit is likely to have, where the recipe predicts one.
     pub predicted_loss: Option<f32>,
-    /// Why the readings are unlikely to be those of a material, if they are.
-    pub implausible: Option<Implausible>,
 }
 
 /// What reads a sample, by its index and angles in radians: the BRDF in linear RGB, sr^-1, not times
@@ -78,6 +74,5 @@ pub fn scan_some(recipe: &Recipe<'_>, read: &mut Read<'_>) -> Result<Found, Host
         values: fitted.values().collect(),
         residual: fitted.residual(),
         predicted_loss: fitted.predicted_loss(),
-        implausible: fitted.implausible(),
     })
 }

@@ -134,7 +134,7 @@ impl PyRecipe {
     /// True if it fits whatever was read; otherwise it needs all of its readings.
     #[getter]
     fn takes_missing(&self) -> bool {
-        self.recipe().method().takes_missing()
+        self.recipe().tolerates_missing()
     }
 
     /// Where it measures: unit vectors, incoming and outgoing, float64 of shape (n, 2, 3).

@@ -138,7 +138,7 @@ fn list_as_json() -> anyhow::Result<Value> {
             "name": shipped.name,
             "model": recipe.model().name(),
             "samples": recipe.samples(),
-            "takes_missing": recipe.method().takes_missing(),
+            "takes_missing": recipe.tolerates_missing(),
             "checksum": format!("{:08x}", recipe.checksum()),
             "bytes": shipped.bytes.len(),
             "basis_bytes": shipped.basis().map(<[u8]>::len),

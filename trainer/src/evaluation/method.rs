@@ -168,7 +168,7 @@ impl<'a> Method<'a> {
         let Fitting::Scan(recipe, _) = &self.fitting else {
             return Err(JudgeError::Readings);
         };
-        if readings.are_missing() && !recipe.method().takes_missing() {
+        if readings.are_missing() && !recipe.tolerates_missing() {
             return Err(JudgeError::NeedsAll);
         }
         let samples = recipe.samples();

@@ -83,6 +83,7 @@ pub(super) fn robustness(model: ModelKind) -> [f64; 2] {
         ModelKind::CookTorrance => [6.9, 10.5],
         ModelKind::Linear => [13.9, 21.4],
         ModelKind::Neural => [7.3, 14.2],
+        _ => [f64::NAN; 2], // not in the paper
     }
 }
 

@@ -27,6 +27,7 @@ pub(super) fn title(model: ModelKind) -> &'static str {
         ModelKind::CookTorrance => "Cook-Torrance",
         ModelKind::Linear => "Linear",
         ModelKind::Neural => "Neural",
+        _ => model.name(),
     }
 }
 

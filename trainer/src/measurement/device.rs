@@ -196,7 +196,7 @@ impl DeviceReport {
             .iter()
             .map(|sample| match sample.count() {
                 0 => Fate::Missing,
-                _ if sample.saturated() && recipe.method().takes_missing() => Fate::Saturated,
+                _ if sample.saturated() && recipe.tolerates_missing() => Fate::Saturated,
                 _ => Fate::Used,
             })
             .collect();

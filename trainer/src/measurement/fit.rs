@@ -107,7 +107,7 @@ fn list(missing: &[usize]) -> String {
 /// # Errors
 /// If readings are missing that the recipe needs, or a device would give up.
 pub fn fit(recipe: &Recipe<'_>, measured: &Measured, keep_all: bool) -> Result<Fit, FitFailure> {
-    let can_do_without = recipe.method().takes_missing();
+    let can_do_without = recipe.tolerates_missing();
     let missing = measured.missing();
     if !can_do_without && !missing.is_empty() {
         return Err(FitFailure::Missing {

@@ -101,6 +101,7 @@ impl Meaning {
             Self::Values(Quantity::BrdfTimesCosThetaI) => "brdf-cos-i",
             Self::Values(Quantity::BrdfTimesCosThetaO) => "brdf-cos-o",
             Self::Values(Quantity::ReflectanceFactor) => "reflectance-factor",
+            Self::Values(_) => "unknown", // of a newer core
             Self::Counts(_) => COUNTS,
         }
     }

@@ -97,7 +97,7 @@ impl Shown {
             "name": self.name,
             "model": recipe.model().name(),
             "how": how(&recipe),
-            "takes_missing": recipe.method().takes_missing(),
+            "takes_missing": recipe.tolerates_missing(),
             "expected_loss": recipe.expected_loss(),
             "trained_on": recipe.metadata()?.provenance.map(|provenance| provenance.data),
             "recipe": STANDARD.encode(&self.recipe),

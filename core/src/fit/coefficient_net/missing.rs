@@ -4,6 +4,7 @@ use crate::numeric::math::{exp, ln};
 
 /// What a completion was trained to do where readings are missing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum MissingPolicy {
     /// Nothing: a fit needs all of them.
     NoFit = 0,

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 /// What has a wrong length.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub enum Part {
     /// The matrix A, n x m.
     Basis,
@@ -36,6 +37,7 @@ impl core::fmt::Display for Part {
 /// Why a ridge problem cannot be solved.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub enum RidgeError {
     /// A list does not have the length that the others ask for.
     Length {

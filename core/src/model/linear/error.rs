@@ -1,10 +1,12 @@
 //! Why bytes are not a compact basis.
 
 use super::format::VERSION;
+use crate::error_code::ErrorCode;
 
 /// Why bytes are not a compact basis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub enum BasisError {
     /// The first four bytes are not `GLMC`.
     Magic,
@@ -25,6 +27,20 @@ pub enum BasisError {
     Nodes,
     /// A scale is a NaN, an infinity or negative.
     Scale,
+}
+
+impl BasisError {
+    /// The code.
+    #[must_use]
+    pub const fn code(&self) -> ErrorCode {
+        match self {
+            Self::Magic => ErrorCode::BasisMagic,
+            Self::Version(_) => ErrorCode::BasisVersion,
+            Self::Length { .. } => ErrorCode::BasisLength,
+            Self::Checksum => ErrorCode::BasisChecksum,
+            Self::Components(_) | Self::Nodes | Self::Scale => ErrorCode::BasisMalformed,
+        }
+    }
 }
 
 impl core::fmt::Display for BasisError {

@@ -41,6 +41,7 @@ pub(crate) fn whole_by_type(made: &Made, readings: &Readings) -> Outcome {
         ModelKind::Phong => whole::<Phong>(made, readings),
         ModelKind::CookTorrance => whole::<CookTorrance>(made, readings),
         ModelKind::Neural => whole::<Neural>(made, readings),
+        model => panic!("{model}"),
     }
 }
 

@@ -53,10 +53,8 @@ fn a_recipe_comes_whole_over_a_bad_line() {
     let offered = bytes_of(ModelKind::Neural);
     let checksum = parsed(offered.clone()).checksum();
     for seed in 0..5 {
-        let config = Config {
-            recipe_bytes: 8_192,
-            ..Config::new(Host::Measures)
-        };
+        let mut config = Config::new(Host::Measures);
+        config.recipe_bytes = 8_192;
         let mut driver = driver_by::<Any>(recipe_of(ModelKind::Linear), config);
         let mut bench = offers(&offered, checksum);
         let mut random = Random(seed);

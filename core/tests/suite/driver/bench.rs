@@ -12,6 +12,9 @@ use crate::scanning::{Any, material, recipe_of, scan_by};
 /// Turns after which a driver hangs.
 const TURNS: usize = 200_000;
 
+/// Time of the driver's clock at the start, in ms. Its low half overflows soon.
+pub(crate) const ORIGIN: u64 = 0xFFFF_FF00;
+
 pub(crate) type AnyDriver = Driver<'static, Any>;
 
 /// A driver that scans by a recipe.
@@ -19,7 +22,7 @@ pub(crate) fn driver_by<K: Fitter + 'static>(
     recipe: Recipe<'static>,
     config: Config,
 ) -> Driver<'static, K> {
-    Driver::new(Ok(scan_by(recipe)), config)
+    Driver::new(scan_by(recipe), config)
 }
 
 /// A driver that scans by a Phong recipe.
@@ -48,7 +51,7 @@ type Answer<'h> = Box<dyn FnMut(&Request) -> Option<Reply> + 'h>;
 /// The host at the other end of the line, and a record of messages and actions.
 pub(crate) struct Bench<'h> {
     answer: Answer<'h>,
-    answerer: Server,
+    server: Server,
     /// Spoils what is sent, in either direction.
     pub(crate) spoil: Box<dyn FnMut(Vec<u8>) -> Vec<u8> + 'h>,
     /// The device's own sensor.
@@ -76,7 +79,7 @@ impl<'h> Bench<'h> {
     pub(crate) fn new(answer: impl FnMut(&Request) -> Option<Reply> + 'h) -> Self {
         Self {
             answer: Box::new(answer),
-            answerer: Server::new(),
+            server: Server::new(),
             spoil: Box::new(|bytes| bytes),
             sensor: Box::new(material),
             delay: Box::new(|_| 0),
@@ -99,7 +102,7 @@ impl<'h> Bench<'h> {
     pub(crate) fn reply_to(&mut self, bytes: &[u8]) -> Vec<u8> {
         let mut replies = Vec::new();
         for byte in bytes {
-            let reply = match self.answerer.receive(*byte) {
+            let reply = match self.server.receive(*byte) {
                 Some(Ok(Received::New(request))) => {
                     let reply = (self.answer)(&request);
                     self.late = reply.map(|reply| (self.now + (self.delay)(&request), reply));
@@ -112,7 +115,7 @@ impl<'h> Bench<'h> {
             };
             if let Some(reply) = reply {
                 let mut buffer = [0; FRAME_BYTES];
-                replies.extend_from_slice(self.answerer.answer(reply, &mut buffer).unwrap());
+                replies.extend_from_slice(self.server.reply(reply, &mut buffer).unwrap());
             }
         }
         replies
@@ -127,11 +130,11 @@ impl<'h> Bench<'h> {
     /// One turn of a firmware's loop, which sleeps as long as the driver allows.
     pub(crate) fn turn<K: Fitter>(&mut self, driver: &mut Driver<'_, K>) -> Action {
         self.now += u64::from(self.elapsed);
-        let action = driver.poll(self.elapsed);
+        let action = driver.poll(ORIGIN + self.now);
         self.elapsed = 0;
         match action {
-            Action::Continue => {}
-            Action::Wait { milliseconds } => self.elapsed = milliseconds,
+            Action::Continue => assert_eq!(driver.poll_delay(ORIGIN + self.now), Some(0)),
+            Action::Wait => {}
             Action::Measure { index, directions } => {
                 let scan = driver.scan().unwrap();
                 assert_eq!(scan.next_pending(), Some((index, directions)));
@@ -141,6 +144,10 @@ impl<'h> Bench<'h> {
         }
         let bytes = driver.outgoing().to_vec();
         driver.sent(bytes.len());
+        if action == Action::Wait {
+            let delay = driver.poll_delay(ORIGIN + self.now);
+            self.elapsed = delay.unwrap_or(u32::MAX);
+        }
         if !bytes.is_empty() {
             self.frames.push((self.now, bytes.clone()));
             if !self.deaf {
@@ -211,7 +218,7 @@ impl<'h> Bench<'h> {
                 } => {
                     bits.truncate(usize::from(*offset));
                     assert_eq!(bits.len(), usize::from(*offset));
-                    bits.extend(values.iter().map(|value| value.to_bits()));
+                    bits.extend(values.as_slice().iter().map(|value| value.to_bits()));
                     assert!(bits.len() <= usize::from(*total));
                 }
                 Request::Finished(residual) => {

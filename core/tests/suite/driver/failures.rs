@@ -8,15 +8,12 @@ use glimpse_core::recipe::RecipeError;
 use glimpse_core::scan::{FitError, Reading, ScanError};
 
 use super::bench::{
-    AnyDriver, Bench, answer, driver_by, is_failed, is_finished, is_kept, is_measure, phong,
+    AnyDriver, Bench, ORIGIN, answer, driver_by, is_failed, is_finished, is_kept, is_measure, phong,
 };
 use crate::recipes::{neural, parsed};
 use crate::scanning::{Any, MODELS, SAMPLES, material, recipe_of, record, scan_by, whole};
 
 const HOSTS: [Host; 2] = [Host::Measures, Host::Listens];
-const REST: Action = Action::Wait {
-    milliseconds: u32::MAX,
-};
 
 /// After the failure: kept readings are forgotten, the failure is reported, half a second is rest, and
 /// then the host is greeted again, all to be measured. A device without a host rests until a restart.
@@ -34,13 +31,15 @@ pub(crate) fn check_aftermath(
     if host == Host::Absent {
         for _ in 0..3 {
             driver.record(0, material(0));
-            assert_eq!(driver.poll(1_000_000), REST);
+            bench.now += 1_000_000;
+            assert_eq!(driver.poll(ORIGIN + bench.now), Action::Wait);
+            assert_eq!(driver.poll_delay(ORIGIN + bench.now), None);
             assert!(driver.outgoing().is_empty());
         }
         return;
     }
     bench.wait(driver, 499);
-    assert_eq!(bench.heard, [Request::Failed(failure)]);
+    assert_eq!(bench.heard, [Request::Failed(failure.into())]);
     assert_eq!(bench.frames.len(), 1);
     // The pause begins when the host has received it; a reading now would be one of before.
     driver.record(0, material(0));
@@ -53,7 +52,7 @@ pub(crate) fn check_aftermath(
 }
 
 /// A host that answers some requests wrongly causes the failure; after it answers rightly, the scan ends.
-fn fails(host: Host, wrong: impl Fn(&Request) -> Option<Reply>, failure: Failure) {
+pub(crate) fn fails(host: Host, wrong: impl Fn(&Request) -> Option<Reply>, failure: Failure) {
     let mut driver = phong(Config::new(host));
     let healed = Cell::new(false);
     let mut bench = Bench::new(|request| {
@@ -150,7 +149,7 @@ fn if_the_host_refuses_a_kept_reading_all_are_taken_again() {
         record(&mut scan, 2..6, |index| {
             material(if index == 3 { 7 } else { index })
         });
-        let mut driver = Driver::new(Ok(scan), Config::new(Host::Measures));
+        let mut driver = Driver::new(scan, Config::new(Host::Measures));
         let mut bench = Bench::willing();
         bench.run(&mut driver, is_finished);
         assert_eq!((bench.count(is_kept), bench.count(is_measure)), (2, 8));
@@ -221,7 +220,7 @@ fn a_device_without_a_valid_recipe_reports_it() {
         Failure::Scan(memory),
     ] {
         for host in HOSTS {
-            let mut driver = AnyDriver::new(Err(failure), Config::new(host));
+            let mut driver = AnyDriver::without_scan(failure, Config::new(host));
             let mut bench = Bench::willing();
             bench.wait(&mut driver, 2_000);
             assert_eq!(bench.heard.len(), 8, "{:?}", bench.heard);
@@ -234,7 +233,7 @@ fn a_device_without_a_valid_recipe_reports_it() {
                         ..
                     }
                 ));
-                assert_eq!(pair[1], Request::Failed(failure));
+                assert_eq!(pair[1], Request::Failed(failure.into()));
             }
             assert_eq!(driver.scan().err(), Some(failure));
             driver.record(0, material(0));
@@ -242,13 +241,14 @@ fn a_device_without_a_valid_recipe_reports_it() {
             bench.wait(&mut driver, 1_000);
             assert!(!bench.actions.iter().any(|(_, action)| is_finished(action)));
         }
-        let mut driver = AnyDriver::new(Err(failure), Config::new(Host::Absent));
+        let mut driver = AnyDriver::without_scan(failure, Config::new(Host::Absent));
         for _ in 0..2 {
             let actions: Vec<_> = (0..6).map(|_| driver.poll(10)).collect();
             let failures = actions.iter().filter(|action| is_failed(action));
             assert_eq!(failures.count(), 1, "{actions:?}");
             assert!(actions.contains(&Action::Failed(failure)));
-            assert_eq!(actions.last(), Some(&REST));
+            assert_eq!(actions.last(), Some(&Action::Wait));
+            assert_eq!(driver.poll_delay(10), None);
             driver.restart();
         }
     }

@@ -40,15 +40,14 @@ fn repeats_keep_their_time_in_loops_of_any_period() {
         let mut driver = phong(Config::new(Host::Measures));
         let mut sent = Vec::new();
         for turn in 0..70_000 / u64::from(period) {
-            let waits = driver.poll(if turn == 0 { 0 } else { period });
-            let Action::Wait { milliseconds } = waits else {
-                panic!("{waits:?}")
-            };
-            assert!((1..=100).contains(&milliseconds));
+            let now = turn * u64::from(period);
+            assert_eq!(driver.poll(now), Action::Wait);
             if !driver.outgoing().is_empty() {
-                sent.push(turn * u64::from(period));
+                sent.push(now);
                 driver.sent(1_000);
             }
+            let delay = driver.poll_delay(now).unwrap();
+            assert!((1..=100).contains(&delay));
         }
         for (due, at) in (0..).step_by(100).zip(&sent) {
             assert!((due..due + u64::from(period)).contains(at), "{due}, {at}");
@@ -62,8 +61,10 @@ fn repeats_keep_their_time_in_loops_of_any_period() {
 fn missed_repeats_are_not_made_up_for() {
     let mut driver = phong(Config::new(Host::Measures));
     let mut frames = 0;
-    for elapsed in [0, 100_000, 0, 1, 98, 1, u32::MAX, 0, 0] {
-        driver.poll(elapsed);
+    let mut now = 0;
+    for elapsed in [0, 100_000, 0, 1, 98, 1, u64::from(u32::MAX), 0, 0] {
+        now += elapsed;
+        driver.poll(now);
         frames += u32::from(!driver.outgoing().is_empty());
         driver.sent(1_000);
     }
@@ -74,12 +75,11 @@ fn missed_repeats_are_not_made_up_for() {
 #[test]
 fn a_device_that_greets_for_months_may_still_sleep() {
     let mut driver = phong(Config::new(Host::Measures));
-    for elapsed in [0, u32::MAX, u32::MAX, 100] {
-        driver.poll(elapsed);
+    for now in [0, 1 << 32, 1 << 33, (1 << 33) + 100, 1 << 63] {
+        driver.poll(now);
         driver.sent(1_000);
-        let action = driver.poll(0);
-        let sleeps = matches!(action, Action::Wait { milliseconds: 1.. });
-        assert!(sleeps, "{action:?}");
+        assert_eq!(driver.poll(now), Action::Wait);
+        assert!(matches!(driver.poll_delay(now), Some(1..=100)));
     }
 }
 
@@ -89,16 +89,19 @@ fn a_frame_that_is_not_sent_yet_is_not_repeated() {
     let mut driver = phong(Config::new(Host::Measures));
     driver.poll(0);
     let frame = driver.outgoing().to_vec();
-    let mut sent = Vec::new();
+    let (mut now, mut sent) = (0, Vec::new());
     while !driver.outgoing().is_empty() {
         sent.push(driver.outgoing()[0]);
         driver.sent(1);
         if sent.len() < frame.len() {
-            driver.poll(30);
+            now += 30;
+            driver.poll(now);
+            // Nothing is due: a hello has no timeout.
+            assert_eq!(driver.poll_delay(now), None);
         }
     }
     assert_eq!(sent, frame);
-    driver.poll(100);
+    driver.poll(now + 100);
     assert_eq!(driver.outgoing(), frame);
     // `sent` takes more than there is for all of it.
     driver.sent(usize::MAX);
@@ -107,10 +110,8 @@ fn a_frame_that_is_not_sent_yet_is_not_repeated() {
 
 /// A host that is silent from the first request of this kind on: the failure comes after `timeout_ms`.
 fn check_silence(is_last: fn(&Request) -> bool, timeout_ms: u64) {
-    let config = Config {
-        recipe_bytes: 1_000,
-        ..Config::new(Host::Measures)
-    };
+    let mut config = Config::new(Host::Measures);
+    config.recipe_bytes = 1_000;
     let offers = is_last(&Request::RecipePart { offset: 0 });
     let mut driver = phong(config);
     let silent = Cell::new(true);
@@ -184,7 +185,7 @@ fn accepted_readings_are_not_taken_again() {
         let recipe = recipe_of(model);
         let mut scan = scan_by::<Any>(recipe);
         record(&mut scan, [6, 1, 3], material);
-        let mut driver = Driver::new(Ok(scan), Config::new(Host::Measures));
+        let mut driver = Driver::new(scan, Config::new(Host::Measures));
         let mut bench = Bench::willing();
         bench.run(&mut driver, is_finished);
         assert_eq!(bench.results().0, whole::<Any>(recipe, material).bits());

@@ -1,7 +1,7 @@
 //! Another recipe is offered, fetched in parts, and installed.
 
 use glimpse_core::driver::{Action, Config, Host};
-use glimpse_core::link::{BYTES_PER_FRAME, Failure, Refusal, Reply, Request};
+use glimpse_core::link::{BYTES_PER_FRAME, Failure, RecipeBytes, Refusal, Reply, Request};
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::{Recipe, RecipeError};
 
@@ -12,7 +12,7 @@ use crate::scanning::{Any, bytes_of, material, recipe_of, whole};
 /// A reply with the part of a recipe from there on.
 fn part(recipe: &[u8], offset: u32) -> Reply {
     let bytes = recipe.iter().skip(offset as usize).take(BYTES_PER_FRAME);
-    let bytes = bytes.copied().collect();
+    let bytes = RecipeBytes::take_from(bytes.copied());
     Reply::RecipePart { offset, bytes }
 }
 
@@ -23,7 +23,7 @@ pub(crate) fn stored(actions: &[Action]) -> Vec<u8> {
         if let Action::Store { offset, bytes } = action {
             flash.truncate(*offset as usize);
             assert_eq!(flash.len(), *offset as usize);
-            flash.extend_from_slice(bytes);
+            flash.extend_from_slice(bytes.as_slice());
         }
     }
     flash
@@ -31,10 +31,9 @@ pub(crate) fn stored(actions: &[Action]) -> Vec<u8> {
 
 /// A device with room for a recipe of this size.
 fn config(host: Host, recipe_bytes: usize) -> Config {
-    Config {
-        recipe_bytes: recipe_bytes as u32,
-        ..Config::new(host)
-    }
+    let mut config = Config::new(host);
+    config.recipe_bytes = recipe_bytes as u32;
+    config
 }
 
 /// A device with a Phong recipe, and a host that measures.
@@ -98,7 +97,7 @@ fn an_offered_recipe_is_fetched_stored_and_installed() {
                 phong(config(host, 8_192))
             } else {
                 let failure = Failure::Recipe(RecipeError::Magic);
-                AnyDriver::new(Err(failure), config(host, 8_192))
+                AnyDriver::without_scan(failure, config(host, 8_192))
             };
             let mut bench = offers(&offered, checksum);
             let (_, installed) = bench.run(&mut driver, is_installed);
@@ -174,7 +173,7 @@ fn a_part_of_the_wrong_length_is_refused() {
         let mut bench = offers_with(&offered, 77, |offset| {
             (offset as usize == at).then(|| Reply::RecipePart {
                 offset,
-                bytes: std::iter::repeat_n(5, length).collect(),
+                bytes: RecipeBytes::take_from(std::iter::repeat_n(5, length)),
             })
         });
         let (_, failed) = bench.run(&mut driver, is_failed);
@@ -182,7 +181,7 @@ fn a_part_of_the_wrong_length_is_refused() {
         assert_eq!(failed, Action::Failed(failure));
         assert_eq!(stored(&bench.take_actions()), offered[..at]);
         finishes_by_phong(&mut bench, &mut driver);
-        assert!(bench.heard.contains(&Request::Failed(failure)));
+        assert!(bench.heard.contains(&Request::Failed(failure.into())));
     }
 }
 
@@ -234,7 +233,7 @@ fn a_recipe_that_cannot_be_used_is_not_fetched_again() {
     assert_eq!(bench.turn(&mut driver), Action::Failed(failure));
     bench.heard.clear();
     finishes_by_phong(&mut bench, &mut driver);
-    assert_eq!(bench.heard[0], Request::Failed(failure));
+    assert_eq!(bench.heard[0], Request::Failed(failure.into()));
     let next = &bench.heard[1..3];
     assert!(matches!(next, [Request::Hello { .. }, Request::Update]));
 }

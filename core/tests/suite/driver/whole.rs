@@ -53,7 +53,10 @@ fn check_requests(recipe: &Recipe<'_>, heard: &[Request], slice: u32, measures: 
             panic!("the values are missing")
         };
         assert_eq!((usize::from(*offset), usize::from(*total)), (from, count));
-        assert_eq!(values.len(), (count - from).min(VALUES_PER_FRAME));
+        assert_eq!(
+            values.as_slice().len(),
+            (count - from).min(VALUES_PER_FRAME)
+        );
     }
     assert!(matches!(next(), Request::Finished(_)));
     assert_eq!(heard.next(), None);
@@ -72,10 +75,8 @@ fn check_actions(actions: &[Action], order: &[u16], residual: Residual) {
 /// The next scan begins by itself, and is like the first.
 fn measured_by_a_host<K: Fitter + 'static>(recipe: Recipe<'static>, slice: u32) {
     let expected = whole::<K>(recipe, material);
-    let config = Config {
-        slice,
-        ..Config::new(Host::Measures)
-    };
+    let mut config = Config::new(Host::Measures);
+    config.steps_per_poll = slice;
     let mut driver = driver_by::<K>(recipe, config);
     let mut bench = Bench::willing();
     for scans in 0..3 {
@@ -113,7 +114,8 @@ fn with_own_arms<K: Fitter + 'static>(recipe: Recipe<'static>, host: Host, order
         for index in order {
             // Any of those pending will do.
             let action = loop {
-                let action = driver.poll(1);
+                bench.now += 1;
+                let action = driver.poll(bench.now);
                 let bytes = driver.outgoing().to_vec();
                 driver.sent(bytes.len());
                 for byte in bench.reply_to(&bytes) {
@@ -121,14 +123,16 @@ fn with_own_arms<K: Fitter + 'static>(recipe: Recipe<'static>, host: Host, order
                 }
                 match action {
                     Action::Measure { .. } => break action,
-                    Action::Wait { milliseconds } => assert_ne!(milliseconds, u32::MAX),
+                    Action::Wait => assert!(driver.poll_delay(bench.now).is_some()),
                     Action::Continue => {}
                     Action::Save { .. } | Action::Forget => bench.actions.push((0, action)),
                     other => panic!("{other:?}"),
                 }
             };
             // The action stays the same until a reading is recorded.
-            assert_eq!(driver.poll(1_000), action);
+            bench.now += 1_000;
+            assert_eq!(driver.poll(bench.now), action);
+            assert_eq!(driver.poll_delay(bench.now), None);
             driver.record(*index, material(*index));
         }
         bench.sensor = Box::new(|index| panic!("{index} was read"));
@@ -148,11 +152,12 @@ fn with_own_arms<K: Fitter + 'static>(recipe: Recipe<'static>, host: Host, order
 
         // Then it rests until a restart.
         for _ in 0..2 {
-            let actions: Vec<_> = (0..5).map(|_| driver.poll(1_000)).collect();
+            bench.now += 1_000;
+            let actions: Vec<_> = (0..5).map(|_| driver.poll(bench.now)).collect();
             let forgets = actions.iter().filter(|action| **action == Action::Forget);
             assert!(forgets.count() <= 1, "{actions:?}");
-            let milliseconds = u32::MAX;
-            assert_eq!(actions.last(), Some(&Action::Wait { milliseconds }));
+            assert_eq!(actions.last(), Some(&Action::Wait));
+            assert_eq!(driver.poll_delay(bench.now), None);
         }
         assert!(driver.outgoing().is_empty());
         driver.restart();
@@ -185,10 +190,8 @@ fn a_reading_in_the_middle_of_the_fit_begins_it_again() {
     for model in MODELS {
         for host in [Host::Absent, Host::Listens] {
             let recipe = recipe_of(model);
-            let config = Config {
-                slice: 2,
-                ..Config::new(host)
-            };
+            let mut config = Config::new(host);
+            config.steps_per_poll = 2;
             let mut driver = driver_by::<Any>(recipe, config);
             let mut bench = Bench::willing();
             bench.sensor = Box::new(|index| material(if index == 6 { 0 } else { index }));

@@ -19,6 +19,7 @@ fn counts(brdf: [f32; 3], at: &Directions<f32>, footprint: Footprint) -> [f32; 3
     let cosine = match footprint {
         Footprint::LightLarger => at.incoming[2],
         Footprint::SensorLarger => at.outgoing[2],
+        footprint => panic!("{footprint:?}"),
     };
     std::array::from_fn(|c| DARK[c] + GAIN[c] * brdf[c] * cosine)
 }

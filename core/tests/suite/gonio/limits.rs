@@ -27,7 +27,7 @@ fn each_limit_is_named_with_its_excess() {
         Unreachable::ThetaO { by } => ("theta_o", by.to_degrees()),
         Unreachable::Separation { by } => ("separation", by.to_degrees()),
         Unreachable::OutOfPlane { by } => ("plane", by.to_degrees()),
-        Unreachable::Directions(error) => panic!("{error}"),
+        error => panic!("{error}"),
     };
     let in_plane = Limits {
         in_plane: true,

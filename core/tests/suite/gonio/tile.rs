@@ -108,6 +108,7 @@ fn right(case: &Case, verdict: &Verdict) -> Option<bool> {
                     .zip(case.factor)
                     .all(|(a, b)| (a / b - 1.0).abs() < 0.1),
         ),
+        verdict => panic!("{verdict}"),
     }
 }
 

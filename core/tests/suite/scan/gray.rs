@@ -48,7 +48,7 @@ fn readings_of_one_channel_give_a_gray_material() {
             ModelKind::Phong => is_gray::<Phong>(recipe),
             ModelKind::CookTorrance => is_gray::<CookTorrance>(recipe),
             ModelKind::Neural => is_gray::<Neural>(recipe),
-            ModelKind::Linear => is_gray::<Linear>(recipe),
+            _ => is_gray::<Linear>(recipe),
         }
         is_gray::<AnyModel>(recipe);
     }

@@ -22,13 +22,13 @@ fn verdict(recipe: &[u8], reading: impl Fn(u16) -> Reading) -> Option<Implausibl
     let mut fit = scan.fit().unwrap();
     while !fit.advance(64).is_complete() {}
     let verdict = match fit.finish() {
-        Ok(fitted) => fitted.implausible(),
+        Ok(fitted) => fitted.residual().implausible,
         Err(FinishError::Implausible(reason)) => Some(reason),
         Err(error) => panic!("{error}"),
     };
     // The fit can be taken either way, and says the same.
     let fitted = scan.fitted().unwrap();
-    assert_eq!(fitted.implausible(), verdict);
+    assert_eq!(fitted.residual().implausible, verdict);
     assert!(fitted.values().all(f32::is_finite));
     verdict
 }

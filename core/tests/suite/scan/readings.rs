@@ -4,7 +4,9 @@ use glimpse_core::geometry::HalfDifference;
 use glimpse_core::model::ModelKind;
 use glimpse_core::model::linear::EPSILON;
 use glimpse_core::recipe::Recipe;
-use glimpse_core::scan::{MIN_READING, Reading, ReadingError, Recorded, Residual, Scan};
+use glimpse_core::scan::{
+    Implausible, MIN_READING, Reading, ReadingError, Recorded, Residual, Scan,
+};
 use proptest::prelude::*;
 
 use crate::scanning::{Any, MODELS, Outcome, each_scan, fit, material, recipe_of, record, whole};
@@ -96,14 +98,14 @@ fn slightly_negative_readings_are_taken_and_clamped_where_they_must_be() {
             clamped
         };
         assert!(clamped > 0 && clamped == all, "{clamped}");
-        let expected = Outcome::Fitted(
-            unclamped.bits().to_vec(),
-            Residual {
-                clamped,
-                ..residual
-            },
-        );
-        assert_eq!(fit(&mut scan, &[9]), expected);
+        let found = fit(&mut scan, &[9]);
+        assert_eq!(found.bits(), unclamped.bits());
+        let expected = Residual {
+            clamped,
+            implausible: Some(Implausible::Dark),
+            ..residual
+        };
+        assert_eq!(found.residual(), expected);
 
         // Once read again, it is not clamped any more.
         record(&mut scan, 0..8, |_| Reading::new([0.0, 0.1, 0.2]));

@@ -299,7 +299,7 @@ fn scan<K: Fitter>(memory: &mut Memory<K, 8>) {
 }
 
 #[inline(never)]
-fn drive<K: Fitter>(driver: &mut Driver<'_, '_, K, 8>) {
+fn drive<K: Fitter>(driver: &mut Driver<'_, K>) {
     for byte in bytes() {
         driver.receive(*byte);
         black_box(driver.poll(any(1)));

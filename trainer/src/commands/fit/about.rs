@@ -153,7 +153,7 @@ impl About {
                 checksum: format!("{:08x}", recipe.checksum()),
                 model: recipe.model().name(),
                 samples: recipe.samples(),
-                takes_missing: recipe.method().takes_missing(),
+                takes_missing: recipe.tolerates_missing(),
             },
             measured: AboutMeasured {
                 file: name.to_string_lossy().into_owned(),

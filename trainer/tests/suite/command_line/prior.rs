@@ -151,6 +151,6 @@ fn of_many_readings_some_may_be_missing_unless_it_is_asked_otherwise() {
         ));
         let bytes = folder.read("many.recipe");
         let recipe = Recipe::parse(&bytes).expect("it is whole");
-        assert_eq!(recipe.method().takes_missing(), takes_missing, "{options}");
+        assert_eq!(recipe.tolerates_missing(), takes_missing, "{options}");
     }
 }

@@ -82,7 +82,7 @@ fn the_list_is_json_too() {
             "name": shipped.name,
             "model": recipe.model().name(),
             "samples": recipe.samples(),
-            "takes_missing": recipe.method().takes_missing(),
+            "takes_missing": recipe.tolerates_missing(),
             "checksum": format!("{:08x}", recipe.checksum()),
             "bytes": shipped.bytes.len(),
             "basis_bytes": shipped.basis().map(<[u8]>::len),

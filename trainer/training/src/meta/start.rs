@@ -18,7 +18,7 @@ pub fn first_guess(model: ModelKind, random: &mut impl Rng) -> Vec<f32> {
         }
         ModelKind::Phong => vec![-1.0, -1.0, -1.0, 1.0, 1.0, 1.0, 2.5],
         ModelKind::CookTorrance => vec![-1.4, -1.4, -1.4, -1.0, -1.0, -1.0, -1.0, -2.5],
-        ModelKind::Linear => Vec::new(),
+        _ => Vec::new(), // Linear
     }
 }
 
@@ -30,7 +30,7 @@ pub fn random_start(model: ModelKind, random: &mut impl Rng) -> Vec<f32> {
         ModelKind::Phong | ModelKind::CookTorrance => (0..model.parameters().unwrap_or(0))
             .map(|_| standard_normal(random))
             .collect(),
-        ModelKind::Linear => Vec::new(),
+        _ => Vec::new(), // Linear
     }
 }
 

@@ -66,7 +66,7 @@ fn with_trainee<T>(model: ModelKind, of: impl FnOnce(&CompletionTrainee<'_>, &Pl
         ModelKind::Phong => Some(&phong),
         ModelKind::CookTorrance => Some(&cook_torrance),
         ModelKind::Neural => Some(&neural),
-        ModelKind::Linear => None,
+        _ => None,
     };
     let mut plan = Plan::new(Schedule::Prior, Effort::Quick, model, SAMPLES, 12);
     for phase in &mut plan.phases {

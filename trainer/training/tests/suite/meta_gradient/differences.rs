@@ -109,8 +109,8 @@ fn compare_many<M: Model>(
     // Of eight variables the three measured values have no slope; see `problem::by_variables`.
     // Nor has Cook-Torrance by dy, which it does not read.
     let least = match M::KIND {
-        ModelKind::Phong | ModelKind::Neural | ModelKind::Linear => 4,
         ModelKind::CookTorrance => 3,
+        _ => 4,
     };
     samples.conclude(
         &format!("{name} by inner samples"),

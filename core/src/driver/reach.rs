@@ -1,0 +1,34 @@
+//! Reach of the arms, checked before anything moves.
+
+use super::Driver;
+use super::phase::Phase;
+use crate::fit::Fitter;
+use crate::link::Failure;
+
+impl<K: Fitter> Driver<'_, K> {
+    /// Begins to take readings, without the samples that are out of reach.
+    pub(super) fn begin_scan(&mut self) {
+        self.phase = Phase::Scan;
+        self.values_sent = 0;
+        let (Ok(scan), Some(limits)) = (&mut self.scan, &self.config.limits) else {
+            return;
+        };
+        let recipe = *scan.recipe();
+        let mut first = None;
+        let mut count: u16 = 0;
+        let mut is_tolerated = true;
+        for (index, directions) in recipe.directions() {
+            if scan.reading(index).is_some() || limits.check(&directions).is_ok() {
+                continue;
+            }
+            first = first.or(Some(index));
+            count = count.saturating_add(1);
+            is_tolerated &= scan.skip(index).is_ok();
+        }
+        if let Some(index) = first
+            && (!is_tolerated || usize::from(count) == recipe.samples())
+        {
+            self.fail(Failure::OutOfReach { index, count });
+        }
+    }
+}

@@ -1,0 +1,162 @@
+//! The driver's next step while no request is under way.
+
+use super::phase::Phase;
+use super::{Action, Driver, Host};
+use crate::fit::Fitter;
+use crate::link::{Failure, PROTOCOL, Request, VALUES_PER_FRAME, Values};
+use crate::model::ModelKind;
+use crate::scan::{FinishError, Fitted, Reading};
+
+impl<K: Fitter> Driver<'_, K> {
+    /// Does the next step of the phase.
+    pub(super) fn step(&mut self, now: u64) -> Action {
+        match self.phase {
+            Phase::Greet => self.greet(now),
+            Phase::Update => self.request(Request::Update, now),
+            Phase::Store { offset, .. } => self.request(Request::RecipePart { offset }, now),
+            Phase::Stored { bytes, checksum } => {
+                self.declined = Some(checksum); // unless a new driver takes over
+                self.begin();
+                Action::Install { bytes, checksum }
+            }
+            Phase::Offer { next } => match self.saved_reading(next) {
+                Some((index, reading)) => self.request(Request::Saved { index, reading }, now),
+                None => {
+                    self.begin_scan();
+                    Action::Continue
+                }
+            },
+            Phase::Scan => self.lead_scan(now),
+            Phase::End => {
+                self.forget();
+                self.phase = match self.config.host {
+                    Host::Measures => Phase::Greet,
+                    Host::Listens | Host::Absent => Phase::Rest,
+                };
+                Action::Continue
+            }
+            Phase::ReportFailure(failure) => self.request(Request::Failed(failure.into()), now),
+            Phase::Pause { until } if now >= until => {
+                self.phase = Phase::Greet;
+                Action::Continue
+            }
+            Phase::Pause { .. } | Phase::Rest => Action::Wait,
+        }
+    }
+
+    /// Greets the host, if there is one.
+    fn greet(&mut self, now: u64) -> Action {
+        if self.config.host == Host::Absent {
+            self.begin();
+            return Action::Continue;
+        }
+        let (model, samples, recipe) = match &self.scan {
+            Ok(scan) => {
+                let recipe = scan.recipe();
+                (recipe.model(), recipe.samples() as u16, recipe.checksum())
+            }
+            Err(_) => (ModelKind::Linear, 0, 0),
+        };
+        let protocol = PROTOCOL;
+        self.request(
+            Request::Hello {
+                protocol,
+                model,
+                samples,
+                recipe,
+            },
+            now,
+        )
+    }
+
+    /// Begins after the greeting. A host that only listens cannot know whether saved readings are still valid; the
+    /// firmware decides that when it records them.
+    pub(super) fn begin(&mut self) {
+        match self.config.host {
+            Host::Measures => self.phase = Phase::Offer { next: 0 },
+            Host::Listens | Host::Absent => self.begin_scan(),
+        }
+    }
+
+    /// The first reading with at least this index.
+    fn saved_reading(&self, next: u16) -> Option<(u16, Reading)> {
+        let scan = self.scan.as_ref().ok()?;
+        let samples = scan.recipe().samples() as u16;
+        (next..samples).find_map(|index| Some((index, scan.reading(index)?)))
+    }
+
+    /// Reads, fits or sends values, by the state of the scan.
+    fn lead_scan(&mut self, now: u64) -> Action {
+        let scan = match &mut self.scan {
+            Ok(scan) => scan,
+            Err(failure) => {
+                let failure = *failure;
+                return self.fail_now(failure);
+            }
+        };
+        let host = self.config.host;
+        if let Some(mut fit) = scan.fit_under_way() {
+            let progress = fit.advance(self.config.steps_per_poll.max(1));
+            if let Err(FinishError::Diverged) = fit.finish() {
+                return self.fail_now(Failure::Diverged);
+            }
+            return match host {
+                Host::Absent => Action::Continue,
+                Host::Measures | Host::Listens => self.request(Request::Progress(progress), now),
+            };
+        }
+        if let Some(fitted) = scan.fitted() {
+            if host == Host::Absent {
+                self.phase = Phase::End;
+                return Action::Finished(fitted.residual());
+            }
+            let request = values_request(&fitted, self.values_sent);
+            return self.request(request, now);
+        }
+        if let Some((index, directions)) = scan.next_pending() {
+            return match host {
+                Host::Measures => self.request(Request::Measure { index, directions }, now),
+                Host::Listens | Host::Absent => Action::Measure { index, directions },
+            };
+        }
+        self.values_sent = 0;
+        match scan.fit() {
+            Ok(_) => Action::Continue,
+            Err(error) => self.fail_now(Failure::Fit(error)),
+        }
+    }
+
+    fn request(&mut self, request: Request, now: u64) -> Action {
+        self.pending.begin(request, now, &self.config);
+        Action::Wait
+    }
+
+    fn fail_now(&mut self, failure: Failure) -> Action {
+        self.fail(failure);
+        self.next.take().unwrap_or(Action::Continue)
+    }
+}
+
+/// A request with the values from `offset` on; or the residual, after the last of them.
+fn values_request<K: Fitter>(fitted: &Fitted<'_, K>, offset: u16) -> Request {
+    let mut buffer = [0.0; VALUES_PER_FRAME];
+    let mut count = 0;
+    let mut total = 0_u16;
+    for value in fitted.values() {
+        if total >= offset
+            && let Some(place) = buffer.get_mut(count)
+        {
+            *place = value;
+            count = count.saturating_add(1);
+        }
+        total = total.saturating_add(1);
+    }
+    if count == 0 {
+        return Request::Finished(fitted.residual());
+    }
+    Request::Values {
+        offset,
+        total,
+        values: Values::take_from(buffer.into_iter().take(count)),
+    }
+}

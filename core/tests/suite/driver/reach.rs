@@ -1,0 +1,150 @@
+//! Samples out of reach: found before anything moves, and skipped or reported.
+
+use glimpse_core::driver::{Action, Config, Host};
+use glimpse_core::gonio::Limits;
+use glimpse_core::link::{Failure, Request};
+use glimpse_core::recipe::Recipe;
+
+use super::bench::{Bench, driver_by, is_failed, is_finished, is_kept, is_measure};
+use super::missing::{fit_of, fitted_bits, tolerant};
+use crate::scanning::{Any, MODELS, material, recipe_of, record, scan_by, whole};
+
+const HOSTS: [Host; 3] = [Host::Measures, Host::Listens, Host::Absent];
+
+/// The indices within and out of reach.
+fn split(recipe: &Recipe<'_>, limits: &Limits) -> (Vec<u16>, Vec<u16>) {
+    let (within, out): (Vec<_>, Vec<_>) = recipe
+        .directions()
+        .partition(|(_, directions)| limits.check(directions).is_ok());
+    let indices = |samples: Vec<(u16, _)>| samples.into_iter().map(|(index, _)| index).collect();
+    (indices(within), indices(out))
+}
+
+/// Limits that exclude some samples of a recipe, but not all.
+fn limits_of(recipe: &Recipe<'_>) -> Limits {
+    let limits = (1..157).map(|step| Limits {
+        max_theta_i: 0.01 * step as f32,
+        ..Limits::NONE
+    });
+    let mut limits = limits.filter(|limits| {
+        let (within, out) = split(recipe, limits);
+        within.len() >= 2 && out.len() >= 2
+    });
+    limits.next().unwrap()
+}
+
+fn config(host: Host, limits: Limits) -> Config {
+    let mut config = Config::new(host);
+    config.limits = Some(limits);
+    config
+}
+
+fn ends(action: &Action) -> bool {
+    is_finished(action) || is_failed(action)
+}
+
+#[test]
+fn a_recipe_out_of_reach_fails_before_any_move() {
+    for model in MODELS {
+        let recipe = recipe_of(model);
+        let limits = limits_of(&recipe);
+        let (_, out) = split(&recipe, &limits);
+        let (index, count) = (out[0], out.len() as u16);
+        let failure = Failure::OutOfReach { index, count };
+        for host in HOSTS {
+            let mut driver = driver_by::<Any>(recipe, config(host, limits));
+            let mut bench = Bench::willing();
+            bench.sensor = Box::new(|index| panic!("{index} was read"));
+            let (_, failed) = bench.run(&mut driver, ends);
+            assert_eq!(failed, Action::Failed(failure));
+            assert_eq!(bench.count(is_measure), 0);
+            if host != Host::Absent {
+                bench.wait(&mut driver, 100);
+                let report = Request::Failed(failure.into());
+                assert_eq!(bench.heard.last(), Some(&report));
+            }
+        }
+    }
+}
+
+#[test]
+fn samples_out_of_reach_are_skipped_where_that_is_tolerated() {
+    for recipe in tolerant() {
+        let limits = limits_of(&recipe);
+        let (within, out) = split(&recipe, &limits);
+        let expected = fit_of(recipe, within.iter().copied());
+        for host in HOSTS {
+            let mut driver = driver_by::<Any>(recipe, config(host, limits));
+            let mut bench = Bench::willing();
+            bench.sensor = Box::new(|index| {
+                assert!(!out.contains(&index));
+                material(index)
+            });
+            for _ in 0..2 {
+                bench.run(&mut driver, ends);
+                assert_eq!(fitted_bits(&driver), expected);
+                if host == Host::Measures {
+                    let measured: Vec<_> = std::mem::take(&mut bench.heard)
+                        .into_iter()
+                        .filter_map(|request| match request {
+                            Request::Measure { index, .. } => Some(index),
+                            _ => None,
+                        })
+                        .collect();
+                    assert_eq!(measured, within);
+                }
+                driver.restart();
+            }
+        }
+    }
+}
+
+/// Without a sample within reach there is nothing to fit.
+#[test]
+fn a_recipe_of_which_nothing_is_within_reach_fails_by_name() {
+    let limits = Limits {
+        max_theta_i: 1e-3,
+        ..Limits::NONE
+    };
+    for recipe in tolerant() {
+        let mut driver = driver_by::<Any>(recipe, config(Host::Measures, limits));
+        let mut bench = Bench::willing();
+        let (index, count) = (0, 6);
+        let failure = Failure::OutOfReach { index, count };
+        assert_eq!(bench.run(&mut driver, ends).1, Action::Failed(failure));
+        assert_eq!(bench.count(is_measure), 0);
+    }
+}
+
+#[test]
+fn the_whole_hemisphere_excludes_nothing() {
+    for model in MODELS {
+        let recipe = recipe_of(model);
+        let mut driver = driver_by::<Any>(recipe, config(Host::Measures, Limits::NONE));
+        let mut bench = Bench::willing();
+        bench.run(&mut driver, ends);
+        assert_eq!(bench.results().0, whole::<Any>(recipe, material).bits());
+    }
+}
+
+/// A saved reading needs no move; once it is refused, its sample is out of reach like any other.
+#[test]
+fn a_saved_reading_out_of_reach_counts() {
+    for recipe in tolerant() {
+        let limits = limits_of(&recipe);
+        let (within, out) = split(&recipe, &limits);
+        for is_valid in [true, false] {
+            let mut scan = scan_by::<Any>(recipe);
+            let saved = |index| material(if is_valid { index } else { 7 });
+            record(&mut scan, [out[0]], saved);
+            let config = config(Host::Measures, limits);
+            let mut driver = glimpse_core::driver::Driver::new(scan, config);
+            let mut bench = Bench::willing();
+            bench.run(&mut driver, ends);
+            let of_saved = out.iter().copied().take(usize::from(is_valid));
+            let read = within.iter().copied().chain(of_saved);
+            assert_eq!(fitted_bits(&driver), fit_of(recipe, read));
+            assert_eq!(bench.count(is_kept), 1);
+        }
+    }
+}
