@@ -35,36 +35,23 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// The recipe, its model and its number of samples, as `src/recipe.rs` includes them.
+/// The recipe and its model, as `src/recipe.rs` includes them.
 fn constants(path: &Path) -> Result<String, Box<dyn Error>> {
     let refused = |error: &dyn Error| format!("{}: {error}", path.display());
     let path = fs::canonicalize(path).map_err(|error| refused(&error))?;
     let bytes = fs::read(&path)?;
     let recipe = Recipe::parse(&bytes).map_err(|error| refused(&error))?;
-    let samples = recipe.samples();
     let model = match recipe.model() {
-        ModelKind::Phong => "glimpse_core::model::Phong".to_owned(),
-        ModelKind::CookTorrance => "glimpse_core::model::CookTorrance".to_owned(),
-        ModelKind::Neural => "glimpse_core::model::Neural".to_owned(),
-        ModelKind::Linear => match recipe.completed() {
-            Some(completed) => {
-                let words = completed.coefficient_net().words();
-                format!("glimpse_core::fit::Linear<{words}>")
-            }
-            None => {
-                let components = recipe.ridge().map_or(0, |ridge| ridge.components());
-                format!(
-                    "glimpse_core::fit::Linear<{{ glimpse_core::fit::linear_words({samples}, {components}) }}>"
-                )
-            }
-        },
+        ModelKind::Phong => "model::Phong",
+        ModelKind::CookTorrance => "model::CookTorrance",
+        ModelKind::Neural => "model::Neural",
+        ModelKind::Linear => "fit::Linear",
+        model => return Err(format!("{}: the model {model} is unknown", path.display()).into()),
     };
     Ok(format!(
         "/// The recipe, as the trainer wrote it.\n\
          pub static RECIPE: &[u8] = include_bytes!({path:?});\n\
          /// The model that it is for.\n\
-         pub type Model = {model};\n\
-         /// The largest number of samples that a recipe may have here.\n\
-         pub const CAPACITY: usize = {samples};\n"
+         pub type Model = glimpse_core::{model};\n"
     ))
 }

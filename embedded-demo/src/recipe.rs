@@ -1,4 +1,10 @@
-//! What is scanned by: `RECIPE`, its `Model` and `CAPACITY`. `build.rs` names the recipe's file,
-//! and writes these from it.
+//! The recipe, its model, and the sizes that follow from it. `build.rs` names the recipe's file.
+
+use glimpse_core::recipe::{max_samples, memory_words};
 
 include!(concat!(env!("OUT_DIR"), "/recipe.rs"));
+
+/// Number of samples.
+pub const SAMPLES: usize = max_samples(&[RECIPE]);
+/// Length of the memory for readings and fit.
+pub const MEMORY_WORDS: usize = memory_words(&[RECIPE]);

@@ -22,10 +22,12 @@ const _: () = assert!(
 /// How often a sleeping core is woken in a second: often enough to send a request again in time.
 const WAKES_HZ: u32 = 100;
 
-/// Time that passes.
+/// Time since the start.
 pub struct Clock {
-    /// Until when [`Clock::pass`] has told all, in microseconds.
-    told: u32,
+    /// Milliseconds at the last call of [`Clock::now_ms`].
+    now_ms: u64,
+    /// The timer's microseconds at the last whole millisecond.
+    last: u32,
 }
 
 impl Clock {
@@ -37,16 +39,18 @@ impl Clock {
         systick.clear_current();
         systick.enable_interrupt();
         systick.enable_counter();
-        let told = microseconds();
-        Self { told }
+        Self {
+            now_ms: 0,
+            last: microseconds(),
+        }
     }
 
-    /// Milliseconds that have passed since this was asked last (which may not be an hour ago). What
-    /// is not a whole one yet is told the next time.
-    pub fn pass(&mut self) -> u32 {
-        let passed = microseconds().wrapping_sub(self.told) / 1000;
-        self.told = self.told.wrapping_add(1000 * passed);
-        passed
+    /// Returns the milliseconds since the start. It is called at least once an hour, since the timer wraps around.
+    pub fn now_ms(&mut self) -> u64 {
+        let passed = microseconds().wrapping_sub(self.last) / 1000;
+        self.last = self.last.wrapping_add(1000 * passed);
+        self.now_ms += u64::from(passed);
+        self.now_ms
     }
 }
 

@@ -54,9 +54,8 @@ impl<K: Fitter> Driver<'_, K> {
             (_, Reply::Measured { index, reading }) => self.record(index, reading),
             (_, Reply::Skip { index }) => self.skip_or_fail(index),
             (Request::Measure { index, .. }, Reply::FinishEarly) => {
-                if self.finish_early().is_err() {
-                    self.fail(Failure::ReadingRequired { index: *index });
-                }
+                let finished = self.finish_early();
+                finished.unwrap_or_else(|_| self.fail(Failure::ReadingRequired { index: *index }));
             }
             (Request::Values { offset, values, .. }, _) => {
                 let count = values.as_slice().len() as u16;
