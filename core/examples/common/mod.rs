@@ -1,10 +1,11 @@
-//! What the examples scan.
+//! The material that the examples scan, and the board that scans it.
 
 #![allow(dead_code)] // each example takes what it needs
 
 use std::f32::consts::FRAC_1_PI;
 
 use glimpse_core::geometry::Directions;
+use glimpse_core::scan::Reading;
 
 /// A made-up material, a red lacquer. Linear RGB, sr^-1, not times the cosine.
 pub(crate) fn material(directions: &Directions<f32>) -> [f32; 3] {
@@ -36,4 +37,35 @@ pub(crate) fn angles(directions: &Directions<f32>) -> [f32; 3] {
     let ([ix, iy, iz], [ox, oy, oz]) = (directions.incoming, directions.outgoing);
     let phi = (ix * oy - iy * ox).atan2(ix * ox + iy * oy);
     [iz.acos(), oz.acos(), phi].map(f32::to_degrees)
+}
+
+/// Red of the same material, by a sensor with one channel. It cannot read sample 11.
+pub(crate) fn gray(index: u16, directions: &Directions<f32>) -> Option<f32> {
+    (index != 11).then(|| material(directions)[0])
+}
+
+/// A board with motors, a sensor and a clock, in virtual time.
+#[derive(Default)]
+pub(crate) struct Board {
+    pub(crate) now_ms: u64,
+    pub(crate) readings: u32,
+    /// theta_i, theta_o and phi, in degrees.
+    arms: [f32; 3],
+}
+
+impl Board {
+    /// Moves the arms, at 20 degrees per second, and reads the sensor.
+    pub(crate) fn read(&mut self, directions: &Directions<f32>) -> Reading {
+        let target = angles(directions);
+        let turns = self.arms.iter().zip(&target).map(|(a, b)| (a - b).abs());
+        self.now_ms += (50.0 * turns.fold(0.0, f32::max)) as u64;
+        self.arms = target;
+        self.readings += 1;
+        Reading::new(material(directions))
+    }
+
+    /// Sleeps until the driver has something to do.
+    pub(crate) fn sleep(&mut self, delay_ms: Option<u32>) {
+        self.now_ms += u64::from(delay_ms.unwrap_or(1));
+    }
 }

@@ -2,12 +2,14 @@
 
 #![allow(clippy::duplicate_mod)] // each example is a program of its own, with what it scans
 
+#[path = "../../examples/firmware.rs"]
+mod firmware;
 #[path = "../../examples/host.rs"]
 mod host;
-#[path = "../../examples/scan.rs"]
-mod scan;
-#[path = "../../examples/scanner.rs"]
-mod scanner;
+#[path = "../../examples/hosted.rs"]
+mod hosted;
+#[path = "../../examples/recovery.rs"]
+mod recovery;
 
 use std::fmt::Debug;
 
@@ -25,29 +27,48 @@ use serde::de::DeserializeOwned;
 
 use crate::link::{frame, read};
 
-/// The residual of each model is small.
 #[test]
-fn the_example_of_a_scan_fits_by_all_four_models() {
-    scan::main().unwrap();
-    for recipe in scan::RECIPES {
-        let residual = scan::scan(recipe).unwrap();
-        assert!((1e-4..0.06).contains(&residual.mean), "{residual:?}");
-        assert_eq!((residual.saturated, residual.clamped), (0, 0));
+fn the_examples_of_a_scan_and_a_firmware_fit() {
+    hosted::main().unwrap();
+    firmware::main();
+    let mut board = firmware::common::Board::default();
+    let residual = firmware::run(&mut board).unwrap();
+    assert!((1e-4..0.06).contains(&residual.mean), "{residual:?}");
+    assert_eq!((residual.implausible, board.readings), (None, 8));
+}
+
+/// Wherever power is cut, the result is the same.
+#[test]
+fn the_example_of_a_recovery_loses_no_reading_when_power_is_cut() {
+    recovery::main().unwrap();
+    let scan = |power_fails_after: &[usize]| {
+        let mut memory = [0.0; recovery::MEMORY_WORDS];
+        let mut flash = [0; recovery::FLASH_BYTES];
+        let mut boots = power_fails_after.iter().map(|readings| {
+            memory.fill(f32::NAN); // as after a loss of power
+            recovery::boot(recovery::RECIPES[0], &mut memory, &mut flash, *readings).unwrap()
+        });
+        let last = boots.next_back();
+        last.flatten().unwrap()
+    };
+    let whole = scan(&[usize::MAX]);
+    assert!((1e-5..0.06).contains(&whole.mean), "{whole:?}");
+    for cut in 0..15 {
+        assert_eq!(scan(&[cut, usize::MAX]), whole, "cut after {cut}");
     }
 }
 
-/// Wherever power is cut, no reading is taken twice and the result is the same.
+/// What a user has to write stays short.
 #[test]
-fn the_example_of_a_scanner_loses_no_reading_when_power_is_cut() {
-    scanner::main().unwrap();
-    let mut whole = scanner::Scanner::new();
-    let residual = whole.run(u32::MAX).unwrap();
-    assert!(residual.is_some());
-    for cut in 1..=8 {
-        let mut scanner = scanner::Scanner::new();
-        assert_eq!(scanner.run(cut).unwrap(), None);
-        assert_eq!(scanner.run(u32::MAX).unwrap(), residual, "cut after {cut}");
-        assert_eq!((scanner.readings, scanner.clock), (8, whole.clock));
+fn the_examples_are_short() {
+    for (text, lines) in [
+        (include_str!("../../examples/hosted.rs"), 16),
+        (include_str!("../../examples/firmware.rs"), 26),
+        (include_str!("../../examples/recovery.rs"), 50),
+    ] {
+        let code = text.lines().map(str::trim_start);
+        let code = code.filter(|line| !line.is_empty() && !line.starts_with("//"));
+        assert!(code.count() <= lines, "more than {lines} lines: {text}");
     }
 }
 
@@ -99,7 +120,7 @@ where
 
 #[test]
 fn the_links_bytes_are_those_of_its_document() {
-    let recipe = Recipe::parse(scan::RECIPES[1]).unwrap();
+    let recipe = Recipe::parse(recovery::RECIPES[1]).unwrap();
     let mut blocks = hex_blocks(LINK, ';').into_iter();
     let hello = Request::Hello {
         protocol: PROTOCOL,

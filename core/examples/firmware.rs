@@ -1,0 +1,30 @@
+//! The loop of a firmware that moves its own arms: `cargo run -p glimpse-core --example firmware`
+
+pub(crate) mod common;
+use common::Board; // motors, sensor and clock
+use glimpse_core::driver::{Action, Config, Driver, Host};
+use glimpse_core::link::Failure;
+use glimpse_core::model::Neural;
+use glimpse_core::recipe::{Recipe, memory_words};
+use glimpse_core::scan::{Residual, Scan};
+
+static RECIPE: &[u8] = include_bytes!("recipes/neural-n8.recipe");
+
+pub(crate) fn run(board: &mut Board) -> Result<Residual, Failure> {
+    let mut memory = [0.0; memory_words(&[RECIPE])]; // in firmware a static
+    let recipe = Recipe::parse(RECIPE).map_err(Failure::Recipe)?;
+    let scan = Scan::<Neural>::new(recipe, &mut memory).map_err(Failure::Scan)?;
+    let mut driver = Driver::new(scan, Config::new(Host::Absent));
+    loop {
+        match driver.poll(board.now_ms) {
+            Action::Measure { index, directions } => driver.record(index, board.read(&directions)),
+            Action::Finished(residual) => return Ok(residual),
+            Action::Failed(failure) => return Err(failure),
+            _ => board.sleep(driver.poll_delay(board.now_ms)),
+        }
+    }
+}
+
+pub(crate) fn main() {
+    println!("{:?}", run(&mut Board::default()));
+}

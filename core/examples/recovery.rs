@@ -1,0 +1,56 @@
+//! A scanner with one channel that loses a reading and its power, and then takes another recipe, of another model:
+//! `cargo run -p glimpse-core --example recovery`
+
+mod common;
+use std::error::Error;
+
+use glimpse_core::fit::AnyModel;
+use glimpse_core::recipe::{Recipe, max_samples, memory_words};
+use glimpse_core::scan::{Reading, Residual, Saved, Scan};
+
+/// Linear, for readings that may be missing; and Neural.
+pub(crate) static RECIPES: [&[u8]; 2] = [
+    include_bytes!("recipes/linear-n16-masked.recipe"),
+    include_bytes!("recipes/neural-n8.recipe"),
+];
+const SAMPLES: usize = max_samples(&RECIPES);
+pub(crate) const MEMORY_WORDS: usize = memory_words(&RECIPES);
+pub(crate) const FLASH_BYTES: usize = Saved::<SAMPLES>::BYTES;
+
+/// Scans from power on until the fit; or until the power fails, after so many readings.
+pub(crate) fn boot(
+    recipe: &[u8],
+    memory: &mut [f32],
+    flash: &mut [u8],
+    power_fails_after: usize,
+) -> Result<Option<Residual>, Box<dyn Error>> {
+    let recipe = Recipe::parse(recipe)?;
+    let mut scan = Scan::<AnyModel>::new(recipe, memory)?;
+    let mut saved = Saved::<SAMPLES>::read(flash, &recipe).unwrap_or(Saved::new(&recipe));
+    for (index, reading) in saved.readings() {
+        scan.record(*index, *reading)?; // read before the power failed
+    }
+    while let Some((index, directions)) = scan.next_pending() {
+        match common::gray(index, &directions) {
+            _ if saved.readings().len() == power_fails_after => return Ok(None),
+            None => scan.skip(index)?, // the sensor cannot read this sample
+            Some(brdf) => {
+                scan.record(index, Reading::monochrome(brdf))?;
+                saved.insert(index, Reading::monochrome(brdf))?;
+                saved.write(flash)?;
+            }
+        }
+    }
+    let mut fit = scan.fit()?;
+    while !fit.advance(8).is_complete() {}
+    Ok(Some(fit.finish()?.residual()))
+}
+
+pub(crate) fn main() -> Result<(), Box<dyn Error>> {
+    let (mut memory, mut flash) = ([0.0; MEMORY_WORDS], [0; FLASH_BYTES]);
+    for (recipe, power_fails_after) in [(0, 9), (0, usize::MAX), (1, usize::MAX)] {
+        let residual = boot(RECIPES[recipe], &mut memory, &mut flash, power_fails_after)?;
+        println!("{residual:?}");
+    }
+    Ok(())
+}
