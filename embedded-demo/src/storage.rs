@@ -16,7 +16,10 @@ const MEMORY_BYTES: usize = 1024;
 /// Bytes of the boot counter, at the end.
 const COUNTER_BYTES: usize = 4;
 const SAVED_BYTES: usize = Saved::<SAMPLES>::BYTES;
-const _: () = assert!(SAVED_BYTES + COUNTER_BYTES <= MEMORY_BYTES, "reserve more memory");
+const _: () = assert!(
+    SAVED_BYTES + COUNTER_BYTES <= MEMORY_BYTES,
+    "reserve more memory"
+);
 
 // SAFETY: the linker script reserves these bytes for it alone, and any bytes are an `AtomicU8`.
 unsafe extern "C" {

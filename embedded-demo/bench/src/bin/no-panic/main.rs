@@ -159,11 +159,7 @@ fn basis() {
     let Ok(basis) = Basis::parse(bytes()) else {
         return;
     };
-    black_box((
-        basis.components(),
-        basis.checksum(),
-        basis.of(),
-    ));
+    black_box((basis.components(), basis.checksum(), basis.of()));
     if let Ok(recipe) = Recipe::parse(bytes()) {
         let mut memory = [0.0; 64];
         let scan = Scan::<Linear>::new(recipe, black_box(&mut memory));
@@ -217,7 +213,9 @@ fn scan<K: Fitter>() {
         return;
     };
     let mut memory = [0.0; 64];
-    let memory = black_box(&mut memory).get_mut(..any(64)).unwrap_or_default();
+    let memory = black_box(&mut memory)
+        .get_mut(..any(64))
+        .unwrap_or_default();
     black_box(Scan::<K>::accept(&recipe, any(64)).is_ok());
     let Ok(mut scan) = Scan::<K>::new(recipe, memory) else {
         return;
@@ -245,7 +243,10 @@ fn scan<K: Fitter>() {
     let mut config = Config::new(any(Host::Measures));
     config.limits = any(Some(Limits::NONE));
     (config.recipe_bytes, config.sequence_seed) = (any(1), any(7));
-    drive(&mut Driver::<K>::without_scan(any(Failure::Machine), config));
+    drive(&mut Driver::<K>::without_scan(
+        any(Failure::Machine),
+        config,
+    ));
     if let Ok(scan) = Scan::<K>::new(recipe, scan.into_memory()) {
         drive(&mut Driver::new(scan, config));
     }
