@@ -1,4 +1,4 @@
-//! What a machine with arms and a sensor needs around a scan: plain arithmetic, free of I/O.
+//! Arithmetic of a machine with arms and a sensor: plain arithmetic, free of I/O.
 //!
 //! - [`Limits`]: where its arms get to;
 //! - [`Machine`]: how fast they are, and which pending pair of directions they reach soonest;

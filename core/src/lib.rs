@@ -9,7 +9,7 @@
     clippy::string_slice,
     clippy::unreachable
 )]
-// What training needs of the code that is flashed; without the feature it is private, and partly unused.
+// Internals for training are private without the feature, and partly unused.
 #![cfg_attr(
     not(feature = "training"),
     allow(dead_code, unreachable_pub, unused_imports)

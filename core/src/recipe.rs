@@ -159,7 +159,7 @@ impl<'a> Recipe<'a> {
         self.method.basis_checksum()
     }
 
-    /// How measurements become parameters.
+    /// The method that fits parameters to readings.
     #[cfg(feature = "training")]
     #[must_use]
     pub fn method(&self) -> FitMethod<'a> {
@@ -187,7 +187,7 @@ impl<'a> Recipe<'a> {
         }
     }
 
-    /// What completes readings, and what comes of it, if that is what it holds.
+    /// The method that completes readings, if it is one.
     #[cfg(feature = "training")]
     #[must_use]
     pub fn completed(&self) -> Option<Completed<'a>> {
@@ -212,12 +212,12 @@ impl<'a> Recipe<'a> {
         slots.saturating_add(work)
     }
 
-    /// Where to measure, in radians; both directions of each are above the horizon.
+    /// The directions to measure, in radians; both of each pair are above the horizon.
     pub fn pattern(&self) -> impl ExactSizeIterator<Item = Angles<f32>> + Clone + 'a {
         self.pattern.iter().map(check::angles)
     }
 
-    /// Where to measure, as unit vectors, each with its index in the pattern.
+    /// The directions to measure, as unit vectors, each pair with its index in the pattern.
     pub fn directions(&self) -> impl ExactSizeIterator<Item = (u16, Directions<f32>)> + Clone + 'a {
         // At most MAX_SAMPLES, which a u16 holds.
         self.pattern().enumerate().map(|(index, angles)| {
@@ -226,7 +226,7 @@ impl<'a> Recipe<'a> {
         })
     }
 
-    /// What it states about itself, decoded and checked now: a scan needs none of it.
+    /// Its metadata, decoded and checked now: a scan needs none of it.
     ///
     /// # Errors
     /// Which section or field makes no sense.

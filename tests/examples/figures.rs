@@ -1,10 +1,12 @@
-//! Prints the costs of fits on each kind of microcontroller as the table of `core/docs/costs.md`.
+//! Prints the costs of fits on each kind of microcontroller, and of a whole firmware, as the table of
+//! `core/docs/costs.md`.
 //! `tests/run firmware`, which builds what is measured, prints the same figures as `name=value` lines.
 
-use glimpse_tests::figures::figures;
+use glimpse_tests::figures::{demo_figures, figures};
 
 fn main() {
-    let figures = figures();
+    let mut figures = figures();
+    figures.extend(demo_figures());
     println!(
         "| target | model | instructions: parse | BRDF | fit | cycles of a fit | flash | static RAM | stack |"
     );

@@ -99,7 +99,7 @@ impl FitMethod<'_> {
     }
 }
 
-/// Whether all of a run of values are finite. Out of line: it is called for each run.
+/// Returns true if all values of a list are finite. Out of line: it is called for each run.
 #[inline(never)]
 pub(crate) fn is_finite(run: &[f32]) -> bool {
     run.iter().all(|value| value.is_finite())

@@ -61,13 +61,13 @@ pub struct CoefficientNet<'a, S: Scalar, E: Encoding<S>> {
     pub components: usize,
     /// For each sample of the pattern the weights own, mean and missing: n x 3 x (m + h).
     pub readings: &'a [E::Weight],
-    /// What each row of `readings` is to be multiplied by: m + h, or none for 1.
+    /// The factor of each row of `readings`: m + h, or none for 1.
     pub scales: &'a [E::Number],
     /// The bias of each row: m + h.
     pub bias: &'a [E::Number],
     /// W: m rows of h.
     pub output: &'a [E::Weight],
-    /// What each row of W is to be multiplied by: m, or none for 1.
+    /// The factor of each row of W: m, or none for 1.
     pub output_scales: &'a [E::Number],
 }
 
@@ -91,7 +91,7 @@ impl<'a, S: Scalar, E: Encoding<S>> CoefficientNet<'a, S, E> {
         self.rows().saturating_sub(self.components)
     }
 
-    /// How many numbers it works in.
+    /// Number of words that it works in.
     #[must_use]
     pub fn words(&self) -> usize {
         self.rows().saturating_mul(LISTS)

@@ -1,4 +1,4 @@
-//! What a recipe completes readings by, and in which slices.
+//! Recipes that complete readings, and the slices of the fit.
 
 use super::coefficient_net::{
     CHANNELS, CoefficientNet, Input, MissingPolicy, Packed, standardized,
@@ -27,16 +27,16 @@ pub struct Completed<'a> {
     pub(crate) target: Target<'a>,
 }
 
-/// What coefficients become.
+/// The use of the coefficients.
 #[derive(Clone, Copy, Debug)]
 pub enum Target<'a> {
     /// The model Linear, of components at the pattern's samples.
     Linear(Components<'a>),
-    /// Where a descent starts, which goes on from there.
+    /// The start of a descent, and the descent.
     Descent(Descent<'a>, InitNet<'a>),
 }
 
-/// Where a descent starts, as a recipe keeps it.
+/// The start of a descent in a recipe.
 pub type InitNet<'a> = super::coefficient_net::InitNet<'a, f32, Packed>;
 
 /// The components of the model Linear at the pattern's samples.
@@ -54,31 +54,31 @@ impl<'a> Completed<'a> {
         &self.coefficient_net
     }
 
-    /// What is taken away from each sample's logarithm: the mean of the training columns there.
+    /// The center of each sample's logarithm: the mean of the training columns there.
     #[must_use]
     pub fn centre(&self) -> Floats<'a> {
         self.centre
     }
 
-    /// What logarithms are multiplied by, once centred.
+    /// The factor of the centered logarithms.
     #[must_use]
     pub fn scale(&self) -> f32 {
         self.scale
     }
 
-    /// What it was trained to do where readings are missing.
+    /// The treatment of missing readings that it was trained for.
     #[must_use]
     pub fn missing(&self) -> MissingPolicy {
         self.missing
     }
 
-    /// Whether it was trained to do without some of the readings.
+    /// Returns true if it tolerates missing readings.
     #[must_use]
     pub fn takes_missing(&self) -> bool {
         self.missing != MissingPolicy::NoFit
     }
 
-    /// What predicts the logarithm of a fit's loss: a bias, and a weight for each component, which
+    /// The prediction of the logarithm of a fit's loss: a bias, and a weight for each component, which
     /// counts for the mean of the channels' coefficients. Empty where nothing is predicted.
     #[must_use]
     pub fn prediction(&self) -> Floats<'a> {
@@ -97,7 +97,7 @@ impl<'a> Completed<'a> {
         Some(exp(sum))
     }
 
-    /// What the coefficients become.
+    /// The use of the coefficients.
     #[must_use]
     pub fn target(&self) -> &Target<'a> {
         &self.target
@@ -149,7 +149,7 @@ impl<'a> Completed<'a> {
     }
 }
 
-/// Whether a sample's reading counts for anything; if not, it is missing.
+/// Returns true if a sample's reading counts; otherwise it is missing.
 fn is_there(sample: &Sample<f32>) -> bool {
     sample.weight > 0.0
 }
@@ -179,7 +179,7 @@ impl<'a> Components<'a> {
         self.rows
     }
 
-    /// What each component is to be multiplied by.
+    /// The factor of each component.
     #[must_use]
     pub fn scales(&self) -> Floats<'a> {
         self.scales

@@ -120,7 +120,7 @@ impl<M: Model> Algorithm for M {
     }
 }
 
-// What follows depends on the model by the gradient alone, so that firmware has it once and not for each model.
+// The rest depends on the model only through the gradient, so that firmware has it once and not for each model.
 
 /// Adds the gradients of samples by the parameters to a gradient.
 type Accumulate = fn(&[f32], Samples<'_>, &mut [f32]);
@@ -178,7 +178,7 @@ fn advance(
             }
         }
     }
-    // Where in its round the next sample is; there is no round without samples.
+    // The place of the next sample in its round; without samples a round is empty.
     let round = samples.len() as u32;
     let next = done.saturating_sub(before).checked_rem(round);
     let mut next = next.unwrap_or(0) as usize;

@@ -16,7 +16,7 @@ impl Fitter for Neural {}
 impl Fitter for Linear {}
 impl Fitter for AnyModel {}
 
-/// How far a fit is, in its own units of work: gradients of one sample, rows and channels of a
+/// Progress of a fit, in its own units of work: gradients of one sample, rows and channels of a
 /// ridge solve, or what a completion makes of one reading or for one channel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]

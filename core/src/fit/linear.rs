@@ -188,7 +188,7 @@ fn channels<'w>(words: &'w [f32], method: &FitMethod<'_>) -> [&'w [f32]; CHANNEL
     }
 }
 
-/// What coefficients make of a sample of the pattern, mapped. Out of line: it is there once, and its
+/// The mapped value at a sample of the pattern by some coefficients. Out of line: it is there once, and its
 /// temporaries are off the stack afterwards.
 #[inline(never)]
 fn mapped_at(

@@ -1,4 +1,4 @@
-//! How readings become values, in a recipe's words: what a fit works by.
+//! The method of a recipe: what a fit works by.
 //!
 //! These are put together by [`Recipe::parse`](crate::recipe::Recipe::parse), which checks what
 //! they promise; they are read in place.
@@ -12,7 +12,7 @@ pub(crate) const COMPLETION: bool = cfg!(feature = "completion");
 /// Ridge solves are fitted.
 pub(crate) const RIDGE: bool = cfg!(feature = "ridge");
 
-/// How measurements become parameters.
+/// The method that fits parameters to readings.
 #[derive(Clone, Copy, Debug)]
 pub enum FitMethod<'a> {
     /// A few steps of SGD.
@@ -34,7 +34,7 @@ impl FitMethod<'_> {
         }
     }
 
-    /// Whether a fit can do without some of the readings.
+    /// Returns true if a fit tolerates missing readings.
     #[must_use]
     pub fn takes_missing(&self) -> bool {
         match self {

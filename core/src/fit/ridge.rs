@@ -78,7 +78,7 @@ impl Real for f64 {
     const REFINEMENTS: usize = 0;
 }
 
-/// How an entry of basis or precision lies in memory.
+/// The encoding of an entry of basis or precision.
 pub trait Stored<S>: Copy {
     /// The entry as a number.
     fn value(self) -> S;

@@ -1,8 +1,8 @@
-//! What may be wrong with a pair of directions.
+//! Errors of a pair of directions.
 
 use serde::{Deserialize, Serialize};
 
-/// How far from 1 the length of a direction may be: as if it came from a table of three decimals.
+/// The largest deviation of a direction's length from 1: as if it came from a table of three decimals.
 pub const UNIT_TOLERANCE: f32 = 1e-3;
 
 /// One of the two arms of a scanner.
@@ -24,7 +24,7 @@ impl core::fmt::Display for Arm {
     }
 }
 
-/// Why there is no BRDF at a pair of directions.
+/// An error of a pair of directions: it has no BRDF.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]

@@ -36,7 +36,7 @@ impl Spherical {
     }
 }
 
-/// Where both arms stand.
+/// The angles of both arms.
 ///
 /// ```
 /// use glimpse_core::geometry::{ArmAngles, HalfDifference, Spherical};

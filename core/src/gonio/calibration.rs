@@ -234,7 +234,7 @@ impl ReferenceCalibration {
     }
 }
 
-/// Why counts are no BRDF.
+/// Errors of counts that cannot become a BRDF.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]

@@ -1,4 +1,4 @@
-//! Where a machine's arms get to.
+//! The reach of a machine's arms.
 
 use core::f32::consts::{FRAC_PI_2, PI};
 
@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::decimal::Decimal;
 use crate::geometry::{ArmAngles, Directions, DirectionsError};
 
-/// Where a machine's arms get to; angles in radians.
+/// The reach of a machine's arms; angles in radians.
 ///
 /// ```
 /// use glimpse_core::geometry::{ArmAngles, Spherical};
@@ -112,7 +112,7 @@ impl Limits {
     }
 }
 
-/// Why [`Limits`] are none.
+/// Errors of [`Limits`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
@@ -142,31 +142,31 @@ impl core::fmt::Display for LimitsError {
 
 impl core::error::Error for LimitsError {}
 
-/// Why the arms do not get to a pair of directions.
+/// Reasons why a pair of directions is out of reach.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum Unreachable {
-    /// There is no BRDF there at all.
+    /// The directions have no BRDF.
     Directions(DirectionsError),
     /// The light's polar angle is above `max_theta_i`.
     ThetaI {
-        /// By so many radians.
+        /// Excess, radians.
         by: f32,
     },
     /// The sensor's polar angle is above `max_theta_o`.
     ThetaO {
-        /// By so many radians.
+        /// Excess, radians.
         by: f32,
     },
     /// Light and sensor are nearer to each other than `min_separation`.
     Separation {
-        /// By so many radians.
+        /// Excess, radians.
         by: f32,
     },
     /// Light, normal and sensor are not in one plane.
     OutOfPlane {
-        /// By so many radians.
+        /// Excess, radians.
         by: f32,
     },
 }

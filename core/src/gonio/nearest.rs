@@ -1,4 +1,4 @@
-//! Which pending pair of directions the arms reach soonest.
+//! The pending pair of directions that the arms reach first.
 
 use core::f32::consts::{PI, TAU};
 
@@ -6,7 +6,7 @@ use super::Limits;
 use crate::geometry::{ArmAngles, Directions, Spherical};
 use crate::numeric::math;
 
-/// How fast each axis turns, radians per second. 0 is an axis that the machine does not have: it
+/// Speed of each axis, radians per second. 0 is an axis that the machine does not have: it
 /// stands where it is.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -48,9 +48,9 @@ pub struct Speeds {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Machine {
-    /// How fast its axes are.
+    /// The speeds of its axes.
     pub speeds: Speeds,
-    /// Where its arms get to.
+    /// The reach of its arms.
     pub limits: Limits,
     /// True if the sample is isotropic, so that both azimuths may be turned together.
     pub isotropic: bool,
@@ -59,16 +59,16 @@ pub struct Machine {
     pub through_normal: bool,
 }
 
-/// Where to go next.
+/// The next move.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Move {
     /// The pending sample's index.
     pub index: u16,
-    /// Where the arms have to stand, radians. Azimuths are those nearest to where the arms were, and
+    /// The angles of the arms, radians. Azimuths are those nearest to where the arms were, and
     /// so may leave one turn in the long run: cables are the machine's to unwind.
     pub arms: ArmAngles,
-    /// How long the slowest axis takes, seconds, at full speed from the first to the last moment.
+    /// Duration, seconds: that of the slowest axis, at full speed from start to end.
     pub seconds: f32,
 }
 

@@ -6,9 +6,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::geometry::{Arm, Directions};
 
-/// What numbers of a reflectance measurement are.
+/// The meaning of the numbers of a reflectance measurement.
 ///
-/// They are different functions of the directions, and nothing in the numbers tells which: a fit
+/// They are different functions of the directions, and the numbers alone do not reveal which: a fit
 /// explains the wrong one as well, or better. Scans take the BRDF.
 ///
 /// ```
@@ -38,7 +38,7 @@ pub enum Quantity {
 }
 
 impl Quantity {
-    /// What the BRDF is multiplied by to give this, positive.
+    /// The positive factor from the BRDF to this quantity.
     ///
     /// # Errors
     /// The arm whose cosine is needed and is not above 0.

@@ -63,7 +63,7 @@ impl Repeated {
         Ok(())
     }
 
-    /// How many readings were taken.
+    /// Number of readings.
     #[must_use]
     pub fn count(&self) -> u32 {
         self.count
@@ -89,7 +89,7 @@ impl Repeated {
     }
 }
 
-/// Why a reading was not taken.
+/// An invalid reading.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]

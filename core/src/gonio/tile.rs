@@ -23,7 +23,7 @@ pub const MOST_SPREAD: f32 = 0.08;
 const LEAST_OTHER: f32 = 0.06;
 const TIMES_SPREAD: f32 = 3.0;
 
-/// What readings of a tile are.
+/// The result of the self-test.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
@@ -34,16 +34,16 @@ pub enum Verdict {
     /// This quantity (never the reflectance factor) times a constant in each channel: lamp, exposure,
     /// distance or the white's reflectance are not what they are thought to be.
     Scaled {
-        /// What the readings are proportional to.
+        /// The quantity that the readings are proportional to.
         quantity: Quantity,
-        /// What they have to be divided by.
+        /// The divisor that makes BRDFs of them.
         factor: [f32; 3],
     },
-    /// Nothing that can be told.
+    /// No result.
     Unclear(Doubt),
 }
 
-/// Why nothing can be told.
+/// The reason why the self-test has no result.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
@@ -110,7 +110,7 @@ impl core::fmt::Display for Doubt {
     }
 }
 
-/// What readings may be proportional to. The reflectance factor is the BRDF times pi.
+/// The quantities that are tested. The reflectance factor is the BRDF times pi.
 const SHAPES: [Quantity; 3] = [
     Quantity::Brdf,
     Quantity::BrdfTimesCosThetaI,
@@ -121,9 +121,9 @@ const SHAPES: [Quantity; 3] = [
 ///
 /// Three readings are enough without noise; eight stand 3 % of it (standard deviation). With more
 /// noise there is rather no verdict than a wrong one: of eight readings with 5 %, in 2,000 made-up
-/// cases, more than nine in ten were told, and none wrongly.
+/// cases, more than nine in ten were recognized, and none wrongly.
 /// Spread theta_i and theta_o over 0 to 60 degrees, **each by itself**: with both equal, or one
-/// fixed, the two cosines cannot be told apart or from a constant, and that is the answer. Keep off
+/// fixed, the two cosines cannot be distinguished, or one from a constant, and that is the answer. Keep off
 /// mirror directions and grazing angles, where no tile is matt. Black or saturated readings tell
 /// nothing and are not for this.
 ///

@@ -17,7 +17,7 @@ use crate::model::loss::cosine_weighted_log_error;
 use crate::numeric::{Scalar, Value};
 use core::f64::consts::PI;
 
-/// What denominators are offset by.
+/// The offset of denominators.
 const EPSILON: f64 = 1e-6;
 
 /// The model; see the file's head for its formula.
@@ -28,7 +28,7 @@ pub struct CookTorrance;
 /// per channel, and the logits of the roughness alpha and of the reflectance at normal incidence F0.
 pub type CookTorranceParameters<T> = [T; 8];
 
-/// What evaluation and gradient share.
+/// Terms that evaluation and gradient share.
 struct Terms<S> {
     /// k_d and k_s of each channel, alpha, F0.
     diffuse: [S; 3],

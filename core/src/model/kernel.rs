@@ -117,7 +117,7 @@ const BLOCK: usize = 2;
 pub trait Model: Sync {
     /// The model's name.
     const KIND: ModelKind;
-    /// How many parameters it has.
+    /// Number of parameters.
     const PARAMETERS: usize;
     /// One `T` for every parameter.
     type Parameters<T: Value>: ParameterSet<T>;
@@ -138,7 +138,7 @@ pub trait Model: Sync {
         gradient: &mut Self::Parameters<S::Sum>,
     ) -> Evaluation<S>;
 
-    /// What descent calls: adds the gradients of all `samples` by the parameters to `gradient`.
+    /// Called by descent: adds the gradients of all `samples` by the parameters to `gradient`.
     ///
     /// Some samples side by side, unless a model gains more by taking them one by one.
     #[inline(always)]

@@ -74,7 +74,7 @@ pub fn cosine_weighted_log_error<S: Scalar>(
     }
 }
 
-/// What [`Loss`] holds, of one channel.
+/// The [`Loss`] of one channel.
 struct Channel<S> {
     shifted_y: S,
     shifted_f: S,

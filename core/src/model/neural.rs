@@ -6,7 +6,7 @@
 //! It is isotropic by its input, but neither reciprocal nor the same for all phi_d at theta_h = 0 by
 //! construction: light and sensor exchanged are phi_d + pi, the difference vector (-dx, -dy, dz),
 //! which the network has not seen to be the same, so that f(i, o) and f(o, i) are alike only as far
-//! as the training materials taught it. Whoever needs reciprocity takes the mean of both. At the pole
+//! as the training materials taught it. The mean of both is reciprocal. At the pole
 //! [`HalfDifference::from_directions`] decides for phi_d = 0, for both orders of the directions.
 
 use super::{Evaluation, Model, ModelKind, Sample, SampleGradient, Samples};

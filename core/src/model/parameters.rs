@@ -5,7 +5,7 @@ use core::ops::Range;
 use super::{CookTorrance, Model, ModelKind, Neural, Phong};
 
 impl ModelKind {
-    /// How many parameters the model has. None for Linear: as many as its recipe says, a
+    /// Number of parameters of the model. None for Linear: as many as its recipe says, a
     /// coefficient for each component and channel.
     #[must_use]
     pub const fn parameters(self) -> Option<usize> {

@@ -18,7 +18,7 @@ pub struct Phong;
 /// k_d / (k_d + k_s) per channel, and the logarithm of the glossiness q.
 pub type PhongParameters<T> = [T; 7];
 
-/// What evaluation and gradient share.
+/// Terms that evaluation and gradient share.
 struct Terms<S> {
     /// s and t of each channel.
     sum: [S; 3],

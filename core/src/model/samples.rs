@@ -6,9 +6,9 @@ use crate::numeric::Block;
 /// One measured sample of a BRDF.
 #[derive(Clone, Copy, Debug)]
 pub struct Sample<S> {
-    /// Where it was measured.
+    /// The place of the measurement.
     pub at: HalfDifference<S>,
-    /// What was measured: the BRDF y in linear RGB, sr^-1 (not times the cosine).
+    /// The measured value: the BRDF y in linear RGB, sr^-1 (not times the cosine).
     pub measured: [S; 3],
     /// Its weight in the loss: 1 / (3 n) for the mean over n samples and three channels.
     pub weight: S,

@@ -23,7 +23,7 @@ impl<'a> Floats<'a> {
         self.0
     }
 
-    /// How many numbers there are.
+    /// Number of entries.
     #[must_use]
     pub fn len(&self) -> usize {
         self.0.len()

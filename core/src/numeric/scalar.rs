@@ -1,4 +1,4 @@
-//! What models are written in.
+//! The arithmetic of the models.
 //!
 //! A model's loss and gradient are written once, over [`Scalar`]. On the device
 //! the scalar is `f32`; in tests it is `f64`; the trainer brings SIMD lanes
@@ -8,7 +8,7 @@ use core::ops::{Add, Div, Mul, Neg, Sub};
 
 use super::math;
 
-/// What a set of parameters can hold: plain values, which threads can share.
+/// A value of a set of parameters: plain values, which threads can share.
 pub trait Value: Copy + Send + Sync + 'static {}
 impl<T: Copy + Send + Sync + 'static> Value for T {}
 
@@ -26,19 +26,19 @@ pub trait Scalar:
     + Div<Output = Self>
     + Neg<Output = Self>
 {
-    /// How one model parameter is stored.
+    /// The storage of a model parameter.
     type Parameter: Value;
-    /// What one entry of a gradient accumulates in.
+    /// The accumulator of an entry of a gradient.
     type Sum: Value;
 
-    /// Whether sums gain a list of terms in less time than the terms one by one.
+    /// True if sums gain a list of terms in less time than the terms one by one.
     const ADDS_BY_THE_LIST: bool = false;
 
-    /// Whether to look for a zero takes less time than to multiply by it: one number is 0 often
+    /// True if a test for zero takes less time than a product: one number is 0 often
     /// enough, many side by side hardly ever are.
     const SKIPS_ZEROS: bool = false;
 
-    /// Whether it is 0, where [zeros are skipped](Self::SKIPS_ZEROS); false elsewhere.
+    /// Returns true if it is 0, where [zeros are skipped](Self::SKIPS_ZEROS); false elsewhere.
     #[inline(always)]
     fn is_zero(&self) -> bool {
         false

@@ -1,4 +1,4 @@
-//! Whether the numbers of a recipe make sense.
+//! Checks of the numbers of a recipe.
 
 use super::error::RecipeError;
 use super::field::Field;
@@ -45,7 +45,7 @@ pub(super) fn pattern(packed: &[u8]) -> Result<&[PackedAngles], RecipeError> {
     Ok(pattern)
 }
 
-/// Checks the method, for a pattern of so many samples, and what predicts its loss.
+/// Checks the method, for a pattern of `samples` samples, and the prediction of its loss.
 pub(super) fn method<'a>(
     packed: PackedMethod<'a>,
     prediction: Option<&'a [u8]>,

@@ -1,4 +1,4 @@
-//! What a fit needs of a body, decoded; none of its numbers is looked at yet.
+//! The decoded parts of a body that a fit needs; their numbers are not checked yet.
 
 use super::decode::decode;
 use super::error::RecipeError;
@@ -7,7 +7,7 @@ use super::parts::PackedMethod;
 use super::sections::Sections;
 use crate::fit::{COMPLETION, RIDGE};
 
-/// What every recipe holds.
+/// The parts of every recipe.
 pub(super) struct Contents<'a> {
     pub(super) pattern: &'a [u8],
     pub(super) method: PackedMethod<'a>,

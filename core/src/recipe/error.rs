@@ -1,4 +1,4 @@
-//! Why bytes are not a recipe.
+//! Errors of a recipe.
 
 use serde::{Deserialize, Serialize};
 
@@ -9,7 +9,7 @@ use crate::error_code::ErrorCode;
 use crate::gonio::LimitsError;
 use crate::model::ModelKind;
 
-/// Why bytes are not a recipe.
+/// Errors of a recipe.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]

@@ -14,7 +14,7 @@ use crate::model::ModelKind;
 pub struct RecipeParts<'a> {
     /// n x (theta_h, theta_d, phi_d), packed little-endian f32, radians.
     pub pattern: &'a [u8],
-    /// How measurements become parameters.
+    /// The method that fits parameters to readings.
     pub method: PackedMethod<'a>,
     /// The machine that the pattern was made for.
     pub limits: Option<Limits>,

@@ -1,4 +1,4 @@
-//! Why a scan cannot begin, be fitted, or end.
+//! Errors of a scan.
 
 use serde::{Deserialize, Serialize};
 
@@ -7,7 +7,7 @@ use crate::error_code::ErrorCode;
 use crate::fit::{ModelMismatch, Progress};
 use crate::model::ModelKind;
 
-/// Why a scan cannot begin.
+/// Errors before a scan.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
@@ -80,7 +80,7 @@ impl core::fmt::Display for ScanError {
 
 impl core::error::Error for ScanError {}
 
-/// Why a sample cannot be skipped.
+/// Errors of a skipped sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
@@ -122,14 +122,14 @@ impl core::fmt::Display for SkipError {
 
 impl core::error::Error for SkipError {}
 
-/// Why readings cannot be fitted.
+/// Errors before a fit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum FitError {
     /// Not all readings are taken, and the recipe cannot do without.
     Incomplete {
-        /// How many are missing.
+        /// Number of missing readings.
         missing: u16,
         /// The index of the first of them.
         first: u16,
@@ -172,7 +172,7 @@ impl core::fmt::Display for FitError {
 
 impl core::error::Error for FitError {}
 
-/// Why a fit has no result.
+/// Errors of a finished fit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]

@@ -230,7 +230,7 @@ impl<K: Fitter> Fitted<'_, K> {
         values.into_iter().flatten().copied()
     }
 
-    /// How well they explain the readings.
+    /// The residual.
     #[must_use]
     pub fn residual(&self) -> Residual {
         self.residual

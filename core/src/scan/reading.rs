@@ -1,4 +1,4 @@
-//! What the sensor saw.
+//! A reading of the sensor.
 
 use serde::{Deserialize, Serialize};
 
@@ -23,7 +23,7 @@ const IMPLAUSIBLE: f32 = 10.0;
 /// Fewer samples may all lie in the highlight.
 const MIN_SAMPLES: usize = 4;
 
-/// What the sensor saw.
+/// A reading of the sensor.
 ///
 /// ```
 /// use glimpse_core::scan::{Reading, ReadingError};
@@ -66,7 +66,7 @@ impl Reading {
         Self::new([brdf; 3])
     }
 
-    /// Whether it can be a reading at all.
+    /// Checks that it is a possible reading.
     ///
     /// # Errors
     /// [`ReadingError::NonFinite`], or [`ReadingError::Negative`] below [`MIN_READING`].
@@ -89,7 +89,7 @@ impl From<Calibrated> for Reading {
     }
 }
 
-/// What became of a reading.
+/// The result of recording a reading.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Recorded {
@@ -100,7 +100,7 @@ pub struct Recorded {
     pub clamped: bool,
 }
 
-/// Why a reading was refused. It has to be taken again.
+/// An invalid reading, which has to be taken again.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]

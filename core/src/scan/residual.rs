@@ -1,4 +1,4 @@
-//! How well a fit explains its readings.
+//! The residual of a fit.
 
 use serde::{Deserialize, Serialize};
 
@@ -7,7 +7,7 @@ use super::status::Status;
 use crate::model::Sample;
 use crate::model::loss::cosine_weighted_log_error;
 
-/// How well a fit explains its readings.
+/// The residual of a fit.
 ///
 /// It cannot see a wrong convention: readings that are times the cosine are fitted as well as
 /// others. [`gonio::tile`](crate::gonio::tile), on a tile of known reflectance, can.
@@ -20,12 +20,12 @@ pub struct Residual {
     pub worst_index: u16,
     /// Its error.
     pub worst: f32,
-    /// How many readings were saturated.
+    /// Number of saturated readings.
     pub saturated: u16,
-    /// How many readings were the one before them in the pattern, bit for bit. A real sensor is too
+    /// Number of readings that equal the one before them in the pattern, bit for bit. A real sensor is too
     /// noisy for that; if all but the first were, it is stuck.
     pub repeated: u16,
-    /// How many readings were too far below 0 for the loss, and were raised to what it takes.
+    /// Number of readings that were too far below 0 for the loss, and were raised.
     pub clamped: u16,
     /// Why the fitted material is implausible, if it is.
     pub implausible: Option<Implausible>,
@@ -35,7 +35,7 @@ pub struct Residual {
 #[derive(Default)]
 pub(super) struct Sum {
     pub(super) residual: Residual,
-    /// How many readings were counted, and the sum and the least of each channel, sr^-1.
+    /// The number of readings that count, and the sum and the least of each channel, sr^-1.
     pub(super) read: u16,
     pub(super) channels: [f32; 3],
     pub(super) least: [f32; 3],

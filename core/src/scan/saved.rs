@@ -24,7 +24,7 @@ const READING_BYTES: usize = 3 + 3 * 4 + 1;
 /// Bytes of the recipe's checksum and of the number of readings, at most, and of the CRC.
 const OTHER_BYTES: usize = 5 + 5 + 4;
 
-/// Why bytes are not readings by this recipe, or cannot become some.
+/// Errors of saved readings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]

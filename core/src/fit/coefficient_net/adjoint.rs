@@ -21,7 +21,7 @@ impl<S: Scalar> CoefficientNet<'_, S, Plain> {
     ///
     /// `state` is what [`CoefficientNet::compute`] left. `by_state` is as long, and holds the gradient by
     /// each channel's coefficients where those stand; what else it holds is overwritten. Rows have
-    /// no scales in training. What `by_inputs` holds of a missing reading means nothing.
+    /// no scales in training. The entry of `by_inputs` of a missing reading has no meaning.
     #[inline(always)]
     pub fn adjoint(
         &self,

@@ -1,8 +1,8 @@
-//! How weights are kept.
+//! The encoding of weights.
 
 use crate::numeric::Scalar;
 
-/// How weights are kept, and read as a scalar.
+/// The encoding of weights, and their value as a scalar.
 pub trait Encoding<S: Scalar>: Sized {
     /// One of many weights.
     type Weight: Copy;
@@ -121,7 +121,7 @@ impl Encoding<f32> for Packed {
     }
 }
 
-/// What the products of four rows with `units` sum to.
+/// The sums of the products of four rows with `units`.
 #[inline(always)]
 fn products_of_four([a, b, c, d]: [&[u8]; 4], units: &[i16]) -> [i32; 4] {
     let product =
@@ -137,7 +137,7 @@ fn products_of_four([a, b, c, d]: [&[u8]; 4], units: &[i16]) -> [i32; 4] {
     sums
 }
 
-/// How many activations are made integers at once, and what 1 is then. The products of all of them with bytes
+/// Number of activations that become integers at once, and the integer of 1. The products of all of them with bytes
 /// have a sum that 32 bits hold.
 const FIXED: usize = 64;
 const ONE: f32 = 32_767.0;

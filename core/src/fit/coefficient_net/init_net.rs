@@ -1,4 +1,4 @@
-//! Where a descent starts, once readings are completed.
+//! The start of a descent, from completed readings.
 
 use super::encoding::{Encoding, Plain};
 use super::tanh;
@@ -12,13 +12,13 @@ use crate::numeric::Scalar;
 pub struct InitNet<'a, S: Scalar, E: Encoding<S>> {
     /// P: g rows of 3 m.
     pub hidden: &'a [E::Weight],
-    /// What each row of P is to be multiplied by: g, or none for 1.
+    /// The factor of each row of P: g, or none for 1.
     pub hidden_scales: &'a [E::Number],
     /// p: g.
     pub bias: &'a [E::Number],
     /// U: a row of g for each parameter.
     pub output: &'a [E::Weight],
-    /// What each row of U is to be multiplied by, or none for 1.
+    /// The factor of each row of U, or none for 1.
     pub output_scales: &'a [E::Number],
 }
 
@@ -58,7 +58,7 @@ impl<S: Scalar, E: Encoding<S>> InitNet<'_, S, E> {
         }
     }
 
-    /// What is added to a parameter's initial value.
+    /// The offset of a parameter from its initial value.
     #[inline(always)]
     pub fn offset(&self, parameter: usize, units: &[S]) -> S {
         let mut offset = [S::constant(0.0)];

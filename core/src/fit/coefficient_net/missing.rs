@@ -2,7 +2,7 @@
 
 use crate::numeric::math::{exp, ln};
 
-/// What a completion was trained to do where readings are missing.
+/// The treatment of missing readings that a completion was trained for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum MissingPolicy {

@@ -1,8 +1,8 @@
-//! Why a ridge problem cannot be solved.
+//! An invalid ridge problem.
 
 use serde::{Deserialize, Serialize};
 
-/// What has a wrong length.
+/// A list of the wrong length.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
@@ -34,7 +34,7 @@ impl core::fmt::Display for Part {
     }
 }
 
-/// Why a ridge problem cannot be solved.
+/// An invalid ridge problem.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]

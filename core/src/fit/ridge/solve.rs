@@ -16,7 +16,7 @@ pub struct Factors<'a, 'b, T, S> {
     pub(super) packed: &'b [S],
 }
 
-/// Where [`Factors::adjoint`] adds the derivatives of the loss.
+/// The derivatives of the loss, to which [`Factors::adjoint`] adds.
 #[derive(Debug)]
 pub struct RidgeGradient<'g, S> {
     /// By the mapped measurements t (n). (By the mean it is the negative.)
@@ -68,7 +68,7 @@ impl<'a, T> Problem<'a, T> {
 }
 
 impl<'a, T: Stored<S>, S: Real> Factors<'a, '_, T, S> {
-    /// What was factorized.
+    /// The factorized problem.
     #[must_use]
     pub fn problem(&self) -> &Problem<'a, T> {
         &self.problem

@@ -7,7 +7,7 @@ use super::{BasisError, Nodes, unmap};
 use crate::geometry::{HalfDifference, UNIT_TOLERANCE};
 use crate::numeric::Floats;
 
-/// How far a vector's squared length may be from 1: twice what its length may.
+/// The largest deviation of a vector's squared length from 1: twice what its length may.
 const UNIT: f32 = 2.0 * UNIT_TOLERANCE;
 
 /// A compact basis in memory or in flash, checked: principal components of the training materials
@@ -131,7 +131,7 @@ impl<'a> Basis<'a> {
         })
     }
 
-    /// How many components it holds of each material's coefficients.
+    /// Number of components.
     #[must_use]
     pub fn components(&self) -> usize {
         self.scales.len()
@@ -183,7 +183,7 @@ impl<'a> Basis<'a> {
         brdf.iter().all(|value| value.is_finite()).then_some(brdf)
     }
 
-    /// What it holds at a half and difference vector of unit length: the mean of ln(1 + f w / e) over the
+    /// Values at a half and difference vector of unit length: the mean of ln(1 + f w / e) over the
     /// training columns, f the BRDF, w = cos(theta_i) cos(theta_o); and the components, one after the
     /// other. Below the horizon it is as at the horizon. None never comes of a basis that was parsed.
     #[must_use]
@@ -232,9 +232,9 @@ impl<'a> Basis<'a> {
     }
 }
 
-/// What is wrong with a body.
+/// An error of a body.
 enum BodyError {
-    /// It should have so many bytes.
+    /// The expected number of bytes.
     Short(usize),
     /// Something else.
     Other(BasisError),

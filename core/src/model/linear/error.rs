@@ -1,9 +1,9 @@
-//! Why bytes are not a compact basis.
+//! Errors of a compact basis.
 
 use super::format::VERSION;
 use crate::error_code::ErrorCode;
 
-/// Why bytes are not a compact basis.
+/// Errors of a compact basis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]

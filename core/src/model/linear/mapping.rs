@@ -25,7 +25,7 @@ pub fn map<S: Scalar>(brdf: S, median: S, weight: S) -> S {
 /// The inverse of [`map`]: max(((median w + e) exp(mapped) - e) / w, 0), a BRDF in sr^-1, not times
 /// a cosine.
 ///
-/// Where w is below 1e-6 it is divided by 1e-6 instead.
+/// If w is below 1e-6, the divisor is 1e-6.
 #[inline(always)]
 pub fn unmap<S: Scalar>(mapped: S, median: S, weight: S) -> S {
     let epsilon = S::constant(EPSILON);

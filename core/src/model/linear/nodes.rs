@@ -1,4 +1,4 @@
-//! Where a compact basis has its nodes, and which of them surround a direction.
+//! The nodes of a compact basis, and those around a direction.
 //!
 //! The axes are not angles but smooth functions of them that need two kinds of arithmetic only,
 //! divisions and square roots, all from 0 to 1:
@@ -17,10 +17,10 @@
 use crate::geometry::HalfDifference;
 use crate::numeric::math;
 
-/// Below this sin(theta_d)^2 there is no azimuth of the difference vector to speak of.
+/// Below this sin(theta_d)^2 the azimuth of the difference vector has no meaning.
 const POLE: f32 = 1e-12;
 
-/// How many nodes a compact basis has along each of its axes, two at least.
+/// Number of nodes of a compact basis along each of its axes, two at least.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Nodes {
@@ -43,7 +43,7 @@ pub struct Corner {
 }
 
 impl Nodes {
-    /// How many nodes there are; None if no memory could hold as many.
+    /// Number of nodes; None if no memory could hold them.
     #[must_use]
     pub fn count(&self) -> Option<usize> {
         usize::from(self.theta_h)

@@ -10,13 +10,14 @@ use core::hint::black_box;
 use glimpse_bench::machine::counter;
 use glimpse_bench::recipes::PHONG;
 use glimpse_bench::report::print_result;
-use glimpse_bench::{Refused, SAMPLES, measure};
+use glimpse_bench::{Refused, measure};
 use glimpse_core::geometry::HalfDifference;
 use glimpse_core::recipe::{FitMethod, Recipe};
 use multicalc::numerical_derivative::AutoDiffMulti;
 use multicalc::optimization::LevenbergMarquardt;
 use multicalc::scalar::{Numeric, VectorFn};
 
+const SAMPLES: usize = 8;
 const PARAMETERS: usize = 7;
 const RESIDUALS: usize = 3 * SAMPLES;
 
@@ -27,7 +28,7 @@ struct Measured {
 }
 
 /// ln(1 + f c) - ln(1 + y c) of each sample and channel, f by Phong's formula (see
-/// `glimpse_core::model::phong`).
+/// `core/src/model/phong.rs`).
 impl VectorFn<PARAMETERS, RESIDUALS> for Measured {
     fn eval<S: Numeric>(&self, point: &[S; PARAMETERS]) -> [S; RESIDUALS] {
         let constant = |value: f32| S::from_f64(f64::from(value));
