@@ -11,7 +11,9 @@ use glimpse_core::scan::Scan;
     all(feature = "only-cook-torrance", feature = "only-linear"),
     all(feature = "only-neural", feature = "only-linear"),
 ))]
-compile_error!("the features `only-...` exclude each other: choose one of them, or none for all models");
+compile_error!(
+    "the features `only-...` exclude each other: choose one of them, or none for all models"
+);
 
 #[cfg(feature = "only-phong")]
 pub(crate) type Fitter = glimpse_core::model::Phong;
@@ -56,7 +58,7 @@ pub(crate) const fn scan_bytes(words: usize) -> Option<usize> {
 /// `GLIMPSE_DRIVER_BYTES(words)`; None if it overflows.
 pub(crate) const fn driver_bytes(words: usize) -> Option<usize> {
     match scan_bytes(words) {
-        Some(bytes) => bytes.checked_add(1024),
+        Some(bytes) => bytes.checked_add(640),
         None => None,
     }
 }

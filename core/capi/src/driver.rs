@@ -349,13 +349,15 @@ pub unsafe extern "C" fn glimpse_driver_reject(
 ) -> glimpse_status {
     // SAFETY: C keeps the contract in the header.
     let (driver, recipe) = unsafe { (exclusive(driver.cast::<CDriver>()), list(recipe, count)) };
-    status(driver.and_then(|driver| match accept(recipe?, driver.words) {
-        Ok(_) => Err(glimpse_status::Argument),
-        Err(failure) => {
-            driver.driver.fail(failure);
-            Ok(())
-        }
-    }))
+    status(
+        driver.and_then(|driver| match accept(recipe?, driver.words) {
+            Ok(_) => Err(glimpse_status::Argument),
+            Err(failure) => {
+                driver.driver.fail(failure);
+                Ok(())
+            }
+        }),
+    )
 }
 
 /// Begins a scan of the next material.
