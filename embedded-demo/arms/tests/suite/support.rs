@@ -60,16 +60,16 @@ pub(crate) const LEAVES: [Leaves; 8] = [
     Leaves::Bits(5),
 ];
 
-/// A flash in memory: bits go from 1 to 0 by writing, back by erasing.
+/// A flash in memory with words of `WORD` bytes: bits go from 1 to 0 by writing, back by erasing.
 #[derive(Clone, Debug)]
-pub(crate) struct Flash {
+pub(crate) struct Flash<const WORD: usize = 4> {
     pub(crate) bytes: Vec<u8>,
     /// Writes and erases until the power goes, and what that leaves; None: it stays.
     pub(crate) cut: Option<(u32, Leaves)>,
     pub(crate) changes: u32,
 }
 
-impl Flash {
+impl<const WORD: usize> Flash<WORD> {
     pub(crate) fn new(sectors: usize) -> Self {
         Self {
             bytes: vec![0xFF; sectors * SECTOR],
@@ -114,18 +114,19 @@ impl Flash {
     }
 }
 
-impl ErrorType for Flash {
+impl<const WORD: usize> ErrorType for Flash<WORD> {
     type Error = PowerCut;
 }
 
-impl ReadNorFlash for Flash {
-    const READ_SIZE: usize = 1;
+impl<const WORD: usize> ReadNorFlash for Flash<WORD> {
+    const READ_SIZE: usize = WORD;
 
     fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), PowerCut> {
         if matches!(self.cut, Some((0, _))) {
             return Err(PowerCut);
         }
         let offset = offset as usize;
+        assert!(offset.is_multiple_of(WORD) && bytes.len().is_multiple_of(WORD));
         bytes.copy_from_slice(&self.bytes[offset..offset + bytes.len()]);
         Ok(())
     }
@@ -135,8 +136,8 @@ impl ReadNorFlash for Flash {
     }
 }
 
-impl NorFlash for Flash {
-    const WRITE_SIZE: usize = 4;
+impl<const WORD: usize> NorFlash for Flash<WORD> {
+    const WRITE_SIZE: usize = WORD;
     const ERASE_SIZE: usize = SECTOR;
 
     fn erase(&mut self, from: u32, to: u32) -> Result<(), PowerCut> {
@@ -149,8 +150,13 @@ impl NorFlash for Flash {
 
     fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), PowerCut> {
         let offset = offset as usize;
-        assert!(offset.is_multiple_of(4) && bytes.len().is_multiple_of(4));
+        assert!(offset.is_multiple_of(WORD) && bytes.len().is_multiple_of(WORD));
         let place = &self.bytes[offset..offset + bytes.len()];
+        let is_erased = place.iter().all(|byte| *byte == 0xFF);
+        assert!(
+            is_erased,
+            "words with error correction are written once only"
+        );
         let after = place.iter().zip(bytes).map(|(a, b)| a & b).collect();
         self.change(offset, after)
     }
