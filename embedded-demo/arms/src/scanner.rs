@@ -28,8 +28,7 @@ use glimpse_core::link::Failure;
 use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::{Memory, ReadingError, Scan, ScanError};
 
-use crate::axis::AxisError;
-use crate::goniometer::{ArmError, LostSteps};
+use crate::goniometer::LostSteps;
 use crate::sensor::Sensor;
 use crate::station::{Done, Station, StationError};
 use crate::store::readings::Readings;
@@ -247,7 +246,7 @@ where
                 course.started = true;
             }
             line::exchange(driver, platform);
-            if let Some(done) = self.go_on(elapsed, &mut course, platform)? {
+            if let Some(done) = self.station.poll(elapsed)? {
                 self.take_up(done, driver, &mut course, platform)?;
             }
             platform.remember(self.station.arms().positions());
@@ -363,26 +362,6 @@ where
             (Some((nearest, directions)), _) => Ok(self.station.read(nearest, directions)?),
             (None, Some(index)) => Err(ScannerError::OutOfReach { index }),
             (None, None) => Ok(()),
-        }
-    }
-
-    /// Lets the station go on. Steps that show on the way are as lost as those that show at home.
-    fn go_on(
-        &mut self,
-        elapsed: u32,
-        course: &mut Course,
-        platform: &mut impl Platform,
-    ) -> Result<Option<Done>, ScannerError> {
-        match self.station.poll(elapsed) {
-            Ok(done) => Ok(done),
-            Err(StationError::Arm(ArmError {
-                arm,
-                error: AxisError::Slipped { steps },
-            })) => {
-                self.lose(LostSteps { arm, steps }, course, platform)?;
-                Ok(None)
-            }
-            Err(error) => Err(error.into()),
         }
     }
 

@@ -1,10 +1,13 @@
-//! A flash whose power goes, and its areas.
+//! Arms of a simulated world, and a flash whose power goes.
 
 use std::ops::Range;
 
 use embedded_storage::nor_flash::{
     ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash,
 };
+use glimpse_arms::axis::Motion;
+use glimpse_arms::goniometer::{ArmError, Goniometer};
+use glimpse_arms::simulated::{DirectionPin, StepPin, Switch, World};
 use glimpse_arms::store::readings::Readings;
 use glimpse_arms::store::recipes::Recipes;
 
@@ -160,4 +163,36 @@ impl<const WORD: usize> NorFlash for Flash<WORD> {
         let after = place.iter().zip(bytes).map(|(a, b)| a & b).collect();
         self.change(offset, after)
     }
+}
+
+/// The order in which arms go home.
+pub(crate) const ORDER: [usize; 4] = [2, 0, 1, 3];
+
+pub(crate) type Arms<'w> = Goniometer<StepPin<'w>, DirectionPin<'w>, Switch<'w>, 4>;
+
+/// Polls until nothing moves, and returns the microseconds that it took.
+pub(crate) fn settle(arms: &mut Arms, round: u32) -> Result<u32, ArmError> {
+    for rounds in 0..60_000_000 / round {
+        if arms.poll(round)? == Motion::Arrived {
+            return Ok(rounds * round);
+        }
+    }
+    panic!("they never arrive");
+}
+
+pub(crate) fn go_to(arms: &mut Arms, angles: [f32; 4]) {
+    arms.go_to(angles).unwrap();
+    settle(arms, 10).unwrap();
+}
+
+pub(crate) fn go_home(arms: &mut Arms) {
+    arms.go_home(ORDER).unwrap();
+    settle(arms, 10).unwrap();
+}
+
+/// Arms of this world that are home.
+pub(crate) fn homed(world: &World) -> Arms<'_> {
+    let mut arms = world.goniometer();
+    go_home(&mut arms);
+    arms
 }
