@@ -17,6 +17,7 @@ use glimpse_core::gonio::{Footprint, Limits, Machine, Speeds};
 use crate::axis::{self, Axis};
 use crate::goniometer::Goniometer;
 use crate::route::AxisAngles;
+use crate::scanner::Command;
 use crate::sensor::{Photometer, White};
 use crate::station::{self, ARMS, Station};
 
@@ -58,7 +59,7 @@ pub struct World {
     lamp: Cell<u32>,
     /// State of the sensor's noise.
     noise: Cell<u32>,
-    /// 1 if the button is pressed.
+    /// 1 for a short press of the button, 2 for a long one.
     button: Cell<u32>,
 }
 
@@ -131,14 +132,21 @@ impl World {
         }
     }
 
-    /// Presses the button; [`World::is_pressed`] returns it once.
-    pub fn press(&self) {
-        self.button.set(1);
+    /// Gives a command; [`World::take_command`] returns it once.
+    pub fn command(&self, command: Command) {
+        self.button.set(match command {
+            Command::NewScan => 1,
+            Command::Continue => 2,
+        });
     }
 
-    /// Returns true if the button was pressed since the last call.
-    pub fn is_pressed(&self) -> bool {
-        self.button.replace(0) == 1
+    /// The command that was given since the last call.
+    pub fn take_command(&self) -> Option<Command> {
+        match self.button.replace(0) {
+            1 => Some(Command::NewScan),
+            2 => Some(Command::Continue),
+            _ => None,
+        }
     }
 
     /// Positions of the arms, in steps from their switches.

@@ -5,7 +5,7 @@ use std::f32::consts::{FRAC_PI_2, PI};
 use crate::support::{Flash, mount_readings, mount_recipes};
 use glimpse_arms::axis::Settings;
 use glimpse_arms::route::{AxisAngles, RouteError, Space, separation_between};
-use glimpse_arms::scanner::{End, News, Platform, Scanner, ScannerError, Start};
+use glimpse_arms::scanner::{Command, End, News, Platform, Scanner, ScannerError, Start};
 use glimpse_arms::simulated::{World, settings};
 use glimpse_arms::station::StationError;
 use glimpse_arms::{Memory, retained};
@@ -77,8 +77,8 @@ impl Platform for Observer<'_> {
         true
     }
 
-    fn is_started(&mut self) -> bool {
-        false
+    fn command(&mut self) -> Option<Command> {
+        None
     }
 
     fn remember(&mut self, positions: Option<[i32; 4]>) {
