@@ -17,6 +17,7 @@ pub mod axis;
 pub mod flash_ram;
 pub mod goniometer;
 pub mod retained;
+pub mod route;
 pub mod scanner;
 pub mod sensor;
 pub mod simulated;

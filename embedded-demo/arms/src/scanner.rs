@@ -8,12 +8,15 @@
 //! home without having lost a step since. If they had, what was read on the way is read again. What
 //! cannot be a reading is not kept, and read again at once.
 
+mod button;
+mod course;
 mod end;
 mod line;
 mod milliseconds;
 mod news;
 mod platform;
 
+pub use button::{Button, Command};
 pub use end::{End, ScannerError, Start};
 pub use news::News;
 #[cfg(feature = "defmt")]
@@ -26,20 +29,15 @@ use glimpse_core::driver::{Action, Config, Driver, Host};
 use glimpse_core::fit::Fitter;
 use glimpse_core::link::Failure;
 use glimpse_core::recipe::Recipe;
-use glimpse_core::scan::{Memory, ReadingError, Scan, ScanError};
+use glimpse_core::scan::{Memory, Scan, ScanError};
 
-use crate::axis::AxisError;
-use crate::goniometer::{ArmError, LostSteps};
 use crate::sensor::Sensor;
-use crate::station::{Done, Station, StationError};
+use crate::station::{Station, StationError};
 use crate::store::readings::Readings;
 use crate::store::recipes::{Recipes, ReplaceError};
+use course::Course;
 use milliseconds::Milliseconds;
 
-/// After so many readings the arms go home, to see whether they have lost steps.
-const READINGS_BETWEEN_CHECKS: u16 = 4;
-/// How often steps may be lost in one scan.
-const LOSSES: u8 = 3;
 /// A host has so many microseconds to say a first word before a scan goes on without.
 const GREETING: u32 = 2_000_000;
 
@@ -55,32 +53,16 @@ pub struct Scanner<S, D, H, A, L, F> {
     pub recipes: Recipes,
 }
 
-/// What a scan knows of itself.
-#[derive(Clone, Copy, Debug, Default)]
-struct Course {
-    /// Somebody has pressed the button, or it was under way before a reset.
-    started: bool,
-    /// The arms were home once.
-    homed: bool,
-    /// Readings since they were.
-    readings: u16,
-    /// How often steps were lost.
-    losses: u8,
-    /// How often what was read at the present sample could not be a reading.
-    refused: u8,
-}
-
-/// Who is there and when it begins, after a scan has ended so. The arms move by themselves only for a
-/// scan that was begun.
+/// The next scan's host and start. The arms move without a command only for a scan that has begun
+/// since power-up.
 fn after(end: End) -> (Host, Start) {
     match end {
         End::Alone | End::Silent { started: true } => (Host::Absent, Start::Now),
-        End::Stored { started: true, .. } => (Host::Listens, Start::IfUnderWay),
         End::Waiting
         | End::Finished
         | End::Failed(_)
         | End::Silent { started: false }
-        | End::Stored { started: false, .. } => (Host::Listens, Start::ByButton),
+        | End::Stored { .. } => (Host::Listens, Start::OnCommand),
     }
 }
 
@@ -91,23 +73,6 @@ fn begin<'r, 'm, K: Fitter, const CAPACITY: usize>(
     memory: &'m mut Memory<K, CAPACITY>,
 ) -> Result<Scan<'r, 'm, K, CAPACITY>, ScanError> {
     Scan::new(recipe, memory)
-}
-
-/// What was read at a sample cannot be a reading. It was not kept, so that it is read again here and
-/// now, until the scan is given up.
-///
-/// Attempts are not the driver's to count: it hears of good readings only once the arms are home, and
-/// would count those at several samples as one.
-fn refuse<K: Fitter, const CAPACITY: usize>(
-    index: u16,
-    error: ReadingError,
-    driver: &mut Driver<'_, '_, K, CAPACITY>,
-    course: &mut Course,
-) {
-    course.refused = course.refused.saturating_add(1);
-    if course.refused >= Config::new(Host::Listens).attempts {
-        driver.fail(Failure::Reading { index, error });
-    }
 }
 
 impl<S, D, H, A, L, F> Scanner<S, D, H, A, L, F>
@@ -131,25 +96,42 @@ where
         memory: &mut Memory<K, CAPACITY>,
         platform: &mut impl Platform,
     ) -> ! {
-        let mut next = (Host::Listens, Start::IfUnderWay);
+        let mut next = (Host::Listens, Start::OnCommand);
+        let mut has_asked = false;
         loop {
             let (host, start) = next;
             let recipe = match self.recipes.load(&mut self.flash, buffer) {
                 Ok(recipe) => recipe.unwrap_or(factory),
                 Err(_) => factory,
             };
+            if start == Start::OnCommand && !has_asked {
+                self.ask(recipe, platform);
+            }
             let end = self.scan(recipe, memory, host, start, platform);
+            has_asked = end == End::Waiting;
             if end != End::Waiting {
                 platform.tell(News::End(end));
             }
-            if let End::Stored {
-                bytes, checksum, ..
-            } = end
-            {
+            if let End::Stored { bytes, checksum } = end {
                 let installed = self.install(bytes, checksum, buffer, memory);
                 platform.tell(News::Recipe(installed));
             }
             next = after(end);
+        }
+    }
+
+    /// Reports the saved readings of a scan by this recipe that has not ended: somebody has to decide
+    /// between them and a new material.
+    fn ask(&mut self, recipe: &[u8], platform: &mut impl Platform) {
+        let Ok(recipe) = Recipe::parse(recipe) else {
+            return; // the scan reports it
+        };
+        let samples = recipe.samples() as u16;
+        if self.readings.is_under_way(recipe.checksum(), samples) {
+            let (readings, flash) = (&self.readings, &mut self.flash);
+            let is_saved = |index: &u16| matches!(readings.get(flash, *index), Ok(Some(_)));
+            let readings = (0..samples).filter(is_saved).count() as u16;
+            platform.tell(News::Saved { readings });
         }
     }
 
@@ -225,29 +207,29 @@ where
         start: Start,
         platform: &mut impl Platform,
     ) -> Result<End, ScannerError> {
-        let mut course = Course {
-            started: match start {
-                Start::ByButton => false,
-                Start::IfUnderWay => self.is_under_way(driver),
-                Start::Now => true,
-            },
-            ..Course::default()
-        };
+        let mut course = Course::new(start == Start::Now);
         let mut milliseconds = Milliseconds::default();
         let (mut waited, mut heard) = (0_u32, host != Host::Listens);
         let mut finished = false;
-        if course.started && start == Start::IfUnderWay {
-            platform.tell(News::GoesOn);
-        }
         loop {
             let elapsed = platform.elapsed();
             waited = waited.saturating_add(elapsed);
-            if platform.is_started() && !course.started {
-                self.readings.end(&mut self.flash)?;
-                course.started = true;
+            match platform.command() {
+                Some(Command::NewScan) if !course.started => {
+                    self.readings.end(&mut self.flash)?;
+                    course.started = true;
+                }
+                Some(Command::Continue) if !course.started => {
+                    course.started = self.is_under_way(driver);
+                    platform.tell(match course.started {
+                        true => News::GoesOn,
+                        false => News::NothingSaved,
+                    });
+                }
+                _ => {}
             }
             line::exchange(driver, platform);
-            if let Some(done) = self.go_on(elapsed, &mut course, platform)? {
+            if let Some(done) = self.station.poll(elapsed)? {
                 self.take_up(done, driver, &mut course, platform)?;
             }
             platform.remember(self.station.arms().positions());
@@ -271,11 +253,7 @@ where
                     self.recipes.store(&mut self.flash, offset, &bytes)?;
                 }
                 Action::Install { bytes, checksum } => {
-                    return Ok(End::Stored {
-                        bytes,
-                        checksum,
-                        started: course.started,
-                    });
+                    return Ok(End::Stored { bytes, checksum });
                 }
                 Action::Finished(residual) => {
                     if let Some(fitted) = driver.scan().ok().and_then(Scan::fitted) {
@@ -301,15 +279,15 @@ where
         }
     }
 
-    /// Forgets the readings that a failure makes useless, and keeps all others, so that a reset goes
-    /// on with them.
+    /// Forgets the readings that a failure makes useless, and keeps all others, so that the scan can
+    /// be continued.
     fn keep_what_holds(&mut self, error: ScannerError) -> ScannerError {
         let kept = match error {
             // They would fail in the same way again.
             ScannerError::Scan(Failure::Reading { .. } | Failure::Fit(_) | Failure::Diverged) => {
                 self.readings.end(&mut self.flash)
             }
-            // Nobody will know whether this arm was where its last readings say: it has stopped.
+            // The arm has stopped, and nobody can check where its last readings were taken.
             ScannerError::Station(StationError::Arm(_)) => self.readings.discard(&mut self.flash),
             _ => Ok(()),
         };
@@ -325,130 +303,5 @@ where
             let (checksum, samples) = (recipe.checksum(), recipe.samples() as u16);
             self.readings.is_under_way(checksum, samples)
         })
-    }
-
-    /// What comes next while the scan waits for readings: home, or to a sample.
-    fn next<K: Fitter, const CAPACITY: usize>(
-        &mut self,
-        driver: &Driver<'_, '_, K, CAPACITY>,
-        course: &mut Course,
-    ) -> Result<(), ScannerError> {
-        let scan = driver.scan().map_err(ScannerError::Scan)?;
-        if !self.is_under_way(driver) {
-            let recipe = scan.recipe();
-            let (checksum, samples) = (recipe.checksum(), recipe.samples() as u16);
-            self.readings.begin(&mut self.flash, checksum, samples)?;
-        }
-        let mut unread = None;
-        for (index, _) in scan.pending() {
-            if self.readings.get(&mut self.flash, index)?.is_none() {
-                unread = unread.or(Some(index));
-            }
-        }
-        let due = course.readings >= READINGS_BETWEEN_CHECKS || unread.is_none();
-        if !course.homed || due {
-            return Ok(self.station.go_home()?);
-        }
-        let (readings, flash) = (&self.readings, &mut self.flash);
-        let nearest = self.station.nearest(
-            scan.pending()
-                .filter(|(index, _)| matches!(readings.get(flash, *index), Ok(None))),
-        );
-        let nearest = nearest.and_then(|nearest| {
-            let mut pending = scan.pending();
-            let (_, directions) = pending.find(|(index, _)| *index == nearest.index)?;
-            Some((nearest, directions))
-        });
-        match (nearest, unread) {
-            (Some((nearest, directions)), _) => Ok(self.station.read(nearest, directions)?),
-            (None, Some(index)) => Err(ScannerError::OutOfReach { index }),
-            (None, None) => Ok(()),
-        }
-    }
-
-    /// Lets the station go on. Steps that show on the way are as lost as those that show at home.
-    fn go_on(
-        &mut self,
-        elapsed: u32,
-        course: &mut Course,
-        platform: &mut impl Platform,
-    ) -> Result<Option<Done>, ScannerError> {
-        match self.station.poll(elapsed) {
-            Ok(done) => Ok(done),
-            Err(StationError::Arm(ArmError {
-                arm,
-                error: AxisError::Slipped { steps },
-            })) => {
-                self.lose(LostSteps { arm, steps }, course, platform)?;
-                Ok(None)
-            }
-            Err(error) => Err(error.into()),
-        }
-    }
-
-    /// Takes up what the station has done.
-    fn take_up<K: Fitter, const CAPACITY: usize>(
-        &mut self,
-        done: Done,
-        driver: &mut Driver<'_, '_, K, CAPACITY>,
-        course: &mut Course,
-        platform: &mut impl Platform,
-    ) -> Result<(), ScannerError> {
-        match done {
-            Done::Read { index, reading } => match reading.check() {
-                Ok(()) => {
-                    self.readings.keep(&mut self.flash, index, reading)?;
-                    course.readings = course.readings.saturating_add(1);
-                    course.refused = 0;
-                    platform.tell(News::Read { index, reading });
-                    Ok(())
-                }
-                Err(error) => {
-                    platform.tell(News::Refused { index, error });
-                    refuse(index, error, driver, course);
-                    Ok(())
-                }
-            },
-            Done::Home(Some(lost)) => self.lose(lost, course, platform),
-            Done::Home(None) => {
-                course.homed = true;
-                course.readings = 0;
-                self.readings.confirm(&mut self.flash)?;
-                let samples = driver.scan().map_or(0, |scan| scan.recipe().samples());
-                let mut confirmed = 0_u16;
-                for index in 0..samples as u16 {
-                    let known = driver
-                        .scan()
-                        .is_ok_and(|scan| scan.reading(index).is_some());
-                    if let Some(reading) = self.readings.get(&mut self.flash, index)?
-                        && !known
-                    {
-                        driver.record(index, reading);
-                        confirmed = confirmed.saturating_add(1);
-                    }
-                }
-                platform.tell(News::Home { confirmed });
-                Ok(())
-            }
-        }
-    }
-
-    /// Steps were lost: what was read since the arms were home is read again.
-    fn lose(
-        &mut self,
-        lost: LostSteps,
-        course: &mut Course,
-        platform: &mut impl Platform,
-    ) -> Result<(), ScannerError> {
-        platform.tell(News::LostSteps(lost));
-        self.readings.discard(&mut self.flash)?;
-        course.homed = false;
-        course.readings = 0;
-        course.refused = 0;
-        course.losses = course.losses.saturating_add(1);
-        if course.losses > LOSSES {
-            return Err(ScannerError::LostSteps(lost));
-        }
-        Ok(())
     }
 }

@@ -1,8 +1,9 @@
 //! The firmware in QEMU: netduinoplus2 has a UART, but no arms, no ADC, no clocks and no flash
 //! controller. The scanner is simulated, and it and the flash lie where a reset leaves them alone.
 //!
-//! Bytes on the UART play the world, while no host listens: `a` to `d` let an arm lose its next
-//! forty steps, `p` presses the button.
+//! Bytes on the UART play the world while no host listens: `a` to `d` let an arm lose its next forty
+//! steps. While the firmware asks about saved readings, `p` presses the button shortly, and `h` holds
+//! it.
 
 #![no_std]
 #![no_main]
@@ -14,7 +15,7 @@ use cortex_m::peripheral::SCB;
 use cortex_m_rt::{entry, exception};
 use defmt_semihosting as _;
 use glimpse_arms::flash_ram::{FlashRam, SECTOR};
-use glimpse_arms::scanner::{News, Platform, Scanner, log_values};
+use glimpse_arms::scanner::{Command, End, News, Platform, Scanner, log_values};
 use glimpse_arms::simulated::World;
 use glimpse_arms::station::ARMS;
 use glimpse_arms::store::readings::Readings;
@@ -55,9 +56,9 @@ fn main() -> ! {
     // are one, and this is the only reference, since `main` runs once.
     let kept = unsafe { only(&raw mut KEPT) };
     if kept.magic != MAGIC {
-        // Power was off: nobody knows where the arms are, and the flash is new.
+        // Power was off: the arms' positions are unknown, and the flash is new.
         kept.world.place([300, 500, 40, 700]);
-        kept.world.press();
+        kept.world.command(Command::NewScan); // somebody presses the button
         kept.positions = retained::words(None);
         kept.flash.fill(0xFF);
         kept.magic = MAGIC;
@@ -72,6 +73,7 @@ fn main() -> ! {
         positions: &mut kept.positions,
         uart: Uart::start(),
         is_alone: false,
+        is_asking: false,
     };
     let sector =
         |sectors: core::ops::Range<u32>| sectors.start * SECTOR as u32..sectors.end * SECTOR as u32;
@@ -87,7 +89,7 @@ fn main() -> ! {
         readings,
         recipes,
     };
-    defmt::info!("ready: press the button, if no scan goes on");
+    defmt::info!("ready: press the button");
     scanner.serve(RECIPE, BUFFER, MEMORY, &mut platform)
 }
 
@@ -98,6 +100,8 @@ struct Simulation<'w> {
     uart: Uart,
     /// No host listens, so that bytes play the world.
     is_alone: bool,
+    /// The firmware has asked about saved readings, and no byte has come since.
+    is_asking: bool,
 }
 
 impl Platform for Simulation<'_> {
@@ -108,13 +112,13 @@ impl Platform for Simulation<'_> {
 
     fn receive(&mut self) -> Option<u8> {
         let byte = self.uart.read()?;
-        if !self.is_alone {
-            return Some(byte);
-        }
+        let is_asking = core::mem::take(&mut self.is_asking);
         match byte {
-            b'a'..=b'd' => self.world.stall(usize::from(byte - b'a'), STALL),
-            b'p' => self.world.press(),
-            _ => {}
+            b'p' if is_asking => self.world.command(Command::NewScan),
+            b'h' if is_asking => self.world.command(Command::Continue),
+            b'a'..=b'd' if self.is_alone => self.world.stall(usize::from(byte - b'a'), STALL),
+            _ if self.is_alone => {}
+            _ => return Some(byte),
         }
         None
     }
@@ -123,8 +127,8 @@ impl Platform for Simulation<'_> {
         self.uart.write(byte)
     }
 
-    fn is_started(&mut self) -> bool {
-        self.world.is_pressed()
+    fn command(&mut self) -> Option<Command> {
+        self.world.take_command()
     }
 
     fn remember(&mut self, positions: Option<[i32; ARMS]>) {
@@ -133,8 +137,10 @@ impl Platform for Simulation<'_> {
 
     fn tell(&mut self, news: News) {
         news.log();
-        if let News::End(end) = news {
-            self.is_alone = end == glimpse_arms::scanner::End::Alone;
+        match news {
+            News::End(end) => self.is_alone = end == End::Alone,
+            News::Saved { .. } => self.is_asking = true,
+            _ => {}
         }
     }
 

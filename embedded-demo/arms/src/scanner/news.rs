@@ -1,4 +1,4 @@
-//! What a scan has to tell on the way.
+//! Events of a scan.
 
 use glimpse_core::scan::{Reading, ReadingError};
 
@@ -6,15 +6,23 @@ use super::End;
 use crate::goniometer::LostSteps;
 use crate::store::recipes::ReplaceError;
 
-/// What a scan has to tell on the way.
+/// An event of a scan.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum News {
     /// A scan has ended.
     End(End),
     /// Another recipe was put in force, or why it was not.
     Recipe(Result<(), ReplaceError>),
-    /// A scan goes on where a reset stopped it.
+    /// Readings of a scan that has not ended are saved. Nothing moves before a
+    /// [`Command`](super::Command).
+    Saved {
+        /// Their number.
+        readings: u16,
+    },
+    /// A scan goes on with its saved readings.
     GoesOn,
+    /// There are no saved readings to continue with.
+    NothingSaved,
     /// The arms are home and have lost no step.
     Home {
         /// Readings that the scan takes for good now.
@@ -56,6 +64,11 @@ impl News {
             Self::End(End::Failed(error)) => defmt::error!("failed: {}", error),
             Self::Recipe(Ok(())) => defmt::info!("a new recipe is in force"),
             Self::Recipe(Err(error)) => defmt::error!("the old recipe stays: {}", error),
+            Self::Saved { readings } => defmt::info!(
+                "saved readings: {=u16}; press shortly for a new material, or for two seconds to continue",
+                readings
+            ),
+            Self::NothingSaved => defmt::warn!("nothing to continue: press shortly for a new scan"),
             Self::GoesOn => defmt::info!("goes on"),
             Self::Home { confirmed } => defmt::info!("home: {=u16} readings confirmed", confirmed),
             Self::LostSteps(LostSteps { arm, steps }) => {

@@ -17,7 +17,7 @@ use cortex_m_rt::{ExceptionFrame, entry, exception};
 use defmt_rtt as _; // the log, where a debug probe reads it
 use glimpse_arms::axis::Axis;
 use glimpse_arms::goniometer::Goniometer;
-use glimpse_arms::scanner::{News, Platform, Scanner, log_values};
+use glimpse_arms::scanner::{Button, Command, News, Platform, Scanner, log_values};
 use glimpse_arms::sensor::{Photometer, Sensor};
 use glimpse_arms::station::{ARMS, Station};
 use glimpse_arms::store::readings::Readings;
@@ -111,7 +111,7 @@ fn main() -> ! {
         b.pb14.into_pull_up_input().erase(), // MI
     ];
     let lamp: ErasedPin<Output> = c.pc1.into_push_pull_output().erase(); // D13, with the red LED
-    let button: ErasedPin<Input> = b.pb7.into_pull_up_input().erase(); // SDA
+    let contact: ErasedPin<Input> = b.pb7.into_pull_up_input().erase(); // SDA
     let photodiodes = Photodiodes {
         converter: Adc::new(chip.ADC1, true, AdcConfig::default(), &mut rcc),
         red: a.pa4.into_analog(),   // A0
@@ -146,7 +146,9 @@ fn main() -> ! {
             defmt::info!("arms: their counts outlasted the reset");
             station.assume(counts);
         }
-        None => defmt::info!("arms: nobody knows where they are"),
+        None => defmt::info!(
+            "arms: their positions are unknown; the lamp must not be outside of the sensor at its azimuth"
+        ),
     }
 
     let mut flash = Flash(LockedFlash::new(chip.FLASH));
@@ -160,7 +162,9 @@ fn main() -> ! {
         watchdog,
         send,
         receive,
-        button,
+        contact,
+        button: Button::default(),
+        elapsed: 0,
         positions,
         cycles: DWT::cycle_count(),
     };
@@ -170,7 +174,7 @@ fn main() -> ! {
         readings,
         recipes,
     };
-    defmt::info!("ready: press the button, if no scan goes on");
+    defmt::info!("ready: press the button");
     scanner.serve(RECIPE, BUFFER, MEMORY, &mut board)
 }
 
@@ -179,7 +183,11 @@ struct Board {
     watchdog: IndependentWatchdog,
     send: Tx<USART3>,
     receive: Rx<USART3>,
-    button: ErasedPin<Input>,
+    /// The button's pin, low while it is pressed.
+    contact: ErasedPin<Input>,
+    button: Button,
+    /// Microseconds since the button was read last.
+    elapsed: u32,
     positions: &'static mut [u32; retained::WORDS],
     /// The cycle counter when it was read last, but for cycles that make no microsecond.
     cycles: u32,
@@ -190,6 +198,7 @@ impl Platform for Board {
         self.watchdog.feed();
         let microseconds = DWT::cycle_count().wrapping_sub(self.cycles) / CORE_MHZ;
         self.cycles = self.cycles.wrapping_add(microseconds * CORE_MHZ);
+        self.elapsed = self.elapsed.saturating_add(microseconds);
         microseconds
     }
 
@@ -201,8 +210,9 @@ impl Platform for Board {
         self.send.write(byte).is_ok()
     }
 
-    fn is_started(&mut self) -> bool {
-        self.button.is_low()
+    fn command(&mut self) -> Option<Command> {
+        let elapsed = core::mem::take(&mut self.elapsed);
+        self.button.poll(self.contact.is_low(), elapsed)
     }
 
     fn remember(&mut self, positions: Option<[i32; ARMS]>) {
@@ -252,7 +262,7 @@ unsafe fn only<T>(place: *mut T) -> &'static mut T {
     unsafe { &mut *place }
 }
 
-/// Whatever it was, all begins anew, and goes on where it was.
+/// Resets the chip: the arms stop, and nothing moves before somebody presses the button.
 #[panic_handler]
 fn panic(_: &PanicInfo<'_>) -> ! {
     defmt::error!("panic");
