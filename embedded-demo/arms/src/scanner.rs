@@ -9,12 +9,13 @@
 //! cannot be a reading is not kept, and read again at once.
 
 mod button;
+mod clock;
 mod course;
 mod end;
 mod line;
-mod milliseconds;
 mod news;
 mod platform;
+mod seeds;
 
 pub use button::{Button, Command};
 pub use end::{End, ScannerError, Start};
@@ -22,6 +23,7 @@ pub use news::News;
 #[cfg(feature = "defmt")]
 pub use news::log_values;
 pub use platform::Platform;
+pub use seeds::Seeds;
 
 use embedded_hal::digital::{InputPin, OutputPin};
 use embedded_storage::nor_flash::NorFlash;
@@ -29,14 +31,14 @@ use glimpse_core::driver::{Action, Config, Driver, Host};
 use glimpse_core::fit::Fitter;
 use glimpse_core::link::Failure;
 use glimpse_core::recipe::Recipe;
-use glimpse_core::scan::{Memory, Scan, ScanError};
+use glimpse_core::scan::Scan;
 
 use crate::sensor::Sensor;
 use crate::station::{Station, StationError};
 use crate::store::readings::Readings;
 use crate::store::recipes::{Recipes, ReplaceError};
+use clock::Clock;
 use course::Course;
-use milliseconds::Milliseconds;
 
 /// A host has so many microseconds to say a first word before a scan goes on without.
 const GREETING: u32 = 2_000_000;
@@ -51,6 +53,8 @@ pub struct Scanner<S, D, H, A, L, F> {
     pub readings: Readings,
     /// The recipes in it.
     pub recipes: Recipes,
+    /// Seeds of the link's sequence numbers.
+    pub seeds: Seeds,
 }
 
 /// The next scan's host and start. The arms move without a command only for a scan that has begun
@@ -64,15 +68,6 @@ fn after(end: End) -> (Host, Start) {
         | End::Silent { started: false }
         | End::Stored { .. } => (Host::Listens, Start::OnCommand),
     }
-}
-
-/// A new scan. Out of line: there are two calls of it.
-#[inline(never)]
-fn begin<'r, 'm, K: Fitter, const CAPACITY: usize>(
-    recipe: Recipe<'r>,
-    memory: &'m mut Memory<K, CAPACITY>,
-) -> Result<Scan<'r, 'm, K, CAPACITY>, ScanError> {
-    Scan::new(recipe, memory)
 }
 
 impl<S, D, H, A, L, F> Scanner<S, D, H, A, L, F>
@@ -89,11 +84,11 @@ where
     /// The recipe is the one in force in the flash, or the `factory`'s if there is none; `buffer` has
     /// room for it. A host that listens hears of the scan and may send another recipe; without one
     /// the firmware does as well.
-    pub fn serve<K: Fitter, const CAPACITY: usize>(
+    pub fn serve<K: Fitter>(
         &mut self,
         factory: &[u8],
         buffer: &mut [u8],
-        memory: &mut Memory<K, CAPACITY>,
+        memory: &mut [f32],
         platform: &mut impl Platform,
     ) -> ! {
         let mut next = (Host::Listens, Start::OnCommand);
@@ -107,13 +102,13 @@ where
             if start == Start::OnCommand && !has_asked {
                 self.ask(recipe, platform);
             }
-            let end = self.scan(recipe, memory, host, start, platform);
+            let end = self.scan::<K>(recipe, memory, host, start, platform);
             has_asked = end == End::Waiting;
             if end != End::Waiting {
                 platform.tell(News::End(end));
             }
             if let End::Stored { bytes, checksum } = end {
-                let installed = self.install(bytes, checksum, buffer, memory);
+                let installed = self.install::<K>(bytes, checksum, buffer, memory.len());
                 platform.tell(News::Recipe(installed));
             }
             next = after(end);
@@ -137,15 +132,15 @@ where
 
     /// Puts the recipe in force that a host has sent, if a scan can do with it. If not, it is not
     /// fetched again.
-    fn install<K: Fitter, const CAPACITY: usize>(
+    fn install<K: Fitter>(
         &mut self,
         bytes: u32,
         checksum: u32,
         buffer: &mut [u8],
-        memory: &mut Memory<K, CAPACITY>,
+        memory_words: usize,
     ) -> Result<(), ReplaceError> {
         let accepts = |recipe: Recipe<'_>| match recipe.checksum() == checksum {
-            true => begin(recipe, memory)
+            true => Scan::<K>::accept(&recipe, memory_words)
                 .map(|_| ())
                 .map_err(ReplaceError::Scan),
             false => Err(ReplaceError::Other),
@@ -161,26 +156,27 @@ where
 
     /// Scans one material by a recipe. With [`Host::Listens`] a host may send another recipe
     /// instead.
-    pub fn scan<K: Fitter, const CAPACITY: usize>(
+    pub fn scan<K: Fitter>(
         &mut self,
         recipe: &[u8],
-        memory: &mut Memory<K, CAPACITY>,
+        memory: &mut [f32],
         host: Host,
         start: Start,
         platform: &mut impl Platform,
     ) -> End {
         let scan = Recipe::parse(recipe).map_err(Failure::Recipe);
-        let scan = scan.and_then(|recipe| begin(recipe, memory).map_err(Failure::Scan));
-        let config = Config {
-            recipe_bytes: self.recipes.room(),
-            ..Config::new(host)
+        let scan = scan.and_then(|recipe| Scan::new(recipe, memory).map_err(Failure::Scan));
+        let config = self.config(host);
+        let mut driver: Driver<'_, K> = match scan {
+            Ok(scan) => Driver::new(scan, config),
+            Err(failure) => Driver::without_scan(failure, config),
         };
-        let mut driver = Driver::new(scan, config);
         // Each scan has a driver of its own.
         if let Some(checksum) = self.recipes.declined() {
             driver.decline(checksum);
         }
-        match self.lead(&mut driver, host, start, platform) {
+        let mut clock = Clock::default();
+        match self.lead(&mut driver, host, start, &mut clock, platform) {
             Ok(end) => end,
             Err(error) => {
                 self.station.stop();
@@ -193,22 +189,33 @@ where
                     self.recipes.decline(checksum);
                 }
                 if host == Host::Listens {
-                    line::complain(&mut driver, platform);
+                    line::complain(&mut driver, &mut clock, platform);
                 }
                 End::Failed(error)
             }
         }
     }
 
-    fn lead<K: Fitter, const CAPACITY: usize>(
+    /// Options of the next driver.
+    fn config(&mut self, host: Host) -> Config {
+        let mut config = Config::new(host);
+        // Samples out of reach fail the scan, or are skipped, before the first move.
+        config.limits = Some(self.station.limits());
+        config.recipe_bytes = self.recipes.room();
+        // The count of boots is in the flash, so that seeds differ after a reset and after a power cut.
+        config.sequence_seed = self.seeds.next();
+        config
+    }
+
+    fn lead<K: Fitter>(
         &mut self,
-        driver: &mut Driver<'_, '_, K, CAPACITY>,
+        driver: &mut Driver<'_, K>,
         host: Host,
         start: Start,
+        clock: &mut Clock,
         platform: &mut impl Platform,
     ) -> Result<End, ScannerError> {
         let mut course = Course::new(start == Start::Now);
-        let mut milliseconds = Milliseconds::default();
         let (mut waited, mut heard) = (0_u32, host != Host::Listens);
         let mut finished = false;
         loop {
@@ -234,10 +241,10 @@ where
             }
             platform.remember(self.station.arms().positions());
 
-            let action = driver.poll(milliseconds.of(elapsed));
+            let action = driver.poll(clock.advance(elapsed));
             // A driver that greets only waits; anything else means that it has understood a reply.
             // Bytes alone may be noise.
-            heard |= !matches!(action, Action::Wait { .. });
+            heard |= !matches!(action, Action::Wait);
             if course.started && !heard && waited >= GREETING {
                 return Ok(End::Alone);
             }
@@ -250,7 +257,8 @@ where
                     return Ok(End::Waiting);
                 }
                 Action::Store { offset, bytes } => {
-                    self.recipes.store(&mut self.flash, offset, &bytes)?;
+                    let bytes = bytes.as_slice();
+                    self.recipes.store(&mut self.flash, offset, bytes)?;
                 }
                 Action::Install { bytes, checksum } => {
                     return Ok(End::Stored { bytes, checksum });
@@ -271,10 +279,11 @@ where
                     let started = course.started;
                     return Ok(End::Silent { started });
                 }
-                Action::Failed(failure) => return Err(ScannerError::Scan(failure)),
+                Action::Failed(failure) => return Err(course.error(failure)),
                 // Readings were kept when they were taken, and this is no time to sleep.
                 Action::Save { .. } | Action::Measure { .. } => {}
-                Action::Wait { .. } | Action::Continue => {}
+                Action::Wait | Action::Continue => {}
+                _ => {} // actions of a newer driver
             }
         }
     }
@@ -294,10 +303,7 @@ where
         kept.map_or_else(ScannerError::Store, |()| error)
     }
 
-    fn is_under_way<K: Fitter, const CAPACITY: usize>(
-        &self,
-        driver: &Driver<'_, '_, K, CAPACITY>,
-    ) -> bool {
+    fn is_under_way<K: Fitter>(&self, driver: &Driver<'_, K>) -> bool {
         driver.scan().is_ok_and(|scan| {
             let recipe = scan.recipe();
             let (checksum, samples) = (recipe.checksum(), recipe.samples() as u16);

@@ -11,7 +11,7 @@ pub use pins::{DirectionPin, Lamp, Photodiode, StepPin, Switch};
 use core::cell::Cell;
 use core::f32::consts::{FRAC_PI_2, PI, TAU};
 
-use glimpse_core::geometry::{Angles, ArmAngles, Directions, Spherical};
+use glimpse_core::geometry::{ArmAngles, Directions, Spherical};
 use glimpse_core::gonio::{Footprint, Limits, Machine, Speeds};
 
 use crate::axis::{self, Axis};
@@ -65,14 +65,30 @@ pub struct World {
 
 /// A made-up material: a diffuse colour, and a highlight of two widths; sr^-1, linear RGB. (That of
 /// `glimpse-bench`, whose fit is counted.)
-fn brdf(angles: Angles<f32>) -> [f32; 3] {
+fn brdf(theta_h: f32, theta_d: f32) -> [f32; 3] {
     let lobe = |sharpness: f32| {
-        let falloff = 1.0 + sharpness * angles.theta_h * angles.theta_h;
+        let falloff = 1.0 + sharpness * theta_h * theta_h;
         1.0 / (falloff * falloff)
     };
-    let grazing = 1.0 + 0.2 * angles.theta_d * angles.theta_d;
+    let grazing = 1.0 + 0.2 * theta_d * theta_d;
     let highlight = 0.9 * (8.0 * lobe(40.0) + lobe(4.0)) / 9.0 * grazing;
     [0.12 + highlight, 0.05 + highlight, 0.03 + 0.9 * highlight]
+}
+
+/// The angles theta_h and theta_d, radians; None below the horizon.
+fn half_angles(directions: &Directions<f32>) -> Option<[f32; 2]> {
+    let Directions { incoming, outgoing } = *directions;
+    let [[_, _, cos_i], [_, _, cos_o]] = [incoming, outgoing];
+    if cos_i <= 0.0 || cos_o <= 0.0 {
+        return None;
+    }
+    let mut coordinates = outgoing.into_iter();
+    let sum = incoming.map(|i| i + coordinates.next().unwrap_or_default());
+    let [x, y, z] = sum; // along the half vector
+    let across = libm::sqrtf(x * x + y * y);
+    let length = libm::sqrtf(x * x + y * y + z * z);
+    let theta_d = libm::acosf((length / 2.0).min(1.0)); // both are unit vectors
+    Some([libm::atan2f(across, z), theta_d])
 }
 
 /// Counts that the sensor gives in the dark.

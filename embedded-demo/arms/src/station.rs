@@ -84,6 +84,13 @@ pub enum Done {
         /// Its reading.
         reading: Reading,
     },
+    /// The sensor could not be read at a sample.
+    Unread {
+        /// The index of the sample in the recipe's pattern.
+        index: u16,
+        /// The sensor's error.
+        error: SensorError,
+    },
 }
 
 /// The present task.
@@ -145,6 +152,17 @@ where
     /// The arms.
     pub fn arms(&self) -> &Goniometer<S, D, H, ARMS> {
         &self.arms
+    }
+
+    /// Limits of the samples that the arms reach: those of the machine, and the ends of the polar axes.
+    pub fn limits(&self) -> Limits {
+        let limits = self.settings.machine.limits;
+        let [theta_i, _, theta_o, _] = self.arms.arms().each_ref().map(Axis::settings);
+        Limits {
+            max_theta_i: limits.max_theta_i.min(theta_i.largest),
+            max_theta_o: limits.max_theta_o.min(theta_o.largest),
+            ..limits
+        }
     }
 
     /// Assumes counts from before a reset. The next visit home checks them.
@@ -294,17 +312,23 @@ where
                 None => self.doing = Doing::Still(sample, self.settings.arms_settle),
             },
             Doing::Still(sample, 0) => {
-                self.photometer.read_dark()?;
+                if let Err(error) = self.photometer.read_dark() {
+                    return self.unread(sample, error);
+                }
                 self.photometer.light(true)?;
                 self.doing = Doing::Lit(sample, self.settings.lamp_settles);
             }
             Doing::Still(sample, left) => {
                 self.doing = Doing::Still(sample, left.saturating_sub(elapsed));
             }
-            Doing::Lit(Sample { index, directions }, 0) => {
-                let reading = self.photometer.read_lit(&directions)?;
+            Doing::Lit(sample, 0) => {
+                let reading = match self.photometer.read_lit(&sample.directions) {
+                    Ok(reading) => reading,
+                    Err(error) => return self.unread(sample, error),
+                };
                 self.photometer.light(false)?;
                 self.doing = Doing::Nothing;
+                let index = sample.index;
                 return Ok(Some(Done::Read { index, reading }));
             }
             Doing::Lit(sample, left) => {
@@ -312,5 +336,17 @@ where
             }
         }
         Ok(None)
+    }
+
+    /// Ends the reading of a sample by an error of the converter, which may be gone in the next attempt. Other errors
+    /// would come again.
+    fn unread(&mut self, sample: Sample, error: SensorError) -> Result<Option<Done>, StationError> {
+        if error != SensorError::Converter {
+            return Err(error.into());
+        }
+        self.photometer.light(false)?;
+        self.doing = Doing::Nothing;
+        let index = sample.index;
+        Ok(Some(Done::Unread { index, error }))
     }
 }

@@ -15,16 +15,19 @@ use cortex_m::peripheral::SCB;
 use cortex_m_rt::{entry, exception};
 use defmt_semihosting as _;
 use glimpse_arms::flash_ram::{FlashRam, SECTOR};
-use glimpse_arms::scanner::{Command, End, News, Platform, Scanner, log_values};
+use glimpse_arms::scanner::{Command, End, News, Platform, Scanner, Seeds, log_values};
 use glimpse_arms::simulated::World;
 use glimpse_arms::station::ARMS;
 use glimpse_arms::store::readings::Readings;
 use glimpse_arms::store::recipes::Recipes;
-use glimpse_arms::{Memory, retained};
+use glimpse_arms::{MEMORY_WORDS, Model, retained};
+use glimpse_core::recipe::memory_words;
 use glimpse_core::scan::Residual;
 
 /// The recipe that it comes with.
 static RECIPE: &[u8] = include_bytes!("../../../../trainer/recipes/neural-n8.recipe");
+/// The bundled recipe fits.
+const _: () = assert!(memory_words(&[RECIPE]) <= MEMORY_WORDS);
 /// Two sectors for readings, two and two for recipes.
 const FLASH_BYTES: usize = 6 * SECTOR;
 /// Steps that an arm loses at a time.
@@ -49,7 +52,7 @@ unsafe extern "C" {
 
 #[entry]
 fn main() -> ! {
-    static mut MEMORY: Memory = Memory::new();
+    static mut MEMORY: [f32; MEMORY_WORDS] = [0.0; MEMORY_WORDS];
     static mut BUFFER: [u8; 2 * SECTOR] = [0; 2 * SECTOR];
 
     // SAFETY: the linker script sets these bytes aside for it alone, there is room for it, any bits
@@ -79,8 +82,12 @@ fn main() -> ! {
         |sectors: core::ops::Range<u32>| sectors.start * SECTOR as u32..sectors.end * SECTOR as u32;
     let readings = Readings::mount(&mut flash, [sector(0..1), sector(1..2)]);
     let recipes = Recipes::mount(&mut flash, [sector(2..4), sector(4..6)], BUFFER);
-    let (Ok(readings), Ok(recipes)) = (readings, recipes) else {
+    let (Ok(mut readings), Ok(recipes)) = (readings, recipes) else {
         defmt::error!("the flash cannot be read");
+        reset()
+    };
+    let Ok(boots) = readings.count_boot(&mut flash) else {
+        defmt::error!("the flash cannot be written");
         reset()
     };
     let mut scanner = Scanner {
@@ -88,9 +95,10 @@ fn main() -> ! {
         flash,
         readings,
         recipes,
+        seeds: Seeds::new(boots),
     };
     defmt::info!("ready: press the button");
-    scanner.serve(RECIPE, BUFFER, MEMORY, &mut platform)
+    scanner.serve::<Model>(RECIPE, BUFFER, MEMORY, &mut platform)
 }
 
 /// What is around the scanner in QEMU.

@@ -3,20 +3,31 @@
 
 use embedded_hal::digital::{InputPin, OutputPin};
 use embedded_storage::nor_flash::NorFlash;
-use glimpse_core::driver::{Config, Driver, Host};
+use glimpse_core::driver::Driver;
 use glimpse_core::fit::Fitter;
 use glimpse_core::link::Failure;
-use glimpse_core::scan::ReadingError;
+use glimpse_core::scan::{FitError, ReadingError};
 
 use super::{News, Platform, Scanner, ScannerError};
 use crate::goniometer::LostSteps;
-use crate::sensor::Sensor;
-use crate::station::Done;
+use crate::sensor::{Sensor, SensorError};
+use crate::station::{Done, StationError};
 
 /// Readings after which the arms go home, to see whether they have lost steps.
 const READINGS_BETWEEN_CHECKS: u16 = 4;
 /// Losses of steps that one scan survives.
 const LOSSES: u8 = 3;
+/// Attempts to read a sample.
+const ATTEMPTS: u8 = 3;
+
+/// The reason why an attempt has no reading.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Fault {
+    /// The sensor could not be read.
+    Sensor(SensorError),
+    /// The result cannot be a reading.
+    Reading(ReadingError),
+}
 
 /// The progress of a scan.
 #[derive(Clone, Copy, Debug, Default)]
@@ -29,8 +40,12 @@ pub(super) struct Course {
     readings: u16,
     /// Losses of steps.
     losses: u8,
-    /// Attempts at the present sample whose result could not be a reading.
-    refused: u8,
+    /// Failed attempts to read the present sample.
+    attempts: u8,
+    /// A sample to skip, if the arms come home without a loss of steps.
+    unreadable: Option<u16>,
+    /// The last error of the sensor.
+    sensor_error: Option<SensorError>,
 }
 
 impl Course {
@@ -41,22 +56,49 @@ impl Course {
             ..Self::default()
         }
     }
+
+    /// The error of a scan that ends by this failure. A scan in which the sensor could read nothing ends by the
+    /// sensor's error.
+    pub(super) fn error(&self, failure: Failure) -> ScannerError {
+        match (failure, self.sensor_error) {
+            (Failure::Fit(FitError::Incomplete { .. }), Some(error)) => {
+                ScannerError::Station(StationError::Sensor(error))
+            }
+            _ => ScannerError::Scan(failure),
+        }
+    }
 }
 
-/// Counts an attempt whose result cannot be a reading. It was not kept, so the sample is read again
-/// at once, until the scan is given up.
+/// Counts a failed attempt to read a sample. Nothing was saved, so the sample is read again at once. After
+/// [`ATTEMPTS`] the sample is skipped, or the scan ends if the recipe needs every reading.
 ///
-/// The driver cannot count attempts: it receives good readings only once the arms are home, and
-/// would count those at several samples as one.
-fn refuse<K: Fitter, const CAPACITY: usize>(
+/// The driver cannot count attempts: it receives good readings only once the arms are home, and would count attempts
+/// at several samples as those at one.
+fn retry<K: Fitter>(
     index: u16,
-    error: ReadingError,
-    driver: &mut Driver<'_, '_, K, CAPACITY>,
+    fault: Fault,
+    driver: &mut Driver<'_, K>,
     course: &mut Course,
-) {
-    course.refused = course.refused.saturating_add(1);
-    if course.refused >= Config::new(Host::Listens).attempts {
-        driver.fail(Failure::Reading { index, error });
+) -> Result<(), ScannerError> {
+    if let Fault::Sensor(error) = fault {
+        course.sensor_error = Some(error);
+    }
+    course.attempts = course.attempts.saturating_add(1);
+    if course.attempts < ATTEMPTS {
+        return Ok(());
+    }
+    course.attempts = 0;
+    let scan = driver.scan();
+    if scan.is_ok_and(|scan| scan.recipe().tolerates_missing()) {
+        course.unreadable = Some(index);
+        return Ok(());
+    }
+    match fault {
+        Fault::Sensor(error) => Err(ScannerError::Station(StationError::Sensor(error))),
+        Fault::Reading(error) => {
+            driver.fail(Failure::Reading { index, error });
+            Ok(())
+        }
     }
 }
 
@@ -70,9 +112,9 @@ where
     F: NorFlash,
 {
     /// Sends the arms home or to the next sample.
-    pub(super) fn next<K: Fitter, const CAPACITY: usize>(
+    pub(super) fn next<K: Fitter>(
         &mut self,
-        driver: &Driver<'_, '_, K, CAPACITY>,
+        driver: &Driver<'_, K>,
         course: &mut Course,
     ) -> Result<(), ScannerError> {
         let scan = driver.scan().map_err(ScannerError::Scan)?;
@@ -87,7 +129,9 @@ where
                 unread = unread.or(Some(index));
             }
         }
-        let due = course.readings >= READINGS_BETWEEN_CHECKS || unread.is_none();
+        // Lost steps may be why a sample could not be read.
+        let is_unreadable = course.unreadable.is_some();
+        let due = course.readings >= READINGS_BETWEEN_CHECKS || unread.is_none() || is_unreadable;
         if !course.homed || due {
             return Ok(self.station.go_home()?);
         }
@@ -109,10 +153,10 @@ where
     }
 
     /// Saves a reading, or confirms those since the last visit home.
-    pub(super) fn take_up<K: Fitter, const CAPACITY: usize>(
+    pub(super) fn take_up<K: Fitter>(
         &mut self,
         done: Done,
-        driver: &mut Driver<'_, '_, K, CAPACITY>,
+        driver: &mut Driver<'_, K>,
         course: &mut Course,
         platform: &mut impl Platform,
     ) -> Result<(), ScannerError> {
@@ -121,16 +165,19 @@ where
                 Ok(()) => {
                     self.readings.keep(&mut self.flash, index, reading)?;
                     course.readings = course.readings.saturating_add(1);
-                    course.refused = 0;
+                    course.attempts = 0;
                     platform.tell(News::Read { index, reading });
                     Ok(())
                 }
                 Err(error) => {
                     platform.tell(News::Refused { index, error });
-                    refuse(index, error, driver, course);
-                    Ok(())
+                    retry(index, Fault::Reading(error), driver, course)
                 }
             },
+            Done::Unread { index, error } => {
+                platform.tell(News::Unread { index, error });
+                retry(index, Fault::Sensor(error), driver, course)
+            }
             Done::Home(Some(lost)) => self.lose(lost, course, platform),
             Done::Home(None) => {
                 course.homed = true;
@@ -150,6 +197,11 @@ where
                     }
                 }
                 platform.tell(News::Home { confirmed });
+                if let Some(index) = course.unreadable.take()
+                    && driver.skip(index).is_ok()
+                {
+                    platform.tell(News::Skipped { index });
+                }
                 Ok(())
             }
         }
@@ -166,7 +218,8 @@ where
         self.readings.discard(&mut self.flash)?;
         course.homed = false;
         course.readings = 0;
-        course.refused = 0;
+        course.attempts = 0;
+        course.unreadable = None;
         course.losses = course.losses.saturating_add(1);
         if course.losses > LOSSES {
             return Err(ScannerError::LostSteps(lost));

@@ -4,6 +4,7 @@ use glimpse_core::scan::{Reading, ReadingError};
 
 use super::End;
 use crate::goniometer::LostSteps;
+use crate::sensor::SensorError;
 use crate::store::recipes::ReplaceError;
 
 /// An event of a scan.
@@ -43,6 +44,18 @@ pub enum News {
         index: u16,
         /// What is wrong with it.
         error: ReadingError,
+    },
+    /// The sensor could not be read: it is read again, up to three times.
+    Unread {
+        /// Index of the sample in the recipe's pattern.
+        index: u16,
+        /// The sensor's error.
+        error: SensorError,
+    },
+    /// A sample could not be read three times. The scan continues without it.
+    Skipped {
+        /// Its index in the recipe's pattern.
+        index: u16,
     },
 }
 
@@ -87,6 +100,12 @@ impl News {
             }
             Self::Refused { index, error } => {
                 defmt::warn!("refused reading {=u16}: {}", index, error);
+            }
+            Self::Unread { index, error } => {
+                defmt::warn!("sample {=u16} is not read: {}", index, error);
+            }
+            Self::Skipped { index } => {
+                defmt::warn!("sample {=u16} cannot be read and is skipped", index);
             }
         }
     }

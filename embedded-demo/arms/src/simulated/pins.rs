@@ -4,9 +4,8 @@ use core::convert::Infallible;
 use core::f32::consts::PI;
 
 use embedded_hal::digital::{ErrorType, InputPin, OutputPin};
-use glimpse_core::geometry::{Angles, HalfDifference};
 
-use super::{Arm, DARK, FULL_SCALE, WHITE, Wiring, World, brdf};
+use super::{Arm, DARK, FULL_SCALE, WHITE, Wiring, World, brdf, half_angles};
 use crate::sensor::Sensor;
 
 /// Reads for which a contact bounces after each change.
@@ -133,18 +132,9 @@ impl Sensor for Photodiode<'_> {
         let Self(world) = self;
         let directions = world.directions();
         let [_, _, cosine] = directions.incoming;
-        let lit = HalfDifference::from_directions(&directions)
-            .filter(|at| world.lamp.get() == 1 && at.is_valid())
-            .map(|at| {
-                let theta_h = libm::atan2f(at.hx, at.hz);
-                let theta_d = libm::acosf(at.dz);
-                let phi_d = libm::atan2f(at.dy, at.dx);
-                brdf(Angles {
-                    theta_h,
-                    theta_d,
-                    phi_d,
-                })
-            });
+        let lit = half_angles(&directions)
+            .filter(|_| world.lamp.get() == 1)
+            .map(|[theta_h, theta_d]| brdf(theta_h, theta_d));
         // The lamp lights more than the sensor sees: counts go with cos(theta_i).
         let counts = lit.unwrap_or_default().map(|f| {
             let count = DARK + WHITE * PI * f * cosine + world.noise();

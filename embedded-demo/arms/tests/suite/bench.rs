@@ -6,19 +6,17 @@ use std::convert::Infallible;
 
 use crate::support::{BUFFER_BYTES, Flash, mount_readings, mount_recipes};
 use embedded_hal::digital::{ErrorType, OutputPin};
-use glimpse_arms::Memory;
-use glimpse_arms::scanner::{Command, End, News, Platform, Scanner};
+use glimpse_arms::scanner::{Command, End, News, Platform, Scanner, Seeds};
 use glimpse_arms::sensor::{Photometer, Sensor, White};
 use glimpse_arms::simulated::{DirectionPin, StepPin, Switch, World};
 use glimpse_arms::station::{self, Station};
+use glimpse_arms::{MEMORY_WORDS, Model};
 use glimpse_core::fit::Fitter;
 use glimpse_core::geometry::Directions;
 use glimpse_core::gonio::{Footprint, Limits, Machine, Speeds};
-use glimpse_core::link::{
-    BYTES_PER_FRAME, FRAME_BYTES, PROTOCOL, Received, Reply, Request, Server,
-};
+use glimpse_core::link::{FRAME_BYTES, PROTOCOL, Received, RecipeBytes, Reply, Request, Server};
 use glimpse_core::recipe::Recipe;
-use glimpse_core::scan::{self, Residual};
+use glimpse_core::scan::Residual;
 
 pub(crate) static PHONG: &[u8] = include_bytes!("../../../../trainer/recipes/phong-n8.recipe");
 pub(crate) static COOK_TORRANCE: &[u8] =
@@ -63,15 +61,14 @@ impl<'b> Host<'b> {
             _ => None,
         };
         let mut buffer = [0; FRAME_BYTES];
-        let frame = reply.map(|reply| self.answerer.answer(reply, &mut buffer).unwrap().to_vec());
+        let frame = reply.map(|reply| self.answerer.reply(reply, &mut buffer).unwrap().to_vec());
         frame.unwrap_or_default()
     }
 }
 
 /// The reply with the part of a recipe from there on.
 pub(crate) fn part(recipe: &[u8], offset: u32) -> Reply {
-    let part = recipe[offset as usize..].chunks(BYTES_PER_FRAME).next();
-    let bytes = part.unwrap().iter().copied().collect();
+    let bytes = RecipeBytes::take_from(recipe[offset as usize..].iter().copied());
     Reply::RecipePart { offset, bytes }
 }
 
@@ -128,7 +125,8 @@ impl<'b> Board<'b> {
 
     /// Serves with the simulated scanner.
     pub(crate) fn serve(&mut self, world: &World, flash: &mut Flash) {
-        serve(world.station(), flash, &mut Memory::new(), self);
+        let mut memory = [0.0; MEMORY_WORDS];
+        serve::<_, _, Model>(world.station(), flash, &mut memory, self);
     }
 
     pub(crate) fn ends(&self) -> Vec<End> {
@@ -269,23 +267,25 @@ pub(crate) fn counting<'c>(
 }
 
 /// Boots the firmware, which serves by [`PHONG`] until the bench ends.
-pub(crate) fn serve<A: Sensor, L: OutputPin, K: Fitter, const CAPACITY: usize>(
+pub(crate) fn serve<A: Sensor, L: OutputPin, K: Fitter>(
     station: Station<StepPin<'_>, DirectionPin<'_>, Switch<'_>, A, L>,
     flash: &mut Flash,
-    memory: &mut scan::Memory<K, CAPACITY>,
+    memory: &mut [f32],
     board: &mut Board<'_>,
 ) {
-    let readings = mount_readings(flash);
+    let mut readings = mount_readings(flash);
+    let boots = readings.count_boot(flash).unwrap();
     let recipes = mount_recipes(flash);
     let mut scanner = Scanner {
         station,
         flash: flash.clone(),
         readings,
         recipes,
+        seeds: Seeds::new(boots),
     };
     let run = std::panic::AssertUnwindSafe(|| {
         let mut buffer = [0; BUFFER_BYTES];
-        scanner.serve(PHONG, &mut buffer, memory, board)
+        scanner.serve::<K>(PHONG, &mut buffer, memory, board)
     });
     match std::panic::catch_unwind(run) {
         Err(over) if over.is::<Over>() => {}

@@ -5,10 +5,10 @@ use std::f32::consts::{FRAC_PI_2, PI};
 use crate::support::{Flash, mount_readings, mount_recipes};
 use glimpse_arms::axis::Settings;
 use glimpse_arms::route::{AxisAngles, RouteError, Space, separation_between};
-use glimpse_arms::scanner::{Command, End, News, Platform, Scanner, ScannerError, Start};
+use glimpse_arms::scanner::{Command, End, News, Platform, Scanner, ScannerError, Seeds, Start};
 use glimpse_arms::simulated::{World, settings};
 use glimpse_arms::station::StationError;
-use glimpse_arms::{Memory, retained};
+use glimpse_arms::{MEMORY_WORDS, Model, retained};
 use glimpse_core::driver::Host;
 use glimpse_core::geometry::{ArmAngles, Spherical};
 use glimpse_core::gonio::Limits;
@@ -112,6 +112,7 @@ fn scan<'w>(
         readings: mount_readings(&mut flash),
         recipes: mount_recipes(&mut flash),
         flash,
+        seeds: Seeds::new(0),
     };
     let mut observer = Observer {
         world,
@@ -120,9 +121,9 @@ fn scan<'w>(
         retained: [0; retained::WORDS],
         watch: Box::new(watch),
     };
-    let mut memory = Memory::new();
+    let mut memory = [0.0; MEMORY_WORDS];
     let run = std::panic::AssertUnwindSafe(|| {
-        scanner.scan(recipe, &mut memory, Host::Absent, Start::Now, &mut observer)
+        scanner.scan::<Model>(recipe, &mut memory, Host::Absent, Start::Now, &mut observer)
     });
     let end = match std::panic::catch_unwind(run) {
         Ok(end) => Some(end),

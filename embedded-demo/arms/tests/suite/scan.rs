@@ -4,11 +4,11 @@ use std::collections::BTreeMap;
 
 use crate::support::{Flash, LEAVES, mount_readings, mount_recipes};
 use glimpse_arms::axis::AxisError;
-use glimpse_arms::scanner::{Command, End, News, Platform, Scanner, ScannerError, Start};
+use glimpse_arms::scanner::{Command, End, News, Platform, Scanner, ScannerError, Seeds, Start};
 use glimpse_arms::simulated::{DirectionPin, Lamp, Photodiode, StepPin, Switch, World};
 use glimpse_arms::station::StationError;
 use glimpse_arms::store::StoreError;
-use glimpse_arms::{Memory, retained};
+use glimpse_arms::{MEMORY_WORDS, Model, retained};
 use glimpse_core::driver::Host;
 use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::{Reading, Residual, Scan};
@@ -110,8 +110,9 @@ impl Bench {
             readings: mount_readings(flash),
             recipes: mount_recipes(flash),
             flash: flash.clone(),
+            seeds: Seeds::new(0),
         };
-        let mut memory = Memory::new();
+        let mut memory = [0.0; MEMORY_WORDS];
         let mut reads = 0;
         let mut around = Around {
             command: Some(command),
@@ -123,7 +124,7 @@ impl Bench {
             },
         };
         let run = std::panic::AssertUnwindSafe(|| {
-            scanner.scan(
+            scanner.scan::<Model>(
                 RECIPE,
                 &mut memory,
                 Host::Absent,
@@ -158,8 +159,8 @@ fn sorted_indices(readings: &[(u16, Reading)]) -> Vec<u16> {
 /// A host's fit of the last reading of each sample.
 fn fit(readings: &[(u16, Reading)]) -> Vec<f32> {
     let last: BTreeMap<_, _> = readings.iter().copied().collect();
-    let mut memory = Memory::new();
-    let mut scan = Scan::new(Recipe::parse(RECIPE).unwrap(), &mut memory).unwrap();
+    let mut memory = [0.0; MEMORY_WORDS];
+    let mut scan = Scan::<Model>::new(Recipe::parse(RECIPE).unwrap(), &mut memory).unwrap();
     for (index, reading) in last {
         scan.record(index, reading).unwrap();
     }

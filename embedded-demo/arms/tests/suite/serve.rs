@@ -7,12 +7,13 @@ use crate::bench::{
     checksum_of, counting, is_finished, serve, world,
 };
 use crate::support::{BUFFER_BYTES, Flash, mount_recipes};
-use glimpse_arms::Memory;
 use glimpse_arms::scanner::{Command, End, News, ScannerError};
+use glimpse_arms::{MEMORY_WORDS, Model};
 use glimpse_core::fit::Fitter;
 use glimpse_core::link::{BYTES_PER_FRAME, Failure, Request};
 use glimpse_core::model::Phong;
-use glimpse_core::scan::{self, ReadingError};
+use glimpse_core::recipe::memory_words;
+use glimpse_core::scan::ReadingError;
 
 /// The cable is pulled in the middle of a recipe, before anybody has pressed the button.
 #[test]
@@ -76,7 +77,8 @@ fn scan_counting(scans: u64, lit: impl Fn(u32) -> u16) -> (Board<'static>, u32) 
         lit(taken)
     };
     let station = counting(&world, &is_lit, &mut count);
-    serve(station, &mut Flash::new(6), &mut Memory::new(), &mut board);
+    let mut memory = [0.0; MEMORY_WORDS];
+    serve::<_, _, Model>(station, &mut Flash::new(6), &mut memory, &mut board);
     (board, taken)
 }
 
@@ -122,17 +124,17 @@ fn readings_that_cannot_be_fitted_are_forgotten() {
 }
 
 /// Boots a firmware with a host that offers a recipe, for twenty seconds. Returns the host.
-fn offer<K: Fitter, const CAPACITY: usize>(
+fn offer<K: Fitter>(
     recipe: &[u8],
     checksum: u32,
-    memory: &mut scan::Memory<K, CAPACITY>,
+    memory: &mut [f32],
     flash: &mut Flash,
 ) -> Vec<Request> {
     let mut board = Board::new(20 * SECOND, |_| false);
     board.host = Some(Host::new(|request| {
         Some(answer(request, Some((recipe, checksum))))
     }));
-    serve(world().station(), flash, memory, &mut board);
+    serve::<_, _, K>(world().station(), flash, memory, &mut board);
     let host = board.host.unwrap();
     let greetings = host.count(|request| matches!(request, Request::Hello { .. }));
     assert!(greetings > 3, "it greets again from time to time");
@@ -151,9 +153,9 @@ fn in_force(flash: &mut Flash) -> Option<Vec<u8>> {
 fn a_recipe_that_cannot_be_used_is_fetched_once_and_not_put_in_force() {
     let mut flash = Flash::new(6);
     // Only for Phong, with eight samples at most.
-    let mut memory = scan::Memory::<Phong, 8>::new();
+    let mut memory = [0.0; memory_words(&[PHONG])];
     let checksum = checksum_of(COOK_TORRANCE);
-    let requests = offer(COOK_TORRANCE, checksum, &mut memory, &mut flash);
+    let requests = offer::<Phong>(COOK_TORRANCE, checksum, &mut memory, &mut flash);
     let is_part = |request: &&Request| matches!(request, Request::RecipePart { .. });
     let fetched: Vec<_> = requests
         .into_iter()
@@ -172,7 +174,8 @@ fn a_damaged_recipe_is_fetched_once() {
         let mut damaged = PHONG.to_vec();
         damaged[at] ^= 1;
         let mut flash = Flash::new(6);
-        let requests = offer(&damaged, 0x1234_5678, &mut Memory::new(), &mut flash);
+        let mut memory = [0.0; MEMORY_WORDS];
+        let requests = offer::<Model>(&damaged, 0x1234_5678, &mut memory, &mut flash);
         let first = Request::RecipePart { offset: 0 };
         let fetched = requests.iter().filter(|request| **request == first);
         assert_eq!(fetched.count(), 1);

@@ -17,12 +17,13 @@ use cortex_m_rt::{ExceptionFrame, entry, exception};
 use defmt_rtt as _; // the log, where a debug probe reads it
 use glimpse_arms::axis::Axis;
 use glimpse_arms::goniometer::Goniometer;
-use glimpse_arms::scanner::{Button, Command, News, Platform, Scanner, log_values};
+use glimpse_arms::scanner::{Button, Command, News, Platform, Scanner, Seeds, log_values};
 use glimpse_arms::sensor::{Photometer, Sensor};
 use glimpse_arms::station::{ARMS, Station};
 use glimpse_arms::store::readings::Readings;
 use glimpse_arms::store::recipes::Recipes;
-use glimpse_arms::{Memory, retained};
+use glimpse_arms::{MEMORY_WORDS, Model, retained};
+use glimpse_core::recipe::memory_words;
 use glimpse_core::scan::Residual;
 use stm32f4xx_hal::adc::Adc;
 use stm32f4xx_hal::adc::config::{AdcConfig, SampleTime};
@@ -41,6 +42,8 @@ use machine::{arm, machine, white};
 static RECIPE: &[u8] = include_bytes!("../../../../../trainer/recipes/neural-n8.recipe");
 /// Room for the recipe from the flash.
 const RECIPE_BYTES: usize = 16 * 1024;
+/// The bundled recipe fits.
+const _: () = assert!(memory_words(&[RECIPE]) <= MEMORY_WORDS);
 /// Readings of the converter for one reading of the scan.
 const REPEATS: u16 = 64;
 /// The core's clock in MHz, which the cycle counter counts.
@@ -56,7 +59,7 @@ unsafe extern "C" {
 
 #[entry]
 fn main() -> ! {
-    static mut MEMORY: Memory = Memory::new();
+    static mut MEMORY: [f32; MEMORY_WORDS] = [0.0; MEMORY_WORDS];
     static mut BUFFER: [u8; RECIPE_BYTES] = [0; RECIPE_BYTES];
 
     let (Some(chip), Some(mut core)) = (pac::Peripherals::take(), cortex_m::Peripherals::take())
@@ -154,8 +157,12 @@ fn main() -> ! {
     let mut flash = Flash(LockedFlash::new(chip.FLASH));
     let readings = Readings::mount(&mut flash, [sector(0x8_0000), sector(0xA_0000)]);
     let recipes = Recipes::mount(&mut flash, [sector(0xC_0000), sector(0xE_0000)], BUFFER);
-    let (Ok(readings), Ok(recipes)) = (readings, recipes) else {
+    let (Ok(mut readings), Ok(recipes)) = (readings, recipes) else {
         defmt::error!("the flash cannot be read");
+        reset()
+    };
+    let Ok(boots) = readings.count_boot(&mut flash) else {
+        defmt::error!("the flash cannot be written");
         reset()
     };
     let mut board = Board {
@@ -173,9 +180,10 @@ fn main() -> ! {
         flash,
         readings,
         recipes,
+        seeds: Seeds::new(boots),
     };
     defmt::info!("ready: press the button");
-    scanner.serve(RECIPE, BUFFER, MEMORY, &mut board)
+    scanner.serve::<Model>(RECIPE, BUFFER, MEMORY, &mut board)
 }
 
 /// What is around the scanner on a board.
@@ -229,6 +237,9 @@ impl Platform for Board {
     fn finished(&mut self, residual: Residual, values: &mut dyn Iterator<Item = f32>) {
         log_values(values);
         defmt::info!("{}", residual);
+        if let Some(reason) = residual.implausible {
+            defmt::warn!("the material is implausible: {}", reason);
+        }
     }
 }
 
