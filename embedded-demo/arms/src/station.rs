@@ -264,16 +264,21 @@ where
             at.outgoing.theta,
             at.outgoing.phi,
         ];
-        let [_, phi_i, _, phi_o] = self.arms.arms();
+        let [axis_i, phi_i, axis_o, phi_o] = self.arms.arms();
         let [theta_i, i, theta_o, o] = angles;
         let turned = |angle: f32, check: &dyn Fn(f32) -> bool| {
             let ways = [angle, angle - TAU, angle + TAU];
             ways.into_iter().find(|way| check(*way)).unwrap_or(angle)
         };
+        // A sample on a limit may be a rounding error beyond the end of its axis.
+        let polar = |angle: f32, largest: f32| match angle <= largest + Limits::TOLERANCE {
+            true => angle.min(largest),
+            false => angle,
+        };
         [
-            theta_i,
+            polar(theta_i, axis_i.settings().largest),
             turned(i, &|angle| phi_i.check(angle).is_ok()),
-            theta_o,
+            polar(theta_o, axis_o.settings().largest),
             turned(o, &|angle| phi_o.check(angle).is_ok()),
         ]
     }

@@ -123,10 +123,11 @@ where
             let (checksum, samples) = (recipe.checksum(), recipe.samples() as u16);
             self.readings.begin(&mut self.flash, checksum, samples)?;
         }
-        let mut unread = None;
+        let (mut unread, mut count) = (None, 0_u16);
         for (index, _) in scan.pending() {
             if self.readings.get(&mut self.flash, index)?.is_none() {
                 unread = unread.or(Some(index));
+                count = count.saturating_add(1);
             }
         }
         // Lost steps may be why a sample could not be read.
@@ -147,7 +148,8 @@ where
         });
         match (nearest, unread) {
             (Some((nearest, directions)), _) => Ok(self.station.read(nearest, directions)?),
-            (None, Some(index)) => Err(ScannerError::OutOfReach { index }),
+            // Within the limits, but an axis that does not turn would have to.
+            (None, Some(index)) => Err(ScannerError::Scan(Failure::OutOfReach { index, count })),
             (None, None) => Ok(()),
         }
     }

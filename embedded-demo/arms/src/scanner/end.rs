@@ -56,11 +56,6 @@ pub enum ScannerError {
     Store(StoreError),
     /// Steps were lost again and again: the last ones.
     LostSteps(LostSteps),
-    /// The arms do not reach this sample.
-    OutOfReach {
-        /// Its index in the recipe's pattern.
-        index: u16,
-    },
     /// Recipe, fit or link.
     Scan(Failure),
 }
@@ -73,10 +68,6 @@ impl fmt::Display for ScannerError {
             Self::LostSteps(LostSteps { arm, steps }) => write!(
                 f,
                 "arm {arm} loses steps again and again, {steps} the last time: let it go slower, or look what it hits"
-            ),
-            Self::OutOfReach { index } => write!(
-                f,
-                "the arms do not reach sample {index}: train a recipe with their limits"
             ),
             Self::Scan(error) => error.fmt(f),
         }

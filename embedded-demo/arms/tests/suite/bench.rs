@@ -4,13 +4,16 @@ use std::cell::Cell;
 use std::collections::VecDeque;
 use std::convert::Infallible;
 
-use crate::support::{BUFFER_BYTES, Flash, mount_readings, mount_recipes};
+use crate::support::{BUFFER_BYTES, Flash, SECTOR, mount_readings, mount_recipes};
 use embedded_hal::digital::{ErrorType, OutputPin};
-use glimpse_arms::scanner::{Command, End, News, Platform, Scanner, Seeds};
+use glimpse_arms::scanner::{Command, End, News, Platform, Scanner, Seeds, Start};
 use glimpse_arms::sensor::{Photometer, Sensor, White};
 use glimpse_arms::simulated::{DirectionPin, StepPin, Switch, World};
 use glimpse_arms::station::{self, Station};
+use glimpse_arms::store::readings::Readings;
+use glimpse_arms::store::recipes::Recipes;
 use glimpse_arms::{MEMORY_WORDS, Model};
+use glimpse_core::driver;
 use glimpse_core::fit::Fitter;
 use glimpse_core::geometry::Directions;
 use glimpse_core::gonio::{Footprint, Limits, Machine, Speeds};
@@ -21,6 +24,10 @@ use glimpse_core::scan::Residual;
 pub(crate) static PHONG: &[u8] = include_bytes!("../../../../trainer/recipes/phong-n8.recipe");
 pub(crate) static COOK_TORRANCE: &[u8] =
     include_bytes!("../../../../trainer/recipes/cook-torrance-n8.recipe");
+
+/// A recipe of 16 samples that tolerates missing readings.
+pub(crate) static MASKED: &[u8] =
+    include_bytes!("../../../../trainer/recipes/masked/phong-n16.recipe");
 
 /// Microseconds that each round takes.
 pub(crate) const ROUND: u64 = 40;
@@ -104,6 +111,8 @@ pub(crate) struct Board<'b> {
     pub(crate) noise: VecDeque<(u64, u8)>,
     pub(crate) host: Option<Host<'b>>,
     pub(crate) replies: VecDeque<u8>,
+    /// All bytes that the device has sent.
+    pub(crate) sent: Vec<u8>,
     pub(crate) news: Vec<News>,
     /// Receives all news; true ends the bench.
     pub(crate) watch: Box<dyn FnMut(&News) -> bool + 'b>,
@@ -118,6 +127,7 @@ impl<'b> Board<'b> {
             noise: VecDeque::new(),
             host: None,
             replies: VecDeque::new(),
+            sent: Vec::new(),
             news: Vec::new(),
             watch: Box::new(watch),
         }
@@ -161,6 +171,7 @@ impl Platform for Board<'_> {
     }
 
     fn send(&mut self, byte: u8) -> bool {
+        self.sent.push(byte);
         if let Some(host) = &mut self.host {
             self.replies.extend(host.hear(byte));
         }
@@ -192,18 +203,21 @@ pub(crate) const WHITE: u16 = 100;
 pub(crate) const GREY: u16 = DARK + 30;
 pub(crate) const BAD: u16 = 0;
 
-/// A sensor whose counts a test chooses while the lamp is on.
+/// A sensor whose counts a test chooses while the lamp is on; None: the converter fails.
 pub(crate) struct Counter<'c> {
     pub(crate) is_lit: &'c Cell<bool>,
-    pub(crate) lit: &'c mut dyn FnMut() -> u16,
+    pub(crate) lit: &'c mut dyn FnMut() -> Option<u16>,
 }
 
-impl Sensor for Counter<'_> {
-    type Error = Infallible;
+/// The converter has failed.
+pub(crate) struct ConverterFailed;
 
-    fn read(&mut self) -> Result<[u16; 3], Infallible> {
+impl Sensor for Counter<'_> {
+    type Error = ConverterFailed;
+
+    fn read(&mut self) -> Result<[u16; 3], ConverterFailed> {
         let count = if self.is_lit.get() {
-            (self.lit)()
+            (self.lit)().ok_or(ConverterFailed)?
         } else {
             DARK
         };
@@ -234,7 +248,7 @@ impl OutputPin for Bulb<'_> {
 pub(crate) fn counting<'c>(
     world: &'c World,
     is_lit: &'c Cell<bool>,
-    lit: &'c mut dyn FnMut() -> u16,
+    lit: &'c mut dyn FnMut() -> Option<u16>,
 ) -> Station<StepPin<'c>, DirectionPin<'c>, Switch<'c>, Counter<'c>, Bulb<'c>> {
     let normal = [0.0, 0.0, 1.0];
     let white = White {
@@ -292,6 +306,28 @@ pub(crate) fn serve<A: Sensor, L: OutputPin, K: Fitter>(
         Err(panic) => std::panic::resume_unwind(panic),
     }
     *flash = scanner.flash;
+}
+
+/// Scans one material by any recipe, without a host, from a command on. The flash is new and has room for 100 samples.
+pub(crate) fn scan_once<A: Sensor, L: OutputPin>(
+    station: Station<StepPin<'_>, DirectionPin<'_>, Switch<'_>, A, L>,
+    recipe: &[u8],
+    board: &mut Board<'_>,
+) -> End {
+    let bytes = SECTOR as u32;
+    let mut flash: Flash = Flash::new(24);
+    let readings = Readings::mount(&mut flash, [0..8 * bytes, 8 * bytes..16 * bytes]).unwrap();
+    let slots = [16 * bytes..20 * bytes, 20 * bytes..24 * bytes];
+    let recipes = Recipes::mount(&mut flash, slots, &mut [0; BUFFER_BYTES]).unwrap();
+    let mut scanner = Scanner {
+        station,
+        flash,
+        readings,
+        recipes,
+        seeds: Seeds::new(1),
+    };
+    let mut memory = [0.0; MEMORY_WORDS];
+    scanner.scan::<Model>(recipe, &mut memory, driver::Host::Absent, Start::Now, board)
 }
 
 pub(crate) fn is_finished(news: &News) -> bool {

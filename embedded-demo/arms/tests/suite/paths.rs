@@ -5,7 +5,7 @@ use std::f32::consts::{FRAC_PI_2, PI};
 use crate::support::{Flash, mount_readings, mount_recipes};
 use glimpse_arms::axis::Settings;
 use glimpse_arms::route::{AxisAngles, RouteError, Space, separation_between};
-use glimpse_arms::scanner::{Command, End, News, Platform, Scanner, ScannerError, Seeds, Start};
+use glimpse_arms::scanner::{Command, End, News, Platform, Scanner, Seeds, Start};
 use glimpse_arms::simulated::{World, settings};
 use glimpse_arms::station::StationError;
 use glimpse_arms::{MEMORY_WORDS, Model, retained};
@@ -339,16 +339,4 @@ fn a_home_beyond_the_limits_is_refused() {
     assert_eq!(refused, Err(error));
     // Within the limits of all machines.
     assert!(settings(2).home <= FRAC_PI_2);
-}
-
-/// The recipe has samples at which lamp and sensor would be too close.
-#[test]
-fn a_sample_that_is_out_of_reach_ends_the_scan_by_its_index() {
-    static PHONG: &[u8] = include_bytes!("../../../../trainer/recipes/phong-n8.recipe");
-    let world = World::new([1; 4]);
-    let (end, _) = scan(&world, PHONG, None, |_| false);
-    assert_eq!(
-        end,
-        Some(End::Failed(ScannerError::OutOfReach { index: 2 }))
-    );
 }

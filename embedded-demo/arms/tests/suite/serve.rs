@@ -74,7 +74,7 @@ fn scan_counting(scans: u64, lit: impl Fn(u32) -> u16) -> (Board<'static>, u32) 
     let mut taken = 0;
     let mut count = || {
         taken += 1;
-        lit(taken)
+        Some(lit(taken))
     };
     let station = counting(&world, &is_lit, &mut count);
     let mut memory = [0.0; MEMORY_WORDS];
