@@ -1,24 +1,7 @@
-//! What is chosen when the library is built: the model, and how much there is room for.
-//!
-//! `GLIMPSE_SAMPLES` and `GLIMPSE_COMPONENTS` are read from the environment of `cargo build`; C
-//! defines macros of the same names. The formulas here stand in the header too (cbindgen.toml); a
-//! test compiles both and compares them.
+//! The model, chosen when the library is built, and the types behind C's handles.
 
-#![allow(clippy::arithmetic_side_effects)] // all of it while compiling
-
-use glimpse_core::fit::{MAX_ROWS, MAX_UNITS, linear_words};
-use glimpse_core::scan::{Memory, Scan};
-
-/// The largest n.
-pub(crate) const SAMPLES: usize = number(option_env!("GLIMPSE_SAMPLES"), 32);
-/// The largest m of Linear, at so many samples.
-pub(crate) const COMPONENTS: usize = number(option_env!("GLIMPSE_COMPONENTS"), 60);
-#[cfg(not(any(
-    feature = "only-phong",
-    feature = "only-cook-torrance",
-    feature = "only-neural"
-)))]
-const WORDS: usize = linear_words(SAMPLES, COMPONENTS);
+use glimpse_core::driver::Driver;
+use glimpse_core::scan::Scan;
 
 #[cfg(any(
     all(feature = "only-phong", feature = "only-cook-torrance"),
@@ -28,7 +11,9 @@ const WORDS: usize = linear_words(SAMPLES, COMPONENTS);
     all(feature = "only-cook-torrance", feature = "only-linear"),
     all(feature = "only-neural", feature = "only-linear"),
 ))]
-compile_error!("one model alone, or all of them: choose one feature `only-...`, or none");
+compile_error!(
+    "the features `only-...` exclude each other: choose one of them, or none for all models"
+);
 
 #[cfg(feature = "only-phong")]
 pub(crate) type Fitter = glimpse_core::model::Phong;
@@ -37,71 +22,53 @@ pub(crate) type Fitter = glimpse_core::model::CookTorrance;
 #[cfg(feature = "only-neural")]
 pub(crate) type Fitter = glimpse_core::model::Neural;
 #[cfg(feature = "only-linear")]
-pub(crate) type Fitter = glimpse_core::fit::Linear<WORDS>;
+pub(crate) type Fitter = glimpse_core::fit::Linear;
 #[cfg(not(any(
     feature = "only-phong",
     feature = "only-cook-torrance",
     feature = "only-neural",
     feature = "only-linear"
 )))]
-pub(crate) type Fitter = glimpse_core::fit::AnyModel<WORDS>;
+pub(crate) type Fitter = glimpse_core::fit::AnyModel;
 
-/// The scan that C's handles stand for. What it borrows is C's, and lives as long as C promised.
+/// The scan behind a handle. It borrows C's memory and recipe, which live as long as C promises.
 pub(crate) type CScan = Scan<'static, Fitter>;
-pub(crate) type CMemory = Memory<Fitter, SAMPLES>;
-pub(crate) type CDriver = glimpse_core::driver::Driver<'static, Fitter>;
+
+/// The driver behind a handle, and the length of its memory. The driver is the first field, so that a pointer to
+/// this is also a pointer to the driver.
+#[repr(C)]
+pub(crate) struct CDriver {
+    pub(crate) driver: Driver<'static, Fitter>,
+    /// Words (of 4 bytes) behind the handle.
+    pub(crate) words: usize,
+}
 
 /// `GLIMPSE_ALIGNMENT`.
 pub(crate) const ALIGNMENT: usize = 8;
 
-/// Parameters and gradients of the models that descend, and what readings are completed in for each of
-/// them: `GLIMPSE_MODEL_BYTES`.
-const MODEL_BYTES: usize = match () {
-    () if cfg!(feature = "only-phong") => 2 * 4 * 7 + COMPLETION_BYTES,
-    () if cfg!(feature = "only-cook-torrance") => 2 * 4 * 8 + COMPLETION_BYTES,
-    () if cfg!(feature = "only-neural") => 2 * 4 * 675,
-    () if cfg!(feature = "only-linear") => 0,
-    () => 2 * 4 * (7 + 8 + 675) + 2 * COMPLETION_BYTES,
-};
-const COMPLETION_BYTES: usize = 4 * (4 * MAX_ROWS + MAX_UNITS);
-/// Whether Linear is there, whose numbers come on top.
-const HAS_LINEAR: bool = !cfg!(any(
-    feature = "only-phong",
-    feature = "only-cook-torrance",
-    feature = "only-neural"
-));
-
-/// `GLIMPSE_SCAN_BYTES`, for so many samples and components.
-pub(crate) const fn scan_bytes(samples: usize, components: usize) -> usize {
-    let linear = if HAS_LINEAR {
-        4 * linear_words(samples, components)
-    } else {
-        0
-    };
-    38 * samples + MODEL_BYTES + linear + 48 * size_of::<usize>() + 64
-}
-
-/// `GLIMPSE_DRIVER_BYTES`, for so many samples and components.
-pub(crate) const fn driver_bytes(samples: usize, components: usize) -> usize {
-    scan_bytes(samples, components) + 1024
-}
-
-const _: () = assert!(
-    SAMPLES >= 1 && SAMPLES <= glimpse_core::recipe::MAX_SAMPLES,
-    "GLIMPSE_SAMPLES is 1 to 4096"
-);
-const _: () = assert!(
-    COMPONENTS <= glimpse_core::recipe::MAX_COMPONENTS,
-    "GLIMPSE_COMPONENTS is 0 (no Linear) to 1024"
-);
-
-#[allow(clippy::panic)] // while compiling
-const fn number(text: Option<&str>, default: usize) -> usize {
-    match text {
-        None => default,
-        Some(text) => match usize::from_str_radix(text, 10) {
-            Ok(number) => number,
-            Err(_) => panic!("GLIMPSE_SAMPLES and GLIMPSE_COMPONENTS are plain numbers"),
-        },
+/// `GLIMPSE_SCAN_BYTES(words)`; None if it overflows.
+pub(crate) const fn scan_bytes(words: usize) -> Option<usize> {
+    const HANDLE: usize = 48 * size_of::<usize>() + 64;
+    match words.checked_mul(size_of::<f32>()) {
+        Some(bytes) => bytes.checked_add(HANDLE),
+        None => None,
     }
 }
+
+/// `GLIMPSE_DRIVER_BYTES(words)`; None if it overflows.
+pub(crate) const fn driver_bytes(words: usize) -> Option<usize> {
+    match scan_bytes(words) {
+        Some(bytes) => bytes.checked_add(640),
+        None => None,
+    }
+}
+
+const _: () = assert!(
+    matches!(scan_bytes(0), Some(bytes) if size_of::<CScan>() <= bytes),
+    "GLIMPSE_SCAN_BYTES is too small: raise it in cbindgen.toml and configuration.rs"
+);
+const _: () = assert!(
+    matches!(driver_bytes(0), Some(bytes) if size_of::<CDriver>() <= bytes),
+    "GLIMPSE_DRIVER_BYTES is too small: raise it in cbindgen.toml and configuration.rs"
+);
+const _: () = assert!(align_of::<CDriver>() <= ALIGNMENT && align_of::<CScan>() <= ALIGNMENT);

@@ -1,97 +1,105 @@
-//! The driver: what every scanner's firmware does, the link to a host included.
+//! The driver: the main loop that every scanner's firmware shares, including the link to a host.
 
+use core::convert::Infallible;
 use core::ffi::c_void;
 
 use glimpse_core::driver::{Action, Config, Driver, Host};
+use glimpse_core::gonio::Limits;
 use glimpse_core::link::Failure;
 use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::Scan;
 
-use crate::configuration::{CDriver, CMemory, CScan};
-use crate::place::{Out, Place, exclusive, get, list, shared, status};
+use crate::configuration::{CDriver, CScan, Fitter};
+use crate::place::{Out, Place, bytes_for, exclusive, get, list, shared, status};
 use crate::scan::glimpse_scan;
 use crate::status::glimpse_status;
 use crate::types::{
     glimpse_action, glimpse_action_kind, glimpse_config, glimpse_directions, glimpse_host,
-    glimpse_kept, glimpse_reading, glimpse_residual,
+    glimpse_reading, glimpse_residual, glimpse_saved,
 };
 
-/// Leads scans from the first word to the last, in the caller's memory: it is fed with bytes from
-/// the line, readings and elapsed time, and says what is to be done next. Motors, sensor, line, flash
-/// and clock are the firmware's. It is used by one thread at a time, and by no interrupt that may come
-/// during a call.
+/// A driver of scans, in the caller's memory. It receives bytes from the line, readings and the time,
+/// and returns the next action. Motors, sensor, line, flash and clock belong to the firmware. One thread
+/// uses it at a time, and no interrupt that may come during a call.
 pub struct glimpse_driver {
     _private: (),
 }
 
-/// How many bytes of memory glimpse_driver_begin() takes as the library was built;
-/// GLIMPSE_DRIVER_BYTES is no less if C's macros say the same.
+/// Returns the bytes of memory that glimpse_driver_begin() needs with a recipe. 0 if the bytes are not a
+/// recipe that this library accepts: glimpse_recipe_describe() says why. GLIMPSE_DRIVER_BYTES(0) are
+/// enough for a driver without a usable recipe.
+///
+/// @param recipe  The recipe, with any alignment.
+/// @param count   Number of bytes.
 #[unsafe(no_mangle)]
-pub extern "C" fn glimpse_driver_bytes() -> usize {
-    size_of::<Place<CDriver>>()
+pub unsafe extern "C" fn glimpse_driver_bytes(recipe: *const u8, count: usize) -> usize {
+    // SAFETY: C keeps the contract in the header.
+    unsafe { bytes_for::<CDriver>(recipe, count) }
 }
 
-/// What serves most: slices of 8 units, repeats after 0.1 s, patience of 2 s, of a minute for
-/// readings, three attempts, no storage for recipes.
+/// Returns options with no limits, seed 0, 8 steps per poll, retransmissions after 0.1 s, timeouts of 2 s
+/// and of 60 s for readings, three attempts, and no storage for recipes.
+///
+/// @param host  One of glimpse_host.
 #[unsafe(no_mangle)]
 pub extern "C" fn glimpse_config_default(host: i32) -> glimpse_config {
-    let Config {
-        host: _,
-        slice,
-        repeat,
-        patience,
-        measuring_patience,
-        attempts,
-        recipe_bytes,
-    } = Config::new(Host::Absent);
+    let config = Config::new(Host::Absent);
     glimpse_config {
         host,
-        slice,
-        repeat,
-        patience,
-        measuring_patience,
-        recipe_bytes,
-        attempts,
+        has_limits: u8::from(config.limits.is_some()),
+        attempts: config.attempts,
+        limits: config.limits.unwrap_or(Limits::NONE).into(),
+        sequence_seed: config.sequence_seed,
+        steps_per_poll: config.steps_per_poll,
+        retransmit_interval_ms: config.retransmit_interval_ms,
+        reply_timeout_ms: config.reply_timeout_ms,
+        measure_timeout_ms: config.measure_timeout_ms,
+        recipe_bytes: config.recipe_bytes,
     }
 }
 
 impl glimpse_config {
     fn check(&self) -> Result<Config, glimpse_status> {
-        let host = match self.host {
+        let mut config = Config::new(match self.host {
             host if host == glimpse_host::Measures as i32 => Host::Measures,
             host if host == glimpse_host::Listens as i32 => Host::Listens,
             host if host == glimpse_host::Absent as i32 => Host::Absent,
             _ => return Err(glimpse_status::Argument),
-        };
-        Ok(Config {
-            host,
-            slice: self.slice,
-            repeat: self.repeat,
-            patience: self.patience,
-            measuring_patience: self.measuring_patience,
-            attempts: self.attempts,
-            recipe_bytes: self.recipe_bytes,
-        })
+        });
+        if self.has_limits != 0 {
+            let limits = Limits::from(self.limits);
+            limits.validate().map_err(|_| glimpse_status::Argument)?;
+            config.limits = Some(limits);
+        }
+        config.sequence_seed = self.sequence_seed;
+        config.steps_per_poll = self.steps_per_poll;
+        config.retransmit_interval_ms = self.retransmit_interval_ms;
+        config.reply_timeout_ms = self.reply_timeout_ms;
+        config.measure_timeout_ms = self.measure_timeout_ms;
+        config.attempts = self.attempts;
+        config.recipe_bytes = self.recipe_bytes;
+        Ok(config)
     }
 }
 
 /// Begins. Memory and recipe are as for glimpse_scan_begin().
 ///
-/// A recipe that is damaged, or for another library, is no error here: the driver tells the host why,
-/// asks it for a better one if it can store one, and says GLIMPSE_ACTION_KIND_FAILED. Without a
-/// recipe at all let recipe be null and recipe_bytes 0.
+/// An unusable recipe is not an error here: if it is damaged, for another library, or needs more memory,
+/// the driver reports the failure to the host, asks it for a better one if it can store one, and returns
+/// GLIMPSE_ACTION_KIND_FAILED. Without any recipe, pass null and 0.
 ///
-/// @param memory        GLIMPSE_DRIVER_BYTES, aligned to GLIMPSE_ALIGNMENT.
-/// @param memory_bytes  How many bytes that are.
-/// @param recipe        The recipe, which stays as it is while the driver is used.
-/// @param recipe_bytes  How many bytes that are.
-/// @param config        How it behaves; it is copied.
-/// @param kept          Readings by this recipe (see glimpse_recipe.checksum) that outlasted a reset;
-///                      they are copied, and a host that measures is asked whether they still hold.
-///                      What cannot be a reading is left out. May be null if there are none.
-/// @param kept_count    How many there are.
-/// @param driver        The handle: a pointer into the memory. Null if there was an error.
-/// @return GLIMPSE_STATUS_MEMORY_TOO_SMALL, GLIMPSE_STATUS_ARGUMENT if there is no such host.
+/// @param memory        The caller's memory, aligned to GLIMPSE_ALIGNMENT.
+/// @param memory_bytes  Its size: glimpse_driver_bytes() of the recipe.
+/// @param recipe        The recipe, which must not change while the driver is in use.
+/// @param recipe_bytes  Number of bytes of the recipe.
+/// @param config        The options; they are copied.
+/// @param saved         Saved readings by this recipe (see glimpse_recipe.checksum); they are copied, and a
+///                      host that measures is asked whether they are still valid. Invalid readings are
+///                      ignored. May be null if there are none.
+/// @param saved_count   Number of saved readings.
+/// @param driver        Receives the handle, a pointer into the memory; null after an error.
+/// @return GLIMPSE_STATUS_MEMORY_TOO_SMALL if there is no room for a driver at all;
+///         GLIMPSE_STATUS_ARGUMENT if there is no such host, or if the limits are invalid.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn glimpse_driver_begin(
     memory: *mut c_void,
@@ -99,8 +107,8 @@ pub unsafe extern "C" fn glimpse_driver_begin(
     recipe: *const u8,
     recipe_bytes: usize,
     config: *const glimpse_config,
-    kept: *const glimpse_kept,
-    kept_count: usize,
+    saved: *const glimpse_saved,
+    saved_count: usize,
     driver: *mut *mut glimpse_driver,
 ) -> glimpse_status {
     // SAFETY: C keeps the contract in the header.
@@ -109,54 +117,94 @@ pub unsafe extern "C" fn glimpse_driver_begin(
             out.put(core::ptr::null_mut());
             let recipe = list(recipe, recipe_bytes)?;
             let config = get(config)?.check()?;
-            let kept = list(kept, kept_count)?;
-            let (handle, memory) = Place::<CDriver>::prepare(memory, memory_bytes)?;
-            handle.write(Driver::new(scan(recipe, memory, kept), config));
-            out.put(handle.cast());
+            let saved = list(saved, saved_count)?;
+            let place = Place::<CDriver>::new(memory, memory_bytes)?;
+            out.put(begin(place, recipe, config, saved).cast());
             Ok(())
         })
     })
 }
 
-fn scan(
+fn begin(
+    place: Place<CDriver>,
     recipe: &'static [u8],
-    memory: &'static mut CMemory,
-    kept: &[glimpse_kept],
-) -> Result<CScan, Failure> {
-    let recipe = Recipe::parse(recipe).map_err(Failure::Recipe)?;
-    let mut scan = Scan::new(recipe, memory).map_err(Failure::Scan)?;
-    for kept in kept {
-        let _ = scan.record(kept.index, kept.reading.into());
+    config: Config,
+    saved: &[glimpse_saved],
+) -> *mut CDriver {
+    let words = place.words();
+    let accepted = accept(recipe, words);
+    let needed = accepted.as_ref().map_or(0, |(_, needed)| *needed);
+    let handle = place.put(needed, |numbers| {
+        let scan = accepted.and_then(|(recipe, _)| {
+            let mut scan = Scan::new(recipe, numbers).map_err(Failure::Scan)?;
+            for saved in saved {
+                let _ = scan.record(saved.index, saved.reading.into());
+            }
+            Ok(scan)
+        });
+        let driver = match scan {
+            Ok(scan) => Driver::new(scan, config),
+            Err(failure) => Driver::without_scan(failure, config),
+        };
+        Ok::<_, Infallible>(CDriver { driver, words })
+    });
+    match handle {
+        Ok(handle) => handle,
     }
-    Ok(scan)
 }
 
-/// Does what is next, and says what the firmware has to do. It is called again and again, and takes
-/// no longer than a slice of the fit.
+/// Parses a recipe, and returns the words that it needs, of `words`.
+fn accept(recipe: &[u8], words: usize) -> Result<(Recipe<'_>, usize), Failure> {
+    let recipe = Recipe::parse(recipe).map_err(Failure::Recipe)?;
+    let needed = CScan::accept(&recipe, words).map_err(Failure::Scan)?;
+    Ok((recipe, needed))
+}
+
+/// Does the next piece of work and returns the firmware's next action. The firmware calls it again and
+/// again; a call takes no longer than steps_per_poll units of the fit.
 ///
-/// @param driver   The driver.
-/// @param elapsed  Milliseconds since the last call; measured from call to call, so that roundings do
-///                 not add up.
-/// @param action   What is to be done.
+/// @param driver  The driver.
+/// @param now_ms  The time of a monotonic clock with any origin, in ms.
+/// @param action  Receives the action.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn glimpse_driver_poll(
     driver: *mut glimpse_driver,
-    elapsed: u32,
+    now_ms: u64,
     action: *mut glimpse_action,
 ) -> glimpse_status {
     // SAFETY: C keeps the contract in the header.
     let (driver, out) = unsafe { (exclusive(driver.cast::<CDriver>()), Out::new(action)) };
     status(out.and_then(|out| {
-        out.put(driver?.poll(elapsed).into());
+        out.put(driver?.driver.poll(now_ms).into());
         Ok(())
     }))
 }
 
-/// Takes bytes from the line, all of them.
+/// Returns the time until glimpse_driver_poll() has something to do by itself.
+///
+/// @param driver    The driver.
+/// @param now_ms    The time, as for glimpse_driver_poll().
+/// @param delay_ms  Receives the time in ms. UINT32_MAX if only a byte from the line, a sent byte, or a
+///                  call of this driver changes anything.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn glimpse_driver_poll_delay(
+    driver: *const glimpse_driver,
+    now_ms: u64,
+    delay_ms: *mut u32,
+) -> glimpse_status {
+    // SAFETY: C keeps the contract in the header.
+    let (driver, out) = unsafe { (shared(driver.cast::<CDriver>()), Out::new(delay_ms)) };
+    status(out.and_then(|out| {
+        out.put(driver?.driver.poll_delay(now_ms).unwrap_or(u32::MAX));
+        Ok(())
+    }))
+}
+
+/// Takes all bytes that were received from the line.
 ///
 /// @param driver  The driver.
-/// @param bytes   What was received; may be null if count is 0.
-/// @param count   How many bytes that are.
+/// @param bytes   The bytes; may be null if count is 0.
+/// @param count   Number of bytes.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn glimpse_driver_receive(
     driver: *mut glimpse_driver,
@@ -167,18 +215,18 @@ pub unsafe extern "C" fn glimpse_driver_receive(
     let (driver, bytes) = unsafe { (exclusive(driver.cast::<CDriver>()), list(bytes, count)) };
     status(driver.and_then(|driver| {
         for byte in bytes? {
-            driver.receive(*byte);
+            driver.driver.receive(*byte);
         }
         Ok(())
     }))
 }
 
-/// Bytes to be sent, none or more. glimpse_driver_sent() says how many were; in between no other
-/// function of this driver may be called that changes it.
+/// Returns the bytes to send. Call glimpse_driver_sent() afterwards, and no other function that changes
+/// this driver in between.
 ///
 /// @param driver  The driver.
-/// @param bytes   Where they are: in the driver's memory, to be read only.
-/// @param count   How many there are.
+/// @param bytes   Receives a pointer to the bytes in the driver's memory; do not write to them.
+/// @param count   Receives their number, which may be 0.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn glimpse_driver_outgoing(
     driver: *const glimpse_driver,
@@ -189,7 +237,7 @@ pub unsafe extern "C" fn glimpse_driver_outgoing(
     status(unsafe {
         shared(driver.cast::<CDriver>()).and_then(|driver| {
             let (bytes, count) = (Out::new(bytes)?, Out::new(count)?);
-            let outgoing = driver.outgoing();
+            let outgoing = driver.driver.outgoing();
             bytes.put(outgoing.as_ptr());
             count.put(outgoing.len());
             Ok(())
@@ -197,10 +245,10 @@ pub unsafe extern "C" fn glimpse_driver_outgoing(
     })
 }
 
-/// So many of the outgoing bytes were sent.
+/// Marks the first outgoing bytes as sent.
 ///
 /// @param driver  The driver.
-/// @param count   How many; more than there are count as all.
+/// @param count   Number of bytes; a larger number than there are counts as all.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn glimpse_driver_sent(
     driver: *mut glimpse_driver,
@@ -208,16 +256,16 @@ pub unsafe extern "C" fn glimpse_driver_sent(
 ) -> glimpse_status {
     // SAFETY: C keeps the contract in the header.
     let driver = unsafe { exclusive(driver.cast::<CDriver>()) };
-    status(driver.map(|driver| driver.sent(count)))
+    status(driver.map(|driver| driver.driver.sent(count)))
 }
 
-/// Takes a reading of the device's own sensor. What cannot be one is asked for again, as often as
-/// glimpse_config.attempts says.
+/// Takes a reading of the device's own sensor, at most one between two polls. The driver requests an
+/// invalid reading again, up to glimpse_config.attempts times. A scan that has failed ignores readings.
 ///
 /// @param driver   The driver.
-/// @param index    Which sample of the pattern it is.
-/// @param reading  What the sensor saw; it is copied.
-/// @return GLIMPSE_STATUS_NO_SCAN if the driver has none.
+/// @param index    Index of the sample in the pattern.
+/// @param reading  The reading; it is copied.
+/// @return GLIMPSE_STATUS_NO_SCAN if the driver has no scan.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn glimpse_driver_record(
     driver: *mut glimpse_driver,
@@ -225,30 +273,74 @@ pub unsafe extern "C" fn glimpse_driver_record(
     reading: *const glimpse_reading,
 ) -> glimpse_status {
     // SAFETY: C keeps the contract in the header.
-    let (driver, reading) = unsafe { (exclusive(driver.cast::<CDriver>()), get(reading)) };
+    let (driver, reading) = unsafe { (with_scan(driver), get(reading)) };
     status(driver.and_then(|driver| {
-        let reading = reading?;
-        driver.scan().map_err(|_| glimpse_status::NoScan)?;
-        driver.record(index, reading.into());
+        driver.record(index, reading?.into());
         Ok(())
     }))
 }
 
-/// Gives up on the scan, since the device's own arms or sensor failed.
+/// Skips a sample that cannot be read. A later glimpse_driver_record() of the sample undoes this. A scan
+/// that has failed ignores it.
+///
+/// @param driver  The driver.
+/// @param index   Index of the sample in the pattern.
+/// @return As glimpse_scan_skip(), or GLIMPSE_STATUS_NO_SCAN if the driver has no scan.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn glimpse_driver_skip(
+    driver: *mut glimpse_driver,
+    index: u16,
+) -> glimpse_status {
+    // SAFETY: C keeps the contract in the header.
+    let driver = unsafe { with_scan(driver) };
+    status(driver.and_then(|driver| Ok(driver.skip(index)?)))
+}
+
+/// Skips all pending samples, so that the fit uses the readings taken so far. A scan that has failed
+/// ignores it.
+///
+/// @param driver  The driver.
+/// @return As glimpse_scan_finish_early(), or GLIMPSE_STATUS_NO_SCAN if the driver has no scan.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn glimpse_driver_finish_early(
+    driver: *mut glimpse_driver,
+) -> glimpse_status {
+    // SAFETY: C keeps the contract in the header.
+    let driver = unsafe { with_scan(driver) };
+    status(driver.and_then(|driver| Ok(driver.finish_early()?)))
+}
+
+/// A driver that has a scan.
+///
+/// # Safety
+/// As [`exclusive`].
+unsafe fn with_scan<'a>(
+    driver: *mut glimpse_driver,
+) -> Result<&'a mut Driver<'static, Fitter>, glimpse_status> {
+    // SAFETY: by the caller's word.
+    let driver = unsafe { &mut exclusive(driver.cast::<CDriver>())?.driver };
+    match driver.scan() {
+        Ok(_) => Ok(driver),
+        Err(_) => Err(glimpse_status::NoScan),
+    }
+}
+
+/// Ends the scan with GLIMPSE_STATUS_MACHINE: the device's own arms or sensor failed.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn glimpse_driver_fail(driver: *mut glimpse_driver) -> glimpse_status {
     // SAFETY: C keeps the contract in the header.
     let driver = unsafe { exclusive(driver.cast::<CDriver>()) };
-    status(driver.map(|driver| driver.fail(Failure::Machine)))
+    status(driver.map(|driver| driver.driver.fail(Failure::Machine)))
 }
 
-/// Tells the host why the recipe that it sent is none: after GLIMPSE_ACTION_KIND_INSTALL, if
-/// glimpse_recipe_describe() refused it. The present recipe stays in use.
+/// Reports to the host why the stored recipe is unusable: after GLIMPSE_ACTION_KIND_INSTALL, if
+/// glimpse_driver_bytes() of it is 0 or more than this driver's memory. The present recipe stays in use,
+/// and the driver does not fetch the other one again.
 ///
 /// @param driver  The driver.
-/// @param recipe  What was stored.
-/// @param count   How many bytes that are.
-/// @return GLIMPSE_STATUS_ARGUMENT if glimpse_recipe_describe() accepts it: then nothing has changed.
+/// @param recipe  The stored recipe.
+/// @param count   Number of bytes.
+/// @return GLIMPSE_STATUS_ARGUMENT if the recipe is usable: then nothing has changed.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn glimpse_driver_reject(
     driver: *mut glimpse_driver,
@@ -257,18 +349,15 @@ pub unsafe extern "C" fn glimpse_driver_reject(
 ) -> glimpse_status {
     // SAFETY: C keeps the contract in the header.
     let (driver, recipe) = unsafe { (exclusive(driver.cast::<CDriver>()), list(recipe, count)) };
-    status(driver.and_then(|driver| {
-        let accepted = Recipe::parse(recipe?)
-            .map_err(Failure::Recipe)
-            .and_then(|recipe| CScan::accept(&recipe).map_err(Failure::Scan));
-        match accepted {
-            Ok(()) => Err(glimpse_status::Argument),
+    status(
+        driver.and_then(|driver| match accept(recipe?, driver.words) {
+            Ok(_) => Err(glimpse_status::Argument),
             Err(failure) => {
-                driver.fail(failure);
+                driver.driver.fail(failure);
                 Ok(())
             }
-        }
-    }))
+        }),
+    )
 }
 
 /// Begins a scan of the next material.
@@ -276,15 +365,15 @@ pub unsafe extern "C" fn glimpse_driver_reject(
 pub unsafe extern "C" fn glimpse_driver_restart(driver: *mut glimpse_driver) -> glimpse_status {
     // SAFETY: C keeps the contract in the header.
     let driver = unsafe { exclusive(driver.cast::<CDriver>()) };
-    status(driver.map(Driver::restart))
+    status(driver.map(|driver| driver.driver.restart()))
 }
 
-/// The driver's scan, to look at: for those functions that take a const glimpse_scan. It must not be
-/// changed, and is there until the next call that changes the driver.
+/// Returns the driver's scan, for functions that take a const glimpse_scan. It must not be changed, and is
+/// valid until the next call that changes the driver.
 ///
 /// @param driver  The driver.
-/// @param scan    The scan; null if there is none.
-/// @return GLIMPSE_STATUS_NO_SCAN if the driver has none, since its recipe was refused.
+/// @param scan    Receives the scan; null if there is none.
+/// @return GLIMPSE_STATUS_NO_SCAN if the driver has no scan, because its recipe is unusable.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn glimpse_driver_scan(
     driver: *const glimpse_driver,
@@ -294,7 +383,8 @@ pub unsafe extern "C" fn glimpse_driver_scan(
     let (driver, out) = unsafe { (shared(driver.cast::<CDriver>()), Out::new(scan)) };
     status(out.and_then(|out| {
         out.put(core::ptr::null());
-        let scan: *const CScan = driver?.scan().map_err(|_| glimpse_status::NoScan)?;
+        let scan = driver?.driver.scan().map_err(|_| glimpse_status::NoScan)?;
+        let scan: *const CScan = scan;
         out.put(scan.cast());
         Ok(())
     }))
@@ -305,7 +395,6 @@ impl From<Action> for glimpse_action {
         let nothing = Self {
             kind: glimpse_action_kind::Continue,
             failure: glimpse_status::Ok,
-            milliseconds: 0,
             offset: 0,
             checksum: 0,
             directions: glimpse_directions::default(),
@@ -317,9 +406,8 @@ impl From<Action> for glimpse_action {
         };
         match action {
             Action::Continue => nothing,
-            Action::Wait { milliseconds } => Self {
+            Action::Wait => Self {
                 kind: glimpse_action_kind::Wait,
-                milliseconds,
                 ..nothing
             },
             Action::Measure { index, directions } => Self {
@@ -339,13 +427,14 @@ impl From<Action> for glimpse_action {
                 ..nothing
             },
             Action::Store { offset, bytes } => {
+                let bytes = bytes.as_slice();
                 let mut action = Self {
                     kind: glimpse_action_kind::Store,
                     offset,
                     byte_count: bytes.len() as u16,
                     ..nothing
                 };
-                for (to, from) in action.bytes.iter_mut().zip(&bytes) {
+                for (to, from) in action.bytes.iter_mut().zip(bytes) {
                     *to = *from;
                 }
                 action
@@ -366,6 +455,8 @@ impl From<Action> for glimpse_action {
                 failure: failure.into(),
                 ..nothing
             },
+            // Firmware may ignore actions that it does not know, and so may this library.
+            _ => nothing,
         }
     }
 }

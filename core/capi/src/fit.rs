@@ -1,7 +1,7 @@
-//! A fit of a scan's readings, and the material that it finds.
+//! The fit of a scan's readings, and the fitted material.
 
 use glimpse_core::fit::Progress;
-use glimpse_core::geometry::HalfDifference;
+use glimpse_core::geometry::Directions;
 use glimpse_core::model::ModelKind;
 use glimpse_core::scan::Scan;
 
@@ -11,15 +11,14 @@ use crate::scan::glimpse_scan;
 use crate::status::glimpse_status;
 use crate::types::{glimpse_directions, glimpse_progress, glimpse_residual};
 
-/// Begins a fit of all readings. One that was under way, or has ended, is forgotten.
+/// Begins a fit of all readings. An earlier fit is dropped.
 ///
-/// Where the recipe can do without some of them, those that are missing or saturated are left out, as
-/// long as there is one to go by: a fit may begin after the first reading, and again after each
-/// further one.
+/// If the recipe tolerates missing readings, the fit leaves out missing and saturated ones, as long as
+/// one is left: a fit may begin after the first reading, and again after each further one.
 ///
 /// @param scan  The scan.
-/// @return GLIMPSE_STATUS_INCOMPLETE if a reading is missing that the recipe cannot do without,
-///         GLIMPSE_STATUS_IMPLAUSIBLE if the readings are no BRDF's, as a sensor's raw counts.
+/// @return GLIMPSE_STATUS_INCOMPLETE if a reading is missing that the recipe needs, or if there is none
+///         at all; GLIMPSE_STATUS_TOO_LARGE if the readings are too large for a BRDF, such as counts.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn glimpse_fit_begin(scan: *mut glimpse_scan) -> glimpse_status {
     // SAFETY: C keeps the contract in the header.
@@ -27,13 +26,13 @@ pub unsafe extern "C" fn glimpse_fit_begin(scan: *mut glimpse_scan) -> glimpse_s
     status(scan.and_then(|scan| Ok(scan.fit().map(|_| ())?)))
 }
 
-/// Goes on with the fit. The result does not depend on the budgets.
+/// Advances the fit. The result does not depend on the budgets.
 ///
 /// @param scan      The scan.
-/// @param budget    Units of work that are done at most: 8 are some milliseconds on a Cortex-M4F at
-///                  168 MHz for the slowest model. UINT32_MAX does all of it.
-/// @param progress  How far it is, or null.
-/// @return GLIMPSE_STATUS_NO_FIT if none was begun.
+/// @param budget    The largest number of units of work to do: 8 take some milliseconds on a Cortex-M4F
+///                  at 168 MHz with the slowest model. UINT32_MAX does all of them.
+/// @param progress  Receives the progress, or null.
+/// @return GLIMPSE_STATUS_NO_FIT if no fit is under way.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn glimpse_fit_advance(
     scan: *mut glimpse_scan,
@@ -59,13 +58,19 @@ unsafe fn advance(
     Ok(())
 }
 
-/// Ends a complete fit: looks at every value, and at the fitted material at every reading.
+/// Finishes a complete fit: checks every value, the fitted material at every reading, and that both are
+/// plausible.
+///
+/// After GLIMPSE_STATUS_DARK to GLIMPSE_STATUS_IMPLAUSIBLE_OTHER (84 to 91) the fit has a result, but it
+/// is unlikely to describe a material: check the sensor. The residual is written, and the
+/// glimpse_fitted_...() functions return the result, as after GLIMPSE_STATUS_OK.
 ///
 /// @param scan      The scan.
-/// @param residual  How well the fit explains the readings, or null.
-/// @return GLIMPSE_STATUS_NO_FIT if none is under way, GLIMPSE_STATUS_UNFINISHED if it is not
-///         complete, GLIMPSE_STATUS_DIVERGED if a number is not finite: then the readings are still
-///         there, and no fit is under way any more.
+/// @param residual  Receives the residual, or null.
+/// @return GLIMPSE_STATUS_NO_FIT if no fit is under way; GLIMPSE_STATUS_UNFINISHED if it is not
+///         complete; GLIMPSE_STATUS_DIVERGED if a number is not finite: the readings stay, and the fit is
+///         no longer under way; GLIMPSE_STATUS_DARK to GLIMPSE_STATUS_IMPLAUSIBLE_OTHER if the result is
+///         implausible.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn glimpse_fit_finish(
     scan: *mut glimpse_scan,
@@ -82,18 +87,19 @@ unsafe fn finish(
     // SAFETY: by the caller's word.
     let (scan, out) = unsafe { (exclusive(scan.cast::<CScan>())?, Out::optional(residual)?) };
     let fit = scan.fit_under_way().ok_or(glimpse_status::NoFit)?;
-    let fitted = fit.finish()?;
-    if let Some(out) = out {
+    let finished = fit.finish().map(|_| ());
+    // An implausible material is fitted as well.
+    if let (Some(out), Some(fitted)) = (out, scan.fitted()) {
         out.put(fitted.residual().into());
     }
-    Ok(())
+    Ok(finished?)
 }
 
-/// How well the last fit explains its readings.
+/// Returns the residual of the last fit.
 ///
 /// @param scan      The scan.
-/// @param residual  The residual.
-/// @return GLIMPSE_STATUS_NOT_FITTED if no fit has ended since the last reading.
+/// @param residual  Receives the residual.
+/// @return GLIMPSE_STATUS_NOT_FITTED if no fit was finished since the last reading.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn glimpse_fitted_residual(
     scan: *const glimpse_scan,
@@ -109,13 +115,13 @@ pub unsafe extern "C" fn glimpse_fitted_residual(
     }))
 }
 
-/// The loss that the last fit is likely to have, by its readings: an error bar for this material, where
-/// the recipe predicts one, as those that complete readings do.
+/// Returns the loss predicted from this material's readings: an error bar, if the recipe predicts one.
+/// Recipes that complete readings do.
 ///
 /// @param scan  The scan.
-/// @param loss  The mean of ln(1 + f cos(theta_i)) that is likely to be missed; NAN if the recipe
-///              predicts none, or more than a number can hold.
-/// @return GLIMPSE_STATUS_NOT_FITTED if no fit has ended since the last reading.
+/// @param loss  Receives the mean of |ln(1 + f cos(theta_i)) - ln(1 + f_fitted cos(theta_i))| over all
+///              directions; NAN if the recipe predicts none, or if it is too large for a number.
+/// @return GLIMPSE_STATUS_NOT_FITTED if no fit was finished since the last reading.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn glimpse_fitted_predicted_loss(
     scan: *const glimpse_scan,
@@ -131,14 +137,14 @@ pub unsafe extern "C" fn glimpse_fitted_predicted_loss(
     }))
 }
 
-/// The fitted material's BRDF.
+/// Returns the fitted material's BRDF.
 ///
 /// @param scan        The scan.
-/// @param directions  Where: two directions of unit length above the horizon.
-/// @param brdf        Linear red, green and blue, in sr^-1, not times the cosine.
-/// @return GLIMPSE_STATUS_NOT_FITTED, GLIMPSE_STATUS_DIRECTIONS, and for Linear
-///         GLIMPSE_STATUS_NO_BASIS: see glimpse_scan_set_basis(), or have a host make it from the values;
-///         or by its basis GLIMPSE_STATUS_DIVERGED: it is more than a number can hold.
+/// @param directions  Two unit directions above the horizon.
+/// @param brdf        Receives linear red, green and blue, in sr^-1, not times the cosine.
+/// @return GLIMPSE_STATUS_NOT_FITTED; GLIMPSE_STATUS_DIRECTIONS; for Linear GLIMPSE_STATUS_NO_BASIS: see
+///         glimpse_scan_set_basis(), or compute the BRDF on a host from the values; with a basis
+///         GLIMPSE_STATUS_DIVERGED if the BRDF is too large for a number.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn glimpse_fitted_brdf(
     scan: *const glimpse_scan,
@@ -165,12 +171,10 @@ unsafe fn brdf(
     let fitted = scan.fitted().ok_or(glimpse_status::NotFitted)?;
     let directions = directions.into();
     let Some(brdf) = fitted.brdf(&directions) else {
-        let at = HalfDifference::from_directions(&directions);
-        let is_above = at.is_some_and(|at| at.is_valid());
-        return Err(match (is_above, scan.recipe().model()) {
+        return Err(match (is_above(&directions), scan.recipe().model()) {
             (false, _) => glimpse_status::Directions,
             (true, ModelKind::Linear) if scan.basis().is_none() => glimpse_status::NoBasis,
-            // It is more than a number can hold.
+            // The value is too large for a number.
             (true, _) => glimpse_status::Diverged,
         });
     };
@@ -178,14 +182,24 @@ unsafe fn brdf(
     Ok(())
 }
 
-/// The fitted values, all finite: the model's parameters in its order, or Linear's coefficients, m
-/// for red, m for green, m for blue. A host makes pictures of them.
+/// Returns false for directions without a BRDF: invalid ones, and those so close to the horizon that
+/// rounding decides.
+fn is_above(directions: &Directions<f32>) -> bool {
+    const GRAZING: f32 = 1e-5; // cosine
+    let Directions {
+        incoming: [.., cos_theta_i],
+        outgoing: [.., cos_theta_o],
+    } = *directions;
+    directions.check().is_ok() && cos_theta_i > GRAZING && cos_theta_o > GRAZING
+}
+
+/// Returns the fitted values, all finite: the model's parameters in its order, or Linear's coefficients,
+/// m for red, m for green, m for blue. A host renders them.
 ///
 /// @param scan      The scan.
-/// @param values    Room for them; may be null if capacity is 0.
-/// @param capacity  For how many.
-/// @param count     How many there are; this is written if GLIMPSE_STATUS_BUFFER_TOO_SMALL is returned
-///                  too.
+/// @param values    Receives the values; may be null if capacity is 0.
+/// @param capacity  The largest number of values to write.
+/// @param count     Receives the number of values, also with GLIMPSE_STATUS_BUFFER_TOO_SMALL.
 /// @return GLIMPSE_STATUS_NOT_FITTED, GLIMPSE_STATUS_BUFFER_TOO_SMALL.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn glimpse_fitted_values(
@@ -212,10 +226,10 @@ unsafe fn values(
         count.put(total);
         return Err(glimpse_status::BufferTooSmall);
     }
-    // SAFETY: only looked at.
+    // SAFETY: only its pointer is checked here.
     let first = unsafe { Out::new(values)? };
     for (index, value) in fitted.values().enumerate() {
-        // SAFETY: there is room for `capacity` of them, by the caller's word, and `total` is no more.
+        // SAFETY: there is room for `capacity` values, by the caller's word, and `total` is at most that.
         unsafe { first.put_at(index, value) };
     }
     count.put(total);

@@ -1,14 +1,13 @@
-//! `glimpse-core` for firmware in C: scans by a recipe, fits, tells the fitted BRDF.
+//! `glimpse-core` for firmware in C: scans by a recipe, fits, and returns the fitted BRDF.
 //!
-//! Every function stands in `include/glimpse.h`, with its contract; README.md leads there. The
-//! functions here do three things: they check what C hands over, call `glimpse_core`, and turn its
-//! errors into a [`glimpse_status`](status::glimpse_status). There is no global state, no
-//! allocation, and nothing panics.
+//! Every function is declared in `include/glimpse.h` with its contract; README.md is the introduction. The functions
+//! here check the arguments, call `glimpse_core`, and turn its errors into a
+//! [`glimpse_status`](status::glimpse_status). There is no global state, no allocation, and nothing panics.
 //!
 //! # Aliasing
-//! A handle points at a `Scan` or a `Driver` in the caller's memory; what it works on lies behind it
-//! in the same memory and is borrowed by it. Every function makes one reference to the former, for
-//! the time of its call. Through results only raw pointers write, so they may even overlap each other.
+//! A handle points to a `Scan` or a `Driver` at the front of the caller's memory. The scan borrows the rest of that
+//! memory. Every function makes one reference to the handle for the time of its call. Results are written through raw
+//! pointers, so they may even overlap each other.
 
 #![no_std]
 #![cfg_attr(
@@ -23,7 +22,7 @@
         clippy::unreachable
     )
 )]
-#![allow(non_camel_case_types)] // C's names, so that the header can be searched for in here
+#![allow(non_camel_case_types)] // C's names, so that a search finds both
 
 #[cfg(not(target_os = "none"))]
 extern crate std; // for its panic handler: tests, and C on a host
@@ -47,7 +46,7 @@ fn panic(_: &core::panic::PanicInfo<'_>) -> ! {
         unsafe extern "C" {
             fn glimpse_can_panic() -> !;
         }
-        // SAFETY: it is nowhere, so nothing that reaches this can be linked.
+        // SAFETY: it is undefined, so a program that reaches this cannot be linked.
         unsafe { glimpse_can_panic() }
     }
     #[cfg(not(feature = "prove-no-panic"))]
@@ -56,7 +55,7 @@ fn panic(_: &core::panic::PanicInfo<'_>) -> ! {
     }
 }
 
-/// What the proof must not let through.
+/// A function that the proof must reject.
 #[cfg(feature = "can-panic")]
 #[unsafe(no_mangle)]
 #[allow(clippy::indexing_slicing)]

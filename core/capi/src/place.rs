@@ -1,58 +1,80 @@
-//! What C hands over: pointers are checked before they are followed.
+//! Checks of the pointers that C passes.
 //!
-//! Null and misalignment are found, and are errors by value. Whether a pointer leads to what its
-//! type says, and who else uses it, only C knows: that is every function's contract.
+//! Null and misaligned pointers are errors by value. Only C knows if a pointer leads to a value of its type, and who
+//! else uses that value: this is the contract of every function.
 
-use core::mem::MaybeUninit;
+use glimpse_core::recipe::Recipe;
 
-use crate::configuration::{
-    ALIGNMENT, CDriver, CMemory, COMPONENTS, CScan, SAMPLES, driver_bytes, scan_bytes,
-};
+use crate::configuration::CScan;
 use crate::status::glimpse_status;
 
-/// The caller's memory: a `Scan` or a `Driver`, and behind it what it borrows.
-#[repr(C)]
+/// The caller's memory: a handle at its front, and behind it the numbers that a scan works in.
 pub(crate) struct Place<T> {
-    handle: MaybeUninit<T>,
-    memory: MaybeUninit<CMemory>,
+    handle: *mut T,
+    words: usize,
 }
 
-const _: () = assert!(
-    size_of::<Place<CScan>>() <= scan_bytes(SAMPLES, COMPONENTS),
-    "GLIMPSE_SCAN_BYTES is too small: raise it in cbindgen.toml and configuration.rs"
-);
-const _: () = assert!(
-    size_of::<Place<CDriver>>() <= driver_bytes(SAMPLES, COMPONENTS),
-    "GLIMPSE_DRIVER_BYTES is too small: raise it in cbindgen.toml and configuration.rs"
-);
-const _: () = assert!(align_of::<Place<CDriver>>() <= ALIGNMENT);
-
 impl<T> Place<T> {
-    /// Checks the memory and empties it; returns where the handle goes, and what it may borrow.
+    /// Checks the memory.
     ///
     /// # Safety
-    /// If it is neither null nor misaligned, `memory` leads to `bytes` bytes that may be written, and
-    /// that nobody else uses while what is put there is in use.
-    pub(crate) unsafe fn prepare(
+    /// If it is neither null nor misaligned, `memory` leads to `bytes` writable bytes, which nobody else uses while
+    /// the handle is in use.
+    pub(crate) unsafe fn new(
         memory: *mut core::ffi::c_void,
         bytes: usize,
-    ) -> Result<(*mut T, &'static mut CMemory), glimpse_status> {
-        let place = memory.cast::<Self>();
-        check(place)?;
-        if bytes < size_of::<Self>() {
-            return Err(glimpse_status::MemoryTooSmall);
-        }
-        // SAFETY: it is aligned and large enough; both are its fields, so inside of it.
-        let (handle, memory) = unsafe { (&raw mut (*place).handle, &raw mut (*place).memory) };
-        let memory = memory.cast::<CMemory>();
-        // SAFETY: aligned and ours by the caller's word. This is the only reference to it, and
-        // handles are made from `handle`, which does not overlap.
-        let memory = unsafe {
-            memory.write(CMemory::new());
-            &mut *memory
-        };
-        Ok((handle.cast::<T>(), memory))
+    ) -> Result<Self, glimpse_status> {
+        let handle = memory.cast::<T>();
+        check(handle)?;
+        let behind = bytes
+            .checked_sub(size_of::<T>())
+            .ok_or(glimpse_status::MemoryTooSmall)?;
+        Ok(Self {
+            handle,
+            words: behind / size_of::<f32>(),
+        })
     }
+
+    /// Number of words (of 4 bytes) behind the handle.
+    pub(crate) fn words(&self) -> usize {
+        self.words
+    }
+
+    /// Writes the handle. `make` receives the first `words` numbers behind it, set to 0.
+    pub(crate) fn put<E>(
+        self,
+        words: usize,
+        make: impl FnOnce(&'static mut [f32]) -> Result<T, E>,
+    ) -> Result<*mut T, E> {
+        const { assert!(align_of::<T>() >= align_of::<f32>()) };
+        let words = words.min(self.words);
+        // SAFETY: `Place::new` checked the alignment, and that the memory has room for the handle and for `words`
+        // numbers behind it. Nobody else uses it, by the caller's word, and the two do not overlap.
+        unsafe {
+            let first = self.handle.add(1).cast::<f32>();
+            first.write_bytes(0, words);
+            let numbers = core::slice::from_raw_parts_mut(first, words);
+            self.handle.write(make(numbers)?);
+        }
+        Ok(self.handle)
+    }
+}
+
+/// Bytes of memory for a handle `T` and a scan with this recipe. 0 if this library does not accept the recipe.
+///
+/// # Safety
+/// As [`list`].
+pub(crate) unsafe fn bytes_for<T>(recipe: *const u8, count: usize) -> usize {
+    // SAFETY: by the caller's word.
+    let Ok(recipe) = (unsafe { list(recipe, count) }) else {
+        return 0;
+    };
+    let words = Recipe::parse(recipe)
+        .ok()
+        .and_then(|recipe| CScan::accept(&recipe, usize::MAX).ok());
+    words.map_or(0, |words| {
+        size_of::<T>().saturating_add(words.saturating_mul(size_of::<f32>()))
+    })
 }
 
 fn check<T>(pointer: *const T) -> Result<(), glimpse_status> {
@@ -65,31 +87,31 @@ fn check<T>(pointer: *const T) -> Result<(), glimpse_status> {
     Ok(())
 }
 
-/// A handle that is read.
+/// A handle to read from.
 ///
 /// # Safety
-/// If it is neither null nor misaligned, `pointer` leads to a `T` that nobody changes for `'a`.
+/// If it is neither null nor misaligned, `pointer` leads to a `T`, which nobody changes for `'a`.
 pub(crate) unsafe fn shared<'a, T>(pointer: *const T) -> Result<&'a T, glimpse_status> {
     check(pointer)?;
     // SAFETY: it was checked; the rest is the caller's word.
     Ok(unsafe { &*pointer })
 }
 
-/// A handle that is changed.
+/// A handle to change.
 ///
 /// # Safety
-/// If it is neither null nor misaligned, `pointer` leads to a `T` that nobody else uses for `'a`.
+/// If it is neither null nor misaligned, `pointer` leads to a `T`, which nobody else uses for `'a`.
 pub(crate) unsafe fn exclusive<'a, T>(pointer: *mut T) -> Result<&'a mut T, glimpse_status> {
     check(pointer)?;
     // SAFETY: it was checked; the rest is the caller's word.
     Ok(unsafe { &mut *pointer })
 }
 
-/// A list. A null pointer will do if there is nothing in it.
+/// A list. The pointer may be null if the list is empty.
 ///
 /// # Safety
-/// If it is neither null nor misaligned, `pointer` leads to `count` of `T` that nobody changes for
-/// `'a`.
+/// If it is neither null nor misaligned, `pointer` leads to `count` values of `T`, which nobody changes
+/// for `'a`.
 pub(crate) unsafe fn list<'a, T>(
     pointer: *const T,
     count: usize,
@@ -105,7 +127,7 @@ pub(crate) unsafe fn list<'a, T>(
     Ok(unsafe { core::slice::from_raw_parts(pointer, count) })
 }
 
-/// An argument, copied.
+/// A copy of an argument.
 ///
 /// # Safety
 /// If it is neither null nor misaligned, `pointer` leads to a `T`.
@@ -115,7 +137,7 @@ pub(crate) unsafe fn get<T: Copy>(pointer: *const T) -> Result<T, glimpse_status
     Ok(unsafe { pointer.read() })
 }
 
-/// Where a result goes, checked.
+/// The checked place of a result.
 pub(crate) struct Out<T>(*mut T);
 
 impl<T> Out<T> {
@@ -127,7 +149,7 @@ impl<T> Out<T> {
         Ok(Self(pointer))
     }
 
-    /// Where a result goes that C may not want; then the pointer is null.
+    /// The place of an optional result: None if the pointer is null.
     ///
     /// # Safety
     /// As [`Out::new`].
@@ -140,19 +162,19 @@ impl<T> Out<T> {
     }
 
     pub(crate) fn put(&self, value: T) {
-        // SAFETY: by the word of whoever made it.
+        // SAFETY: by the word of the caller of `Out::new`.
         unsafe { self.0.write(value) }
     }
 
     /// # Safety
-    /// There is room for more than `index` of them.
+    /// There is room for more than `index` values.
     pub(crate) unsafe fn put_at(&self, index: usize, value: T) {
         // SAFETY: by the caller's word.
         unsafe { self.0.add(index).write(value) }
     }
 }
 
-/// What a function returns.
+/// The return value of a function.
 pub(crate) fn status(outcome: Result<(), glimpse_status>) -> glimpse_status {
     match outcome {
         Ok(()) => glimpse_status::Ok,

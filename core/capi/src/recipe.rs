@@ -1,20 +1,19 @@
-//! What is in a recipe, and whether this library can scan by it.
+//! Description of a recipe.
 
-use glimpse_core::fit::{FitMethod, Target};
-use glimpse_core::recipe::Recipe;
+use glimpse_core::recipe::{Kind, Recipe};
 
 use crate::configuration::CScan;
 use crate::place::{Out, list, status};
 use crate::status::glimpse_status;
-use crate::types::glimpse_recipe;
+use crate::types::{glimpse_model, glimpse_recipe};
 
-/// Checks a recipe, and whether this library was built for it; says what is in it.
+/// Checks a recipe and describes it.
 ///
-/// @param bytes   The recipe, which trainer wrote; of any alignment, in flash or in RAM.
-/// @param count   How many bytes these are.
-/// @param recipe  What is in it.
-/// @return GLIMPSE_STATUS_RECIPE_...: the bytes are no whole recipe. GLIMPSE_STATUS_MODEL,
-///         GLIMPSE_STATUS_SAMPLES, GLIMPSE_STATUS_COMPONENTS: it is one, but not for this library.
+/// @param bytes   The recipe, as written by trainer, with any alignment, in flash or in RAM.
+/// @param count   Number of bytes.
+/// @param recipe  Receives the description.
+/// @return GLIMPSE_STATUS_RECIPE_... if the bytes are not a whole recipe; GLIMPSE_STATUS_MODEL if the
+///         library was built for another model.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn glimpse_recipe_describe(
     bytes: *const u8,
@@ -33,22 +32,25 @@ unsafe fn describe(
     // SAFETY: by the caller's word.
     let (out, bytes) = unsafe { (Out::new(out)?, list(bytes, count)?) };
     let recipe = Recipe::parse(bytes)?;
-    CScan::accept(&recipe)?;
-    let method = recipe.method();
-    let values = match &method {
-        FitMethod::Descent(descent) => descent.initial().len(),
-        FitMethod::Ridge(ridge) => ridge.components().saturating_mul(3),
-        FitMethod::Completed(completed) => match completed.target() {
-            Target::Linear(components) => components.scales().len().saturating_mul(3),
-            Target::Descent(descent, _) => descent.initial().len(),
-        },
-    };
+    CScan::accept(&recipe, usize::MAX)?;
     out.put(glimpse_recipe {
-        model: recipe.model().into(),
+        model: glimpse_model::try_from(recipe.model())?,
         samples: recipe.samples() as u16,
-        values: values as u16,
+        values: values(&recipe),
         checksum: recipe.checksum(),
         expected_loss: recipe.expected_loss().unwrap_or(f32::NAN),
     });
     Ok(())
+}
+
+/// Number of values of a fit: the model's parameters, or a coefficient for each component and channel.
+fn values(recipe: &Recipe<'_>) -> u16 {
+    if let Some(parameters) = recipe.model().parameters() {
+        return parameters as u16;
+    }
+    // Both kinds begin with the number of components (`core/docs/recipe.md`).
+    let mut sections = recipe.sections();
+    let section = sections.find(|(kind, _)| [Kind::RIDGE, Kind::COMPLETION].contains(kind));
+    let components = section.and_then(|(_, bytes)| postcard::take_from_bytes::<u16>(bytes).ok());
+    components.map_or(0, |(components, _)| components.saturating_mul(3))
 }

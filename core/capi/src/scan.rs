@@ -1,42 +1,44 @@
-//! Readings: a scan from its beginning to its last reading.
+//! The readings of a scan.
 
 use core::ffi::c_void;
 
 use glimpse_core::geometry::Angles;
 use glimpse_core::model::linear::Basis;
 use glimpse_core::recipe::Recipe;
-use glimpse_core::scan::Scan;
+use glimpse_core::scan::{Scan, ScanError};
 
 use crate::configuration::CScan;
-use crate::place::{Out, Place, exclusive, get, list, shared, status};
+use crate::place::{Out, Place, bytes_for, exclusive, get, list, shared, status};
 use crate::status::glimpse_status;
 use crate::types::{glimpse_reading, glimpse_recorded, glimpse_sample};
 
-/// A scan of one material, in the caller's memory. It is used by one thread at a time.
+/// A scan of one material, in the caller's memory. One thread uses it at a time.
 pub struct glimpse_scan {
     _private: (),
 }
 
-/// How many bytes of memory glimpse_scan_begin() takes as the library was built;
-/// GLIMPSE_SCAN_BYTES is no less if C's macros say the same.
+/// Returns the bytes of memory that glimpse_scan_begin() needs with a recipe. 0 if the bytes are not a
+/// recipe that this library accepts: glimpse_recipe_describe() says why.
+///
+/// @param recipe  The recipe, with any alignment.
+/// @param count   Number of bytes.
 #[unsafe(no_mangle)]
-pub extern "C" fn glimpse_scan_bytes() -> usize {
-    size_of::<Place<CScan>>()
+pub unsafe extern "C" fn glimpse_scan_bytes(recipe: *const u8, count: usize) -> usize {
+    // SAFETY: C keeps the contract in the header.
+    unsafe { bytes_for::<CScan>(recipe, count) }
 }
 
-/// Begins a scan. Whatever the memory held is overwritten, also if the scan cannot begin; it needs no
-/// initialization.
+/// Begins a scan. The memory needs no initialization; its content is overwritten.
 ///
-/// @param memory        GLIMPSE_SCAN_BYTES of the caller's memory, aligned to GLIMPSE_ALIGNMENT, as
-///                      GLIMPSE_MEMORY declares it. Until the caller has done with the scan nothing
-///                      else may read or write it, nor may it be moved. There is nothing to free.
-/// @param memory_bytes  How many bytes that are.
-/// @param recipe        The recipe, of any alignment. It is not copied: it has to stay as it is for
-///                      as long as the scan is used. It must not lie in the scan's memory.
-/// @param recipe_bytes  How many bytes that are.
-/// @param scan          The handle that the other functions take: a pointer into the memory. Null if
-///                      the scan could not begin.
-/// @return As glimpse_recipe_describe(), and GLIMPSE_STATUS_MEMORY_TOO_SMALL.
+/// @param memory        The caller's memory, aligned to GLIMPSE_ALIGNMENT, as declared by
+///                      GLIMPSE_MEMORY. Nothing else may read, write or move it while the scan is in
+///                      use. There is nothing to free.
+/// @param memory_bytes  Its size: at least glimpse_scan_bytes() of the recipe.
+/// @param recipe        The recipe, with any alignment. It is not copied: it must not change while the
+///                      scan is in use. It must not lie in the scan's memory.
+/// @param recipe_bytes  Number of bytes of the recipe.
+/// @param scan          Receives the handle, a pointer into the memory; null after an error.
+/// @return As glimpse_recipe_describe(), or GLIMPSE_STATUS_MEMORY_TOO_SMALL.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn glimpse_scan_begin(
     memory: *mut c_void,
@@ -59,29 +61,32 @@ unsafe fn begin(
     // SAFETY: by the caller's word.
     let out = unsafe { Out::new(scan)? };
     out.put(core::ptr::null_mut());
-    // SAFETY: by the caller's word; recipe and memory live on for as long as the handle is used.
-    let (recipe, (handle, memory)) = unsafe {
+    // SAFETY: by the caller's word; recipe and memory stay while the handle is in use.
+    let (recipe, place) = unsafe {
         (
             list(recipe, recipe_bytes)?,
-            Place::<CScan>::prepare(memory, memory_bytes)?,
+            Place::<CScan>::new(memory, memory_bytes)?,
         )
     };
-    let begun = Scan::new(Recipe::parse(recipe)?, memory)?;
-    // SAFETY: `prepare` has checked the place; there is no reference to it yet.
-    unsafe { handle.write(begun) };
+    let recipe = Recipe::parse(recipe)?;
+    let words = CScan::accept(&recipe, place.words()).map_err(|error| match error {
+        ScanError::Memory { .. } => glimpse_status::MemoryTooSmall,
+        error => error.into(),
+    })?;
+    let handle = place.put(words, |numbers| Scan::new(recipe, numbers))?;
     out.put(handle.cast::<glimpse_scan>());
     Ok(())
 }
 
-/// Gives Linear the basis by which glimpse_fitted_brdf() answers; the other models have no use for it.
-/// It is checked whole, which takes some milliseconds for each 100 kB.
+/// Gives Linear the basis that glimpse_fitted_brdf() needs; other models have no use for it. The whole
+/// basis is checked, which takes some milliseconds for each 100 kB.
 ///
 /// @param scan   The scan.
-/// @param basis  What trainer export --format basis wrote, of any alignment. It is not copied: it has
-///               to stay as it is for as long as the scan is used.
-/// @param count  How many bytes that are.
-/// @return GLIMPSE_STATUS_BASIS_...: the bytes are no whole basis. GLIMPSE_STATUS_BASIS: it is another
-///         one than the recipe names.
+/// @param basis  The output of trainer export --format basis, with any alignment. It is not copied: it
+///               must not change while the scan is in use.
+/// @param count  Number of bytes.
+/// @return GLIMPSE_STATUS_BASIS_... if the bytes are not a whole basis; GLIMPSE_STATUS_BASIS if the
+///         recipe names another basis.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn glimpse_scan_set_basis(
     scan: *mut glimpse_scan,
@@ -97,18 +102,18 @@ unsafe fn set_basis(
     basis: *const u8,
     count: usize,
 ) -> Result<(), glimpse_status> {
-    // SAFETY: by the caller's word; the basis lives on for as long as the handle is used.
+    // SAFETY: by the caller's word; the basis stays while the handle is in use.
     let basis = unsafe {
         exclusive(scan)?;
         Basis::parse(list(basis, count)?)?
     };
-    // SAFETY: it was checked. The copy is written back, or dropped, which does nothing, before the
-    // original is used again.
+    // SAFETY: the pointer was checked. The copy is written back, or dropped, which does nothing, before the original
+    // is used again.
     unsafe { scan.write(scan.read().with_basis(basis)?) };
     Ok(())
 }
 
-/// Forgets all readings, for the next material.
+/// Drops all readings and marks of skipped samples, for the next material.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn glimpse_scan_restart(scan: *mut glimpse_scan) -> glimpse_status {
     // SAFETY: C keeps the contract in the header.
@@ -116,12 +121,12 @@ pub unsafe extern "C" fn glimpse_scan_restart(scan: *mut glimpse_scan) -> glimps
     status(scan.map(Scan::restart))
 }
 
-/// The next sample that was not read yet, in the recipe's order. They may be read in any order.
+/// Returns the next pending sample in the recipe's order. Samples may be read in any order.
 ///
 /// @param scan    The scan.
-/// @param from    The least index that will do; 0 for the first sample that is left.
-/// @param sample  Where to measure.
-/// @return GLIMPSE_STATUS_NONE_PENDING if there is none.
+/// @param from    The smallest index to return; 0 for the first pending sample.
+/// @param sample  Receives the sample.
+/// @return GLIMPSE_STATUS_NONE_PENDING if every sample from there on is read or skipped.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn glimpse_scan_next(
     scan: *const glimpse_scan,
@@ -158,14 +163,14 @@ unsafe fn next(
     Ok(())
 }
 
-/// Takes the reading of a sample, in any order. A second reading of the same sample replaces the
-/// first; a fit that was under way, or its result, is given up.
+/// Records the reading of a sample, in any order. A second reading of the same sample replaces the
+/// first. A fit that is under way, or its result, is dropped.
 ///
 /// @param scan      The scan.
-/// @param index     Which sample of the pattern it is.
-/// @param reading   What the sensor saw; it is copied.
-/// @param recorded  What became of it, or null.
-/// @return GLIMPSE_STATUS_READING_...: it cannot be a reading, and has to be taken again.
+/// @param index     Index of the sample in the pattern.
+/// @param reading   The reading; it is copied.
+/// @param recorded  Receives details, or null.
+/// @return GLIMPSE_STATUS_READING_... if the reading is invalid: read the sample again.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn glimpse_scan_record(
     scan: *mut glimpse_scan,
@@ -201,12 +206,37 @@ unsafe fn record(
     Ok(())
 }
 
-/// The reading of a sample. (A fit brings what is too far below 0 up to what the loss can take.)
+/// Skips a sample that cannot be read: it is no longer pending, and its reading is dropped. A later
+/// glimpse_scan_record() of the sample undoes this. A fit that is under way, or its result, is dropped.
+///
+/// @param scan   The scan.
+/// @param index  Index of the sample in the pattern.
+/// @return GLIMPSE_STATUS_READING_REQUIRED if the recipe does not tolerate missing readings,
+///         GLIMPSE_STATUS_READING_INDEX if there is no such sample.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn glimpse_scan_skip(scan: *mut glimpse_scan, index: u16) -> glimpse_status {
+    // SAFETY: C keeps the contract in the header.
+    let scan = unsafe { exclusive(scan.cast::<CScan>()) };
+    status(scan.and_then(|scan| Ok(scan.skip(index)?)))
+}
+
+/// Skips all pending samples, so that the fit uses the readings taken so far.
+///
+/// @param scan  The scan.
+/// @return GLIMPSE_STATUS_READING_REQUIRED if the recipe does not tolerate missing readings.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn glimpse_scan_finish_early(scan: *mut glimpse_scan) -> glimpse_status {
+    // SAFETY: C keeps the contract in the header.
+    let scan = unsafe { exclusive(scan.cast::<CScan>()) };
+    status(scan.and_then(|scan| Ok(scan.finish_early()?)))
+}
+
+/// Returns the reading of a sample. A fit raises readings that are too far below 0.
 ///
 /// @param scan     The scan.
-/// @param index    Which sample of the pattern.
-/// @param reading  What was recorded.
-/// @return GLIMPSE_STATUS_NOT_READ if there is none, or no such sample.
+/// @param index    Index of the sample in the pattern.
+/// @param reading  Receives the reading.
+/// @return GLIMPSE_STATUS_NOT_READ if the sample has no reading, or does not exist.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn glimpse_scan_reading(
     scan: *const glimpse_scan,

@@ -1,10 +1,12 @@
-//! The functions, called as C would.
+//! Calls of the functions, as C makes them.
 
 mod basis;
 mod driver;
+mod fit;
 mod misuse;
 mod scan;
 mod sizes;
+mod skip;
 mod texts;
 
 use core::ffi::c_void;
@@ -13,12 +15,14 @@ use std::boxed::Box;
 use std::vec;
 use std::vec::Vec;
 
-use crate::configuration::{COMPONENTS, SAMPLES, driver_bytes, scan_bytes};
+use glimpse_core::recipe::memory_words;
+
+use crate::configuration::{Fitter, driver_bytes, scan_bytes};
 use crate::scan::{glimpse_scan, glimpse_scan_begin, glimpse_scan_next, glimpse_scan_record};
 use crate::status::glimpse_status;
 use crate::types::{glimpse_directions, glimpse_reading, glimpse_sample};
 
-/// Of each model one that descends or solves, and then one that completes the readings.
+/// A recipe of each model with a descent or a solve, and then of each model one that completes the readings.
 pub(crate) const RECIPES: [&[u8]; 8] = [
     include_bytes!("../../../trainer/recipes/phong-n8.recipe"),
     include_bytes!("../../../trainer/recipes/cook-torrance-n8.recipe"),
@@ -30,8 +34,13 @@ pub(crate) const RECIPES: [&[u8]; 8] = [
     include_bytes!("../../../trainer/recipes/completed/linear-n8.recipe"),
 ];
 pub(crate) const NEURAL: &[u8] = RECIPES[2];
+/// A recipe of 16 samples that tolerates missing readings.
+pub(crate) const MASKED: &[u8] = include_bytes!("../../../trainer/recipes/masked/phong-n16.recipe");
+/// Words of the largest of them.
+pub(crate) const WORDS: usize = memory_words(&RECIPES);
+const _: () = assert!(memory_words(&[MASKED]) <= WORDS);
 
-/// Memory of C's: aligned, and full of what was there before.
+/// Memory of C: aligned and not initialized.
 pub(crate) struct Bytes {
     words: Box<[u64]>,
     pub(crate) bytes: usize,
@@ -45,11 +54,11 @@ impl Bytes {
     }
 
     pub(crate) fn for_scan() -> Self {
-        Self::of(scan_bytes(SAMPLES, COMPONENTS))
+        Self::of(scan_bytes(WORDS).unwrap())
     }
 
     pub(crate) fn for_driver() -> Self {
-        Self::of(driver_bytes(SAMPLES, COMPONENTS))
+        Self::of(driver_bytes(WORDS).unwrap())
     }
 
     pub(crate) fn pointer(&mut self) -> *mut c_void {
@@ -57,7 +66,7 @@ impl Bytes {
     }
 }
 
-/// Begins a scan, which is refused or not.
+/// Begins a scan, with or without success.
 pub(crate) fn begin(memory: &mut Bytes, recipe: &[u8]) -> (glimpse_status, *mut glimpse_scan) {
     let mut scan = null_mut();
     let bytes = memory.bytes;
@@ -83,7 +92,7 @@ pub(crate) fn reading(index: u16) -> glimpse_reading {
     }
 }
 
-/// Reads all samples; returns how many there were.
+/// Reads all samples and returns their number.
 pub(crate) fn record_all(scan: *mut glimpse_scan) -> usize {
     let mut sample = glimpse_sample::default();
     let mut count = 0;
@@ -97,13 +106,14 @@ pub(crate) fn record_all(scan: *mut glimpse_scan) -> usize {
     count
 }
 
-/// What core itself makes of the same readings: the values' bits, and the loss that is predicted.
+/// The fit of the same readings by core itself: the values' bits, and the predicted loss.
 pub(crate) fn fitted_by_core(recipe: &[u8]) -> (Vec<u32>, Option<f32>) {
     use glimpse_core::recipe::Recipe;
     use glimpse_core::scan::Scan;
 
-    let mut memory = Box::new(crate::configuration::CMemory::new());
-    let mut scan = Scan::new(Recipe::parse(recipe).unwrap(), &mut memory).unwrap();
+    let mut memory = vec![0.0; WORDS];
+    let recipe = Recipe::parse(recipe).unwrap();
+    let mut scan = Scan::<Fitter>::new(recipe, &mut memory).unwrap();
     while let Some((index, _)) = scan.next_pending() {
         scan.record(index, reading(index).into()).unwrap();
     }
@@ -114,7 +124,7 @@ pub(crate) fn fitted_by_core(recipe: &[u8]) -> (Vec<u32>, Option<f32>) {
     (values, fitted.predicted_loss())
 }
 
-/// The values alone.
+/// The values of that fit.
 pub(crate) fn values_by_core(recipe: &[u8]) -> Vec<u32> {
     fitted_by_core(recipe).0
 }

@@ -1,11 +1,14 @@
-//! What C and the library hand to each other.
+//! Values that C and the library exchange.
 
 use glimpse_core::geometry::{ArmAngles, Directions, Spherical};
+use glimpse_core::gonio::Limits;
 use glimpse_core::link::BYTES_PER_FRAME;
 use glimpse_core::model::ModelKind;
 use glimpse_core::scan::{Reading, Residual};
 
-/// A pair of directions of unit length, pointing away from the surface; z is its normal.
+use crate::status::glimpse_status;
+
+/// A pair of unit directions, pointing away from the surface; z is the normal.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct glimpse_directions {
@@ -15,75 +18,76 @@ pub struct glimpse_directions {
     pub outgoing: [f32; 3],
 }
 
-/// Where both arms stand, as spherical angles in radians: theta from the normal, phi about it, from x
-/// towards y.
+/// Positions of both arms as spherical angles in radians: theta from the normal, phi about the normal,
+/// from x towards y.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct glimpse_arms {
-    /// The light's: 0 to pi/2.
+    /// Polar angle of the light: 0 to pi/2.
     pub theta_i: f32,
-    /// The light's; any turn. 0 along the normal.
+    /// Azimuth of the light, in any turn. 0 along the normal.
     pub phi_i: f32,
-    /// The sensor's: 0 to pi/2.
+    /// Polar angle of the sensor: 0 to pi/2.
     pub theta_o: f32,
-    /// The sensor's; any turn. 0 along the normal.
+    /// Azimuth of the sensor, in any turn. 0 along the normal.
     pub phi_o: f32,
 }
 
-/// Where a sample of the recipe's pattern is.
+/// A sample of the recipe's pattern.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct glimpse_sample {
     /// Index in the pattern, from 0.
     pub index: u16,
-    /// Where the light and the sensor have to be. The half vector lies in the xz plane; an isotropic
-    /// material does not notice if both azimuths are turned together.
+    /// Directions of light and sensor. The half vector lies in the xz plane; with an isotropic
+    /// material both azimuths may be turned together.
     pub directions: glimpse_directions,
     /// The same as spherical angles.
     pub arms: glimpse_arms,
-    /// The same in Rusinkiewicz angles, radians. Between the normal and the half vector: 0 to pi/2.
+    /// The same in Rusinkiewicz angles, radians. Angle between the normal and the half vector: 0 to
+    /// pi/2.
     pub theta_h: f32,
-    /// Between the half vector and the light: 0 to pi/2.
+    /// Angle between the half vector and the light: 0 to pi/2.
     pub theta_d: f32,
-    /// The light's azimuth about the half vector.
+    /// Azimuth of the light about the half vector.
     pub phi_d: f32,
 }
 
-/// What the sensor saw.
+/// A reading of the sensor.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct glimpse_reading {
-    /// The BRDF, linear red, green and blue, in sr^-1: not times the cosine, not counts, not a
+    /// The BRDF in linear red, green and blue, in sr^-1: not times the cosine, not counts, not a
     /// reflectance factor. Noise may bring it slightly below 0, to -1 at most. A sensor with one
     /// channel gives it three times.
     pub brdf: [f32; 3],
-    /// Not 0 if the sensor was saturated, so that the true value is larger.
+    /// Not 0 if the sensor was saturated: the true value is larger.
     pub saturated: u8,
 }
 
-/// What became of a reading.
+/// Details of a recorded reading.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct glimpse_recorded {
-    /// 1 if it took the place of an earlier one, else 0.
+    /// 1 if it replaced an earlier reading, else 0.
     pub replaced: u8,
-    /// 1 if a channel was so far below 0 that the fit brings it up to what the loss can take, else 0.
+    /// 1 if a channel is so far below 0 that the fit raises it, else 0.
     pub clamped: u8,
 }
 
-/// How far a fit is, in units of work: gradients of one sample, for Linear rows and channels of
-/// its solve, or parts of a completion of the readings.
+/// Progress of a fit in units of work: gradients of one sample, rows and channels of Linear's solve, or
+/// parts of a completion of the readings.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct glimpse_progress {
     /// Units done.
     pub done: u32,
-    /// Units that the whole fit takes: it is complete when done is total.
+    /// Units of the whole fit: it is complete when done equals total.
     pub total: u32,
 }
 
-/// How well a fit explains its readings. It cannot see a wrong convention: readings that are times
-/// the cosine are fitted as well as others.
+/// Quality of a fit, from its readings. It does not show a wrong convention: readings that are times the
+/// cosine are fitted as well as others.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct glimpse_residual {
@@ -91,15 +95,18 @@ pub struct glimpse_residual {
     pub mean: f32,
     /// The largest error of a reading.
     pub worst: f32,
-    /// Its index.
+    /// Index of the reading with the largest error.
     pub worst_index: u16,
-    /// How many readings were saturated.
+    /// Number of saturated readings.
     pub saturated: u16,
-    /// How many readings were the one before them, bit for bit. A real sensor is too noisy for that;
-    /// if all but the first were, it is stuck.
+    /// Number of readings that equal the one before them, bit for bit. A real sensor is too noisy for
+    /// that: if all but the first do, the sensor is stuck.
     pub repeated: u16,
-    /// How many readings were too far below 0, and were brought up.
+    /// Number of readings that were too far below 0 and were raised.
     pub clamped: u16,
+    /// The reason why the fitted material is implausible: GLIMPSE_STATUS_DARK to
+    /// GLIMPSE_STATUS_IMPLAUSIBLE_OTHER (84 to 91). 0 if it is plausible.
+    pub implausible: i32,
 }
 
 /// The reflectance models.
@@ -116,118 +123,141 @@ pub enum glimpse_model {
     Linear = 3,
 }
 
-/// What is in a recipe.
+/// Description of a recipe.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct glimpse_recipe {
     /// The model that it fits.
     pub model: glimpse_model,
-    /// n, how many samples its pattern has.
+    /// n, the number of samples of its pattern.
     pub samples: u16,
-    /// How many values a fit by it has.
+    /// Number of values of a fit.
     pub values: u16,
-    /// The CRC-32 in its header, which names it: readings that outlast a reset belong to one recipe.
+    /// The CRC-32 in its header. It names the recipe: saved readings belong to one recipe.
     pub checksum: u32,
-    /// The loss to expect on a material that training never saw; NaN if the recipe states none.
+    /// The expected loss on a material outside of the training set; NaN if the recipe states none.
     pub expected_loss: f32,
 }
 
 /// A reading that outlasted a reset.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct glimpse_kept {
+pub struct glimpse_saved {
     /// Index of the sample in the recipe's pattern.
     pub index: u16,
-    /// What the sensor saw.
+    /// The reading.
     pub reading: glimpse_reading,
 }
 
-/// Who is at the other end of the line, and who moves the arms.
+/// The other end of the line, and who moves the arms.
 #[repr(i32)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum glimpse_host {
-    /// A host moves the arms and reads the sensor; the device asks it to.
+    /// A host moves the arms and reads the sensor, as the device requests.
     Measures = 0,
-    /// The device moves the arms; a host hears how far it is, and the result.
+    /// The device moves the arms; a host receives progress and result.
     Listens = 1,
-    /// The device moves the arms, and nobody is there.
+    /// The device moves the arms, and there is no host.
     Absent = 2,
 }
 
-/// How a driver behaves. glimpse_config_default() has what serves most.
+/// Limits of the machine that measures; angles in radians.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct glimpse_limits {
+    /// The largest polar angle of the light's arm: above 0, at most pi/2.
+    pub max_theta_i: f32,
+    /// The largest polar angle of the sensor's arm: above 0, at most pi/2.
+    pub max_theta_o: f32,
+    /// The smallest angle between light and sensor: 0 to pi.
+    pub min_separation: f32,
+    /// Not 0 if light, normal and sensor always lie in one plane.
+    pub in_plane: u8,
+}
+
+/// Options of a driver. glimpse_config_default() has sensible values.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct glimpse_config {
     /// One of glimpse_host.
     pub host: i32,
-    /// Units of the fit in one glimpse_driver_poll().
-    pub slice: u32,
-    /// A request that has no reply is sent again after so many milliseconds.
-    pub repeat: u32,
-    /// A host that does not reply for so many milliseconds has fallen silent.
-    pub patience: u32,
-    /// The same while its motors move.
-    pub measuring_patience: u32,
-    /// The device can store recipes of at most so many bytes; 0 if it cannot.
-    pub recipe_bytes: u32,
-    /// How often a reading is taken that cannot be one before the scan is given up.
+    /// Not 0 if `limits` are set. The driver skips samples out of reach if the recipe tolerates missing
+    /// readings; else the scan fails before anything moves. 0: every sample is within reach.
+    pub has_limits: u8,
+    /// Number of invalid readings of a sample after which the driver skips it; or fails, if the recipe
+    /// needs every reading.
     pub attempts: u8,
+    /// Limits of the machine that measures.
+    pub limits: glimpse_limits,
+    /// The seed of the sequence numbers on the line. It must differ from the seeds of all earlier
+    /// drivers of this device: a boot counter, a random number, or the value of a free-running timer.
+    pub sequence_seed: u32,
+    /// Units of the fit in one glimpse_driver_poll(). 0 counts as 1.
+    pub steps_per_poll: u32,
+    /// Interval of retransmissions of a request without a reply, in ms.
+    pub retransmit_interval_ms: u32,
+    /// Timeout of a reply, in ms.
+    pub reply_timeout_ms: u32,
+    /// Timeout of a reading by the host, in ms: its motors move.
+    pub measure_timeout_ms: u32,
+    /// The largest recipe that the device can store, in bytes. 0: it stores none.
+    pub recipe_bytes: u32,
 }
 
-/// What a firmware has to do next.
+/// Kinds of glimpse_action. Ignore kinds that the firmware does not know.
 #[repr(i32)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum glimpse_action_kind {
-    /// Nothing, until a byte comes, one can be sent, or `milliseconds` have passed (UINT32_MAX: until
-    /// glimpse_driver_restart()).
+    /// Sleep until a byte arrives or can be sent, or glimpse_driver_poll_delay() has passed.
     Wait = 0,
-    /// Nothing but to call again soon.
+    /// Poll again soon.
     Continue = 1,
-    /// Move the arms to `directions`, read the sensor, then glimpse_driver_record() with `index`, or
-    /// glimpse_driver_fail(). Any other pending sample will do too. It is said again until then.
+    /// Move the arms to `directions`, read the sensor, then call glimpse_driver_record() with `index`;
+    /// or glimpse_driver_skip(), or glimpse_driver_fail(). Any other pending sample is as good. The
+    /// driver repeats this action until one of these calls.
     Measure = 2,
-    /// Keep `index` and `reading` where a reset leaves them.
+    /// Save `index` and `reading` where they outlast a reset.
     Save = 3,
-    /// Forget all readings that were kept.
+    /// Delete all saved readings.
     Forget = 4,
-    /// Write `byte_count` of `bytes` to `offset` of a new recipe, where the present one is not. At 0
-    /// another recipe begins.
+    /// Write `byte_count` of `bytes` to `offset` of a new recipe, next to the present one. At 0 another
+    /// recipe begins.
     Store = 5,
     /// The new recipe of `offset` bytes is stored, and should have `checksum`. If
-    /// glimpse_recipe_describe() accepts it, begin a driver by it; else glimpse_driver_reject().
+    /// glimpse_driver_bytes() of it is neither 0 nor more than the memory, begin a driver with it; else
+    /// call glimpse_driver_reject().
     Install = 6,
-    /// The scan is done, with `residual`; until the next poll glimpse_driver_scan() has the material.
+    /// The scan is finished, with `residual`; glimpse_driver_scan() has the material until the next
+    /// poll.
     Finished = 7,
-    /// The scan is given up, because of `failure`. It begins anew by itself where a host measures or
-    /// listens, else by glimpse_driver_restart().
+    /// The scan has failed, because of `failure`. With a host it begins again by itself after a pause,
+    /// else with glimpse_driver_restart().
     Failed = 8,
 }
 
-/// What a firmware has to do next. What its kind does not name is 0.
+/// The next action of the firmware. Fields that the kind does not name are 0.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct glimpse_action {
-    /// What is to be done.
+    /// The kind.
     pub kind: glimpse_action_kind,
-    /// Why a scan is given up.
-    pub failure: crate::status::glimpse_status,
-    /// How long nothing is to be done.
-    pub milliseconds: u32,
-    /// Where in a new recipe bytes belong; or its length.
+    /// Reason of a failure.
+    pub failure: glimpse_status,
+    /// Position of bytes in a new recipe, or its length.
     pub offset: u32,
     /// The checksum that a new recipe should have in its header.
     pub checksum: u32,
-    /// Where to measure.
+    /// Directions of light and sensor.
     pub directions: glimpse_directions,
-    /// What to keep.
+    /// The reading to save.
     pub reading: glimpse_reading,
-    /// How well the fit explains its readings.
+    /// Quality of the fit.
     pub residual: glimpse_residual,
     /// Index of a sample.
     pub index: u16,
-    /// How many bytes there are to store.
+    /// Number of bytes to store.
     pub byte_count: u16,
-    /// What to store.
+    /// The bytes to store.
     pub bytes: [u8; 60],
 }
 
@@ -251,7 +281,7 @@ impl From<glimpse_directions> for Directions<f32> {
     }
 }
 
-/// The directions of two arms. All angles will do; what is below the horizon has no BRDF.
+/// Returns the directions of two arms. Any angles are valid; below the horizon there is no BRDF.
 #[unsafe(no_mangle)]
 pub extern "C" fn glimpse_directions_of(arms: glimpse_arms) -> glimpse_directions {
     let spherical = |theta, phi| Spherical { theta, phi };
@@ -301,17 +331,46 @@ impl From<Residual> for glimpse_residual {
             saturated: residual.saturated,
             repeated: residual.repeated,
             clamped: residual.clamped,
+            implausible: residual
+                .implausible
+                .map_or(glimpse_status::Ok, |reason| reason.code().into())
+                as i32,
         }
     }
 }
 
-impl From<ModelKind> for glimpse_model {
-    fn from(model: ModelKind) -> Self {
-        match model {
+impl From<Limits> for glimpse_limits {
+    fn from(limits: Limits) -> Self {
+        Self {
+            max_theta_i: limits.max_theta_i,
+            max_theta_o: limits.max_theta_o,
+            min_separation: limits.min_separation,
+            in_plane: u8::from(limits.in_plane),
+        }
+    }
+}
+
+impl From<glimpse_limits> for Limits {
+    fn from(limits: glimpse_limits) -> Self {
+        Self {
+            max_theta_i: limits.max_theta_i,
+            max_theta_o: limits.max_theta_o,
+            min_separation: limits.min_separation,
+            in_plane: limits.in_plane != 0,
+        }
+    }
+}
+
+impl TryFrom<ModelKind> for glimpse_model {
+    type Error = glimpse_status;
+
+    fn try_from(model: ModelKind) -> Result<Self, glimpse_status> {
+        Ok(match model {
             ModelKind::Phong => Self::Phong,
             ModelKind::Neural => Self::Neural,
             ModelKind::CookTorrance => Self::CookTorrance,
             ModelKind::Linear => Self::Linear,
-        }
+            _ => return Err(glimpse_status::Model),
+        })
     }
 }

@@ -1,17 +1,24 @@
-//! One arm: a stepper driver's step and direction pins, and a switch at the low end of the travel.
+//! One arm: a stepper driver's step and direction pins, and a normally closed switch at one end of
+//! the travel.
 //!
-//! An axis never waits. [`Axis::poll`] is told how much time has passed and makes at most one edge
-//! on the step pin, so a caller that is late makes an arm slower and never makes it skip.
+//! An axis never waits. [`Axis::poll`] takes the time that has passed and makes at most one edge on
+//! the step pin, so a caller that is late makes an arm slower and never makes it skip.
+//!
+//! Every motion toward the switch is bounded: by the axis' travel if its position is unknown, else
+//! by its distance and a tenth of the travel. The switch is read before each step.
 
 mod error;
 mod settings;
+mod switch;
 
 pub use error::AxisError;
 pub use settings::Settings;
 
 use embedded_hal::digital::{InputPin, OutputPin};
 
-/// How long the step pin stays high at least, in microseconds. Every common driver takes 2.
+use switch::Switch;
+
+/// Microseconds for which the step pin stays high at least. Every common driver takes 2.
 const PULSE_MICROSECONDS: u32 = 2;
 
 /// Whether an arm has arrived.
@@ -24,7 +31,7 @@ pub enum Motion {
     Arrived,
 }
 
-/// What an arm is about.
+/// The motion of an arm.
 #[derive(Clone, Copy, Debug)]
 enum Task {
     Standing,
@@ -33,14 +40,14 @@ enum Task {
         from: i32,
         to: i32,
     },
-    /// Home, fast, as far as the clearance.
+    /// Near the switch, fast; it stands where the switch opens.
     Returning {
         from: i32,
         to: i32,
     },
-    /// Off the switch, slowly; steps that are left.
+    /// Off the switch, slowly; steps since it began.
     Releasing {
-        left: u32,
+        taken: u32,
     },
     /// Onto the switch, slowly; steps that are left.
     Approaching {
@@ -53,17 +60,17 @@ enum Task {
 pub struct Axis<S, D, H> {
     step: S,
     direction: D,
-    home: H,
+    switch: Switch<H>,
     settings: Settings,
     task: Task,
     /// Where it is by count of its steps; 0 is the angle 0.
     position: i32,
     homed: bool,
-    /// Steps by which the count was off when the switch closed last.
+    /// Steps by which the count was off when the switch opened last.
     slip: i32,
     /// The step pin is high.
     pulse: bool,
-    /// What the direction pin says.
+    /// The direction pin's state.
     upwards: Option<bool>,
     /// Microseconds since the last step.
     since: u32,
@@ -72,12 +79,13 @@ pub struct Axis<S, D, H> {
 }
 
 impl<S: OutputPin, D: OutputPin, H: InputPin> Axis<S, D, H> {
-    /// An arm that does not know where it is yet. The switch pulls its pin low when it is closed.
-    pub fn new(step: S, direction: D, home: H, settings: Settings) -> Self {
+    /// An arm at an unknown position. The switch pulls its pin low while it is closed; the arm opens
+    /// it.
+    pub fn new(step: S, direction: D, switch: H, settings: Settings) -> Self {
         Self {
             step,
             direction,
-            home,
+            switch: Switch::new(switch),
             settings,
             task: Task::Standing,
             position: 0,
@@ -90,39 +98,39 @@ impl<S: OutputPin, D: OutputPin, H: InputPin> Axis<S, D, H> {
         }
     }
 
-    /// Where it is by count of its steps.
+    /// The position by count of its steps.
     pub fn position(&self) -> i32 {
         self.position
     }
 
-    /// Whether it knows where it is.
+    /// Returns true if the position is known.
     pub fn is_homed(&self) -> bool {
         self.homed
     }
 
-    /// Its angle by count of its steps, radians.
+    /// The angle by count of its steps, radians.
     pub fn angle(&self) -> f32 {
         self.settings.angle(self.position)
     }
 
-    /// What it is like.
+    /// The settings.
     pub fn settings(&self) -> &Settings {
         &self.settings
     }
 
-    /// Steps by which its count was off when it came home the last time: those that it lost. None
+    /// Steps by which the count was off when the arm came home the last time: the lost steps. None
     /// if they are within the tolerance.
     pub fn slip(&self) -> Option<i32> {
         (self.slip.unsigned_abs() > self.settings.tolerance).then_some(self.slip)
     }
 
-    /// Takes a count from before a reset for true, so that coming home can tell whether it was.
+    /// Assumes a count from before a reset. The next visit home checks it.
     pub fn assume(&mut self, position: i32) {
         self.position = position;
         self.homed = true;
     }
 
-    /// Whether it could go to an angle in radians.
+    /// Checks that a sample's angle, radians, is within the limits.
     ///
     /// # Errors
     /// [`AxisError::OutOfReach`].
@@ -134,44 +142,46 @@ impl<S: OutputPin, D: OutputPin, H: InputPin> Axis<S, D, H> {
         }
     }
 
-    /// Sends it to an angle in radians; [`Axis::poll`] moves it.
+    /// Checks that the arm may go to an angle in radians. Outside of the limits it may only stay
+    /// where it is, or go to [`Settings::near_home`].
     ///
     /// # Errors
-    /// If it moves, is not homed, or cannot reach it.
-    pub fn go_to(&mut self, angle: f32) -> Result<(), AxisError> {
-        self.check(angle)?;
-        if !self.homed {
-            return Err(AxisError::NotHomed);
-        }
+    /// If it is not homed, or cannot reach the angle.
+    pub fn can_go_to(&self, angle: f32) -> Result<(), AxisError> {
         let to = self.settings.steps(angle);
-        self.begin(Task::Travelling {
-            from: self.position,
-            to,
+        if to != self.position && to != self.settings.near_home_steps() {
+            self.check(angle)?;
+        }
+        if self.homed {
+            Ok(())
+        } else {
+            Err(AxisError::NotHomed)
+        }
+    }
+
+    /// Sends the arm to an angle in radians; [`Axis::poll`] moves it.
+    ///
+    /// # Errors
+    /// If it moves, or may not go there; see [`Axis::can_go_to`].
+    pub fn go_to(&mut self, angle: f32) -> Result<(), AxisError> {
+        self.can_go_to(angle)?;
+        let (from, to) = (self.position, self.settings.steps(angle));
+        self.begin(match to == self.settings.near_home_steps() {
+            true => Task::Returning { from, to },
+            false => Task::Travelling { from, to },
         })
     }
 
-    /// Sends it onto its home switch, the last bit slowly; [`Axis::poll`] moves it. Afterwards
-    /// [`Axis::slip`] tells what it had lost.
+    /// Sends the arm onto its home switch, slowly; [`Axis::poll`] moves it. Afterwards
+    /// [`Axis::slip`] returns the lost steps.
     ///
     /// # Errors
     /// If it moves.
     pub fn go_home(&mut self) -> Result<(), AxisError> {
-        let near = self
-            .settings
-            .steps(self.settings.home)
-            .saturating_add(self.settings.clearance());
+        // Off the switch if it is open, and onto it.
+        self.begin(Task::Releasing { taken: 0 })?;
         self.slip = 0;
-        self.begin(if self.homed && self.position > near {
-            Task::Returning {
-                from: self.position,
-                to: near,
-            }
-        } else {
-            // Off the switch if it is closed, and onto it.
-            Task::Releasing {
-                left: self.settings.whole_way(),
-            }
-        })
+        Ok(())
     }
 
     fn begin(&mut self, task: Task) -> Result<(), AxisError> {
@@ -180,19 +190,20 @@ impl<S: OutputPin, D: OutputPin, H: InputPin> Axis<S, D, H> {
         }
         self.task = task;
         self.interval = 0;
+        self.switch.restart();
         Ok(())
     }
 
-    /// Lets it stand where it is. It does not know any more where that is.
+    /// Stops the arm where it is. Its position is unknown afterwards.
     pub fn stop(&mut self) {
         self.task = Task::Standing;
         self.homed = false;
     }
 
-    /// Moves it, `elapsed` microseconds after the last call.
+    /// Moves the arm, `elapsed` microseconds after the last call.
     ///
     /// # Errors
-    /// What is wrong with it; it stands then, and has to be sent home.
+    /// The arm's error; it stands then, and has to be sent home.
     pub fn poll(&mut self, elapsed: u32) -> Result<Motion, AxisError> {
         let motion = self.advance(elapsed);
         if motion.is_err() {
@@ -203,6 +214,10 @@ impl<S: OutputPin, D: OutputPin, H: InputPin> Axis<S, D, H> {
 
     fn advance(&mut self, elapsed: u32) -> Result<Motion, AxisError> {
         self.since = self.since.saturating_add(elapsed);
+        let is_open = match self.task {
+            Task::Standing => None,
+            _ => self.switch.poll(elapsed)?,
+        };
         if self.pulse {
             if self.since >= PULSE_MICROSECONDS {
                 self.step.set_low().map_err(|_| AxisError::Pin)?;
@@ -214,7 +229,7 @@ impl<S: OutputPin, D: OutputPin, H: InputPin> Axis<S, D, H> {
             return Ok(Motion::Arrived);
         }
         if self.since >= self.interval {
-            match self.next()? {
+            match self.next(is_open)? {
                 Some(upwards) => self.step(upwards)?,
                 None if matches!(self.task, Task::Standing) => return Ok(Motion::Arrived),
                 None => {}
@@ -223,69 +238,90 @@ impl<S: OutputPin, D: OutputPin, H: InputPin> Axis<S, D, H> {
         Ok(Motion::Moving)
     }
 
-    /// Which way the next step goes, and in `interval` what time it has; None if the task is done
-    /// or was changed for the next one.
-    fn next(&mut self) -> Result<Option<bool>, AxisError> {
-        let closed = self.home.is_low().map_err(|_| AxisError::Pin)?;
-        let home = self.settings.steps(self.settings.home);
+    /// Returns the direction of the next step, and sets its time in `interval`. None if the task is
+    /// done, was changed for the next one, or waits for a contact that bounces.
+    fn next(&mut self, is_open: Option<bool>) -> Result<Option<bool>, AxisError> {
+        let away = self.settings.is_home_low();
         match self.task {
             Task::Standing => Ok(None),
+            Task::Travelling { from, .. } | Task::Returning { from, .. }
+                if is_open.is_none() && self.position == from =>
+            {
+                Ok(None)
+            }
             Task::Travelling { from, to } => {
-                let steps = self.position.saturating_sub(home);
-                // On the way up it opens later than it closed on the way down.
-                let still_closed = match to > self.position {
+                let steps = self.settings.distance(self.position);
+                // On the way out it closes later than it opened on the way home.
+                let still_open = match (to > self.position) == away {
                     true => self.settings.clearance(),
                     false => self.settings.tolerance as i32,
                 };
-                if closed && steps > still_closed {
-                    return Err(AxisError::Slipped { steps });
+                if is_open == Some(true) && steps > still_open {
+                    return Err(AxisError::SwitchOpened { steps });
                 }
-                Ok(self.next_of_ramp(from, to, Task::Standing))
+                Ok(self.next_of_ramp(from, to))
             }
             Task::Returning { from, to } => {
-                let left = self.settings.whole_way();
-                if closed {
-                    // Sooner than it should: the slip is taken where it closes slowly.
-                    self.task = Task::Releasing { left };
+                if is_open == Some(true) {
+                    // Sooner than it should: the slip is taken where it opens slowly.
+                    self.task = Task::Standing;
                     return Ok(None);
                 }
-                Ok(self.next_of_ramp(from, to, Task::Releasing { left }))
+                Ok(self.next_of_ramp(from, to))
             }
-            Task::Releasing { left } => {
-                if !closed {
-                    self.task = Task::Approaching {
-                        left: self.settings.whole_way(),
-                    };
-                    return Ok(None);
+            Task::Releasing { taken } => match is_open {
+                None => Ok(None),
+                Some(false) => {
+                    let left = self.max_approach(taken);
+                    self.task = Task::Approaching { left };
+                    Ok(None)
                 }
-                let left = left.checked_sub(1).ok_or(AxisError::HomeStuck)?;
-                self.task = Task::Releasing { left };
-                self.interval = interval(self.settings.homing_speed);
-                Ok(Some(true))
-            }
-            Task::Approaching { left } => {
-                if closed {
+                Some(true) if taken >= self.settings.max_release() => Err(AxisError::HomeStuck),
+                Some(true) => {
+                    let taken = taken.saturating_add(1);
+                    self.task = Task::Releasing { taken };
+                    self.interval = interval(self.settings.homing_speed);
+                    Ok(Some(away))
+                }
+            },
+            Task::Approaching { left } => match is_open {
+                None => Ok(None),
+                Some(true) => {
+                    let home = self.settings.steps(self.settings.home);
                     if self.homed {
                         self.slip = self.position.saturating_sub(home);
                     }
                     self.position = home;
                     self.homed = true;
                     self.task = Task::Standing;
-                    return Ok(None);
+                    Ok(None)
                 }
-                let left = left.checked_sub(1).ok_or(AxisError::HomeNotFound)?;
-                self.task = Task::Approaching { left };
-                self.interval = interval(self.settings.homing_speed);
-                Ok(Some(false))
-            }
+                Some(false) => {
+                    let left = left.checked_sub(1).ok_or(AxisError::HomeNotFound)?;
+                    self.task = Task::Approaching { left };
+                    self.interval = interval(self.settings.homing_speed);
+                    Ok(Some(!away))
+                }
+            },
+        }
+    }
+
+    /// Steps within which the switch has to open, `released` steps after the arm was on it.
+    fn max_approach(&self, released: u32) -> u32 {
+        let distance = self.settings.distance(self.position).max(0).unsigned_abs();
+        let clearance = self.settings.clearance().unsigned_abs();
+        match (released, self.homed) {
+            (0, true) => distance.saturating_add(self.settings.max_slip()),
+            (0, false) => self.settings.travel().saturating_add(clearance),
+            _ => released.saturating_add(clearance),
         }
     }
 
     /// A trapezoid: `k` steps from standing still the speed is that of constant acceleration.
-    fn next_of_ramp(&mut self, from: i32, to: i32, then: Task) -> Option<bool> {
+    fn next_of_ramp(&mut self, from: i32, to: i32) -> Option<bool> {
         let left = to.saturating_sub(self.position);
         if left == 0 {
-            self.task = then;
+            self.task = Task::Standing;
             return None;
         }
         let done = self.position.saturating_sub(from).unsigned_abs();

@@ -17,22 +17,22 @@ pub mod axis;
 pub mod flash_ram;
 pub mod goniometer;
 pub mod retained;
+pub mod route;
 pub mod scanner;
 pub mod sensor;
 pub mod simulated;
 pub mod station;
 pub mod store;
 
-use glimpse_core::fit::{AnyModel, linear_words};
-use glimpse_core::scan;
+use glimpse_core::fit::AnyModel;
 
-/// The largest number of samples that a recipe may have here.
-pub const CAPACITY: usize = 60;
-/// The largest number of components that a recipe of Linear may have, with that many samples.
-pub const COMPONENTS: usize = 24;
+/// The model that the recipe names: a host may send a recipe for another model. A firmware that names one model
+/// instead, such as `Neural`, is smaller.
+pub type Model = AnyModel;
 
-/// How readings are fitted: as the recipe says, since it may be replaced by one for another model. A
-/// firmware that names one model instead, as `Neural`, is smaller.
-pub type Model = AnyModel<{ linear_words(CAPACITY, COMPONENTS) }>;
-/// The memory of scan and fit.
-pub type Memory = scan::Memory<Model, CAPACITY>;
+/// Words of the memory of scan and fit: 8 KiB.
+///
+/// The memory cannot grow when a host sends a larger recipe, so it is larger than the bundled recipe needs (see
+/// [`memory_words`](glimpse_core::recipe::memory_words)). It is enough for every recipe in `trainer/recipes`, and for
+/// 60 samples of any of their models. The firmware refuses a recipe that needs more and keeps the present one.
+pub const MEMORY_WORDS: usize = 2048;

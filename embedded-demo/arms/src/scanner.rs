@@ -8,17 +8,22 @@
 //! home without having lost a step since. If they had, what was read on the way is read again. What
 //! cannot be a reading is not kept, and read again at once.
 
+mod button;
+mod clock;
+mod course;
 mod end;
 mod line;
-mod milliseconds;
 mod news;
 mod platform;
+mod seeds;
 
+pub use button::{Button, Command};
 pub use end::{End, ScannerError, Start};
 pub use news::News;
 #[cfg(feature = "defmt")]
 pub use news::log_values;
 pub use platform::Platform;
+pub use seeds::Seeds;
 
 use embedded_hal::digital::{InputPin, OutputPin};
 use embedded_storage::nor_flash::NorFlash;
@@ -26,20 +31,15 @@ use glimpse_core::driver::{Action, Config, Driver, Host};
 use glimpse_core::fit::Fitter;
 use glimpse_core::link::Failure;
 use glimpse_core::recipe::Recipe;
-use glimpse_core::scan::{Memory, ReadingError, Scan, ScanError};
+use glimpse_core::scan::Scan;
 
-use crate::axis::AxisError;
-use crate::goniometer::{ArmError, LostSteps};
 use crate::sensor::Sensor;
-use crate::station::{Done, Station, StationError};
+use crate::station::{Station, StationError};
 use crate::store::readings::Readings;
 use crate::store::recipes::{Recipes, ReplaceError};
-use milliseconds::Milliseconds;
+use clock::Clock;
+use course::Course;
 
-/// After so many readings the arms go home, to see whether they have lost steps.
-const READINGS_BETWEEN_CHECKS: u16 = 4;
-/// How often steps may be lost in one scan.
-const LOSSES: u8 = 3;
 /// A host has so many microseconds to say a first word before a scan goes on without.
 const GREETING: u32 = 2_000_000;
 
@@ -53,60 +53,20 @@ pub struct Scanner<S, D, H, A, L, F> {
     pub readings: Readings,
     /// The recipes in it.
     pub recipes: Recipes,
+    /// Seeds of the link's sequence numbers.
+    pub seeds: Seeds,
 }
 
-/// What a scan knows of itself.
-#[derive(Clone, Copy, Debug, Default)]
-struct Course {
-    /// Somebody has pressed the button, or it was under way before a reset.
-    started: bool,
-    /// The arms were home once.
-    homed: bool,
-    /// Readings since they were.
-    readings: u16,
-    /// How often steps were lost.
-    losses: u8,
-    /// How often what was read at the present sample could not be a reading.
-    refused: u8,
-}
-
-/// Who is there and when it begins, after a scan has ended so. The arms move by themselves only for a
-/// scan that was begun.
+/// The next scan's host and start. The arms move without a command only for a scan that has begun
+/// since power-up.
 fn after(end: End) -> (Host, Start) {
     match end {
         End::Alone | End::Silent { started: true } => (Host::Absent, Start::Now),
-        End::Stored { started: true, .. } => (Host::Listens, Start::IfUnderWay),
         End::Waiting
         | End::Finished
         | End::Failed(_)
         | End::Silent { started: false }
-        | End::Stored { started: false, .. } => (Host::Listens, Start::ByButton),
-    }
-}
-
-/// A new scan. Out of line: there are two calls of it.
-#[inline(never)]
-fn begin<'r, 'm, K: Fitter, const CAPACITY: usize>(
-    recipe: Recipe<'r>,
-    memory: &'m mut Memory<K, CAPACITY>,
-) -> Result<Scan<'r, 'm, K, CAPACITY>, ScanError> {
-    Scan::new(recipe, memory)
-}
-
-/// What was read at a sample cannot be a reading. It was not kept, so that it is read again here and
-/// now, until the scan is given up.
-///
-/// Attempts are not the driver's to count: it hears of good readings only once the arms are home, and
-/// would count those at several samples as one.
-fn refuse<K: Fitter, const CAPACITY: usize>(
-    index: u16,
-    error: ReadingError,
-    driver: &mut Driver<'_, '_, K, CAPACITY>,
-    course: &mut Course,
-) {
-    course.refused = course.refused.saturating_add(1);
-    if course.refused >= Config::new(Host::Listens).attempts {
-        driver.fail(Failure::Reading { index, error });
+        | End::Stored { .. } => (Host::Listens, Start::OnCommand),
     }
 }
 
@@ -124,46 +84,63 @@ where
     /// The recipe is the one in force in the flash, or the `factory`'s if there is none; `buffer` has
     /// room for it. A host that listens hears of the scan and may send another recipe; without one
     /// the firmware does as well.
-    pub fn serve<K: Fitter, const CAPACITY: usize>(
+    pub fn serve<K: Fitter>(
         &mut self,
         factory: &[u8],
         buffer: &mut [u8],
-        memory: &mut Memory<K, CAPACITY>,
+        memory: &mut [f32],
         platform: &mut impl Platform,
     ) -> ! {
-        let mut next = (Host::Listens, Start::IfUnderWay);
+        let mut next = (Host::Listens, Start::OnCommand);
+        let mut has_asked = false;
         loop {
             let (host, start) = next;
             let recipe = match self.recipes.load(&mut self.flash, buffer) {
                 Ok(recipe) => recipe.unwrap_or(factory),
                 Err(_) => factory,
             };
-            let end = self.scan(recipe, memory, host, start, platform);
+            if start == Start::OnCommand && !has_asked {
+                self.ask(recipe, platform);
+            }
+            let end = self.scan::<K>(recipe, memory, host, start, platform);
+            has_asked = end == End::Waiting;
             if end != End::Waiting {
                 platform.tell(News::End(end));
             }
-            if let End::Stored {
-                bytes, checksum, ..
-            } = end
-            {
-                let installed = self.install(bytes, checksum, buffer, memory);
+            if let End::Stored { bytes, checksum } = end {
+                let installed = self.install::<K>(bytes, checksum, buffer, memory.len());
                 platform.tell(News::Recipe(installed));
             }
             next = after(end);
         }
     }
 
+    /// Reports the saved readings of a scan by this recipe that has not ended: somebody has to decide
+    /// between them and a new material.
+    fn ask(&mut self, recipe: &[u8], platform: &mut impl Platform) {
+        let Ok(recipe) = Recipe::parse(recipe) else {
+            return; // the scan reports it
+        };
+        let samples = recipe.samples() as u16;
+        if self.readings.is_under_way(recipe.checksum(), samples) {
+            let (readings, flash) = (&self.readings, &mut self.flash);
+            let is_saved = |index: &u16| matches!(readings.get(flash, *index), Ok(Some(_)));
+            let readings = (0..samples).filter(is_saved).count() as u16;
+            platform.tell(News::Saved { readings });
+        }
+    }
+
     /// Puts the recipe in force that a host has sent, if a scan can do with it. If not, it is not
     /// fetched again.
-    fn install<K: Fitter, const CAPACITY: usize>(
+    fn install<K: Fitter>(
         &mut self,
         bytes: u32,
         checksum: u32,
         buffer: &mut [u8],
-        memory: &mut Memory<K, CAPACITY>,
+        memory_words: usize,
     ) -> Result<(), ReplaceError> {
         let accepts = |recipe: Recipe<'_>| match recipe.checksum() == checksum {
-            true => begin(recipe, memory)
+            true => Scan::<K>::accept(&recipe, memory_words)
                 .map(|_| ())
                 .map_err(ReplaceError::Scan),
             false => Err(ReplaceError::Other),
@@ -179,26 +156,27 @@ where
 
     /// Scans one material by a recipe. With [`Host::Listens`] a host may send another recipe
     /// instead.
-    pub fn scan<K: Fitter, const CAPACITY: usize>(
+    pub fn scan<K: Fitter>(
         &mut self,
         recipe: &[u8],
-        memory: &mut Memory<K, CAPACITY>,
+        memory: &mut [f32],
         host: Host,
         start: Start,
         platform: &mut impl Platform,
     ) -> End {
         let scan = Recipe::parse(recipe).map_err(Failure::Recipe);
-        let scan = scan.and_then(|recipe| begin(recipe, memory).map_err(Failure::Scan));
-        let config = Config {
-            recipe_bytes: self.recipes.room(),
-            ..Config::new(host)
+        let scan = scan.and_then(|recipe| Scan::new(recipe, memory).map_err(Failure::Scan));
+        let config = self.config(host);
+        let mut driver: Driver<'_, K> = match scan {
+            Ok(scan) => Driver::new(scan, config),
+            Err(failure) => Driver::without_scan(failure, config),
         };
-        let mut driver = Driver::new(scan, config);
         // Each scan has a driver of its own.
         if let Some(checksum) = self.recipes.declined() {
             driver.decline(checksum);
         }
-        match self.lead(&mut driver, host, start, platform) {
+        let mut clock = Clock::default();
+        match self.lead(&mut driver, host, start, &mut clock, platform) {
             Ok(end) => end,
             Err(error) => {
                 self.station.stop();
@@ -211,51 +189,62 @@ where
                     self.recipes.decline(checksum);
                 }
                 if host == Host::Listens {
-                    line::complain(&mut driver, platform);
+                    line::complain(&mut driver, &mut clock, platform);
                 }
                 End::Failed(error)
             }
         }
     }
 
-    fn lead<K: Fitter, const CAPACITY: usize>(
+    /// Options of the next driver.
+    fn config(&mut self, host: Host) -> Config {
+        let mut config = Config::new(host);
+        // Samples out of reach fail the scan, or are skipped, before the first move.
+        config.limits = Some(self.station.limits());
+        config.recipe_bytes = self.recipes.room();
+        // The count of boots is in the flash, so that seeds differ after a reset and after a power cut.
+        config.sequence_seed = self.seeds.next();
+        config
+    }
+
+    fn lead<K: Fitter>(
         &mut self,
-        driver: &mut Driver<'_, '_, K, CAPACITY>,
+        driver: &mut Driver<'_, K>,
         host: Host,
         start: Start,
+        clock: &mut Clock,
         platform: &mut impl Platform,
     ) -> Result<End, ScannerError> {
-        let mut course = Course {
-            started: match start {
-                Start::ByButton => false,
-                Start::IfUnderWay => self.is_under_way(driver),
-                Start::Now => true,
-            },
-            ..Course::default()
-        };
-        let mut milliseconds = Milliseconds::default();
+        let mut course = Course::new(start == Start::Now);
         let (mut waited, mut heard) = (0_u32, host != Host::Listens);
         let mut finished = false;
-        if course.started && start == Start::IfUnderWay {
-            platform.tell(News::GoesOn);
-        }
         loop {
             let elapsed = platform.elapsed();
             waited = waited.saturating_add(elapsed);
-            if platform.is_started() && !course.started {
-                self.readings.end(&mut self.flash)?;
-                course.started = true;
+            match platform.command() {
+                Some(Command::NewScan) if !course.started => {
+                    self.readings.end(&mut self.flash)?;
+                    course.started = true;
+                }
+                Some(Command::Continue) if !course.started => {
+                    course.started = self.is_under_way(driver);
+                    platform.tell(match course.started {
+                        true => News::GoesOn,
+                        false => News::NothingSaved,
+                    });
+                }
+                _ => {}
             }
             line::exchange(driver, platform);
-            if let Some(done) = self.go_on(elapsed, &mut course, platform)? {
+            if let Some(done) = self.station.poll(elapsed)? {
                 self.take_up(done, driver, &mut course, platform)?;
             }
             platform.remember(self.station.arms().positions());
 
-            let action = driver.poll(milliseconds.of(elapsed));
+            let action = driver.poll(clock.advance(elapsed));
             // A driver that greets only waits; anything else means that it has understood a reply.
             // Bytes alone may be noise.
-            heard |= !matches!(action, Action::Wait { .. });
+            heard |= !matches!(action, Action::Wait);
             if course.started && !heard && waited >= GREETING {
                 return Ok(End::Alone);
             }
@@ -268,14 +257,11 @@ where
                     return Ok(End::Waiting);
                 }
                 Action::Store { offset, bytes } => {
-                    self.recipes.store(&mut self.flash, offset, &bytes)?;
+                    let bytes = bytes.as_slice();
+                    self.recipes.store(&mut self.flash, offset, bytes)?;
                 }
                 Action::Install { bytes, checksum } => {
-                    return Ok(End::Stored {
-                        bytes,
-                        checksum,
-                        started: course.started,
-                    });
+                    return Ok(End::Stored { bytes, checksum });
                 }
                 Action::Finished(residual) => {
                     if let Some(fitted) = driver.scan().ok().and_then(Scan::fitted) {
@@ -293,162 +279,35 @@ where
                     let started = course.started;
                     return Ok(End::Silent { started });
                 }
-                Action::Failed(failure) => return Err(ScannerError::Scan(failure)),
+                Action::Failed(failure) => return Err(course.error(failure)),
                 // Readings were kept when they were taken, and this is no time to sleep.
                 Action::Save { .. } | Action::Measure { .. } => {}
-                Action::Wait { .. } | Action::Continue => {}
+                Action::Wait | Action::Continue => {}
+                _ => {} // actions of a newer driver
             }
         }
     }
 
-    /// Forgets the readings that a failure makes useless, and keeps all others, so that a reset goes
-    /// on with them.
+    /// Forgets the readings that a failure makes useless, and keeps all others, so that the scan can
+    /// be continued.
     fn keep_what_holds(&mut self, error: ScannerError) -> ScannerError {
         let kept = match error {
             // They would fail in the same way again.
             ScannerError::Scan(Failure::Reading { .. } | Failure::Fit(_) | Failure::Diverged) => {
                 self.readings.end(&mut self.flash)
             }
-            // Nobody will know whether this arm was where its last readings say: it has stopped.
+            // The arm has stopped, and nobody can check where its last readings were taken.
             ScannerError::Station(StationError::Arm(_)) => self.readings.discard(&mut self.flash),
             _ => Ok(()),
         };
         kept.map_or_else(ScannerError::Store, |()| error)
     }
 
-    fn is_under_way<K: Fitter, const CAPACITY: usize>(
-        &self,
-        driver: &Driver<'_, '_, K, CAPACITY>,
-    ) -> bool {
+    fn is_under_way<K: Fitter>(&self, driver: &Driver<'_, K>) -> bool {
         driver.scan().is_ok_and(|scan| {
             let recipe = scan.recipe();
             let (checksum, samples) = (recipe.checksum(), recipe.samples() as u16);
             self.readings.is_under_way(checksum, samples)
         })
-    }
-
-    /// What comes next while the scan waits for readings: home, or to a sample.
-    fn next<K: Fitter, const CAPACITY: usize>(
-        &mut self,
-        driver: &Driver<'_, '_, K, CAPACITY>,
-        course: &mut Course,
-    ) -> Result<(), ScannerError> {
-        let scan = driver.scan().map_err(ScannerError::Scan)?;
-        if !self.is_under_way(driver) {
-            let recipe = scan.recipe();
-            let (checksum, samples) = (recipe.checksum(), recipe.samples() as u16);
-            self.readings.begin(&mut self.flash, checksum, samples)?;
-        }
-        let mut unread = None;
-        for (index, _) in scan.pending() {
-            if self.readings.get(&mut self.flash, index)?.is_none() {
-                unread = unread.or(Some(index));
-            }
-        }
-        let due = course.readings >= READINGS_BETWEEN_CHECKS || unread.is_none();
-        if !course.homed || due {
-            return Ok(self.station.go_home()?);
-        }
-        let (readings, flash) = (&self.readings, &mut self.flash);
-        let nearest = self.station.nearest(
-            scan.pending()
-                .filter(|(index, _)| matches!(readings.get(flash, *index), Ok(None))),
-        );
-        let nearest = nearest.and_then(|nearest| {
-            let mut pending = scan.pending();
-            let (_, directions) = pending.find(|(index, _)| *index == nearest.index)?;
-            Some((nearest, directions))
-        });
-        match (nearest, unread) {
-            (Some((nearest, directions)), _) => Ok(self.station.read(nearest, directions)?),
-            (None, Some(index)) => Err(ScannerError::OutOfReach { index }),
-            (None, None) => Ok(()),
-        }
-    }
-
-    /// Lets the station go on. Steps that show on the way are as lost as those that show at home.
-    fn go_on(
-        &mut self,
-        elapsed: u32,
-        course: &mut Course,
-        platform: &mut impl Platform,
-    ) -> Result<Option<Done>, ScannerError> {
-        match self.station.poll(elapsed) {
-            Ok(done) => Ok(done),
-            Err(StationError::Arm(ArmError {
-                arm,
-                error: AxisError::Slipped { steps },
-            })) => {
-                self.lose(LostSteps { arm, steps }, course, platform)?;
-                Ok(None)
-            }
-            Err(error) => Err(error.into()),
-        }
-    }
-
-    /// Takes up what the station has done.
-    fn take_up<K: Fitter, const CAPACITY: usize>(
-        &mut self,
-        done: Done,
-        driver: &mut Driver<'_, '_, K, CAPACITY>,
-        course: &mut Course,
-        platform: &mut impl Platform,
-    ) -> Result<(), ScannerError> {
-        match done {
-            Done::Read { index, reading } => match reading.check() {
-                Ok(()) => {
-                    self.readings.keep(&mut self.flash, index, reading)?;
-                    course.readings = course.readings.saturating_add(1);
-                    course.refused = 0;
-                    platform.tell(News::Read { index, reading });
-                    Ok(())
-                }
-                Err(error) => {
-                    platform.tell(News::Refused { index, error });
-                    refuse(index, error, driver, course);
-                    Ok(())
-                }
-            },
-            Done::Home(Some(lost)) => self.lose(lost, course, platform),
-            Done::Home(None) => {
-                course.homed = true;
-                course.readings = 0;
-                self.readings.confirm(&mut self.flash)?;
-                let samples = driver.scan().map_or(0, |scan| scan.recipe().samples());
-                let mut confirmed = 0_u16;
-                for index in 0..samples as u16 {
-                    let known = driver
-                        .scan()
-                        .is_ok_and(|scan| scan.reading(index).is_some());
-                    if let Some(reading) = self.readings.get(&mut self.flash, index)?
-                        && !known
-                    {
-                        driver.record(index, reading);
-                        confirmed = confirmed.saturating_add(1);
-                    }
-                }
-                platform.tell(News::Home { confirmed });
-                Ok(())
-            }
-        }
-    }
-
-    /// Steps were lost: what was read since the arms were home is read again.
-    fn lose(
-        &mut self,
-        lost: LostSteps,
-        course: &mut Course,
-        platform: &mut impl Platform,
-    ) -> Result<(), ScannerError> {
-        platform.tell(News::LostSteps(lost));
-        self.readings.discard(&mut self.flash)?;
-        course.homed = false;
-        course.readings = 0;
-        course.refused = 0;
-        course.losses = course.losses.saturating_add(1);
-        if course.losses > LOSSES {
-            return Err(ScannerError::LostSteps(lost));
-        }
-        Ok(())
     }
 }

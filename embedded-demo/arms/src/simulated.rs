@@ -11,11 +11,13 @@ pub use pins::{DirectionPin, Lamp, Photodiode, StepPin, Switch};
 use core::cell::Cell;
 use core::f32::consts::{FRAC_PI_2, PI, TAU};
 
-use glimpse_core::geometry::{Angles, ArmAngles, Directions, Spherical};
+use glimpse_core::geometry::{ArmAngles, Directions, Spherical};
 use glimpse_core::gonio::{Footprint, Limits, Machine, Speeds};
 
 use crate::axis::{self, Axis};
 use crate::goniometer::Goniometer;
+use crate::route::AxisAngles;
+use crate::scanner::Command;
 use crate::sensor::{Photometer, White};
 use crate::station::{self, ARMS, Station};
 
@@ -23,13 +25,30 @@ use crate::station::{self, ARMS, Station};
 #[derive(Debug, Default)]
 #[repr(C)]
 pub struct Arm {
-    /// Where it is, in steps; its switch is closed at 0 and below.
+    /// Steps from its switch, which is open at 0 and below.
     position: Cell<i32>,
     /// Levels of its pins, 0 or 1.
     step: Cell<u32>,
     direction: Cell<u32>,
-    /// So many edges it will not follow.
+    /// Edges that it will not follow.
     stalled: Cell<u32>,
+    /// The switch's wires; see [`Wiring`].
+    wiring: Cell<u32>,
+    /// 1 if the switch was open when it was read last.
+    open: Cell<u32>,
+    /// Reads for which its contact bounces.
+    bounces: Cell<u32>,
+}
+
+/// The wires of a simulated switch.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Wiring {
+    /// Whole.
+    Whole = 0,
+    /// One is broken, so that the switch reads as open.
+    Broken = 1,
+    /// They touch each other, so that the switch reads as closed.
+    Shorted = 2,
 }
 
 /// A simulated scanner.
@@ -40,20 +59,36 @@ pub struct World {
     lamp: Cell<u32>,
     /// State of the sensor's noise.
     noise: Cell<u32>,
-    /// 1 if the button is pressed.
+    /// 1 for a short press of the button, 2 for a long one.
     button: Cell<u32>,
 }
 
 /// A made-up material: a diffuse colour, and a highlight of two widths; sr^-1, linear RGB. (That of
 /// `glimpse-bench`, whose fit is counted.)
-fn brdf(angles: Angles<f32>) -> [f32; 3] {
+fn brdf(theta_h: f32, theta_d: f32) -> [f32; 3] {
     let lobe = |sharpness: f32| {
-        let falloff = 1.0 + sharpness * angles.theta_h * angles.theta_h;
+        let falloff = 1.0 + sharpness * theta_h * theta_h;
         1.0 / (falloff * falloff)
     };
-    let grazing = 1.0 + 0.2 * angles.theta_d * angles.theta_d;
+    let grazing = 1.0 + 0.2 * theta_d * theta_d;
     let highlight = 0.9 * (8.0 * lobe(40.0) + lobe(4.0)) / 9.0 * grazing;
     [0.12 + highlight, 0.05 + highlight, 0.03 + 0.9 * highlight]
+}
+
+/// The angles theta_h and theta_d, radians; None below the horizon.
+fn half_angles(directions: &Directions<f32>) -> Option<[f32; 2]> {
+    let Directions { incoming, outgoing } = *directions;
+    let [[_, _, cos_i], [_, _, cos_o]] = [incoming, outgoing];
+    if cos_i <= 0.0 || cos_o <= 0.0 {
+        return None;
+    }
+    let mut coordinates = outgoing.into_iter();
+    let sum = incoming.map(|i| i + coordinates.next().unwrap_or_default());
+    let [x, y, z] = sum; // along the half vector
+    let across = libm::sqrtf(x * x + y * y);
+    let length = libm::sqrtf(x * x + y * y + z * z);
+    let theta_d = libm::acosf((length / 2.0).min(1.0)); // both are unit vectors
+    Some([libm::atan2f(across, z), theta_d])
 }
 
 /// Counts that the sensor gives in the dark.
@@ -64,11 +99,13 @@ const WHITE: f32 = 1200.0;
 const FULL_SCALE: u16 = 4095;
 /// Steps to a radian: 1.8 degrees, 16 microsteps, a gear of 1:4.
 const STEPS_PER_RADIAN: f32 = 200.0 * 16.0 * 4.0 / TAU;
-/// Where the switches close: a few degrees below the smallest angle.
+/// The switches of all arms but the sensor's polar one open a few degrees below the smallest angle.
 const HOME_BELOW: f32 = 0.05;
+/// The least angle between lamp and sensor, radians: a little less than in the bundled recipes.
+const MIN_SEPARATION: f32 = 0.08;
 
 impl World {
-    /// All arms at these steps from their switches, wherever that is.
+    /// All arms at these steps from their switches.
     pub fn new(positions: [i32; ARMS]) -> Self {
         let world = Self::default();
         world.place(positions);
@@ -82,6 +119,8 @@ impl World {
             arm.stalled.set(0);
             arm.step.set(0);
             arm.direction.set(0);
+            arm.bounces.set(0);
+            arm.wiring.set(Wiring::Whole as u32);
         }
         self.lamp.set(0);
         self.noise.set(1);
@@ -95,28 +134,63 @@ impl World {
         }
     }
 
-    /// Presses the button; [`World::is_pressed`] tells it once.
-    pub fn press(&self) {
-        self.button.set(1);
+    /// Changes the wires of an arm's switch.
+    pub fn wire(&self, arm: usize, wiring: Wiring) {
+        if let Some(arm) = self.arms.get(arm) {
+            arm.wiring.set(wiring as u32);
+        }
     }
 
-    /// Whether the button was pressed since the last call.
-    pub fn is_pressed(&self) -> bool {
-        self.button.replace(0) == 1
+    /// Lets the contact of an arm's switch bounce for a number of reads from now.
+    pub fn bounce(&self, arm: usize, reads: u32) {
+        if let Some(arm) = self.arms.get(arm) {
+            arm.bounces.set(reads);
+        }
     }
 
-    /// Where the arms are, in steps from their switches.
+    /// Gives a command; [`World::take_command`] returns it once.
+    pub fn command(&self, command: Command) {
+        self.button.set(match command {
+            Command::NewScan => 1,
+            Command::Continue => 2,
+        });
+    }
+
+    /// The command that was given since the last call.
+    pub fn take_command(&self) -> Option<Command> {
+        match self.button.replace(0) {
+            1 => Some(Command::NewScan),
+            2 => Some(Command::Continue),
+            _ => None,
+        }
+    }
+
+    /// Positions of the arms, in steps from their switches.
     pub fn positions(&self) -> [i32; ARMS] {
         self.arms.each_ref().map(|arm| arm.position.get())
     }
 
-    /// Where the arms are.
-    fn directions(&self) -> Directions<f32> {
-        let [theta_i, phi_i, theta_o, phi_o] = core::array::from_fn(|arm| {
+    /// The arms' angles, radians: theta_i, phi_i, theta_o, phi_o.
+    pub fn angles(&self) -> AxisAngles {
+        core::array::from_fn(|arm| {
             let settings = settings(arm);
             let steps = self.arms.get(arm).map_or(0, |arm| arm.position.get());
-            settings.angle(steps.saturating_add(settings.steps(settings.home)))
-        });
+            let away = if settings.home < settings.least {
+                1
+            } else {
+                -1
+            };
+            settings.angle(
+                steps
+                    .saturating_mul(away)
+                    .saturating_add(settings.steps(settings.home)),
+            )
+        })
+    }
+
+    /// The directions of lamp and sensor.
+    pub fn directions(&self) -> Directions<f32> {
+        let [theta_i, phi_i, theta_o, phi_o] = self.angles();
         let at = |theta, phi| Spherical { theta, phi };
         let arms = ArmAngles {
             incoming: at(theta_i, phi_i),
@@ -138,6 +212,17 @@ impl World {
     pub fn station(
         &self,
     ) -> Station<StepPin<'_>, DirectionPin<'_>, Switch<'_>, Photodiode<'_>, Lamp<'_>> {
+        self.station_within(Limits {
+            min_separation: MIN_SEPARATION,
+            ..Limits::NONE
+        })
+    }
+
+    /// The whole machine with these limits.
+    pub fn station_within(
+        &self,
+        limits: Limits,
+    ) -> Station<StepPin<'_>, DirectionPin<'_>, Switch<'_>, Photodiode<'_>, Lamp<'_>> {
         let normal = [0.0, 0.0, 1.0];
         let white = White {
             counts: [WHITE; 3],
@@ -158,7 +243,7 @@ impl World {
                 theta_o: speed,
                 phi_o: speed,
             },
-            limits: Limits::NONE,
+            limits,
             isotropic: true,
             through_normal: false,
         };
@@ -182,21 +267,23 @@ impl World {
     }
 }
 
-/// What an arm is like; 0 and 2 are polar angles, 1 and 3 azimuths.
+/// Settings of an arm; 0 and 2 are polar angles, 1 and 3 azimuths. The lamp's home is near the
+/// normal, the sensor's near the horizon, where its motor turns the other way round.
 pub fn settings(arm: usize) -> axis::Settings {
-    let (least, largest) = match arm % 2 {
-        0 => (0.0, FRAC_PI_2),
-        _ => (-PI, PI),
+    let (home, least, largest) = match arm {
+        0 => (-HOME_BELOW, 0.0, FRAC_PI_2),
+        2 => (FRAC_PI_2 - 0.01, 0.0, FRAC_PI_2 - 0.03),
+        _ => (-PI - HOME_BELOW, -PI, PI),
     };
     axis::Settings {
         steps_per_radian: STEPS_PER_RADIAN,
         speed: 4000.0,
         acceleration: 20_000.0,
         homing_speed: 1000.0,
-        home: least - HOME_BELOW,
+        home,
         least,
         largest,
         tolerance: 1,
-        reversed: false,
+        reversed: arm == 2,
     }
 }

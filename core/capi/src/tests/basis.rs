@@ -1,4 +1,4 @@
-//! Linear's basis.
+//! The basis of Linear.
 
 use core::ptr::null;
 use std::vec::Vec;
@@ -14,8 +14,7 @@ use crate::types::glimpse_reading;
 
 const LINEAR: &[u8] = RECIPES[3];
 
-/// A basis of eight nodes without a table to speak of: its BRDF is that of the mean, which is 0, so
-/// (e^0 - 1) e / w.
+/// A basis of eight nodes with a table of zeros: its BRDF is that of the mean, (e^0 - 1) e / w = 0.
 fn basis(of: u32, components: u16) -> Vec<u8> {
     let mut body = of.to_le_bytes().to_vec();
     for count in [components, 2, 2, 2] {
@@ -37,10 +36,10 @@ fn basis(of: u32, components: u16) -> Vec<u8> {
 
 #[test]
 fn linear_has_a_brdf_by_its_own_basis() {
-    let ridge = Recipe::parse(LINEAR).unwrap().ridge().unwrap();
-    let of = ridge.basis_checksum().unwrap();
-    let right = basis(of, ridge.components() as u16);
-    let other = basis(of ^ 1, ridge.components() as u16);
+    let of = Recipe::parse(LINEAR).unwrap().basis_checksum().unwrap();
+    let components = super::scan::describe(LINEAR).values / 3;
+    let right = basis(of, components);
+    let other = basis(of ^ 1, components);
 
     let mut memory = Bytes::for_scan();
     let (_, scan) = begin(&mut memory, LINEAR);
@@ -75,8 +74,8 @@ fn linear_has_a_brdf_by_its_own_basis() {
     assert_eq!(ask(&mut brdf), Status::Ok);
     assert_eq!(brdf, [0.0; 3]);
     let mut reading = glimpse_reading::default();
-    let kept = unsafe { glimpse_scan_reading(scan, 7, &raw mut reading) };
-    assert_eq!(kept, Status::Ok);
+    let status = unsafe { glimpse_scan_reading(scan, 7, &raw mut reading) };
+    assert_eq!(status, Status::Ok);
 }
 
 #[test]

@@ -1,7 +1,9 @@
-//! A driver, alone and in front of a host.
+//! Drivers, alone and with a host.
 
+use core::cell::Cell;
 use core::mem::MaybeUninit;
 use core::ptr::{null, null_mut};
+use std::thread_local;
 use std::vec::Vec;
 
 use glimpse_core::link::{FRAME_BYTES, PROTOCOL, Received, Refusal, Reply, Request, Server};
@@ -9,20 +11,31 @@ use glimpse_core::link::{FRAME_BYTES, PROTOCOL, Received, Refusal, Reply, Reques
 use super::{Bytes, RECIPES, reading, values_by_core};
 use crate::driver::{
     glimpse_config_default, glimpse_driver, glimpse_driver_begin, glimpse_driver_fail,
-    glimpse_driver_outgoing, glimpse_driver_poll, glimpse_driver_receive, glimpse_driver_record,
-    glimpse_driver_scan, glimpse_driver_sent,
+    glimpse_driver_outgoing, glimpse_driver_poll, glimpse_driver_poll_delay,
+    glimpse_driver_receive, glimpse_driver_record, glimpse_driver_restart, glimpse_driver_scan,
+    glimpse_driver_sent,
 };
 use crate::fit::glimpse_fitted_values;
 use crate::status::glimpse_status as Status;
-use crate::types::{glimpse_action, glimpse_action_kind as Kind, glimpse_host, glimpse_kept};
+use crate::types::{
+    glimpse_action, glimpse_action_kind as Kind, glimpse_config, glimpse_host, glimpse_saved,
+};
 
-fn begin(
+pub(super) fn begin(
     memory: &mut Bytes,
     recipe: &[u8],
     host: glimpse_host,
-    kept: &[glimpse_kept],
+    saved: &[glimpse_saved],
 ) -> *mut glimpse_driver {
-    let config = glimpse_config_default(host as i32);
+    begin_with(memory, recipe, &glimpse_config_default(host as i32), saved)
+}
+
+fn begin_with(
+    memory: &mut Bytes,
+    recipe: &[u8],
+    config: &glimpse_config,
+    saved: &[glimpse_saved],
+) -> *mut glimpse_driver {
     let mut driver = null_mut();
     let bytes = memory.bytes;
     let status = unsafe {
@@ -31,9 +44,9 @@ fn begin(
             bytes,
             recipe.as_ptr(),
             recipe.len(),
-            &raw const config,
-            kept.as_ptr(),
-            kept.len(),
+            config,
+            saved.as_ptr(),
+            saved.len(),
             &raw mut driver,
         )
     };
@@ -41,10 +54,17 @@ fn begin(
     driver
 }
 
-fn poll(driver: *mut glimpse_driver) -> glimpse_action {
+/// Polls a millisecond after the poll before.
+pub(super) fn poll(driver: *mut glimpse_driver) -> glimpse_action {
+    thread_local!(static NOW_MS: Cell<u64> = const { Cell::new(0) });
+    NOW_MS.set(NOW_MS.get() + 1);
+    poll_at(driver, NOW_MS.get())
+}
+
+fn poll_at(driver: *mut glimpse_driver, now_ms: u64) -> glimpse_action {
     let mut action = MaybeUninit::uninit();
     unsafe {
-        let status = glimpse_driver_poll(driver, 1, action.as_mut_ptr());
+        let status = glimpse_driver_poll(driver, now_ms, action.as_mut_ptr());
         assert_eq!(status, Status::Ok);
         action.assume_init()
     }
@@ -62,17 +82,17 @@ fn values(driver: *const glimpse_driver) -> Vec<u32> {
     values.iter().map(|value| value.to_bits()).collect()
 }
 
-/// Nobody at the other end; some readings outlasted a reset, and one that is none.
+/// There is no host. Some readings outlasted a reset; one of them has an invalid index.
 #[test]
 fn a_driver_alone_ends_in_the_same_bits_as_rust() {
     let mut memory = Bytes::for_driver();
     for recipe in RECIPES {
-        let kept = [2, 5, 9999].map(|index| glimpse_kept {
+        let saved = [2, 5, 9999].map(|index| glimpse_saved {
             index,
             reading: reading(index),
         });
-        let driver = begin(&mut memory, recipe, glimpse_host::Absent, &kept);
-        let mut saved = 0;
+        let driver = begin(&mut memory, recipe, glimpse_host::Absent, &saved);
+        let mut actions_save = 0;
         let mut kinds = 0_u32;
         loop {
             let action = poll(driver);
@@ -87,22 +107,22 @@ fn a_driver_alone_ends_in_the_same_bits_as_rust() {
                 }
                 Kind::Save => {
                     assert_eq!(action.reading, reading(action.index));
-                    saved += 1;
+                    actions_save += 1;
                 }
                 Kind::Finished => break assert!(action.residual.mean > 0.0),
                 Kind::Failed => panic!("{:?}", action.failure),
                 _ => {}
             }
         }
-        assert_eq!(saved, 6);
+        assert_eq!(actions_save, 6);
         assert_eq!(values(driver), values_by_core(recipe));
         assert!(kinds & 1 << Kind::Continue as i32 != 0);
     }
 }
 
-/// A host that answers what it hears, with the recipe's bytes passing through.
+/// A host that answers every request.
 struct Scanner {
-    answerer: Server,
+    server: Server,
     values: Vec<f32>,
     refuses: Option<Refusal>,
     failures: usize,
@@ -111,29 +131,29 @@ struct Scanner {
 impl Scanner {
     fn new() -> Self {
         Self {
-            answerer: Server::new(),
+            server: Server::new(),
             values: Vec::new(),
             refuses: None,
             failures: 0,
         }
     }
 
-    /// Takes what the driver sends, hands back what it is answered.
+    /// Takes the driver's bytes and returns the answers to it.
     fn turn(&mut self, driver: *mut glimpse_driver) {
         let (mut bytes, mut count) = (null(), 0);
-        let heard: Vec<u8> = unsafe {
+        let received: Vec<u8> = unsafe {
             let status = glimpse_driver_outgoing(driver, &raw mut bytes, &raw mut count);
             assert_eq!(status, Status::Ok);
-            let heard = core::slice::from_raw_parts(bytes, count).to_vec();
+            let received = core::slice::from_raw_parts(bytes, count).to_vec();
             assert_eq!(glimpse_driver_sent(driver, count), Status::Ok);
-            heard
+            received
         };
         let mut frame = [0; FRAME_BYTES];
-        for byte in heard {
-            let answer = match self.answerer.receive(byte) {
+        for byte in received {
+            let answer = match self.server.receive(byte) {
                 Some(Ok(Received::New(request))) => {
                     let reply = self.reply(request);
-                    self.answerer.answer(reply, &mut frame).unwrap()
+                    self.server.reply(reply, &mut frame).unwrap()
                 }
                 _ => continue,
             };
@@ -153,7 +173,7 @@ impl Scanner {
                 reading: reading(index).into(),
             },
             Request::Values { values, .. } => {
-                self.values.extend_from_slice(&values);
+                self.values.extend_from_slice(values.as_slice());
                 Reply::Accepted
             }
             Request::Failed(_) => {
@@ -166,7 +186,7 @@ impl Scanner {
 }
 
 #[test]
-fn a_host_measures_and_hears_the_same_bits() {
+fn a_host_measures_and_receives_the_same_bits() {
     let mut memory = Bytes::for_driver();
     for recipe in RECIPES {
         let driver = begin(&mut memory, recipe, glimpse_host::Measures, &[]);
@@ -179,14 +199,14 @@ fn a_host_measures_and_hears_the_same_bits() {
                 _ => scanner.turn(driver),
             }
         }
-        let heard: Vec<u32> = scanner.values.iter().map(|value| value.to_bits()).collect();
-        assert_eq!(heard, values_by_core(recipe));
-        assert_eq!(values(driver), heard);
+        let received: Vec<u32> = scanner.values.iter().map(|value| value.to_bits()).collect();
+        assert_eq!(received, values_by_core(recipe));
+        assert_eq!(values(driver), received);
     }
 }
 
 #[test]
-fn failures_are_told_to_both_sides() {
+fn failures_reach_both_sides() {
     let mut memory = Bytes::for_driver();
     // The host cannot reach a direction.
     let driver = begin(&mut memory, RECIPES[0], glimpse_host::Measures, &[]);
@@ -205,9 +225,9 @@ fn failures_are_told_to_both_sides() {
     }
 }
 
-/// The host hears of a damaged recipe; on its own a device says so.
+/// A damaged recipe is reported to the host, or without a host to the firmware.
 #[test]
-fn a_driver_without_a_recipe_says_so() {
+fn a_driver_without_a_recipe_reports_it() {
     let mut memory = Bytes::for_driver();
     let driver = begin(&mut memory, b"", glimpse_host::Absent, &[]);
     let mut scanner = Scanner::new();
@@ -237,4 +257,58 @@ fn until_failed(driver: *mut glimpse_driver, scanner: &mut Scanner) -> Status {
         scanner.turn(driver);
     }
     panic!("it never fails");
+}
+
+fn delay(driver: *const glimpse_driver, now_ms: u64) -> u32 {
+    let mut delay_ms = 7;
+    let status = unsafe { glimpse_driver_poll_delay(driver, now_ms, &raw mut delay_ms) };
+    assert_eq!(status, Status::Ok);
+    delay_ms
+}
+
+/// Times are those of the configuration, and may begin anywhere in 64 bits.
+#[test]
+fn a_driver_states_its_next_deadline() {
+    let begun = u64::from(u32::MAX) - 3;
+    let mut memory = Bytes::for_driver();
+    let mut config = glimpse_config_default(glimpse_host::Listens as i32);
+    config.retransmit_interval_ms = 250;
+    let driver = begin_with(&mut memory, RECIPES[0], &config, &[]);
+    assert_eq!(delay(driver, begun), 0);
+    assert_eq!(poll_at(driver, begun).kind, Kind::Wait);
+    poll_at(driver, begun);
+    // The greeting has no timeout, and is retransmitted once it is sent.
+    assert_eq!(delay(driver, begun), u32::MAX);
+    assert_eq!(unsafe { glimpse_driver_sent(driver, 999) }, Status::Ok);
+    assert_eq!(delay(driver, begun), 250);
+    assert_eq!(delay(driver, begun + 200), 50);
+    assert_eq!(delay(driver, begun + 300), 0);
+    // Without a host nothing happens by itself after a failure.
+    let driver = begin(&mut memory, RECIPES[0], glimpse_host::Absent, &[]);
+    assert_eq!(unsafe { glimpse_driver_fail(driver) }, Status::Ok);
+    while poll_at(driver, begun).kind != Kind::Wait {}
+    assert_eq!(delay(driver, begun), u32::MAX);
+    assert_eq!(unsafe { glimpse_driver_restart(driver) }, Status::Ok);
+    assert_eq!(delay(driver, begun), 0);
+}
+
+#[test]
+fn samples_out_of_reach_fail_before_anything_moves() {
+    let mut memory = Bytes::for_driver();
+    let mut config = glimpse_config_default(glimpse_host::Absent as i32);
+    config.has_limits = 1;
+    config.limits.max_theta_i = 0.01;
+    let driver = begin_with(&mut memory, RECIPES[0], &config, &[]);
+    let mut scanner = Scanner::new();
+    assert_eq!(until_failed(driver, &mut scanner), Status::OutOfReach);
+}
+
+/// A driver with too little memory for its recipe has no scan.
+#[test]
+fn a_driver_reports_too_little_memory() {
+    let mut memory = Bytes::for_driver();
+    memory.bytes = crate::configuration::driver_bytes(0).unwrap();
+    let driver = begin(&mut memory, RECIPES[2], glimpse_host::Absent, &[]);
+    let mut scanner = Scanner::new();
+    assert_eq!(until_failed(driver, &mut scanner), Status::Memory);
 }

@@ -1,16 +1,15 @@
-//! Wrong arguments from C: an error by value, and no pointer is followed.
+//! Wrong arguments from C: each is an error by value, and no pointer is dereferenced.
 
 use core::ptr::{null, null_mut};
 use std::vec::Vec;
 
-use glimpse_core::model::ModelKind;
-use glimpse_core::recipe::{PackedDescent, PackedMethod, Recipe, RecipeParts};
-
 use super::{Bytes, MIRROR, NEURAL, RECIPES, begin};
 use crate::driver::{
-    glimpse_config_default, glimpse_driver_begin, glimpse_driver_fail, glimpse_driver_outgoing,
-    glimpse_driver_poll, glimpse_driver_receive, glimpse_driver_record, glimpse_driver_reject,
-    glimpse_driver_restart, glimpse_driver_scan, glimpse_driver_sent,
+    glimpse_config_default, glimpse_driver, glimpse_driver_begin, glimpse_driver_bytes,
+    glimpse_driver_fail, glimpse_driver_finish_early, glimpse_driver_outgoing, glimpse_driver_poll,
+    glimpse_driver_poll_delay, glimpse_driver_receive, glimpse_driver_record,
+    glimpse_driver_reject, glimpse_driver_restart, glimpse_driver_scan, glimpse_driver_sent,
+    glimpse_driver_skip,
 };
 use crate::fit::{
     glimpse_fit_advance, glimpse_fit_begin, glimpse_fit_finish, glimpse_fitted_brdf,
@@ -18,18 +17,21 @@ use crate::fit::{
 };
 use crate::recipe::glimpse_recipe_describe;
 use crate::scan::{
-    glimpse_scan, glimpse_scan_begin, glimpse_scan_bytes, glimpse_scan_next, glimpse_scan_reading,
-    glimpse_scan_record, glimpse_scan_restart,
+    glimpse_scan, glimpse_scan_begin, glimpse_scan_bytes, glimpse_scan_finish_early,
+    glimpse_scan_next, glimpse_scan_reading, glimpse_scan_record, glimpse_scan_restart,
+    glimpse_scan_skip,
 };
 use crate::status::glimpse_status as Status;
-use crate::types::{glimpse_action_kind as Kind, glimpse_host, glimpse_reading, glimpse_sample};
+use crate::types::{
+    glimpse_action_kind as Kind, glimpse_config, glimpse_host, glimpse_reading, glimpse_sample,
+};
 
 #[test]
-fn memory_that_will_not_do_is_refused() {
+fn unsuitable_memory_is_refused() {
     let mut memory = Bytes::for_scan();
     let (recipe, bytes) = (NEURAL.as_ptr(), NEURAL.len());
     let mut scan: *mut glimpse_scan = null_mut();
-    let least = glimpse_scan_bytes();
+    let least = unsafe { glimpse_scan_bytes(recipe, bytes) };
     unsafe {
         let out = &raw mut scan;
         let pointer = memory.pointer();
@@ -100,6 +102,8 @@ fn null_and_misaligned_pointers_are_errors() {
                 glimpse_scan_next(scan, 0, &raw mut sample),
                 glimpse_scan_record(scan, 0, &raw const reading, null_mut()),
                 glimpse_scan_reading(scan, 0, &raw mut reading),
+                glimpse_scan_skip(scan, 0),
+                glimpse_scan_finish_early(scan),
                 glimpse_fit_begin(scan),
                 glimpse_fit_advance(scan, 1, null_mut()),
                 glimpse_fit_finish(scan, null_mut()),
@@ -107,7 +111,7 @@ fn null_and_misaligned_pointers_are_errors() {
                 glimpse_fitted_values(scan, brdf.as_mut_ptr(), 3, &raw mut count),
                 glimpse_fitted_residual(scan, residual.as_mut_ptr()),
             ];
-            assert_eq!(found, [expected; 10]);
+            assert_eq!(found, [expected; 12]);
         }
         for (out, expected) in [(null_mut(), Status::Null), (odd, Status::Misaligned)] {
             let found = [
@@ -136,11 +140,12 @@ fn a_driver_refuses_the_same() {
     let mut bytes = null();
     let mut count = 0;
     let mut scan = null();
+    let mut delay_ms = 0;
     let reading = glimpse_reading::default();
     let mut action = core::mem::MaybeUninit::uninit();
     unsafe {
-        let memory_bytes = memory.bytes;
-        let mut begin = |config, kept, kept_count, out| {
+        let memory_bytes = glimpse_driver_bytes(NEURAL.as_ptr(), NEURAL.len());
+        let mut begin = |config, saved, saved_count, out| {
             let (memory, recipe, length) = (memory.pointer(), NEURAL.as_ptr(), NEURAL.len());
             glimpse_driver_begin(
                 memory,
@@ -148,14 +153,26 @@ fn a_driver_refuses_the_same() {
                 recipe,
                 length,
                 config,
-                kept,
-                kept_count,
+                saved,
+                saved_count,
                 out,
             )
         };
         let out = &raw mut driver;
         assert_eq!(begin(null(), null(), 0, out), Status::Null);
         assert_eq!(begin(&raw const wrong, null(), 0, out), Status::Argument);
+        for limits in [
+            |config: &mut glimpse_config| config.limits.max_theta_o = 0.0,
+            |config: &mut glimpse_config| config.limits.max_theta_i = f32::NAN,
+            |config: &mut glimpse_config| config.limits.min_separation = 4.0,
+        ] {
+            let mut wrong = config;
+            limits(&mut wrong);
+            // They are ignored unless the flag is set.
+            assert_eq!(begin(&raw const wrong, null(), 0, out), Status::Ok);
+            wrong.has_limits = 1;
+            assert_eq!(begin(&raw const wrong, null(), 0, out), Status::Argument);
+        }
         assert_eq!(begin(&raw const config, null(), 1, out), Status::Null);
         let status = begin(&raw const config, null(), 0, null_mut());
         assert_eq!(status, Status::Null);
@@ -172,53 +189,71 @@ fn a_driver_refuses_the_same() {
                 glimpse_driver_receive(driver, null(), 0),
                 glimpse_driver_outgoing(driver, &raw mut bytes, &raw mut count),
                 glimpse_driver_sent(driver, 1),
+                glimpse_driver_poll_delay(driver, 1, &raw mut delay_ms),
                 glimpse_driver_record(driver, 0, &raw const reading),
+                glimpse_driver_skip(driver, 0),
+                glimpse_driver_finish_early(driver),
                 glimpse_driver_fail(driver),
                 glimpse_driver_reject(driver, null(), 0),
                 glimpse_driver_restart(driver),
                 glimpse_driver_scan(driver, &raw mut scan),
             ];
-            assert_eq!(found, [expected; 9]);
+            assert_eq!(found, [expected; 12]);
         }
         let found = [
             glimpse_driver_poll(driver, 1, null_mut()),
+            glimpse_driver_poll_delay(driver, 1, null_mut()),
             glimpse_driver_receive(driver, null(), 1),
             glimpse_driver_record(driver, 0, null()),
             glimpse_driver_scan(driver, null_mut()),
             glimpse_driver_outgoing(driver, null_mut(), &raw mut count),
         ];
-        assert_eq!(found, [Status::Null; 5]);
+        assert_eq!(found, [Status::Null; 6]);
         let status = glimpse_driver_reject(driver, NEURAL.as_ptr(), NEURAL.len());
         assert_eq!(status, Status::Argument);
-        // One that is whole, but not for this library, is reported to the host as well.
-        let large = too_many_samples();
-        let mut recipe = core::mem::MaybeUninit::uninit();
-        let status = glimpse_recipe_describe(large.as_ptr(), large.len(), recipe.as_mut_ptr());
-        assert_eq!(status, Status::Samples);
-        let status = glimpse_driver_reject(driver, large.as_ptr(), large.len());
+        let status = glimpse_driver_reject(driver, b"none".as_ptr(), 4);
         assert_eq!(status, Status::Ok);
-        let status = glimpse_driver_poll(driver, 1, action.as_mut_ptr());
-        assert_eq!(status, Status::Ok);
-        let action = action.assume_init_ref();
-        assert_eq!(
-            (action.kind, action.failure),
-            (Kind::Failed, Status::Samples)
-        );
+        assert_failed(driver, Status::RecipeMagic);
     }
 }
 
-fn too_many_samples() -> Vec<u8> {
-    const PARAMETERS: usize = 4 * 7;
-    let pattern = [0.1_f32, 0.5, 1.0].map(f32::to_le_bytes).concat();
-    let pattern = pattern.repeat(crate::configuration::SAMPLES + 1);
-    let descent = PackedDescent {
-        model: ModelKind::Phong,
-        inner_steps: 1,
-        initial: &[0; PARAMETERS],
-        step_sizes: &[0; PARAMETERS],
-    };
-    let parts = RecipeParts::new(&pattern, PackedMethod::Descent(descent));
-    let mut buffer = [0; 4_096];
-    let bytes = Recipe::write(&parts, &mut buffer).unwrap();
-    bytes.to_vec()
+/// A recipe that is valid, but needs more memory than the driver has, is reported to the host as well.
+#[test]
+fn a_driver_rejects_a_recipe_that_needs_more_memory() {
+    let [small, large] = [RECIPES[0], NEURAL];
+    let mut memory = Bytes::for_driver();
+    let config = glimpse_config_default(glimpse_host::Absent as i32);
+    let mut driver = null_mut();
+    unsafe {
+        let least = glimpse_driver_bytes(small.as_ptr(), small.len());
+        let mut begin = |memory_bytes| {
+            glimpse_driver_begin(
+                memory.pointer(),
+                memory_bytes,
+                small.as_ptr(),
+                small.len(),
+                &raw const config,
+                null(),
+                0,
+                &raw mut driver,
+            )
+        };
+        assert_eq!(begin(100), Status::MemoryTooSmall);
+        assert_eq!(begin(least), Status::Ok);
+        let status = glimpse_driver_reject(driver, small.as_ptr(), small.len());
+        assert_eq!(status, Status::Argument);
+        let status = glimpse_driver_reject(driver, large.as_ptr(), large.len());
+        assert_eq!(status, Status::Ok);
+        assert_failed(driver, Status::Memory);
+    }
+}
+
+unsafe fn assert_failed(driver: *mut glimpse_driver, failure: Status) {
+    let mut action = core::mem::MaybeUninit::uninit();
+    unsafe {
+        let status = glimpse_driver_poll(driver, 1, action.as_mut_ptr());
+        assert_eq!(status, Status::Ok);
+        let action = action.assume_init_ref();
+        assert_eq!((action.kind, action.failure), (Kind::Failed, failure));
+    }
 }

@@ -1,8 +1,9 @@
-//! A scan from beginning to end.
+//! Scans from beginning to end.
 
 use core::ptr::{null, null_mut};
 use std::vec;
 
+use super::fit::finish;
 use super::{Bytes, MIRROR, RECIPES, begin, fitted_by_core, reading, record_all};
 use crate::fit::{
     glimpse_fit_advance, glimpse_fit_begin, glimpse_fit_finish, glimpse_fitted_brdf,
@@ -15,27 +16,20 @@ use crate::scan::{
 };
 use crate::status::glimpse_status as Status;
 use crate::types::{
-    glimpse_directions_of, glimpse_model, glimpse_progress, glimpse_reading, glimpse_recipe,
-    glimpse_recorded, glimpse_residual, glimpse_sample,
+    glimpse_directions_of, glimpse_model, glimpse_reading, glimpse_recipe, glimpse_recorded,
+    glimpse_residual, glimpse_sample,
 };
 
-/// Fits in slices; returns the residual.
+/// Fits in slices and returns the residual.
 fn fit(scan: *mut glimpse_scan) -> glimpse_residual {
-    let mut progress = glimpse_progress { done: 0, total: 1 };
-    let mut residual = glimpse_residual::default();
-    unsafe {
-        assert_eq!(glimpse_fit_begin(scan), Status::Ok);
-        while progress.done < progress.total {
-            let before = progress.done;
-            assert_eq!(glimpse_fit_advance(scan, 3, &raw mut progress), Status::Ok);
-            assert!(progress.done > before);
-        }
-        assert_eq!(glimpse_fit_finish(scan, &raw mut residual), Status::Ok);
-    }
+    assert_eq!(unsafe { glimpse_fit_begin(scan) }, Status::Ok);
+    let (status, residual) = finish(scan);
+    assert_eq!(status, Status::Ok);
+    assert_eq!(residual.implausible, 0);
     residual
 }
 
-fn describe(recipe: &[u8]) -> glimpse_recipe {
+pub(super) fn describe(recipe: &[u8]) -> glimpse_recipe {
     let mut found = core::mem::MaybeUninit::uninit();
     unsafe {
         let status = glimpse_recipe_describe(recipe.as_ptr(), recipe.len(), found.as_mut_ptr());
@@ -44,7 +38,7 @@ fn describe(recipe: &[u8]) -> glimpse_recipe {
     }
 }
 
-/// All models and kinds of recipes by one road, in one memory, with core's own bits.
+/// All models and kinds of recipes, one after the other in one memory, give the bits of core.
 #[test]
 fn every_recipe_ends_in_the_same_bits_as_in_rust() {
     let mut memory = Bytes::for_scan();
@@ -114,7 +108,7 @@ fn readings_come_in_any_order_and_replace_each_other() {
         assert_eq!(read(&mut found), Status::Ok);
         assert_eq!((found.brdf, found.saturated), (second.brdf, 1));
 
-        // Sample 5 is not pending any more.
+        // Sample 5 is no longer pending.
         for (from, index) in [(0, 0), (5, 6), (7, 7)] {
             assert_eq!(glimpse_scan_next(scan, from, &raw mut sample), Status::Ok);
             assert_eq!(sample.index, index);
@@ -147,7 +141,7 @@ fn angles_of_arms_lead_to_the_same_directions() {
     }
 }
 
-/// A call in a wrong state is an error by name, and changes nothing.
+/// A call in a wrong state has a status of its own, and changes nothing.
 #[test]
 fn the_wrong_order_of_calls_is_an_error() {
     let mut memory = Bytes::for_scan();
@@ -173,7 +167,7 @@ fn the_wrong_order_of_calls_is_an_error() {
         assert_eq!(glimpse_fit_begin(scan), Status::Ok);
         assert_eq!(glimpse_fit_finish(scan, null_mut()), Status::Unfinished);
         none_is_fitted();
-        // A reading ends it.
+        // A reading ends the fit.
         let reading = reading(3);
         let status = glimpse_scan_record(scan, 3, &raw const reading, null_mut());
         assert_eq!(status, Status::Ok);
@@ -199,7 +193,7 @@ fn the_wrong_order_of_calls_is_an_error() {
 }
 
 #[test]
-fn what_cannot_be_a_reading_is_refused() {
+fn invalid_readings_are_refused() {
     let mut memory = Bytes::for_scan();
     let (_, scan) = begin(&mut memory, RECIPES[0]);
     let record = |index, brdf| {
@@ -213,5 +207,5 @@ fn what_cannot_be_a_reading_is_refused() {
     for index in 0..8 {
         assert_eq!(record(index, [1000.0 + f32::from(index); 3]), Status::Ok);
     }
-    assert_eq!(unsafe { glimpse_fit_begin(scan) }, Status::Implausible);
+    assert_eq!(unsafe { glimpse_fit_begin(scan) }, Status::TooLarge);
 }

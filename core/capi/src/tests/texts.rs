@@ -1,11 +1,13 @@
-//! Texts of statuses.
+//! Statuses with their texts, and the version.
 
 use core::ffi::CStr;
 use std::collections::HashSet;
 use std::format;
 use std::vec::Vec;
 
-use crate::status::{TEXTS, glimpse_status_text, glimpse_version};
+use glimpse_core::error_code::ErrorCode;
+
+use crate::status::{glimpse_status, glimpse_status_text, glimpse_version, texts};
 
 fn text(status: i32) -> &'static str {
     let text = glimpse_status_text(status);
@@ -25,7 +27,7 @@ fn every_status_has_a_text_of_its_own() {
         .map(|line| line.split_once(" = ").expect("a number").1)
         .map(|number| number.trim_end_matches(',').parse().expect("a number"))
         .collect();
-    assert_eq!(numbers.len(), TEXTS.len());
+    assert_eq!(numbers.len(), texts().count());
     let unknown = text(-1);
     let texts: HashSet<&str> = numbers.iter().map(|number| text(*number)).collect();
     assert_eq!(texts.len(), numbers.len());
@@ -33,12 +35,26 @@ fn every_status_has_a_text_of_its_own() {
     assert_eq!(text(i32::MAX), unknown);
 }
 
-/// A C engineer looks there.
+/// Numbers, names and texts are those of `glimpse-core`.
+#[test]
+fn every_error_code_is_a_status() {
+    for code in ErrorCode::ALL {
+        let status = glimpse_status::from(*code);
+        assert_eq!(status as i32, i32::from(code.code()));
+        assert_eq!(format!("{status:?}"), format!("{code:?}"));
+        assert_eq!(text(status as i32), code.text());
+    }
+    let own = |status: &glimpse_status| matches!(*status as i32, 0..32 | 82 | 83);
+    for (status, _) in texts().filter(|(status, _)| !own(status)) {
+        assert!(ErrorCode::from_code(status as u16).is_some(), "{status:?}");
+    }
+}
+
 #[test]
 fn the_readme_has_all_texts() {
     let readme = include_str!("../../README.md");
-    for (status, text) in TEXTS {
-        let row = format!("| {} | ", *status as i32);
+    for (status, text) in texts() {
+        let row = format!("| {} | ", status as i32);
         let text = text.to_str().unwrap();
         let line = readme.lines().find(|line| line.starts_with(&row));
         let line = line.unwrap_or_else(|| panic!("{row}: {text}"));

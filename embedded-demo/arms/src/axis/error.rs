@@ -1,29 +1,31 @@
-//! What goes wrong with an arm.
+//! Errors of an axis.
 
 use core::fmt;
 
-/// What went wrong with an arm.
+/// An error of an axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum AxisError {
-    /// It was not sent home since it was switched on or slipped.
+    /// The arm was not sent home since power-up or since its last error.
     NotHomed,
-    /// It moves.
+    /// The arm moves.
     Moving,
-    /// The angle is NaN or beyond its limits.
+    /// The angle is NaN or beyond the axis' limits.
     OutOfReach {
         /// Radians.
         angle: f32,
     },
-    /// It went all the way and more, and the switch did not close.
+    /// The switch did not open within the travel that the axis can have left.
     HomeNotFound,
-    /// It went all the way and more, and the switch did not open.
+    /// The switch did not close when the arm left it: it is stuck, or its wire is broken.
     HomeStuck,
-    /// The switch closed where the arm should be far from it.
-    Slipped {
-        /// Steps that it should be away from it.
+    /// The switch opened during a move, far from home.
+    SwitchOpened {
+        /// Steps from the switch by count.
         steps: i32,
     },
+    /// The switch's contact does not settle.
+    SwitchBounces,
     /// A pin could not be read or written.
     Pin,
 }
@@ -31,20 +33,23 @@ pub enum AxisError {
 impl fmt::Display for AxisError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::NotHomed => f.write_str("it does not know where it is: send it home first"),
+            Self::NotHomed => f.write_str("its position is unknown: send it home first"),
             Self::Moving => f.write_str("it moves: wait until it has arrived"),
             Self::OutOfReach { angle } => write!(f, "{angle} rad is beyond its limits"),
             Self::HomeNotFound => f.write_str(
-                "its home switch does not close: look at motor, driver's supply and the switch's wires",
+                "its home switch does not open within its travel: check the motor, the driver's supply, and the switch's wires for a short circuit",
             ),
             Self::HomeStuck => f.write_str(
-                "its home switch does not open: look at the switch, and at `reversed`",
+                "its home switch does not close: check the switch, its wires for a break, and `reversed`",
             ),
-            Self::Slipped { steps } => write!(
+            Self::SwitchOpened { steps } => write!(
                 f,
-                "its home switch closed {steps} steps too early: it lost steps or hit something"
+                "its home switch opened {steps} steps too early: it lost steps, hit something, or a wire of the switch is broken"
             ),
-            Self::Pin => f.write_str("a pin of it could not be read or written"),
+            Self::SwitchBounces => f.write_str(
+                "its home switch does not settle: check its contact, and shield its wires",
+            ),
+            Self::Pin => f.write_str("one of its pins could not be read or written"),
         }
     }
 }

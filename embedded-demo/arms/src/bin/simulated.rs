@@ -1,8 +1,9 @@
 //! The firmware in QEMU: netduinoplus2 has a UART, but no arms, no ADC, no clocks and no flash
 //! controller. The scanner is simulated, and it and the flash lie where a reset leaves them alone.
 //!
-//! Bytes on the UART play the world, while no host listens: `a` to `d` let an arm lose its next
-//! forty steps, `p` presses the button.
+//! Bytes on the UART play the world while no host listens: `a` to `d` let an arm lose its next forty
+//! steps. While the firmware asks about saved readings, `p` presses the button shortly, and `h` holds
+//! it.
 
 #![no_std]
 #![no_main]
@@ -14,16 +15,19 @@ use cortex_m::peripheral::SCB;
 use cortex_m_rt::{entry, exception};
 use defmt_semihosting as _;
 use glimpse_arms::flash_ram::{FlashRam, SECTOR};
-use glimpse_arms::scanner::{News, Platform, Scanner, log_values};
+use glimpse_arms::scanner::{Command, End, News, Platform, Scanner, Seeds, log_values};
 use glimpse_arms::simulated::World;
 use glimpse_arms::station::ARMS;
 use glimpse_arms::store::readings::Readings;
 use glimpse_arms::store::recipes::Recipes;
-use glimpse_arms::{Memory, retained};
+use glimpse_arms::{MEMORY_WORDS, Model, retained};
+use glimpse_core::recipe::memory_words;
 use glimpse_core::scan::Residual;
 
 /// The recipe that it comes with.
 static RECIPE: &[u8] = include_bytes!("../../../../trainer/recipes/neural-n8.recipe");
+/// The bundled recipe fits.
+const _: () = assert!(memory_words(&[RECIPE]) <= MEMORY_WORDS);
 /// Two sectors for readings, two and two for recipes.
 const FLASH_BYTES: usize = 6 * SECTOR;
 /// Steps that an arm loses at a time.
@@ -48,16 +52,16 @@ unsafe extern "C" {
 
 #[entry]
 fn main() -> ! {
-    static mut MEMORY: Memory = Memory::new();
+    static mut MEMORY: [f32; MEMORY_WORDS] = [0.0; MEMORY_WORDS];
     static mut BUFFER: [u8; 2 * SECTOR] = [0; 2 * SECTOR];
 
     // SAFETY: the linker script sets these bytes aside for it alone, there is room for it, any bits
     // are one, and this is the only reference, since `main` runs once.
     let kept = unsafe { only(&raw mut KEPT) };
     if kept.magic != MAGIC {
-        // Power was off: nobody knows where the arms are, and the flash is new.
+        // Power was off: the arms' positions are unknown, and the flash is new.
         kept.world.place([300, 500, 40, 700]);
-        kept.world.press();
+        kept.world.command(Command::NewScan); // somebody presses the button
         kept.positions = retained::words(None);
         kept.flash.fill(0xFF);
         kept.magic = MAGIC;
@@ -72,13 +76,18 @@ fn main() -> ! {
         positions: &mut kept.positions,
         uart: Uart::start(),
         is_alone: false,
+        is_asking: false,
     };
     let sector =
         |sectors: core::ops::Range<u32>| sectors.start * SECTOR as u32..sectors.end * SECTOR as u32;
     let readings = Readings::mount(&mut flash, [sector(0..1), sector(1..2)]);
     let recipes = Recipes::mount(&mut flash, [sector(2..4), sector(4..6)], BUFFER);
-    let (Ok(readings), Ok(recipes)) = (readings, recipes) else {
+    let (Ok(mut readings), Ok(recipes)) = (readings, recipes) else {
         defmt::error!("the flash cannot be read");
+        reset()
+    };
+    let Ok(boots) = readings.count_boot(&mut flash) else {
+        defmt::error!("the flash cannot be written");
         reset()
     };
     let mut scanner = Scanner {
@@ -86,9 +95,10 @@ fn main() -> ! {
         flash,
         readings,
         recipes,
+        seeds: Seeds::new(boots),
     };
-    defmt::info!("ready: press the button, if no scan goes on");
-    scanner.serve(RECIPE, BUFFER, MEMORY, &mut platform)
+    defmt::info!("ready: press the button");
+    scanner.serve::<Model>(RECIPE, BUFFER, MEMORY, &mut platform)
 }
 
 /// What is around the scanner in QEMU.
@@ -98,6 +108,8 @@ struct Simulation<'w> {
     uart: Uart,
     /// No host listens, so that bytes play the world.
     is_alone: bool,
+    /// The firmware has asked about saved readings, and no byte has come since.
+    is_asking: bool,
 }
 
 impl Platform for Simulation<'_> {
@@ -108,13 +120,13 @@ impl Platform for Simulation<'_> {
 
     fn receive(&mut self) -> Option<u8> {
         let byte = self.uart.read()?;
-        if !self.is_alone {
-            return Some(byte);
-        }
+        let is_asking = core::mem::take(&mut self.is_asking);
         match byte {
-            b'a'..=b'd' => self.world.stall(usize::from(byte - b'a'), STALL),
-            b'p' => self.world.press(),
-            _ => {}
+            b'p' if is_asking => self.world.command(Command::NewScan),
+            b'h' if is_asking => self.world.command(Command::Continue),
+            b'a'..=b'd' if self.is_alone => self.world.stall(usize::from(byte - b'a'), STALL),
+            _ if self.is_alone => {}
+            _ => return Some(byte),
         }
         None
     }
@@ -123,8 +135,8 @@ impl Platform for Simulation<'_> {
         self.uart.write(byte)
     }
 
-    fn is_started(&mut self) -> bool {
-        self.world.is_pressed()
+    fn command(&mut self) -> Option<Command> {
+        self.world.take_command()
     }
 
     fn remember(&mut self, positions: Option<[i32; ARMS]>) {
@@ -133,8 +145,10 @@ impl Platform for Simulation<'_> {
 
     fn tell(&mut self, news: News) {
         news.log();
-        if let News::End(end) = news {
-            self.is_alone = end == glimpse_arms::scanner::End::Alone;
+        match news {
+            News::End(end) => self.is_alone = end == End::Alone,
+            News::Saved { .. } => self.is_asking = true,
+            _ => {}
         }
     }
 

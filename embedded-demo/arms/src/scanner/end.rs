@@ -1,4 +1,4 @@
-//! How a scan begins and ends.
+//! Start and end of a scan.
 
 use core::fmt;
 
@@ -8,32 +8,30 @@ use crate::goniometer::LostSteps;
 use crate::station::StationError;
 use crate::store::StoreError;
 
-/// When a scan begins.
+/// The start of a scan.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Start {
-    /// When the button is pressed.
-    ByButton,
-    /// At once if it was under way before a reset; else when the button is pressed.
-    IfUnderWay,
-    /// At once.
+    /// On a [`Command`](super::Command).
+    OnCommand,
+    /// At once: somebody has given the command before.
     Now,
 }
 
-/// How a scan ended.
+/// The end of a scan.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum End {
     /// The material was fitted.
     Finished,
-    /// Nobody has pressed the button yet.
+    /// Nobody has given a command yet.
     Waiting,
-    /// Somebody wants to scan, and no host says a word.
+    /// A scan was begun, and no host replies.
     Alone,
-    /// A host spoke, and then fell silent.
+    /// A host replied, and then fell silent.
     Silent {
-        /// The scan was begun, so that it goes on without a host. Otherwise nobody has asked the
-        /// arms to move.
+        /// The scan was begun, so it goes on without a host. Otherwise nobody has asked the arms to
+        /// move.
         started: bool,
     },
     /// A host has sent another recipe: it is stored, and waits for
@@ -43,14 +41,12 @@ pub enum End {
         bytes: u32,
         /// The checksum by which it was offered.
         checksum: u32,
-        /// The scan was begun before, by the old recipe.
-        started: bool,
     },
     /// It was given up.
     Failed(ScannerError),
 }
 
-/// Why a scan was given up.
+/// The reason why a scan was given up.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum ScannerError {
@@ -60,11 +56,6 @@ pub enum ScannerError {
     Store(StoreError),
     /// Steps were lost again and again: the last ones.
     LostSteps(LostSteps),
-    /// The arms do not reach this sample.
-    OutOfReach {
-        /// Its index in the recipe's pattern.
-        index: u16,
-    },
     /// Recipe, fit or link.
     Scan(Failure),
 }
@@ -77,10 +68,6 @@ impl fmt::Display for ScannerError {
             Self::LostSteps(LostSteps { arm, steps }) => write!(
                 f,
                 "arm {arm} loses steps again and again, {steps} the last time: let it go slower, or look what it hits"
-            ),
-            Self::OutOfReach { index } => write!(
-                f,
-                "the arms do not reach sample {index}: train a recipe with their limits"
             ),
             Self::Scan(error) => error.fmt(f),
         }

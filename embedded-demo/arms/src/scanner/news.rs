@@ -1,20 +1,29 @@
-//! What a scan has to tell on the way.
+//! Events of a scan.
 
 use glimpse_core::scan::{Reading, ReadingError};
 
 use super::End;
 use crate::goniometer::LostSteps;
+use crate::sensor::SensorError;
 use crate::store::recipes::ReplaceError;
 
-/// What a scan has to tell on the way.
+/// An event of a scan.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum News {
     /// A scan has ended.
     End(End),
     /// Another recipe was put in force, or why it was not.
     Recipe(Result<(), ReplaceError>),
-    /// A scan goes on where a reset stopped it.
+    /// Readings of a scan that has not ended are saved. Nothing moves before a
+    /// [`Command`](super::Command).
+    Saved {
+        /// Their number.
+        readings: u16,
+    },
+    /// A scan goes on with its saved readings.
     GoesOn,
+    /// There are no saved readings to continue with.
+    NothingSaved,
     /// The arms are home and have lost no step.
     Home {
         /// Readings that the scan takes for good now.
@@ -36,6 +45,18 @@ pub enum News {
         /// What is wrong with it.
         error: ReadingError,
     },
+    /// The sensor could not be read: it is read again, up to three times.
+    Unread {
+        /// Index of the sample in the recipe's pattern.
+        index: u16,
+        /// The sensor's error.
+        error: SensorError,
+    },
+    /// A sample could not be read three times. The scan continues without it.
+    Skipped {
+        /// Its index in the recipe's pattern.
+        index: u16,
+    },
 }
 
 #[cfg(feature = "defmt")]
@@ -56,6 +77,11 @@ impl News {
             Self::End(End::Failed(error)) => defmt::error!("failed: {}", error),
             Self::Recipe(Ok(())) => defmt::info!("a new recipe is in force"),
             Self::Recipe(Err(error)) => defmt::error!("the old recipe stays: {}", error),
+            Self::Saved { readings } => defmt::info!(
+                "saved readings: {=u16}; press shortly for a new material, or for two seconds to continue",
+                readings
+            ),
+            Self::NothingSaved => defmt::warn!("nothing to continue: press shortly for a new scan"),
             Self::GoesOn => defmt::info!("goes on"),
             Self::Home { confirmed } => defmt::info!("home: {=u16} readings confirmed", confirmed),
             Self::LostSteps(LostSteps { arm, steps }) => {
@@ -74,6 +100,12 @@ impl News {
             }
             Self::Refused { index, error } => {
                 defmt::warn!("refused reading {=u16}: {}", index, error);
+            }
+            Self::Unread { index, error } => {
+                defmt::warn!("sample {=u16} is not read: {}", index, error);
+            }
+            Self::Skipped { index } => {
+                defmt::warn!("sample {=u16} cannot be read and is skipped", index);
             }
         }
     }

@@ -1,11 +1,11 @@
-//! What a scan asks of the firmware around it.
+//! The firmware around a scan.
 
 use glimpse_core::scan::Residual;
 
-use super::News;
+use super::{Command, News};
 use crate::station::ARMS;
 
-/// What a scan asks of the firmware around it. None of it may wait.
+/// The firmware around a scan. None of its functions may wait.
 pub trait Platform {
     /// Microseconds since the last call. It comes in every round: the place to feed a watchdog.
     fn elapsed(&mut self) -> u32;
@@ -16,13 +16,14 @@ pub trait Platform {
     /// Sends a byte; false if the one before is still on its way.
     fn send(&mut self, byte: u8) -> bool;
 
-    /// Whether the button is pressed.
-    fn is_started(&mut self) -> bool;
+    /// A command, if somebody has just given one; see [`Button`](super::Button). It comes in every
+    /// round.
+    fn command(&mut self) -> Option<Command>;
 
     /// Counts of the arms' steps, to be left where a reset does not touch them.
     fn remember(&mut self, positions: Option<[i32; ARMS]>);
 
-    /// What has happened.
+    /// Reports an event.
     fn tell(&mut self, news: News);
 
     /// The material was fitted.

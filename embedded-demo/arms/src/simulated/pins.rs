@@ -4,10 +4,12 @@ use core::convert::Infallible;
 use core::f32::consts::PI;
 
 use embedded_hal::digital::{ErrorType, InputPin, OutputPin};
-use glimpse_core::geometry::{Angles, HalfDifference};
 
-use super::{Arm, DARK, FULL_SCALE, WHITE, World, brdf};
+use super::{Arm, DARK, FULL_SCALE, WHITE, Wiring, World, brdf, half_angles};
 use crate::sensor::Sensor;
+
+/// Reads for which a contact bounces after each change.
+const BOUNCES: u32 = 8;
 
 /// An arm's step pin: it moves when the pin rises.
 #[derive(Debug)]
@@ -17,7 +19,7 @@ pub struct StepPin<'w>(pub(super) &'w Arm);
 #[derive(Debug)]
 pub struct DirectionPin<'w>(pub(super) &'w Arm);
 
-/// An arm's home switch.
+/// An arm's home switch. Its contact bounces whenever it opens or closes.
 #[derive(Debug)]
 pub struct Switch<'w>(pub(super) &'w Arm);
 
@@ -57,6 +59,7 @@ impl OutputPin for StepPin<'_> {
             step,
             direction,
             stalled,
+            ..
         } = self.0;
         if step.replace(1) == 1 {
             return Ok(()); // no edge
@@ -82,13 +85,31 @@ impl OutputPin for DirectionPin<'_> {
     }
 }
 
+/// A normally closed switch to ground with a pull-up.
 impl InputPin for Switch<'_> {
     fn is_high(&mut self) -> Result<bool, Infallible> {
-        Ok(self.0.position.get() > 0)
+        let Arm {
+            position,
+            wiring,
+            open,
+            bounces,
+            ..
+        } = self.0;
+        let is_open = match wiring.get() {
+            wiring if wiring == Wiring::Broken as u32 => true,
+            wiring if wiring == Wiring::Shorted as u32 => false,
+            _ => position.get() <= 0,
+        };
+        if open.replace(is_open.into()) != u32::from(is_open) {
+            bounces.set(bounces.get().max(BOUNCES));
+        }
+        let left = bounces.get();
+        bounces.set(left.saturating_sub(1));
+        Ok(is_open != (left % 2 == 1))
     }
 
     fn is_low(&mut self) -> Result<bool, Infallible> {
-        Ok(self.0.position.get() <= 0)
+        self.is_high().map(|is_high| !is_high)
     }
 }
 
@@ -111,18 +132,9 @@ impl Sensor for Photodiode<'_> {
         let Self(world) = self;
         let directions = world.directions();
         let [_, _, cosine] = directions.incoming;
-        let lit = HalfDifference::from_directions(&directions)
-            .filter(|at| world.lamp.get() == 1 && at.is_valid())
-            .map(|at| {
-                let theta_h = libm::atan2f(at.hx, at.hz);
-                let theta_d = libm::acosf(at.dz);
-                let phi_d = libm::atan2f(at.dy, at.dx);
-                brdf(Angles {
-                    theta_h,
-                    theta_d,
-                    phi_d,
-                })
-            });
+        let lit = half_angles(&directions)
+            .filter(|_| world.lamp.get() == 1)
+            .map(|[theta_h, theta_d]| brdf(theta_h, theta_d));
         // The lamp lights more than the sensor sees: counts go with cos(theta_i).
         let counts = lit.unwrap_or_default().map(|f| {
             let count = DARK + WHITE * PI * f * cosine + world.noise();

@@ -25,10 +25,10 @@ use core::ops::Range;
 use embedded_storage::nor_flash::NorFlash;
 use glimpse_core::checksum::crc_32;
 
-use super::StoreError;
+use super::{MAX_WORD_BYTES, StoreError, word_bytes};
 
 /// Bytes of an item: a multiple of every flash's word, so that no word is written twice.
-const ITEM_BYTES: usize = 32;
+const ITEM_BYTES: usize = MAX_WORD_BYTES;
 /// Bytes of an item's content.
 pub(super) const CONTENT_BYTES: usize = 22;
 /// The number of an area's header; no item has it.
@@ -53,6 +53,7 @@ impl Journal {
         flash: &mut F,
         areas: [Range<u32>; 2],
     ) -> Result<Self, StoreError> {
+        let _ = word_bytes::<F>(); // items are whole words of every flash that this lets through
         let mut journal = Self {
             areas,
             in_force: None,

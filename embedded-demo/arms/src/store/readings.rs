@@ -13,6 +13,8 @@ use super::journal::{Content, Journal};
 
 /// The number of the scan's item; readings have their index.
 const SCAN: u16 = u16::MAX - 1;
+/// The number of the boot counter's item.
+const BOOTS: u16 = u16::MAX - 2;
 
 /// What is under way.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -62,6 +64,22 @@ impl Readings {
             readings.carry_on_discarding(flash)?;
         }
         Ok(readings)
+    }
+
+    /// Counts a boot, and returns the number of boots so far. Call it once after each reset.
+    ///
+    /// # Errors
+    /// If it cannot be read or written.
+    pub fn count_boot<F: NorFlash>(&mut self, flash: &mut F) -> Result<u32, StoreError> {
+        let content = self.journal.get(flash, BOOTS)?.unwrap_or_default();
+        let [a, b, c, d, ..] = content;
+        let boots = u32::from_le_bytes([a, b, c, d]).wrapping_add(1);
+        let mut content = Content::default();
+        for (to, from) in content.iter_mut().zip(boots.to_le_bytes()) {
+            *to = from;
+        }
+        self.put(flash, BOOTS, &content)?;
+        Ok(boots)
     }
 
     /// Whether a scan by this recipe is under way.
@@ -208,7 +226,7 @@ impl Readings {
         number: u16,
         content: &Content,
     ) -> Result<(), StoreError> {
-        let numbers = (0..self.under.samples).chain([SCAN]);
+        let numbers = (0..self.under.samples).chain([SCAN, BOOTS]);
         self.journal.put(flash, number, content, numbers)
     }
 }

@@ -3,6 +3,10 @@
 //! A new recipe goes into the other slot. Its header, with a sequence number, is written last: only
 //! then is it in force. The recipe's own checksum says whether it is whole.
 //!
+//! A flash writes words of 1, 2, 4, 8, 16 or 32 bytes, and a part of a recipe need not end with a
+//! word. Recipes are therefore written in blocks of 32 bytes: the last bytes of a part wait in RAM
+//! until the next part completes the block, or until [`Recipes::install`] pads its last word.
+//!
 //! | bytes of a slot | content |
 //! |---|---|
 //! | 0..4 | sequence number, little-endian; the larger one is in force |
@@ -14,18 +18,13 @@ use core::fmt;
 use core::ops::Range;
 
 use embedded_storage::nor_flash::NorFlash;
-use glimpse_core::link::BYTES_PER_FRAME;
 use glimpse_core::recipe::{Recipe, RecipeError};
 use glimpse_core::scan::ScanError;
 
-use super::StoreError;
+use super::{MAX_WORD_BYTES, StoreError, word_bytes};
 
 /// Where a slot's recipe begins: a multiple of the flash's word.
-const HEADER_BYTES: usize = 32;
-/// Bytes that are written at a time: a multiple of the flash's word, and a divisor of what the link
-/// sends at a time.
-const WORD_BYTES: usize = 4;
-const _: () = assert!(BYTES_PER_FRAME.is_multiple_of(WORD_BYTES));
+const HEADER_BYTES: usize = MAX_WORD_BYTES;
 
 /// Why a recipe was not replaced.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -70,6 +69,17 @@ pub struct Recipes {
     buffer: u32,
     /// The checksum of the recipe that was refused last.
     declined: Option<u32>,
+    /// Bytes of the new recipe that do not fill a block yet.
+    tail: Tail,
+}
+
+/// Up to one block of bytes that are not in the flash yet.
+#[derive(Clone, Copy, Debug, Default)]
+struct Tail {
+    bytes: [u8; MAX_WORD_BYTES],
+    length: usize,
+    /// The offset of the first byte in the recipe.
+    offset: u32,
 }
 
 impl Recipes {
@@ -87,8 +97,9 @@ impl Recipes {
         let mut recipes = Self {
             slots,
             in_force: None,
-            buffer: (buffer.len() - buffer.len() % WORD_BYTES) as u32,
+            buffer: (buffer.len() - buffer.len() % word_bytes::<F>()) as u32,
             declined: None,
+            tail: Tail::default(),
         };
         for slot in 0..recipes.slots.len() {
             let Some(header) = recipes.header(flash, slot)? else {
@@ -142,31 +153,54 @@ impl Recipes {
         self.declined = Some(checksum);
     }
 
-    /// Stores a part of another recipe; `offset` is a multiple of 4, and at 0 what was stored of one
-    /// before is erased. The recipe in force stays as it is.
+    /// Stores a part of another recipe. Parts follow each other; at offset 0 the slot is erased. The
+    /// recipe in force stays as it is.
     ///
     /// # Errors
-    /// If there is no room for it, or the flash does not take it.
+    /// If there is no room for it, if it does not follow the part before, or if the flash does not
+    /// take it.
     pub fn store<F: NorFlash>(
-        &self,
+        &mut self,
         flash: &mut F,
         offset: u32,
         bytes: &[u8],
     ) -> Result<(), StoreError> {
         let Range { start, end } = self.range(self.other());
         if offset == 0 {
+            self.tail = Tail::default();
             flash.erase(start, end).map_err(|_| StoreError::Flash)?;
         }
-        let mut place = start
-            .saturating_add(HEADER_BYTES as u32)
-            .saturating_add(offset);
-        for chunk in bytes.chunks(WORD_BYTES) {
-            if place.saturating_add(WORD_BYTES as u32) > end {
-                return Err(StoreError::Full);
-            }
-            write(flash, place, chunk)?;
-            place = place.saturating_add(WORD_BYTES as u32);
+        if offset != self.tail.end() {
+            return Err(StoreError::OutOfOrder);
         }
+        for byte in bytes {
+            if let Some(to) = self.tail.bytes.get_mut(self.tail.length) {
+                *to = *byte;
+            }
+            self.tail.length = self.tail.length.saturating_add(1);
+            if self.tail.length >= MAX_WORD_BYTES {
+                self.flush(flash)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Writes the tail as whole words.
+    fn flush<F: NorFlash>(&mut self, flash: &mut F) -> Result<(), StoreError> {
+        let Range { start, end } = self.range(self.other());
+        let place = start
+            .saturating_add(HEADER_BYTES as u32)
+            .saturating_add(self.tail.offset);
+        let words = self.tail.length.next_multiple_of(word_bytes::<F>());
+        if place.saturating_add(words as u32) > end {
+            return Err(StoreError::Full);
+        }
+        let bytes = self.tail.bytes.get(..self.tail.length);
+        write(flash, place, bytes.unwrap_or_default())?;
+        self.tail = Tail {
+            offset: self.tail.end(),
+            ..Tail::default()
+        };
         Ok(())
     }
 
@@ -191,6 +225,9 @@ impl Recipes {
         };
         if length > self.room() {
             return Err(ReplaceError::Store(StoreError::Full));
+        }
+        if self.tail.length > 0 {
+            self.flush(flash).map_err(ReplaceError::Store)?;
         }
         let bytes = self.read(flash, slot, length, buffer);
         let bytes = bytes.map_err(ReplaceError::Store)?;
@@ -231,7 +268,7 @@ impl Recipes {
         buffer: &'b mut [u8],
     ) -> Result<&'b [u8], StoreError> {
         // Whole words; what follows the recipe in the last one is of no interest.
-        let words = (length as usize).next_multiple_of(WORD_BYTES);
+        let words = (length as usize).next_multiple_of(word_bytes::<F>());
         let start = self.range(slot).start.saturating_add(HEADER_BYTES as u32);
         let bytes = buffer.get_mut(..words).ok_or(StoreError::Full)?;
         flash.read(start, bytes).map_err(|_| StoreError::Flash)?;
@@ -265,13 +302,20 @@ impl Header {
     }
 }
 
-/// Writes whole words; the rest of the last one stays erased.
+impl Tail {
+    /// The offset of the byte after the last one.
+    fn end(&self) -> u32 {
+        self.offset.saturating_add(self.length as u32)
+    }
+}
+
+/// Writes at most [`MAX_WORD_BYTES`] bytes as whole words; the rest of the last word stays erased.
 fn write<F: NorFlash>(flash: &mut F, place: u32, bytes: &[u8]) -> Result<(), StoreError> {
-    let mut words = [0xFF; 3 * WORD_BYTES];
+    let mut words = [0xFF; MAX_WORD_BYTES];
     for (to, from) in words.iter_mut().zip(bytes) {
         *to = *from;
     }
-    let words = words.get(..bytes.len().next_multiple_of(WORD_BYTES));
+    let words = words.get(..bytes.len().next_multiple_of(word_bytes::<F>()));
     let written = flash.write(place, words.unwrap_or_default());
     written.map_err(|_| StoreError::Flash)
 }

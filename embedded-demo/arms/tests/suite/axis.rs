@@ -2,44 +2,16 @@
 
 use std::f32::consts::PI;
 
+use crate::support::{ORDER, go_home, go_to, homed, settle};
 use glimpse_arms::axis::{AxisError, Motion};
-use glimpse_arms::goniometer::{ArmError, Goniometer, LostSteps};
-use glimpse_arms::simulated::{DirectionPin, StepPin, Switch, World, settings};
-
-type Arms<'w> = Goniometer<StepPin<'w>, DirectionPin<'w>, Switch<'w>, 4>;
-
-/// Polls until nothing moves, and returns the microseconds that it took.
-fn settle(arms: &mut Arms, round: u32) -> Result<u32, ArmError> {
-    for rounds in 0..60_000_000 / round {
-        if arms.poll(round)? == Motion::Arrived {
-            return Ok(rounds * round);
-        }
-    }
-    panic!("they never arrive");
-}
-
-fn go_to(arms: &mut Arms, angles: [f32; 4]) {
-    arms.go_to(angles).unwrap();
-    settle(arms, 10).unwrap();
-}
-
-fn go_home(arms: &mut Arms) {
-    arms.go_home().unwrap();
-    settle(arms, 10).unwrap();
-}
-
-/// Arms of this world that are home.
-fn homed(world: &World) -> Arms<'_> {
-    let mut arms = world.goniometer();
-    go_home(&mut arms);
-    arms
-}
+use glimpse_arms::goniometer::{ArmError, LostSteps};
+use glimpse_arms::simulated::{World, settings};
 
 /// The positions of a world's arms when a firmware's are at these angles.
 fn steps(angles: [f32; 4]) -> [i32; 4] {
     std::array::from_fn(|arm| {
         let settings = settings(arm);
-        settings.steps(angles[arm]) - settings.steps(settings.home)
+        (settings.steps(angles[arm]) - settings.steps(settings.home)).abs()
     })
 }
 
@@ -87,7 +59,7 @@ fn a_way_takes_the_time_of_its_trapezoid() {
     let world = World::new([1; 4]);
     for (angle, trapezoid) in [(0.1, true), (3.0, false)] {
         let mut arms = homed(&world);
-        arms.go_to([0.0, angle - PI, 0.0, -PI]).unwrap();
+        arms.go_to([0.0, angle - PI, 1.5, -PI]).unwrap();
         let microseconds = settle(&mut arms, 1).unwrap();
         let steps = settings(1).steps(angle + 0.05) as f32;
         let seconds = if trapezoid {
@@ -138,25 +110,29 @@ fn arms_that_are_not_home_do_not_move() {
     assert_eq!(error.error, AxisError::NotHomed);
 }
 
+/// The lamp's home is at its smallest angle, the sensor's at its largest one.
 #[test]
 fn lost_steps_show_at_home_in_number_and_sign() {
-    for (stalled, back) in [(5, false), (300, false), (7, true), (200, true)] {
-        let world = World::new([1; 4]);
-        let mut arms = homed(&world);
-        go_to(&mut arms, [0.4, 0.2, 0.1, 0.1]);
-        if back {
-            go_to(&mut arms, [0.4, 0.2, 0.6, 0.1]);
-            world.stall(2, stalled);
-        } else {
-            world.stall(2, stalled);
-            go_to(&mut arms, [0.4, 0.2, 0.6, 0.1]);
+    for (arm, sign_back) in [(0, -1), (2, 1)] {
+        for (stalled, back) in [(5, false), (300, false), (7, true), (200, true)] {
+            let world = World::new([1; 4]);
+            let mut arms = homed(&world);
+            go_to(&mut arms, [0.1, 0.2, 0.1, 0.1]);
+            if back {
+                go_to(&mut arms, [0.6, 0.2, 0.6, 0.1]);
+                world.stall(arm, stalled);
+            } else {
+                world.stall(arm, stalled);
+                go_to(&mut arms, [0.6, 0.2, 0.6, 0.1]);
+            }
+            go_home(&mut arms);
+            assert_eq!(world.positions(), [0; 4], "home is where the switch is");
+            let sign = if back { sign_back } else { 1 };
+            let steps = sign * stalled as i32;
+            let arm = arm as u8;
+            let lost = LostSteps { arm, steps };
+            assert_eq!(arms.lost_steps().collect::<Vec<_>>(), [lost]);
         }
-        go_home(&mut arms);
-        assert_eq!(world.positions(), [0; 4], "home is where the switch is");
-        let sign = if back { -1 } else { 1 };
-        let (arm, steps) = (2, sign * stalled as i32);
-        let lost = LostSteps { arm, steps };
-        assert_eq!(arms.lost_steps().collect::<Vec<_>>(), [lost]);
     }
 }
 
@@ -179,7 +155,7 @@ fn an_arm_that_meets_its_switch_on_the_way_stops_there() {
     // It stands still on its switch, and far from it by its count.
     let error = settle(&mut arms, 10).unwrap_err();
     assert_eq!(error.arm, 0);
-    assert!(matches!(error.error, AxisError::Slipped { steps } if steps > 10));
+    assert!(matches!(error.error, AxisError::SwitchOpened { steps } if steps > 10));
     assert_eq!(arms.positions(), None);
 }
 
@@ -189,7 +165,7 @@ fn a_switch_that_never_closes_or_opens_is_an_error() {
         let world = World::new([start, 0, 0, 0]);
         world.stall(0, 1_000_000); // its motor is not connected
         let mut arms = world.goniometer();
-        arms.go_home().unwrap();
+        arms.go_home(ORDER).unwrap();
         assert_eq!(settle(&mut arms, 10), Err(ArmError { arm: 0, error }));
     }
 }

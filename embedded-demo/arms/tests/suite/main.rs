@@ -1,7 +1,14 @@
 //! The tests of the motion firmware, on a host.
 
 mod axis;
+mod bench;
+mod confirm;
+mod paths;
 mod power_cuts;
+mod reach;
 mod scan;
+mod seeds;
 mod serve;
+mod skipped;
 mod support;
+mod switches;

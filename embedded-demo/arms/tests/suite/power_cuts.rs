@@ -16,10 +16,10 @@ const AREAS: [Range<u32>; 2] = [0..SECTOR as u32, SECTOR as u32..2 * SECTOR as u
 
 /// Does something to a flash with the power cut at each change in turn, and looks at what is found
 /// afterwards: how often the power went. What is found is handed over as (before, after, found).
-fn cut_everywhere<S: PartialEq>(
-    flash: &mut Flash,
-    act: impl Fn(&mut Flash) -> bool,
-    look: impl Fn(&mut Flash) -> S,
+fn cut_everywhere<S: PartialEq, const WORD: usize>(
+    flash: &mut Flash<WORD>,
+    act: impl Fn(&mut Flash<WORD>) -> bool,
+    look: impl Fn(&mut Flash<WORD>) -> S,
     judge: impl Fn(&S, &S, &S),
 ) -> u32 {
     let before = look(&mut flash.clone());
@@ -56,7 +56,7 @@ enum Call {
 }
 
 impl Call {
-    fn carry_out(self, flash: &mut Flash) -> Result<(), StoreError> {
+    fn carry_out<const WORD: usize>(self, flash: &mut Flash<WORD>) -> Result<(), StoreError> {
         let mut readings = Readings::mount(flash, AREAS)?;
         match self {
             Self::Begin => readings.begin(flash, RECIPE, SAMPLES),
@@ -76,7 +76,7 @@ fn reading(index: u16, value: f32) -> Reading {
 }
 
 /// All that is seen from outside.
-fn look(flash: &mut Flash) -> (bool, Vec<Option<Reading>>) {
+fn look<const WORD: usize>(flash: &mut Flash<WORD>) -> (bool, Vec<Option<Reading>>) {
     let readings = Readings::mount(flash, AREAS).unwrap();
     let under_way = readings.is_under_way(RECIPE, SAMPLES);
     let read = (0..SAMPLES).map(|index| readings.get(flash, index).unwrap());
@@ -98,7 +98,7 @@ fn scan(value: f32) -> Vec<Call> {
 
 #[test]
 fn each_call_on_the_readings_has_happened_or_not() {
-    let mut flash = Flash::new(2);
+    let mut flash: Flash = Flash::new(2);
     let mut cuts = 0;
     for call in (0..6).flat_map(|turn| scan(turn as f32)) {
         cuts += cut_everywhere(
@@ -123,7 +123,7 @@ fn each_call_on_the_readings_has_happened_or_not() {
 
 #[test]
 fn what_is_read_is_what_was_kept() {
-    let mut flash = Flash::new(2);
+    let mut flash: Flash = Flash::new(2);
     let half_way = scan(1.0).into_iter().take(9);
     for call in half_way {
         call.carry_out(&mut flash).unwrap();
@@ -151,7 +151,7 @@ fn what_is_read_is_what_was_kept() {
 #[test]
 fn bytes_of_another_program_are_not_readings() {
     for filling in [0x00, 0x5A, 0xA5, 0xFF] {
-        let mut flash = Flash::new(2);
+        let mut flash: Flash = Flash::new(2);
         flash.bytes.fill(filling);
         assert_eq!(look(&mut flash), (false, vec![None; 8]));
         Call::Begin.carry_out(&mut flash).unwrap();
@@ -164,7 +164,7 @@ static PHONG: &[u8] = include_bytes!("../../../../trainer/recipes/phong-n8.recip
 static COOK_TORRANCE: &[u8] = include_bytes!("../../../../trainer/recipes/cook-torrance-n8.recipe");
 const SLOTS: [Range<u32>; 2] = [0..4 * SECTOR as u32, 4 * SECTOR as u32..8 * SECTOR as u32];
 
-fn in_force(flash: &mut Flash) -> Option<Vec<u8>> {
+fn in_force<const WORD: usize>(flash: &mut Flash<WORD>) -> Option<Vec<u8>> {
     let mut buffer = [0; 2048];
     let recipes = Recipes::mount(flash, SLOTS, &mut buffer).unwrap();
     let found = recipes.load(flash, &mut buffer).unwrap();
@@ -172,7 +172,7 @@ fn in_force(flash: &mut Flash) -> Option<Vec<u8>> {
 }
 
 /// As the link brings it.
-fn replace(flash: &mut Flash, recipe: &[u8]) -> Result<(), ReplaceError> {
+fn replace<const WORD: usize>(flash: &mut Flash<WORD>, recipe: &[u8]) -> Result<(), ReplaceError> {
     let mut buffer = [0; 2048];
     let mut recipes = Recipes::mount(flash, SLOTS, &mut buffer).map_err(ReplaceError::Store)?;
     for (part, bytes) in (0..).zip(recipe.chunks(BYTES_PER_FRAME)) {
@@ -185,9 +185,9 @@ fn replace(flash: &mut Flash, recipe: &[u8]) -> Result<(), ReplaceError> {
     Ok(())
 }
 
-#[test]
-fn a_recipe_that_is_replaced_halfway_leaves_the_old_one() {
-    let mut flash = Flash::new(8);
+/// Replaces recipes on a flash with words of `WORD` bytes, and cuts the power in each change.
+fn replace_with_cuts<const WORD: usize>() {
+    let mut flash = Flash::<WORD>::new(8);
     assert_eq!(in_force(&mut flash), None);
     for turn in 0..4 {
         let recipe = [PHONG, COOK_TORRANCE][turn % 2];
@@ -201,14 +201,59 @@ fn a_recipe_that_is_replaced_halfway_leaves_the_old_one() {
             in_force,
             |before, after, found| assert!(found == before || found == after),
         );
-        assert!(cuts > 400, "{cuts}");
+        assert!(cuts as usize > PHONG.len() / WORD, "{cuts}");
         assert_eq!(in_force(&mut flash).as_deref(), Some(recipe));
     }
 }
 
 #[test]
+fn a_recipe_that_is_replaced_halfway_leaves_the_old_one() {
+    replace_with_cuts::<4>();
+}
+
+/// A part of the link has 60 bytes, which are not whole words of every flash.
+#[test]
+fn recipes_and_readings_are_stored_with_words_of_1_to_32_bytes() {
+    fn store<const WORD: usize>() {
+        // A cut after each byte takes minutes with the smallest words.
+        if WORD > 2 {
+            replace_with_cuts::<WORD>();
+        }
+        let mut flash = Flash::<WORD>::new(8);
+        for recipe in [PHONG, COOK_TORRANCE, PHONG] {
+            replace(&mut flash, recipe).unwrap();
+            assert_eq!(in_force(&mut flash).as_deref(), Some(recipe), "{WORD}");
+        }
+        let mut flash = Flash::<WORD>::new(2);
+        let calls: Vec<_> = (0..6).flat_map(|turn| scan(turn as f32)).collect();
+        for call in &calls[..calls.len() - 1] {
+            call.carry_out(&mut flash).unwrap();
+        }
+        let (is_under_way, found) = look(&mut flash);
+        assert!(is_under_way, "{WORD}");
+        assert_eq!(found[0], Some(reading(0, 5.0)), "{WORD}");
+    }
+    store::<1>();
+    store::<2>();
+    store::<4>();
+    store::<8>();
+    store::<16>();
+    store::<32>();
+}
+
+#[test]
+fn a_part_of_a_recipe_that_does_not_follow_the_last_one_is_refused() {
+    let mut flash: Flash = Flash::new(8);
+    let mut buffer = [0; 2048];
+    let mut recipes = Recipes::mount(&mut flash, SLOTS, &mut buffer).unwrap();
+    recipes.store(&mut flash, 0, &PHONG[..60]).unwrap();
+    let refused = recipes.store(&mut flash, 120, &PHONG[120..180]);
+    assert_eq!(refused, Err(StoreError::OutOfOrder));
+}
+
+#[test]
 fn what_is_no_recipe_is_not_put_in_force() {
-    let mut flash = Flash::new(8);
+    let mut flash: Flash = Flash::new(8);
     replace(&mut flash, PHONG).unwrap();
     let mut altered = COOK_TORRANCE.to_vec();
     altered[40] ^= 1;
@@ -221,7 +266,7 @@ fn what_is_no_recipe_is_not_put_in_force() {
 
 #[test]
 fn a_recipe_has_to_fit_into_its_slot() {
-    let mut flash = Flash::new(8);
+    let mut flash: Flash = Flash::new(8);
     let long = [0; 4 * SECTOR];
     let refused = replace(&mut flash, &long);
     assert_eq!(refused, Err(ReplaceError::Store(StoreError::Full)));
@@ -231,7 +276,7 @@ fn a_recipe_has_to_fit_into_its_slot() {
 /// more room than it has.
 #[test]
 fn a_recipe_that_the_buffer_has_no_room_for_is_none() {
-    let mut flash = Flash::new(8);
+    let mut flash: Flash = Flash::new(8);
     replace(&mut flash, PHONG).unwrap();
     replace(&mut flash, COOK_TORRANCE).unwrap();
     // Room for the first recipe, but not for the second, which is longer.

@@ -4,11 +4,11 @@ use std::collections::BTreeMap;
 
 use crate::support::{Flash, LEAVES, mount_readings, mount_recipes};
 use glimpse_arms::axis::AxisError;
-use glimpse_arms::scanner::{End, News, Platform, Scanner, ScannerError, Start};
+use glimpse_arms::scanner::{Command, End, News, Platform, Scanner, ScannerError, Seeds, Start};
 use glimpse_arms::simulated::{DirectionPin, Lamp, Photodiode, StepPin, Switch, World};
 use glimpse_arms::station::StationError;
 use glimpse_arms::store::StoreError;
-use glimpse_arms::{Memory, retained};
+use glimpse_arms::{MEMORY_WORDS, Model, retained};
 use glimpse_core::driver::Host;
 use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::{Reading, Residual, Scan};
@@ -34,6 +34,8 @@ struct Log {
 struct Pulled;
 
 struct Around<'b> {
+    /// Given in the first round.
+    command: Option<Command>,
     retained: &'b mut [u32; retained::WORDS],
     log: &'b mut Log,
     /// Receives all news; true pulls the plug.
@@ -53,8 +55,8 @@ impl Platform for Around<'_> {
         true
     }
 
-    fn is_started(&mut self) -> bool {
-        false
+    fn command(&mut self) -> Option<Command> {
+        self.command.take()
     }
 
     fn remember(&mut self, positions: Option<[i32; 4]>) {
@@ -90,7 +92,7 @@ impl Bench {
     /// readings until then; it pulls the plug by true.
     fn scan(
         &mut self,
-        start: Start,
+        command: Command,
         mut watch: impl FnMut(&World, &News, usize) -> bool,
     ) -> (Log, Option<End>) {
         let Self {
@@ -108,10 +110,12 @@ impl Bench {
             readings: mount_readings(flash),
             recipes: mount_recipes(flash),
             flash: flash.clone(),
+            seeds: Seeds::new(0),
         };
-        let mut memory = Memory::new();
+        let mut memory = [0.0; MEMORY_WORDS];
         let mut reads = 0;
         let mut around = Around {
+            command: Some(command),
             retained,
             log: &mut log,
             watch: &mut |news| {
@@ -120,7 +124,13 @@ impl Bench {
             },
         };
         let run = std::panic::AssertUnwindSafe(|| {
-            scanner.scan(RECIPE, &mut memory, Host::Absent, start, &mut around)
+            scanner.scan::<Model>(
+                RECIPE,
+                &mut memory,
+                Host::Absent,
+                Start::OnCommand,
+                &mut around,
+            )
         });
         let end = match std::panic::catch_unwind(run) {
             Ok(end) => Some(end),
@@ -149,8 +159,8 @@ fn sorted_indices(readings: &[(u16, Reading)]) -> Vec<u16> {
 /// A host's fit of the last reading of each sample.
 fn fit(readings: &[(u16, Reading)]) -> Vec<f32> {
     let last: BTreeMap<_, _> = readings.iter().copied().collect();
-    let mut memory = Memory::new();
-    let mut scan = Scan::new(Recipe::parse(RECIPE).unwrap(), &mut memory).unwrap();
+    let mut memory = [0.0; MEMORY_WORDS];
+    let mut scan = Scan::<Model>::new(Recipe::parse(RECIPE).unwrap(), &mut memory).unwrap();
     for (index, reading) in last {
         scan.record(index, reading).unwrap();
     }
@@ -170,7 +180,7 @@ fn lost(log: &Log) -> Vec<(u8, i32)> {
 #[test]
 fn a_scan_reads_every_sample_once_and_fits_what_a_host_fits() {
     let mut bench = Bench::new();
-    let (log, end) = bench.scan(Start::Now, |_, _, _| false);
+    let (log, end) = bench.scan(Command::NewScan, |_, _, _| false);
     assert_eq!(end, Some(End::Finished));
     let read = readings(&log);
     let order: Vec<u16> = read.iter().map(|(index, _)| *index).collect();
@@ -184,7 +194,7 @@ fn a_scan_reads_every_sample_once_and_fits_what_a_host_fits() {
 #[test]
 fn readings_are_brdfs() {
     let mut bench = Bench::new();
-    let (log, _) = bench.scan(Start::Now, |_, _, _| false);
+    let (log, _) = bench.scan(Command::NewScan, |_, _, _| false);
     let recipe = Recipe::parse(RECIPE).unwrap();
     for (index, reading) in readings(&log) {
         let angles = recipe.pattern().nth(index.into()).unwrap();
@@ -207,16 +217,16 @@ fn readings_are_brdfs() {
 fn resets_anywhere_measure_nothing_twice() {
     let mut bench = Bench::new();
     let mut all = Vec::new();
-    let mut start = Start::Now;
+    let mut command = Command::NewScan;
     for resets in 1.. {
         let mut count = 0;
-        let (log, end) = bench.scan(start, |_, news, _| {
+        let (log, end) = bench.scan(command, |_, news, _| {
             // Not right at the beginning, or it never gets anywhere.
             count += u32::from(!matches!(news, News::GoesOn | News::Home { confirmed: 0 }));
             count == 2
         });
         all.extend(readings(&log));
-        start = Start::IfUnderWay;
+        command = Command::Continue;
         assert_eq!(lost(&log), []);
         if let Some(end) = end {
             assert_eq!(end, End::Finished);
@@ -231,7 +241,7 @@ fn resets_anywhere_measure_nothing_twice() {
 #[test]
 fn what_is_over_is_not_gone_on_with() {
     let mut bench = Bench::new();
-    bench.scan(Start::Now, |_, _, _| false);
+    bench.scan(Command::NewScan, |_, _, _| false);
     let readings = mount_readings(&mut bench.flash);
     let recipe = Recipe::parse(RECIPE).unwrap();
     assert!(!readings.is_under_way(recipe.checksum(), 8));
@@ -242,7 +252,7 @@ fn what_is_over_is_not_gone_on_with() {
 #[test]
 fn lost_steps_are_found_and_only_what_they_spoilt_is_read_again() {
     let mut bench = Bench::new();
-    let (log, end) = bench.scan(Start::Now, |world, news, reads| {
+    let (log, end) = bench.scan(Command::NewScan, |world, news, reads| {
         if reads == 6 && matches!(news, News::Read { .. }) {
             world.stall(3, 40);
         }
@@ -269,14 +279,14 @@ fn lost_steps_are_found_and_only_what_they_spoilt_is_read_again() {
 #[test]
 fn steps_that_were_lost_before_a_reset_are_found_after_it() {
     let mut bench = Bench::new();
-    let (before, end) = bench.scan(Start::Now, |world, _, reads| {
+    let (before, end) = bench.scan(Command::NewScan, |world, _, reads| {
         if reads == 1 {
             world.stall(1, 40);
         }
         reads == 3
     });
     assert_eq!(end, None);
-    let (after, end) = bench.scan(Start::IfUnderWay, |_, _, _| false);
+    let (after, end) = bench.scan(Command::Continue, |_, _, _| false);
     assert_eq!(end, Some(End::Finished));
     assert_eq!(lost(&after).len(), 1);
     assert_eq!(readings(&before).len() + readings(&after).len(), 3 + 8);
@@ -291,7 +301,7 @@ fn power_cuts_in_every_write_end_in_the_same_scan() {
         let mut bench = Bench::new();
         let leaves = LEAVES[change as usize % LEAVES.len()];
         bench.flash.cut = Some((change, leaves));
-        let (before, end) = bench.scan(Start::Now, |_, _, _| false);
+        let (before, end) = bench.scan(Command::NewScan, |_, _, _| false);
         if end == Some(End::Finished) {
             assert!(change > 14, "{change}");
             return;
@@ -302,11 +312,11 @@ fn power_cuts_in_every_write_end_in_the_same_scan() {
         );
         bench.flash.cut = None;
         bench.retained = retained::words(None);
-        let start = match readings(&before).len() {
-            0 => Start::Now,
-            _ => Start::IfUnderWay,
+        let command = match readings(&before).len() {
+            0 => Command::NewScan,
+            _ => Command::Continue,
         };
-        let (after, end) = bench.scan(start, |_, _, _| false);
+        let (after, end) = bench.scan(command, |_, _, _| false);
         if end.is_none() || after.values.is_empty() {
             // The very last write said that the scan is over.
             assert_eq!(before.values.len(), after.values.len());
@@ -327,10 +337,10 @@ fn power_cuts_in_every_write_end_in_the_same_scan() {
 #[test]
 fn after_a_power_cut_the_scan_goes_on_though_nobody_knows_where_the_arms_are() {
     let mut bench = Bench::new();
-    let (before, _) = bench.scan(Start::Now, |_, _, reads| reads == 6);
+    let (before, _) = bench.scan(Command::NewScan, |_, _, reads| reads == 6);
     bench.retained = [0x5A5A_5A5A; retained::WORDS];
     bench.world.place([20, 900, 333, 1]);
-    let (after, end) = bench.scan(Start::IfUnderWay, |_, _, _| false);
+    let (after, end) = bench.scan(Command::Continue, |_, _, _| false);
     assert_eq!(end, Some(End::Finished));
     let all = [readings(&before), readings(&after)].concat();
     assert_eq!(all.len(), 8);
@@ -340,7 +350,7 @@ fn after_a_power_cut_the_scan_goes_on_though_nobody_knows_where_the_arms_are() {
 #[test]
 fn an_arm_that_loses_steps_for_ever_ends_the_scan_by_name() {
     let mut bench = Bench::new();
-    let (_, end) = bench.scan(Start::Now, |world, news, _| {
+    let (_, end) = bench.scan(Command::NewScan, |world, news, _| {
         if matches!(news, News::Read { .. }) {
             world.stall(0, 60);
         }
@@ -356,7 +366,7 @@ fn an_arm_that_loses_steps_for_ever_ends_the_scan_by_name() {
 fn a_motor_that_is_not_connected_ends_the_scan_by_name() {
     let mut bench = Bench::new();
     bench.world.stall(2, u32::MAX);
-    let (_, end) = bench.scan(Start::Now, |_, _, _| false);
+    let (_, end) = bench.scan(Command::NewScan, |_, _, _| false);
     let Some(End::Failed(ScannerError::Station(StationError::Arm(error)))) = end else {
         panic!("{end:?}");
     };

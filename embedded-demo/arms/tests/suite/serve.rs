@@ -1,309 +1,19 @@
-//! The firmware as it runs on a board, scan after scan: a button, a line with a host or with noise
-//! on it, and the simulated scanner.
+//! The firmware as it runs on a board, scan after scan.
 
 use std::cell::Cell;
-use std::collections::VecDeque;
-use std::convert::Infallible;
 
-use crate::support::{BUFFER_BYTES, Flash, mount_readings, mount_recipes};
-use embedded_hal::digital::{ErrorType, OutputPin};
-use glimpse_arms::Memory;
-use glimpse_arms::scanner::{End, News, Platform, Scanner, ScannerError};
-use glimpse_arms::sensor::{Photometer, Sensor, White};
-use glimpse_arms::simulated::{DirectionPin, StepPin, Switch, World};
-use glimpse_arms::station::{self, Station};
-use glimpse_core::fit::Fitter;
-use glimpse_core::geometry::Directions;
-use glimpse_core::gonio::{Footprint, Limits, Machine, Speeds};
-use glimpse_core::link::{
-    BYTES_PER_FRAME, FRAME_BYTES, Failure, PROTOCOL, Received, Reply, Request, Server,
+use crate::bench::{
+    BAD, Board, COOK_TORRANCE, DARK, GREY, Host, PHONG, POSITIONS, SECOND, WHITE, answer,
+    checksum_of, counting, is_finished, serve, world,
 };
+use crate::support::{BUFFER_BYTES, Flash, mount_recipes};
+use glimpse_arms::scanner::{Command, End, News, ScannerError};
+use glimpse_arms::{MEMORY_WORDS, Model};
+use glimpse_core::fit::Fitter;
+use glimpse_core::link::{BYTES_PER_FRAME, Failure, Request};
 use glimpse_core::model::Phong;
-use glimpse_core::recipe::Recipe;
-use glimpse_core::scan::{self, ReadingError, Residual};
-
-static PHONG: &[u8] = include_bytes!("../../../../trainer/recipes/phong-n8.recipe");
-static COOK_TORRANCE: &[u8] = include_bytes!("../../../../trainer/recipes/cook-torrance-n8.recipe");
-
-/// Microseconds that each round takes.
-const ROUND: u64 = 40;
-const SECOND: u64 = 1_000_000;
-
-/// A host's answer to a request; None: it is silent.
-type Answer<'b> = Box<dyn FnMut(&Request) -> Option<Reply> + 'b>;
-
-/// A host that answers requests, or is silent.
-struct Host<'b> {
-    answerer: Server,
-    answer: Answer<'b>,
-    requests: Vec<Request>,
-}
-
-impl<'b> Host<'b> {
-    fn new(answer: impl FnMut(&Request) -> Option<Reply> + 'b) -> Self {
-        Self {
-            answerer: Server::new(),
-            answer: Box::new(answer),
-            requests: Vec::new(),
-        }
-    }
-
-    fn count(&self, is_counted: impl Fn(&Request) -> bool) -> usize {
-        let counted = self.requests.iter().filter(|request| is_counted(request));
-        counted.count()
-    }
-
-    /// Takes a byte. Returns the bytes of the answer, if it ended a request.
-    fn hear(&mut self, byte: u8) -> Vec<u8> {
-        let reply = match self.answerer.receive(byte) {
-            Some(Ok(Received::New(request))) => {
-                self.requests.push(request.clone());
-                (self.answer)(&request)
-            }
-            Some(Ok(Received::Duplicate(reply))) => Some(reply),
-            _ => None,
-        };
-        let mut buffer = [0; FRAME_BYTES];
-        let frame = reply.map(|reply| self.answerer.answer(reply, &mut buffer).unwrap().to_vec());
-        frame.unwrap_or_default()
-    }
-}
-
-/// The reply with the part of a recipe from there on.
-fn part(recipe: &[u8], offset: u32) -> Reply {
-    let part = recipe[offset as usize..].chunks(BYTES_PER_FRAME).next();
-    let bytes = part.unwrap().iter().copied().collect();
-    Reply::RecipePart { offset, bytes }
-}
-
-/// The reply of a host that listens and offers a recipe, or none.
-fn answer(request: &Request, offered: Option<(&[u8], u32)>) -> Reply {
-    match (request, offered) {
-        (Request::Hello { .. }, _) => Reply::Welcome { protocol: PROTOCOL },
-        (Request::Update, Some((recipe, checksum))) => Reply::Recipe {
-            bytes: recipe.len() as u32,
-            checksum,
-        },
-        (Request::RecipePart { offset }, Some((recipe, _))) => part(recipe, *offset),
-        _ => Reply::Accepted,
-    }
-}
-
-fn checksum_of(recipe: &[u8]) -> u32 {
-    Recipe::parse(recipe).unwrap().checksum()
-}
-
-/// The end of a bench.
-struct Over;
-
-/// A board on a bench.
-struct Board<'b> {
-    /// Microseconds since it was started.
-    now: u64,
-    /// The time at which the bench ends, if nothing ends it before.
-    until: u64,
-    /// Times at which the button is pressed.
-    presses: VecDeque<u64>,
-    /// Bytes on the line that no host has sent, and their times.
-    noise: VecDeque<(u64, u8)>,
-    host: Option<Host<'b>>,
-    replies: VecDeque<u8>,
-    news: Vec<News>,
-    /// Receives all news; true ends the bench.
-    watch: Box<dyn FnMut(&News) -> bool + 'b>,
-}
-
-impl<'b> Board<'b> {
-    fn new(until: u64, watch: impl FnMut(&News) -> bool + 'b) -> Self {
-        Self {
-            now: 0,
-            until,
-            presses: VecDeque::new(),
-            noise: VecDeque::new(),
-            host: None,
-            replies: VecDeque::new(),
-            news: Vec::new(),
-            watch: Box::new(watch),
-        }
-    }
-
-    /// Serves with the simulated scanner.
-    fn serve(&mut self, world: &World, flash: &mut Flash) {
-        serve(world.station(), flash, &mut Memory::new(), self);
-    }
-
-    fn ends(&self) -> Vec<End> {
-        let end = |news: &News| match news {
-            News::End(end) => Some(*end),
-            _ => None,
-        };
-        self.news.iter().filter_map(end).collect()
-    }
-
-    /// The number of readings that were taken and kept.
-    fn reads(&self) -> usize {
-        let is_read = |news: &&News| matches!(news, News::Read { .. });
-        self.news.iter().filter(is_read).count()
-    }
-}
-
-impl Platform for Board<'_> {
-    fn elapsed(&mut self) -> u32 {
-        self.now += ROUND;
-        if self.now >= self.until {
-            std::panic::resume_unwind(Box::new(Over));
-        }
-        ROUND as u32
-    }
-
-    fn receive(&mut self) -> Option<u8> {
-        match self.noise.front() {
-            Some((at, _)) if *at <= self.now => self.noise.pop_front().map(|(_, byte)| byte),
-            _ => self.replies.pop_front(),
-        }
-    }
-
-    fn send(&mut self, byte: u8) -> bool {
-        if let Some(host) = &mut self.host {
-            self.replies.extend(host.hear(byte));
-        }
-        true
-    }
-
-    fn is_started(&mut self) -> bool {
-        let is_due = self.presses.front().is_some_and(|at| *at <= self.now);
-        is_due && self.presses.pop_front().is_some()
-    }
-
-    fn remember(&mut self, _: Option<[i32; 4]>) {}
-
-    fn tell(&mut self, news: News) {
-        self.news.push(news);
-        if (self.watch)(&news) {
-            std::panic::resume_unwind(Box::new(Over));
-        }
-    }
-
-    fn finished(&mut self, _: Residual, _: &mut dyn Iterator<Item = f32>) {}
-}
-
-/// Counts of [`Counter`] in the dark, and those above them of the white tile.
-const DARK: u16 = 1000;
-const WHITE: u16 = 100;
-/// A count of a lit sample that is dark grey, and one that is less than nothing.
-const GREY: u16 = DARK + 30;
-const BAD: u16 = 0;
-
-/// A sensor whose counts a test chooses while the lamp is on.
-struct Counter<'c> {
-    is_lit: &'c Cell<bool>,
-    lit: &'c mut dyn FnMut() -> u16,
-}
-
-impl Sensor for Counter<'_> {
-    type Error = Infallible;
-
-    fn read(&mut self) -> Result<[u16; 3], Infallible> {
-        let count = if self.is_lit.get() {
-            (self.lit)()
-        } else {
-            DARK
-        };
-        Ok([count; 3])
-    }
-}
-
-/// Its lamp.
-struct Bulb<'c>(&'c Cell<bool>);
-
-impl ErrorType for Bulb<'_> {
-    type Error = Infallible;
-}
-
-impl OutputPin for Bulb<'_> {
-    fn set_low(&mut self) -> Result<(), Infallible> {
-        self.0.set(false);
-        Ok(())
-    }
-
-    fn set_high(&mut self) -> Result<(), Infallible> {
-        self.0.set(true);
-        Ok(())
-    }
-}
-
-/// The simulated arms with another sensor, read once for each reading.
-fn counting<'c>(
-    world: &'c World,
-    is_lit: &'c Cell<bool>,
-    lit: &'c mut dyn FnMut() -> u16,
-) -> Station<StepPin<'c>, DirectionPin<'c>, Switch<'c>, Counter<'c>, Bulb<'c>> {
-    let normal = [0.0, 0.0, 1.0];
-    let white = White {
-        counts: [WHITE.into(); 3],
-        reflectance: [1.0; 3],
-        at: Directions {
-            incoming: normal,
-            outgoing: normal,
-        },
-        footprint: Footprint::LightLarger,
-        full_scale: u16::MAX,
-    };
-    let settings = station::Settings {
-        machine: Machine {
-            speeds: Speeds {
-                theta_i: 2.0,
-                phi_i: 2.0,
-                theta_o: 2.0,
-                phi_o: 2.0,
-            },
-            limits: Limits::NONE,
-            isotropic: true,
-            through_normal: false,
-        },
-        arms_settle: 20_000,
-        lamp_settles: 5_000,
-    };
-    let photometer = Photometer::new(Counter { is_lit, lit }, Bulb(is_lit), white, 1);
-    Station::new(world.goniometer(), photometer, settings)
-}
-
-/// Boots the firmware, which serves by [`PHONG`] until the bench ends.
-fn serve<A: Sensor, L: OutputPin, K: Fitter, const CAPACITY: usize>(
-    station: Station<StepPin<'_>, DirectionPin<'_>, Switch<'_>, A, L>,
-    flash: &mut Flash,
-    memory: &mut scan::Memory<K, CAPACITY>,
-    board: &mut Board<'_>,
-) {
-    let readings = mount_readings(flash);
-    let recipes = mount_recipes(flash);
-    let mut scanner = Scanner {
-        station,
-        flash: flash.clone(),
-        readings,
-        recipes,
-    };
-    let run = std::panic::AssertUnwindSafe(|| {
-        let mut buffer = [0; BUFFER_BYTES];
-        scanner.serve(PHONG, &mut buffer, memory, board)
-    });
-    match std::panic::catch_unwind(run) {
-        Err(over) if over.is::<Over>() => {}
-        Err(panic) => std::panic::resume_unwind(panic),
-    }
-    *flash = scanner.flash;
-}
-
-fn is_finished(news: &News) -> bool {
-    matches!(news, News::End(End::Finished))
-}
-
-/// The first positions of the arms.
-const POSITIONS: [i32; 4] = [300, 500, 40, 700];
-
-fn world() -> World {
-    World::new(POSITIONS)
-}
+use glimpse_core::recipe::memory_words;
+use glimpse_core::scan::ReadingError;
 
 /// The cable is pulled in the middle of a recipe, before anybody has pressed the button.
 #[test]
@@ -333,7 +43,7 @@ fn a_scan_under_way_goes_on_without_a_host_that_falls_silent() {
         Request::Progress(_) => None,
         request => Some(answer(request, None)),
     }));
-    board.presses.push_back(SECOND);
+    board.commands.push_back((SECOND, Command::NewScan));
     board.serve(&world(), &mut Flash::new(6));
     assert_eq!(board.ends().last(), Some(&End::Finished));
     assert_eq!(board.reads(), 8, "nothing is read twice");
@@ -344,7 +54,7 @@ fn a_scan_under_way_goes_on_without_a_host_that_falls_silent() {
 fn noise_on_the_line_leaves_the_button_alone() {
     let mut board = Board::new(600 * SECOND, is_finished);
     board.noise.push_back((SECOND, 0x55));
-    board.presses.push_back(10 * SECOND);
+    board.commands.push_back((10 * SECOND, Command::NewScan));
     board.serve(&world(), &mut Flash::new(6));
     assert_eq!(board.ends(), [End::Alone, End::Finished]);
 }
@@ -357,15 +67,18 @@ fn scan_counting(scans: u64, lit: impl Fn(u32) -> u16) -> (Board<'static>, u32) 
         ends += u64::from(matches!(news, News::End(End::Failed(_) | End::Finished)));
         ends == scans
     });
-    board.presses = (0..scans).map(|scan| 300 * scan * SECOND).collect();
+    board.commands = (0..scans)
+        .map(|scan| (300 * scan * SECOND, Command::NewScan))
+        .collect();
     let (world, is_lit) = (world(), Cell::new(false));
     let mut taken = 0;
     let mut count = || {
         taken += 1;
-        lit(taken)
+        Some(lit(taken))
     };
     let station = counting(&world, &is_lit, &mut count);
-    serve(station, &mut Flash::new(6), &mut Memory::new(), &mut board);
+    let mut memory = [0.0; MEMORY_WORDS];
+    serve::<_, _, Model>(station, &mut Flash::new(6), &mut memory, &mut board);
     (board, taken)
 }
 
@@ -410,74 +123,18 @@ fn readings_that_cannot_be_fitted_are_forgotten() {
     assert_eq!(board.reads(), 16);
 }
 
-/// A board on which an arm hangs in the sixth reading of the first scan; after the scan's failure it is free.
-/// The bench ends by `ends`.
-fn hanging(world: &World, ends: fn(&News) -> bool) -> Board<'_> {
-    let mut count = 0;
-    let mut board = Board::new(600 * SECOND, move |news| {
-        count += u32::from(matches!(news, News::Read { .. }));
-        match news {
-            News::Read { .. } if count == 6 => world.stall(2, u32::MAX),
-            News::End(End::Failed(_)) => world.place(POSITIONS),
-            _ => {}
-        }
-        ends(news)
-    });
-    board.presses.push_back(0);
-    board
-}
-
-/// A scan that the machine has spoilt goes on after a reset, with the readings that were confirmed.
-#[test]
-fn after_a_failure_of_the_machine_a_reset_goes_on() {
-    let (world, mut flash) = (world(), Flash::new(6));
-    let mut board = hanging(&world, |news| matches!(news, News::End(End::Failed(_))));
-    board.serve(&world, &mut flash);
-    let failed = board.ends().pop();
-    let Some(End::Failed(ScannerError::Station(_) | ScannerError::LostSteps(_))) = failed else {
-        panic!("{:?}", board.news);
-    };
-    let mut board = Board::new(600 * SECOND, is_finished);
-    board.serve(&world, &mut flash);
-    assert_eq!(board.ends().last(), Some(&End::Finished));
-    assert_eq!(
-        board.reads(),
-        4,
-        "those that the arm has spoilt, and no other"
-    );
-}
-
-/// But the button starts over: another material may lie there.
-#[test]
-fn the_button_starts_a_scan_over() {
-    let world = world();
-    let mut board = hanging(&world, is_finished);
-    board.presses.push_back(300 * SECOND);
-    board.serve(&world, &mut Flash::new(6));
-    assert_eq!(board.ends().last(), Some(&End::Finished));
-    let is_failed = |news: &News| matches!(news, News::End(End::Failed(_)));
-    let mut scans = board.news.split(is_failed);
-    let reads = |scan: &[News]| {
-        let reads = scan.iter().filter(|news| matches!(news, News::Read { .. }));
-        reads.count()
-    };
-    let (_, second) = (scans.next(), scans.next());
-    assert_eq!(second.map(reads), Some(8));
-    assert_eq!(scans.count(), 0, "no other failure");
-}
-
 /// Boots a firmware with a host that offers a recipe, for twenty seconds. Returns the host.
-fn offer<K: Fitter, const CAPACITY: usize>(
+fn offer<K: Fitter>(
     recipe: &[u8],
     checksum: u32,
-    memory: &mut scan::Memory<K, CAPACITY>,
+    memory: &mut [f32],
     flash: &mut Flash,
 ) -> Vec<Request> {
     let mut board = Board::new(20 * SECOND, |_| false);
     board.host = Some(Host::new(|request| {
         Some(answer(request, Some((recipe, checksum))))
     }));
-    serve(world().station(), flash, memory, &mut board);
+    serve::<_, _, K>(world().station(), flash, memory, &mut board);
     let host = board.host.unwrap();
     let greetings = host.count(|request| matches!(request, Request::Hello { .. }));
     assert!(greetings > 3, "it greets again from time to time");
@@ -496,9 +153,9 @@ fn in_force(flash: &mut Flash) -> Option<Vec<u8>> {
 fn a_recipe_that_cannot_be_used_is_fetched_once_and_not_put_in_force() {
     let mut flash = Flash::new(6);
     // Only for Phong, with eight samples at most.
-    let mut memory = scan::Memory::<Phong, 8>::new();
+    let mut memory = [0.0; memory_words(&[PHONG])];
     let checksum = checksum_of(COOK_TORRANCE);
-    let requests = offer(COOK_TORRANCE, checksum, &mut memory, &mut flash);
+    let requests = offer::<Phong>(COOK_TORRANCE, checksum, &mut memory, &mut flash);
     let is_part = |request: &&Request| matches!(request, Request::RecipePart { .. });
     let fetched: Vec<_> = requests
         .into_iter()
@@ -517,7 +174,8 @@ fn a_damaged_recipe_is_fetched_once() {
         let mut damaged = PHONG.to_vec();
         damaged[at] ^= 1;
         let mut flash = Flash::new(6);
-        let requests = offer(&damaged, 0x1234_5678, &mut Memory::new(), &mut flash);
+        let mut memory = [0.0; MEMORY_WORDS];
+        let requests = offer::<Model>(&damaged, 0x1234_5678, &mut memory, &mut flash);
         let first = Request::RecipePart { offset: 0 };
         let fetched = requests.iter().filter(|request| **request == first);
         assert_eq!(fetched.count(), 1);

@@ -1,10 +1,13 @@
-//! A flash whose power goes, and its areas.
+//! Arms of a simulated world, and a flash whose power goes.
 
 use std::ops::Range;
 
 use embedded_storage::nor_flash::{
     ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash,
 };
+use glimpse_arms::axis::Motion;
+use glimpse_arms::goniometer::{ArmError, Goniometer};
+use glimpse_arms::simulated::{DirectionPin, StepPin, Switch, World};
 use glimpse_arms::store::readings::Readings;
 use glimpse_arms::store::recipes::Recipes;
 
@@ -60,16 +63,16 @@ pub(crate) const LEAVES: [Leaves; 8] = [
     Leaves::Bits(5),
 ];
 
-/// A flash in memory: bits go from 1 to 0 by writing, back by erasing.
+/// A flash in memory with words of `WORD` bytes: bits go from 1 to 0 by writing, back by erasing.
 #[derive(Clone, Debug)]
-pub(crate) struct Flash {
+pub(crate) struct Flash<const WORD: usize = 4> {
     pub(crate) bytes: Vec<u8>,
     /// Writes and erases until the power goes, and what that leaves; None: it stays.
     pub(crate) cut: Option<(u32, Leaves)>,
     pub(crate) changes: u32,
 }
 
-impl Flash {
+impl<const WORD: usize> Flash<WORD> {
     pub(crate) fn new(sectors: usize) -> Self {
         Self {
             bytes: vec![0xFF; sectors * SECTOR],
@@ -114,18 +117,19 @@ impl Flash {
     }
 }
 
-impl ErrorType for Flash {
+impl<const WORD: usize> ErrorType for Flash<WORD> {
     type Error = PowerCut;
 }
 
-impl ReadNorFlash for Flash {
-    const READ_SIZE: usize = 1;
+impl<const WORD: usize> ReadNorFlash for Flash<WORD> {
+    const READ_SIZE: usize = WORD;
 
     fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), PowerCut> {
         if matches!(self.cut, Some((0, _))) {
             return Err(PowerCut);
         }
         let offset = offset as usize;
+        assert!(offset.is_multiple_of(WORD) && bytes.len().is_multiple_of(WORD));
         bytes.copy_from_slice(&self.bytes[offset..offset + bytes.len()]);
         Ok(())
     }
@@ -135,8 +139,8 @@ impl ReadNorFlash for Flash {
     }
 }
 
-impl NorFlash for Flash {
-    const WRITE_SIZE: usize = 4;
+impl<const WORD: usize> NorFlash for Flash<WORD> {
+    const WRITE_SIZE: usize = WORD;
     const ERASE_SIZE: usize = SECTOR;
 
     fn erase(&mut self, from: u32, to: u32) -> Result<(), PowerCut> {
@@ -149,9 +153,46 @@ impl NorFlash for Flash {
 
     fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), PowerCut> {
         let offset = offset as usize;
-        assert!(offset.is_multiple_of(4) && bytes.len().is_multiple_of(4));
+        assert!(offset.is_multiple_of(WORD) && bytes.len().is_multiple_of(WORD));
         let place = &self.bytes[offset..offset + bytes.len()];
+        let is_erased = place.iter().all(|byte| *byte == 0xFF);
+        assert!(
+            is_erased,
+            "words with error correction are written once only"
+        );
         let after = place.iter().zip(bytes).map(|(a, b)| a & b).collect();
         self.change(offset, after)
     }
+}
+
+/// The order in which arms go home.
+pub(crate) const ORDER: [usize; 4] = [2, 0, 1, 3];
+
+pub(crate) type Arms<'w> = Goniometer<StepPin<'w>, DirectionPin<'w>, Switch<'w>, 4>;
+
+/// Polls until nothing moves, and returns the microseconds that it took.
+pub(crate) fn settle(arms: &mut Arms, round: u32) -> Result<u32, ArmError> {
+    for rounds in 0..60_000_000 / round {
+        if arms.poll(round)? == Motion::Arrived {
+            return Ok(rounds * round);
+        }
+    }
+    panic!("they never arrive");
+}
+
+pub(crate) fn go_to(arms: &mut Arms, angles: [f32; 4]) {
+    arms.go_to(angles).unwrap();
+    settle(arms, 10).unwrap();
+}
+
+pub(crate) fn go_home(arms: &mut Arms) {
+    arms.go_home(ORDER).unwrap();
+    settle(arms, 10).unwrap();
+}
+
+/// Arms of this world that are home.
+pub(crate) fn homed(world: &World) -> Arms<'_> {
+    let mut arms = world.goniometer();
+    go_home(&mut arms);
+    arms
 }

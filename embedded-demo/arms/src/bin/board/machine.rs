@@ -1,5 +1,4 @@
-//! What the arms are like, where they get to, and what a white tile counts. **To be changed** for a
-//! scanner of one's own.
+//! Settings of the arms, their limits, and a white tile's counts. **Change them** for your scanner.
 
 use core::f32::consts::{FRAC_PI_2, PI, TAU};
 
@@ -14,26 +13,28 @@ const STEPS_PER_RADIAN: f32 = 200.0 * 16.0 * 4.0 / TAU;
 /// Steps/s, of all arms.
 const SPEED: f32 = 4000.0;
 
-/// What an arm is like; 0 and 2 are polar angles, 1 and 3 azimuths.
+/// Settings of an arm; 0 and 2 are polar angles, 1 and 3 azimuths. The lamp's home is near the
+/// normal, where it points down; the sensor's is near the horizon.
 pub fn arm(number: usize) -> axis::Settings {
-    let (least, largest) = match number % 2 {
-        0 => (0.0, FRAC_PI_2),
-        _ => (-PI, PI),
+    let (home, least, largest) = match number {
+        0 => (-0.05, 0.0, FRAC_PI_2),
+        2 => (FRAC_PI_2 - 0.01, 0.0, FRAC_PI_2 - 0.03),
+        _ => (-PI - 0.05, -PI, PI),
     };
     axis::Settings {
         steps_per_radian: STEPS_PER_RADIAN,
         speed: SPEED,
         acceleration: 20_000.0,
         homing_speed: 400.0,
-        home: least - 0.05,
+        home,
         least,
         largest,
-        tolerance: 4, // switches close within a few steps
+        tolerance: 4, // switches open within a few steps
         reversed: false,
     }
 }
 
-/// How fast the arms are and where they get to, together.
+/// Speeds and limits of the arms together.
 pub fn machine() -> station::Settings {
     let speed = SPEED / STEPS_PER_RADIAN;
     station::Settings {
@@ -45,7 +46,7 @@ pub fn machine() -> station::Settings {
                 phi_o: speed,
             },
             limits: Limits {
-                min_separation: 0.2, // or lamp and sensor would meet
+                min_separation: 0.2, // keeps lamp and sensor from each other, on every way
                 ..Limits::NONE
             },
             isotropic: true,
@@ -56,7 +57,7 @@ pub fn machine() -> station::Settings {
     }
 }
 
-/// What a white tile counts, lit and seen along the normal: to be read with your own.
+/// Counts of a white tile, lit and seen along the normal: read them with your own.
 pub fn white() -> White {
     let normal = [0.0, 0.0, 1.0];
     White {

@@ -17,12 +17,13 @@ use cortex_m_rt::{ExceptionFrame, entry, exception};
 use defmt_rtt as _; // the log, where a debug probe reads it
 use glimpse_arms::axis::Axis;
 use glimpse_arms::goniometer::Goniometer;
-use glimpse_arms::scanner::{News, Platform, Scanner, log_values};
+use glimpse_arms::scanner::{Button, Command, News, Platform, Scanner, Seeds, log_values};
 use glimpse_arms::sensor::{Photometer, Sensor};
 use glimpse_arms::station::{ARMS, Station};
 use glimpse_arms::store::readings::Readings;
 use glimpse_arms::store::recipes::Recipes;
-use glimpse_arms::{Memory, retained};
+use glimpse_arms::{MEMORY_WORDS, Model, retained};
+use glimpse_core::recipe::memory_words;
 use glimpse_core::scan::Residual;
 use stm32f4xx_hal::adc::Adc;
 use stm32f4xx_hal::adc::config::{AdcConfig, SampleTime};
@@ -41,6 +42,8 @@ use machine::{arm, machine, white};
 static RECIPE: &[u8] = include_bytes!("../../../../../trainer/recipes/neural-n8.recipe");
 /// Room for the recipe from the flash.
 const RECIPE_BYTES: usize = 16 * 1024;
+/// The bundled recipe fits.
+const _: () = assert!(memory_words(&[RECIPE]) <= MEMORY_WORDS);
 /// Readings of the converter for one reading of the scan.
 const REPEATS: u16 = 64;
 /// The core's clock in MHz, which the cycle counter counts.
@@ -56,7 +59,7 @@ unsafe extern "C" {
 
 #[entry]
 fn main() -> ! {
-    static mut MEMORY: Memory = Memory::new();
+    static mut MEMORY: [f32; MEMORY_WORDS] = [0.0; MEMORY_WORDS];
     static mut BUFFER: [u8; RECIPE_BYTES] = [0; RECIPE_BYTES];
 
     let (Some(chip), Some(mut core)) = (pac::Peripherals::take(), cortex_m::Peripherals::take())
@@ -111,7 +114,7 @@ fn main() -> ! {
         b.pb14.into_pull_up_input().erase(), // MI
     ];
     let lamp: ErasedPin<Output> = c.pc1.into_push_pull_output().erase(); // D13, with the red LED
-    let button: ErasedPin<Input> = b.pb7.into_pull_up_input().erase(); // SDA
+    let contact: ErasedPin<Input> = b.pb7.into_pull_up_input().erase(); // SDA
     let photodiodes = Photodiodes {
         converter: Adc::new(chip.ADC1, true, AdcConfig::default(), &mut rcc),
         red: a.pa4.into_analog(),   // A0
@@ -146,21 +149,29 @@ fn main() -> ! {
             defmt::info!("arms: their counts outlasted the reset");
             station.assume(counts);
         }
-        None => defmt::info!("arms: nobody knows where they are"),
+        None => defmt::info!(
+            "arms: their positions are unknown; the lamp must not be outside of the sensor at its azimuth"
+        ),
     }
 
     let mut flash = Flash(LockedFlash::new(chip.FLASH));
     let readings = Readings::mount(&mut flash, [sector(0x8_0000), sector(0xA_0000)]);
     let recipes = Recipes::mount(&mut flash, [sector(0xC_0000), sector(0xE_0000)], BUFFER);
-    let (Ok(readings), Ok(recipes)) = (readings, recipes) else {
+    let (Ok(mut readings), Ok(recipes)) = (readings, recipes) else {
         defmt::error!("the flash cannot be read");
+        reset()
+    };
+    let Ok(boots) = readings.count_boot(&mut flash) else {
+        defmt::error!("the flash cannot be written");
         reset()
     };
     let mut board = Board {
         watchdog,
         send,
         receive,
-        button,
+        contact,
+        button: Button::default(),
+        elapsed: 0,
         positions,
         cycles: DWT::cycle_count(),
     };
@@ -169,9 +180,10 @@ fn main() -> ! {
         flash,
         readings,
         recipes,
+        seeds: Seeds::new(boots),
     };
-    defmt::info!("ready: press the button, if no scan goes on");
-    scanner.serve(RECIPE, BUFFER, MEMORY, &mut board)
+    defmt::info!("ready: press the button");
+    scanner.serve::<Model>(RECIPE, BUFFER, MEMORY, &mut board)
 }
 
 /// What is around the scanner on a board.
@@ -179,7 +191,11 @@ struct Board {
     watchdog: IndependentWatchdog,
     send: Tx<USART3>,
     receive: Rx<USART3>,
-    button: ErasedPin<Input>,
+    /// The button's pin, low while it is pressed.
+    contact: ErasedPin<Input>,
+    button: Button,
+    /// Microseconds since the button was read last.
+    elapsed: u32,
     positions: &'static mut [u32; retained::WORDS],
     /// The cycle counter when it was read last, but for cycles that make no microsecond.
     cycles: u32,
@@ -190,6 +206,7 @@ impl Platform for Board {
         self.watchdog.feed();
         let microseconds = DWT::cycle_count().wrapping_sub(self.cycles) / CORE_MHZ;
         self.cycles = self.cycles.wrapping_add(microseconds * CORE_MHZ);
+        self.elapsed = self.elapsed.saturating_add(microseconds);
         microseconds
     }
 
@@ -201,8 +218,9 @@ impl Platform for Board {
         self.send.write(byte).is_ok()
     }
 
-    fn is_started(&mut self) -> bool {
-        self.button.is_low()
+    fn command(&mut self) -> Option<Command> {
+        let elapsed = core::mem::take(&mut self.elapsed);
+        self.button.poll(self.contact.is_low(), elapsed)
     }
 
     fn remember(&mut self, positions: Option<[i32; ARMS]>) {
@@ -219,6 +237,9 @@ impl Platform for Board {
     fn finished(&mut self, residual: Residual, values: &mut dyn Iterator<Item = f32>) {
         log_values(values);
         defmt::info!("{}", residual);
+        if let Some(reason) = residual.implausible {
+            defmt::warn!("the material is implausible: {}", reason);
+        }
     }
 }
 
@@ -252,7 +273,7 @@ unsafe fn only<T>(place: *mut T) -> &'static mut T {
     unsafe { &mut *place }
 }
 
-/// Whatever it was, all begins anew, and goes on where it was.
+/// Resets the chip: the arms stop, and nothing moves before somebody presses the button.
 #[panic_handler]
 fn panic(_: &PanicInfo<'_>) -> ! {
     defmt::error!("panic");

@@ -1,0 +1,342 @@
+//! Lamp and sensor stay apart: at home, on every way, and where they read.
+
+use std::f32::consts::{FRAC_PI_2, PI};
+
+use crate::support::{Flash, mount_readings, mount_recipes};
+use glimpse_arms::axis::Settings;
+use glimpse_arms::route::{AxisAngles, RouteError, Space, separation_between};
+use glimpse_arms::scanner::{Command, End, News, Platform, Scanner, Seeds, Start};
+use glimpse_arms::simulated::{World, settings};
+use glimpse_arms::station::StationError;
+use glimpse_arms::{MEMORY_WORDS, Model, retained};
+use glimpse_core::driver::Host;
+use glimpse_core::geometry::{ArmAngles, Spherical};
+use glimpse_core::gonio::Limits;
+use glimpse_core::scan::Residual;
+
+static NEURAL: &[u8] = include_bytes!("../../../../trainer/recipes/neural-n8.recipe");
+static COOK_TORRANCE: &[u8] = include_bytes!("../../../../trainer/recipes/cook-torrance-n8.recipe");
+
+/// The limits of these tests: the samples of both recipes are at least so far apart.
+const LIMITS: Limits = Limits {
+    min_separation: 0.268,
+    ..Limits::NONE
+};
+/// Radians by which rounding to steps may bring lamp and sensor nearer to each other.
+const ROUNDING: f32 = 1.2e-3;
+
+fn separation([theta_i, phi_i, theta_o, phi_o]: AxisAngles) -> f32 {
+    let at = |theta, phi| Spherical { theta, phi };
+    let arms = ArmAngles {
+        incoming: at(theta_i, phi_i),
+        outgoing: at(theta_o, phi_o),
+    };
+    arms.directions().separation()
+}
+
+/// Receives all news; true pulls the plug.
+type Watch<'w> = Box<dyn FnMut(&News) -> bool + 'w>;
+
+/// A platform that looks at the arms in each round.
+struct Observer<'w> {
+    world: &'w World,
+    limits: Limits,
+    /// The least separation, and the angles there.
+    least: (f32, AxisAngles),
+    retained: [u32; retained::WORDS],
+    watch: Watch<'w>,
+}
+
+/// The plug is pulled.
+struct Pulled;
+
+impl Platform for Observer<'_> {
+    fn elapsed(&mut self) -> u32 {
+        let angles = self.world.angles();
+        let [theta_i, _, theta_o, _] = angles;
+        assert!(
+            theta_i.abs() <= self.limits.max_theta_i + ROUNDING,
+            "{theta_i}"
+        );
+        assert!(
+            theta_o.abs() <= self.limits.max_theta_o + ROUNDING,
+            "{theta_o}"
+        );
+        let separation = self.world.directions().separation();
+        if separation < self.least.0 {
+            self.least = (separation, angles);
+        }
+        10
+    }
+
+    fn receive(&mut self) -> Option<u8> {
+        None
+    }
+
+    fn send(&mut self, _: u8) -> bool {
+        true
+    }
+
+    fn command(&mut self) -> Option<Command> {
+        None
+    }
+
+    fn remember(&mut self, positions: Option<[i32; 4]>) {
+        self.retained = retained::words(positions);
+    }
+
+    fn tell(&mut self, news: News) {
+        if (self.watch)(&news) {
+            std::panic::resume_unwind(Box::new(Pulled));
+        }
+    }
+
+    fn finished(&mut self, _: Residual, _: &mut dyn Iterator<Item = f32>) {}
+}
+
+/// Scans once, and asserts in each round that lamp and sensor are apart. Returns None if `watch` has
+/// pulled the plug.
+fn scan<'w>(
+    world: &'w World,
+    recipe: &[u8],
+    counts: Option<[i32; 4]>,
+    watch: impl FnMut(&News) -> bool + 'w,
+) -> (Option<End>, Observer<'w>) {
+    let mut flash = Flash::new(6);
+    let mut station = world.station_within(LIMITS);
+    if let Some(counts) = counts {
+        station.assume(counts);
+    }
+    let mut scanner = Scanner {
+        station,
+        readings: mount_readings(&mut flash),
+        recipes: mount_recipes(&mut flash),
+        flash,
+        seeds: Seeds::new(0),
+    };
+    let mut observer = Observer {
+        world,
+        limits: LIMITS,
+        least: (PI, [0.0; 4]),
+        retained: [0; retained::WORDS],
+        watch: Box::new(watch),
+    };
+    let mut memory = [0.0; MEMORY_WORDS];
+    let run = std::panic::AssertUnwindSafe(|| {
+        scanner.scan::<Model>(recipe, &mut memory, Host::Absent, Start::Now, &mut observer)
+    });
+    let end = match std::panic::catch_unwind(run) {
+        Ok(end) => Some(end),
+        Err(pulled) if pulled.is::<Pulled>() => None,
+        Err(panic) => std::panic::resume_unwind(panic),
+    };
+    let (least, at) = observer.least;
+    assert!(
+        least >= LIMITS.min_separation - ROUNDING,
+        "{least} rad apart at {at:?}"
+    );
+    (end, observer)
+}
+
+/// From any start at which the lamp is not outside of the sensor at the same azimuth, through
+/// homing, eight samples, two visits home in between, to the last visit home.
+#[test]
+fn lamp_and_sensor_stay_apart_in_every_step_of_a_scan() {
+    let starts = [
+        [300, 500, 40, 700],
+        [0, 0, 0, 0],
+        [0, 12_000, 2500, 12_000],
+        [2500, 9000, 0, 9000],
+        [2900, 300, 2900, 6700],
+        [500, 4000, 1500, 4000],
+    ];
+    for start in starts {
+        for recipe in [NEURAL, COOK_TORRANCE] {
+            let world = World::new(start);
+            let (end, _) = scan(&world, recipe, None, |_| false);
+            assert_eq!(end, Some(End::Finished));
+            assert_eq!(world.positions(), [0; 4], "it ends at home");
+        }
+    }
+}
+
+#[test]
+fn lamp_and_sensor_are_apart_at_home_with_all_azimuths() {
+    for azimuth in (0..12_800).step_by(100) {
+        let world = World::new([0, 0, 0, azimuth]);
+        assert!(separation(world.angles()) > 1.4);
+    }
+}
+
+/// The way home after a reset anywhere: counts of steps have outlasted it.
+#[test]
+fn lamp_and_sensor_stay_apart_on_the_way_home_after_a_reset() {
+    for reads in 1..=8 {
+        let world = World::new([300, 500, 40, 700]);
+        let mut count = 0;
+        let (end, observer) = scan(&world, NEURAL, None, move |news| {
+            count += u32::from(matches!(news, News::Read { .. }));
+            count == reads
+        });
+        assert_eq!(end, None);
+        let counts = retained::positions(observer.retained);
+        assert!(counts.is_some());
+        let (end, _) = scan(&world, NEURAL, counts, |_| false);
+        assert_eq!(end, Some(End::Finished));
+    }
+}
+
+fn space(limits: Limits) -> Space {
+    let settings: [Settings; 4] = std::array::from_fn(settings);
+    Space {
+        least: settings.map(|settings| settings.least),
+        largest: settings.map(|settings| settings.largest),
+        home: settings.map(|settings| settings.home),
+        near_home: settings.map(|settings| settings.near_home()),
+        limits,
+        tolerance: 0.0,
+    }
+}
+
+/// A number from 0 to 1.
+fn random(state: &mut u64) -> f32 {
+    *state = state
+        .wrapping_mul(6_364_136_223_846_793_005)
+        .wrapping_add(1);
+    (*state >> 40) as f32 / (1 << 24) as f32
+}
+
+fn random_angles(space: &Space, state: &mut u64) -> AxisAngles {
+    std::array::from_fn(|axis| {
+        let (least, largest) = (space.least[axis], space.largest[axis]);
+        least + random(state) * (largest - least)
+    })
+}
+
+/// Between every two safe configurations there is a route, and no combination of angles on its legs
+/// is forbidden.
+#[test]
+fn a_safe_route_is_found_between_all_safe_configurations() {
+    let mut state = 1;
+    let mut legs = [0; 8];
+    for min_separation in [0.05, 0.2, 0.5, 1.0] {
+        let space = space(Limits {
+            min_separation,
+            ..Limits::NONE
+        });
+        space.check_home().unwrap();
+        let mut safe = || loop {
+            let angles = match random(&mut state) {
+                home if home < 0.1 => space.home,
+                _ => random_angles(&space, &mut state),
+            };
+            if separation(angles) > min_separation + 1e-4 {
+                return angles;
+            }
+        };
+        for _ in 0..2000 {
+            let (start, end) = (safe(), safe());
+            let route = space.route(start, end).unwrap();
+            let mut from = start;
+            for to in route {
+                for corner in 0..625 {
+                    let digits = [1, 5, 25, 125].map(|digit| (corner / digit % 5) as f32 / 4.0);
+                    let angles: AxisAngles = std::array::from_fn(|axis| {
+                        from[axis] + digits[axis] * (to[axis] - from[axis])
+                    });
+                    let found = separation(angles);
+                    assert!(found >= min_separation - 1e-4, "{found} at {angles:?}");
+                }
+                from = to;
+            }
+            assert_eq!(from, end);
+            legs[route.count()] += 1;
+        }
+    }
+    println!("{legs:?} routes of 0, 1, 2... legs");
+    assert!(legs[1] > 1000 && legs[2] > 1000 && legs[3..].iter().sum::<u32>() > 10);
+}
+
+/// Against a fine grid.
+#[test]
+fn the_least_separation_between_two_configurations_is_exact() {
+    let mut state = 7;
+    let space = space(Limits::NONE);
+    for case in 0..200 {
+        let from = random_angles(&space, &mut state);
+        let mut to = random_angles(&space, &mut state);
+        if case % 2 == 0 {
+            // A small box.
+            to = std::array::from_fn(|axis| from[axis] + 0.1 * (to[axis] - from[axis]));
+        }
+        let n = 14;
+        let mut least = PI;
+        for corner in 0..n * n * n * n {
+            let digits =
+                [1, n, n * n, n * n * n].map(|digit| (corner / digit % n) as f32 / (n - 1) as f32);
+            let angles =
+                std::array::from_fn(|axis| from[axis] + digits[axis] * (to[axis] - from[axis]));
+            least = least.min(separation(angles));
+        }
+        let exact = separation_between(from, to);
+        assert!(exact <= least + 1e-3, "{exact} {least}");
+        // The grid's spacing is at most 0.3 rad in an azimuth.
+        let spacing = if case % 2 == 0 { 0.07 } else { 0.6 };
+        assert!(least <= exact + spacing, "{exact} {least}: {from:?} {to:?}");
+    }
+}
+
+#[test]
+fn angles_that_are_not_numbers_are_never_safe() {
+    let bad = [f32::NAN, 0.0, 1.0, 0.0];
+    assert_eq!(separation_between(bad, [0.0; 4]), 0.0);
+    let space = space(LIMITS);
+    assert_eq!(space.route(space.home, bad), Err(RouteError::NoSafeRoute));
+}
+
+/// Azimuths that cannot turn leave the lamp on one side of the sensor.
+#[test]
+fn a_way_that_is_not_known_to_be_safe_is_refused() {
+    let mut space = space(LIMITS);
+    space.least[1] = -0.01;
+    space.largest[1] = 0.01;
+    space.least[3] = -0.01;
+    space.largest[3] = 0.01;
+    space.home[1] = -0.02;
+    space.home[3] = -0.02;
+    let (inside, outside) = ([0.2, 0.0, 1.0, 0.0], [1.0, 0.0, 0.2, 0.0]);
+    assert_eq!(space.route(inside, outside), Err(RouteError::NoSafeRoute));
+    assert!(space.route(inside, [0.5, 0.0, 1.2, 0.0]).is_ok());
+}
+
+#[test]
+fn a_home_where_lamp_and_sensor_meet_is_refused_before_anything_moves() {
+    let limits = Limits {
+        min_separation: 1.7,
+        ..LIMITS
+    };
+    let start = [300, 500, 40, 700];
+    let world = World::new(start);
+    let mut station = world.station_within(limits);
+    let refused = station.go_home();
+    assert!(matches!(
+        refused,
+        Err(StationError::Route(RouteError::HomeTooClose { .. }))
+    ));
+    assert_eq!(station.poll(10), Ok(None));
+    assert_eq!(world.positions(), start);
+}
+
+#[test]
+fn a_home_beyond_the_limits_is_refused() {
+    let limits = Limits {
+        max_theta_o: 1.2,
+        ..LIMITS
+    };
+    let world = World::new([1; 4]);
+    let refused = world.station_within(limits).go_home();
+    let error = StationError::Route(RouteError::HomeBeyondLimits);
+    assert_eq!(refused, Err(error));
+    // Within the limits of all machines.
+    assert!(settings(2).home <= FRAC_PI_2);
+}
