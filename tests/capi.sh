@@ -1,6 +1,6 @@
 # Steps of tests/run for the C library; `run`, `say`, `need_programs` and the variables are defined there.
 
-# On the host: lints, the header, a call of every function from C, the examples compiled by cc.
+# On the host: lints, the header, a call of every function, the examples compiled by cc.
 capi() {
     pushd core/capi > /dev/null
     run cargo clippy --all-targets -- -D warnings
@@ -19,7 +19,7 @@ capi_firmware() {
     if [ ! -e /usr/lib/arm-none-eabi/newlib ] && [ ! -e /usr/arm-none-eabi/lib ]; then
         install libnewlib-arm-none-eabi
     fi
-    # In its folder, where its .cargo/config.toml counts.
+    # In its directory, for its .cargo/config.toml.
     pushd core/capi > /dev/null
     local triple build=(build --release --target-dir "$firmware_target" "${build_std[@]}")
     run "${firmware_cargo[@]}" "${build[@]}" --target "$target" --features prove-no-panic,can-panic
@@ -32,17 +32,15 @@ capi_firmware() {
         say "no function of the header can panic on $triple"
         capi_links "$triple" $(grep -oE '\bglimpse_[a-z_]+\(' include/glimpse.h | tr -d '(' | sort -u)
     done
-    run "${firmware_cargo[@]}" "${build[@]}" --target thumbv7em-none-eabihf
-    # The smallest has 16 KiB of RAM.
-    run env GLIMPSE_SAMPLES=8 GLIMPSE_COMPONENTS=5 "${firmware_cargo[@]}" "${build[@]}" \
-        --target thumbv6m-none-eabi
+    for triple in thumbv7em-none-eabihf thumbv6m-none-eabi; do
+        run "${firmware_cargo[@]}" "${build[@]}" --target "$triple"
+    done
     run cargo test --features qemu --test qemu
     popd > /dev/null
 }
 
-# Links these functions of the library for a target. Its panic handler calls a function that is
-# nowhere, so this fails if one of them can reach it: sections that nothing reaches are left out
-# before symbols are looked for.
+# Links these functions of the library for a target. The panic handler calls an undefined function, so this fails if
+# one of them can reach it: unreachable sections are removed before symbols are resolved.
 capi_links() {
     local library=$firmware_target/$1/release/libglimpse.a emulation=armelf function functions=()
     case $1 in riscv32*) emulation=elf32lriscv ;; esac

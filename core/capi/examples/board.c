@@ -1,4 +1,4 @@
-/* A Cortex-M as QEMU plays it: from reset to main, and out by semihosting. */
+/* Start-up of a Cortex-M in QEMU: from reset to main, with output by semihosting. */
 
 #include "example.h"
 
@@ -20,7 +20,7 @@ static int semihosting(int operation, const void *argument)
     return r0;
 }
 
-/* To the standard output, which is opened once as ":tt" for writing. */
+/* Prints to the standard output, which is opened once as ":tt" for writing. */
 void print(const char *text)
 {
     static int output = -1;
@@ -43,7 +43,7 @@ static void end(int code)
 void reset(void)
 {
 #ifdef __ARM_FP
-    *(volatile uint32_t *)0xE000ED88 |= 0xFu << 20; /* the floating-point unit's power */
+    *(volatile uint32_t *)0xE000ED88 |= 0xFu << 20; /* turns the floating-point unit on */
     __asm__ volatile("dsb\n isb");
 #endif
     const uint32_t *source = &data_source;

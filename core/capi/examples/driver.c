@@ -1,11 +1,11 @@
-/* Scans a material by each recipe with the driver, which says what to do next. Here nobody is at the
-   other end of a line; with a host, bytes come and go in the same loop. */
+/* Scans a material with each recipe by a driver, which returns the next action. Here there is no host;
+   with a host, the same loop exchanges bytes with it. */
 
 #include "example.h"
 
-static GLIMPSE_MEMORY(memory, GLIMPSE_DRIVER_BYTES);
+static GLIMPSE_MEMORY(memory, GLIMPSE_DRIVER_BYTES(RECIPE_WORDS));
 
-/* Where the arms of a scanner would go: the sample with this index, with its angles. */
+/* Reads the sample with this index. A scanner would move its arms there. */
 static glimpse_status measure(glimpse_driver *driver, uint16_t index)
 {
     const glimpse_scan *scan;
@@ -23,12 +23,12 @@ static glimpse_status scan_material(const char *name, const uint8_t *recipe, siz
     glimpse_driver *driver;
     glimpse_status status = glimpse_driver_begin(memory, sizeof memory, recipe, recipe_bytes,
                                                  &config, NULL, 0, &driver);
+    uint64_t now_ms = 0; /* the time of a monotonic clock */
     while (status == GLIMPSE_STATUS_OK) {
-        /* With a line, first: glimpse_driver_receive() what came, and send what
-           glimpse_driver_outgoing() has as far as there is room, then glimpse_driver_sent(). */
+        /* With a line, first: pass the received bytes to glimpse_driver_receive(), send those of
+           glimpse_driver_outgoing() as far as there is room, then call glimpse_driver_sent(). */
         glimpse_action action;
-        uint32_t elapsed = 1; /* milliseconds since the last turn */
-        status = glimpse_driver_poll(driver, elapsed, &action);
+        status = glimpse_driver_poll(driver, now_ms++, &action);
         if (status != GLIMPSE_STATUS_OK) break;
         switch (action.kind) {
         case GLIMPSE_ACTION_KIND_MEASURE:
@@ -41,11 +41,11 @@ static glimpse_status scan_material(const char *name, const uint8_t *recipe, siz
         }
         case GLIMPSE_ACTION_KIND_FAILED:
             return action.failure;
-        case GLIMPSE_ACTION_KIND_SAVE:   /* keep action.index and action.reading in flash */
-        case GLIMPSE_ACTION_KIND_FORGET: /* forget those kept */
-        case GLIMPSE_ACTION_KIND_STORE:  /* write action.bytes of a new recipe to flash */
+        case GLIMPSE_ACTION_KIND_SAVE:   /* save action.index and action.reading to flash */
+        case GLIMPSE_ACTION_KIND_FORGET: /* delete all saved readings */
+        case GLIMPSE_ACTION_KIND_STORE:  /* write action.bytes of a new recipe */
         case GLIMPSE_ACTION_KIND_INSTALL:
-        case GLIMPSE_ACTION_KIND_WAIT: /* sleep until a byte or the next millisecond comes */
+        case GLIMPSE_ACTION_KIND_WAIT: /* sleep for glimpse_driver_poll_delay() or until a byte arrives */
         case GLIMPSE_ACTION_KIND_CONTINUE:
         default:
             break;

@@ -1,4 +1,4 @@
-/* What both examples need: a made-up material in place of a scanner, recipes, and a way to print. */
+/* Shared parts of both examples: a simulated material in place of a scanner, recipes, and printing. */
 
 #ifndef EXAMPLE_H
 #define EXAMPLE_H
@@ -7,10 +7,10 @@
 
 #include "glimpse.h"
 
-/* Of host.c or board.c. */
+/* Defined in host.c or board.c. */
 void print(const char *text);
 
-/* Of recipes.S; firmware would have one. */
+/* Defined in recipes.S; firmware would have one. */
 extern const uint8_t phong_begin[], phong_end[];
 extern const uint8_t cook_torrance_begin[], cook_torrance_end[];
 extern const uint8_t neural_begin[], neural_end[];
@@ -25,10 +25,12 @@ static const struct {
     {"cook-torrance", cook_torrance_begin, cook_torrance_end},
     {"neural", neural_begin, neural_end},
     {"linear", linear_begin, linear_end},
-    /* Neural again, by a recipe that completes the readings. */
+    /* Neural again, with a recipe that completes the readings. */
     {"neural-completed", completed_begin, completed_end},
 };
 #define RECIPE_COUNT (sizeof RECIPES / sizeof RECIPES[0])
+/* Memory of the largest of them, as printed by trainer inspect neural-n8.recipe. */
+#define RECIPE_WORDS 1423
 
 static inline float lobe(float sharpness, float theta_h)
 {
@@ -36,9 +38,9 @@ static inline float lobe(float sharpness, float theta_h)
     return 1.0f / (falloff * falloff);
 }
 
-/* What a sensor sees of the material: a diffuse colour, and a highlight of two widths. Sums, products
-   and quotients only, which every machine rounds alike. A scanner would move its arms to
-   sample->directions instead, read its sensor, and divide what it read by what a white tile reads. */
+/* The reading of the simulated material: a diffuse color, and a highlight of two widths. It uses only
+   sums, products and quotients, which every machine rounds alike. A scanner would move its arms to
+   sample->directions instead, read its sensor, and divide the reading by that of a white tile. */
 static inline glimpse_reading read_sensor(const glimpse_sample *sample)
 {
     float lobes = (8.0f * lobe(40.0f, sample->theta_h) + lobe(0.1f * 40.0f, sample->theta_h)) / 9.0f;
@@ -51,7 +53,7 @@ static inline glimpse_reading read_sensor(const glimpse_sample *sample)
     return reading;
 }
 
-/* A number as the hexadecimal digits of its bits, and a space. */
+/* Prints the bits of a number as hexadecimal digits, and a space. */
 static inline void print_bits(float value)
 {
     uint32_t bits;
@@ -62,7 +64,7 @@ static inline void print_bits(float value)
     print(text);
 }
 
-/* All values of a fitted material, on a line. */
+/* Prints all values of a fitted material on a line. */
 static inline glimpse_status print_values(const char *name, const glimpse_scan *scan)
 {
     static float values[675]; /* of the largest model here */
@@ -77,7 +79,7 @@ static inline glimpse_status print_values(const char *name, const glimpse_scan *
     return status;
 }
 
-/* Why it went wrong. */
+/* Prints the reason of a failure. */
 static inline int fail(const char *name, glimpse_status status)
 {
     print(name);

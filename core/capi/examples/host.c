@@ -1,4 +1,4 @@
-/* A host, where there is a standard output. */
+/* Output on a host. */
 
 #include <stdio.h>
 

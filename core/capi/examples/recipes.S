@@ -1,4 +1,4 @@
-/* Recipes, as bytes in the flash: the assembler reads them from where -Wa,-I says. */
+/* Recipes as bytes in flash. The assembler searches the files in the directory of -Wa,-I. */
 
 .macro recipe name, file
     .global \name\()_begin

@@ -1,10 +1,10 @@
-/* Scans a material by each recipe, step by step. The same file is built for a host and for a
+/* Scans a material with each recipe, step by step. The same file is built for a host and for a
    microcontroller. */
 
 #include "example.h"
 
-/* One scan after the other uses it. */
-static GLIMPSE_MEMORY(memory, GLIMPSE_SCAN_BYTES);
+/* Memory of one scan after the other. */
+static GLIMPSE_MEMORY(memory, GLIMPSE_SCAN_BYTES(RECIPE_WORDS));
 
 static glimpse_status scan_material(const char *name, const uint8_t *recipe, size_t recipe_bytes)
 {
@@ -24,9 +24,10 @@ static glimpse_status scan_material(const char *name, const uint8_t *recipe, siz
     status = glimpse_fit_begin(scan);
     glimpse_progress progress = {0, 1};
     while (status == GLIMPSE_STATUS_OK && progress.done < progress.total)
-        status = glimpse_fit_advance(scan, 8, &progress); /* between two of them: motors, watchdog */
+        status = glimpse_fit_advance(scan, 8, &progress); /* service motors and watchdog here */
     if (status != GLIMPSE_STATUS_OK) return status;
 
+    /* An implausible material (84 to 91) has a residual and values too; here it counts as a failure. */
     glimpse_residual residual;
     status = glimpse_fit_finish(scan, &residual);
     if (status != GLIMPSE_STATUS_OK) return status;
@@ -36,7 +37,7 @@ static glimpse_status scan_material(const char *name, const uint8_t *recipe, siz
     print_bits(residual.worst);
     print("\n");
 
-    /* What the material looks like from another direction. Linear's BRDF takes a basis. */
+    /* The BRDF in other directions. Linear needs a basis for it. */
     static const glimpse_directions MIRROR = {{0.6f, 0.0f, 0.8f}, {-0.6f, 0.0f, 0.8f}};
     float brdf[3];
     status = glimpse_fitted_brdf(scan, &MIRROR, &brdf);

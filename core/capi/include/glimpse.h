@@ -2,7 +2,7 @@
  * Glimpse for firmware in C: measures a material's reflectance (BRDF) at the few directions that a
  * recipe names, and fits a model to them.
  *
- *     GLIMPSE_MEMORY(memory, GLIMPSE_SCAN_BYTES);
+ *     static GLIMPSE_MEMORY(memory, GLIMPSE_SCAN_BYTES(RECIPE_WORDS));
  *
  *     glimpse_scan_begin(memory, sizeof memory, recipe, recipe_bytes, &scan);
  *     while (glimpse_scan_next(scan, 0, &sample) == GLIMPSE_STATUS_OK) {
@@ -14,17 +14,15 @@
  *     glimpse_fit_finish(scan, &residual);
  *     glimpse_fitted_brdf(scan, &directions, &brdf);
  *
- * Everywhere:
- * - Directions are unit vectors away from the surface, z its normal; angles are in radians. A BRDF is
+ * Rules for all functions:
+ * - Directions are unit vectors away from the surface, z is its normal; angles are in radians. A BRDF is
  *   in linear RGB, sr^-1, and not times the cosine.
- * - Memory is the caller's; nothing is allocated, nothing has to be freed, and there is no global
- *   state. Two scans in two memories know nothing of each other.
- * - One scan or driver is used by one thread at a time, and by no interrupt that may come during a
- *   call.
- * - Null and misaligned pointers are found and told by status. That a pointer leads to what its type
- *   says, and to as many as are said, is the caller's part; so is that handles came from the function
- *   that makes them, with GLIMPSE_STATUS_OK. Results must not be written into the memory of a scan or
- *   driver.
+ * - Memory is the caller's. Nothing is allocated, nothing has to be freed, and there is no global
+ *   state: scans in different memories are independent.
+ * - One thread at a time uses a scan or driver, and no interrupt that may come during a call.
+ * - Null and misaligned pointers are detected and returned as a status. The caller guarantees that a
+ *   pointer leads to the stated number of values of its type, and that a handle comes from a function
+ *   that returned GLIMPSE_STATUS_OK. Results must not be written into the memory of a scan or driver.
  * - No call waits, and none takes longer than its units of work.
  *
  * This file is generated from core/capi/src by cbindgen. SPDX-License-Identifier: MIT OR Apache-2.0
@@ -36,51 +34,30 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/** The version of this file; glimpse_version() is the library's. */
-#define GLIMPSE_VERSION "0.2.0"
+/** The version of this file; glimpse_version() returns the library's. */
+#define GLIMPSE_VERSION "0.3.0"
 
-/** The largest n, how many samples a recipe may have. Built into the library by the environment
-    variable of the same name; define it here alike, before this file. */
-#ifndef GLIMPSE_SAMPLES
-#define GLIMPSE_SAMPLES 32
-#endif
-
-/** The largest m of Linear at that n; 0 if there will be none. Built in and defined alike. A recipe of
-    Linear that completes readings may ask for more: GLIMPSE_STATUS_COMPONENTS says so. */
-#ifndef GLIMPSE_COMPONENTS
-#define GLIMPSE_COMPONENTS 60
-#endif
-
-/** What the models take. A library of one model (cargo's feature only-neural, ...) takes less: then
-    define GLIMPSE_ONLY_NEURAL, or its likes, before this file. */
-#if defined(GLIMPSE_ONLY_PHONG)
-#define GLIMPSE_MODEL_BYTES 1720
-#elif defined(GLIMPSE_ONLY_COOK_TORRANCE)
-#define GLIMPSE_MODEL_BYTES 1728
-#elif defined(GLIMPSE_ONLY_NEURAL)
-#define GLIMPSE_MODEL_BYTES 5400
-#elif defined(GLIMPSE_ONLY_LINEAR)
-#define GLIMPSE_MODEL_BYTES (4 * GLIMPSE_LINEAR_WORDS_)
-#else
-#define GLIMPSE_MODEL_BYTES (8848 + 4 * GLIMPSE_LINEAR_WORDS_)
-#endif
-
-#define GLIMPSE_RANK_ \
-    (GLIMPSE_SAMPLES < GLIMPSE_COMPONENTS ? GLIMPSE_SAMPLES : GLIMPSE_COMPONENTS)
-#define GLIMPSE_LINEAR_WORDS_ \
-    (5 * GLIMPSE_COMPONENTS + GLIMPSE_SAMPLES + GLIMPSE_RANK_ * (GLIMPSE_RANK_ + 7) / 2)
-
-/** How the memory of a scan or driver is aligned, in bytes. */
+/** Alignment of the memory of a scan or driver, in bytes. */
 #define GLIMPSE_ALIGNMENT 8
 
-/** Bytes of memory that a scan takes. */
-#define GLIMPSE_SCAN_BYTES \
-    (38 * GLIMPSE_SAMPLES + GLIMPSE_MODEL_BYTES + 48 * sizeof(void *) + 64)
+/** Bytes of static memory for a scan with a recipe of this many words, the number that trainer inspect
+    prints as memory. glimpse_scan_bytes() returns the exact size at run time. */
+#define GLIMPSE_SCAN_BYTES(words) (48 * sizeof(void *) + 64 + 4 * (size_t)(words))
 
-/** Bytes of memory that a driver takes. */
-#define GLIMPSE_DRIVER_BYTES (GLIMPSE_SCAN_BYTES + 1024)
+/** The same for a driver. */
+#define GLIMPSE_DRIVER_BYTES(words) (GLIMPSE_SCAN_BYTES(words) + 640)
 
-/** Declares memory: GLIMPSE_MEMORY(memory, GLIMPSE_SCAN_BYTES); or static GLIMPSE_MEMORY(...); */
+/** Words for any recipe of the model Phong with at most this many samples: for firmware whose recipe is
+    replaced in the field. The memory of several models is that of the largest. */
+#define GLIMPSE_PHONG_WORDS(samples) (9 * (samples) + 424)
+
+/** Words for any recipe of the model Cook-Torrance. */
+#define GLIMPSE_COOK_TORRANCE_WORDS(samples) (9 * (samples) + 425)
+
+/** Words for any recipe of the model Neural. */
+#define GLIMPSE_NEURAL_WORDS(samples) (9 * (samples) + 1351)
+
+/** Declares memory: static GLIMPSE_MEMORY(memory, GLIMPSE_SCAN_BYTES(1423)); */
 #ifdef __cplusplus
 #define GLIMPSE_MEMORY(name, bytes) unsigned char name alignas(GLIMPSE_ALIGNMENT)[bytes]
 #else
@@ -88,11 +65,10 @@
 #endif
 
 /**
- * What every function returns: 0 if all went well. glimpse_status_text() has a sentence for each,
- * with what helps.
+ * The status of a call: 0 on success. glimpse_status_text() has a sentence for each.
  *
- * After anything else than GLIMPSE_STATUS_OK nothing has changed and no result was written, unless a
- * function says otherwise. Numbers are never given to something else.
+ * After any other status than GLIMPSE_STATUS_OK nothing has changed and no result is written, unless
+ * a function states otherwise. A number never gets another meaning.
  */
 enum glimpse_status
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
@@ -100,19 +76,19 @@ enum glimpse_status
 #endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
  {
     /**
-     * All went well.
+     * Success.
      */
     GLIMPSE_STATUS_OK = 0,
     /**
-     * A pointer is null that must not be.
+     * A required pointer is null.
      */
     GLIMPSE_STATUS_NULL = 1,
     /**
-     * A pointer is not aligned as its type asks, or memory not to GLIMPSE_ALIGNMENT.
+     * A pointer does not have the alignment of its type, or memory not GLIMPSE_ALIGNMENT.
      */
     GLIMPSE_STATUS_MISALIGNED = 2,
     /**
-     * The memory has fewer bytes than the library was built for.
+     * The memory is too small for the recipe: see glimpse_scan_bytes() and glimpse_driver_bytes().
      */
     GLIMPSE_STATUS_MEMORY_TOO_SMALL = 3,
     /**
@@ -120,47 +96,51 @@ enum glimpse_status
      */
     GLIMPSE_STATUS_LENGTH = 4,
     /**
-     * The buffer has no room for the result.
+     * The buffer is too small for the result; the count says how much room it takes.
      */
     GLIMPSE_STATUS_BUFFER_TOO_SMALL = 5,
     /**
-     * An argument is none of the values that it can have.
+     * An argument is out of range.
      */
     GLIMPSE_STATUS_ARGUMENT = 6,
     /**
-     * There is no sample left to read; this ends a loop.
+     * An error of glimpse-core that this library does not know.
+     */
+    GLIMPSE_STATUS_UNKNOWN = 7,
+    /**
+     * No sample is pending; this ends a loop.
      */
     GLIMPSE_STATUS_NONE_PENDING = 16,
     /**
-     * This sample was not read yet.
+     * This sample has no reading.
      */
     GLIMPSE_STATUS_NOT_READ = 17,
     /**
-     * A reading is missing.
+     * A reading is missing; glimpse_scan_next() says which.
      */
     GLIMPSE_STATUS_INCOMPLETE = 18,
     /**
-     * No fit is under way.
+     * No fit is under way; glimpse_fit_begin() begins one, and a reading ends it.
      */
     GLIMPSE_STATUS_NO_FIT = 19,
     /**
-     * The fit is not complete.
+     * The fit is not complete: call glimpse_fit_advance() until done equals total.
      */
     GLIMPSE_STATUS_UNFINISHED = 20,
     /**
-     * No fit has ended since the last reading.
+     * No fit was finished since the last reading: call glimpse_fit_finish().
      */
     GLIMPSE_STATUS_NOT_FITTED = 21,
     /**
-     * The driver has no scan, since its recipe was refused.
+     * The driver has no scan, because its recipe is unusable.
      */
     GLIMPSE_STATUS_NO_SCAN = 22,
     /**
-     * The bytes are no recipe.
+     * The bytes are not a recipe.
      */
     GLIMPSE_STATUS_RECIPE_MAGIC = 32,
     /**
-     * The recipe has a format that this library does not read.
+     * The recipe has an unknown format version.
      */
     GLIMPSE_STATUS_RECIPE_VERSION = 33,
     /**
@@ -188,11 +168,11 @@ enum glimpse_status
      */
     GLIMPSE_STATUS_RECIPE_BELOW_HORIZON = 39,
     /**
-     * The recipe is a descent, of a model that is not fitted by one.
+     * The recipe is a descent of a model that is not fitted by one.
      */
     GLIMPSE_STATUS_RECIPE_MODEL = 40,
     /**
-     * A field of the recipe holds 0 or less, where numbers have to be positive.
+     * A field of the recipe holds a number that is not positive.
      */
     GLIMPSE_STATUS_RECIPE_NOT_POSITIVE = 41,
     /**
@@ -200,73 +180,73 @@ enum glimpse_status
      */
     GLIMPSE_STATUS_RECIPE_NEGATIVE = 42,
     /**
-     * A field of the recipe holds a number outside of its range.
+     * A field of the recipe holds a number out of range.
      */
     GLIMPSE_STATUS_RECIPE_RANGE = 43,
     /**
-     * The limits that the recipe states are none.
+     * The limits in the recipe are invalid.
      */
     GLIMPSE_STATUS_RECIPE_LIMITS = 44,
     /**
-     * The recipe has a section that this library does not know, and that it cannot do without.
+     * The recipe has a required section that this library does not know.
      */
     GLIMPSE_STATUS_RECIPE_UNKNOWN = 45,
     /**
-     * The recipe's sections are not those that a recipe has.
+     * The recipe's sections are invalid or out of order.
      */
     GLIMPSE_STATUS_RECIPE_SECTIONS = 46,
     /**
-     * The recipe is for another model than this library.
+     * The recipe is for another model than this library's.
      */
     GLIMPSE_STATUS_MODEL = 48,
     /**
-     * The recipe has more samples than there is room for.
+     * A driver's memory is too small for its recipe.
      */
-    GLIMPSE_STATUS_SAMPLES = 49,
+    GLIMPSE_STATUS_MEMORY = 50,
     /**
-     * The recipe has more components than there is room for.
-     */
-    GLIMPSE_STATUS_COMPONENTS = 50,
-    /**
-     * The basis is not the recipe's.
+     * The basis is not the one that the recipe names.
      */
     GLIMPSE_STATUS_BASIS = 51,
     /**
-     * The bytes are no compact basis.
+     * The bytes are not a compact basis.
      */
     GLIMPSE_STATUS_BASIS_MAGIC = 52,
     /**
-     * The basis has a format that this library does not read.
+     * The compact basis has an unknown format version.
      */
     GLIMPSE_STATUS_BASIS_VERSION = 53,
     /**
-     * The basis was cut or padded.
+     * The compact basis was cut or padded.
      */
     GLIMPSE_STATUS_BASIS_LENGTH = 54,
     /**
-     * The basis's bytes were altered.
+     * The compact basis's bytes were altered.
      */
     GLIMPSE_STATUS_BASIS_CHECKSUM = 55,
     /**
-     * The basis has an impossible count or scale.
+     * The compact basis has an impossible count or scale.
      */
     GLIMPSE_STATUS_BASIS_MALFORMED = 56,
     /**
-     * A channel of the reading is NaN or infinite.
+     * A channel of the reading is not a finite number.
      */
     GLIMPSE_STATUS_READING_NON_FINITE = 64,
     /**
-     * A channel of the reading is further below 0 than noise can be.
+     * A channel of the reading is below -1 sr^-1, further than noise can be.
      */
     GLIMPSE_STATUS_READING_NEGATIVE = 65,
     /**
-     * The recipe has no sample with this index.
+     * The recipe's pattern has no sample with this index.
      */
     GLIMPSE_STATUS_READING_INDEX = 66,
     /**
-     * The readings are too large for a BRDF.
+     * A sample was skipped, but the recipe needs every reading.
      */
-    GLIMPSE_STATUS_IMPLAUSIBLE = 80,
+    GLIMPSE_STATUS_READING_REQUIRED = 67,
+    /**
+     * The readings are too large for a BRDF: they have to be in sr^-1, not counts.
+     */
+    GLIMPSE_STATUS_TOO_LARGE = 80,
     /**
      * The fit diverged.
      */
@@ -276,9 +256,41 @@ enum glimpse_status
      */
     GLIMPSE_STATUS_DIRECTIONS = 82,
     /**
-     * Linear's BRDF cannot be told without a basis.
+     * Linear has no BRDF without a basis: see glimpse_scan_set_basis().
      */
     GLIMPSE_STATUS_NO_BASIS = 83,
+    /**
+     * Implausible: the readings are not above 0.
+     */
+    GLIMPSE_STATUS_DARK = 84,
+    /**
+     * Implausible: all readings are equal.
+     */
+    GLIMPSE_STATUS_REPEATED = 85,
+    /**
+     * Implausible: the red channel reads nothing while others do.
+     */
+    GLIMPSE_STATUS_DEAD_RED = 86,
+    /**
+     * Implausible: the green channel reads nothing while others do.
+     */
+    GLIMPSE_STATUS_DEAD_GREEN = 87,
+    /**
+     * Implausible: the blue channel reads nothing while others do.
+     */
+    GLIMPSE_STATUS_DEAD_BLUE = 88,
+    /**
+     * Implausible: the material reflects several times the light it receives.
+     */
+    GLIMPSE_STATUS_ALBEDO = 89,
+    /**
+     * Implausible: the fit explains its readings far worse than expected.
+     */
+    GLIMPSE_STATUS_RESIDUAL = 90,
+    /**
+     * Implausible for a reason that this version does not know.
+     */
+    GLIMPSE_STATUS_IMPLAUSIBLE_OTHER = 91,
     /**
      * The device's own arms or sensor failed.
      */
@@ -304,17 +316,29 @@ enum glimpse_status
      */
     GLIMPSE_STATUS_REFUSED_VALUES = 101,
     /**
-     * The host refused: it cannot do with this model.
+     * The host refused: it does not support this model.
      */
     GLIMPSE_STATUS_REFUSED_MODEL = 102,
     /**
      * The host refused: it did not give this reading.
      */
-    GLIMPSE_STATUS_REFUSED_KEPT = 103,
+    GLIMPSE_STATUS_REFUSED_SAVED = 103,
     /**
      * The host refused: it sends another recipe than it offered.
      */
     GLIMPSE_STATUS_REFUSED_RECIPE = 104,
+    /**
+     * Samples of the recipe are out of reach of the arms.
+     */
+    GLIMPSE_STATUS_OUT_OF_REACH = 105,
+    /**
+     * The host refused: it does not support this request.
+     */
+    GLIMPSE_STATUS_REFUSED_REQUEST = 106,
+    /**
+     * The host refused for a reason that the device does not know.
+     */
+    GLIMPSE_STATUS_REFUSED_OTHER = 107,
 };
 #ifndef __cplusplus
 #if __STDC_VERSION__ >= 202311L
@@ -358,7 +382,7 @@ typedef int32_t glimpse_model;
 #endif // __cplusplus
 
 /**
- * What a firmware has to do next.
+ * Kinds of glimpse_action. Ignore kinds that the firmware does not know.
  */
 enum glimpse_action_kind
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
@@ -366,44 +390,46 @@ enum glimpse_action_kind
 #endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
  {
     /**
-     * Nothing, until a byte comes, one can be sent, or `milliseconds` have passed (UINT32_MAX: until
-     * glimpse_driver_restart()).
+     * Sleep until a byte arrives or can be sent, or glimpse_driver_poll_delay() has passed.
      */
     GLIMPSE_ACTION_KIND_WAIT = 0,
     /**
-     * Nothing but to call again soon.
+     * Poll again soon.
      */
     GLIMPSE_ACTION_KIND_CONTINUE = 1,
     /**
-     * Move the arms to `directions`, read the sensor, then glimpse_driver_record() with `index`, or
-     * glimpse_driver_fail(). Any other pending sample will do too. It is said again until then.
+     * Move the arms to `directions`, read the sensor, then call glimpse_driver_record() with `index`;
+     * or glimpse_driver_skip(), or glimpse_driver_fail(). Any other pending sample is as good. The
+     * driver repeats this action until one of these calls.
      */
     GLIMPSE_ACTION_KIND_MEASURE = 2,
     /**
-     * Keep `index` and `reading` where a reset leaves them.
+     * Save `index` and `reading` where they outlast a reset.
      */
     GLIMPSE_ACTION_KIND_SAVE = 3,
     /**
-     * Forget all readings that were kept.
+     * Delete all saved readings.
      */
     GLIMPSE_ACTION_KIND_FORGET = 4,
     /**
-     * Write `byte_count` of `bytes` to `offset` of a new recipe, where the present one is not. At 0
-     * another recipe begins.
+     * Write `byte_count` of `bytes` to `offset` of a new recipe, next to the present one. At 0 another
+     * recipe begins.
      */
     GLIMPSE_ACTION_KIND_STORE = 5,
     /**
      * The new recipe of `offset` bytes is stored, and should have `checksum`. If
-     * glimpse_recipe_describe() accepts it, begin a driver by it; else glimpse_driver_reject().
+     * glimpse_driver_bytes() of it is neither 0 nor more than the memory, begin a driver with it; else
+     * call glimpse_driver_reject().
      */
     GLIMPSE_ACTION_KIND_INSTALL = 6,
     /**
-     * The scan is done, with `residual`; until the next poll glimpse_driver_scan() has the material.
+     * The scan is finished, with `residual`; glimpse_driver_scan() has the material until the next
+     * poll.
      */
     GLIMPSE_ACTION_KIND_FINISHED = 7,
     /**
-     * The scan is given up, because of `failure`. It begins anew by itself where a host measures or
-     * listens, else by glimpse_driver_restart().
+     * The scan has failed, because of `failure`. With a host it begins again by itself after a pause,
+     * else with glimpse_driver_restart().
      */
     GLIMPSE_ACTION_KIND_FAILED = 8,
 };
@@ -416,7 +442,7 @@ typedef int32_t glimpse_action_kind;
 #endif // __cplusplus
 
 /**
- * Who is at the other end of the line, and who moves the arms.
+ * The other end of the line, and who moves the arms.
  */
 enum glimpse_host
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
@@ -424,15 +450,15 @@ enum glimpse_host
 #endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
  {
     /**
-     * A host moves the arms and reads the sensor; the device asks it to.
+     * A host moves the arms and reads the sensor, as the device requests.
      */
     GLIMPSE_HOST_MEASURES = 0,
     /**
-     * The device moves the arms; a host hears how far it is, and the result.
+     * The device moves the arms; a host receives progress and result.
      */
     GLIMPSE_HOST_LISTENS = 1,
     /**
-     * The device moves the arms, and nobody is there.
+     * The device moves the arms, and there is no host.
      */
     GLIMPSE_HOST_ABSENT = 2,
 };
@@ -445,20 +471,19 @@ typedef int32_t glimpse_host;
 #endif // __cplusplus
 
 /**
- * Leads scans from the first word to the last, in the caller's memory: it is fed with bytes from
- * the line, readings and elapsed time, and says what is to be done next. Motors, sensor, line, flash
- * and clock are the firmware's. It is used by one thread at a time, and by no interrupt that may come
- * during a call.
+ * A driver of scans, in the caller's memory. It receives bytes from the line, readings and the time,
+ * and returns the next action. Motors, sensor, line, flash and clock belong to the firmware. One thread
+ * uses it at a time, and no interrupt that may come during a call.
  */
 typedef struct glimpse_driver glimpse_driver;
 
 /**
- * A scan of one material, in the caller's memory. It is used by one thread at a time.
+ * A scan of one material, in the caller's memory. One thread uses it at a time.
  */
 typedef struct glimpse_scan glimpse_scan;
 
 /**
- * A pair of directions of unit length, pointing away from the surface; z is its normal.
+ * A pair of unit directions, pointing away from the surface; z is the normal.
  */
 typedef struct glimpse_directions {
     /**
@@ -472,30 +497,30 @@ typedef struct glimpse_directions {
 } glimpse_directions;
 
 /**
- * Where both arms stand, as spherical angles in radians: theta from the normal, phi about it, from x
- * towards y.
+ * Positions of both arms as spherical angles in radians: theta from the normal, phi about the normal,
+ * from x towards y.
  */
 typedef struct glimpse_arms {
     /**
-     * The light's: 0 to pi/2.
+     * Polar angle of the light: 0 to pi/2.
      */
     float theta_i;
     /**
-     * The light's; any turn. 0 along the normal.
+     * Azimuth of the light, in any turn. 0 along the normal.
      */
     float phi_i;
     /**
-     * The sensor's: 0 to pi/2.
+     * Polar angle of the sensor: 0 to pi/2.
      */
     float theta_o;
     /**
-     * The sensor's; any turn. 0 along the normal.
+     * Azimuth of the sensor, in any turn. 0 along the normal.
      */
     float phi_o;
 } glimpse_arms;
 
 /**
- * What is in a recipe.
+ * Description of a recipe.
  */
 typedef struct glimpse_recipe {
     /**
@@ -503,25 +528,25 @@ typedef struct glimpse_recipe {
      */
     glimpse_model model;
     /**
-     * n, how many samples its pattern has.
+     * n, the number of samples of its pattern.
      */
     uint16_t samples;
     /**
-     * How many values a fit by it has.
+     * Number of values of a fit.
      */
     uint16_t values;
     /**
-     * The CRC-32 in its header, which names it: readings that outlast a reset belong to one recipe.
+     * The CRC-32 in its header. It names the recipe: saved readings belong to one recipe.
      */
     uint32_t checksum;
     /**
-     * The loss to expect on a material that training never saw; NaN if the recipe states none.
+     * The expected loss on a material outside of the training set; NaN if the recipe states none.
      */
     float expected_loss;
 } glimpse_recipe;
 
 /**
- * Where a sample of the recipe's pattern is.
+ * A sample of the recipe's pattern.
  */
 typedef struct glimpse_sample {
     /**
@@ -529,8 +554,8 @@ typedef struct glimpse_sample {
      */
     uint16_t index;
     /**
-     * Where the light and the sensor have to be. The half vector lies in the xz plane; an isotropic
-     * material does not notice if both azimuths are turned together.
+     * Directions of light and sensor. The half vector lies in the xz plane; with an isotropic
+     * material both azimuths may be turned together.
      */
     struct glimpse_directions directions;
     /**
@@ -538,52 +563,53 @@ typedef struct glimpse_sample {
      */
     struct glimpse_arms arms;
     /**
-     * The same in Rusinkiewicz angles, radians. Between the normal and the half vector: 0 to pi/2.
+     * The same in Rusinkiewicz angles, radians. Angle between the normal and the half vector: 0 to
+     * pi/2.
      */
     float theta_h;
     /**
-     * Between the half vector and the light: 0 to pi/2.
+     * Angle between the half vector and the light: 0 to pi/2.
      */
     float theta_d;
     /**
-     * The light's azimuth about the half vector.
+     * Azimuth of the light about the half vector.
      */
     float phi_d;
 } glimpse_sample;
 
 /**
- * What the sensor saw.
+ * A reading of the sensor.
  */
 typedef struct glimpse_reading {
     /**
-     * The BRDF, linear red, green and blue, in sr^-1: not times the cosine, not counts, not a
+     * The BRDF in linear red, green and blue, in sr^-1: not times the cosine, not counts, not a
      * reflectance factor. Noise may bring it slightly below 0, to -1 at most. A sensor with one
      * channel gives it three times.
      */
     float brdf[3];
     /**
-     * Not 0 if the sensor was saturated, so that the true value is larger.
+     * Not 0 if the sensor was saturated: the true value is larger.
      */
     uint8_t saturated;
 } glimpse_reading;
 
 /**
- * What became of a reading.
+ * Details of a recorded reading.
  */
 typedef struct glimpse_recorded {
     /**
-     * 1 if it took the place of an earlier one, else 0.
+     * 1 if it replaced an earlier reading, else 0.
      */
     uint8_t replaced;
     /**
-     * 1 if a channel was so far below 0 that the fit brings it up to what the loss can take, else 0.
+     * 1 if a channel is so far below 0 that the fit raises it, else 0.
      */
     uint8_t clamped;
 } glimpse_recorded;
 
 /**
- * How far a fit is, in units of work: gradients of one sample, for Linear rows and channels of
- * its solve, or parts of a completion of the readings.
+ * Progress of a fit in units of work: gradients of one sample, rows and channels of Linear's solve, or
+ * parts of a completion of the readings.
  */
 typedef struct glimpse_progress {
     /**
@@ -591,14 +617,14 @@ typedef struct glimpse_progress {
      */
     uint32_t done;
     /**
-     * Units that the whole fit takes: it is complete when done is total.
+     * Units of the whole fit: it is complete when done equals total.
      */
     uint32_t total;
 } glimpse_progress;
 
 /**
- * How well a fit explains its readings. It cannot see a wrong convention: readings that are times
- * the cosine are fitted as well as others.
+ * Quality of a fit, from its readings. It does not show a wrong convention: readings that are times the
+ * cosine are fitted as well as others.
  */
 typedef struct glimpse_residual {
     /**
@@ -610,26 +636,53 @@ typedef struct glimpse_residual {
      */
     float worst;
     /**
-     * Its index.
+     * Index of the reading with the largest error.
      */
     uint16_t worst_index;
     /**
-     * How many readings were saturated.
+     * Number of saturated readings.
      */
     uint16_t saturated;
     /**
-     * How many readings were the one before them, bit for bit. A real sensor is too noisy for that;
-     * if all but the first were, it is stuck.
+     * Number of readings that equal the one before them, bit for bit. A real sensor is too noisy for
+     * that: if all but the first do, the sensor is stuck.
      */
     uint16_t repeated;
     /**
-     * How many readings were too far below 0, and were brought up.
+     * Number of readings that were too far below 0 and were raised.
      */
     uint16_t clamped;
+    /**
+     * The reason why the fitted material is implausible: GLIMPSE_STATUS_DARK to
+     * GLIMPSE_STATUS_IMPLAUSIBLE_OTHER (84 to 91). 0 if it is plausible.
+     */
+    int32_t implausible;
 } glimpse_residual;
 
 /**
- * How a driver behaves. glimpse_config_default() has what serves most.
+ * Limits of the machine that measures; angles in radians.
+ */
+typedef struct glimpse_limits {
+    /**
+     * The largest polar angle of the light's arm: above 0, at most pi/2.
+     */
+    float max_theta_i;
+    /**
+     * The largest polar angle of the sensor's arm: above 0, at most pi/2.
+     */
+    float max_theta_o;
+    /**
+     * The smallest angle between light and sensor: 0 to pi.
+     */
+    float min_separation;
+    /**
+     * Not 0 if light, normal and sensor always lie in one plane.
+     */
+    uint8_t in_plane;
+} glimpse_limits;
+
+/**
+ * Options of a driver. glimpse_config_default() has sensible values.
  */
 typedef struct glimpse_config {
     /**
@@ -637,63 +690,74 @@ typedef struct glimpse_config {
      */
     int32_t host;
     /**
-     * Units of the fit in one glimpse_driver_poll().
+     * Not 0 if `limits` are set. The driver skips samples out of reach if the recipe tolerates missing
+     * readings; else the scan fails before anything moves. 0: every sample is within reach.
      */
-    uint32_t slice;
+    uint8_t has_limits;
     /**
-     * A request that has no reply is sent again after so many milliseconds.
-     */
-    uint32_t repeat;
-    /**
-     * A host that does not reply for so many milliseconds has fallen silent.
-     */
-    uint32_t patience;
-    /**
-     * The same while its motors move.
-     */
-    uint32_t measuring_patience;
-    /**
-     * The device can store recipes of at most so many bytes; 0 if it cannot.
-     */
-    uint32_t recipe_bytes;
-    /**
-     * How often a reading is taken that cannot be one before the scan is given up.
+     * Number of invalid readings of a sample after which the driver skips it; or fails, if the recipe
+     * needs every reading.
      */
     uint8_t attempts;
+    /**
+     * Limits of the machine that measures.
+     */
+    struct glimpse_limits limits;
+    /**
+     * The seed of the sequence numbers on the line. It must differ from the seeds of all earlier
+     * drivers of this device: a boot counter, a random number, or the value of a free-running timer.
+     */
+    uint32_t sequence_seed;
+    /**
+     * Units of the fit in one glimpse_driver_poll(). 0 counts as 1.
+     */
+    uint32_t steps_per_poll;
+    /**
+     * Interval of retransmissions of a request without a reply, in ms.
+     */
+    uint32_t retransmit_interval_ms;
+    /**
+     * Timeout of a reply, in ms.
+     */
+    uint32_t reply_timeout_ms;
+    /**
+     * Timeout of a reading by the host, in ms: its motors move.
+     */
+    uint32_t measure_timeout_ms;
+    /**
+     * The largest recipe that the device can store, in bytes. 0: it stores none.
+     */
+    uint32_t recipe_bytes;
 } glimpse_config;
 
 /**
  * A reading that outlasted a reset.
  */
-typedef struct glimpse_kept {
+typedef struct glimpse_saved {
     /**
      * Index of the sample in the recipe's pattern.
      */
     uint16_t index;
     /**
-     * What the sensor saw.
+     * The reading.
      */
     struct glimpse_reading reading;
-} glimpse_kept;
+} glimpse_saved;
 
 /**
- * What a firmware has to do next. What its kind does not name is 0.
+ * The next action of the firmware. Fields that the kind does not name are 0.
  */
 typedef struct glimpse_action {
     /**
-     * What is to be done.
+     * The kind.
      */
     glimpse_action_kind kind;
     /**
-     * Why a scan is given up.
+     * Reason of a failure.
      */
     glimpse_status failure;
     /**
-     * How long nothing is to be done.
-     */
-    uint32_t milliseconds;
-    /**
-     * Where in a new recipe bytes belong; or its length.
+     * Position of bytes in a new recipe, or its length.
      */
     uint32_t offset;
     /**
@@ -701,15 +765,15 @@ typedef struct glimpse_action {
      */
     uint32_t checksum;
     /**
-     * Where to measure.
+     * Directions of light and sensor.
      */
     struct glimpse_directions directions;
     /**
-     * What to keep.
+     * The reading to save.
      */
     struct glimpse_reading reading;
     /**
-     * How well the fit explains its readings.
+     * Quality of the fit.
      */
     struct glimpse_residual residual;
     /**
@@ -717,11 +781,11 @@ typedef struct glimpse_action {
      */
     uint16_t index;
     /**
-     * How many bytes there are to store.
+     * Number of bytes to store.
      */
     uint16_t byte_count;
     /**
-     * What to store.
+     * The bytes to store.
      */
     uint8_t bytes[60];
 } glimpse_action;
@@ -731,55 +795,57 @@ extern "C" {
 #endif // __cplusplus
 
 /**
- * A sentence in English that says what a status means and what helps. It ends in a zero, is
- * constant and never null; for a number that is no status it says so.
+ * Returns the meaning of a status as an English sentence. It is zero-terminated, constant and never
+ * null; a number that is not a status has a text too.
  */
 const char *glimpse_status_text(int32_t status);
 
 /**
- * The version of this library, as "0.2.0"; GLIMPSE_VERSION is the header's, and should be the same. It
- * ends in a zero, is constant and never null.
+ * Returns the version of this library, such as "0.3.0". It should equal the header's GLIMPSE_VERSION.
+ * It is zero-terminated, constant and never null.
  */
 const char *glimpse_version(void);
 
 /**
- * The directions of two arms. All angles will do; what is below the horizon has no BRDF.
+ * Returns the directions of two arms. Any angles are valid; below the horizon there is no BRDF.
  */
 struct glimpse_directions glimpse_directions_of(struct glimpse_arms arms);
 
 /**
- * Checks a recipe, and whether this library was built for it; says what is in it.
+ * Checks a recipe and describes it.
  *
- * @param bytes   The recipe, which trainer wrote; of any alignment, in flash or in RAM.
- * @param count   How many bytes these are.
- * @param recipe  What is in it.
- * @return GLIMPSE_STATUS_RECIPE_...: the bytes are no whole recipe. GLIMPSE_STATUS_MODEL,
- *         GLIMPSE_STATUS_SAMPLES, GLIMPSE_STATUS_COMPONENTS: it is one, but not for this library.
+ * @param bytes   The recipe, as written by trainer, with any alignment, in flash or in RAM.
+ * @param count   Number of bytes.
+ * @param recipe  Receives the description.
+ * @return GLIMPSE_STATUS_RECIPE_... if the bytes are not a whole recipe; GLIMPSE_STATUS_MODEL if the
+ *         library was built for another model.
  */
 glimpse_status glimpse_recipe_describe(const uint8_t *bytes,
                                        size_t count,
                                        struct glimpse_recipe *recipe);
 
 /**
- * How many bytes of memory glimpse_scan_begin() takes as the library was built;
- * GLIMPSE_SCAN_BYTES is no less if C's macros say the same.
+ * Returns the bytes of memory that glimpse_scan_begin() needs with a recipe. 0 if the bytes are not a
+ * recipe that this library accepts: glimpse_recipe_describe() says why.
+ *
+ * @param recipe  The recipe, with any alignment.
+ * @param count   Number of bytes.
  */
-size_t glimpse_scan_bytes(void);
+size_t glimpse_scan_bytes(const uint8_t *recipe,
+                          size_t count);
 
 /**
- * Begins a scan. Whatever the memory held is overwritten, also if the scan cannot begin; it needs no
- * initialization.
+ * Begins a scan. The memory needs no initialization; its content is overwritten.
  *
- * @param memory        GLIMPSE_SCAN_BYTES of the caller's memory, aligned to GLIMPSE_ALIGNMENT, as
- *                      GLIMPSE_MEMORY declares it. Until the caller has done with the scan nothing
- *                      else may read or write it, nor may it be moved. There is nothing to free.
- * @param memory_bytes  How many bytes that are.
- * @param recipe        The recipe, of any alignment. It is not copied: it has to stay as it is for
- *                      as long as the scan is used. It must not lie in the scan's memory.
- * @param recipe_bytes  How many bytes that are.
- * @param scan          The handle that the other functions take: a pointer into the memory. Null if
- *                      the scan could not begin.
- * @return As glimpse_recipe_describe(), and GLIMPSE_STATUS_MEMORY_TOO_SMALL.
+ * @param memory        The caller's memory, aligned to GLIMPSE_ALIGNMENT, as declared by
+ *                      GLIMPSE_MEMORY. Nothing else may read, write or move it while the scan is in
+ *                      use. There is nothing to free.
+ * @param memory_bytes  Its size: at least glimpse_scan_bytes() of the recipe.
+ * @param recipe        The recipe, with any alignment. It is not copied: it must not change while the
+ *                      scan is in use. It must not lie in the scan's memory.
+ * @param recipe_bytes  Number of bytes of the recipe.
+ * @param scan          Receives the handle, a pointer into the memory; null after an error.
+ * @return As glimpse_recipe_describe(), or GLIMPSE_STATUS_MEMORY_TOO_SMALL.
  */
 glimpse_status glimpse_scan_begin(void *memory,
                                   size_t memory_bytes,
@@ -788,46 +854,46 @@ glimpse_status glimpse_scan_begin(void *memory,
                                   struct glimpse_scan **scan);
 
 /**
- * Gives Linear the basis by which glimpse_fitted_brdf() answers; the other models have no use for it.
- * It is checked whole, which takes some milliseconds for each 100 kB.
+ * Gives Linear the basis that glimpse_fitted_brdf() needs; other models have no use for it. The whole
+ * basis is checked, which takes some milliseconds for each 100 kB.
  *
  * @param scan   The scan.
- * @param basis  What trainer export --format basis wrote, of any alignment. It is not copied: it has
- *               to stay as it is for as long as the scan is used.
- * @param count  How many bytes that are.
- * @return GLIMPSE_STATUS_BASIS_...: the bytes are no whole basis. GLIMPSE_STATUS_BASIS: it is another
- *         one than the recipe names.
+ * @param basis  The output of trainer export --format basis, with any alignment. It is not copied: it
+ *               must not change while the scan is in use.
+ * @param count  Number of bytes.
+ * @return GLIMPSE_STATUS_BASIS_... if the bytes are not a whole basis; GLIMPSE_STATUS_BASIS if the
+ *         recipe names another basis.
  */
 glimpse_status glimpse_scan_set_basis(struct glimpse_scan *scan,
                                       const uint8_t *basis,
                                       size_t count);
 
 /**
- * Forgets all readings, for the next material.
+ * Drops all readings and marks of skipped samples, for the next material.
  */
 glimpse_status glimpse_scan_restart(struct glimpse_scan *scan);
 
 /**
- * The next sample that was not read yet, in the recipe's order. They may be read in any order.
+ * Returns the next pending sample in the recipe's order. Samples may be read in any order.
  *
  * @param scan    The scan.
- * @param from    The least index that will do; 0 for the first sample that is left.
- * @param sample  Where to measure.
- * @return GLIMPSE_STATUS_NONE_PENDING if there is none.
+ * @param from    The smallest index to return; 0 for the first pending sample.
+ * @param sample  Receives the sample.
+ * @return GLIMPSE_STATUS_NONE_PENDING if every sample from there on is read or skipped.
  */
 glimpse_status glimpse_scan_next(const struct glimpse_scan *scan,
                                  uint16_t from,
                                  struct glimpse_sample *sample);
 
 /**
- * Takes the reading of a sample, in any order. A second reading of the same sample replaces the
- * first; a fit that was under way, or its result, is given up.
+ * Records the reading of a sample, in any order. A second reading of the same sample replaces the
+ * first. A fit that is under way, or its result, is dropped.
  *
  * @param scan      The scan.
- * @param index     Which sample of the pattern it is.
- * @param reading   What the sensor saw; it is copied.
- * @param recorded  What became of it, or null.
- * @return GLIMPSE_STATUS_READING_...: it cannot be a reading, and has to be taken again.
+ * @param index     Index of the sample in the pattern.
+ * @param reading   The reading; it is copied.
+ * @param recorded  Receives details, or null.
+ * @return GLIMPSE_STATUS_READING_... if the reading is invalid: read the sample again.
  */
 glimpse_status glimpse_scan_record(struct glimpse_scan *scan,
                                    uint16_t index,
@@ -835,99 +901,124 @@ glimpse_status glimpse_scan_record(struct glimpse_scan *scan,
                                    struct glimpse_recorded *recorded);
 
 /**
- * The reading of a sample. (A fit brings what is too far below 0 up to what the loss can take.)
+ * Skips a sample that cannot be read: it is no longer pending, and its reading is dropped. A later
+ * glimpse_scan_record() of the sample undoes this. A fit that is under way, or its result, is dropped.
+ *
+ * @param scan   The scan.
+ * @param index  Index of the sample in the pattern.
+ * @return GLIMPSE_STATUS_READING_REQUIRED if the recipe does not tolerate missing readings,
+ *         GLIMPSE_STATUS_READING_INDEX if there is no such sample.
+ */
+glimpse_status glimpse_scan_skip(struct glimpse_scan *scan,
+                                 uint16_t index);
+
+/**
+ * Skips all pending samples, so that the fit uses the readings taken so far.
+ *
+ * @param scan  The scan.
+ * @return GLIMPSE_STATUS_READING_REQUIRED if the recipe does not tolerate missing readings.
+ */
+glimpse_status glimpse_scan_finish_early(struct glimpse_scan *scan);
+
+/**
+ * Returns the reading of a sample. A fit raises readings that are too far below 0.
  *
  * @param scan     The scan.
- * @param index    Which sample of the pattern.
- * @param reading  What was recorded.
- * @return GLIMPSE_STATUS_NOT_READ if there is none, or no such sample.
+ * @param index    Index of the sample in the pattern.
+ * @param reading  Receives the reading.
+ * @return GLIMPSE_STATUS_NOT_READ if the sample has no reading, or does not exist.
  */
 glimpse_status glimpse_scan_reading(const struct glimpse_scan *scan,
                                     uint16_t index,
                                     struct glimpse_reading *reading);
 
 /**
- * Begins a fit of all readings. One that was under way, or has ended, is forgotten.
+ * Begins a fit of all readings. An earlier fit is dropped.
  *
- * Where the recipe can do without some of them, those that are missing or saturated are left out, as
- * long as there is one to go by: a fit may begin after the first reading, and again after each
- * further one.
+ * If the recipe tolerates missing readings, the fit leaves out missing and saturated ones, as long as
+ * one is left: a fit may begin after the first reading, and again after each further one.
  *
  * @param scan  The scan.
- * @return GLIMPSE_STATUS_INCOMPLETE if a reading is missing that the recipe cannot do without,
- *         GLIMPSE_STATUS_IMPLAUSIBLE if the readings are no BRDF's, as a sensor's raw counts.
+ * @return GLIMPSE_STATUS_INCOMPLETE if a reading is missing that the recipe needs, or if there is none
+ *         at all; GLIMPSE_STATUS_TOO_LARGE if the readings are too large for a BRDF, such as counts.
  */
 glimpse_status glimpse_fit_begin(struct glimpse_scan *scan);
 
 /**
- * Goes on with the fit. The result does not depend on the budgets.
+ * Advances the fit. The result does not depend on the budgets.
  *
  * @param scan      The scan.
- * @param budget    Units of work that are done at most: 8 are some milliseconds on a Cortex-M4F at
- *                  168 MHz for the slowest model. UINT32_MAX does all of it.
- * @param progress  How far it is, or null.
- * @return GLIMPSE_STATUS_NO_FIT if none was begun.
+ * @param budget    The largest number of units of work to do: 8 take some milliseconds on a Cortex-M4F
+ *                  at 168 MHz with the slowest model. UINT32_MAX does all of them.
+ * @param progress  Receives the progress, or null.
+ * @return GLIMPSE_STATUS_NO_FIT if no fit is under way.
  */
 glimpse_status glimpse_fit_advance(struct glimpse_scan *scan,
                                    uint32_t budget,
                                    struct glimpse_progress *progress);
 
 /**
- * Ends a complete fit: looks at every value, and at the fitted material at every reading.
+ * Finishes a complete fit: checks every value, the fitted material at every reading, and that both are
+ * plausible.
+ *
+ * After GLIMPSE_STATUS_DARK to GLIMPSE_STATUS_IMPLAUSIBLE_OTHER (84 to 91) the fit has a result, but it
+ * is unlikely to describe a material: check the sensor. The residual is written, and the
+ * glimpse_fitted_...() functions return the result, as after GLIMPSE_STATUS_OK.
  *
  * @param scan      The scan.
- * @param residual  How well the fit explains the readings, or null.
- * @return GLIMPSE_STATUS_NO_FIT if none is under way, GLIMPSE_STATUS_UNFINISHED if it is not
- *         complete, GLIMPSE_STATUS_DIVERGED if a number is not finite: then the readings are still
- *         there, and no fit is under way any more.
+ * @param residual  Receives the residual, or null.
+ * @return GLIMPSE_STATUS_NO_FIT if no fit is under way; GLIMPSE_STATUS_UNFINISHED if it is not
+ *         complete; GLIMPSE_STATUS_DIVERGED if a number is not finite: the readings stay, and the fit is
+ *         no longer under way; GLIMPSE_STATUS_DARK to GLIMPSE_STATUS_IMPLAUSIBLE_OTHER if the result is
+ *         implausible.
  */
-glimpse_status glimpse_fit_finish(struct glimpse_scan *scan, struct glimpse_residual *residual);
+glimpse_status glimpse_fit_finish(struct glimpse_scan *scan,
+                                  struct glimpse_residual *residual);
 
 /**
- * How well the last fit explains its readings.
+ * Returns the residual of the last fit.
  *
  * @param scan      The scan.
- * @param residual  The residual.
- * @return GLIMPSE_STATUS_NOT_FITTED if no fit has ended since the last reading.
+ * @param residual  Receives the residual.
+ * @return GLIMPSE_STATUS_NOT_FITTED if no fit was finished since the last reading.
  */
 glimpse_status glimpse_fitted_residual(const struct glimpse_scan *scan,
                                        struct glimpse_residual *residual);
 
 /**
- * The loss that the last fit is likely to have, by its readings: an error bar for this material, where
- * the recipe predicts one, as those that complete readings do.
+ * Returns the loss predicted from this material's readings: an error bar, if the recipe predicts one.
+ * Recipes that complete readings do.
  *
  * @param scan  The scan.
- * @param loss  The mean of ln(1 + f cos(theta_i)) that is likely to be missed; NAN if the recipe
- *              predicts none, or more than a number can hold.
- * @return GLIMPSE_STATUS_NOT_FITTED if no fit has ended since the last reading.
+ * @param loss  Receives the mean of |ln(1 + f cos(theta_i)) - ln(1 + f_fitted cos(theta_i))| over all
+ *              directions; NAN if the recipe predicts none, or if it is too large for a number.
+ * @return GLIMPSE_STATUS_NOT_FITTED if no fit was finished since the last reading.
  */
 glimpse_status glimpse_fitted_predicted_loss(const struct glimpse_scan *scan,
                                              float *loss);
 
 /**
- * The fitted material's BRDF.
+ * Returns the fitted material's BRDF.
  *
  * @param scan        The scan.
- * @param directions  Where: two directions of unit length above the horizon.
- * @param brdf        Linear red, green and blue, in sr^-1, not times the cosine.
- * @return GLIMPSE_STATUS_NOT_FITTED, GLIMPSE_STATUS_DIRECTIONS, and for Linear
- *         GLIMPSE_STATUS_NO_BASIS: see glimpse_scan_set_basis(), or have a host make it from the values;
- *         or by its basis GLIMPSE_STATUS_DIVERGED: it is more than a number can hold.
+ * @param directions  Two unit directions above the horizon.
+ * @param brdf        Receives linear red, green and blue, in sr^-1, not times the cosine.
+ * @return GLIMPSE_STATUS_NOT_FITTED; GLIMPSE_STATUS_DIRECTIONS; for Linear GLIMPSE_STATUS_NO_BASIS: see
+ *         glimpse_scan_set_basis(), or compute the BRDF on a host from the values; with a basis
+ *         GLIMPSE_STATUS_DIVERGED if the BRDF is too large for a number.
  */
 glimpse_status glimpse_fitted_brdf(const struct glimpse_scan *scan,
                                    const struct glimpse_directions *directions,
                                    float (*brdf)[3]);
 
 /**
- * The fitted values, all finite: the model's parameters in its order, or Linear's coefficients, m
- * for red, m for green, m for blue. A host makes pictures of them.
+ * Returns the fitted values, all finite: the model's parameters in its order, or Linear's coefficients,
+ * m for red, m for green, m for blue. A host renders them.
  *
  * @param scan      The scan.
- * @param values    Room for them; may be null if capacity is 0.
- * @param capacity  For how many.
- * @param count     How many there are; this is written if GLIMPSE_STATUS_BUFFER_TOO_SMALL is returned
- *                  too.
+ * @param values    Receives the values; may be null if capacity is 0.
+ * @param capacity  The largest number of values to write.
+ * @param count     Receives the number of values, also with GLIMPSE_STATUS_BUFFER_TOO_SMALL.
  * @return GLIMPSE_STATUS_NOT_FITTED, GLIMPSE_STATUS_BUFFER_TOO_SMALL.
  */
 glimpse_status glimpse_fitted_values(const struct glimpse_scan *scan,
@@ -936,115 +1027,155 @@ glimpse_status glimpse_fitted_values(const struct glimpse_scan *scan,
                                      size_t *count);
 
 /**
- * How many bytes of memory glimpse_driver_begin() takes as the library was built;
- * GLIMPSE_DRIVER_BYTES is no less if C's macros say the same.
+ * Returns the bytes of memory that glimpse_driver_begin() needs with a recipe. 0 if the bytes are not a
+ * recipe that this library accepts: glimpse_recipe_describe() says why. GLIMPSE_DRIVER_BYTES(0) are
+ * enough for a driver without a usable recipe.
+ *
+ * @param recipe  The recipe, with any alignment.
+ * @param count   Number of bytes.
  */
-size_t glimpse_driver_bytes(void);
+size_t glimpse_driver_bytes(const uint8_t *recipe,
+                            size_t count);
 
 /**
- * What serves most: slices of 8 units, repeats after 0.1 s, patience of 2 s, of a minute for
- * readings, three attempts, no storage for recipes.
+ * Returns options with no limits, seed 0, 8 steps per poll, retransmissions after 0.1 s, timeouts of 2 s
+ * and of 60 s for readings, three attempts, and no storage for recipes.
+ *
+ * @param host  One of glimpse_host.
  */
 struct glimpse_config glimpse_config_default(int32_t host);
 
 /**
  * Begins. Memory and recipe are as for glimpse_scan_begin().
  *
- * A recipe that is damaged, or for another library, is no error here: the driver tells the host why,
- * asks it for a better one if it can store one, and says GLIMPSE_ACTION_KIND_FAILED. Without a
- * recipe at all let recipe be null and recipe_bytes 0.
+ * An unusable recipe is not an error here: if it is damaged, for another library, or needs more memory,
+ * the driver reports the failure to the host, asks it for a better one if it can store one, and returns
+ * GLIMPSE_ACTION_KIND_FAILED. Without any recipe, pass null and 0.
  *
- * @param memory        GLIMPSE_DRIVER_BYTES, aligned to GLIMPSE_ALIGNMENT.
- * @param memory_bytes  How many bytes that are.
- * @param recipe        The recipe, which stays as it is while the driver is used.
- * @param recipe_bytes  How many bytes that are.
- * @param config        How it behaves; it is copied.
- * @param kept          Readings by this recipe (see glimpse_recipe.checksum) that outlasted a reset;
- *                      they are copied, and a host that measures is asked whether they still hold.
- *                      What cannot be a reading is left out. May be null if there are none.
- * @param kept_count    How many there are.
- * @param driver        The handle: a pointer into the memory. Null if there was an error.
- * @return GLIMPSE_STATUS_MEMORY_TOO_SMALL, GLIMPSE_STATUS_ARGUMENT if there is no such host.
+ * @param memory        The caller's memory, aligned to GLIMPSE_ALIGNMENT.
+ * @param memory_bytes  Its size: glimpse_driver_bytes() of the recipe.
+ * @param recipe        The recipe, which must not change while the driver is in use.
+ * @param recipe_bytes  Number of bytes of the recipe.
+ * @param config        The options; they are copied.
+ * @param saved         Saved readings by this recipe (see glimpse_recipe.checksum); they are copied, and a
+ *                      host that measures is asked whether they are still valid. Invalid readings are
+ *                      ignored. May be null if there are none.
+ * @param saved_count   Number of saved readings.
+ * @param driver        Receives the handle, a pointer into the memory; null after an error.
+ * @return GLIMPSE_STATUS_MEMORY_TOO_SMALL if there is no room for a driver at all;
+ *         GLIMPSE_STATUS_ARGUMENT if there is no such host, or if the limits are invalid.
  */
 glimpse_status glimpse_driver_begin(void *memory,
                                     size_t memory_bytes,
                                     const uint8_t *recipe,
                                     size_t recipe_bytes,
                                     const struct glimpse_config *config,
-                                    const struct glimpse_kept *kept,
-                                    size_t kept_count,
+                                    const struct glimpse_saved *saved,
+                                    size_t saved_count,
                                     struct glimpse_driver **driver);
 
 /**
- * Does what is next, and says what the firmware has to do. It is called again and again, and takes
- * no longer than a slice of the fit.
+ * Does the next piece of work and returns the firmware's next action. The firmware calls it again and
+ * again; a call takes no longer than steps_per_poll units of the fit.
  *
- * @param driver   The driver.
- * @param elapsed  Milliseconds since the last call; measured from call to call, so that roundings do
- *                 not add up.
- * @param action   What is to be done.
+ * @param driver  The driver.
+ * @param now_ms  The time of a monotonic clock with any origin, in ms.
+ * @param action  Receives the action.
  */
 glimpse_status glimpse_driver_poll(struct glimpse_driver *driver,
-                                   uint32_t elapsed,
+                                   uint64_t now_ms,
                                    struct glimpse_action *action);
 
 /**
- * Takes bytes from the line, all of them.
+ * Returns the time until glimpse_driver_poll() has something to do by itself.
+ *
+ * @param driver    The driver.
+ * @param now_ms    The time, as for glimpse_driver_poll().
+ * @param delay_ms  Receives the time in ms. UINT32_MAX if only a byte from the line, a sent byte, or a
+ *                  call of this driver changes anything.
+ */
+glimpse_status glimpse_driver_poll_delay(const struct glimpse_driver *driver,
+                                         uint64_t now_ms,
+                                         uint32_t *delay_ms);
+
+/**
+ * Takes all bytes that were received from the line.
  *
  * @param driver  The driver.
- * @param bytes   What was received; may be null if count is 0.
- * @param count   How many bytes that are.
+ * @param bytes   The bytes; may be null if count is 0.
+ * @param count   Number of bytes.
  */
 glimpse_status glimpse_driver_receive(struct glimpse_driver *driver,
                                       const uint8_t *bytes,
                                       size_t count);
 
 /**
- * Bytes to be sent, none or more. glimpse_driver_sent() says how many were; in between no other
- * function of this driver may be called that changes it.
+ * Returns the bytes to send. Call glimpse_driver_sent() afterwards, and no other function that changes
+ * this driver in between.
  *
  * @param driver  The driver.
- * @param bytes   Where they are: in the driver's memory, to be read only.
- * @param count   How many there are.
+ * @param bytes   Receives a pointer to the bytes in the driver's memory; do not write to them.
+ * @param count   Receives their number, which may be 0.
  */
 glimpse_status glimpse_driver_outgoing(const struct glimpse_driver *driver,
                                        const uint8_t **bytes,
                                        size_t *count);
 
 /**
- * So many of the outgoing bytes were sent.
+ * Marks the first outgoing bytes as sent.
  *
  * @param driver  The driver.
- * @param count   How many; more than there are count as all.
+ * @param count   Number of bytes; a larger number than there are counts as all.
  */
 glimpse_status glimpse_driver_sent(struct glimpse_driver *driver, size_t count);
 
 /**
- * Takes a reading of the device's own sensor. What cannot be one is asked for again, as often as
- * glimpse_config.attempts says.
+ * Takes a reading of the device's own sensor, at most one between two polls. The driver requests an
+ * invalid reading again, up to glimpse_config.attempts times. A scan that has failed ignores readings.
  *
  * @param driver   The driver.
- * @param index    Which sample of the pattern it is.
- * @param reading  What the sensor saw; it is copied.
- * @return GLIMPSE_STATUS_NO_SCAN if the driver has none.
+ * @param index    Index of the sample in the pattern.
+ * @param reading  The reading; it is copied.
+ * @return GLIMPSE_STATUS_NO_SCAN if the driver has no scan.
  */
 glimpse_status glimpse_driver_record(struct glimpse_driver *driver,
                                      uint16_t index,
                                      const struct glimpse_reading *reading);
 
 /**
- * Gives up on the scan, since the device's own arms or sensor failed.
+ * Skips a sample that cannot be read. A later glimpse_driver_record() of the sample undoes this. A scan
+ * that has failed ignores it.
+ *
+ * @param driver  The driver.
+ * @param index   Index of the sample in the pattern.
+ * @return As glimpse_scan_skip(), or GLIMPSE_STATUS_NO_SCAN if the driver has no scan.
+ */
+glimpse_status glimpse_driver_skip(struct glimpse_driver *driver,
+                                   uint16_t index);
+
+/**
+ * Skips all pending samples, so that the fit uses the readings taken so far. A scan that has failed
+ * ignores it.
+ *
+ * @param driver  The driver.
+ * @return As glimpse_scan_finish_early(), or GLIMPSE_STATUS_NO_SCAN if the driver has no scan.
+ */
+glimpse_status glimpse_driver_finish_early(struct glimpse_driver *driver);
+
+/**
+ * Ends the scan with GLIMPSE_STATUS_MACHINE: the device's own arms or sensor failed.
  */
 glimpse_status glimpse_driver_fail(struct glimpse_driver *driver);
 
 /**
- * Tells the host why the recipe that it sent is none: after GLIMPSE_ACTION_KIND_INSTALL, if
- * glimpse_recipe_describe() refused it. The present recipe stays in use.
+ * Reports to the host why the stored recipe is unusable: after GLIMPSE_ACTION_KIND_INSTALL, if
+ * glimpse_driver_bytes() of it is 0 or more than this driver's memory. The present recipe stays in use,
+ * and the driver does not fetch the other one again.
  *
  * @param driver  The driver.
- * @param recipe  What was stored.
- * @param count   How many bytes that are.
- * @return GLIMPSE_STATUS_ARGUMENT if glimpse_recipe_describe() accepts it: then nothing has changed.
+ * @param recipe  The stored recipe.
+ * @param count   Number of bytes.
+ * @return GLIMPSE_STATUS_ARGUMENT if the recipe is usable: then nothing has changed.
  */
 glimpse_status glimpse_driver_reject(struct glimpse_driver *driver,
                                      const uint8_t *recipe,
@@ -1056,12 +1187,12 @@ glimpse_status glimpse_driver_reject(struct glimpse_driver *driver,
 glimpse_status glimpse_driver_restart(struct glimpse_driver *driver);
 
 /**
- * The driver's scan, to look at: for those functions that take a const glimpse_scan. It must not be
- * changed, and is there until the next call that changes the driver.
+ * Returns the driver's scan, for functions that take a const glimpse_scan. It must not be changed, and is
+ * valid until the next call that changes the driver.
  *
  * @param driver  The driver.
- * @param scan    The scan; null if there is none.
- * @return GLIMPSE_STATUS_NO_SCAN if the driver has none, since its recipe was refused.
+ * @param scan    Receives the scan; null if there is none.
+ * @return GLIMPSE_STATUS_NO_SCAN if the driver has no scan, because its recipe is unusable.
  */
 glimpse_status glimpse_driver_scan(const struct glimpse_driver *driver,
                                    const struct glimpse_scan **scan);

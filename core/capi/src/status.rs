@@ -8,7 +8,7 @@ use glimpse_core::model::linear::BasisError;
 use glimpse_core::recipe::RecipeError;
 use glimpse_core::scan::{FinishError, FitError, ReadingError, ScanError, SkipError};
 
-/// The status that every function returns: 0 on success. glimpse_status_text() has a sentence for each.
+/// The status of a call: 0 on success. glimpse_status_text() has a sentence for each.
 ///
 /// After any other status than GLIMPSE_STATUS_OK nothing has changed and no result is written, unless
 /// a function states otherwise. A number never gets another meaning.

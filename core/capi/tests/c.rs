@@ -1,4 +1,4 @@
-//! The examples in C on a host: no warnings, no undefined behaviour that sanitizers find, Rust's bits.
+//! The examples in C on a host: no warnings, no undefined behavior that sanitizers find, the bits of Rust.
 
 mod common;
 
@@ -7,9 +7,9 @@ use std::process::Command;
 use std::{env, fs};
 
 use common::{compile, expected, folder, run};
-use glimpse_core::fit::linear_words;
+use glimpse_core::recipe::Recipe;
 
-/// Builds the library: cargo itself builds no static library for tests. What it depends on is there.
+/// Builds the library, because cargo does not build static libraries for tests. Its dependencies are compiled already.
 fn library() -> String {
     let mut target: PathBuf = env::current_exe().unwrap();
     for _ in 0..3 {
@@ -72,67 +72,90 @@ fn the_examples_print_the_bits_of_rust() {
     }
 }
 
-/// The header's macros and the library's own numbers, for the library as it was built and for others.
+/// The recipes of the README's table.
+const RECIPES: [&str; 6] = [
+    "neural-n8",
+    "phong-n8",
+    "cook-torrance-n8",
+    "linear-n8",
+    "completed/neural-n32",
+    "completed/linear-n32",
+];
+
+fn recipe(name: &str) -> Vec<u8> {
+    let path = folder().join("../../trainer/recipes");
+    fs::read(path.join(format!("{name}.recipe"))).unwrap()
+}
+
+fn words(name: &str) -> usize {
+    let bytes = recipe(name);
+    Recipe::parse(&bytes).unwrap().memory_words()
+}
+
+/// The header's macros are large enough for the library.
 #[test]
-fn the_headers_constants_are_the_librarys() {
+fn the_headers_sizes_are_enough_for_the_library() {
     let library = library();
     let directory = tempfile::tempdir().unwrap();
     let out = directory.path().join("sizes");
     let source = directory.path().join("sizes.c");
-    let text = "#include <stdio.h>\n#include \"glimpse.h\"\n\
-        _Static_assert(sizeof(glimpse_status) == 4, \"as in Rust\");\n\
-        GLIMPSE_MEMORY(memory, GLIMPSE_DRIVER_BYTES);\n\
-        int main(void) {\n\
-        printf(\"%zu %zu\\n\", (size_t)GLIMPSE_SCAN_BYTES, sizeof memory);\n\
-        return glimpse_scan_bytes() > GLIMPSE_SCAN_BYTES \
-        || glimpse_driver_bytes() > sizeof memory || (size_t)memory % GLIMPSE_ALIGNMENT; }\n";
-    fs::write(&source, text).unwrap();
-    for (samples, components) in [(32, 60), (64, 60), (512, 60), (40, 100)] {
+    for name in RECIPES {
+        let bytes: Vec<String> = recipe(name).iter().map(u8::to_string).collect();
+        let text = format!(
+            "#include <stdio.h>\n#include \"glimpse.h\"\n\
+            _Static_assert(sizeof(glimpse_status) == 4, \"as in Rust\");\n\
+            static const uint8_t recipe[] = {{{}}};\n\
+            static GLIMPSE_MEMORY(memory, GLIMPSE_DRIVER_BYTES({words}));\n\
+            int main(void) {{\n\
+            printf(\"%zu %zu\\n\", GLIMPSE_SCAN_BYTES({words}), sizeof memory);\n\
+            size_t scan = glimpse_scan_bytes(recipe, sizeof recipe);\n\
+            size_t driver = glimpse_driver_bytes(recipe, sizeof recipe);\n\
+            return !scan || scan > GLIMPSE_SCAN_BYTES({words}) \
+            || !driver || driver > sizeof memory || (size_t)memory % GLIMPSE_ALIGNMENT; }}\n",
+            bytes.join(","),
+            words = words(name),
+        );
+        fs::write(&source, text).unwrap();
         let mut command = Command::new("cc");
         command
             .args(["-std=c11", "-Wall", "-Wextra", "-Werror", "-I"])
             .arg(folder().join("include"))
-            .arg(format!("-DGLIMPSE_SAMPLES={samples}"))
-            .arg(format!("-DGLIMPSE_COMPONENTS={components}"))
             .arg(&source)
             .arg(&library)
             .arg("-o")
             .arg(&out);
         run(&mut command);
-        let scan = scan_bytes(samples, components, 8848, size_of::<usize>());
-        let printed = run(&mut Command::new(&out));
-        assert_eq!(printed, format!("{scan} {}\n", scan + 1024));
+        let [scan, driver] = sizes(words(name), size_of::<usize>());
+        assert_eq!(run(&mut Command::new(&out)), format!("{scan} {driver}\n"));
     }
 }
 
-/// The header's formula, on a machine with pointers of `pointer` bytes.
-fn scan_bytes(samples: usize, components: usize, model: usize, pointer: usize) -> usize {
-    let linear = 4 * linear_words(samples, components);
-    let linear = if components == 0 { 0 } else { linear };
-    38 * samples + model + linear + 48 * pointer + 64
+/// The header's formulas, on a machine with pointers of `pointer` bytes.
+fn sizes(words: usize, pointer: usize) -> [usize; 2] {
+    let scan = 48 * pointer + 64 + 4 * words;
+    [scan, scan + 640]
 }
 
 /// On 32-bit machines.
 #[test]
 fn the_readmes_table_of_memory_is_right() {
     let readme = fs::read_to_string(folder().join("README.md")).unwrap();
-    for (models, samples, components, model) in [
-        ("any", 32, 60, 8848),
-        ("any", 8, 5, 8848),
-        ("Neural", 8, 0, 5400),
-        ("Phong", 8, 0, 1720),
-        ("Cook-Torrance", 8, 0, 1728),
-        ("Linear", 8, 5, 0),
-    ] {
-        let scan = scan_bytes(samples, components, model, 4);
-        let components = match components {
-            0 => String::new(),
-            m => format!("{m} "),
-        };
-        let [scan, driver] = [scan, scan + 1024].map(thousands);
-        let row = format!("| {models} | {samples} | {components}| {scan} | {driver} |");
+    for name in RECIPES {
+        let [scan, driver] = sizes(words(name), 4).map(thousands);
+        let words = thousands(words(name));
+        let row = format!("| `{name}` | {words} | {scan} | {driver} |");
         assert!(readme.contains(&row), "{row}");
     }
+}
+
+/// The memory that the examples declare is that of the largest recipe.
+#[test]
+fn the_examples_declare_enough_memory() {
+    let largest = RECIPES.into_iter().filter(|name| name.ends_with("-n8"));
+    let largest = largest.map(words).max().unwrap();
+    let header = fs::read_to_string(folder().join("examples/example.h")).unwrap();
+    let line = format!("#define RECIPE_WORDS {largest}\n");
+    assert!(header.contains(&line), "{line}");
 }
 
 fn thousands(number: usize) -> String {
@@ -142,12 +165,12 @@ fn thousands(number: usize) -> String {
     }
 }
 
-/// The header is C++ too.
+/// The header is valid C++ too.
 #[test]
 fn the_header_compiles_as_cpp() {
     let directory = tempfile::tempdir().unwrap();
     let source = directory.path().join("header.cpp");
-    let text = "#include \"glimpse.h\"\nstatic GLIMPSE_MEMORY(memory, GLIMPSE_SCAN_BYTES);\n\
+    let text = "#include \"glimpse.h\"\nstatic GLIMPSE_MEMORY(memory, GLIMPSE_SCAN_BYTES(87));\n\
         unsigned char *first() { return memory; }\n";
     fs::write(&source, text).unwrap();
     let mut command = Command::new("c++");

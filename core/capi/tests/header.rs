@@ -1,4 +1,4 @@
-//! The committed header is the one that cbindgen makes of the sources.
+//! The committed header equals the one that cbindgen generates from the sources.
 
 use std::path::Path;
 use std::{env, fs};
@@ -22,6 +22,6 @@ fn the_header_is_up_to_date() {
     let committed = fs::read_to_string(&path).unwrap_or_default();
     assert!(
         header == committed,
-        "include/glimpse.h is not what src/ says: GLIMPSE_BLESS=1 cargo test --test header writes it"
+        "include/glimpse.h differs from src/: write it with `GLIMPSE_BLESS=1 cargo test --test header`"
     );
 }

@@ -1,4 +1,4 @@
-//! The examples in C on microcontrollers: built by Arm's compiler, run in QEMU, Rust's bits.
+//! The examples in C on microcontrollers: built by Arm's compiler, run in QEMU, with the bits of Rust.
 //!
 //! `tests/run firmware` builds the libraries that they are linked with.
 
@@ -8,7 +8,7 @@ use std::process::Command;
 
 use common::{compile, expected, folder, run};
 
-/// A microcontroller that QEMU plays: target, machine, and the C compiler's options.
+/// A microcontroller in QEMU: target, machine, and the C compiler's options.
 struct Board {
     triple: &'static str,
     machine: &'static str,
@@ -21,15 +21,13 @@ const BOARDS: [Board; 2] = [
         machine: "netduinoplus2",
         options: &["-mcpu=cortex-m4", "-mfpu=fpv4-sp-d16", "-mfloat-abi=hard"],
     },
-    // 16 KiB of RAM: the library is built for less, see tests/capi.sh.
+    // It has 16 KiB of RAM.
     Board {
         triple: "thumbv6m-none-eabi",
         machine: "microbit",
         options: &[
             "-mcpu=cortex-m0",
             "-mfloat-abi=soft",
-            "-DGLIMPSE_SAMPLES=8",
-            "-DGLIMPSE_COMPONENTS=5",
             "-Wl,--defsym=SMALL=1",
         ],
     },
@@ -47,7 +45,7 @@ fn the_examples_print_the_bits_of_rust_in_qemu() {
             .join("release/libglimpse.a");
         assert!(
             library.exists(),
-            "{} is not there: `tests/run firmware` builds it",
+            "{} does not exist: build it with `tests/run firmware`",
             library.display()
         );
         let library = library.display().to_string();

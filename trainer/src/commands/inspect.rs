@@ -16,15 +16,15 @@ use super::expected_loss::expected_loss;
 use super::limits::describe;
 use super::print;
 
-/// Show what is in a recipe: model, what it promises and for which machine, where it came from, and
-/// where it measures: by the angles of half and difference vector, and by where the arms stand.
+/// Show a recipe: model, memory, expected loss, machine, origin and pattern.
 ///
-/// `trainer render pattern` draws where it measures, `trainer plan` says in which order.
+/// The pattern is listed as angles of the half and difference vector, and as positions of the arms. `memory` is the
+/// memory of a scan in words of 4 bytes. `trainer render pattern` draws the pattern, `trainer plan` orders it.
 #[derive(Args)]
 pub(crate) struct Inspect {
     /// The recipe file
     recipe: PathBuf,
-    /// Print JSON, all of the recipe, as export --format json writes it
+    /// Print the whole recipe as JSON: the fields of export --format json, and memory_words
     #[arg(long)]
     json: bool,
 }
@@ -34,10 +34,12 @@ impl Inspect {
         let file = RecipeFile::read(&self.recipe)?;
         let recipe = file.recipe();
         if self.json {
-            return print(&(serde_json::to_string_pretty(&to_json(&recipe)?)? + "\n"));
+            let mut json = to_json(&recipe)?;
+            json["memory_words"] = recipe.memory_words().into();
+            return print(&(serde_json::to_string_pretty(&json)? + "\n"));
         }
         let mut text = format!(
-            "recipe {:08x}, {} bytes\n{}{}\n\
+            "recipe {:08x}, {} bytes\n{}memory         {} words\n{}\n\
              sample  theta_h  theta_d    phi_d  theta_i    phi_i  theta_o    phi_o  (degrees)\n",
             recipe.checksum(),
             file.bytes().len(),
@@ -46,6 +48,7 @@ impl Inspect {
                 FitMethod::Ridge(ridge) => describe_ridge(&ridge, recipe.samples()),
                 FitMethod::Completed(completed) => describe_completed(&completed, recipe.samples()),
             },
+            recipe.memory_words(),
             describe_statements(&recipe)?,
         );
         for (index, angles) in recipe.pattern().enumerate() {

@@ -31,8 +31,11 @@ pub(super) fn finish(scan: *mut glimpse_scan) -> (Status, glimpse_residual) {
     (status, residual)
 }
 
-/// Readings of a broken sensor, with the status of their fit.
-const BROKEN: [(fn(u16) -> [f32; 3], Status); 5] = [
+/// A broken sensor: its reading of the sample with an index.
+type Sensor = fn(u16) -> [f32; 3];
+
+/// Broken sensors, with the status of a fit of their readings.
+const BROKEN: [(Sensor, Status); 5] = [
     (|index| [-0.01 * f32::from(index + 1); 3], Status::Dark),
     (|_| [0.2; 3], Status::Repeated),
     (|index| [0.0, level(index), level(index)], Status::DeadRed),

@@ -3,12 +3,12 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use glimpse_core::fit::{AnyModel, linear_words};
+use glimpse_core::fit::AnyModel;
 use glimpse_core::geometry::Angles;
 use glimpse_core::recipe::Recipe;
-use glimpse_core::scan::{Memory, Reading, Scan};
+use glimpse_core::scan::{Reading, Scan};
 
-/// The recipes in the order of the examples, each with the file that it is in.
+/// The recipes in the order of the examples, each with its file.
 const RECIPES: [(&str, &str); 5] = [
     ("phong", "phong-n8.recipe"),
     ("cook-torrance", "cook-torrance-n8.recipe"),
@@ -22,7 +22,7 @@ pub fn folder() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// The made-up material of examples/example.h, as Rust rounds it.
+/// The simulated material of examples/example.h.
 fn read_sensor(angles: Angles<f32>) -> Reading {
     let lobe = |sharpness: f32| {
         let falloff = 1.0 + sharpness * angles.theta_h * angles.theta_h;
@@ -52,8 +52,8 @@ pub fn expected() -> [String; 2] {
     for (name, file) in RECIPES {
         let recipe = std::fs::read(recipes().join(file)).unwrap();
         let recipe = Recipe::parse(&recipe).unwrap();
-        let mut memory = Memory::<AnyModel<{ linear_words(8, 5) }>, 8>::new();
-        let mut scan = Scan::new(recipe, &mut memory).unwrap();
+        let mut memory = vec![0.0; recipe.memory_words()];
+        let mut scan = Scan::<AnyModel>::new(recipe, &mut memory).unwrap();
         for (index, angles) in (0..).zip(recipe.pattern()) {
             scan.record(index, read_sensor(angles)).unwrap();
         }
@@ -86,7 +86,7 @@ pub fn compile(compiler: &str, platform: &str, example: &str, options: &[&str], 
         .into();
     let output = Command::new(compiler)
         .args(["-std=c11", "-Wall", "-Wextra", "-Wpedantic", "-Werror"])
-        // ISO C's own; said nevertheless, since fused products round otherwise.
+        // ISO C's default; explicit, because fused products round differently.
         .arg("-ffp-contract=off")
         .arg("-I")
         .arg(folder().join("include"))
@@ -101,7 +101,7 @@ pub fn compile(compiler: &str, platform: &str, example: &str, options: &[&str], 
     assert!(output.status.success(), "{compiler} {options:?}:\n{text}");
 }
 
-/// Runs a program to its end; returns what it prints.
+/// Runs a program to its end and returns its output.
 pub fn run(command: &mut Command) -> String {
     let output = command.output().expect("a program that starts");
     let text = String::from_utf8_lossy(&output.stdout).into_owned();

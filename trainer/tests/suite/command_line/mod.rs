@@ -85,6 +85,10 @@ fn a_recipe_is_trained_shown_exported_and_judged() {
 
     let shown = folder.succeed("inspect phong.recipe");
     assert_names(&shown, &["phong", "7", "procedural:12", "12"]);
+    let words = recipe.memory_words();
+    assert_names(&shown, &[&format!("memory         {words} words\n")]);
+    let shown_as_json = folder.succeed_as_json("inspect phong.recipe");
+    assert_eq!(shown_as_json["memory_words"], words);
     assert_names(&shown, &[materials[0].name(), materials[2].name()]);
 
     for (format, file) in [
