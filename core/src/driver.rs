@@ -6,15 +6,15 @@
 //! ```
 //! use glimpse_core::driver::{Action, Config, Driver, Host};
 //! use glimpse_core::model::Neural;
-//! use glimpse_core::recipe::Recipe;
-//! use glimpse_core::scan::{Memory, Reading, Scan};
+//! use glimpse_core::recipe::{Recipe, memory_words};
+//! use glimpse_core::scan::{Reading, Scan};
 //!
 //! # fn now_ms() -> u64 { 0 }
 //! # fn sleep(delay_ms: Option<u32>) {}
-//! let recipe = include_bytes!("../examples/recipes/neural-n8.recipe");
-//! let mut memory = Memory::<Neural, 8>::new();
-//! let recipe = Recipe::parse(recipe).unwrap(); // firmware reports errors, see `Driver::without_scan`
-//! let scan = Scan::new(recipe, &mut memory).unwrap();
+//! static RECIPE: &[u8] = include_bytes!("../examples/recipes/neural-n8.recipe");
+//! let mut memory = [0.0; memory_words(&[RECIPE])];
+//! let recipe = Recipe::parse(RECIPE).unwrap(); // firmware reports errors, see `Driver::without_scan`
+//! let scan = Scan::<Neural>::new(recipe, &mut memory).unwrap();
 //! let mut driver = Driver::new(scan, Config::new(Host::Absent));
 //! loop {
 //!     match driver.poll(now_ms()) {
