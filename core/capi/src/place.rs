@@ -8,6 +8,10 @@ use glimpse_core::recipe::Recipe;
 use crate::configuration::CScan;
 use crate::status::glimpse_status;
 
+/// Bytes of a number that a scan works in.
+const WORD_BYTES: usize = 4;
+const _: () = assert!(size_of::<f32>() == WORD_BYTES);
+
 /// The caller's memory: a handle at its front, and behind it the numbers that a scan works in.
 pub(crate) struct Place<T> {
     handle: *mut T,
@@ -31,7 +35,7 @@ impl<T> Place<T> {
             .ok_or(glimpse_status::MemoryTooSmall)?;
         Ok(Self {
             handle,
-            words: behind / size_of::<f32>(),
+            words: behind / WORD_BYTES,
         })
     }
 
@@ -73,7 +77,7 @@ pub(crate) unsafe fn bytes_for<T>(recipe: *const u8, count: usize) -> usize {
         .ok()
         .and_then(|recipe| CScan::accept(&recipe, usize::MAX).ok());
     words.map_or(0, |words| {
-        size_of::<T>().saturating_add(words.saturating_mul(size_of::<f32>()))
+        size_of::<T>().saturating_add(words.saturating_mul(WORD_BYTES))
     })
 }
 
