@@ -150,6 +150,7 @@ fn the_boards_firmware_is_there_and_has_its_size() {
     let text = firmware.section_bytes(".text") + firmware.section_bytes(".rodata");
     let ram = firmware.section_bytes(".data") + firmware.section_bytes(".bss");
     println!("arms-board.text_bytes={text}\narms-board.static_ram_bytes={ram}");
-    assert!((20_000..99 * 1024).contains(&text), "{text}");
+    // Safe paths, checks of the switches, and skipped samples take 7 KiB of these.
+    assert!((20_000..106 * 1024).contains(&text), "{text}");
     assert!((10_000..64 * 1024).contains(&ram), "{ram}");
 }

@@ -13,7 +13,10 @@ fn bundled(directory: &Path, recipes: &mut Vec<Vec<u8>>) {
         let path = entry.unwrap().path();
         if path.is_dir() {
             bundled(&path, recipes);
-        } else if path.extension().is_some_and(|extension| extension == "recipe") {
+        } else if path
+            .extension()
+            .is_some_and(|extension| extension == "recipe")
+        {
             recipes.push(fs::read(path).unwrap());
         }
     }
