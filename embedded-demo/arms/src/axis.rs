@@ -147,6 +147,7 @@ impl<S: OutputPin, D: OutputPin, H: InputPin> Axis<S, D, H> {
     ///
     /// # Errors
     /// If it is not homed, or cannot reach the angle.
+    #[inline(never)] // smaller: loops over the arms are unrolled
     pub fn can_go_to(&self, angle: f32) -> Result<(), AxisError> {
         let to = self.settings.steps(angle);
         if to != self.position && to != self.settings.near_home_steps() {
@@ -184,6 +185,7 @@ impl<S: OutputPin, D: OutputPin, H: InputPin> Axis<S, D, H> {
         Ok(())
     }
 
+    #[inline(never)] // smaller: loops over the arms are unrolled
     fn begin(&mut self, task: Task) -> Result<(), AxisError> {
         if !matches!(self.task, Task::Standing) {
             return Err(AxisError::Moving);
@@ -195,6 +197,7 @@ impl<S: OutputPin, D: OutputPin, H: InputPin> Axis<S, D, H> {
     }
 
     /// Stops the arm where it is. Its position is unknown afterwards.
+    #[inline(never)] // smaller: loops over the arms are unrolled
     pub fn stop(&mut self) {
         self.task = Task::Standing;
         self.homed = false;
@@ -212,6 +215,7 @@ impl<S: OutputPin, D: OutputPin, H: InputPin> Axis<S, D, H> {
         motion
     }
 
+    #[inline(never)] // smaller: loops over the arms are unrolled
     fn advance(&mut self, elapsed: u32) -> Result<Motion, AxisError> {
         self.since = self.since.saturating_add(elapsed);
         let is_open = match self.task {

@@ -32,7 +32,7 @@ pub type Model = AnyModel;
 
 /// Words of the memory of scan and fit: 8 KiB.
 ///
-/// The memory cannot grow when a host sends a larger recipe, so it is larger than the bundled recipe needs (see
-/// [`memory_words`](glimpse_core::recipe::memory_words)). It is enough for every recipe in `trainer/recipes`, and for
-/// 60 samples of any of their models. The firmware refuses a recipe that needs more and keeps the present one.
+/// The memory cannot grow when a host sends a larger recipe, so it is larger than the bundled recipe needs: 1,423 words
+/// by [`memory_words`](glimpse_core::recipe::memory_words). It is enough for every recipe in `trainer/recipes`; the
+/// largest needs 1,639 words. The firmware refuses a recipe that needs more and keeps the present one.
 pub const MEMORY_WORDS: usize = 2048;

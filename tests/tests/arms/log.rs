@@ -6,6 +6,7 @@ use glimpse_core::scan::Reading;
 pub(crate) const FINISHED: &str = "finished";
 pub(crate) const NO_HOST: &str = "no host";
 pub(crate) const NEW_RECIPE: &str = "a new recipe";
+pub(crate) const SAVED: &str = "saved readings";
 pub(crate) const RESUMED: &str = "goes on";
 
 /// A reading, as the log has it.

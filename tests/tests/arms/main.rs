@@ -4,13 +4,21 @@
 mod host;
 mod log;
 
+use std::io::Write;
+
 use glimpse_core::model::Neural;
 use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::Scan;
 use glimpse_tests::RECIPE;
 use glimpse_tests::elf::Firmware;
 use glimpse_tests::emulator::Emulator;
-use log::{FINISHED, NEW_RECIPE, NO_HOST, RESUMED, Taken, indices, lost_steps, readings, values};
+use log::{
+    FINISHED, NEW_RECIPE, NO_HOST, RESUMED, SAVED, Taken, indices, lost_steps, readings, values,
+};
+
+/// Bytes that press the button, while the firmware asks about saved readings.
+const NEW_SCAN: u8 = b'p';
+const CONTINUE: u8 = b'h';
 
 fn boot() -> Emulator {
     let firmware = Firmware::load_arms();
@@ -48,13 +56,26 @@ fn a_scan_ends_in_the_bits_of_the_hosts_fit() {
     assert_whole(&emulator.log());
 }
 
-/// Resets after the second, fourth and seventh reading; the arms and the flash are left as they are.
+/// Resets the firmware, and gives this command once it asks about saved readings.
+fn reset_and_command(emulator: &mut Emulator, command: u8) {
+    let questions = |log: &[String]| {
+        let is_question = |line: &&String| line.starts_with(SAVED);
+        log.iter().filter(is_question).count()
+    };
+    let before = questions(&emulator.log());
+    emulator.reset();
+    emulator.wait_until(|log| questions(log) > before);
+    emulator.serial.write_all(&[command]).unwrap();
+}
+
+/// Resets after the second, fourth and seventh reading; the arms and the flash are left as they are. Each time
+/// somebody confirms that the same material is there.
 #[test]
 fn resets_measure_nothing_twice() {
     let mut emulator = boot();
     for count in [2, 4, 7] {
         emulator.wait_until(|log| readings(log).len() >= count);
-        emulator.reset();
+        reset_and_command(&mut emulator, CONTINUE);
     }
     let _ = emulator.wait_for(FINISHED);
     let log = emulator.log();
@@ -63,11 +84,24 @@ fn resets_measure_nothing_twice() {
     assert!(resumed.count() >= 3);
 }
 
+/// After a reset the firmware asks and waits, so another material may be put there.
+#[test]
+fn a_new_material_after_a_reset_is_read_from_the_first_sample() {
+    let mut emulator = boot();
+    emulator.wait_until(|log| readings(log).len() >= 5);
+    reset_and_command(&mut emulator, NEW_SCAN);
+    let _ = emulator.wait_for(FINISHED);
+    let log = emulator.log();
+    let question = log.iter().rposition(|line| line.starts_with(SAVED));
+    let (_, after) = log.split_at(question.unwrap());
+    assert_whole(after);
+    assert!(!log.iter().any(|line| line.starts_with(RESUMED)));
+}
+
 /// The sensor's azimuth loses forty steps: its home switch tells, and what was read meanwhile is read
 /// again.
 #[test]
 fn lost_steps_are_found_by_name_and_what_they_spoilt_is_read_again() {
-    use std::io::Write;
     let mut emulator = boot();
     let _ = emulator.wait_for(NO_HOST);
     emulator.wait_until(|log| !readings(log).is_empty());
@@ -116,6 +150,7 @@ fn the_boards_firmware_is_there_and_has_its_size() {
     let text = firmware.section_bytes(".text") + firmware.section_bytes(".rodata");
     let ram = firmware.section_bytes(".data") + firmware.section_bytes(".bss");
     println!("arms-board.text_bytes={text}\narms-board.static_ram_bytes={ram}");
-    assert!((20_000..99 * 1024).contains(&text), "{text}");
+    // Safe paths, checks of the switches, and skipped samples take 7 KiB of these.
+    assert!((20_000..106 * 1024).contains(&text), "{text}");
     assert!((10_000..64 * 1024).contains(&ram), "{ram}");
 }

@@ -28,6 +28,7 @@ pub struct Settings {
 impl Settings {
     /// The step that is nearest to an angle in radians.
     #[must_use]
+    #[inline(never)] // smaller: loops over the arms are unrolled
     pub fn steps(&self, angle: f32) -> i32 {
         libm::roundf(angle * self.steps_per_radian) as i32
     }
@@ -40,6 +41,7 @@ impl Settings {
 
     /// The angle near the switch, radians, from which an arm approaches it slowly.
     #[must_use]
+    #[inline(never)] // smaller: loops over the arms are unrolled
     pub fn near_home(&self) -> f32 {
         self.angle(self.near_home_steps())
     }

@@ -75,6 +75,7 @@ impl Journal {
     }
 
     /// The content of the last item of this number.
+    #[inline(never)] // smaller: there are several calls
     pub(super) fn get<F: NorFlash>(
         &self,
         flash: &mut F,

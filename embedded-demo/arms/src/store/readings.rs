@@ -206,6 +206,7 @@ impl Readings {
         self.enter(flash, under)
     }
 
+    #[inline(never)] // smaller: there are several calls
     fn kept<F: NorFlash>(&self, flash: &mut F, index: u16) -> Result<Option<Kept>, StoreError> {
         if index >= self.under.samples {
             return Ok(None);
@@ -214,6 +215,7 @@ impl Readings {
         Ok(kept.filter(|kept| kept.scan == self.under.scan && !kept.void))
     }
 
+    #[inline(never)] // smaller: there are several calls
     fn enter<F: NorFlash>(&mut self, flash: &mut F, under: Under) -> Result<(), StoreError> {
         self.put(flash, SCAN, &under.to_content())?;
         self.under = under;

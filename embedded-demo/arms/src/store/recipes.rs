@@ -260,6 +260,7 @@ impl Recipes {
         Ok(header.filter(|header| header.length <= self.room()))
     }
 
+    #[inline(never)] // smaller: there are several calls
     fn read<'b, F: NorFlash>(
         &self,
         flash: &mut F,

@@ -3,6 +3,7 @@
 mod axis;
 mod bench;
 mod confirm;
+mod memory;
 mod paths;
 mod power_cuts;
 mod reach;

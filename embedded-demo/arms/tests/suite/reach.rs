@@ -7,7 +7,8 @@ use crate::support::Flash;
 use glimpse_arms::scanner::{Command, End, News, ScannerError};
 use glimpse_arms::{MEMORY_WORDS, Model};
 use glimpse_core::error_code::ErrorCode;
-use glimpse_core::gonio::Limits;
+use glimpse_core::geometry::{ArmAngles, Spherical};
+use glimpse_core::gonio::{Limits, Move};
 use glimpse_core::link::{Failure, Request};
 use glimpse_core::recipe::Recipe;
 
@@ -98,4 +99,30 @@ fn the_ends_of_the_polar_axes_are_limits() {
         ..Limits::NONE
     };
     assert_eq!(station_limits, expected);
+}
+
+/// Rounding may place a sample of a limit a little beyond the end of the axis: it is read at the end.
+#[test]
+fn a_sample_on_the_end_of_an_axis_is_read() {
+    let world = world();
+    let mut station = world.station();
+    station.go_home().unwrap();
+    while station.poll(40).unwrap().is_none() {}
+    let at = |theta| Spherical { theta, phi: 0.0 };
+    let end = station.limits().max_theta_o;
+    for (beyond, is_read) in [(0.5 * Limits::TOLERANCE, true), (0.01, false)] {
+        let arms = ArmAngles {
+            incoming: at(0.2),
+            outgoing: at(end + beyond),
+        };
+        let (index, seconds) = (0, 1.0);
+        let to = Move {
+            index,
+            arms,
+            seconds,
+        };
+        let directions = arms.directions();
+        assert_eq!(station.limits().check(&directions).is_ok(), is_read);
+        assert_eq!(station.read(to, directions).is_ok(), is_read);
+    }
 }
