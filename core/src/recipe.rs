@@ -147,6 +147,12 @@ impl<'a> Recipe<'a> {
         self.method.model()
     }
 
+    /// Number of values of a fit: the model's parameters, or for Linear a coefficient for each component and channel.
+    #[must_use]
+    pub fn values(&self) -> usize {
+        self.method.values()
+    }
+
     /// Returns true if a fit may do without some of the readings: a scan may skip samples then.
     #[must_use]
     pub fn tolerates_missing(&self) -> bool {

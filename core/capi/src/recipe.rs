@@ -1,6 +1,6 @@
 //! Description of a recipe.
 
-use glimpse_core::recipe::{Kind, Recipe};
+use glimpse_core::recipe::Recipe;
 
 use crate::configuration::CScan;
 use crate::place::{Out, list, status};
@@ -36,21 +36,9 @@ unsafe fn describe(
     out.put(glimpse_recipe {
         model: glimpse_model::try_from(recipe.model())?,
         samples: recipe.samples() as u16,
-        values: values(&recipe),
+        values: recipe.values() as u16,
         checksum: recipe.checksum(),
         expected_loss: recipe.expected_loss().unwrap_or(f32::NAN),
     });
     Ok(())
-}
-
-/// Number of values of a fit: the model's parameters, or a coefficient for each component and channel.
-fn values(recipe: &Recipe<'_>) -> u16 {
-    if let Some(parameters) = recipe.model().parameters() {
-        return parameters as u16;
-    }
-    // Both kinds begin with the number of components (`core/docs/recipe.md`).
-    let mut sections = recipe.sections();
-    let section = sections.find(|(kind, _)| [Kind::RIDGE, Kind::COMPLETION].contains(kind));
-    let components = section.and_then(|(_, bytes)| postcard::take_from_bytes::<u16>(bytes).ok());
-    components.map_or(0, |(components, _)| components.saturating_mul(3))
 }

@@ -34,6 +34,20 @@ impl FitMethod<'_> {
         }
     }
 
+    /// Number of values of a fit: the model's parameters, or a coefficient for each component and channel.
+    #[must_use]
+    pub fn values(&self) -> usize {
+        let components = match self {
+            Self::Descent(descent) => return descent.initial.len(),
+            Self::Ridge(ridge) => ridge.components(),
+            Self::Completed(completed) => match &completed.target {
+                Target::Linear(_) => completed.coefficient_net.components,
+                Target::Descent(descent, _) => return descent.initial.len(),
+            },
+        };
+        components.saturating_mul(3)
+    }
+
     /// Returns true if a fit tolerates missing readings.
     #[must_use]
     pub fn takes_missing(&self) -> bool {

@@ -119,3 +119,13 @@ fn a_recipe_for_another_firmware_is_refused() {
         assert_eq!(accepts::<AnyModel>(model, 1), small);
     }
 }
+
+#[test]
+fn a_recipe_states_how_many_values_a_fit_has() {
+    for recipe in MODELS.map(recipe_of) {
+        assert_eq!(
+            whole::<AnyModel>(recipe, material).values().len(),
+            recipe.values()
+        );
+    }
+}

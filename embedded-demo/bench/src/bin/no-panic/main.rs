@@ -201,6 +201,7 @@ fn recipe() {
         recipe.tolerates_missing(),
         recipe.basis_checksum(),
         recipe.memory_words(),
+        recipe.values(),
         memory_words(&[bytes()]),
         max_samples(&[bytes()]),
     ));
