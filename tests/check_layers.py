@@ -49,7 +49,7 @@ class Tree:
         text = re.sub(r"\binternal! \{ (mod \w+) \}", r"pub \1;", text)
         text = re.sub(r"\binternal! \{ ([^$]*?\}?) \}\n", r"pub use \1;\n", text)
         text = change(text, r"#\[cfg\(test\)\]\s*mod \w+ \{", lambda block: "")
-        text = re.sub(r"#\[cfg\(test\)\]\s*(pub )?(mod|use) [^;]*;", "", text)
+        text = re.sub(r"#\[cfg\((?:test|doc)\)\]\s*(pub )?(mod|use) [^;]*;", "", text)
         # A module within the file is the file, and its `super` too.
         text = change(text, r"\bmod [\w$]+ \{", lambda block: block.replace("super::", "self::"))
         children = re.findall(r"\bmod (\w+);", text)

@@ -48,6 +48,7 @@
 mod conversation;
 mod failure;
 mod frame;
+mod limits;
 mod list;
 mod message;
 mod refusal;
@@ -55,6 +56,7 @@ mod refusal;
 pub use conversation::{Client, Received, Server};
 pub use failure::{Failure, FailureReport};
 pub use frame::{FRAME_BYTES, FrameError, FrameReader, encode};
+pub use limits::{BYTES_PER_FRAME, VALUES_PER_FRAME};
 pub use list::{List, RecipeBytes, Values};
-pub use message::{BYTES_PER_FRAME, PROTOCOL, Reply, Request, VALUES_PER_FRAME};
+pub use message::{PROTOCOL, Reply, Request};
 pub use refusal::Refusal;

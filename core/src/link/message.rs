@@ -13,11 +13,6 @@ use crate::scan::{Reading, Residual};
 /// `Hello` and `Welcome` stay first in their enums and never change their layout, so that any two versions recognize
 /// each other.
 pub const PROTOCOL: u16 = 6;
-/// The largest number of values in one [`Request::Values`]. A line that loses one byte in a hundred delivers about half
-/// of all frames of 80 bytes, and an eighth of those of 200 bytes.
-pub const VALUES_PER_FRAME: usize = 16;
-/// The largest number of bytes in one [`Reply::RecipePart`].
-pub const BYTES_PER_FRAME: usize = 60;
 
 /// A request of the device. `core/docs/link.md` has the numbers of all messages.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -106,7 +101,7 @@ pub enum Reply {
     RecipePart {
         /// The request's offset.
         offset: u32,
-        /// The bytes from there on; fewer than [`BYTES_PER_FRAME`] only at the end.
+        /// The bytes from there on; fewer than [`BYTES_PER_FRAME`](super::BYTES_PER_FRAME) only at the end.
         bytes: RecipeBytes,
     },
     /// Replies to [`Request::Measure`]: this sample cannot be read. The device continues without it if the recipe

@@ -16,6 +16,7 @@ mod line;
 mod news;
 mod platform;
 mod seeds;
+mod steps;
 
 pub use button::{Button, Command};
 pub use end::{End, ScannerError, Start};

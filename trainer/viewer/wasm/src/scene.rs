@@ -4,7 +4,7 @@ use core::fmt::Write;
 
 use glimpse_core::fit::AnyModel;
 use glimpse_core::geometry::{Angles, Directions, HalfDifference};
-use glimpse_core::heapless::String;
+use heapless::String;
 use glimpse_core::model::linear::Basis;
 use glimpse_core::model::loss::cosine_weighted_log_error;
 use glimpse_core::recipe::Recipe;
