@@ -181,6 +181,7 @@ where
             Ok(end) => end,
             Err(error) => {
                 self.station.stop();
+                platform.remember(self.station.arms().positions());
                 let error = self.keep_what_holds(error);
                 match error {
                     ScannerError::Scan(_) => {} // the driver knows

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use crate::support::{Flash, LEAVES, mount_readings, mount_recipes};
 use glimpse_arms::axis::AxisError;
 use glimpse_arms::scanner::{Command, End, News, Platform, Scanner, ScannerError, Seeds, Start};
-use glimpse_arms::simulated::{DirectionPin, Lamp, Photodiode, StepPin, Switch, World};
+use glimpse_arms::simulated::{DirectionPin, Lamp, Photodiode, StepPin, Switch, Wiring, World};
 use glimpse_arms::station::StationError;
 use glimpse_arms::store::StoreError;
 use glimpse_arms::{MEMORY_WORDS, Model, retained};
@@ -371,4 +371,23 @@ fn a_motor_that_is_not_connected_ends_the_scan_by_name() {
         panic!("{end:?}");
     };
     assert_eq!((error.arm, error.error), (2, AxisError::HomeNotFound));
+}
+
+/// The arm may have hit somebody, so it does not go home by itself.
+#[test]
+fn a_switch_that_opens_during_a_move_ends_the_scan() {
+    let mut bench = Bench::new();
+    let (log, end) = bench.scan(Command::NewScan, |world, news, reads| {
+        if reads == 2 && matches!(news, News::Read { .. }) {
+            world.wire(3, Wiring::Broken);
+        }
+        false
+    });
+    let Some(End::Failed(ScannerError::Station(StationError::Arm(error)))) = end else {
+        panic!("{end:?}");
+    };
+    assert_eq!(error.arm, 3);
+    assert!(matches!(error.error, AxisError::SwitchOpened { .. }));
+    assert_eq!(readings(&log).len(), 2);
+    assert_eq!(bench.retained, retained::words(None));
 }
