@@ -27,6 +27,10 @@ pub type AxisAngles = [f32; 4];
 
 /// The most legs of a route.
 const LEGS: usize = 7;
+/// Groups of axes that move first. The empty group is the first one: all axes move at once.
+const GROUPS: usize = 15;
+/// Differences of the azimuths on a way over home; None leaves them as they are.
+const SIDES: [Option<f32>; 3] = [None, Some(PI), Some(-PI)];
 
 /// The reason why the arms do not move.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -133,26 +137,36 @@ impl Space {
     ///
     /// # Errors
     /// [`RouteError::NoSafeRoute`].
+    #[inline(never)] // smaller: there are several calls of it
     pub fn route(&self, from: AxisAngles, to: AxisAngles) -> Result<Route, RouteError> {
-        let direct = core::iter::once([to; LEGS]);
-        let in_two_groups = (1..15).map(|group| {
-            let first = merge(from, to, |axis| group >> axis & 1 == 1);
-            [first, to, to, to, to, to, to]
-        });
-        let sides = [None, Some(PI), Some(-PI)];
-        let over_home = sides.into_iter().flat_map(|before| {
-            let after = sides.into_iter();
-            after.filter_map(move |after| self.over_home(from, to, before, after))
-        });
-        direct
-            .chain(in_two_groups)
-            .chain(over_home)
-            .find(|waypoints| self.is_safe(from, waypoints))
-            .map(|waypoints| Route {
-                waypoints: without_repeats(from, waypoints),
-                next: 0,
-            })
-            .ok_or(RouteError::NoSafeRoute)
+        for candidate in 0..GROUPS + SIDES.len() * SIDES.len() {
+            if let Some(waypoints) = self.candidate(from, to, candidate)
+                && self.is_safe(from, &waypoints)
+            {
+                return Ok(Route {
+                    waypoints: without_repeats(from, waypoints),
+                    next: 0,
+                });
+            }
+        }
+        Err(RouteError::NoSafeRoute)
+    }
+
+    /// The waypoints of a way by its number, in the order in which they are tried.
+    fn candidate(
+        &self,
+        from: AxisAngles,
+        to: AxisAngles,
+        number: usize,
+    ) -> Option<[AxisAngles; LEGS]> {
+        let Some(number) = number.checked_sub(GROUPS) else {
+            // Each bit is an axis that moves first; without any, all move at once.
+            let first = merge(from, to, |axis| number >> axis & 1 == 1);
+            return Some([first, to, to, to, to, to, to]);
+        };
+        let before = *SIDES.get(number / SIDES.len())?;
+        let after = *SIDES.get(number % SIDES.len())?;
+        self.over_home(from, to, before, after)
     }
 
     /// The waypoints over home, with azimuths that differ by `before` and `after` while one of the

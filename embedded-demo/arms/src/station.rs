@@ -242,6 +242,7 @@ where
     }
 
     /// The configurations that the arms may take.
+    #[inline(never)] // smaller: there are several calls of it
     fn space(&self) -> Space {
         let settings = self.arms.arms().each_ref().map(Axis::settings);
         let half_a_step = |settings: &axis::Settings| 0.5 / settings.steps_per_radian;

@@ -4,93 +4,75 @@ use core::f32::consts::{PI, TAU};
 
 use super::AxisAngles;
 
-/// A range of angles, radians.
-#[derive(Clone, Copy)]
-struct Span {
-    low: f32,
-    high: f32,
+/// The range of a polar angle, by the sines and cosines of its two ends.
+struct Arc([(f32, f32); 2]);
+
+impl Arc {
+    /// The largest `x cos(angle) + y sin(angle)` on an arc of less than half a turn.
+    fn peak(&self, x: f32, y: f32) -> f32 {
+        let Self([low, high]) = *self;
+        let value = |(sin, cos): (f32, f32)| x * cos + y * sin;
+        let slope = |(sin, cos): (f32, f32)| y * cos - x * sin;
+        if slope(low) > 0.0 && slope(high) < 0.0 {
+            libm::sqrtf(x * x + y * y)
+        } else {
+            value(low).max(value(high))
+        }
+    }
 }
 
-impl Span {
-    fn between(a: f32, b: f32) -> Self {
-        Self {
-            low: a.min(b),
-            high: a.max(b),
-        }
-    }
-
-    /// Returns true if it contains `angle` plus any number of turns.
-    fn contains(self, angle: f32) -> bool {
-        libm::ceilf((self.low - angle) / TAU) <= libm::floorf((self.high - angle) / TAU)
-    }
-
-    /// The least and the largest cosine.
-    fn cosines(self) -> [f32; 2] {
-        let [low, high] = [self.low, self.high].map(libm::cosf);
-        [
-            if self.contains(PI) {
-                -1.0
-            } else {
-                low.min(high)
-            },
-            if self.contains(0.0) {
-                1.0
-            } else {
-                low.max(high)
-            },
-        ]
-    }
-
-    /// The largest `x cos(angle) + y sin(angle)`.
-    fn peak(self, x: f32, y: f32) -> f32 {
-        if self.contains(libm::atan2f(y, x)) {
-            return libm::sqrtf(x * x + y * y);
-        }
-        let at = |angle| x * libm::cosf(angle) + y * libm::sinf(angle);
-        at(self.low).max(at(self.high))
-    }
+/// Returns true if an angle plus a number of turns is between `low` and `high`.
+fn contains(low: f32, high: f32, angle: f32) -> bool {
+    libm::ceilf((low - angle) / TAU) <= libm::floorf((high - angle) / TAU)
 }
 
 /// The least angle between lamp and sensor, radians, while each axis moves from its angle in `from`
-/// to that in `to`, whatever the speeds: the axes may be at any angle in between independently of
-/// each other.
+/// to that in `to`, at any speed: the axes may be at any angles in between. Returns 0 for a polar
+/// angle that moves by half a turn or more, or is not finite.
 ///
 /// Its cosine is cos θi cos θo + c sin θi sin θo, where c is the cosine of the azimuths' difference.
 /// It is linear in c. For |c| < 1 its only maximum inside the box of polar angles is at the normal;
 /// for |c| = 1 the maximum extends to the box's edges. Along an edge it is a sine.
 #[must_use]
+#[inline(never)] // smaller: there are several calls of it
 pub fn separation_between(from: AxisAngles, to: AxisAngles) -> f32 {
-    if !from.iter().chain(&to).all(|angle| angle.is_finite()) {
-        return 0.0;
-    }
     let mut pairs = from.into_iter().zip(to);
-    let spans = [(); 4].map(|()| {
-        pairs.next().map_or(
-            Span {
-                low: 0.0,
-                high: 0.0,
-            },
-            |(a, b)| Span::between(a, b),
-        )
+    let [theta_i, phi_i, theta_o, phi_o] = [(); 4].map(|()| {
+        let (a, b) = pairs.next().unwrap_or_default();
+        (a.min(b), a.max(b))
     });
-    let [theta_i, phi_i, theta_o, phi_o] = spans;
-    if theta_i.contains(0.0) && theta_o.contains(0.0) {
+    // The azimuths' difference.
+    let (low, high) = (phi_o.0 - phi_i.1, phi_o.1 - phi_i.0);
+    let is_finite = from.iter().chain(&to).all(|angle| angle.is_finite());
+    let is_half_a_turn = |(low, high): (f32, f32)| high - low >= PI;
+    let has_normal = |(low, high): (f32, f32)| low <= 0.0 && high >= 0.0;
+    if !is_finite
+        || is_half_a_turn(theta_i)
+        || is_half_a_turn(theta_o)
+        || has_normal(theta_i) && has_normal(theta_o)
+    {
         return 0.0;
     }
-    let apart = Span {
-        low: phi_o.low - phi_i.high,
-        high: phi_o.high - phi_i.low,
-    };
+    let cosines = [
+        if contains(low, high, PI) {
+            -1.0
+        } else {
+            libm::cosf(low).min(libm::cosf(high))
+        },
+        if contains(low, high, 0.0) {
+            1.0
+        } else {
+            libm::cosf(low).max(libm::cosf(high))
+        },
+    ];
+    let arc = |(low, high)| Arc([libm::sincosf(low), libm::sincosf(high)]);
+    let (theta_i, theta_o) = (arc(theta_i), arc(theta_o));
     let mut largest = -1.0_f32;
-    for cosine in apart.cosines() {
-        for (edge, other) in [
-            (theta_i.low, theta_o),
-            (theta_i.high, theta_o),
-            (theta_o.low, theta_i),
-            (theta_o.high, theta_i),
-        ] {
-            let (sin, cos) = libm::sincosf(edge);
-            largest = largest.max(other.peak(cos, cosine * sin));
+    for cosine in cosines {
+        for (fixed, moving) in [(&theta_i, &theta_o), (&theta_o, &theta_i)] {
+            for (sin, cos) in fixed.0 {
+                largest = largest.max(moving.peak(cos, cosine * sin));
+            }
         }
     }
     libm::acosf(largest.min(1.0))
