@@ -133,7 +133,7 @@ fn a_sensor_in_the_dark_ends_in_a_finite_result_and_one_that_tells_counts_by_nam
                 "{residual:?} at {value}"
             ),
             Err(report) => assert!(
-                report.error() == Some(ErrorCode::Implausible) && value > 0.0,
+                report.error() == Some(ErrorCode::TooLarge) && value > 0.0,
                 "{report} at {value}"
             ),
         }
