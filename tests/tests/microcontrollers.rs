@@ -1,8 +1,8 @@
 //! Every model, by every kind of recipe, on microcontrollers: the host's numbers, within the budgets.
 
 use glimpse_bench::recipes::masked;
-use glimpse_bench::{Linear, is_lost, measure};
-use glimpse_core::fit::{Algorithm, Channels, Fitter, Linear};
+use glimpse_bench::{is_lost, measure};
+use glimpse_core::fit::{Channels, Fitter, Linear};
 use glimpse_core::geometry::HalfDifference;
 use glimpse_core::model::loss::cosine_weighted_log_error;
 use glimpse_core::model::{CookTorrance, ModelKind, Neural, Phong};

@@ -140,7 +140,7 @@ fn measurements_of_a_material_that_was_changed_are_taken_anew() {
     // If a last word from before the reset is refused, that is not the device's any more.
     let (requests, report) = serve(&emulator, &mut scanner, |_| false);
     assert_eq!(indices(&requests), (vec![0], (0..8).collect()));
-    emulator.wait_until(|log| log.iter().any(|line| line.contains("forgotten")));
+    emulator.wait_until(|log| log.iter().any(|line| line.contains("readings are deleted")));
     let report = report.unwrap();
     assert_agrees(&report, RECIPE);
     for taken in &report.readings {
