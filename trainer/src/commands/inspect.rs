@@ -24,7 +24,7 @@ use super::print;
 pub(crate) struct Inspect {
     /// The recipe file
     recipe: PathBuf,
-    /// Print the whole recipe as JSON: the fields of export --format json, and memory_words
+    /// Print the whole recipe as JSON, like export --format json
     #[arg(long)]
     json: bool,
 }
@@ -34,9 +34,7 @@ impl Inspect {
         let file = RecipeFile::read(&self.recipe)?;
         let recipe = file.recipe();
         if self.json {
-            let mut json = to_json(&recipe)?;
-            json["memory_words"] = recipe.memory_words().into();
-            return print(&(serde_json::to_string_pretty(&json)? + "\n"));
+            return print(&(serde_json::to_string_pretty(&to_json(&recipe)?)? + "\n"));
         }
         let mut text = format!(
             "recipe {:08x}, {} bytes\n{}memory         {} words\n{}\n\

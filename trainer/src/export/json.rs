@@ -42,6 +42,7 @@ pub fn to_json(recipe: &Recipe<'_>) -> Result<Value, RecipeError> {
         "samples": recipe.samples(),
         "pattern": pattern,
         "arms": arms,
+        "memory_words": recipe.memory_words(),
         "expected_loss": recipe.expected_loss(),
         "checksum": format!("{:08x}", recipe.checksum()),
         "limits": statements.limits.map(limits),
