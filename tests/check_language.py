@@ -10,10 +10,10 @@ import io, json, re, subprocess, sys, tokenize
 
 # Sentences that open with a question word and are not questions.
 OPENER = re.compile(r"(What|How|Whether|Where|Which|Who|Why)\b[^?]*$")
-OPENERS_CEILING = 1200
+OPENERS_CEILING = 900
 BANNED = re.compile(
     r"\b(told|tells|so many|comes? along|is no(?! longer)|are no|besides|anew|whoever|in the mean)\b", re.I)
-BANNED_CEILING = 485
+BANNED_CEILING = 380
 
 # In Rust and C: a comment line, or a string literal.
 CODE = re.compile(r'//[/!]?(?P<line>[^\n]*)|/\*(?P<block>.*?)\*/|"(?P<string>(?:\\.|[^"\\])*)"|' r"'(?:\\.|[^'\\])'", re.S)
