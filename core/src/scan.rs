@@ -109,7 +109,7 @@ impl<'a, K: Fitter> Scan<'a, K> {
         Ok(scan)
     }
 
-    /// The samples, and what the fit works in.
+    /// The samples, and the words of the fit.
     fn parts(&mut self) -> (&mut [Slot], &mut [f32]) {
         let memory = self.memory.get_mut(..self.needed).unwrap_or_default();
         split_mut(memory, self.recipe.samples())
@@ -119,7 +119,7 @@ impl<'a, K: Fitter> Scan<'a, K> {
         split(self.memory, self.recipe.samples()).0
     }
 
-    /// Gives Linear the basis by which [`Fitted::brdf`] answers; other models have no use for it.
+    /// Gives Linear the basis that [`Fitted::brdf`] needs; other models need none.
     ///
     /// # Errors
     /// [`ScanError::Basis`] if the recipe names another one.
@@ -135,7 +135,7 @@ impl<'a, K: Fitter> Scan<'a, K> {
         Ok(self)
     }
 
-    /// The basis that it was given.
+    /// The basis, if it was given one.
     #[must_use]
     pub fn basis(&self) -> Option<&Basis<'a>> {
         self.basis.as_ref()
@@ -154,27 +154,26 @@ impl<'a, K: Fitter> Scan<'a, K> {
         &self.recipe
     }
 
-    /// Where to read yet, in the recipe's order: index of the sample, and directions.
+    /// The pending samples, in the recipe's order: index and directions.
     ///
-    /// Any of them may be next: [`Machine::nearest`](crate::gonio::Machine::nearest) chooses. Where a scan
-    /// may end early, by a recipe that [tolerates missing readings](Recipe::tolerates_missing), the
-    /// first ones tell most.
+    /// Read them in any order; [`Machine::nearest`](crate::gonio::Machine::nearest) chooses the nearest. With a recipe
+    /// that [tolerates missing readings](Recipe::tolerates_missing) a scan may finish early; then the first samples are
+    /// the most informative.
     pub fn pending(&self) -> impl Iterator<Item = (u16, Directions<f32>)> {
         memory::pending(self.slots())
     }
 
-    /// The first of [`Scan::pending`], in the recipe's order; None once all are read.
+    /// The first of [`Scan::pending`], in the recipe's order; None if every sample is read or skipped.
     #[must_use]
     pub fn next_pending(&self) -> Option<(u16, Directions<f32>)> {
         memory::next_pending(self.slots())
     }
 
-    /// Takes the reading of a sample of the pattern, in any order. A second reading of the same
-    /// sample replaces the first ([`gonio::Repeated`](crate::gonio::Repeated) averages instead); a fit
-    /// that was under way is given up.
+    /// Records the reading of a sample of the pattern, in any order. A second reading of the same sample replaces the
+    /// first ([`gonio::Repeated`](crate::gonio::Repeated) averages instead), and a fit that was under way is discarded.
     ///
     /// # Errors
-    /// If there is no such sample, or the reading cannot be one. Nothing has changed then.
+    /// If there is no such sample, or the reading is invalid. Nothing has changed then.
     pub fn record(&mut self, index: u16, reading: Reading) -> Result<Recorded, ReadingError> {
         let recipe = self.recipe;
         let (slots, _) = self.parts();
@@ -223,8 +222,7 @@ impl<'a, K: Fitter> Scan<'a, K> {
         }
     }
 
-    /// The reading of a sample, if it was taken. (A fit brings what is too far below 0 up to what the
-    /// loss can take.)
+    /// The reading of a sample, if it was recorded. (A fit raises values that are too far below 0 for the loss.)
     #[must_use]
     pub fn reading(&self, index: u16) -> Option<Reading> {
         let slot = self.slots().get(usize::from(index))?;
@@ -235,8 +233,7 @@ impl<'a, K: Fitter> Scan<'a, K> {
         })
     }
 
-    /// Asks anew for what was too far below 0: a fit has brought it up, and so it may no longer be
-    /// what was read.
+    /// Makes clamped samples pending again: a fit has raised their values, which are no longer the sensor's.
     pub(crate) fn forget_clamped(&mut self) {
         let (slots, _) = self.parts();
         let mut clamped = slots
@@ -252,10 +249,10 @@ impl<'a, K: Fitter> Scan<'a, K> {
         }
     }
 
-    /// Begins a fit of all readings. One that was under way, or has ended, is forgotten.
+    /// Begins a fit of all readings. An earlier fit, finished or not, is discarded.
     ///
-    /// Where the recipe [can do without](Recipe::tolerates_missing) some of them, those that are missing or
-    /// saturated are left out, as long as there is one to go by.
+    /// If the recipe [tolerates missing readings](Recipe::tolerates_missing), missing and saturated ones are left out,
+    /// as long as one is left.
     ///
     /// # Errors
     /// [`FitError::Incomplete`] if a reading is missing that the recipe needs, or if there is none at all,
@@ -292,9 +289,8 @@ impl<'a, K: Fitter> Scan<'a, K> {
         }
     }
 
-    /// The fit that was begun and not finished, where it was left; None if there is none, or a
-    /// reading has come since. For firmware that cannot keep a [`Fit`] between two turns of its
-    /// loop.
+    /// The fit that was begun and not finished; None if there is none, or a reading was recorded since. For firmware
+    /// that cannot keep a [`Fit`] between two turns of its loop.
     pub fn fit_under_way(&mut self) -> Option<Fit<'_, K>> {
         match self.stage {
             Stage::Fitting(fitting) => Some(self.fit_from(fitting)),
@@ -302,7 +298,7 @@ impl<'a, K: Fitter> Scan<'a, K> {
         }
     }
 
-    /// The material that was fitted last; None if no fit was finished since the last reading.
+    /// The fitted material; None if no fit was finished since the last reading.
     #[must_use]
     pub fn fitted(&self) -> Option<Fitted<'_, K>> {
         let Stage::Fitted(residual) = self.stage else {
@@ -318,7 +314,7 @@ impl<'a, K: Fitter> Scan<'a, K> {
         })
     }
 
-    /// The memory, for another scan. (A scan that only borrowed it gives it back by itself.)
+    /// Returns the memory, for another scan.
     #[must_use]
     pub fn into_memory(self) -> &'a mut [f32] {
         self.memory

@@ -5,8 +5,8 @@ use super::residual::{Residual, Sum};
 use crate::geometry::HalfDifference;
 use crate::numeric::math::sin_cos;
 
-// Limits beyond those of 197 materials (80 of MERL as networks, 17 of RGL, 100 procedural) with each of the 33 bundled
-// recipes. A single one, RGL's color-shifting `chm_mint`, is beyond the first three with some recipes.
+// The limits exclude none of 197 materials (80 of MERL as networks, 17 of RGL, 100 procedural) with any of the 33 bundled
+// recipes, but RGL's color-shifting `chm_mint` with some of them.
 
 /// A channel whose mean is below this share of the brightest one's is dead. (The least of other materials: 0.02.)
 const DEAD: f32 = 0.001;
