@@ -19,9 +19,10 @@
 //! loop {
 //!     match driver.poll(now_ms()) {
 //!         Action::Measure { index, .. } => driver.record(index, Reading::new([0.1; 3])),
-//!         Action::Finished(residual) => break println!("{}", residual.mean),
+//!         Action::Finished(residual) => break println!("{:?} {:?}", residual.mean, residual.implausible),
 //!         Action::Failed(failure) => panic!("{failure}"),
-//!         Action::Save { .. } | Action::Forget => {} // flash
+//!         Action::Save { .. } => {}  // `Saved::insert` and `write`, to flash
+//!         Action::Forget => {}       // `Saved::clear` and `write`
 //!         Action::Wait => sleep(driver.poll_delay(now_ms())),
 //!         _ => {} // `Store` and `Install`, if the device can store recipes
 //!     }
@@ -72,8 +73,10 @@ pub struct Driver<'a, K: Fitter> {
 }
 
 impl<'a, K: Fitter> Driver<'a, K> {
-    /// Leads this scan. Readings that outlasted a reset are recorded in it already; a host that measures is asked
-    /// whether they are still valid.
+    /// Leads this scan. Record readings that survived a reset ([`Saved`](crate::scan::Saved)) with [`Scan::record`]
+    /// before this call; a host that measures is asked whether they are still valid.
+    ///
+    /// The driver borrows the memory through the scan: drop it, and the memory is free for another recipe.
     #[must_use]
     pub fn new(scan: Scan<'a, K>, config: Config) -> Self {
         Self::from_result(Ok(scan), config)
@@ -139,7 +142,7 @@ impl<'a, K: Fitter> Driver<'a, K> {
     }
 
     /// Takes the reading of a sample from the device's own sensor, in any order, at most one between two polls. The
-    /// next poll returns [`Action::Save`]. A scan that has failed ignores readings.
+    /// next poll returns [`Action::Save`]; of several readings only for the last, and the others are lost with a reset. A scan that has failed ignores readings.
     ///
     /// The driver skips a sample after [`Config::attempts`] invalid readings if the recipe tolerates that; else the
     /// scan fails.

@@ -49,7 +49,7 @@ use status::Status;
 /// # fn read(index: u16) -> Reading { Reading::new([0.1 + 0.01 * f32::from(index); 3]) }
 /// # fn motors_and_watchdog() {}
 /// static RECIPE: &[u8] = include_bytes!("../examples/recipes/neural-n8.recipe");
-/// let mut memory = [0.0; memory_words(&[RECIPE])]; // in firmware a static
+/// let mut memory = [0.0; memory_words(&[RECIPE])]; // or a static, by `static_cell::StaticCell`
 ///
 /// let mut scan = Scan::<Neural>::new(Recipe::parse(RECIPE)?, &mut memory)?;
 /// while let Some((index, directions)) = scan.next_pending() {
@@ -119,10 +119,11 @@ impl<'a, K: Fitter> Scan<'a, K> {
         split(self.memory, self.recipe.samples()).0
     }
 
-    /// Gives Linear the basis that [`Fitted::brdf`] needs; other models need none.
+    /// Gives Linear the basis that [`Fitted::brdf`] needs (`trainer export --format basis` writes it); `AnyModel` uses it
+    /// with recipes of Linear.
     ///
     /// # Errors
-    /// [`ScanError::Basis`] if the recipe names another one.
+    /// [`ScanError::Basis`] if the recipe names another one, or none, as recipes of other models do.
     pub fn with_basis(mut self, basis: Basis<'a>) -> Result<Self, ScanError> {
         let named = self.recipe.method.basis_checksum();
         if named != Some(basis.of()) {

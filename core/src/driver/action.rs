@@ -50,7 +50,8 @@ pub enum Action {
         /// The checksum that its header should have.
         checksum: u32,
     },
-    /// The scan is finished: [`Scan::fitted`] has the material until the next poll. With [`Host::Measures`] the next
+    /// The scan is finished, also if the fit is implausible: check [`Residual::implausible`] first. [`Scan::fitted`] has
+    /// the material until the next poll; then the readings are deleted ([`Action::Forget`]). With [`Host::Measures`] the next
     /// scan begins by itself, else with [`Driver::restart`].
     Finished(Residual),
     /// The scan has failed. With a host it begins again by itself after a pause, else with [`Driver::restart`].

@@ -30,7 +30,7 @@ pub enum Host {
 pub struct Config {
     /// The other end of the line.
     pub host: Host,
-    /// Limits of the machine that measures; they must be [valid](Limits::validate). The driver skips samples out of
+    /// Limits of the machine that measures, those of its [`Machine`](crate::gonio::Machine); they must be [valid](Limits::validate). The driver skips samples out of
     /// reach if the recipe tolerates missing readings; else the scan fails before anything moves. None: every
     /// sample is within reach.
     pub limits: Option<Limits>,

@@ -14,7 +14,8 @@ use crate::model::loss::cosine_weighted_log_error;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Residual {
-    /// The mean cosine-weighted logarithmic error over the readings that the fit went by.
+    /// The mean cosine-weighted logarithmic error over the readings of the fit. It is not comparable with the expected
+    /// loss, a mean over all directions; it is implausible from 0.25 on if it is also more than 60 times as large.
     pub mean: f32,
     /// The reading that is explained worst.
     pub worst_index: u16,

@@ -57,8 +57,11 @@ impl core::fmt::Display for SavedError {
 
 impl core::error::Error for SavedError {}
 
-/// The readings of a scan under way, in the order in which they were taken; `CAPACITY` is the
-/// largest n that there is room for.
+/// The readings of a scan, in the order in which they were recorded. `CAPACITY` is the largest number of samples:
+/// [`max_samples`](crate::recipe::max_samples) of the recipes.
+///
+/// Skipped samples are not saved: after a reset they are pending again. If [`Saved::read`] fails, also because the
+/// recipe has changed, start with [`Saved::new`].
 ///
 /// ```
 /// use glimpse_core::recipe::Recipe;
