@@ -43,7 +43,10 @@ pub(crate) fn boot(
     }
     let mut fit = scan.fit()?;
     while !fit.advance(8).is_complete() {}
-    Ok(Some(fit.finish()?.residual()))
+    let residual = fit.finish()?.residual();
+    saved.clear(); // or the next boot would continue with this material
+    saved.write(flash)?;
+    Ok(Some(residual))
 }
 
 pub(crate) fn main() -> Result<(), Box<dyn Error>> {

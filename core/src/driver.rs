@@ -19,16 +19,20 @@
 //! loop {
 //!     match driver.poll(now_ms()) {
 //!         Action::Measure { index, .. } => driver.record(index, Reading::new([0.1; 3])),
-//!         Action::Finished(residual) => break println!("{:?} {:?}", residual.mean, residual.implausible),
+//!         Action::Finished(residual) => {
+//!             // Take the material now: the next poll returns `Forget`.
+//!             let scan = driver.scan().unwrap();
+//!             println!("{:?}", scan.fitted().unwrap().values().next());
+//!             println!("{} {:?}", residual.mean, residual.implausible);
+//!         }
 //!         Action::Failed(failure) => panic!("{failure}"),
 //!         Action::Save { .. } => {}  // `Saved::insert` and `write`, to flash
-//!         Action::Forget => {}       // `Saved::clear` and `write`
+//!         // Erase the saved readings (`Saved::clear` and `write`). Then `restart` begins the next scan.
+//!         Action::Forget => break,
 //!         Action::Wait => sleep(driver.poll_delay(now_ms())),
 //!         _ => {} // `Store` and `Install`, if the device can store recipes
 //!     }
 //! }
-//! let scan = driver.scan().unwrap();
-//! println!("{:?}", scan.fitted().unwrap().residual());
 //! ```
 
 mod action;

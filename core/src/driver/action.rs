@@ -17,7 +17,8 @@ pub enum Action {
     Wait,
     /// Poll again soon: the driver did a slice of the fit, or handled a reply.
     Continue,
-    /// Move the arms, read the sensor, then call [`Driver::record`]; or [`Driver::skip`], or [`Driver::fail`]. This
+    /// Move the arms, read the sensor, then call [`Driver::record`]. If only this sample cannot be read, call
+    /// [`Driver::skip`]; if arms or sensor failed, or the recipe needs every reading, [`Driver::fail`]. This
     /// sample is the first in the pattern's order; any other of [`Scan::pending`] is as good. The driver repeats
     /// this action until one of these calls.
     Measure {
@@ -51,7 +52,9 @@ pub enum Action {
         checksum: u32,
     },
     /// The scan is finished, also if the fit is implausible: check [`Residual::implausible`] first. [`Scan::fitted`] has
-    /// the material until the next poll; then the readings are deleted ([`Action::Forget`]). With [`Host::Measures`] the next
+    /// the material until the next poll; that poll
+    /// returns [`Action::Forget`], also after a restart: carry it out before you stop, or the next boot continues with these
+    /// readings. With [`Host::Measures`] the next
     /// scan begins by itself, else with [`Driver::restart`].
     Finished(Residual),
     /// The scan has failed. With a host it begins again by itself after a pause, else with [`Driver::restart`].

@@ -35,7 +35,7 @@ pub struct Config {
     /// sample is within reach.
     pub limits: Option<Limits>,
     /// The seed of the [sequence numbers](crate::link::Client::new). It must differ from the seeds of all earlier
-    /// drivers of this device: a boot counter, a random number, or the value of a free-running timer.
+    /// drivers of this device: a boot counter, a random number, or the value of a free-running timer. Unused with [`Host::Absent`].
     pub sequence_seed: u32,
     /// Units of the fit in one [`Driver::poll`](super::Driver::poll). 0 counts as 1.
     pub steps_per_poll: u32,

@@ -20,7 +20,7 @@ use core::f64::consts::PI;
 /// The offset of denominators.
 const EPSILON: f64 = 1e-6;
 
-/// The model; see the file's head for its formula.
+/// The model. Its formula is at the head of its source file.
 #[derive(Clone, Copy, Debug)]
 pub struct CookTorrance;
 

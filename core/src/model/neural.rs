@@ -19,7 +19,7 @@ const HIDDEN: usize = 21;
 /// Units that are computed together, so that they stay in registers, where a scalar fills one.
 const TILE: usize = 3;
 
-/// The model; see the file's head for its formula.
+/// The model. Its formula is at the head of its source file.
 #[derive(Clone, Copy, Debug)]
 pub struct Neural;
 

@@ -10,7 +10,7 @@ use crate::model::loss::cosine_weighted_log_error;
 use crate::numeric::{Scalar, Value};
 use core::f64::consts::PI;
 
-/// The model; see the file's head for its formula.
+/// The model. Its formula is at the head of its source file.
 #[derive(Clone, Copy, Debug)]
 pub struct Phong;
 

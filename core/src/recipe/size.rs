@@ -33,7 +33,8 @@ pub const fn memory_words(recipes: &[&[u8]]) -> usize {
     largest(recipes).words
 }
 
-/// n of the largest of these recipes: the length of a list of [saved readings](crate::scan::Saved). A constant;
+/// n of the largest of these recipes, for [saved readings](crate::scan::Saved): `Saved<{ max_samples(&RECIPES) }>`. A
+/// constant;
 /// `usize::MAX` if one of them is not a recipe, as with [`memory_words`].
 #[must_use]
 pub const fn max_samples(recipes: &[&[u8]]) -> usize {
