@@ -146,7 +146,8 @@ impl<'a, K: Fitter> Driver<'a, K> {
     }
 
     /// Takes the reading of a sample from the device's own sensor, in any order, at most one between two polls. The
-    /// next poll returns [`Action::Save`]; of several readings only for the last, and the others are lost with a reset. A scan that has failed ignores readings.
+    /// next poll returns [`Action::Save`] for it; a reading before the last one would not be saved. A scan that has
+    /// failed ignores readings.
     ///
     /// The driver skips a sample after [`Config::attempts`] invalid readings if the recipe tolerates that; else the
     /// scan fails.

@@ -25,7 +25,6 @@ pub(crate) use linear::linear_words;
 
 internal! { algorithm::{Algorithm, Channels, ModelMismatch} }
 internal! { completed::{Completed, Components, InitNet, MAX_ROWS, MAX_UNITS, Target} }
-internal! { descent::brdf }
 internal! { learned::{Descent, Ridge} }
 pub(crate) use method::{COMPLETION, RIDGE};
 

@@ -156,7 +156,7 @@ impl<'a> Recipe<'a> {
     /// Returns true if a fit may do without some of the readings: a scan may skip samples then.
     #[must_use]
     pub fn tolerates_missing(&self) -> bool {
-        self.method.takes_missing()
+        self.method.tolerates_missing()
     }
 
     /// The CRC-32 of the host's file of the basis that turns Linear's coefficients into a BRDF; None if there is none.

@@ -174,7 +174,7 @@ impl<'a, K: Fitter> Scan<'a, K> {
     /// first ([`gonio::Repeated`](crate::gonio::Repeated) averages instead), and a fit that was under way is discarded.
     ///
     /// # Errors
-    /// If there is no such sample, or the reading is invalid. Nothing has changed then.
+    /// If the index is too large, or the reading is invalid. Nothing has changed then.
     pub fn record(&mut self, index: u16, reading: Reading) -> Result<Recorded, ReadingError> {
         let recipe = self.recipe;
         let (slots, _) = self.parts();
@@ -183,7 +183,7 @@ impl<'a, K: Fitter> Scan<'a, K> {
         Ok(recorded)
     }
 
-    /// Marks a sample that cannot be read: it is no longer pending, and a reading that it had is dropped. A later
+    /// Marks a sample that cannot be read: it stops being pending, and loses a reading that it had. A later
     /// [`Scan::record`] of the sample undoes it.
     ///
     /// # Errors
@@ -217,7 +217,7 @@ impl<'a, K: Fitter> Scan<'a, K> {
     }
 
     fn check_tolerance(&self) -> Result<(), SkipError> {
-        match self.recipe.method.takes_missing() {
+        match self.recipe.method.tolerates_missing() {
             true => Ok(()),
             false => Err(SkipError::Required),
         }

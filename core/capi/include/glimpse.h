@@ -17,8 +17,8 @@
  * Rules for all functions:
  * - Directions are unit vectors away from the surface, z is its normal; angles are in radians. A BRDF is
  *   in linear RGB, sr^-1, and not times the cosine.
- * - Memory is the caller's. Nothing is allocated, nothing has to be freed, and there is no global
- *   state: scans in different memories are independent.
+ * - Memory is the caller's. Nothing is allocated, nothing has to be freed, and no state is
+ *   global: scans in different memories are independent.
  * - One thread at a time uses a scan or driver, and no interrupt that may come during a call.
  * - Null and misaligned pointers are detected and returned as a status. The caller guarantees that a
  *   pointer leads to the stated number of values of its type, and that a handle comes from a function
@@ -458,7 +458,7 @@ enum glimpse_host
      */
     GLIMPSE_HOST_LISTENS = 1,
     /**
-     * The device moves the arms, and there is no host.
+     * The device moves the arms, without a host.
      */
     GLIMPSE_HOST_ABSENT = 2,
 };
@@ -807,7 +807,7 @@ const char *glimpse_status_text(int32_t status);
 const char *glimpse_version(void);
 
 /**
- * Returns the directions of two arms. Any angles are valid; below the horizon there is no BRDF.
+ * Returns the directions of two arms. Any angles are valid; below the horizon the BRDF is undefined.
  */
 struct glimpse_directions glimpse_directions_of(struct glimpse_arms arms);
 
@@ -901,13 +901,13 @@ glimpse_status glimpse_scan_record(struct glimpse_scan *scan,
                                    struct glimpse_recorded *recorded);
 
 /**
- * Skips a sample that cannot be read: it is no longer pending, and its reading is dropped. A later
+ * Skips a sample that cannot be read: it stops being pending, and loses its reading. A later
  * glimpse_scan_record() of the sample undoes this. A fit that is under way, or its result, is dropped.
  *
  * @param scan   The scan.
  * @param index  Index of the sample in the pattern.
  * @return GLIMPSE_STATUS_READING_REQUIRED if the recipe does not tolerate missing readings,
- *         GLIMPSE_STATUS_READING_INDEX if there is no such sample.
+ *         GLIMPSE_STATUS_READING_INDEX if the index is too large.
  */
 glimpse_status glimpse_scan_skip(struct glimpse_scan *scan,
                                  uint16_t index);
@@ -1062,8 +1062,8 @@ struct glimpse_config glimpse_config_default(int32_t host);
  *                      ignored. May be null if there are none.
  * @param saved_count   Number of saved readings.
  * @param driver        Receives the handle, a pointer into the memory; null after an error.
- * @return GLIMPSE_STATUS_MEMORY_TOO_SMALL if there is no room for a driver at all;
- *         GLIMPSE_STATUS_ARGUMENT if there is no such host, or if the limits are invalid.
+ * @return GLIMPSE_STATUS_MEMORY_TOO_SMALL if the memory is too small for any driver;
+ *         GLIMPSE_STATUS_ARGUMENT if the host is unknown, or if the limits are invalid.
  */
 glimpse_status glimpse_driver_begin(void *memory,
                                     size_t memory_bytes,

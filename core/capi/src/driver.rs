@@ -98,8 +98,8 @@ impl glimpse_config {
 ///                      ignored. May be null if there are none.
 /// @param saved_count   Number of saved readings.
 /// @param driver        Receives the handle, a pointer into the memory; null after an error.
-/// @return GLIMPSE_STATUS_MEMORY_TOO_SMALL if there is no room for a driver at all;
-///         GLIMPSE_STATUS_ARGUMENT if there is no such host, or if the limits are invalid.
+/// @return GLIMPSE_STATUS_MEMORY_TOO_SMALL if the memory is too small for any driver;
+///         GLIMPSE_STATUS_ARGUMENT if the host is unknown, or if the limits are invalid.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn glimpse_driver_begin(
     memory: *mut c_void,

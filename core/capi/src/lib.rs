@@ -2,7 +2,7 @@
 //!
 //! Every function is declared in `include/glimpse.h` with its contract; README.md is the introduction. The functions
 //! here check the arguments, call `glimpse_core`, and turn its errors into a
-//! [`glimpse_status`](status::glimpse_status). There is no global state, no allocation, and nothing panics.
+//! [`glimpse_status`](status::glimpse_status). It has no global state, does not allocate, and never panics.
 //!
 //! # Aliasing
 //! A handle points to a `Scan` or a `Driver` at the front of the caller's memory. The scan borrows the rest of that

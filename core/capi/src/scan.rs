@@ -206,13 +206,13 @@ unsafe fn record(
     Ok(())
 }
 
-/// Skips a sample that cannot be read: it is no longer pending, and its reading is dropped. A later
+/// Skips a sample that cannot be read: it stops being pending, and loses its reading. A later
 /// glimpse_scan_record() of the sample undoes this. A fit that is under way, or its result, is dropped.
 ///
 /// @param scan   The scan.
 /// @param index  Index of the sample in the pattern.
 /// @return GLIMPSE_STATUS_READING_REQUIRED if the recipe does not tolerate missing readings,
-///         GLIMPSE_STATUS_READING_INDEX if there is no such sample.
+///         GLIMPSE_STATUS_READING_INDEX if the index is too large.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn glimpse_scan_skip(scan: *mut glimpse_scan, index: u16) -> glimpse_status {
     // SAFETY: C keeps the contract in the header.

@@ -157,7 +157,7 @@ pub enum glimpse_host {
     Measures = 0,
     /// The device moves the arms; a host receives progress and result.
     Listens = 1,
-    /// The device moves the arms, and there is no host.
+    /// The device moves the arms, without a host.
     Absent = 2,
 }
 
@@ -281,7 +281,7 @@ impl From<glimpse_directions> for Directions<f32> {
     }
 }
 
-/// Returns the directions of two arms. Any angles are valid; below the horizon there is no BRDF.
+/// Returns the directions of two arms. Any angles are valid; below the horizon the BRDF is undefined.
 #[unsafe(no_mangle)]
 pub extern "C" fn glimpse_directions_of(arms: glimpse_arms) -> glimpse_directions {
     let spherical = |theta, phi| Spherical { theta, phi };

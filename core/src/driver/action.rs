@@ -52,10 +52,9 @@ pub enum Action {
         checksum: u32,
     },
     /// The scan is finished, also if the fit is implausible: check [`Residual::implausible`] first. [`Scan::fitted`] has
-    /// the material until the next poll; that poll
-    /// returns [`Action::Forget`], also after a restart: carry it out before you stop, or the next boot continues with these
-    /// readings. With [`Host::Measures`] the next
-    /// scan begins by itself, else with [`Driver::restart`].
+    /// the material until the next poll. That poll returns [`Action::Forget`], also after a restart: carry it out before
+    /// you stop, or the next boot continues with these readings. With [`Host::Measures`] the next scan begins by itself,
+    /// else with [`Driver::restart`].
     Finished(Residual),
     /// The scan has failed. With a host it begins again by itself after a pause, else with [`Driver::restart`].
     Failed(Failure),

@@ -11,7 +11,7 @@ pub enum Host {
     Measures,
     /// The device moves the arms; a host receives progress and result.
     Listens,
-    /// The device moves the arms, and there is no host.
+    /// The device moves the arms, without a host.
     Absent,
 }
 
@@ -30,12 +30,13 @@ pub enum Host {
 pub struct Config {
     /// The other end of the line.
     pub host: Host,
-    /// Limits of the machine that measures, those of its [`Machine`](crate::gonio::Machine); they must be [valid](Limits::validate). The driver skips samples out of
-    /// reach if the recipe tolerates missing readings; else the scan fails before anything moves. None: every
-    /// sample is within reach.
+    /// Limits of the machine that measures, those of its [`Machine`](crate::gonio::Machine); they must be
+    /// [valid](Limits::validate). The driver skips samples out of reach if the recipe tolerates missing readings; else
+    /// the scan fails before anything moves. None: every sample is within reach.
     pub limits: Option<Limits>,
     /// The seed of the [sequence numbers](crate::link::Client::new). It must differ from the seeds of all earlier
-    /// drivers of this device: a boot counter, a random number, or the value of a free-running timer. Unused with [`Host::Absent`].
+    /// drivers of this device: a boot counter, a random number, or the value of a free-running timer. Unused with
+    /// [`Host::Absent`].
     pub sequence_seed: u32,
     /// Units of the fit in one [`Driver::poll`](super::Driver::poll). 0 counts as 1.
     pub steps_per_poll: u32,

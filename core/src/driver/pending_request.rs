@@ -5,7 +5,7 @@ use crate::link::{Client, FRAME_BYTES, Reply, Request};
 
 /// State of the request after [`PendingRequest::poll`].
 pub(super) enum PollResult {
-    /// There is no request.
+    /// No request is under way.
     Free,
     /// No reply yet.
     Waiting,

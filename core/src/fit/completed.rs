@@ -74,7 +74,7 @@ impl<'a> Completed<'a> {
 
     /// Returns true if it tolerates missing readings.
     #[must_use]
-    pub fn takes_missing(&self) -> bool {
+    pub fn tolerates_missing(&self) -> bool {
         self.missing != MissingPolicy::NoFit
     }
 

@@ -339,6 +339,6 @@ fn accumulate_gradients<M: Model>(parameters: &[f32], samples: Samples<'_>, grad
 
 /// The model's BRDF, sr^-1 (not times the cosine). Out of line for the same reason.
 #[inline(never)]
-pub fn brdf<M: Model>(parameters: &M::Parameters<f32>, at: &HalfDifference<f32>) -> [f32; 3] {
+fn brdf<M: Model>(parameters: &M::Parameters<f32>, at: &HalfDifference<f32>) -> [f32; 3] {
     M::brdf::<f32>(parameters, at)
 }

@@ -50,9 +50,9 @@ impl FitMethod<'_> {
 
     /// Returns true if a fit tolerates missing readings.
     #[must_use]
-    pub fn takes_missing(&self) -> bool {
+    pub fn tolerates_missing(&self) -> bool {
         match self {
-            Self::Completed(completed) => completed.takes_missing(),
+            Self::Completed(completed) => completed.tolerates_missing(),
             _ => false,
         }
     }

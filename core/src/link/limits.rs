@@ -1,7 +1,7 @@
 //! Sizes of messages.
 
-/// The largest number of values in one [`Request::Values`](super::Request::Values). A line that loses one byte in a hundred delivers about half
-/// of all frames of 80 bytes, and an eighth of those of 200 bytes.
+/// The largest number of values in one [`Request::Values`](super::Request::Values). A line that loses one byte in a
+/// hundred delivers about half of all frames of 80 bytes, and an eighth of those of 200 bytes.
 pub const VALUES_PER_FRAME: usize = 16;
 /// The largest number of bytes in one [`Reply::RecipePart`](super::Reply::RecipePart).
 pub const BYTES_PER_FRAME: usize = 60;

@@ -53,7 +53,7 @@ pub(super) fn put_measured(slot: &mut Slot, brdf: [f32; 3]) {
 /// missing readings, those that were read and not saturated. If all were saturated, they count nevertheless.
 #[inline(never)]
 pub(super) fn weigh(slots: &mut [Slot], recipe: &Recipe<'_>) -> usize {
-    let tolerates = recipe.method.takes_missing();
+    let tolerates = recipe.method.tolerates_missing();
     let all = slots.len();
     let (mut read, mut clear) = (0_usize, 0_usize);
     for status in slots

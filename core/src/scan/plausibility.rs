@@ -6,7 +6,8 @@ use crate::geometry::HalfDifference;
 use crate::numeric::math::sin_cos;
 
 // The limits exclude none of 197 materials (80 of MERL as networks, 17 of RGL, 100 procedural) with any of the 33 bundled
-// recipes, but RGL's color-shifting `chm_mint` with some of them.
+// recipes, but RGL's color-shifting `chm_mint` with some of them. `cargo run --release -p glimpse-tests --example
+// plausibility -- SOURCE...` prints the extremes.
 
 /// A channel whose mean is below this share of the brightest one's is dead. (The least of other materials: 0.02.)
 const DEAD: f32 = 0.001;
@@ -17,14 +18,15 @@ const MIN_RESIDUAL: f32 = 0.25;
 /// The largest plausible albedo at normal incidence (the most: 1.3),
 const MAX_ALBEDO: f32 = 2.0;
 /// and the largest plausible least reading of a channel, sr^-1: such a white would reflect twice the light it receives.
-/// (The most: 0.26.)
+/// (The most: 0.31.)
 const MAX_LEAST: f32 = 2.0 * core::f32::consts::FRAC_1_PI;
 /// Fewer readings tell nothing about the sensor.
 const MIN_SAMPLES: u16 = 4;
 /// Evaluations of an albedo.
 const NODES: u16 = 16;
 
-/// Judges a fit by its readings, the loss that is expected of it, and its albedo at normal incidence.
+/// Judges a fit by its readings, its expected loss if the recipe states or predicts one, and its albedo at normal
+/// incidence.
 #[inline(never)]
 pub(super) fn check(
     sum: &Sum,
@@ -58,11 +60,10 @@ pub(super) fn check(
     if too_bright {
         return Some(Implausible::Albedo);
     }
-    let expected = expected_loss.unwrap_or(0.0);
-    if mean > MIN_RESIDUAL.max(RESIDUAL_FACTOR * expected) {
-        return Some(Implausible::Residual);
-    }
-    None
+    let limit = expected_loss.map(|expected| MIN_RESIDUAL.max(RESIDUAL_FACTOR * expected));
+    limit
+        .is_some_and(|limit| mean > limit)
+        .then_some(Implausible::Residual)
 }
 
 /// The share of light from the normal that a material reflects, per channel, by the midpoint rule over theta_o. `brdf`

@@ -96,7 +96,7 @@ fn describe_ridge(ridge: &Ridge<'_>, samples: usize) -> String {
 
 fn describe_completed(completed: &Completed<'_>, samples: usize) -> String {
     let completion = completed.coefficient_net();
-    let missing = match completed.takes_missing() {
+    let missing = match completed.tolerates_missing() {
         true => "any reading may be missing",
         false => "all readings are needed",
     };

@@ -146,7 +146,9 @@ impl Plan {
             OrderName::Travel => Order::Travel,
             OrderName::Progressive => Order::Progressive,
         };
-        let takes_missing = recipe.completed().is_some_and(|own| own.takes_missing());
+        let takes_missing = recipe
+            .completed()
+            .is_some_and(|own| own.tolerates_missing());
         if order == Order::Progressive && !takes_missing {
             eprintln!(
                 "note: this recipe needs all of its readings, so that no scan of it ends early; \

@@ -136,10 +136,9 @@ impl VirtualScanner {
             residual.worst,
             residual.worst_index,
             residual.saturated,
-            match usize::from(residual.repeated) + 1 == report.readings.len() {
-                true => ", all the same: the sensor may be stuck",
-                false => "",
-            },
+            residual
+                .implausible
+                .map_or(String::new(), |reason| format!("; implausible: {reason}")),
         ))?;
         match &self.out {
             Some(path) => {
@@ -179,6 +178,7 @@ fn json(report: &ScanReport, material: &str, loss: Option<f64>) -> Value {
             "saturated": report.residual.saturated,
             "repeated": report.residual.repeated,
             "clamped": report.residual.clamped,
+            "implausible": report.residual.implausible,
         },
         "loss": loss,
     })

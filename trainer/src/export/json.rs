@@ -158,7 +158,7 @@ fn add_completed(value: &mut Value, completed: &Completed<'_>) {
     let output = weights(completion.output, &|index| scales[index / hidden]);
     value["completion"] = json!({
         "components": components,
-        "takes_missing": completed.takes_missing(),
+        "takes_missing": completed.tolerates_missing(),
         "gain": completed.missing() == MissingPolicy::CountForMore,
         "centre": list(completed.centre()),
         "scale": completed.scale(),

@@ -118,7 +118,7 @@ fn add_completed(source: &mut String, completed: &Completed<'_>) {
         "SCALE: f32",
         &scale,
     );
-    let missing = completed.takes_missing().to_string();
+    let missing = completed.tolerates_missing().to_string();
     constant(
         source,
         "Whether readings may be missing.",

@@ -30,7 +30,10 @@ fn a_recipe_is_read_as_it_was_written() {
         let completed = recipe.completed().unwrap();
         assert_eq!(completed.model(), kind);
         assert_eq!(completed.missing(), missing);
-        assert_eq!(completed.takes_missing(), missing != MissingPolicy::NoFit);
+        assert_eq!(
+            completed.tolerates_missing(),
+            missing != MissingPolicy::NoFit
+        );
         assert_eq!(completed.scale(), made.scale);
         assert!(completed.centre().iter().eq(made.centre));
         let weights = completed.coefficient_net().readings.iter();

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use glimpse_core::recipe::Recipe;
-use glimpse_core::scan::Residual;
+use glimpse_core::scan::{Implausible, Residual};
 use glimpse_trainer::measurement::{
     Distance, Examined, Fate, Fit, MOST_SAMPLES, Meaning, Measured, spread,
 };
@@ -95,6 +95,7 @@ struct AboutResidual {
     mean: f32,
     worst: f32,
     worst_index: u16,
+    implausible: Option<Implausible>,
 }
 
 #[derive(Serialize)]
@@ -183,12 +184,14 @@ impl About {
                     mean,
                     worst,
                     worst_index,
+                    implausible,
                     ..
                 } = residual;
                 AboutResidual {
                     mean,
                     worst,
                     worst_index,
+                    implausible,
                 }
             }),
             expected_loss: expected_loss(recipe, fit)?,
@@ -275,6 +278,9 @@ impl About {
                     residual.mean, residual.worst, residual.worst_index
                 ),
             ));
+            if let Some(reason) = residual.implausible {
+                lines.push(("implausible", reason.to_string()));
+            }
         }
         lines.push((
             "expected loss",

@@ -66,7 +66,7 @@ pub(crate) fn recipe() {
             black_box((ridge.precision(), ridge.basis_checksum()));
         }
         FitMethod::Completed(completed) => {
-            black_box((completed.model(), completed.takes_missing()));
+            black_box((completed.model(), completed.tolerates_missing()));
             black_box((completed.centre(), completed.scale()));
             let completion = completed.coefficient_net();
             black_box((completion.rows(), completion.hidden(), completion.words()));
