@@ -45,12 +45,12 @@ def programs_of_the_document(trainer):
     mirror.write_text("theta_i,phi_i,theta_o,phi_o\n30,0,30,180\n")
     for name in ("matt.binary", "matt_fc1.npy"):
         row = next(csv.DictReader(run(trainer, "query", name, "--angles", mirror).splitlines()))
-        for colour, albedo in zip("rgb", (0.8, 0.4, 0.2)):
-            assert abs(float(row[colour]) * math.pi / albedo - 1) < 1e-5, (name, row)
+        for color, albedo in zip("rgb", (0.8, 0.4, 0.2)):
+            assert abs(float(row[color]) * math.pi / albedo - 1) < 1e-5, (name, row)
     run(trainer, "query", "hand_rgb.bsdf", "--angles", mirror)
     row = next(csv.DictReader(run(trainer, "query", "card_30.dat", "--angles", mirror).splitlines()))
-    for colour in "rgb":
-        assert abs(float(row[colour]) * math.pi / 0.5 - 1) < 0.1, row
+    for color in "rgb":
+        assert abs(float(row[color]) * math.pi / 0.5 - 1) < 0.1, row
 
 
 def compare_with_mitsuba(trainer, name, count=20_000):
@@ -99,7 +99,7 @@ def compare_with_mitsuba(trainer, name, count=20_000):
 
 
 def write_panorama(name):
-    """A sky with two soft suns, fine enough that where a program has the centres of pixels is no matter."""
+    """A sky with two soft suns, fine enough that where a program has the centers of pixels is no matter."""
     import mitsuba as mi
     import numpy as np
 
@@ -107,12 +107,12 @@ def write_panorama(name):
     azimuth = ((np.arange(width) + 0.5) / width - 0.5) * 2 * np.pi
     latitude = (0.5 - (np.arange(height) + 0.5) / height) * np.pi
     azimuth, latitude = np.meshgrid(azimuth, latitude)
-    # Its centre is straight ahead of the viewer, who looks along -z.
+    # Its center is straight ahead of the viewer, who looks along -z.
     direction = np.stack([np.sin(azimuth) * np.cos(latitude), np.sin(latitude), -np.cos(azimuth) * np.cos(latitude)], -1)
     radiance = np.maximum(np.array([0.3, 0.4, 0.5]) + 0.2 * direction[..., 1:2] * np.array([0.2, 0.5, 1]), 0.05)
-    for towards, colour in (((-0.55, 0.62, 0.56), (6, 5, 4)), ((0.8, 0.1, -0.5), (2, 3, 4))):
+    for towards, color in (((-0.55, 0.62, 0.56), (6, 5, 4)), ((0.8, 0.1, -0.5), (2, 3, 4))):
         cosine = direction @ (np.array(towards) / np.linalg.norm(towards))
-        radiance = radiance + np.exp((cosine - 1) / math.radians(20) ** 2)[..., None] * np.array(colour)
+        radiance = radiance + np.exp((cosine - 1) / math.radians(20) ** 2)[..., None] * np.array(color)
     mi.Bitmap(radiance.astype(np.float32)).write(name)
 
 
@@ -147,8 +147,8 @@ def compare_spheres(trainer, material):
             "light": {"type": "envmap", "filename": "sky.exr", "to_world": world.rotate([0, 1, 0], 180)},
         })))
 
-    centres = (np.arange(side) + 0.5) / (side / 2) - 1
-    inside = np.hypot(*np.meshgrid(centres, centres)) < radius - 2 / side
+    centers = (np.arange(side) + 0.5) / (side / 2) - 1
+    inside = np.hypot(*np.meshgrid(centers, centers)) < radius - 2 / side
     # The trainer chooses exposure by the light; a matt sphere tells what it was.
     matt = theirs({"type": "diffuse", "reflectance": {"type": "rgb", "value": [0.8, 0.4, 0.2]}})
     exposure = np.median((ours("matt.binary") / matt)[inside])

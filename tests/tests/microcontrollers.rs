@@ -36,9 +36,9 @@ fn at_the_start<K: Fitter>(recipe: &Recipe<'_>) -> f32 {
     K::start(&mut workspace, &learner, Channels::Color);
     let errors = recipe.pattern().enumerate().map(|(index, angles)| {
         let at = HalfDifference::from_angles(angles);
-        let modelled = K::at_sample(&workspace, &learner, index, &at);
+        let modeled = K::at_sample(&workspace, &learner, index, &at);
         let measured = measure(angles).brdf;
-        let loss = cosine_weighted_log_error(measured, modelled, at.cos_theta_i(), 1.0 / 3.0);
+        let loss = cosine_weighted_log_error(measured, modeled, at.cos_theta_i(), 1.0 / 3.0);
         loss.error.value()
     });
     errors.sum::<f32>() / recipe.samples() as f32

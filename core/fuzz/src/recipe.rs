@@ -102,7 +102,7 @@ fn look_at_completed(recipe: &Recipe<'_>, completed: &Completed<'_>) {
     assert!((1..=MAX_ROWS).contains(&rows) && (1..=rows).contains(&components));
     assert_eq!(completion.readings.len(), samples * 3 * rows);
     assert_eq!(completion.output.len(), components * completion.hidden());
-    assert_eq!(completed.centre().len(), samples);
+    assert_eq!(completed.center().len(), samples);
     assert!(completed.scale() > 0.0);
     assert_eq!(completed.model(), recipe.model());
     match completed.target() {

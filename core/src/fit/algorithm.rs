@@ -51,7 +51,7 @@ pub trait Algorithm {
     /// completed readings are not finite, whether it predicts any or not.
     fn predicted_loss(words: &[f32], method: &FitMethod<'_>) -> Option<f32>;
 
-    /// The modelled BRDF (linear RGB, sr^-1, not times the cosine) at a sample of the pattern.
+    /// The modeled BRDF (linear RGB, sr^-1, not times the cosine) at a sample of the pattern.
     fn at_sample(
         words: &[f32],
         method: &FitMethod<'_>,
@@ -59,7 +59,7 @@ pub trait Algorithm {
         at: &HalfDifference<f32>,
     ) -> [f32; 3];
 
-    /// The modelled BRDF (linear RGB, sr^-1, not times the cosine) anywhere above the horizon. None
+    /// The modeled BRDF (linear RGB, sr^-1, not times the cosine) anywhere above the horizon. None
     /// for Linear without a basis.
     fn brdf(
         words: &[f32],

@@ -1,6 +1,6 @@
 //! CoefficientNet: from a few readings to coefficients of principal components, by a small learned map.
 //!
-//! A reading of channel c enters as u_ic, its [logarithm](standardized), centred and scaled for its
+//! A reading of channel c enters as u_ic, its [logarithm](standardized), centered and scaled for its
 //! sample i. With ū_i the mean of the three channels,
 //!
 //! ```text
@@ -30,17 +30,17 @@ use encoding::scaled;
 
 /// Weights of a reading in each row: of its own channel, of the mean of channels, and of its absence.
 pub(crate) const COLUMNS: usize = 3;
-/// Of colour.
+/// Of color.
 pub(crate) const CHANNELS: usize = 3;
 /// Lists that a completion works in: three channels, and what they share.
 pub(crate) const LISTS: usize = 4;
 
-/// A reading as it enters a completion: ln((brdf w + e) / e) - `centre`, times `scale`.
+/// A reading as it enters a completion: ln((brdf w + e) / e) - `center`, times `scale`.
 ///
 /// `brdf` is in sr^-1, not times a cosine; `weight` is w = cos(theta_i) cos(theta_o).
 #[inline(always)]
-pub fn standardized<S: Scalar>(brdf: S, weight: S, centre: S, scale: S) -> S {
-    (map(brdf, S::constant(0.0), weight) - centre) * scale
+pub fn standardized<S: Scalar>(brdf: S, weight: S, center: S, scale: S) -> S {
+    (map(brdf, S::constant(0.0), weight) - center) * scale
 }
 
 /// A reading, or that it is missing.

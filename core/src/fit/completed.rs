@@ -19,7 +19,7 @@ pub(super) const STARTED: usize = 64;
 #[derive(Clone, Copy, Debug)]
 pub struct Completed<'a> {
     pub(crate) coefficient_net: CoefficientNet<'a, f32, Packed>,
-    pub(crate) centre: Floats<'a>,
+    pub(crate) center: Floats<'a>,
     pub(crate) scale: f32,
     pub(crate) missing: MissingPolicy,
     /// A bias, and a weight for each component; empty where nothing is predicted.
@@ -56,8 +56,8 @@ impl<'a> Completed<'a> {
 
     /// The center of each sample's logarithm: the mean of the training columns there.
     #[must_use]
-    pub fn centre(&self) -> Floats<'a> {
-        self.centre
+    pub fn center(&self) -> Floats<'a> {
+        self.center
     }
 
     /// The factor of the centered logarithms.
@@ -133,12 +133,12 @@ impl<'a> Completed<'a> {
     pub(super) fn advance(&self, unit: u32, samples: Samples<'_>, state: &mut [f32]) {
         let unit = unit as usize;
         if let Some(sample) = samples.get(unit) {
-            let centre = self.centre.iter().nth(unit).unwrap_or_default();
+            let center = self.center.iter().nth(unit).unwrap_or_default();
             let scale = self.scale
                 * self
                     .missing
                     .dropout_gain(samples.iter().map(|sample| is_there(&sample)));
-            let input = input(&sample, centre, scale);
+            let input = input(&sample, center, scale);
             self.coefficient_net.add(unit, &input, state);
             return;
         }
@@ -155,7 +155,7 @@ fn is_there(sample: &Sample<f32>) -> bool {
 }
 
 /// A sample's reading as it enters.
-fn input(sample: &Sample<f32>, centre: f32, scale: f32) -> Input<f32> {
+fn input(sample: &Sample<f32>, center: f32, scale: f32) -> Input<f32> {
     if !is_there(sample) {
         return Input {
             channels: [0.0; 3],
@@ -165,7 +165,7 @@ fn input(sample: &Sample<f32>, centre: f32, scale: f32) -> Input<f32> {
     let weight = sample.at.cos_theta_i() * sample.at.cos_theta_o();
     let channels = sample
         .measured
-        .map(|channel| standardized(channel, weight, centre, scale));
+        .map(|channel| standardized(channel, weight, center, scale));
     Input {
         channels,
         missing: 0.0,

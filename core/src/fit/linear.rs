@@ -9,7 +9,7 @@ use crate::geometry::HalfDifference;
 use crate::model::linear::{Basis, map, unmap};
 use crate::model::{ModelKind, Samples};
 
-/// The colour channels, each with coefficients of its own.
+/// The color channels, each with coefficients of its own.
 const CHANNELS: usize = 3;
 
 /// The model Linear.
@@ -134,20 +134,20 @@ impl Algorithm for Linear {
         index: usize,
         at: &HalfDifference<f32>,
     ) -> [f32; 3] {
-        let mut modelled = [0.0; CHANNELS];
+        let mut modeled = [0.0; CHANNELS];
         let channels = channels(words, method);
         if COMPLETION
             && let FitMethod::Completed(completed) = method
             && let Target::Linear(components) = &completed.target
         {
             let weight = at.cos_theta_i() * at.cos_theta_o();
-            for (f, coefficients) in modelled.iter_mut().zip(channels) {
+            for (f, coefficients) in modeled.iter_mut().zip(channels) {
                 let mapped = mapped_at(completed, components, index, coefficients);
                 *f = unmap(mapped, 0.0, weight);
             }
         }
         let (true, FitMethod::Ridge(ridge)) = (RIDGE, method) else {
-            return modelled;
+            return modeled;
         };
         let components = ridge.components().max(1);
         let mut rows = ridge.basis.words().chunks_exact(components);
@@ -158,11 +158,11 @@ impl Algorithm for Linear {
             number(ridge.weight),
         );
         if let Some(row) = rows.nth(index) {
-            for (f, coefficients) in modelled.iter_mut().zip(channels) {
+            for (f, coefficients) in modeled.iter_mut().zip(channels) {
                 *f = unmap(dot(row, coefficients) + mean, median, weight);
             }
         }
-        modelled
+        modeled
     }
 
     #[inline(never)] // into callers that are compiled for speed
@@ -198,7 +198,7 @@ fn mapped_at(
     coefficients: &[f32],
 ) -> f32 {
     let length = components.scales.len();
-    let mut sum = completed.centre.iter().nth(index).unwrap_or_default();
+    let mut sum = completed.center.iter().nth(index).unwrap_or_default();
     if let Some(row) = components.rows.chunks_exact(length.max(1)).nth(index) {
         for ((entry, scale), a) in row.iter().zip(components.scales.iter()).zip(coefficients) {
             sum += f32::from(entry.cast_signed()) * scale * a;

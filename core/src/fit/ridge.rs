@@ -9,7 +9,7 @@
 //! c = argmin |A c - t|^2 + sum over k of p_k c_k^2 = (A'A + P)^-1 A't,   P = diag(p)
 //! ```
 //!
-//! for each colour channel. The paper has p_k = eta for all k (its equation 7); a precision for
+//! for each color channel. The paper has p_k = eta for all k (its equation 7); a precision for
 //! each component is a Gaussian prior on its coefficient.
 //!
 //! # The solve

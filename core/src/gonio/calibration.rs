@@ -205,7 +205,7 @@ impl Footprint {
 /// let calibration = Calibration::monochrome(100.0, 3100.0, 0.99)?
 ///     .read_once_at(&reference, Footprint::LightLarger)?;
 ///
-/// // A Lambertian grey of half of it, under a lamp at 60 degrees: a quarter of the counts.
+/// // A Lambertian gray of half of it, under a lamp at 60 degrees: a quarter of the counts.
 /// let at = Directions { incoming: [0.8660, 0.0, 0.5], outgoing: [0.0, 0.0, 1.0] };
 /// let reading = calibration.brdf([850.0; 3], &at)?;
 /// assert!((reading.brdf[0] - 0.5 * 0.99 / 3.14159).abs() < 1e-6);

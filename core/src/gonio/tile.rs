@@ -1,7 +1,7 @@
 //! A self-test of a scanner's road from counts to BRDFs, on a tile of known reflectance.
 //!
 //! A scan's residual cannot see a wrong convention: a model explains readings that are the BRDF times
-//! the cosine as well as the BRDF, or better. A matt white or grey tile can. Its BRDF is
+//! the cosine as well as the BRDF, or better. A matt white or gray tile can. Its BRDF is
 //! reflectance / pi at all angles, so that whatever readings of it depend on is what they should not
 //! hold.
 
@@ -135,7 +135,7 @@ const SHAPES: [Quantity; 3] = [
 ///     incoming: Spherical { theta: theta_i, phi: 0.0 },
 ///     outgoing: Spherical { theta: theta_o, phi: 2.0 },
 /// }.directions();
-/// // A grey tile of 50 %, and a road that forgot to divide by cos(theta_i).
+/// // A gray tile of 50 %, and a road that forgot to divide by cos(theta_i).
 /// let read = |at: Directions<f32>| (at, [0.5 / 3.14159 * at.incoming[2]; 3]);
 /// let readings = [at(0.1, 0.9), at(0.5, 0.2), at(1.0, 0.5), at(0.8, 1.0)].map(read);
 /// assert_eq!(examine(&readings, [0.5; 3]), Verdict::Is(Quantity::BrdfTimesCosThetaI));

@@ -3,7 +3,7 @@
 use super::frame::{FrameError, FrameReader, checksum_of, encode};
 use super::message::{Reply, Request};
 
-/// Steps between the sequence numbers of neighbouring seeds: 2^32 divided by the golden ratio, which keeps any number
+/// Steps between the sequence numbers of neighboring seeds: 2^32 divided by the golden ratio, which keeps any number
 /// of consecutive seeds far apart.
 const SEED_STEP: u32 = 0x9E37_79B1;
 

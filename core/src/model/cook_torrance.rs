@@ -218,7 +218,7 @@ impl Model for CookTorrance {
         let entries = [kd_r, kd_g, kd_b].into_iter().zip([ks_r, ks_g, ks_b]);
         let values = terms.diffuse.into_iter().zip(terms.specular);
         for (((diffuse_entry, specular_entry), (diffuse, specular)), by_f) in
-            entries.zip(values).zip(loss.by_modelled)
+            entries.zip(values).zip(loss.by_modeled)
         {
             S::add_product(diffuse_entry, by_f * lambert, diffuse * (one - diffuse));
             let by_specular = by_f * specular;

@@ -7,8 +7,8 @@ use crate::numeric::Scalar;
 pub struct Loss<S> {
     /// The error.
     pub error: LogError<S>,
-    /// Derivative by the modelled BRDF f, channel by channel.
-    pub by_modelled: [S; 3],
+    /// Derivative by the modeled BRDF f, channel by channel.
+    pub by_modeled: [S; 3],
     /// Derivative by the measured BRDF y, channel by channel.
     pub by_measured: [S; 3],
     /// Derivative by the cosine c.
@@ -42,14 +42,14 @@ impl<S: Scalar> LogError<S> {
 
 /// weight * sum over the channels of |ln(1 + y c) - ln(1 + f c)|, c = max(cos(theta_i), 0).
 ///
-/// `measured` (y) and `modelled` (f) are BRDF values in sr^-1, not yet times the cosine. The
+/// `measured` (y) and `modeled` (f) are BRDF values in sr^-1, not yet times the cosine. The
 /// paper's mean over n samples and three channels has weight 1 / (3 n). Where the error is 0 the
 /// derivatives are taken as 0. (Of the paper's clamp to \[0, 1\] the upper end is never reached:
 /// c is the cosine of an angle.)
 #[inline(always)]
 pub fn cosine_weighted_log_error<S: Scalar>(
     measured: [S; 3],
-    modelled: [S; 3],
+    modeled: [S; 3],
     cos_theta_i: S,
     weight: S,
 ) -> Loss<S> {
@@ -57,7 +57,7 @@ pub fn cosine_weighted_log_error<S: Scalar>(
     // The channels are written out. A caller that reads only some of the results pays for no others:
     // the compiler removes those from single channels, but not from a loop over an array.
     let [y_red, y_green, y_blue] = measured;
-    let [f_red, f_green, f_blue] = modelled;
+    let [f_red, f_green, f_blue] = modeled;
     let red = Channel::new(y_red, f_red, cosine, weight);
     let green = Channel::new(y_green, f_green, cosine, weight);
     let blue = Channel::new(y_blue, f_blue, cosine, weight);
@@ -68,7 +68,7 @@ pub fn cosine_weighted_log_error<S: Scalar>(
             shifted_f: [red.shifted_f, green.shifted_f, blue.shifted_f],
             signed: [red.signed, green.signed, blue.signed],
         },
-        by_modelled: [red.by_modelled, green.by_modelled, blue.by_modelled],
+        by_modeled: [red.by_modeled, green.by_modeled, blue.by_modeled],
         by_measured: [red.by_measured, green.by_measured, blue.by_measured],
         by_cosine: cos_theta_i.if_positive(by_cosine, S::constant(0.0)),
     }
@@ -79,7 +79,7 @@ struct Channel<S> {
     shifted_y: S,
     shifted_f: S,
     signed: S,
-    by_modelled: S,
+    by_modeled: S,
     by_measured: S,
     by_cosine: S,
 }
@@ -97,7 +97,7 @@ impl<S: Scalar> Channel<S> {
             shifted_y,
             shifted_f,
             signed,
-            by_modelled: slope_f * cosine,
+            by_modeled: slope_f * cosine,
             by_measured: -(slope_y * cosine),
             by_cosine: slope_f * f - slope_y * y,
         }

@@ -239,16 +239,15 @@ fn gradient<S: Scalar, const TILE: usize, const ROWS: usize, const SAMPLE: bool>
 ) -> Evaluation<S> {
     let (zero, one) = (S::constant(0.0), S::constant(1.0));
     let at = &sample.at;
-    let mut modelled = forward::<S, TILE>(layers, at, hidden);
-    for f in &mut modelled {
+    let mut modeled = forward::<S, TILE>(layers, at, hidden);
+    for f in &mut modeled {
         *f = (f.exp() - one).relu();
     }
-    let loss =
-        cosine_weighted_log_error(sample.measured, modelled, at.cos_theta_i(), sample.weight);
+    let loss = cosine_weighted_log_error(sample.measured, modeled, at.cos_theta_i(), sample.weight);
 
     // d f / d z = exp(z) = f + 1, where f is not cut off.
-    let mut by_output = loss.by_modelled;
-    for (by_z, f) in by_output.iter_mut().zip(modelled) {
+    let mut by_output = loss.by_modeled;
+    for (by_z, f) in by_output.iter_mut().zip(modeled) {
         *by_z = f.if_positive(*by_z * (f + one), zero);
     }
     S::add_all(gradient.b3, &by_output);

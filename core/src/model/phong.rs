@@ -102,7 +102,7 @@ impl Model for Phong {
             .zip([ratio_r, ratio_g, ratio_b]);
         let values = terms.sum.into_iter().zip(terms.ratio);
         for (((sum_entry, ratio_entry), (sum, ratio)), by_f) in
-            sums.zip(values).zip(loss.by_modelled)
+            sums.zip(values).zip(loss.by_modeled)
         {
             let f_by_sum = terms.lobe + ratio * lambert_minus_lobe;
             S::add_product(sum_entry, by_f * f_by_sum, sum * (one - sum));

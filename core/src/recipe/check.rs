@@ -156,7 +156,7 @@ fn completed<'a>(
             )?
             .words(),
         },
-        centre: list(packed.centre, samples, Field::Centre, in_range)?,
+        center: list(packed.center, samples, Field::Center, in_range)?,
         scale: packed.scale,
         missing: MissingPolicy::of_number(packed.missing)
             .ok_or(RecipeError::Range(Field::Missing))?,

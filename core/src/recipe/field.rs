@@ -42,9 +42,9 @@ pub enum Field {
     Multiplicative,
     /// Noise that does not depend on the value.
     Additive,
-    /// Of a completion: what each sample's logarithm is centred by.
-    Centre,
-    /// Of a completion: what a centred logarithm is multiplied by.
+    /// Of a completion: what each sample's logarithm is centered by.
+    Center,
+    /// Of a completion: what a centered logarithm is multiplied by.
     Scale,
     /// Of a completion: the weights of readings.
     Readings,
@@ -101,7 +101,7 @@ impl Field {
             Self::StandardError => "standard_error",
             Self::Multiplicative => "multiplicative",
             Self::Additive => "additive",
-            Self::Centre => "completion.centre",
+            Self::Center => "completion.center",
             Self::Scale => "completion.scale",
             Self::Readings => "completion.readings",
             Self::ReadingScales => "completion.reading_scales",
@@ -132,7 +132,7 @@ impl Field {
             Self::Prediction => (-MAX_PREDICTION, MAX_PREDICTION),
             Self::Missing => (0.0, 2.0),
             Self::Share => (0.0, 1.0),
-            Self::Mean | Self::Centre => (-MAX_MEAN, MAX_MEAN),
+            Self::Mean | Self::Center => (-MAX_MEAN, MAX_MEAN),
             Self::Median => (0.0, MAX_MEDIAN),
             Self::Weight => (0.0, MAX_WEIGHT),
             Self::Precision => (MIN_PRECISION, MAX_PRECISION),

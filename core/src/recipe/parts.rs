@@ -106,8 +106,8 @@ pub struct PackedCoefficientNet<'a> {
     /// What it was trained to do where readings are missing: the number of a
     /// [`Missing`](crate::fit::coefficient_net::MissingPolicy).
     pub missing: u8,
-    /// What each sample's logarithm is centred by, n.
-    pub centre: &'a [u8],
+    /// What each sample's logarithm is centered by, n.
+    pub center: &'a [u8],
     /// What it is multiplied by then.
     pub scale: f32,
     /// For each sample the weights own, mean and missing: n x 3 x (m + h).
@@ -184,7 +184,7 @@ impl<'a> From<FitMethod<'a>> for PackedMethod<'a> {
                     // At most MAX_ROWS, which a u16 holds.
                     components: completion.components as u16,
                     missing: completed.missing() as u8,
-                    centre: completed.centre().words().as_flattened(),
+                    center: completed.center().words().as_flattened(),
                     scale: completed.scale(),
                     readings: completion.readings,
                     reading_scales: completion.scales.as_flattened(),
@@ -220,7 +220,7 @@ pub struct Noise {
     /// Standard deviation besides, in sr^-1 (of the BRDF, not times the cosine), none negative.
     pub additive: f32,
     /// Levels that the sensor tells apart between darkness and a white surface (of BRDF 1/pi) that faces
-    /// the light; 0 if quantisation was left out of account.
+    /// the light; 0 if quantization was left out of account.
     pub levels: u32,
 }
 

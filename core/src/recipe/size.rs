@@ -164,11 +164,11 @@ const fn descent(bytes: &[u8], counts: Counts) -> Option<Counts> {
     })
 }
 
-/// Components, policy, centre, scale, readings, scales of rows, ..
+/// Components, policy, center, scale, readings, scales of rows, ..
 const fn coefficient_net(bytes: &[u8], counts: Counts) -> Option<Counts> {
     let (_components, rest) = some!(number(bytes));
     let (_missing, rest) = some!(rest.split_first());
-    let (_centre, rest) = some!(list(rest));
+    let (_center, rest) = some!(list(rest));
     let (_scale, rest) = some!(rest.split_at_checked(4));
     let (_readings, rest) = some!(list(rest));
     let (scales, _) = some!(list(rest));

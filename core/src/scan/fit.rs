@@ -163,8 +163,8 @@ fn examine(
             measured: measured_at(slot),
             weight: 1.0 / 3.0,
         };
-        let modelled = (functions.at_sample)(words, method, index, &sample.at);
-        sum.add(index as u16, &sample, status, modelled);
+        let modeled = (functions.at_sample)(words, method, index, &sample.at);
+        sum.add(index as u16, &sample, status, modeled);
     }
     sum.residual.mean /= f32::from(sum.read.max(1));
     if !sum.residual.mean.is_finite() {

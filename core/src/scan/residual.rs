@@ -56,14 +56,14 @@ impl Sum {
         index: u16,
         sample: &Sample<f32>,
         status: Status,
-        modelled: [f32; 3],
+        modeled: [f32; 3],
     ) {
         let residual = &mut self.residual;
         let cosine = sample.at.cos_theta_i();
-        let loss = cosine_weighted_log_error(sample.measured, modelled, cosine, 1.0 / 3.0);
+        let loss = cosine_weighted_log_error(sample.measured, modeled, cosine, 1.0 / 3.0);
         let mut error = loss.error.value();
         // Logarithms by micromath make numbers of what is none.
-        if !modelled.iter().all(|f| f.is_finite()) {
+        if !modeled.iter().all(|f| f.is_finite()) {
             error = f32::NAN;
         }
         residual.mean += error;

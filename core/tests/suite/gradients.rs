@@ -104,12 +104,12 @@ fn every_gradient_agrees_with_differences() {
 }
 
 /// weight * sum of |ln(1 + y c) - ln(1 + f c)|, in plain f64.
-fn expected_loss(variables: Variables, modelled: [f64; 3], weight: f64) -> f64 {
+fn expected_loss(variables: Variables, modeled: [f64; 3], weight: f64) -> f64 {
     let [hx, hz, dx, _, dz, y @ ..] = variables;
     let cosine = (hz * dz - hx * dx).clamp(0.0, 1.0);
     let errors = y
         .iter()
-        .zip(modelled)
+        .zip(modeled)
         .map(|(y, f)| ((1.0 + y * cosine).ln() - (1.0 + f * cosine).ln()).abs());
     weight * errors.sum::<f64>()
 }
@@ -199,7 +199,7 @@ fn agree_with<M: Model>(
     agree(loss, expected_loss(variables, expected, weight))
 }
 
-/// Samples at the highlight's centre, at grazing and at nearly opposite directions, also a little
+/// Samples at the highlight's center, at grazing and at nearly opposite directions, also a little
 /// below the horizon, where single precision overflows first.
 fn extremes() -> impl Strategy<Value = Variables> {
     // Angles' distances from 0 or pi/2, over eight decades.

@@ -130,7 +130,7 @@ fn the_document_names_every_kind_and_every_bound() {
         ("components", format!("1 to {MAX_COMPONENTS}")),
         ("inner_steps", format!("1 to {MAX_INNER_STEPS}")),
         ("pattern", format!("1 to {MAX_SAMPLES}")),
-        ("centre", format!("-{MAX_MEAN} to {MAX_MEAN}")),
+        ("center", format!("-{MAX_MEAN} to {MAX_MEAN}")),
         ("bias", format!("1 to {MAX_ROWS} ")),
         ("bias", format!("1 to {MAX_UNITS} ")),
     ] {
@@ -197,7 +197,7 @@ fn errors_name_fields_as_the_document_does() {
             Kind::COMPLETION,
             &[
                 Field::Components,
-                Field::Centre,
+                Field::Center,
                 Field::Scale,
                 Field::Readings,
                 Field::ReadingScales,

@@ -36,7 +36,7 @@ pub enum Motion {
 enum Task {
     Standing,
     /// From one step to another.
-    Travelling {
+    Traveling {
         from: i32,
         to: i32,
     },
@@ -169,7 +169,7 @@ impl<S: OutputPin, D: OutputPin, H: InputPin> Axis<S, D, H> {
         let (from, to) = (self.position, self.settings.steps(angle));
         self.begin(match to == self.settings.near_home_steps() {
             true => Task::Returning { from, to },
-            false => Task::Travelling { from, to },
+            false => Task::Traveling { from, to },
         })
     }
 
@@ -248,12 +248,12 @@ impl<S: OutputPin, D: OutputPin, H: InputPin> Axis<S, D, H> {
         let away = self.settings.is_home_low();
         match self.task {
             Task::Standing => Ok(None),
-            Task::Travelling { from, .. } | Task::Returning { from, .. }
+            Task::Traveling { from, .. } | Task::Returning { from, .. }
                 if is_open.is_none() && self.position == from =>
             {
                 Ok(None)
             }
-            Task::Travelling { from, to } => {
+            Task::Traveling { from, to } => {
                 let steps = self.settings.distance(self.position);
                 // On the way out it closes later than it opened on the way home.
                 let still_open = match (to > self.position) == away {

@@ -63,7 +63,7 @@ pub struct World {
     button: Cell<u32>,
 }
 
-/// A made-up material: a diffuse colour, and a highlight of two widths; sr^-1, linear RGB. (That of
+/// A made-up material: a diffuse color, and a highlight of two widths; sr^-1, linear RGB. (That of
 /// `glimpse-bench`, whose fit is counted.)
 fn brdf(theta_h: f32, theta_d: f32) -> [f32; 3] {
     let lobe = |sharpness: f32| {

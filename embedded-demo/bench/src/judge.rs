@@ -30,9 +30,9 @@ pub fn loss<M: Model>(fitted: &[f32], material: &Material) -> f64 {
             theta_d: angles.theta_d as f32,
             phi_d: angles.phi_d as f32,
         });
-        let modelled = M::brdf::<f64>(&parameters, &at);
+        let modeled = M::brdf::<f64>(&parameters, &at);
         let measured = measured.brdf.map(f64::from);
-        let loss = cosine_weighted_log_error(measured, modelled, cosine, 1.0 / 3.0);
+        let loss = cosine_weighted_log_error(measured, modeled, cosine, 1.0 / 3.0);
         sum += loss.error.value();
         count += 1.0;
     }

@@ -73,7 +73,7 @@ pub mod recipes {
     }
 }
 
-/// A made-up material: a diffuse colour, and a highlight of two widths.
+/// A made-up material: a diffuse color, and a highlight of two widths.
 #[derive(Clone, Copy, Debug)]
 pub struct Material {
     /// sr^-1, linear RGB.

@@ -96,7 +96,7 @@ pub(crate) fn pab(folder: &Folder, texts: &[String]) -> Outcome {
     for (name, from, to) in [
         ("alone", "", ""),
         ("dos", "\n", "\r\n"),
-        ("grey", "CIE-XYZ", "CIE-Y"),
+        ("gray", "CIE-XYZ", "CIE-Y"),
         ("times-cosine", "BRDF", "DSF"),
         ("transmitted", "BRDF", "BTDF"),
         ("spectral", "CIE-XYZ", "RGB-spectral-31"),

@@ -136,15 +136,15 @@ impl Kernel for ComponentLoss<'_, '_> {
                 L::load([&e[1], &f[1], &g[1], &h[1]]),
                 L::load([&e[2], &f[2], &g[2], &h[2]]),
             ];
-            let modelled = [red.value, green.value, blue.value];
+            let modeled = [red.value, green.value, blue.value];
             let weight = L::load(weights);
-            let found = cosine_weighted_log_error(measured, modelled, cosine, weight);
+            let found = cosine_weighted_log_error(measured, modeled, cosine, weight);
             loss = loss + found.error.value();
             let nothing = [L::constant(0.0); 3];
             let black = cosine_weighted_log_error(measured, nothing, cosine, weight);
             of_black = of_black + black.error.value();
             if self.gradient.is_some() {
-                let [by_red, by_green, by_blue] = found.by_modelled;
+                let [by_red, by_green, by_blue] = found.by_modeled;
                 let by_red = by_red * red.tangent[0];
                 let by_green = by_green * green.tangent[0];
                 let by_blue = by_blue * blue.tangent[0];

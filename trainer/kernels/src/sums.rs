@@ -239,9 +239,9 @@ impl<M: Model> Kernel for LossSum<'_, M> {
         let mut loss = L::constant(0.0);
         for octet in (0..self.samples.octets()).step_by(L::OCTETS) {
             let sample = self.samples.read::<L>(octet);
-            let modelled = M::brdf::<L>(self.theta, &sample.at);
+            let modeled = M::brdf::<L>(self.theta, &sample.at);
             let cosine = sample.at.cos_theta_i();
-            let found = cosine_weighted_log_error(sample.measured, modelled, cosine, sample.weight);
+            let found = cosine_weighted_log_error(sample.measured, modeled, cosine, sample.weight);
             loss = loss + found.error.value();
         }
         loss.total()

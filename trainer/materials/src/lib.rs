@@ -48,6 +48,6 @@ pub use nbrdf::{NeuralBrdf, to_nbrdf};
 pub use pab::{PabSet, pab_endings, read_pab, to_pab};
 pub use procedural::Procedural;
 pub use rgl::{RglMeasurement, to_rgl};
-pub use sensor::quantised;
+pub use sensor::quantized;
 pub use source::{Source, WHOLLY_CHECKED};
 pub use sources::{Joined, Portion, ShareError, Sources};

@@ -351,21 +351,21 @@ fn log_uniform(random: &mut ChaCha8Rng, [low, high]: Range) -> f64 {
     uniform(random, low.ln(), high.ln()).exp()
 }
 
-fn scaled(colour: [f64; 3], scale: f64) -> [f64; 3] {
-    colour.map(|value| value * scale)
+fn scaled(color: [f64; 3], scale: f64) -> [f64; 3] {
+    color.map(|value| value * scale)
 }
 
 fn mixed(a: [f64; 3], b: [f64; 3], share: f64) -> [f64; 3] {
     std::array::from_fn(|i| a[i] + (b[i] - a[i]) * share)
 }
 
-/// A colour whose largest channel is 1. A pigment dims each channel by its own absorption; at a
+/// A color whose largest channel is 1. A pigment dims each channel by its own absorption; at a
 /// saturation of 1 it does so by up to a factor of e^6.
 fn tint(random: &mut ChaCha8Rng, saturation: f64) -> [f64; 3] {
     let strength = 6.0 * saturation * uniform(random, 0.0, 1.0);
-    let colour: [f64; 3] = std::array::from_fn(|_| (-strength * uniform(random, 0.0, 1.0)).exp());
-    let largest = colour.iter().copied().fold(0.0, f64::max);
-    scaled(colour, 1.0 / largest)
+    let color: [f64; 3] = std::array::from_fn(|_| (-strength * uniform(random, 0.0, 1.0)).exp());
+    let largest = color.iter().copied().fold(0.0, f64::max);
+    scaled(color, 1.0 / largest)
 }
 
 /// From silver over nickel and brass to copper.

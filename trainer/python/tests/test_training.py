@@ -113,7 +113,7 @@ def test_ctrl_c_ends_a_run_at_once_and_leaves_a_checkpoint(tmp_path):
     assert (tmp_path / "run/checkpoint.bin").exists()
 
 
-def test_ctrl_c_ends_a_judgement():
+def test_ctrl_c_ends_a_judgment():
     code = """
         import glimpse_brdf as glimpse, os, signal, threading, time
         recipe = glimpse.train("phong", "procedural:4", samples=2, schedule="joint", effort="brief")
@@ -152,11 +152,11 @@ def test_other_threads_run_meanwhile():
 
 def test_arrays_to_train_on(tmp_path):
     tables = [
-        glimpse.Material.from_function(lambda i, o, k=k: np.full((len(i), 3), 0.02 * (k + 1)), f"grey-{k}")
+        glimpse.Material.from_function(lambda i, o, k=k: np.full((len(i), 3), 0.02 * (k + 1)), f"gray-{k}")
         for k in range(3)
     ]
     recipe = glimpse.train("phong", tables, samples=2, effort="brief", schedule="joint")
-    assert recipe.trained_on == ["grey-0", "grey-1", "grey-2"]
+    assert recipe.trained_on == ["gray-0", "gray-1", "gray-2"]
     assert recipe.provenance["data"] == "3 materials of a program"
     # The very same tables in a folder of files are the same materials.
     for table in tables:
@@ -166,10 +166,10 @@ def test_arrays_to_train_on(tmp_path):
     mixed = glimpse.train("linear", ["procedural:8", *tables], samples=2, effort="brief", share=[1, 3])
     assert len(mixed.trained_on) == 11
     verdict = glimpse.evaluate(recipe, [tables[0], "procedural:2:9"])
-    assert verdict["trained_on"] == ["grey-0"] and verdict["namesakes_trained_on"] == []
+    assert verdict["trained_on"] == ["gray-0"] and verdict["namesakes_trained_on"] == []
 
 
-def test_a_judgement_is_the_trainers(trainer, tmp_path, trained):
+def test_a_judgment_is_the_trainers(trainer, tmp_path, trained):
     recipe = trained["neural"]
     recipe.save(tmp_path / "a.recipe")
     for options, words in [

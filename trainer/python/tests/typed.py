@@ -13,12 +13,12 @@ def tell(progress: glimpse.Progress) -> None:
     print(progress.phase, progress.done / progress.total, best)
 
 
-def grey(incoming: npt.NDArray[np.float64], outgoing: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+def gray(incoming: npt.NDArray[np.float64], outgoing: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
     return np.full((len(incoming), 3), 0.1)
 
 
 def scan(path: Path) -> float:
-    material = glimpse.Material.from_function(grey, "grey")
+    material = glimpse.Material.from_function(gray, "gray")
     recipe: glimpse.Recipe = glimpse.train("neural", [material, "procedural:9"], progress=tell, effort="quick")
     plan: glimpse.Plan = recipe.plan("travel", speed_degrees_per_second=[20, 10, 20, 10])
     readings: npt.NDArray[np.float32] = material(plan.directions)
@@ -28,5 +28,5 @@ def scan(path: Path) -> float:
     fitted.save(path, "rgl", overwrite=True)
     verdict = glimpse.evaluate(recipe, "procedural:3:1")
     at: npt.NDArray[np.float64] = glimpse.directions()
-    loss: float = glimpse.loss(grey(at[:, 0], at[:, 1]), fitted)
+    loss: float = glimpse.loss(gray(at[:, 0], at[:, 1]), fitted)
     return loss + verdict["loss"] + verdict["materials"][0]["delta_e"] + (fitted.predicted_loss or 0.0)

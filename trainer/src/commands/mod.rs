@@ -48,9 +48,9 @@ use serde::Serialize;
 /// The models, as named on the command line.
 #[derive(Clone, Copy, Debug, clap::ValueEnum)]
 pub(crate) enum ModelName {
-    /// 7 parameters: diffuse and specular colour, glossiness.
+    /// 7 parameters: diffuse and specular color, glossiness.
     Phong,
-    /// 8 parameters: diffuse and specular colour, roughness, reflectance.
+    /// 8 parameters: diffuse and specular color, roughness, reflectance.
     CookTorrance,
     /// Principal components of the training materials.
     Linear,

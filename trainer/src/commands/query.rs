@@ -83,9 +83,9 @@ fn to_csv(found: &[(&str, Found)], table: &AngleTable) -> anyhow::Result<String>
     let mut csv = csv::Writer::from_writer(Vec::new());
     let name = |name: &str| named.then(|| name.to_owned()).into_iter();
     let owned = |text: &str| text.to_owned();
-    let colours = ["r", "g", "b"].map(owned).into_iter();
+    let colors = ["r", "g", "b"].map(owned).into_iter();
     let header = name("material").chain(table.columns.iter().copied().map(owned));
-    csv.write_record(header.chain(colours))?;
+    csv.write_record(header.chain(colors))?;
     for (material, brdf) in found {
         for (row, rgb) in table.rows.iter().zip(brdf) {
             let values = rgb.map(|value| value.to_string());

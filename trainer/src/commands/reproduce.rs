@@ -23,7 +23,7 @@ use crate::experiment::{
 ///
 /// Each experiment trains what it needs, judges it, prints its tables (the paper's figures beside
 /// ours where the paper gives some) and writes them into OUT/EXPERIMENT as CSV, JSON and SVG.
-/// OUT/index.html shows all that was made. Recipes and judgements are kept in OUT: experiments share
+/// OUT/index.html shows all that was made. Recipes and judgments are kept in OUT: experiments share
 /// them, and the same command goes on after Ctrl-C or kill -9.
 ///
 /// With --list each of them is printed as a command of its own, for a cluster, in an order in which they
@@ -70,11 +70,11 @@ pub(crate) struct Reproduce {
     /// Print only this table with its caption, as Markdown; tables are called as their files in OUT/EXPERIMENT are
     #[arg(long, value_name = "NAME")]
     table: Option<String>,
-    /// Make nothing, and print each training and each judgement that is needed as a command of its own, one
+    /// Make nothing, and print each training and each judgment that is needed as a command of its own, one
     /// line of JSON each: its words, what it reads and writes, and whether it is done
     #[arg(long, conflicts_with = "table")]
     pub(crate) list: bool,
-    /// Make only this training or judgement, called as --list names it, and print nothing
+    /// Make only this training or judgment, called as --list names it, and print nothing
     #[arg(long, value_name = "CELL", conflicts_with_all = ["table", "list"])]
     only: Option<String>,
 }

@@ -3,7 +3,7 @@
 use std::f32::consts::FRAC_1_PI;
 
 use glimpse_core::geometry::{Angles, HalfDifference};
-use glimpse_materials::{Material, quantised};
+use glimpse_materials::{Material, quantized};
 use rand::seq::SliceRandom;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -20,7 +20,7 @@ pub struct Readings {
     pub noise: f32,
     /// Standard deviation of the noise besides, as a share of the BRDF of a white surface, 1/pi.
     pub additive: f32,
-    /// Levels that the sensor tells apart; see [`quantised`].
+    /// Levels that the sensor tells apart; see [`quantized`].
     pub levels: u32,
 }
 
@@ -66,7 +66,7 @@ impl Readings {
                 }
             }
             let cos_theta_i = HalfDifference::from_angles(angles).cos_theta_i();
-            Some(brdf.map(|value| quantised(value, cos_theta_i, self.levels)))
+            Some(brdf.map(|value| quantized(value, cos_theta_i, self.levels)))
         }
     }
 }

@@ -9,7 +9,7 @@ use super::plots::{by_samples, series};
 use super::store::{Evaluation, Store};
 use super::{METRICS, MODELS, PAPER_METRICS, SAMPLES, SCHEDULE, doublings, metrics, paper, title};
 
-/// A method's judgements, one for each n.
+/// A method's judgments, one for each n.
 type Curve = Vec<(usize, Evaluation)>;
 
 fn curve(

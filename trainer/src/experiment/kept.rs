@@ -1,4 +1,4 @@
-//! What the store keeps: recipes and judgements, and their files.
+//! What the store keeps: recipes and judgments, and their files.
 
 use std::fs;
 use std::io;

@@ -226,14 +226,14 @@ fn lambertian(samples: &[[f64; 2]], constant: f64) -> f64 {
 /// The least loss of any constant between 1e-4 and 10: a coarse search by factors, and a finer one
 /// around what it finds.
 fn best_lambertian(samples: &[[f64; 2]]) -> f64 {
-    let (mut centre, mut reach, mut best) = (-1.5, 2.5, f64::INFINITY);
+    let (mut center, mut reach, mut best) = (-1.5, 2.5, f64::INFINITY);
     for _ in 0..4 {
-        let begin = centre - reach;
+        let begin = center - reach;
         for step in 0..=40 {
             let exponent = begin + reach * f64::from(step) / 20.0;
             let loss = lambertian(samples, 10f64.powf(exponent));
             if loss < best {
-                (best, centre) = (loss, exponent);
+                (best, center) = (loss, exponent);
             }
         }
         reach /= 10.0;

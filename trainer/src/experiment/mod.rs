@@ -1,6 +1,6 @@
 //! The paper's tables and figures, one file each.
 //!
-//! An experiment asks the [`Store`] for recipes and judgements and turns them into
+//! An experiment asks the [`Store`] for recipes and judgments and turns them into
 //! [`Findings`]: tables, plots, pictures. It draws, trains and judges nothing by itself.
 
 mod additional;

@@ -89,7 +89,7 @@ impl Purpose {
     }
 }
 
-/// A recipe or a judgement.
+/// A recipe or a judgment.
 #[derive(Clone, Debug)]
 pub(crate) struct Needed {
     /// Its path in the experiments' folder, without an extension.
@@ -176,7 +176,7 @@ pub(super) fn blank_recipe(samples: usize) -> anyhow::Result<Recipe> {
     })
 }
 
-/// What stands for a judgement that is not made.
+/// What stands for a judgment that is not made.
 pub(super) fn blank_evaluation(seeds: u64, materials: &[Box<dyn Material>]) -> Evaluation {
     let scores = Scores {
         loss: 1.0,

@@ -25,7 +25,7 @@ pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
         "Random of Phong and of Cook-Torrance begins at standard normal parameters, and 20 steps of \
          Adam at a rate of 0.001 move none of them by more than 0.02: its loss is that of its start. \
          The paper does not say where it begins. Cook-Torrance's logits of about 0 are a half of each \
-         colour reflected diffusely and as much specularly, far brighter than most materials: on 16 \
+         color reflected diffusely and as much specularly, far brighter than most materials: on 16 \
          networks of MERL's materials its loss is .274 before the first step and .271 after 20, and \
          would be .100 from logits of -2, beside the paper's .098. Methods that learn their start are \
          not concerned.",

@@ -33,7 +33,7 @@ pub(crate) use super::kept::{Evaluation, Recipe};
 use super::kept::{keep, read_evaluation, with_extension};
 use super::needed::{Needed, NotMade, Purpose, blank_evaluation, blank_recipe};
 
-/// The folders of recipes and of judgements.
+/// The folders of recipes and of judgments.
 const RECIPES: &str = "recipes";
 const SHEETS: &str = "sheets";
 
@@ -86,7 +86,7 @@ struct Recorded {
 
 /// Materials to judge on.
 pub(crate) struct TestSet<'a> {
-    /// The folder of their judgements, also part of names of tables.
+    /// The folder of their judgments, also part of names of tables.
     pub(crate) label: String,
     /// The name of their source.
     source: String,

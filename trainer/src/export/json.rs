@@ -160,7 +160,7 @@ fn add_completed(value: &mut Value, completed: &Completed<'_>) {
         "components": components,
         "takes_missing": completed.tolerates_missing(),
         "gain": completed.missing() == MissingPolicy::CountForMore,
-        "centre": list(completed.centre()),
+        "centre": list(completed.center()),
         "scale": completed.scale(),
         "readings": samples,
         "bias": numbers(completion.bias),

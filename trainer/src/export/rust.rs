@@ -85,7 +85,7 @@ fn add_descent(source: &mut String, descent: &Descent<'_>) {
 
 fn add_completed(source: &mut String, completed: &Completed<'_>) {
     let completion = completed.coefficient_net();
-    let (samples, rows) = (completed.centre().len(), completion.rows());
+    let (samples, rows) = (completed.center().len(), completion.rows());
     let size = format!("{samples} x 3 x {rows}");
     let readings = format!("Weights own, mean and missing of each sample's reading: {size}.");
     bytes(source, &readings, "READINGS", completion.readings);
@@ -107,9 +107,9 @@ fn add_completed(source: &mut String, completed: &Completed<'_>) {
     );
     list(
         source,
-        "What each sample's logarithm is centred by.",
-        "CENTRE",
-        completed.centre(),
+        "What each sample's logarithm is centered by.",
+        "CENTER",
+        completed.center(),
     );
     let scale = format!("{:?}", completed.scale());
     constant(

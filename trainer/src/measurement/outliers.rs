@@ -137,7 +137,7 @@ impl Distribution {
             })
             .collect();
         let parts = [
-            Some(Part::procedural(&pattern, &weights, centre(recipe))),
+            Some(Part::procedural(&pattern, &weights, center(recipe))),
             Part::trained(recipe),
         ];
         Some(Self {
@@ -274,9 +274,9 @@ fn moments(parts: &[Conditioned<'_>], there: &[usize], list: &DVector<f64>) -> V
 }
 
 impl Part {
-    /// The built-in materials, their channels' mean, as of a grey material; about `centre`, if there is
+    /// The built-in materials, their channels' mean, as of a gray material; about `center`, if there is
     /// one.
-    fn procedural(pattern: &[Angles<f32>], weights: &[f64], centre: Option<DVector<f64>>) -> Self {
+    fn procedural(pattern: &[Angles<f32>], weights: &[f64], center: Option<DVector<f64>>) -> Self {
         let set = Procedural::set(MATERIALS, SEED);
         let points: Vec<DVector<f64>> = set
             .par_iter()
@@ -295,8 +295,8 @@ impl Part {
             covariance.ger(1.0 / points.len() as f64, &apart, &apart, 1.0);
         }
         let drawn = (1.0 - WIDTH * WIDTH).sqrt();
-        let centre = centre.as_ref().unwrap_or(&mean);
-        let means = points.iter().map(|point| centre + (point - &mean) * drawn);
+        let center = center.as_ref().unwrap_or(&mean);
+        let means = points.iter().map(|point| center + (point - &mean) * drawn);
         Self {
             means: means.collect(),
             covariance: with_floor(covariance * (WIDTH * WIDTH), PROCEDURAL_FLOOR),
@@ -318,7 +318,7 @@ impl Part {
         };
         let rows = DMatrix::from_fn(recipe.samples(), scales.len(), entry);
         Some(Self {
-            means: vec![centre(recipe)?],
+            means: vec![center(recipe)?],
             covariance: with_floor(&rows * rows.transpose(), TRAINED_FLOOR),
         })
     }
@@ -336,12 +336,12 @@ impl Part {
 }
 
 /// The mean logarithms of a recipe's training, where it says them.
-fn centre(recipe: &Recipe<'_>) -> Option<DVector<f64>> {
+fn center(recipe: &Recipe<'_>) -> Option<DVector<f64>> {
     let FitMethod::Completed(completed) = recipe.method() else {
         return None;
     };
-    let centre = completed.centre().iter().map(f64::from);
-    Some(DVector::from_iterator(recipe.samples(), centre))
+    let center = completed.center().iter().map(f64::from);
+    Some(DVector::from_iterator(recipe.samples(), center))
 }
 
 fn with_floor(mut covariance: DMatrix<f64>, floor: f64) -> DMatrix<f64> {

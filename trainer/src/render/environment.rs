@@ -318,7 +318,7 @@ mod tests {
 
     #[test]
     fn a_panorama_is_the_right_way_round() {
-        // Red brightens to the right of the centre, green upwards, blue towards the centre.
+        // Red brightens to the right of the center, green upwards, blue towards the center.
         let (height, width) = (64, 128.0);
         let image = panorama(height, |column, row| {
             let azimuth = ((column as f32 + 0.5) / width - 0.5) * std::f32::consts::TAU;
@@ -356,11 +356,11 @@ mod tests {
     #[test]
     fn panoramas_that_give_no_light_are_refused() {
         let refused = |image: &Image| Environment::from_panorama(image).map(|_| ()).unwrap_err();
-        let grey = panorama(4, |_, _| [0.5; 3]);
+        let gray = panorama(4, |_, _| [0.5; 3]);
         let high = Image {
             width: 4,
             height: 8,
-            ..grey.clone()
+            ..gray.clone()
         };
         let proportion = refused(&high);
         assert!(proportion.contains("2:1"), "{proportion}");
@@ -369,14 +369,14 @@ mod tests {
         assert!(!black.contains("2:1"), "{black}");
         assert_eq!(refused(&Image::filled(8, 4, [-1.0; 3])), black);
         for broken in [f32::NAN, f32::INFINITY] {
-            let mut image = grey.clone();
+            let mut image = gray.clone();
             image.pixels[8 + 3] = [0.0, broken, 0.0];
             let place = refused(&image);
             assert!(place.contains('3') && place.contains('1'), "{place}");
             assert_ne!(place, black);
         }
         // A slightly negative channel is black.
-        let mut image = grey;
+        let mut image = gray;
         image.pixels[5] = [-0.1, 0.2, 0.3];
         assert!(Environment::from_panorama(&image).is_ok());
     }

@@ -152,24 +152,24 @@ mod tests {
 
     const RED: [f32; 3] = [1.0, 0.0, 0.0];
     const BLUE: [f32; 3] = [0.0, 0.0, 1.0];
-    const GREY: [f32; 3] = [0.5; 3];
+    const GRAY: [f32; 3] = [0.5; 3];
 
     #[test]
     fn a_grid_keeps_every_picture_and_fills_the_rest() {
         let red = Image::filled(2, 1, RED);
         let blue = Image::filled(1, 2, BLUE);
-        let grid = Image::grid(&[vec![red.clone(), blue.clone()], vec![blue]], 1, GREY);
+        let grid = Image::grid(&[vec![red.clone(), blue.clone()], vec![blue]], 1, GRAY);
         assert_eq!((grid.width, grid.height), (4, 5));
         #[rustfmt::skip]
         let expected = [
-            RED,  RED,  GREY, BLUE,
-            GREY, GREY, GREY, BLUE,
-            GREY, GREY, GREY, GREY,
-            BLUE, GREY, GREY, GREY,
-            BLUE, GREY, GREY, GREY,
+            RED,  RED,  GRAY, BLUE,
+            GRAY, GRAY, GRAY, BLUE,
+            GRAY, GRAY, GRAY, GRAY,
+            BLUE, GRAY, GRAY, GRAY,
+            BLUE, GRAY, GRAY, GRAY,
         ];
         assert_eq!(grid.pixels, expected);
-        assert_eq!(Image::grid(&[[red.clone()]], 3, GREY), red);
+        assert_eq!(Image::grid(&[[red.clone()]], 3, GRAY), red);
     }
 
     #[test]
@@ -198,9 +198,9 @@ mod tests {
 
     #[test]
     fn impossible_pictures_are_refused() {
-        let mut image = Image::filled(3, 3, GREY);
+        let mut image = Image::filled(3, 3, GRAY);
         image.pixels.pop();
-        for image in [image, Image::filled(0, 3, GREY), Image::filled(0, 0, GREY)] {
+        for image in [image, Image::filled(0, 3, GRAY), Image::filled(0, 0, GRAY)] {
             assert!(matches!(image.to_exr(), Err(PictureError::Radiance { .. })));
         }
     }

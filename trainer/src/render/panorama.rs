@@ -49,10 +49,10 @@ impl Environment {
     /// Reads a panorama in latitude and longitude: Radiance (`*.hdr`, RGBE) or OpenEXR (`*.exr`,
     /// channels R, G and B of its first layer that has them), linear RGB.
     ///
-    /// The panorama is what the viewer sees who turns round at the sphere's place: its centre is
+    /// The panorama is what the viewer sees who turns round at the sphere's place: its center is
     /// straight ahead, behind the sphere; to the right of it is the viewer's right; the left and
     /// right edges meet at the viewer's back; the top row is straight up. Negative radiance, as
-    /// conversions of colour leave it, counts as black.
+    /// conversions of color leave it, counts as black.
     ///
     /// Exposure is chosen: all radiance is scaled so that a white diffuse sphere is, averaged over
     /// what the viewer sees of it, as bright as in the [`studio`](Environment::studio).
@@ -192,7 +192,7 @@ mod tests {
     const WIDTH: usize = 16;
     const HEIGHT: usize = 8;
 
-    /// A Radiance file of one grey, brighter in one pixel, its rows not compressed.
+    /// A Radiance file of one gray, brighter in one pixel, its rows not compressed.
     fn radiance_file(size: &str) -> Vec<u8> {
         let mut file = format!("#?RGBE\nFORMAT=32-bit_rle_rgbe\n\n{size}\n").into_bytes();
         for index in 0..WIDTH * HEIGHT {
@@ -229,7 +229,7 @@ mod tests {
         let expected = Environment::from_panorama(&panorama).unwrap();
         let radiance = read("a.hdr", &whole()).unwrap();
         let open_exr = read("a.EXR", &panorama.to_exr().unwrap()).unwrap();
-        // Column 12 of 16 is just past a quarter turn to the right of the centre, row 3 just above
+        // Column 12 of 16 is just past a quarter turn to the right of the center, row 3 just above
         // the level.
         let [r, g, b] = expected.radiance([0.962, 0.195, 0.191]);
         assert!(r > 10.0 * expected.radiance([-1.0, 0.0, 0.0])[0]);

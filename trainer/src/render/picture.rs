@@ -54,13 +54,13 @@ pub struct Picture {
 }
 
 impl Picture {
-    /// One colour everywhere.
+    /// One color everywhere.
     #[must_use]
-    pub fn filled(width: usize, height: usize, colour: [u8; 3]) -> Self {
+    pub fn filled(width: usize, height: usize, color: [u8; 3]) -> Self {
         Self {
             width,
             height,
-            pixels: vec![colour; width * height],
+            pixels: vec![color; width * height],
         }
     }
 

@@ -26,7 +26,7 @@ struct HalfVector {
     cos_phi: f32,
     /// Solid angle in sr.
     solid_angle: f32,
-    /// Angle to the neighbours, along the ring or to the next one, in radians.
+    /// Angle to the neighbors, along the ring or to the next one, in radians.
     spacing: f32,
 }
 
@@ -44,7 +44,7 @@ pub(super) struct Nodes {
     pub(super) incoming: Vec<[f32; 3]>,
     /// cos(theta_i) times solid angle in sr.
     pub(super) weight: Vec<f32>,
-    /// About the angle between incoming directions of neighbours, in radians.
+    /// About the angle between incoming directions of neighbors, in radians.
     pub(super) spacing: Vec<f32>,
 }
 
@@ -67,7 +67,7 @@ impl HalfVectors {
             };
             let around = (TAU * sin_theta / apart).max(fewest).ceil();
             let solid_angle = sin_theta * thickness * TAU / around;
-            let neighbour = TAU * sin_theta / around;
+            let neighbor = TAU * sin_theta / around;
             // Every other ring is turned by half a step, lest nodes line up.
             let offset = if ring % 2 == 0 { 0.25 } else { 0.75 };
             (0..around as usize).map(move |node| {
@@ -79,7 +79,7 @@ impl HalfVectors {
                     sin_phi,
                     cos_phi,
                     solid_angle,
-                    spacing: neighbour.max(thickness),
+                    spacing: neighbor.max(thickness),
                 }
             })
         });

@@ -18,7 +18,7 @@ pub(super) const DIAMETER: f32 = 0.96;
 ///
 /// The incoming direction points to the light, and the BRDF is isotropic.
 /// Every pixel is the integral of f(w_i, w_o) L(w_i) cos(theta_i) over the hemisphere by a fixed
-/// rule, so the same BRDF gives the same bits. Pixels at the same distance from the centre share
+/// rule, so the same BRDF gives the same bits. Pixels at the same distance from the center share
 /// their outgoing angle, and with it one call of `brdf` for all directions. There is no shadow and
 /// no interreflection; pixels off the sphere have the radiance [`BACKGROUND`].
 pub fn render_sphere(brdf: &(impl Brdf + ?Sized), environment: &Environment, size: usize) -> Image {
@@ -62,20 +62,20 @@ pub(super) fn render_with(
     image
 }
 
-/// Pixels at one distance from the centre of the sphere.
+/// Pixels at one distance from the center of the sphere.
 pub(super) struct Circle {
     pub(super) sin_theta_o: f32,
     pub(super) cos_theta_o: f32,
     /// How much of each pixel the sphere covers, in \[0, 1\].
     pub(super) coverage: f32,
-    /// Each with its index in the image and the cosine and sine of its azimuth about the centre.
+    /// Each with its index in the image and the cosine and sine of its azimuth about the center.
     pub(super) pixels: Vec<(usize, [f32; 2])>,
 }
 
-/// All pixels on the sphere, by distance from the centre.
+/// All pixels on the sphere, by distance from the center.
 pub(super) fn circles(size: usize) -> Vec<Circle> {
     let radius = 0.5 * DIAMETER * size as f32;
-    // Twice the distance from the centre is a whole number along both axes.
+    // Twice the distance from the center is a whole number along both axes.
     let doubled = |index: usize| 2 * index as i64 + 1 - size as i64;
     let mut by_square: BTreeMap<i64, Vec<(usize, [f32; 2])>> = BTreeMap::new();
     for row in 0..size {

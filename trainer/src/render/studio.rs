@@ -18,7 +18,7 @@ struct Lobe {
     towards: [f32; 3],
     /// Standard deviation in degrees.
     width: f32,
-    /// Radiance at its centre.
+    /// Radiance at its center.
     radiance: [f32; 3],
 }
 
@@ -62,7 +62,7 @@ impl Environment {
     /// shoulder, a window at the right, a strip of light behind at the left, a dim reflector below.
     ///
     /// Radiance is 0.1 to 0.6 for sky and ground, 0.5 to 4.5 for the panels, 100 to 130 at the
-    /// sun's centre; a white diffuse surface facing the viewer reflects about 0.9.
+    /// sun's center; a white diffuse surface facing the viewer reflects about 0.9.
     #[must_use]
     pub fn studio() -> Self {
         Self::from_fn(studio)
@@ -83,7 +83,7 @@ fn studio(direction: [f32; 3]) -> [f32; 3] {
 }
 
 impl Lobe {
-    /// 1 at the centre, falling off like a Gaussian.
+    /// 1 at the center, falling off like a Gaussian.
     fn at(&self, direction: [f32; 3]) -> f32 {
         let deviation = self.width.to_radians();
         ((dot(direction, normalized(self.towards)) - 1.0) / (deviation * deviation)).exp()

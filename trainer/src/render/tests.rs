@@ -73,8 +73,8 @@ fn a_mirror_shows_what_lies_behind_the_viewer_and_beside() {
     for (right, up) in [(0.0, 0.0), (0.3, 0.0), (-0.2, 0.5), (0.4, -0.5)] {
         let pixel = |offset: f32| (0.5 * size as f32 + offset * radius) as usize;
         let (column, row) = (pixel(right), pixel(-up));
-        let centred = |index: usize| (index as f32 + 0.5 - 0.5 * size as f32) / radius;
-        let (x, y) = (centred(column), -centred(row));
+        let centered = |index: usize| (index as f32 + 0.5 - 0.5 * size as f32) / radius;
+        let (x, y) = (centered(column), -centered(row));
         let z = (1.0 - x * x - y * y).sqrt();
         // The viewer's direction (0, 0, 1), mirrored at the normal (x, y, z).
         let mirrored = [2.0 * z * x, 2.0 * z * y, 2.0 * z * z - 1.0];
@@ -246,14 +246,14 @@ fn any_size_and_any_brdf_gives_a_picture_and_always_the_same() {
 }
 
 #[test]
-fn white_paint_is_exposed_well_and_the_very_centre_fits_in() {
+fn white_paint_is_exposed_well_and_the_very_center_fits_in() {
     let image = render_sphere(&lambertian, &Environment::studio(), 33);
-    let centre = 33 * 16 + 16;
+    let center = 33 * 16 + 16;
     let pixel = |index: usize| image.pixels[index][1];
-    let around = [1, 33].map(|step| 0.5 * (pixel(centre - step) + pixel(centre + step)));
+    let around = [1, 33].map(|step| 0.5 * (pixel(center - step) + pixel(center + step)));
     let mean = 0.5 * (around[0] + around[1]);
-    assert!((pixel(centre) / mean - 1.0).abs() < 5e-3);
-    let [r, g, b] = image.tone_map().pixels[centre];
+    assert!((pixel(center) / mean - 1.0).abs() < 5e-3);
+    let [r, g, b] = image.tone_map().pixels[center];
     assert!(
         [r, g, b].iter().all(|channel| (190..235).contains(channel)),
         "{r} {g} {b}"

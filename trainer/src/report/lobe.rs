@@ -4,35 +4,35 @@ use glimpse_core::geometry::{Directions, HalfDifference};
 use glimpse_materials::Brdf;
 use maud::{Markup, html};
 
-use super::svg::{COLOURS, INK, Rule, drawing, power_of_ten, tenths};
+use super::svg::{COLORS, INK, Rule, drawing, power_of_ten, tenths};
 
-/// How many curves can be told apart: one for each colour.
-pub const MOST_LOBES: usize = COLOURS.len();
+/// How many curves can be told apart: one for each color.
+pub const MOST_LOBES: usize = COLORS.len();
 /// Outgoing angles: every quarter of a degree, half a step off the horizon.
 const STEPS: u16 = 720;
 /// The most decades that are shown.
 const DECADES: i32 = 6;
-/// The plot's centre and radius.
-const CENTRE: [f32; 2] = [350.0, 350.0];
+/// The plot's center and radius.
+const CENTER: [f32; 2] = [350.0, 350.0];
 const RADIUS: f32 = 285.0;
 /// Where the legend begins, and the height of one of its lines.
 const LEGEND: f32 = 418.0;
 const LINE: f32 = 21.0;
 
-/// On top of the style of all drawings: the colours of curves, by their order.
+/// On top of the style of all drawings: the colors of curves, by their order.
 const RULES: [Rule; 7] = [
     (".light", "fill", INK),
-    (".c0", "stroke", COLOURS[0]),
-    (".c1", "stroke", COLOURS[1]),
-    (".c2", "stroke", COLOURS[2]),
-    (".c3", "stroke", COLOURS[3]),
-    (".c4", "stroke", COLOURS[4]),
-    (".c5", "stroke", COLOURS[5]),
+    (".c0", "stroke", COLORS[0]),
+    (".c1", "stroke", COLORS[1]),
+    (".c2", "stroke", COLORS[2]),
+    (".c3", "stroke", COLORS[3]),
+    (".c4", "stroke", COLORS[4]),
+    (".c5", "stroke", COLORS[5]),
 ];
 const SHAPES: &str = ".plot .curve{fill:none;stroke-width:2;stroke-linejoin:round}\
                       .plot .dash{stroke-dasharray:7 4}";
 
-/// Curves of one colour: a BRDF under light from one direction.
+/// Curves of one color: a BRDF under light from one direction.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Lobe {
     /// What it is, for the legend.
@@ -74,8 +74,8 @@ pub fn lobe(brdf: &(impl Brdf + ?Sized), theta_i: f32) -> Vec<[f32; 2]> {
 /// Draws lobes as an SVG picture, to stand alone or within a page.
 ///
 /// The angle from the vertical is the outgoing polar angle; the radius is the logarithm of the
-/// luminance of the BRDF in sr^-1, over two to six decades. What is below them is at the centre.
-/// Triangles on the rim mark the light. Colours repeat after [`MOST_LOBES`].
+/// luminance of the BRDF in sr^-1, over two to six decades. What is below them is at the center.
+/// Triangles on the rim mark the light. Colors repeat after [`MOST_LOBES`].
 #[must_use]
 pub fn lobe_svg(lobes: &[Lobe]) -> String {
     let decades = decades(lobes);
@@ -93,7 +93,7 @@ pub fn lobe_svg(lobes: &[Lobe]) -> String {
             @let dashed = lobe.dashed.iter().map(|(name, curve)| (name, curve, true));
             @for (name, curve, dash) in [(&lobe.name, &lobe.curve, false)].into_iter().chain(dashed) {
                 @let y = next_line();
-                g class={ "c" (index % COLOURS.len()) } {
+                g class={ "c" (index % COLORS.len()) } {
                     path.curve.dash[dash] d=(path(curve, decades)) {}
                     path.curve.dash[dash] d=(format!("M70 {middle}H106", middle = y - 4.0)) {}
                 }
@@ -133,7 +133,7 @@ fn pointer(y: f32) -> String {
     triangle([[95.0, y], [81.0, y - 5.0], [81.0, y + 5.0]])
 }
 
-/// The exponents of the powers of ten at the centre and at the rim.
+/// The exponents of the powers of ten at the center and at the rim.
 fn decades(lobes: &[Lobe]) -> [i32; 2] {
     let dashed = lobes
         .iter()
@@ -165,7 +165,7 @@ fn share(value: f32, [low, high]: [i32; 2]) -> f32 {
 
 /// Where an angle, positive to the right, and a radius lie.
 fn place(theta_o: f32, radius: f32) -> [f32; 2] {
-    let [x, y] = CENTRE;
+    let [x, y] = CENTER;
     [x + radius * theta_o.sin(), y - radius * theta_o.cos()]
 }
 
@@ -175,7 +175,7 @@ fn triangle([[ax, ay], [bx, by], [cx, cy]]: [[f32; 2]; 3]) -> String {
 
 /// Half circles for powers of ten, rays for angles, and what they mean.
 fn grid([low, high]: [i32; 2]) -> Markup {
-    let [x, y] = CENTRE;
+    let [x, y] = CENTER;
     let reach = |exponent: i32| RADIUS * (exponent - low) as f32 / (high - low) as f32;
     let arc = |radius: f32| {
         let (left, right) = (x - radius, x + radius);
@@ -244,7 +244,7 @@ mod tests {
         assert_eq!(decades(&[]), [-2, 0]);
         let svg = lobe_svg(&[named("<a>", curve)]);
         assert!(svg.contains("&lt;a&gt;") && svg.contains("10⁻²"), "{svg}");
-        // Straight up, 0.02 is log10(2) of three decades above the centre.
+        // Straight up, 0.02 is log10(2) of three decades above the center.
         let up = 350.0 - 285.0 * std::f64::consts::LOG10_2 / 3.0;
         assert!(svg.contains(&format!("d=\"M350.0 {up:.1}L")), "{svg}");
     }

@@ -12,7 +12,7 @@ use crate::render::{Picture, PictureError};
 
 /// The file of a part of a page, in its folder.
 const PART: &str = "part.html";
-/// The look: readable on a phone and in the dark; blue against orange for the colour-blind.
+/// The look: readable on a phone and in the dark; blue against orange for the color-blind.
 const STYLE: &str = include_str!("page.css");
 /// Clicking a picture shows its row large. Without scripts the link leads to the picture.
 const SCRIPT: &str = include_str!("page.js");

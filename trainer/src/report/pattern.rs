@@ -3,16 +3,16 @@
 use glimpse_core::geometry::{Angles, HalfDifference};
 use maud::{Markup, html};
 
-use super::svg::{COLOURS, Colour, INK, Labels, Rule, drawing, tenths};
+use super::svg::{COLORS, Color, INK, Labels, Rule, drawing, tenths};
 
 /// Up to so many samples are numbered.
 const NUMBERED: usize = 16;
 /// Pixels per degree of the first drawing, and where its origin lies.
 const SCALE: f32 = 3.0;
 const ORIGIN: [f32; 2] = [66.0, 294.0];
-/// Radius of the hemispheres, and the centres of light's and sensor's.
+/// Radius of the hemispheres, and the centers of light's and sensor's.
 const HORIZON: f32 = 145.0;
-const CENTRES: [[f32; 2]; 2] = [[185.0, 540.0], [515.0, 540.0]];
+const CENTERS: [[f32; 2]; 2] = [[185.0, 540.0], [515.0, 540.0]];
 /// Half the length of the hand that shows phi_d.
 const HAND: f32 = 11.0;
 /// Left edge of the legend, its first line and the height of a line.
@@ -21,10 +21,10 @@ const LINE: f32 = 30.0;
 
 /// On top of the style of all drawings; lights are orange discs, sensors blue squares.
 const RULES: [Rule; 6] = [
-    (".always", "fill", Colour::new("#d3e6f1", "#1d3a4c")),
-    (".some", "fill", Colour::new("#edf3f7", "#1b2830")),
-    (".light", "fill", COLOURS[1]),
-    (".sensor", "fill", COLOURS[0]),
+    (".always", "fill", Color::new("#d3e6f1", "#1d3a4c")),
+    (".some", "fill", Color::new("#edf3f7", "#1b2830")),
+    (".light", "fill", COLORS[1]),
+    (".sensor", "fill", COLORS[0]),
     (".hand", "stroke", INK),
     (".dot", "fill", INK),
 ];
@@ -36,7 +36,7 @@ const SHAPES: &str = ".plot .hand{stroke-width:1.5}.plot .out{opacity:0.35}";
 /// phi_d (to the right for 0, up for 90 degrees). Pairs in the dark triangle are above the horizon
 /// for every phi_d, those beside it only for phi_d near 90 degrees. Below are the directions to
 /// light (discs) and to sensor (squares) of each sample with phi_h = 0, each projected straight
-/// down on the surface: their distance from the centre is the sine of the polar angle. Up to 16
+/// down on the surface: their distance from the center is the sine of the polar angle. Up to 16
 /// samples are numbered from 0, as in the recipe. Samples with a direction below the horizon are
 /// faint, samples with an angle that is not finite left out.
 #[must_use]
@@ -57,8 +57,8 @@ pub fn pattern_svg(angles: &[Angles<f32>]) -> String {
     let numbered = angles.len() <= NUMBERED;
     let marks = html! {
         (axes())
-        @for (centre, title) in CENTRES.into_iter().zip(["light", "sensor"]) {
-            (hemisphere(centre, title))
+        @for (center, title) in CENTERS.into_iter().zip(["light", "sensor"]) {
+            (hemisphere(center, title))
         }
         (legend(angles.len(), numbered))
         @for sample in &samples { (sample.marks()) }
@@ -96,7 +96,7 @@ fn axes() -> Markup {
     }
 }
 
-/// Circles of 30, 60 and 90 degrees around a centre, and what is seen there.
+/// Circles of 30, 60 and 90 degrees around a center, and what is seen there.
 fn hemisphere([x, y]: [f32; 2], title: &str) -> Markup {
     let [left, right] = [x - HORIZON, x + HORIZON];
     let [top, bottom] = [y - HORIZON, y + HORIZON];
@@ -172,7 +172,7 @@ impl Drawn {
         let directions = at.directions();
         let project =
             |[x, y]: [f32; 2], [right, up, _]: [f32; 3]| [x + HORIZON * right, y - HORIZON * up];
-        let [light, sensor] = CENTRES;
+        let [light, sensor] = CENTERS;
         Self {
             index,
             valid: at.is_valid(),
@@ -205,7 +205,7 @@ impl Drawn {
 /// Numbers beside all marks, where they cover least.
 fn numbers(samples: &[Drawn]) -> Markup {
     let mut labels = Labels::default();
-    for [x, y] in CENTRES {
+    for [x, y] in CENTERS {
         labels.keep_off([x + HORIZON + 19.0, y], [28.0, 12.0]);
         for radius in [30.0_f32, 60.0, 90.0].map(|degrees| HORIZON * degrees.to_radians().sin()) {
             labels.keep_off([x, y + radius - 8.0], [24.0, 12.0]);

@@ -44,7 +44,7 @@ pub enum Mark {
     Dots,
 }
 
-/// Colours that the colour-blind can tell apart (Okabe and Ito), each with a meaning of its own in
+/// Colors that the color-blind can tell apart (Okabe and Ito), each with a meaning of its own in
 /// all plots.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Hue {
@@ -69,7 +69,7 @@ pub enum Hue {
 pub struct Series {
     /// The name in the legend.
     pub name: String,
-    /// The colour.
+    /// The color.
     pub hue: Hue,
     /// The way it is drawn.
     pub mark: Mark,
@@ -115,7 +115,7 @@ const MOST_NAMES: usize = 45;
 const FONT: &str = "sans-serif";
 
 impl Hue {
-    fn colour(self) -> RGBColor {
+    fn color(self) -> RGBColor {
         match self {
             Self::Vermillion => RGBColor(213, 94, 0),
             Self::Orange => RGBColor(230, 159, 0),
@@ -300,8 +300,8 @@ impl Plot {
             .draw()?;
         // The legend is below the axes, where no curve can lie behind it.
         for ((series, points), entry) in self.series.iter().zip(places).zip(0..) {
-            let colour = series.hue.colour();
-            let line = colour.stroke_width(2);
+            let color = series.hue.color();
+            let line = color.stroke_width(2);
             match series.mark {
                 Mark::Dots => {}
                 // What is between two things of different names is nothing.
@@ -314,12 +314,12 @@ impl Plot {
                 }
             }
             for at in points {
-                draw_mark(chart.plotting_area(), series.mark, at, colour)?;
+                draw_mark(chart.plotting_area(), series.mark, at, color)?;
             }
             let [row, column] = [entry / LEGEND_ENTRIES, entry % LEGEND_ENTRIES];
             let x = 20 + LEGEND_ENTRY * column as i32;
             let y = LEGEND_LINE as i32 * row as i32 + 10;
-            draw_mark(&below, series.mark, (x, y), colour)?;
+            draw_mark(&below, series.mark, (x, y), color)?;
             below.draw(&Text::new(series.name.clone(), (x + 14, y - 7), (FONT, 15)))?;
         }
         root.present()?;
@@ -332,9 +332,9 @@ fn draw_mark<DB: DrawingBackend, C: CoordTranslate>(
     area: &DrawingArea<DB, C>,
     mark: Mark,
     at: C::From,
-    colour: RGBColor,
+    color: RGBColor,
 ) -> Result<(), DrawingAreaErrorKind<DB::ErrorType>> {
-    let (filled, line) = (colour.filled(), colour.stroke_width(2));
+    let (filled, line) = (color.filled(), color.stroke_width(2));
     match mark {
         Mark::Discs => area.draw(&Circle::new(at, 4, filled)),
         Mark::Dots => area.draw(&Circle::new(at, 7, filled)),

@@ -1,40 +1,40 @@
-//! What drawings share: colours in the light and in the dark, and numbers beside their marks.
+//! What drawings share: colors in the light and in the dark, and numbers beside their marks.
 
 use maud::{Markup, PreEscaped, html};
 
-/// A colour on white paper, and in dark surroundings.
+/// A color on white paper, and in dark surroundings.
 #[derive(Clone, Copy)]
-pub(super) struct Colour {
+pub(super) struct Color {
     light: &'static str,
     dark: &'static str,
 }
 
-impl Colour {
+impl Color {
     pub(super) const fn new(light: &'static str, dark: &'static str) -> Self {
         Self { light, dark }
     }
 }
 
 /// What letters and important marks are drawn in.
-pub(super) const INK: Colour = Colour::new("#1c1c1e", "#e8e8e6");
-const PAPER: Colour = Colour::new("#fcfcfa", "#161618");
-const DIM: Colour = Colour::new("#5b5b62", "#a5a5a8");
-const FAINT: Colour = Colour::new("#b4b4b8", "#55555a");
+pub(super) const INK: Color = Color::new("#1c1c1e", "#e8e8e6");
+const PAPER: Color = Color::new("#fcfcfa", "#161618");
+const DIM: Color = Color::new("#5b5b62", "#a5a5a8");
+const FAINT: Color = Color::new("#b4b4b8", "#55555a");
 
-/// Colours of Okabe and Ito, which the colour-blind tell apart; every colour comes with a shape, a
+/// Colors of Okabe and Ito, which the color-blind tell apart; every color comes with a shape, a
 /// dash or a name beside it.
-pub(super) const COLOURS: [Colour; 6] = [
-    Colour::new("#0072b2", "#3d9bd6"),
-    Colour::new("#d55e00", "#ee7a2c"),
-    Colour::new("#009e73", "#009e73"),
-    Colour::new("#cc79a7", "#cc79a7"),
-    Colour::new("#56b4e9", "#56b4e9"),
-    Colour::new("#e69f00", "#e69f00"),
+pub(super) const COLORS: [Color; 6] = [
+    Color::new("#0072b2", "#3d9bd6"),
+    Color::new("#d55e00", "#ee7a2c"),
+    Color::new("#009e73", "#009e73"),
+    Color::new("#cc79a7", "#cc79a7"),
+    Color::new("#56b4e9", "#56b4e9"),
+    Color::new("#e69f00", "#e69f00"),
 ];
 
 /// One rule of a drawing's style sheet: what is marked by this class has this property, `fill` or
-/// `stroke`, in this colour.
-pub(super) type Rule = (&'static str, &'static str, Colour);
+/// `stroke`, in this color.
+pub(super) type Rule = (&'static str, &'static str, Color);
 
 /// The rules of all drawings: what is marked by classes `paper`, `dim`, `axis` and `grid`, and text.
 const RULES: [Rule; 5] = [
@@ -52,12 +52,12 @@ const SHAPES: &str = "\
 
 /// The look of a drawing: the rules of all drawings and its own, and its own shapes.
 ///
-/// Colours are written out, twice where the dark has others: who draws without knowing of dark
+/// Colors are written out, twice where the dark has others: who draws without knowing of dark
 /// surroundings passes those over.
 fn style(rules: &[Rule], shapes: &str) -> String {
     let rules = || RULES.iter().chain(rules);
     let rule =
-        |(class, property, _): &Rule, colour: &str| format!(".plot {class}{{{property}:{colour}}}");
+        |(class, property, _): &Rule, color: &str| format!(".plot {class}{{{property}:{color}}}");
     let light: String = rules().map(|each| rule(each, each.2.light)).collect();
     let dark: String = rules().map(|each| rule(each, each.2.dark)).collect();
     format!("{SHAPES}{shapes}{light}@media(prefers-color-scheme:dark){{{dark}}}")
@@ -108,7 +108,7 @@ pub(super) struct Labels(Vec<[f32; 4]>);
 
 /// Height of a label, and width of one of its digits.
 const LABEL: [f32; 2] = [7.0, 11.0];
-/// Where a label's centre may be from its mark: beside, above and below, and farther off.
+/// Where a label's center may be from its mark: beside, above and below, and farther off.
 const AROUND: [[f32; 2]; 16] = [
     [11.0, -8.0],
     [-11.0, -8.0],
@@ -134,7 +134,7 @@ impl Labels {
         self.keep_off(place, [9.0, 9.0]);
     }
 
-    /// Keeps labels off a box by its centre and its size.
+    /// Keeps labels off a box by its center and its size.
     pub(super) fn keep_off(&mut self, [x, y]: [f32; 2], [width, height]: [f32; 2]) {
         let (x_half, y_half) = (width / 2.0, height / 2.0);
         self.0

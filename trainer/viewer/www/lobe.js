@@ -20,20 +20,20 @@ const lightAt = (theta) => {
   scene.light = [Math.sin(theta) * x, Math.sin(theta) * y, Math.cos(theta)];
 };
 
-// `curves` are {core, colour, dash, width}.
+// `curves` are {core, color, dash, width}.
 const drawLobe = (canvas, curves, scale) => {
   const ratio = Math.min(devicePixelRatio, 2), width = canvas.clientWidth, height = canvas.clientHeight;
   if (canvas.width !== Math.round(width * ratio)) [canvas.width, canvas.height] = [width * ratio, height * ratio].map(Math.round);
   const pen = canvas.getContext("2d"), style = getComputedStyle(document.body);
-  const colour = (name) => style.getPropertyValue(name).trim();
+  const color = (name) => style.getPropertyValue(name).trim();
   pen.setTransform(ratio, 0, 0, ratio, 0, 0);
   pen.clearRect(0, 0, width, height);
   pen.font = "12px system-ui, 'DejaVu Sans', sans-serif";
   pen.textAlign = "center";
   pen.textBaseline = "middle";
-  const radius = Math.min(width / 2 - 26, height - 46), centre = [width / 2, height - 24];
+  const radius = Math.min(width / 2 - 26, height - 46), center = [width / 2, height - 24];
   if (radius <= 0) return; // not laid out yet
-  const place = (theta, share) => [centre[0] + radius * share * Math.sin(theta), centre[1] - radius * share * Math.cos(theta)];
+  const place = (theta, share) => [center[0] + radius * share * Math.sin(theta), center[1] - radius * share * Math.cos(theta)];
   const line = (points, close) => {
     pen.beginPath();
     points.forEach(([x, y], i) => (i ? pen.lineTo(x, y) : pen.moveTo(x, y)));
@@ -56,8 +56,8 @@ const drawLobe = (canvas, curves, scale) => {
     : (value) => Math.cbrt(Math.max(0, value) / (most || 1));
 
   // Rings and rays.
-  pen.strokeStyle = colour("--line");
-  pen.fillStyle = colour("--dim");
+  pen.strokeStyle = color("--line");
+  pen.fillStyle = color("--dim");
   pen.lineWidth = 1;
   const rings = scale === "log"
     ? Array.from({ length: high - low }, (_, i) => [(i + 1) / (high - low), power(low + i + 1)])
@@ -65,25 +65,25 @@ const drawLobe = (canvas, curves, scale) => {
   let free = Infinity; // labels keep clear of each other, the outermost first
   for (const [at, label] of rings.reverse()) {
     pen.beginPath();
-    pen.arc(...centre, radius * at, Math.PI, 0);
+    pen.arc(...center, radius * at, Math.PI, 0);
     pen.stroke();
-    const half = pen.measureText(label).width / 2 + 3, x = centre[0] + radius * at;
+    const half = pen.measureText(label).width / 2 + 3, x = center[0] + radius * at;
     if (x + half > free) continue;
-    pen.fillText(label, x, centre[1] + 13);
+    pen.fillText(label, x, center[1] + 13);
     free = x - half;
   }
   for (let degrees = -90; degrees <= 90; degrees += 30) {
     const angle = (degrees * Math.PI) / 180;
-    line([centre, place(angle, 1)]);
+    line([center, place(angle, 1)]);
     pen.stroke();
     if (Math.abs(degrees) < 90) pen.fillText(`${degrees < 0 ? "−" : ""}${Math.abs(degrees)}°`, ...place(angle, 1 + 13 / radius));
   }
 
   // The reference comes first, below the others.
   found.forEach((values, index) => {
-    const { colour: stroke, dash, width: thick } = curves[index];
+    const { color: stroke, dash, width: thick } = curves[index];
     if (!isLit) return;
-    pen.strokeStyle = colour(stroke);
+    pen.strokeStyle = color(stroke);
     pen.lineWidth = thick;
     pen.lineJoin = "round";
     pen.setLineDash(dash);
@@ -94,7 +94,7 @@ const drawLobe = (canvas, curves, scale) => {
 
   const mark = (angle, filled) => {
     line([place(angle, 1 - 14 / radius), place(angle + 7 / radius, 1), place(angle - 7 / radius, 1)], true);
-    pen.fillStyle = pen.strokeStyle = colour("--text");
+    pen.fillStyle = pen.strokeStyle = color("--text");
     pen.lineWidth = 1.5;
     if (filled) pen.fill();
     else pen.stroke();
@@ -102,7 +102,7 @@ const drawLobe = (canvas, curves, scale) => {
   if (isLit) mark(-theta, true);
   if (Math.abs(cameraAngle()) <= Math.PI / 2) mark(cameraAngle(), false);
   if (!isLit) {
-    pen.fillStyle = colour("--dim");
-    pen.fillText("The light is below the horizon of the marked point.", centre[0], centre[1] - radius / 2);
+    pen.fillStyle = color("--dim");
+    pen.fillText("The light is below the horizon of the marked point.", center[0], center[1] - radius / 2);
   }
 };

@@ -1,6 +1,6 @@
 // The page: what there is, and a loop that draws what has changed.
 const find = (id) => document.getElementById(id);
-const COLOURS = ["--c0", "--c1", "--c2", "--c3", "--c4"];
+const COLORS = ["--c0", "--c1", "--c2", "--c3", "--c4"];
 const REST = 150; // milliseconds without a change until pictures are drawn in full
 
 const start = async () => {
@@ -11,14 +11,14 @@ const start = async () => {
   if (data.reference) {
     const core = new Core(module);
     core.lookAt(bytesOf(data.reference.table));
-    materials.push({ core, name: "Reference", reference: data.reference, colour: "--text", dash: [7, 4], width: 2 });
+    materials.push({ core, name: "Reference", reference: data.reference, color: "--text", dash: [7, 4], width: 2 });
   }
   data.shown.forEach((shown, index) => {
     const core = new Core(module);
     core.scanBy(bytesOf(shown.recipe), shown.basis && bytesOf(shown.basis));
     if (judge) core.judgeBy(judge);
     const readings = new Readings(shown.samples, shown.takes_missing);
-    materials.push({ core, name: shown.name, shown, readings, colour: COLOURS[index], dash: [], width: 2.5, error: null });
+    materials.push({ core, name: shown.name, shown, readings, color: COLORS[index], dash: [], width: 2.5, error: null });
   });
   const methods = materials.filter((material) => material.shown);
   let selected = methods[0];
@@ -123,7 +123,7 @@ const start = async () => {
     const [ball, canvas, key, name, how] = ["div", "canvas", ".key", "b", "figcaption div"].map((part) => figure.querySelector(part));
     ball.setAttribute("aria-label", `Sphere: ${material.name}. Arrow keys move the light, with Shift the camera; Home resets both.`);
     name.textContent = material.name;
-    key.style.borderColor = `var(${material.colour})`;
+    key.style.borderColor = `var(${material.color})`;
     key.classList.toggle("reference", !material.shown);
     const { shown } = material;
     how.textContent = shown ? `${shown.model}, ${shown.samples.length} readings, ${shown.how}` : material.reference.name;

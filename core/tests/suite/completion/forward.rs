@@ -93,10 +93,10 @@ fn the_map_and_the_start_follow_their_formulas() {
 fn a_reading_is_standardized_by_its_formula() {
     for brdf in [-0.0005_f32, 0.0, 1e-4, 0.03, 0.3, 2.0, 40.0] {
         for weight in [0.01_f32, 0.3, 1.0] {
-            let (centre, scale) = (4.25, 0.6);
+            let (center, scale) = (4.25, 0.6);
             let inside = f64::from(brdf) * f64::from(weight) + 0.001;
-            let expected = ((inside / 0.001).ln() - f64::from(centre)) * f64::from(scale);
-            let found = f64::from(standardized(brdf, weight, centre, scale));
+            let expected = ((inside / 0.001).ln() - f64::from(center)) * f64::from(scale);
+            let found = f64::from(standardized(brdf, weight, center, scale));
             let error = (found - expected).abs();
             assert!(error <= TOLERANCE, "{brdf} {weight}: {found}, {expected}");
         }
@@ -112,7 +112,7 @@ fn the_comparison_notices_a_weight_out_of_place() {
     let changes: [fn(&mut Made); 6] = [
         |made| made.readings.swap(0, 1),
         |made| made.output.swap(0, 1),
-        |made| made.centre.swap(0, 1),
+        |made| made.center.swap(0, 1),
         |made| made.bias.swap(4, 5),
         |made| made.then.as_mut().unwrap().1.hidden.swap(3, 4),
         |made| made.then.as_mut().unwrap().1.output.swap(0, 1),

@@ -47,7 +47,7 @@ pub(crate) struct Made {
     pub(crate) components: usize,
     /// The number of a [`Missing`], or none.
     pub(crate) missing: u8,
-    pub(crate) centre: Vec<f32>,
+    pub(crate) center: Vec<f32>,
     pub(crate) scale: f32,
     pub(crate) readings: Vec<i8>,
     pub(crate) reading_scales: Vec<f32>,
@@ -84,7 +84,7 @@ impl Made {
             pattern: pattern.collect(),
             components: m,
             missing: missing as u8,
-            centre: random.numbers(n, 2.0).iter().map(|x| x + 4.0).collect(),
+            center: random.numbers(n, 2.0).iter().map(|x| x + 4.0).collect(),
             scale: 0.6,
             readings: weights(&mut random, n * 3 * (m + h)),
             reading_scales: scales(&mut random, m + h, reading),
@@ -149,7 +149,7 @@ impl Made {
         let completion = PackedCoefficientNet {
             components: self.components as u16,
             missing: self.missing,
-            centre: &packed(&self.centre),
+            center: &packed(&self.center),
             scale: self.scale,
             readings: &signed(&self.readings),
             reading_scales: &packed(&self.reading_scales),

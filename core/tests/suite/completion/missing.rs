@@ -4,7 +4,7 @@ use glimpse_core::fit::coefficient_net::{MissingPolicy, dropout_gain};
 use glimpse_core::scan::{FitError, Reading, Scan, SkipError};
 
 use super::made::{Made, SAMPLES};
-use super::reference::{Readings, all, assert_close, colour, some};
+use super::reference::{Readings, all, assert_close, color, some};
 use super::scans::{Any, whole_by_type};
 use crate::scanning::{MODELS, Outcome, fit, record};
 
@@ -14,7 +14,7 @@ fn subset(present: u32) -> Readings {
 }
 
 fn clear(index: u16) -> Reading {
-    Reading::new(colour(index.into()))
+    Reading::new(color(index.into()))
 }
 
 fn saturated(index: u16) -> Reading {

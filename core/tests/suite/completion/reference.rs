@@ -8,7 +8,7 @@ use super::made::Made;
 pub(crate) type Readings = Vec<Option<[f32; 3]>>;
 
 /// The reading of a sample.
-pub(crate) fn colour(sample: usize) -> [f32; 3] {
+pub(crate) fn color(sample: usize) -> [f32; 3] {
     let k = sample as f32;
     [0.2 + 0.1 * k, 0.3 / (1.0 + k), 0.02 + 0.05 * k]
 }
@@ -17,7 +17,7 @@ pub(crate) fn colour(sample: usize) -> [f32; 3] {
 pub(crate) fn some(samples: usize, is_read: impl Fn(usize) -> bool) -> Readings {
     let samples = 0..samples;
     samples
-        .map(|sample| is_read(sample).then(|| colour(sample)))
+        .map(|sample| is_read(sample).then(|| color(sample)))
         .collect()
 }
 
@@ -50,12 +50,12 @@ pub(crate) fn entering(
         2 => (readings.len() as f64 / present).sqrt(),
         _ => 1.0,
     };
-    let samples = readings.iter().zip(&made.centre).zip(cosines(recipe));
-    let entering = samples.map(|((reading, centre), w)| {
+    let samples = readings.iter().zip(&made.center).zip(cosines(recipe));
+    let entering = samples.map(|((reading, center), w)| {
         reading.map(|brdf| {
             brdf.map(|y| {
                 let logarithm = ((f64::from(y) * w + 0.001) / 0.001).ln();
-                (logarithm - f64::from(*centre)) * f64::from(made.scale) * gain
+                (logarithm - f64::from(*center)) * f64::from(made.scale) * gain
             })
         })
     });
@@ -155,7 +155,7 @@ pub(crate) fn residuals(
                 let scales = made.row_scales.iter().copied().map(f64::from);
                 let scaled: Vec<f64> = scales.zip(coefficients).map(|(s, a)| s * a).collect();
                 let mapped = dot(&made.rows[sample * m..][..m], &scaled);
-                let mapped = mapped + f64::from(made.centre[sample]);
+                let mapped = mapped + f64::from(made.center[sample]);
                 let f = (0.001 * (mapped.exp() - 1.0) / w).max(0.0);
                 ((1.0 + f * cosine) / (1.0 + f64::from(y) * cosine))
                     .ln()

@@ -68,9 +68,9 @@ fn wrong_counts_are_refused() {
             (Field::Output, |made| made.output.clear()),
             (Field::OutputScales, |made| made.output_scales.push(0.1)),
             (Field::OutputScales, |made| made.output_scales.truncate(3)),
-            (Field::Centre, |made| made.centre.push(0.1)),
-            (Field::Centre, |made| made.centre.truncate(5)),
-            (Field::Centre, |made| made.centre.clear()),
+            (Field::Center, |made| made.center.push(0.1)),
+            (Field::Center, |made| made.center.truncate(5)),
+            (Field::Center, |made| made.center.clear()),
         ],
     );
     assert_refused(
@@ -162,7 +162,7 @@ fn numbers_that_are_not_finite_are_refused() {
         &ALL,
         RecipeError::NonFinite,
         &[
-            (Field::Centre, |made| made.centre[5] = f32::NAN),
+            (Field::Center, |made| made.center[5] = f32::NAN),
             (Field::Scale, |made| made.scale = f32::INFINITY),
             (Field::ReadingScales, |made| {
                 made.reading_scales[8] = f32::NAN
@@ -209,8 +209,8 @@ fn numbers_out_of_their_range_are_refused() {
         &ALL,
         RecipeError::Range,
         &[
-            (Field::Centre, |made| made.centre[0] = 100.1),
-            (Field::Centre, |made| made.centre[0] = -100.1),
+            (Field::Center, |made| made.center[0] = 100.1),
+            (Field::Center, |made| made.center[0] = -100.1),
             (Field::Missing, |made| made.missing = 3),
         ],
     );

@@ -35,7 +35,7 @@ fn a_recipe_is_read_as_it_was_written() {
             missing != MissingPolicy::NoFit
         );
         assert_eq!(completed.scale(), made.scale);
-        assert!(completed.centre().iter().eq(made.centre));
+        assert!(completed.center().iter().eq(made.center));
         let weights = completed.coefficient_net().readings.iter();
         assert!(weights.map(|w| w.cast_signed()).eq(made.readings));
         match (completed.target(), &made.then) {

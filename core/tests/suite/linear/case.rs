@@ -26,7 +26,7 @@ pub(crate) struct Case {
 }
 
 impl Case {
-    /// `smooth` makes neighbouring rows alike, as neighbouring directions are: worse conditioned.
+    /// `smooth` makes neighboring rows alike, as neighboring directions are: worse conditioned.
     pub(crate) fn new(
         n: usize,
         m: usize,

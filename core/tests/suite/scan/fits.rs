@@ -78,11 +78,11 @@ fn there_is_no_residual_before_a_fit() {
 /// refused changes nothing.
 #[test]
 fn a_reading_in_the_middle_of_a_fit_gives_it_up() {
-    let grey = |_| Reading::new([0.4; 3]);
+    let gray = |_| Reading::new([0.4; 3]);
     let other = |index| Reading::new([if index == 5 { 1.5 } else { 0.4 }; 3]);
     for mut scan in each_scan() {
         let recipe = *scan.recipe();
-        record(&mut scan, 0..8, grey);
+        record(&mut scan, 0..8, gray);
         scan.fit().unwrap().advance(7);
         assert!(scan.record(5, Reading::new([f32::NAN; 3])).is_err());
         assert!(scan.record(8, other(5)).is_err());
@@ -95,9 +95,9 @@ fn a_reading_in_the_middle_of_a_fit_gives_it_up() {
 
         assert!(scan.record(5, Reading::new([-2.0; 3])).is_err());
         assert!(scan.fitted().is_some());
-        scan.record(5, grey(5)).unwrap();
+        scan.record(5, gray(5)).unwrap();
         assert!(scan.fitted().is_none());
-        let before = whole::<Any>(recipe, grey);
+        let before = whole::<Any>(recipe, gray);
         assert_ne!(before, expected);
         assert_eq!(fit(&mut scan, &[3]), before);
         // A second fit begins afresh.

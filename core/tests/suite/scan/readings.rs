@@ -146,7 +146,7 @@ fn readings_of_a_stuck_sensor_are_counted() {
     }
 }
 
-/// A sensor with one channel makes a grey material.
+/// A sensor with one channel makes a gray material.
 #[test]
 fn a_monochrome_reading_is_three_alike() {
     assert_eq!(Reading::monochrome(0.25), Reading::new([0.25; 3]));

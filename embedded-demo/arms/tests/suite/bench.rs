@@ -199,8 +199,8 @@ impl Platform for Board<'_> {
 /// Counts of [`Counter`] in the dark, and those above them of the white tile.
 pub(crate) const DARK: u16 = 1000;
 pub(crate) const WHITE: u16 = 100;
-/// A count of a lit sample that is dark grey, and one that is less than nothing.
-pub(crate) const GREY: u16 = DARK + 30;
+/// A count of a lit sample that is dark gray, and one that is less than nothing.
+pub(crate) const GRAY: u16 = DARK + 30;
 pub(crate) const BAD: u16 = 0;
 
 /// A sensor whose counts a test chooses while the lamp is on; None: the converter fails.

@@ -3,7 +3,7 @@
 use std::cell::Cell;
 
 use crate::bench::{
-    BAD, Board, COOK_TORRANCE, DARK, GREY, Host, PHONG, POSITIONS, SECOND, WHITE, answer,
+    BAD, Board, COOK_TORRANCE, DARK, GRAY, Host, PHONG, POSITIONS, SECOND, WHITE, answer,
     checksum_of, counting, is_finished, serve, world,
 };
 use crate::support::{BUFFER_BYTES, Flash, mount_recipes};
@@ -88,7 +88,7 @@ fn scan_counting(scans: u64, lit: impl Fn(u32) -> u16) -> (Board<'static>, u32) 
 fn an_impossible_reading_is_taken_again() {
     for bad in [&[3][..], &[2, 3, 5]] {
         let (board, taken) =
-            scan_counting(1, |taken| if bad.contains(&taken) { BAD } else { GREY });
+            scan_counting(1, |taken| if bad.contains(&taken) { BAD } else { GRAY });
         assert_eq!(board.ends(), [End::Alone, End::Finished]);
         assert_eq!((board.reads(), taken as usize), (8, 8 + bad.len()));
     }
@@ -97,7 +97,7 @@ fn an_impossible_reading_is_taken_again() {
 /// After three attempts at the same sample the scan is given up, by the name of the fault.
 #[test]
 fn an_impossible_reading_ends_the_scan_after_three_attempts() {
-    let (board, taken) = scan_counting(1, |taken| if taken < 3 { GREY } else { BAD });
+    let (board, taken) = scan_counting(1, |taken| if taken < 3 { GRAY } else { BAD });
     let Some(End::Failed(ScannerError::Scan(Failure::Reading { error, .. }))) = board.ends().pop()
     else {
         panic!("{:?}", board.news);
@@ -110,7 +110,7 @@ fn an_impossible_reading_ends_the_scan_after_three_attempts() {
 #[test]
 fn readings_that_cannot_be_fitted_are_forgotten() {
     let large = DARK + 110 * WHITE;
-    let (board, _) = scan_counting(2, |taken| if taken <= 8 { large } else { GREY });
+    let (board, _) = scan_counting(2, |taken| if taken <= 8 { large } else { GRAY });
     let [
         End::Alone,
         End::Failed(ScannerError::Scan(Failure::Fit(_))),

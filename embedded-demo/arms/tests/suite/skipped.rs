@@ -2,7 +2,7 @@
 
 use std::cell::Cell;
 
-use crate::bench::{BAD, Board, GREY, MASKED, PHONG, SECOND, counting, scan_once, world};
+use crate::bench::{BAD, Board, GRAY, MASKED, PHONG, SECOND, counting, scan_once, world};
 use glimpse_arms::scanner::{End, News, ScannerError};
 use glimpse_arms::sensor::SensorError;
 use glimpse_arms::station::StationError;
@@ -61,7 +61,7 @@ fn a_sample_that_cannot_be_read_is_skipped() {
     for fault in [None, Some(BAD)] {
         let (news, end, taken) = scan(MASKED, |taken| match taken {
             3..=5 => fault,
-            _ => Some(GREY),
+            _ => Some(GRAY),
         });
         assert_eq!(end, End::Finished, "{news:?}");
         let [skipped] = skipped(&news)[..] else {
@@ -83,7 +83,7 @@ fn a_sample_that_is_read_in_the_third_attempt_is_not_skipped() {
     let (news, end, taken) = scan(MASKED, |taken| match taken {
         3 => None,
         4 => Some(BAD),
-        _ => Some(GREY),
+        _ => Some(GRAY),
     });
     assert_eq!(end, End::Finished, "{news:?}");
     assert_eq!(skipped(&news), []);
@@ -95,7 +95,7 @@ fn a_sample_that_is_read_in_the_third_attempt_is_not_skipped() {
 fn a_sample_is_not_skipped_if_steps_were_lost() {
     let (news, end, _) = scan_watched(
         MASKED,
-        |taken| (!(3..=5).contains(&taken)).then_some(GREY),
+        |taken| (!(3..=5).contains(&taken)).then_some(GRAY),
         |world, news| {
             if matches!(news, News::Unread { .. }) {
                 world.stall(3, 40);
@@ -114,12 +114,12 @@ fn a_sample_is_not_skipped_if_steps_were_lost() {
 /// A recipe that needs every reading.
 #[test]
 fn without_tolerance_a_sample_that_cannot_be_read_ends_the_scan() {
-    let (news, end, taken) = scan(PHONG, |taken| (taken < 3).then_some(GREY));
+    let (news, end, taken) = scan(PHONG, |taken| (taken < 3).then_some(GRAY));
     let error = StationError::Sensor(SensorError::Converter);
     assert_eq!(end, End::Failed(ScannerError::Station(error)), "{news:?}");
     assert_eq!(taken, 2 + 3);
 
-    let (_, end, taken) = scan(PHONG, |taken| Some(if taken < 3 { GREY } else { BAD }));
+    let (_, end, taken) = scan(PHONG, |taken| Some(if taken < 3 { GRAY } else { BAD }));
     let End::Failed(ScannerError::Scan(Failure::Reading { .. })) = end else {
         panic!("{end:?}");
     };

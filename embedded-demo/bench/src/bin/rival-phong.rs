@@ -1,6 +1,6 @@
 //! The rival: Phong on 8 samples by multicalc's Levenberg-Marquardt, which differentiates by dual
-//! numbers. Same start, same measurements, to its own convergence; it minimises squares where
-//! Glimpse minimises absolute values, for its residuals have to be smooth.
+//! numbers. Same start, same measurements, to its own convergence; it minimizes squares where
+//! Glimpse minimizes absolute values, for its residuals have to be smooth.
 
 #![no_std]
 #![no_main]
@@ -49,8 +49,8 @@ impl VectorFn<PARAMETERS, RESIDUALS> for Measured {
             let cosine = at.cos_theta_i();
             let channels = sums.iter().zip(&ratios).zip(brdf);
             for (residual, ((sum, ratio), measured)) in residuals.iter_mut().zip(channels) {
-                let modelled = *sum * (*ratio * lambert + (S::ONE - *ratio) * lobe);
-                *residual = (S::ONE + modelled * constant(cosine)).ln()
+                let modeled = *sum * (*ratio * lambert + (S::ONE - *ratio) * lobe);
+                *residual = (S::ONE + modeled * constant(cosine)).ln()
                     - constant(1.0 + *measured * cosine).ln();
             }
         }

@@ -82,9 +82,9 @@ pub struct Tabulated {
 }
 
 impl Tabulated {
-    /// The mean of the columns as ln((f w + e) / e), with its derivatives: what readings are centred by.
+    /// The mean of the columns as ln((f w + e) / e), with its derivatives: what readings are centered by.
     #[must_use]
-    pub fn centre(&self) -> [f64; 4] {
+    pub fn center(&self) -> [f64; 4] {
         let mut sum = std::array::from_fn(|i| self.mean[i] + self.log_median[i]);
         sum[0] -= EPSILON.ln();
         sum

@@ -1,7 +1,7 @@
 //! MERL: a material as a table of 90 x 90 x 180 measurements (Matusik et al. 2003).
 //!
 //! `NAME.binary`: three little-endian i32, the dimensions (90, 90, 180), then little-endian f64,
-//! colour by colour (red, green, blue), at index phi_d + 180 (theta_d + 90 theta_h). Values are
+//! color by color (red, green, blue), at index phi_d + 180 (theta_d + 90 theta_h). Values are
 //! the BRDF divided by 1/1500, 1.15/1500 and 1.66/1500. Node k of theta_h is at
 //! pi/2 (k/90)^2, the nodes of theta_d and phi_d at whole degrees; phi_d has period pi.
 //!
@@ -28,7 +28,7 @@ use glimpse_kernels::Dual;
 
 /// Nodes of theta_h, theta_d and phi_d.
 const NODES: [usize; 3] = [90, 90, 180];
-/// Values of one colour.
+/// Values of one color.
 const PLANE: usize = NODES[0] * NODES[1] * NODES[2];
 const HEADER_BYTES: usize = 3 * size_of::<i32>();
 const FILE_BYTES: usize = HEADER_BYTES + 3 * PLANE * size_of::<f64>();
@@ -60,7 +60,7 @@ impl MerlTable {
     ///
     /// # Errors
     /// If the file cannot be read, has other dimensions or another length, a value is not finite
-    /// (in f32, as look-ups are), or no value of a colour was measured.
+    /// (in f32, as look-ups are), or no value of a color was measured.
     pub fn read(path: &Path) -> Result<Self, SourceError> {
         let mut table = Self::open(path)?;
         table.one_of_many = None;
@@ -129,7 +129,7 @@ impl MerlTable {
         // Of what passes, f32 look-ups are finite. (NaN does not pass.)
         let passes = |value: f64| value.abs() <= f64::from(f32::MAX);
         let (values, _) = self.bytes[HEADER_BYTES..].as_chunks();
-        for ((number, colour), plane) in (0..)
+        for ((number, color), plane) in (0..)
             .zip(["red", "green", "blue"])
             .zip(values.chunks(PLANE))
         {
@@ -144,7 +144,7 @@ impl MerlTable {
             }
             if !plane.clone().any(|value| value >= 0.0) {
                 return Err(format!(
-                    "none of its {colour} values was measured: all are negative; get the file again"
+                    "none of its {color} values was measured: all are negative; get the file again"
                 ));
             }
         }
@@ -246,7 +246,7 @@ fn degrees(k: usize) -> f64 {
     (k as f64).to_radians()
 }
 
-/// Two neighbouring nodes of one angle.
+/// Two neighboring nodes of one angle.
 #[derive(Clone, Copy)]
 struct Cell {
     nodes: [usize; 2],

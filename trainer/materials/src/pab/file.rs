@@ -51,8 +51,8 @@ pub(super) struct Incidence {
 
 /// Numbers of a line beside its angles.
 #[derive(Clone, Copy)]
-enum Colours {
-    Grey,
+enum Colors {
+    Gray,
     Xyz,
 }
 
@@ -68,7 +68,7 @@ impl Incidence {
                 escaped(last)
             ));
         }
-        let (mut colours, mut times_cosine) = (Colours::Grey, None);
+        let (mut colors, mut times_cosine) = (Colors::Gray, None);
         let (mut theta_i, mut phi_i) = (None, None);
         let header = text.lines().take_while(|line| line.starts_with('#'));
         for line in header.clone() {
@@ -77,9 +77,9 @@ impl Incidence {
             let words: Vec<&str> = words.collect();
             match (key, &words[..]) {
                 ("colorimetry:", [kind]) => {
-                    colours = match kind.to_ascii_uppercase().as_str() {
-                        "CIE-XYZ" => Colours::Xyz,
-                        "CIE-Y" => Colours::Grey,
+                    colors = match kind.to_ascii_uppercase().as_str() {
+                        "CIE-XYZ" => Colors::Xyz,
+                        "CIE-Y" => Colors::Gray,
                         _ => {
                             return Err(format!(
                                 "its colorimetry is {}, and CIE-XYZ and CIE-Y are read; convert its values",
@@ -124,7 +124,7 @@ impl Incidence {
             if line.trim().is_empty() {
                 continue;
             }
-            let value = value(line, colours, times_cosine)
+            let value = value(line, colors, times_cosine)
                 .map_err(|what| format!("line {}: {what}", index + 1))?;
             values.extend(value);
         }
@@ -170,15 +170,15 @@ fn number(what: &str, word: &str) -> Result<f64, String> {
 }
 
 /// Angles and BRDF of a line; None where it is of light that goes through.
-fn value(line: &str, colours: Colours, times_cosine: bool) -> Result<Option<Value>, String> {
+fn value(line: &str, colors: Colors, times_cosine: bool) -> Result<Option<Value>, String> {
     let words: Vec<&str> = line.split_whitespace().collect();
-    let (theta, phi, xyz) = match (colours, &words[..]) {
-        (Colours::Grey, [theta, phi, y]) => (theta, phi, [y; 3]),
-        (Colours::Xyz, [theta, phi, x, y, z]) => (theta, phi, [x, y, z]),
+    let (theta, phi, xyz) = match (colors, &words[..]) {
+        (Colors::Gray, [theta, phi, y]) => (theta, phi, [y; 3]),
+        (Colors::Xyz, [theta, phi, x, y, z]) => (theta, phi, [x, y, z]),
         _ => {
-            let expected = match colours {
-                Colours::Grey => "theta, phi and 1 value",
-                Colours::Xyz => "theta, phi and 3 values",
+            let expected = match colors {
+                Colors::Gray => "theta, phi and 1 value",
+                Colors::Xyz => "theta, phi and 3 values",
             };
             return Err(format!(
                 "it has {} words where its header promises {expected}; get it again",
@@ -194,7 +194,7 @@ fn value(line: &str, colours: Colours, times_cosine: bool) -> Result<Option<Valu
     if !(0.0..90.0).contains(&theta) {
         return Ok(None);
     }
-    if let Colours::Xyz = colours {
+    if let Colors::Xyz = colors {
         brdf = times(&FROM_XYZ, brdf);
     }
     let cosine = if times_cosine {
@@ -202,7 +202,7 @@ fn value(line: &str, colours: Colours, times_cosine: bool) -> Result<Option<Valu
     } else {
         1.0
     };
-    // Colours outside of the triangle of RGB have no place there.
+    // Colors outside of the triangle of RGB have no place there.
     let brdf = brdf.map(|value| (value / cosine).clamp(0.0, f64::from(f32::MAX)) as f32);
     Ok(Some(([theta, phi], brdf)))
 }

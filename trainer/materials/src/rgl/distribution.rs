@@ -78,7 +78,7 @@ fn at<S: Scalar>(values: &[f32], index: usize) -> S {
     S::constant(values.get(index).copied().unwrap_or(0.0).into())
 }
 
-/// Two neighbouring slices of an array, and where between them.
+/// Two neighboring slices of an array, and where between them.
 #[derive(Clone, Copy)]
 pub(super) struct Between<S> {
     /// Index of the lower slice and of the upper one; the same for the only one.

@@ -10,7 +10,7 @@ use super::Tensors;
 use super::distribution::{Between, Densities, TableShape};
 use glimpse_kernels::Dual;
 
-/// Rough tables: no two neighbouring values have anything to do with each other.
+/// Rough tables: no two neighboring values have anything to do with each other.
 fn random_tensors(random: &mut ChaCha8Rng) -> Tensors {
     let grid = |columns, rows| TableShape { columns, rows };
     let mut values = |slices: usize, grid: TableShape| -> Vec<f32> {

@@ -17,7 +17,7 @@ const BLACK: f32 = 1e-4;
 /// The logarithmic mean of materials, times the cosine, as a density over (theta_h, theta_d, phi_d);
 /// 0 where a direction is below the horizon. It is constant within each of 48 x 48 x 24 cells.
 pub struct MeanBrdf {
-    /// The cells' shares, not normalised: theta_h slowest, phi_d fastest.
+    /// The cells' shares, not normalized: theta_h slowest, phi_d fastest.
     density: Vec<f64>,
 }
 
@@ -53,7 +53,7 @@ impl MeanBrdf {
                 let point = [0, 1, 2].map(|axis| sobol_burley::sample(index, axis, seed));
                 self.invert(point)
             })
-            // A cell at the border may be valid at its centre only.
+            // A cell at the border may be valid at its center only.
             .filter(|angles| HalfDifference::from_angles(*angles).is_valid())
             .take(count)
             .collect()

@@ -17,13 +17,13 @@ fn write(folder: &Folder, name: &str, material: &dyn Material) {
 
 #[test]
 fn what_is_written_is_read() {
-    // Grey, a fabric, and a highlight.
+    // Gray, a fabric, and a highlight.
     let set = Procedural::set(40, 2);
     let of_kind = |kind: &str| set.iter().find(|each| each.name().contains(kind));
     let [fabric, rubber] = ["fabric", "rubber"].map(|kind| of_kind(kind).expect("there is one"));
-    let grey = Made(|_| [0.3, 0.2, 0.1]);
+    let gray = Made(|_| [0.3, 0.2, 0.1]);
     let materials: [(&str, &dyn Material, f64); 3] = [
-        ("grey", &grey, 1e-3),
+        ("gray", &gray, 1e-3),
         ("fabric", fabric, 0.01),
         ("rubber", rubber, 0.02),
     ];

@@ -106,8 +106,8 @@ impl Formula {
             })
         };
         let vndf: Vec<f32> = (0..3).flat_map(density).collect();
-        let colour = |k: usize, c: usize| table(4, 5, &|x, y| Self::rgb(k, c, x, y));
-        let rgb: Vec<f32> = (0..9).flat_map(|i| colour(i / 3, i % 3)).collect();
+        let color = |k: usize, c: usize| table(4, 5, &|x, y| Self::rgb(k, c, x, y));
+        let rgb: Vec<f32> = (0..9).flat_map(|i| color(i / 3, i % 3)).collect();
         vec![
             Field::bytes("description", b"a formula"),
             Field::floats("phi_i", &[phis], phi_i),

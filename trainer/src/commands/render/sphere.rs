@@ -35,7 +35,7 @@ const SMALLEST_COMPARED: usize = 7;
 /// delta E are those of the pictures. At the default size they are the metrics of `evaluate`.
 ///
 /// The light is an open-air studio, or a panorama in latitude and longitude: Radiance (*.hdr) or
-/// OpenEXR (*.exr), 2:1. Its centre is straight ahead of the viewer, behind the sphere; its edges
+/// OpenEXR (*.exr), 2:1. Its center is straight ahead of the viewer, behind the sphere; its edges
 /// meet at the viewer's back. Exposure is chosen so that a white sphere would be as bright as in
 /// the studio.
 ///

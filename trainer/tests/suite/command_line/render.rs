@@ -35,7 +35,7 @@ fn size_of_png(path: &Path) -> [usize; 2] {
     [picture.width, picture.height]
 }
 
-/// A grey panorama, as a Radiance file without compression.
+/// A gray panorama, as a Radiance file without compression.
 fn panorama(width: u8, height: u8) -> Vec<u8> {
     let mut file = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n".to_vec();
     file.extend(format!("-Y {height} +X {width}\n").bytes());
@@ -122,8 +122,8 @@ fn errors_belong_to_the_pictures_that_are_written() {
     }
 
     // Of the size of evaluate's pictures, they are those of evaluate, in any light.
-    folder.write("grey.hdr", panorama(8, 4));
-    for light in ["", "--environment grey.hdr"] {
+    folder.write("gray.hdr", panorama(8, 4));
+    for light in ["", "--environment gray.hdr"] {
         let scan = "render sphere procedural:1:5 --recipe phong.recipe";
         let printed = folder.succeed(&format!("{scan} {light}"));
         let judge = "evaluate --recipe phong.recipe --test procedural:1:5";
@@ -197,8 +197,8 @@ fn what_cannot_be_drawn_is_refused_at_once() {
 #[test]
 fn what_was_drawn_is_reported_as_json() {
     let folder = Folder::with("r.recipe", PHONG_N8);
-    // A grey light that is brighter than the studio's.
-    folder.write("grey.hdr", panorama(8, 4));
+    // A gray light that is brighter than the studio's.
+    folder.write("gray.hdr", panorama(8, 4));
     let run = |command: &str, out: &str| -> Value {
         let told = folder.succeed_as_json(&format!("render {command} --out {out}"));
         let bytes = folder.read(out).len();
@@ -220,9 +220,9 @@ fn what_was_drawn_is_reported_as_json() {
     }
 
     // The default size is that of the metrics.
-    let light = "--environment grey.hdr --recipe r.recipe";
+    let light = "--environment gray.hdr --recipe r.recipe";
     let told = run(&format!("sphere procedural:3:5 {light}"), "scans.png");
-    assert_eq!(told["environment"], "grey.hdr");
+    assert_eq!(told["environment"], "gray.hdr");
     let exposure = number(&told["exposure"]);
     assert!(exposure > 0.0 && exposure != 1.0, "{exposure}");
     let judged = folder.succeed_as_json(&format!("evaluate --test procedural:3:5 {light}"));

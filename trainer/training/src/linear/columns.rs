@@ -116,7 +116,7 @@ impl Columns {
     }
 
     /// The sum over the valid nodes of one column times another, the mean of all columns taken away
-    /// from both: it is the same for whoever centres columns, and less is lost to rounding.
+    /// from both: it is the same for whoever centers columns, and less is lost to rounding.
     #[must_use]
     pub fn product(&self, one: usize, other: usize) -> f64 {
         self.products[one * self.count + other]

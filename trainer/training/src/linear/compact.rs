@@ -26,7 +26,7 @@ pub const COMPACT_NODES: Nodes = Nodes {
 /// Directions that values at nodes are fitted at: always the same ones.
 const DIRECTIONS: usize = 1 << 18;
 const SEED: u64 = 0x6261_7369;
-/// The weight of a difference between neighbours, beside that of the directions that a node has in
+/// The weight of a difference between neighbors, beside that of the directions that a node has in
 /// the mean.
 const SMOOTHNESS: f64 = 1e-3;
 /// The largest entries of a row, of a row's scale and of a mean.
@@ -83,7 +83,7 @@ fn mirrored(basis: &Basis, angles: &Angles<f64>, components: usize) -> Vec<f32> 
         .zip(&other.components)
         .take(components);
     let values = components.map(|(one, other)| 0.5 * (one[0] + other[0]));
-    let mean = 0.5 * (one.centre()[0] + other.centre()[0]);
+    let mean = 0.5 * (one.center()[0] + other.center()[0]);
     [mean]
         .into_iter()
         .chain(values)

@@ -13,14 +13,14 @@ use super::Columns;
 pub fn principal_components(columns: &Columns, chosen: &[usize], components: usize) -> Basis {
     let count = chosen.len();
     let components = components.min(count.saturating_sub(1)).max(1);
-    // The products of centred columns, from those of the columns as they are.
+    // The products of centered columns, from those of the columns as they are.
     let raw = DMatrix::from_fn(count, count, |i, j| columns.product(chosen[i], chosen[j]));
     let row_means: Vec<f64> = (0..count).map(|i| raw.row(i).mean()).collect();
     let mean = raw.mean();
-    let centred = DMatrix::from_fn(count, count, |i, j| {
+    let centered = DMatrix::from_fn(count, count, |i, j| {
         raw[(i, j)] - row_means[i] - row_means[j] + mean
     });
-    let eigen = SymmetricEigen::new(centred);
+    let eigen = SymmetricEigen::new(centered);
     let mut order: Vec<usize> = (0..count).collect();
     order.sort_by(|a, b| eigen.eigenvalues[*b].total_cmp(&eigen.eigenvalues[*a]));
     // X v = (singular value) u: a component scaled by its singular value. Its sign is free.

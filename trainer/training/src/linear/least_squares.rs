@@ -1,11 +1,11 @@
 //! Values at nodes whose interpolation comes nearest to what is known in between.
 
 /// A linear system in the sense of least squares: known is what an interpolation of the unknowns
-/// gives, and that neighbours differ little where nothing else is said of them.
+/// gives, and that neighbors differ little where nothing else is said of them.
 pub(super) struct LeastSquares {
     /// The unknowns of each interpolation, and their shares.
     rows: Vec<[(u32, f32); 8]>,
-    /// Neighbours.
+    /// Neighbors.
     pairs: Vec<(u32, u32)>,
     /// The weight of a pair beside that of a row.
     smoothness: f64,
@@ -133,7 +133,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_said_twice_is_averaged_and_what_is_not_said_is_between_its_neighbours() {
+    fn what_is_said_twice_is_averaged_and_what_is_not_said_is_between_its_neighbors() {
         let rows = vec![sees(0), sees(0), sees(2)];
         let system = LeastSquares::new(4, rows, vec![(0, 1), (1, 2)], 1e-9);
         let found = system.solve(&[1.0, 3.0, 6.0]);

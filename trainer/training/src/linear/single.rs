@@ -1,4 +1,4 @@
-//! A single material as a compact basis, whose components are its colour channels: core evaluates it as it
+//! A single material as a compact basis, whose components are its color channels: core evaluates it as it
 //! does a scan by the model Linear, where the material itself cannot go.
 
 use std::f64::consts::{FRAC_PI_2, PI, SQRT_2, TAU};

@@ -167,7 +167,7 @@ impl Evolution {
             .map(|_| {
                 let normal =
                     DVector::from_fn(dimensions, |_, _| f64::from(standard_normal(random)));
-                root.colour(&normal)
+                root.color(&normal)
             })
             .collect()
     }
@@ -277,7 +277,7 @@ impl Root {
     }
 
     /// A draw of this covariance from one of standard normal numbers.
-    fn colour(&self, normal: &DVector<f64>) -> DVector<f64> {
+    fn color(&self, normal: &DVector<f64>) -> DVector<f64> {
         let long = normal.component_mul(&self.lengths);
         match &self.eigenvectors {
             Some(eigenvectors) => eigenvectors * long,

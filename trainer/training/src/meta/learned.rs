@@ -61,7 +61,7 @@ pub struct LearnedCompletion {
     /// The policy for missing readings that it was trained with.
     pub missing: MissingPolicy,
     /// The center of each sample's logarithm, n.
-    pub centre: Vec<f32>,
+    pub center: Vec<f32>,
     /// The factor on centered logarithms.
     pub scale: f32,
     /// Weights.

@@ -15,7 +15,7 @@ use glimpse_kernels::sums::loss_of_black;
 pub enum Schedule {
     /// Start, step sizes and pattern together, for the n at hand, from the best of several tries.
     Joint,
-    /// The paper's two stages: initialisation and step sizes on fresh samples, then the pattern
+    /// The paper's two stages: initialization and step sizes on fresh samples, then the pattern
     /// alone.
     Paper,
     /// A learned prior: readings are completed by a small map, which is trained together with where

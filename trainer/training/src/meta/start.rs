@@ -8,7 +8,7 @@ use rand_distr::StandardNormal;
 ///
 /// Neural: weights uniform within the reach of each layer's fan-in, and outputs a little above 0,
 /// since one that is below 0 everywhere has no gradient and never recovers. Phong and
-/// Cook-Torrance: a grey, mostly diffuse material with a soft highlight. Linear has no
+/// Cook-Torrance: a gray, mostly diffuse material with a soft highlight. Linear has no
 /// such parameters.
 pub fn first_guess(model: ModelKind, random: &mut impl Rng) -> Vec<f32> {
     match model {

@@ -3,7 +3,7 @@
 mod describe;
 mod file;
 mod pack;
-mod quantise;
+mod quantize;
 
 pub use describe::{NoRecipe, describe_options, describe_training, recipe_of, split_in_words};
 pub use file::{RecipeFile, RecipeFileError};

@@ -7,7 +7,7 @@ use glimpse_core::recipe::{
 };
 use glimpse_kernels::completion::split_lists;
 
-use super::quantise::quantised;
+use super::quantize::quantized;
 use crate::linear::ReducedBasis;
 use crate::meta::learned::{CompletionTarget, LearnedCompletion, LearnedDescent, LearnedFit};
 
@@ -80,15 +80,15 @@ fn packed_completion<T>(
     let shape = learned.shape;
     let (rows, components) = (shape.rows(), shape.components);
     let [readings, bias, output] = split_lists(&learned.weights, shape.completion_lengths());
-    let (readings, reading_scales) = quantised(readings, rows, |index| index % rows);
+    let (readings, reading_scales) = quantized(readings, rows, |index| index % rows);
     let hidden = shape.hidden.max(1);
-    let (output, output_scales) = quantised(output, components, |index| index / hidden);
-    let [centre, reading_scales, bias, output_scales] =
-        [&learned.centre[..], &reading_scales, bias, &output_scales].map(packed);
+    let (output, output_scales) = quantized(output, components, |index| index / hidden);
+    let [center, reading_scales, bias, output_scales] =
+        [&learned.center[..], &reading_scales, bias, &output_scales].map(packed);
     let completion = PackedCoefficientNet {
         components: u16::try_from(components).map_err(|_| RecipeError::Count(Field::Components))?,
         missing: learned.missing as u8,
-        centre: &centre,
+        center: &center,
         scale: learned.scale,
         readings: &readings,
         reading_scales: &reading_scales,
@@ -104,7 +104,7 @@ fn packed_completion<T>(
             rows,
             basis_checksum,
         } => {
-            let (rows, scales) = quantised(rows, components, |index| index % components);
+            let (rows, scales) = quantized(rows, components, |index| index % components);
             let completion = PackedCoefficientNet {
                 rows: &rows,
                 row_scales: &packed(&scales),
@@ -116,10 +116,10 @@ fn packed_completion<T>(
         CompletionTarget::Descent(descent, start) => {
             let [hidden, bias, output] = split_lists(start, shape.start_lengths());
             let inputs = 3 * components;
-            let (hidden, hidden_scales) = quantised(hidden, shape.units, |index| index / inputs);
+            let (hidden, hidden_scales) = quantized(hidden, shape.units, |index| index / inputs);
             let units = shape.units;
             let (output, output_scales) =
-                quantised(output, shape.parameters, |index| index / units);
+                quantized(output, shape.parameters, |index| index / units);
             let [hidden_scales, bias, output_scales] =
                 [&hidden_scales[..], bias, &output_scales].map(packed);
             let start = PackedInitNet {

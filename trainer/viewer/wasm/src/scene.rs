@@ -182,9 +182,9 @@ impl Scene {
                 theta_d,
                 phi_d,
             });
-            let modelled = shown.brdf(&at.directions());
+            let modeled = shown.brdf(&at.directions());
             let cosine = at.cos_theta_i();
-            let error = cosine_weighted_log_error([red, green, blue], modelled, cosine, 1.0);
+            let error = cosine_weighted_log_error([red, green, blue], modeled, cosine, 1.0);
             sum += f64::from(error.error.value());
         }
         match judged.len() {

@@ -7,7 +7,7 @@ use glimpse_core::geometry::{Directions, Spherical};
 
 use crate::scene::Scene;
 
-/// The distance from a sphere's centre, in radii, beyond which pixels are as those nearer to it: at
+/// The distance from a sphere's center, in radii, beyond which pixels are as those nearer to it: at
 /// the very rim the surface is seen edge on, where a BRDF means nothing.
 const RIM: f32 = 0.9995;
 

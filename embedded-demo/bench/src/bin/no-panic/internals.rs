@@ -67,7 +67,7 @@ pub(crate) fn recipe() {
         }
         FitMethod::Completed(completed) => {
             black_box((completed.model(), completed.tolerates_missing()));
-            black_box((completed.centre(), completed.scale()));
+            black_box((completed.center(), completed.scale()));
             let completion = completed.coefficient_net();
             black_box((completion.rows(), completion.hidden(), completion.words()));
             match completed.target() {

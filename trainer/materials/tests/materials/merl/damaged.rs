@@ -42,7 +42,7 @@ fn damaged_tables_are_refused_by_name() {
         tabulated.patch(12 + 8 * at, &0_f64.to_le_bytes());
     }
     tabulated.read();
-    // A colour of which nothing was measured.
+    // A color of which nothing was measured.
     for plane in [2, 0] {
         let place = 12 + 8 * plane * 1_458_000;
         tabulated.patch(place, &(-1.0_f64).to_le_bytes().repeat(1_458_000));

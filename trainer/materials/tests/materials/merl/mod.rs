@@ -240,7 +240,7 @@ fn nodes_that_were_not_measured_are_left_out() {
     let tabulated = tabulate(&linear);
     let cell = [20, 30, 40];
     let (low, high) = (node(cell), node(cell.map(|k| k + 1)));
-    let centre: [f64; 3] = std::array::from_fn(|i| 0.5 * (low[i] + high[i]));
+    let center: [f64; 3] = std::array::from_fn(|i| 0.5 * (low[i] + high[i]));
     let corners: Vec<[usize; 3]> = (0..8)
         .map(|bits| std::array::from_fn(|i| cell[i] + (bits >> i & 1)))
         .collect();
@@ -267,14 +267,14 @@ fn nodes_that_were_not_measured_are_left_out() {
         tabulated.patch(offset(corners[corner], 1), &(-1.0_f64).to_le_bytes());
     }
     let table = tabulated.read();
-    let (found, derivative) = table.brdf_with_derivative(angles(centre));
+    let (found, derivative) = table.brdf_with_derivative(angles(center));
     assert_close(found[0], mean(&[], 0));
     assert_close(found[1], mean(&[1, 6], 1));
     assert_close(found[2], mean(&[], 2));
     for i in 0..3 {
         let step = 2e-3 * if i == 0 { 1.0 } else { 2.0 };
         let at = |step: f64| {
-            let mut place = centre;
+            let mut place = center;
             place[i] += step;
             table.brdf(angles(place))[1]
         };
@@ -289,7 +289,7 @@ fn nodes_that_were_not_measured_are_left_out() {
     for corner in &corners {
         tabulated.patch(offset(*corner, 2), &(-1.0_f64).to_le_bytes());
     }
-    let (found, derivative) = tabulated.read().brdf_with_derivative(angles(centre));
+    let (found, derivative) = tabulated.read().brdf_with_derivative(angles(center));
     assert_close(found[0], mean(&[], 0));
     assert_eq!(found[2], 0.0);
     assert_eq!(derivative[2], [0.0; 3]);

@@ -23,7 +23,7 @@ pub struct Variety {
     /// Warps that highlights may have; the first one is none.
     pub warps: Vec<Warp>,
     /// How much the partner's share differs between channels.
-    pub coloured: f32,
+    pub colored: f32,
     /// Standard deviation of the smooth fields' logarithms.
     pub field: f32,
     /// The share of tasks with missing readings.
@@ -42,7 +42,7 @@ impl Default for Variety {
         Self {
             gain: 1.5,
             warps: std::iter::once(Warp::NONE).chain(others).collect(),
-            coloured: 0.3,
+            colored: 0.3,
             field: 0.1,
             missing: 0.0,
             noise: Noise {
@@ -187,7 +187,7 @@ impl Task {
         } = Variation::random(variety.gain, 1, random);
         let warps = [material, partner].map(|index| random.random_range(0..pool.warps(index)));
         let shares = [(); 3].map(|()| {
-            let apart = variety.coloured * (2.0 * random.random::<f32>() - 1.0);
+            let apart = variety.colored * (2.0 * random.random::<f32>() - 1.0);
             (share + apart).clamp(0.0, 1.0)
         });
         let field = [(); FIELD].map(|()| variety.field * standard_normal(random));

@@ -124,7 +124,7 @@ impl WarpedPool {
                 let found = basis.look_up(widened(angles));
                 let at = HalfDifference::from_angles(*angles);
                 let cosine = at.cos_theta_i();
-                let [mean, ..] = found.centre();
+                let [mean, ..] = found.center();
                 let head = [cosine, cosine * at.cos_theta_o(), mean as f32];
                 let row = found.components.iter().map(|component| component[0] as f32);
                 head.into_iter().chain(row).collect()

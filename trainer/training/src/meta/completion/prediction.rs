@@ -135,11 +135,11 @@ fn ranks(numbers: &[f64]) -> Vec<f64> {
 
 fn correlation(one: &[f64], other: &[f64]) -> Option<f64> {
     let count = one.len() as f64;
-    let centred = |list: &[f64]| {
+    let centered = |list: &[f64]| {
         let mean = list.iter().sum::<f64>() / count;
         DVector::from_iterator(list.len(), list.iter().map(|value| value - mean))
     };
-    let (one, other) = (centred(one), centred(other));
+    let (one, other) = (centered(one), centered(other));
     let norms = one.norm() * other.norm();
     (norms > 0.0).then(|| one.dot(&other) / norms)
 }

@@ -8,24 +8,24 @@ use glimpse_kernels::Dual;
 use glimpse_kernels::lanes::{InstructionSet, Octet, WIDTH};
 use glimpse_kernels::samples::{OctetRgb, SampleOctets, SampleWeights, transpose_rgb};
 use glimpse_materials::basis::{Basis, widened};
-use glimpse_materials::{Material, quantised};
+use glimpse_materials::{Material, quantized};
 
 use super::draw::{Task, Variety};
 use super::field::field_at;
 use super::warp::Warp;
 use crate::meta::pattern::Pattern;
 
-/// What logarithms of readings are multiplied by, once centred.
+/// What logarithms of readings are multiplied by, once centered.
 pub const SCALE: f32 = 0.5;
 
 /// A number with its derivatives by the three angles of its sample.
 type ByAngles = Dual<f32, 3>;
 
-/// What each sample's readings are weighed and centred by.
-pub struct Centres(Vec<Centre>);
+/// What each sample's readings are weighed and centered by.
+pub struct Centers(Vec<Center>);
 
 #[derive(Clone, Copy)]
-struct Centre {
+struct Center {
     /// cos(theta_i) cos(theta_o).
     cosines: ByAngles,
     cos_theta_i: f32,
@@ -33,14 +33,14 @@ struct Centre {
     mean: ByAngles,
 }
 
-impl Centres {
+impl Centers {
     /// Those of a pattern's samples.
     #[must_use]
     pub fn new(basis: &Basis, angles: &[Angles<f32>]) -> Self {
         let all = angles.iter().map(|angles| {
             let at = HalfDifference::from_angles(ByAngles::variables(*angles));
-            let [mean, by @ ..] = basis.look_up(widened(angles)).centre();
-            Centre {
+            let [mean, by @ ..] = basis.look_up(widened(angles)).center();
+            Center {
                 cosines: at.cos_theta_i() * at.cos_theta_o(),
                 cos_theta_i: at.cos_theta_i().value,
                 mean: Dual {
@@ -55,7 +55,7 @@ impl Centres {
     /// The means alone.
     #[must_use]
     pub fn means(&self) -> Vec<f32> {
-        self.0.iter().map(|centre| centre.mean.value).collect()
+        self.0.iter().map(|center| center.mean.value).collect()
     }
 }
 
@@ -75,7 +75,7 @@ impl Reading {
         materials: &[Box<dyn Material>],
         variety: &Variety,
         angles: &[Angles<f32>],
-        centres: &Centres,
+        centers: &Centers,
     ) -> Vec<Self> {
         let warps = &variety.warps;
         let own = warped(&*materials[task.material], warps[task.warps[0]], angles);
@@ -84,11 +84,11 @@ impl Reading {
         let all = own.iter().enumerate().map(|(sample, own)| {
             let partner = partner.as_ref().map(|list| &list[sample]);
             let factor = factor(task, angles[sample]);
-            let Centre {
+            let Center {
                 cosines,
                 cos_theta_i,
                 mean,
-            } = centres.0[sample];
+            } = centers.0[sample];
             let mut brdf = [0.0; 3];
             let standardized = std::array::from_fn(|channel| {
                 let mut y = mixed(task, channel, own, partner) * factor;
@@ -101,7 +101,7 @@ impl Reading {
                     }
                 }
                 // The sensor's steps are not seen by the derivative, which would be 0 or none.
-                y.value = quantised(y.value, cos_theta_i, variety.noise.levels);
+                y.value = quantized(y.value, cos_theta_i, variety.noise.levels);
                 brdf[channel] = y.value;
                 standardized(y, cosines, mean, Dual::from_value(SCALE))
             });

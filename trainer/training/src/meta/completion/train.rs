@@ -13,7 +13,7 @@ use rand_chacha::ChaCha8Rng;
 use super::dataset::{Dataset, Part};
 use super::draw::{Group, Lost, Task, Variety};
 use super::prediction::{Prediction, Witness};
-use super::reading::{Centres, SCALE};
+use super::reading::{Centers, SCALE};
 use super::refinement::Refinement;
 use super::trainee::CompletionTrainee;
 use crate::linear::ReducedBasis;
@@ -126,11 +126,11 @@ pub fn train(
     }
     let expected_loss = expected_loss(expected, &witnesses);
     let pattern = reachable(&values.pattern, &options.completing.limits);
-    let centres = Centres::new(&whole.basis, &pattern);
+    let centers = Centers::new(&whole.basis, &pattern);
     let completion = LearnedCompletion {
         shape,
         missing: dataset.variety.where_missing(),
-        centre: centres.means(),
+        center: centers.means(),
         scale: SCALE,
         weights: values.completion,
     };

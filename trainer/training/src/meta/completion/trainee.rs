@@ -16,7 +16,7 @@ use super::first_weights::first_weights;
 use super::judged::{Judged, mean, mean_weighed};
 use super::order::{greedy_order, reorder};
 use super::pool::WarpedPool;
-use super::reading::{Centres, Present, Reading};
+use super::reading::{Centers, Present, Reading};
 use super::refinement::{Refinement, RefinementGradient};
 use crate::meta::pattern::{Pattern, reachable};
 use crate::meta::phase::{OuterStep, Phase, StepSizeForm};
@@ -68,7 +68,7 @@ struct Applied<'v> {
     weights: CompletionWeights<'v>,
     step_sizes: Vec<f32>,
     pattern: Pattern,
-    centres: Centres,
+    centers: Centers,
 }
 
 /// Some tasks that were read and completed.
@@ -142,7 +142,7 @@ impl<'a> CompletionTrainee<'a> {
                 start: &values.start,
             },
             step_sizes: FORM.step_sizes(&values.hyperparameters),
-            centres: Centres::new(&self.part.basis, pattern.angles()),
+            centers: Centers::new(&self.part.basis, pattern.angles()),
             pattern,
         }
     }
@@ -154,7 +154,7 @@ impl<'a> CompletionTrainee<'a> {
             &self.dataset.materials,
             &self.dataset.variety,
             by.pattern.angles(),
-            &by.centres,
+            &by.centers,
         )
     }
 

@@ -72,7 +72,7 @@ impl Outer<'_> {
             let weight = Dual::from_value(at.cos_theta_i() * at.cos_theta_o());
             let median = Dual::from_value(outer.median[index]);
             // Dual numbers, so that the formula of the mapping is core's.
-            let modelled: [Dual<f64>; 3] = coefficients.each_ref().map(|coefficients| {
+            let modeled: [Dual<f64>; 3] = coefficients.each_ref().map(|coefficients| {
                 let products = row.iter().zip(coefficients);
                 let sum: f64 = products.map(|(a, c)| f64::from(*a) * c).sum();
                 let mapped = Dual {
@@ -83,7 +83,7 @@ impl Outer<'_> {
             });
             let found = cosine_weighted_log_error(
                 self.values[index].map(f64::from),
-                modelled.map(|brdf| brdf.value),
+                modeled.map(|brdf| brdf.value),
                 at.cos_theta_i(),
                 share,
             );
@@ -91,8 +91,7 @@ impl Outer<'_> {
             let Some(lambda) = &mut lambda else {
                 continue;
             };
-            for ((lambda, by_brdf), brdf) in lambda.iter_mut().zip(found.by_modelled).zip(modelled)
-            {
+            for ((lambda, by_brdf), brdf) in lambda.iter_mut().zip(found.by_modeled).zip(modeled) {
                 let slope = by_brdf * brdf.tangent[0];
                 for (entry, a) in lambda.iter_mut().zip(row) {
                     *entry += slope * f64::from(*a);

@@ -24,7 +24,7 @@ impl Effort {
     }
 }
 
-/// The paper's settings. Stage 1: initialisation and step sizes, 10,000 epochs. Stage 2: the
+/// The paper's settings. Stage 1: initialization and step sizes, 10,000 epochs. Stage 2: the
 /// pattern, from the best of random guesses at n = 1, doubled until it has the n asked for, and
 /// each n trained for 500 epochs. All of them with one task a step.
 pub(super) fn plan(effort: Effort, model: ModelKind, samples: usize, tasks: usize) -> Plan {

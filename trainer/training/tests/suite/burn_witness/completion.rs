@@ -99,12 +99,12 @@ fn complete(case: &Case) -> (Matrix, [Matrix; 3], [Matrix; 3]) {
     let absent = matrix(&case.absent(), across);
     let there = (-absent.clone()).add_scalar(1.0);
     let cosines = matrix(&case.cosines, [1, samples]);
-    let centre = matrix(&case.centre, [1, samples]);
+    let center = matrix(&case.center, [1, samples]);
     let values = [0, 1, 2].map(|channel| matrix(&case.channel(channel), across).require_grad());
     let standardized = values.each_ref().map(|values| {
         let above = (values.clone() * cosines.clone()).add_scalar(EPSILON);
         let logarithm = above.log().sub_scalar(EPSILON.ln());
-        (logarithm - centre.clone()) * case.scale * there.clone()
+        (logarithm - center.clone()) * case.scale * there.clone()
     });
     let [red, green, blue] = standardized.clone();
     let shared = (red + green + blue).matmul(mean) * (1.0 / 3.0) + absent.matmul(missing);

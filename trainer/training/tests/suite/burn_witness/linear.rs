@@ -171,7 +171,7 @@ fn witness(network: &[Matrix], logits: &[f64], log_precision: &[f64], judging: &
     let [mean, log_median, a] = look_up(&at.angles);
     let w = weight(&at);
     let median = relu(log_median.exp().sub_scalar(EPSILON)) / w.clone();
-    let measured = Neural::modelled(network, &at);
+    let measured = Neural::modeled(network, &at);
     let logarithm = |brdf: Matrix| (brdf * w.clone()).add_scalar(EPSILON).log();
     let t = logarithm(measured) - logarithm(median) - mean;
     let coefficients = ridge(&a, t, &log_precision.clone().exp());
@@ -204,8 +204,8 @@ fn witness(network: &[Matrix], logits: &[f64], log_precision: &[f64], judging: &
     assert!(list(w.clone()).iter().all(|w| *w > 1e-6));
     let above = relu(log_median.exp().sub_scalar(EPSILON)).add_scalar(EPSILON);
     let mapped = rows.matmul(coefficients) + mean;
-    let modelled = relu((above * mapped.exp()).sub_scalar(EPSILON)) / w;
-    let loss = at.loss(modelled);
+    let modeled = relu((above * mapped.exp()).sub_scalar(EPSILON)) / w;
+    let loss = at.loss(modeled);
 
     let gradients = loss.backward();
     let slopes = |tensor: &Matrix| list(tensor.grad(&gradients).expect("the loss depends on it"));

@@ -110,18 +110,18 @@ impl Columns {
     }
 
     /// The mean of |ln(1 + y c) - ln(1 + f c)| over samples and channels.
-    fn loss(&self, modelled: Matrix) -> Tensor<B, 1> {
+    fn loss(&self, modeled: Matrix) -> Tensor<B, 1> {
         let logarithm = |values: Matrix| (values * self.cosine()).add_scalar(1.0).log();
-        let error = logarithm(self.measured.clone()) - logarithm(modelled);
+        let error = logarithm(self.measured.clone()) - logarithm(modeled);
         error.abs().mean()
     }
 
-    /// The loss's derivative by the modelled values, by hand.
-    fn by_modelled(&self, modelled: &Matrix) -> Matrix {
-        let above = modelled.clone() - self.measured.clone();
+    /// The loss's derivative by the modeled values, by hand.
+    fn by_modeled(&self, modeled: &Matrix) -> Matrix {
+        let above = modeled.clone() - self.measured.clone();
         let sign = positive(&above) - positive(&-above);
         let share = 1.0 / (self.measured.dims().iter().product::<usize>() as f64);
-        sign * self.cosine() / (modelled.clone() * self.cosine()).add_scalar(1.0) * share
+        sign * self.cosine() / (modeled.clone() * self.cosine()).add_scalar(1.0) * share
     }
 }
 
@@ -134,7 +134,7 @@ fn angles_of([hx, hz, dx, dy, dz, ..]: Variables) -> [f64; 3] {
 trait Program {
     const SHAPES: &[[usize; 2]];
     /// f.
-    fn modelled(theta: &[Matrix], at: &Columns) -> Matrix;
+    fn modeled(theta: &[Matrix], at: &Columns) -> Matrix;
     /// The gradient of the mean loss by each of the parameters, by hand.
     fn gradient(theta: &[Matrix], at: &Columns) -> Vec<Matrix>;
 }
@@ -143,7 +143,7 @@ trait Program {
 impl Program for Neural {
     const SHAPES: &[[usize; 2]] = &[[6, 21], [1, 21], [21, 21], [1, 21], [21, 3], [1, 3]];
 
-    fn modelled(theta: &[Matrix], at: &Columns) -> Matrix {
+    fn modeled(theta: &[Matrix], at: &Columns) -> Matrix {
         relu(layers(theta, at).2.exp().sub_scalar(1.0))
     }
 
@@ -151,8 +151,8 @@ impl Program for Neural {
         let (first, second, output) = layers(theta, at);
         let exponential = output.exp();
         let raised = exponential.clone().sub_scalar(1.0);
-        let by_modelled = at.by_modelled(&relu(raised.clone()));
-        let by_output = by_modelled * positive(&raised) * exponential;
+        let by_modeled = at.by_modeled(&relu(raised.clone()));
+        let by_output = by_modeled * positive(&raised) * exponential;
         let by_second = by_output.clone().matmul(theta[4].clone().transpose()) * positive(&second);
         let by_first = by_second.clone().matmul(theta[2].clone().transpose()) * positive(&first);
         vec![
@@ -189,7 +189,7 @@ fn layers(theta: &[Matrix], at: &Columns) -> (Matrix, Matrix, Matrix) {
 impl Program for Phong {
     const SHAPES: &[[usize; 2]] = &[[1, 3], [1, 3], [1, 1]];
 
-    fn modelled(theta: &[Matrix], at: &Columns) -> Matrix {
+    fn modeled(theta: &[Matrix], at: &Columns) -> Matrix {
         let (sum, ratio) = (sigmoid(theta[0].clone()), sigmoid(theta[1].clone()));
         let diffuse = sum.clone() * ratio.clone();
         let specular = sum * (-ratio).add_scalar(1.0);
@@ -202,16 +202,16 @@ impl Program for Phong {
         let base = base(at);
         let q = theta[2].clone().exp();
         let lobe = lobe(&theta[2], &base);
-        let by_modelled = at.by_modelled(&Self::modelled(theta, at));
+        let by_modeled = at.by_modeled(&Self::modeled(theta, at));
         let mixture = ratio.clone() * FRAC_1_PI + opposite(&ratio) * lobe.clone();
         let contrast = (-lobe.clone()).add_scalar(FRAC_1_PI);
-        let by_lobe = by_modelled.clone() * sum.clone() * opposite(&ratio);
+        let by_lobe = by_modeled.clone() * sum.clone() * opposite(&ratio);
         // d/dq (q + 2) b^q = b^q + (q + 2) b^q ln b
         let power = (base.clone().log() * q.clone()).exp();
         let lobe_by_q = power * (0.5 * FRAC_1_PI) + lobe * base.log();
         vec![
-            (by_modelled.clone() * mixture).sum_dim(0) * sum.clone() * opposite(&sum),
-            (by_modelled * contrast * sum).sum_dim(0) * ratio.clone() * opposite(&ratio),
+            (by_modeled.clone() * mixture).sum_dim(0) * sum.clone() * opposite(&sum),
+            (by_modeled * contrast * sum).sum_dim(0) * ratio.clone() * opposite(&ratio),
             (by_lobe * lobe_by_q).sum_dim(0).sum_dim(1) * q,
         ]
     }
@@ -240,7 +240,7 @@ fn lobe(exponent: &Matrix, base: &Matrix) -> Matrix {
 impl Program for CookTorrance {
     const SHAPES: &[[usize; 2]] = &[[1, 3], [1, 3], [1, 1], [1, 1]];
 
-    fn modelled(theta: &[Matrix], at: &Columns) -> Matrix {
+    fn modeled(theta: &[Matrix], at: &Columns) -> Matrix {
         let [k_d, k_s, alpha, f_0] = [0, 1, 2, 3].map(|index| sigmoid(theta[index].clone()));
         let beckmann = beckmann(at, &alpha).0;
         k_d * FRAC_1_PI + k_s * (beckmann * geometry(at) * fresnel(at, &f_0).0)
@@ -252,13 +252,13 @@ impl Program for CookTorrance {
         let (d, d_by_alpha) = beckmann(at, &alpha);
         let (f, f_by_f_0) = fresnel(at, &f_0);
         let g = geometry(at);
-        let by_modelled = at.by_modelled(&Self::modelled(theta, at));
-        let by_lobe = (by_modelled.clone() * k_s.clone()).sum_dim(1);
+        let by_modeled = at.by_modeled(&Self::modeled(theta, at));
+        let by_lobe = (by_modeled.clone() * k_s.clone()).sum_dim(1);
         let by_alpha = by_lobe.clone() * d_by_alpha * g.clone() * f.clone();
         let by_f_0 = by_lobe * d.clone() * g.clone() * f_by_f_0;
         vec![
-            by_modelled.clone().sum_dim(0) * FRAC_1_PI * by_logit(&k_d),
-            (by_modelled * (d * g * f)).sum_dim(0) * by_logit(&k_s),
+            by_modeled.clone().sum_dim(0) * FRAC_1_PI * by_logit(&k_d),
+            (by_modeled * (d * g * f)).sum_dim(0) * by_logit(&k_s),
             by_alpha.sum_dim(0) * by_logit(&alpha),
             by_f_0.sum_dim(0) * by_logit(&f_0),
         ]
@@ -344,7 +344,7 @@ fn witness<P: Program>(problem: &Problem) -> Witnessed {
         }
     }
     let outer = Columns::new(&problem.outer);
-    let loss = outer.loss(P::modelled(&theta, &outer));
+    let loss = outer.loss(P::modeled(&theta, &outer));
 
     let gradients = loss.backward();
     let slopes = |tensors: &[Matrix]| -> Vec<f64> {

@@ -11,7 +11,7 @@ use nalgebra::{DMatrix, DVector};
 use super::{SET, basis, rows};
 
 /// The columns' values at all nodes, less their mean.
-fn centred() -> DMatrix<f64> {
+fn centered() -> DMatrix<f64> {
     let count = SET.columns.count();
     let mut matrix = DMatrix::from_fn(Grid::LEN, count, |node, column| {
         f64::from(SET.columns.at(node)[column])
@@ -84,9 +84,9 @@ fn mean_and_median_are_those_of_the_columns() {
 
 #[test]
 fn components_are_orthogonal_and_as_long_as_singular_values() {
-    let centred = centred();
+    let centered = centered();
     // In double precision and by another route than training's.
-    let gram = centred.tr_mul(&centred);
+    let gram = centered.tr_mul(&centered);
     let mut expected: Vec<f64> = gram
         .symmetric_eigenvalues()
         .iter()
@@ -126,7 +126,7 @@ fn all_components_reproduce_the_columns() {
     assert_eq!(basis.components(), count - 1);
     let rows = rows(&basis);
     let components = components(&rows);
-    let centred = centred();
+    let centered = centered();
     // Least squares, each component scaled to length 1.
     let scales = DVector::from_iterator(
         count - 1,
@@ -134,10 +134,10 @@ fn all_components_reproduce_the_columns() {
     );
     let unit = &components * DMatrix::from_diagonal(&scales);
     let normal = unit.tr_mul(&unit).cholesky().expect("they are independent");
-    let coefficients = DMatrix::from_diagonal(&scales) * normal.solve(&unit.tr_mul(&centred));
+    let coefficients = DMatrix::from_diagonal(&scales) * normal.solve(&unit.tr_mul(&centered));
 
     let mut largest = [0.0_f64; 2];
-    let left = (&components * &coefficients - &centred).amax();
+    let left = (&components * &coefficients - &centered).amax();
     largest[0] = largest[0].max(left);
     for (index, material) in SET.materials.iter().enumerate() {
         let found = [0, 1, 2].map(|channel| {

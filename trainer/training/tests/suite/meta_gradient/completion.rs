@@ -318,12 +318,12 @@ fn a_recipe_completes_as_what_was_trained() {
     for material in Procedural::set(6, 77) {
         let found = scan(&recipe, &mut |angles| material.brdf(angles)).expect("it is fitted");
         let mut batch = Batch::new(completion.shape, 1);
-        for (sample, (angles, centre)) in learned.pattern.iter().zip(&completion.centre).enumerate()
+        for (sample, (angles, center)) in learned.pattern.iter().zip(&completion.center).enumerate()
         {
             let at = HalfDifference::from_angles(*angles);
             let weight = at.cos_theta_i() * at.cos_theta_o();
             let reading = material.brdf(*angles);
-            let reading = reading.map(|y| standardized(y, weight, *centre, completion.scale));
+            let reading = reading.map(|y| standardized(y, weight, *center, completion.scale));
             batch.set(0, sample, Some(reading));
         }
         batch.complete(&CompletionWeights {

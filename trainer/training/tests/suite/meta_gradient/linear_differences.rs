@@ -105,7 +105,7 @@ impl Task<'_> {
             let angles = widened(&self.outer[index]);
             let at = traced(HalfDifference::from_angles(angles));
             let place = place(self.basis, [angles.theta_h, angles.theta_d, angles.phi_d]);
-            let modelled = [0, 1, 2].map(|channel| {
+            let modeled = [0, 1, 2].map(|channel| {
                 // Training keeps these rows in single precision.
                 let row = place.row.iter().map(|entry| f64::from(*entry as f32));
                 let sum: f64 = row
@@ -116,7 +116,7 @@ impl Task<'_> {
             });
             let measured = self.values[index].map(|value| Traced(value.into()));
             loss = loss
-                + cosine_weighted_log_error(measured, modelled, at.cos_theta_i(), share)
+                + cosine_weighted_log_error(measured, modeled, at.cos_theta_i(), share)
                     .error
                     .value();
         }

@@ -23,7 +23,7 @@ pub(super) struct Case {
     pub(super) initial: Vec<f64>,
     /// cos(theta_i) cos(theta_o) of each sample.
     pub(super) cosines: Vec<f64>,
-    pub(super) centre: Vec<f64>,
+    pub(super) center: Vec<f64>,
     pub(super) scale: f64,
     /// Material by material, sample by sample: three channels, or that it is missing.
     pub(super) readings: Vec<Option<[f64; 3]>>,
@@ -103,7 +103,7 @@ impl Case {
                 .iter()
                 .map(|number| f64::from((number + 0.5) as f32))
                 .collect(),
-            centre: numbers(&mut random, size.samples, 1.0)
+            center: numbers(&mut random, size.samples, 1.0)
                 .iter()
                 .map(|number| f64::from((number + 4.0) as f32))
                 .collect(),

@@ -14,9 +14,9 @@ use super::case::Case;
 /// A reading as it enters, or none.
 fn entering<S: Scalar>(case: &Case, material: usize, sample: usize) -> Option<[S; 3]> {
     let reading = case.readings[material * case.size.samples + sample]?;
-    let [weight, centre, scale] =
-        [case.cosines[sample], case.centre[sample], case.scale].map(S::constant);
-    Some(reading.map(|value| standardized(S::constant(value), weight, centre, scale)))
+    let [weight, center, scale] =
+        [case.cosines[sample], case.center[sample], case.scale].map(S::constant);
+    Some(reading.map(|value| standardized(S::constant(value), weight, center, scale)))
 }
 
 fn inputs<S: Scalar>(case: &Case, material: usize) -> Vec<Input<S>> {
@@ -35,15 +35,15 @@ fn by_readings(case: &Case, by_inputs: &[[f64; 3]]) -> [Vec<f64>; 3] {
     let mut slopes = [const { Vec::new() }; 3];
     for (place, by_input) in by_inputs.iter().enumerate() {
         let sample = place % case.size.samples;
-        let [weight, centre, scale] =
-            [case.cosines[sample], case.centre[sample], case.scale].map(Dual::from_value);
+        let [weight, center, scale] =
+            [case.cosines[sample], case.center[sample], case.scale].map(Dual::from_value);
         let reading = case.readings[place].unwrap_or_default();
         for ((value, by_input), slopes) in reading.iter().zip(by_input).zip(&mut slopes) {
             let value = Dual {
                 value: *value,
                 tangent: [1.0],
             };
-            let entering: Dual<f64, 1> = standardized(value, weight, centre, scale);
+            let entering: Dual<f64, 1> = standardized(value, weight, center, scale);
             slopes.push(by_input * entering.tangent[0]);
         }
     }

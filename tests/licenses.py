@@ -1,16 +1,16 @@
 """Every package that is compiled in may be passed on under MIT or Apache-2.0 and what goes with them.
 
-    python3 tests/licences.py [MANIFEST...]
+    python3 tests/licenses.py [MANIFEST...]
 
 Reads what cargo knows of each manifest's packages (the workspace's, if none is named); no network is asked.
 """
 import json, re, subprocess, sys
 
-# What may be linked into a program whose own licence is MIT or Apache-2.0.
+# What may be linked into a program whose own license is MIT or Apache-2.0.
 TAKEN = {
     "0BSD", "Apache-2.0", "Apache-2.0 WITH LLVM-exception", "BSD-2-Clause", "BSD-3-Clause", "BSL-1.0", "CC0-1.0", "ISC",
     "MIT", "Unicode-3.0", "Unlicense", "Zlib",
-    # Of fonts alone, which pictures are labelled in.
+    # Of fonts alone, which pictures are labeled in.
     "OFL-1.1", "Ubuntu-font-1.0",
 }
 
@@ -36,8 +36,8 @@ def main():
                 continue
             seen.add(name)
             if not is_taken(package["license"] or "none"):
-                refused.append(f"{name}: {package['license'] or 'says no licence'}")
-    print(f"{len(seen)} packages of others', {len(refused)} under licences that are not taken")
+                refused.append(f"{name}: {package['license'] or 'says no license'}")
+    print(f"{len(seen)} packages of others', {len(refused)} under licenses that are not taken")
     sys.exit("\n".join(refused) or None)
 
 

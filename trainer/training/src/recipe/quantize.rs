@@ -4,7 +4,7 @@
 ///
 /// The largest weight of a row is 127 times its scale, so that none is off by more than a half of it.
 #[must_use]
-pub(super) fn quantised(
+pub(super) fn quantized(
     weights: &[f32],
     rows: usize,
     row_of: impl Fn(usize) -> usize,
@@ -30,7 +30,7 @@ mod tests {
     #[test]
     fn a_weight_is_off_by_half_a_step_at_most_and_the_largest_by_nothing() {
         let weights = [0.5, -1.27, 0.004, 0.0, 0.0, 0.0, 3.0, -0.1];
-        let (bytes, scales) = quantised(&weights, 3, |index| index / 3);
+        let (bytes, scales) = quantized(&weights, 3, |index| index / 3);
         assert_eq!(scales[1], 0.0);
         for (index, (byte, weight)) in bytes.iter().zip(weights).enumerate() {
             let scale = scales[index / 3];
