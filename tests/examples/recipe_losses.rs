@@ -9,8 +9,8 @@ use std::error::Error;
 use glimpse_materials::basis::Basis;
 use glimpse_materials::loss::loss_between;
 use glimpse_materials::{Material, Source};
+use glimpse_trainer::bundled::{self, BundledRecipe};
 use glimpse_trainer::evaluation::Method;
-use glimpse_trainer::shipped::{self, Shipped};
 use rayon::prelude::*;
 
 /// Of another seed than any that recipes are trained on.
@@ -24,12 +24,12 @@ fn main() -> Result<(), Box<dyn Error>> {
     let sets = [UNSEEN, merl, rgl].map(|source| Source(source.to_owned()).load());
     let [procedural, merl, rgl] = sets;
     let sets = [procedural?, merl?, rgl?];
-    let basis = Basis::of_compact(shipped::BASIS)?;
+    let basis = Basis::of_compact(bundled::BASIS)?;
     println!("recipe,procedural,merl,rgl");
-    for shipped in shipped::ALL {
-        print!("{}", shipped.name);
+    for bundled in bundled::ALL {
+        print!("{}", bundled.name);
         for set in &sets {
-            print!(",{:.4}", mean_loss(shipped, &basis, set)?);
+            print!(",{:.4}", mean_loss(bundled, &basis, set)?);
         }
         println!();
     }
@@ -37,18 +37,21 @@ fn main() -> Result<(), Box<dyn Error>> {
 }
 
 fn mean_loss(
-    shipped: &Shipped,
+    bundled: &BundledRecipe,
     basis: &Basis,
     materials: &[Box<dyn Material>],
 ) -> Result<f64, Box<dyn Error>> {
-    let recipe = shipped.recipe()?;
-    let basis = shipped.basis().map(|_| basis);
+    let recipe = bundled.recipe()?;
+    let basis = bundled.basis().map(|_| basis);
     let method = Method::ours(&recipe, basis)?;
     let losses: Result<Vec<f64>, _> = materials
         .par_iter()
         .map(|material| {
             let fitted = method.fit(&**material, 0)?;
-            Ok::<_, glimpse_trainer::evaluation::JudgeError>(loss_between(&fitted, &**material))
+            Ok::<_, glimpse_trainer::evaluation::EvaluationError>(loss_between(
+                &fitted,
+                &**material,
+            ))
         })
         .collect();
     let losses = losses?;

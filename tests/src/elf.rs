@@ -7,7 +7,7 @@ use std::{env, fs};
 use crc::{CRC_32_ISO_HDLC, Crc};
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::HEADER_BYTES;
-use glimpse_trainer::shipped;
+use glimpse_trainer::bundled;
 use object::{Object, ObjectSection, ObjectSymbol};
 use tempfile::NamedTempFile;
 
@@ -94,7 +94,7 @@ impl Firmware {
     #[must_use]
     pub fn of_model(model: ModelKind) -> Self {
         let name = format!("{}-n32", model.name());
-        let bundled = shipped::find(&name).unwrap_or_else(|| panic!("no bundled recipe {name}"));
+        let bundled = bundled::find(&name).unwrap_or_else(|| panic!("no bundled recipe {name}"));
         Self::with(format!("{DEFAULT}-{}", model.name()).into(), bundled.bytes)
     }
 

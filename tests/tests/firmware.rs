@@ -8,9 +8,9 @@ use glimpse_tests::device::{assert_agrees, fit};
 use glimpse_tests::elf::Firmware;
 use glimpse_tests::emulator::Emulator;
 use glimpse_tests::host::{scanner, unseen};
-use glimpse_trainer::evaluation::{Judge, Method};
+use glimpse_trainer::bundled;
+use glimpse_trainer::evaluation::{Evaluator, Method};
 use glimpse_trainer::scanner::{ScannerNoise, VirtualScanner};
-use glimpse_trainer::shipped;
 
 #[test]
 fn a_scan_loses_what_evaluate_says() {
@@ -20,10 +20,10 @@ fn a_scan_loses_what_evaluate_says() {
         let material = unseen(index);
         let report = scanner(&material).serve(&mut emulator.serial).unwrap();
         let materials: [Box<dyn Material>; 1] = [Box::new(material.clone())];
-        let verdict = Judge::new(&materials)
+        let report = Evaluator::new(&materials)
             .judge(&Method::ours(&recipe, None).unwrap(), 0, 1)
             .unwrap();
-        let (scan, evaluate) = (report.loss(None, &material).unwrap(), verdict.scores.loss);
+        let (scan, evaluate) = (report.loss(None, &material).unwrap(), report.scores.loss);
         // A sample of this recipe is at the pole, where phi_d is lost on the way through directions:
         // what the scanner reads there differs a little from what `evaluate` reads.
         assert!(
@@ -111,7 +111,7 @@ fn every_model_is_scanned_to_the_bits_of_the_hosts_fit() {
 /// Every bundled recipe is tried as users flash it.
 #[test]
 fn every_bundled_recipe_is_scanned_to_the_bits_of_the_hosts_fit() {
-    for shipped in shipped::ALL {
-        assert_scans_like_the_host(shipped.name, shipped.bytes, 1);
+    for bundled in bundled::ALL {
+        assert_scans_like_the_host(bundled.name, bundled.bytes, 1);
     }
 }

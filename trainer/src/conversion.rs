@@ -11,7 +11,7 @@ use glimpse_materials::{
     to_pab, to_rgl,
 };
 
-use crate::evaluation::{JudgeError, Method, OPTIMUM_STEPS};
+use crate::evaluation::{EvaluationError, Method, OPTIMUM_STEPS};
 
 /// Why a material is not written in a format.
 #[derive(Debug, thiserror::Error)]
@@ -21,7 +21,7 @@ pub enum ConversionError {
     NotFinite(#[from] NotFinite),
     /// No network can be fitted to it.
     #[error(transparent)]
-    Fit(#[from] JudgeError),
+    Fit(#[from] EvaluationError),
     /// A network was fitted, and is of no use.
     #[error("no network could be fitted: give another seed")]
     NoNetwork,

@@ -5,7 +5,7 @@
 //!
 //! - [`measurement`]: readings from a lab, matched to a pattern, examined and fitted
 //! - [`export`]: recipes in other formats
-//! - [`shipped`]: bundled recipes
+//! - [`bundled`]: bundled recipes
 //! - [`render`]: spheres under light
 //! - [`metrics`]: errors of a fit against its material
 //! - [`evaluation`]: methods and their errors on materials
@@ -24,6 +24,7 @@
 //! adjoint of the fit).
 
 pub mod benchmark;
+pub mod bundled;
 pub mod conversion;
 pub mod evaluation;
 pub mod export;
@@ -33,4 +34,3 @@ pub mod render;
 pub mod report;
 pub mod route;
 pub mod scanner;
-pub mod shipped;

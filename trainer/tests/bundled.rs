@@ -5,7 +5,7 @@ use std::path::Path;
 use std::process::Command;
 
 use glimpse_kernels::lanes::InstructionSet;
-use glimpse_trainer::shipped;
+use glimpse_trainer::bundled;
 
 fn trainer(directory: &Path, arguments: &str) {
     let status = Command::new(env!("CARGO_BIN_EXE_trainer"))
@@ -30,7 +30,7 @@ fn phong_of_one_sample_is_trained_again_bit_for_bit() {
         "export made.recipe --format postcard --strip --out stripped.recipe",
     );
     let made = fs::read(directory.join("stripped.recipe")).expect("it was written");
-    let bundled = shipped::find("phong-n1").expect("it is bundled");
+    let bundled = bundled::find("phong-n1").expect("it is bundled");
     // Kernels for other instruction sets add in another order.
     match InstructionSet::of_this_machine() {
         InstructionSet::Avx512 => assert!(made == bundled.bytes),

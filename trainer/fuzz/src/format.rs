@@ -30,5 +30,5 @@ pub fn check(input: &[u8]) {
         },
         Err(error) => refused(&error, name),
     }
-    let _ = Source(folder.path().display().to_string()).left_out();
+    let _ = Source(folder.path().display().to_string()).skipped_entries();
 }

@@ -10,8 +10,8 @@ use rayon::prelude::*;
 
 use crate::error::{MOST_PROCEDURAL, SourceError, refused};
 use crate::format::Format;
-use crate::left_out::LeftOut;
 use crate::name::name_by_ending;
+use crate::skipped_entries::SkippedEntries;
 use crate::{
     FittedMaterial, Material, MerlTable, NeuralBrdf, Procedural, RglMeasurement, pab, read_pab,
 };
@@ -156,11 +156,11 @@ impl Source {
     ///
     /// # Errors
     /// If the directory cannot be listed.
-    pub fn left_out(&self) -> Result<LeftOut, SourceError> {
+    pub fn skipped_entries(&self) -> Result<SkippedEntries, SourceError> {
         let path = Path::new(&self.0);
         match (procedural(&self.0)?, path.is_dir()) {
-            (None, true) => LeftOut::of(path),
-            _ => Ok(LeftOut::default()),
+            (None, true) => SkippedEntries::of(path),
+            _ => Ok(SkippedEntries::default()),
         }
     }
 }

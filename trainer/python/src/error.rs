@@ -5,9 +5,9 @@ use std::io;
 
 use glimpse_materials::setting::{NamesSettings, Setting};
 use glimpse_materials::{ShareError, SourceError};
-use glimpse_trainer::evaluation::JudgeError;
+use glimpse_trainer::evaluation::EvaluationError;
 use glimpse_trainer::measurement::FitFailure;
-use glimpse_training::meta::options::CompletingError;
+use glimpse_training::meta::options::CompletionOptionsError;
 use glimpse_training::meta::run::TrainError;
 use pyo3::exceptions::{PyFileNotFoundError, PyPermissionError, PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
@@ -46,13 +46,13 @@ fn message(error: &(dyn Error + 'static)) -> String {
     ) -> Option<String> {
         Some(error.downcast_ref::<E>()?.message(parameter))
     }
-    if let Some(TrainError::Completing(error)) = error.downcast_ref() {
+    if let Some(TrainError::CompletionOptions(error)) = error.downcast_ref() {
         return error.message(parameter);
     }
-    with_parameters::<JudgeError>(error)
+    with_parameters::<EvaluationError>(error)
         .or_else(|| with_parameters::<ShareError>(error))
         .or_else(|| with_parameters::<FitFailure>(error))
-        .or_else(|| with_parameters::<CompletingError>(error))
+        .or_else(|| with_parameters::<CompletionOptionsError>(error))
         .unwrap_or_else(|| error.to_string())
 }
 

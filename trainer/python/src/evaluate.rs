@@ -3,7 +3,9 @@
 use std::sync::atomic::Ordering;
 
 use glimpse_materials::SourceError;
-use glimpse_trainer::evaluation::{Judge, JudgeError, Known, Method, Readings, TrainedOn, Verdict};
+use glimpse_trainer::evaluation::{
+    EvaluationError, Evaluator, Known, Method, Readings, Report, TrainedOn,
+};
 use pyo3::prelude::*;
 use serde_json::{Value, json};
 
@@ -12,10 +14,10 @@ use crate::recipe::PyRecipe;
 use crate::sources::Given;
 use crate::waiting::waiting;
 
-/// Why there is no verdict.
+/// Why there is no report.
 enum Failure {
     Source(SourceError),
-    Judge(JudgeError),
+    Evaluator(EvaluationError),
 }
 
 /// Judges a recipe on materials, as `trainer evaluate`: each is read at the recipe's directions and fitted, and the fit
@@ -79,34 +81,33 @@ pub(crate) fn evaluate<'py>(
         |stop| {
             let (materials, _) = given.load(&sources).map_err(Failure::Source)?;
             if stop.load(Ordering::Relaxed) {
-                return Err(Failure::Judge(JudgeError::Stopped));
+                return Err(Failure::Evaluator(EvaluationError::Stopped));
             }
-            let judge = Judge::new(&materials);
-            let verdict = judge
-                .judge_telling(&method, seed, seeds, &|| {}, stop)
-                .map_err(Failure::Judge)?;
+            let judge = Evaluator::new(&materials);
+            let report = judge
+                .evaluate_with_progress(&method, seed, seeds, &|| {}, stop)
+                .map_err(Failure::Evaluator)?;
             let known = trained_on.as_ref().map(|trained_on| {
                 let known = materials
                     .iter()
                     .map(|material| trained_on.knows(&**material));
                 known.collect()
             });
-            Ok((verdict, known))
+            Ok((report, known))
         },
     )?;
-    let (verdict, known) = judged.map_err(|failure| match failure {
+    let (report, known) = judged.map_err(|failure| match failure {
         Failure::Source(error) => raised(error),
-        Failure::Judge(error) => raised(error),
+        Failure::Evaluator(error) => raised(error),
     })?;
-    let text =
-        to_json(&verdict, known).map_err(|error| GlimpseError::new_err(error.to_string()))?;
+    let text = to_json(&report, known).map_err(|error| GlimpseError::new_err(error.to_string()))?;
     py.import("json")?.call_method1("loads", (text,))
 }
 
 /// What was found, and which of the materials the recipe was trained on; None if it does not say.
-fn to_json(verdict: &Verdict, known: Option<Vec<Option<Known>>>) -> serde_json::Result<String> {
-    let mut value = serde_json::to_value(verdict)?;
-    for (index, material) in verdict.materials.iter().enumerate() {
+fn to_json(report: &Report, known: Option<Vec<Option<Known>>>) -> serde_json::Result<String> {
+    let mut value = serde_json::to_value(report)?;
+    for (index, material) in report.materials.iter().enumerate() {
         // Also where it is not predicted.
         value["materials"][index]["predicted_loss"] = json!(material.predicted_loss);
     }
@@ -114,7 +115,7 @@ fn to_json(verdict: &Verdict, known: Option<Vec<Option<Known>>>) -> serde_json::
         let Some(known) = &known else {
             return Value::Null;
         };
-        let all = known.iter().zip(&verdict.materials);
+        let all = known.iter().zip(&report.materials);
         let of_kind = all.filter(|(known, _)| **known == Some(kind));
         of_kind.map(|(_, material)| material.name.clone()).collect()
     };

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use glimpse_core::gonio::Repeated;
 use glimpse_materials::basis::Basis;
 use glimpse_materials::{BasisFile, Fitted, FittedMaterial, Material};
-use glimpse_trainer::measurement::{Fate, Fit, Measured, fit};
+use glimpse_trainer::measurement::{Fit, Measured, ReadingStatus, fit};
 use glimpse_training::recipe::RecipeFile;
 use numpy::PyArrayDyn;
 use pyo3::IntoPyObjectExt;
@@ -25,8 +25,8 @@ pub(crate) use crate::readings::ReadingArgs;
 /// A reading that the others make improbable: `sample` is its row in the recipe's directions, `z` how many standard
 /// deviations it is from what the others say (positive: too large), `read` and `expected` are BRDFs, linear RGB, sr^-1,
 /// and `left_out` is True if the fit went without it.
-#[pyclass(frozen, get_all, name = "Suspect", module = "glimpse_brdf")]
-pub(crate) struct PySuspect {
+#[pyclass(frozen, get_all, name = "Outlier", module = "glimpse_brdf")]
+pub(crate) struct PyOutlier {
     sample: usize,
     z: f64,
     read: [f32; 3],
@@ -35,11 +35,11 @@ pub(crate) struct PySuspect {
 }
 
 #[pymethods]
-impl PySuspect {
+impl PyOutlier {
     fn __repr__(&self) -> String {
         let rgb = |brdf: [f32; 3]| brdf.map(|f| format!("{f:.3}")).join(" ");
         format!(
-            "<glimpse_brdf.Suspect sample {}: read {}, expected about {} (z {:+.1})>",
+            "<glimpse_brdf.Outlier sample {}: read {}, expected about {} (z {:+.1})>",
             self.sample,
             rgb(self.read),
             rgb(self.expected),
@@ -174,14 +174,14 @@ impl PyFittedMaterial {
     /// Readings that the others make improbable, the worst first. Of a material unlike those of the training a right
     /// one may be among them.
     #[getter]
-    fn suspects(&self) -> Vec<PySuspect> {
+    fn suspects(&self) -> Vec<PyOutlier> {
         let suspects = self.fit.examined.suspects.iter();
-        let each = suspects.map(|suspect| PySuspect {
+        let each = suspects.map(|suspect| PyOutlier {
             sample: suspect.sample,
             z: suspect.opinion.z,
             read: self.read[suspect.sample].unwrap_or_default(),
             expected: suspect.opinion.expected,
-            left_out: self.fit.fates[suspect.sample] == Fate::LeftOut,
+            left_out: self.fit.fates[suspect.sample] == ReadingStatus::Excluded,
         });
         each.collect()
     }
@@ -273,7 +273,7 @@ impl PyFittedMaterial {
 
     fn __repr__(&self) -> String {
         let fates = self.fit.fates.iter();
-        let used = fates.filter(|fate| **fate == Fate::Used).count();
+        let used = fates.filter(|fate| **fate == ReadingStatus::Used).count();
         format!(
             "<glimpse_brdf.FittedMaterial of the model {} by {used} readings>",
             self.model()

@@ -30,7 +30,7 @@ mod _glimpse_brdf {
     #[pymodule_export]
     use crate::evaluate::evaluate;
     #[pymodule_export]
-    use crate::fit::{PyFittedMaterial, PySuspect};
+    use crate::fit::{PyFittedMaterial, PyOutlier};
     #[pymodule_export]
     use crate::loss::{directions, loss};
     #[pymodule_export]

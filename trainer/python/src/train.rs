@@ -11,11 +11,11 @@ use glimpse_core::model::ModelKind;
 use glimpse_materials::SourceError;
 use glimpse_training::linear::Prior;
 use glimpse_training::meta::checkpoint::Checkpoint;
-use glimpse_training::meta::options::{Completing, Options};
+use glimpse_training::meta::options::{CompletionOptions, Options};
 use glimpse_training::meta::outer::{self, Checkpoints};
 use glimpse_training::meta::plan::Schedule;
 use glimpse_training::meta::run::{TrainError, train as meta_train};
-use glimpse_training::recipe::{NoRecipe, RecipeFile, recipe_of};
+use glimpse_training::recipe::{DescribeError, RecipeFile, recipe_of};
 use pyo3::prelude::*;
 
 use crate::choices::{EFFORTS, MODELS, SCHEDULES, choose, limits};
@@ -71,7 +71,7 @@ impl From<outer::Progress> for PyProgress {
 enum Failure {
     Source(SourceError),
     Train(TrainError),
-    NoRecipe(NoRecipe),
+    DescribeError(DescribeError),
 }
 
 impl From<Failure> for PyErr {
@@ -79,7 +79,7 @@ impl From<Failure> for PyErr {
         match failure {
             Failure::Source(error) => raised(error),
             Failure::Train(error) => raised(error),
-            Failure::NoRecipe(error) => raised(error),
+            Failure::DescribeError(error) => raised(error),
         }
     }
 }
@@ -166,10 +166,10 @@ pub(crate) fn train(
         "there is no checkpoint",
         &[("resume", resume)],
     )?;
-    let default = Completing::of(samples);
+    let default = CompletionOptions::of(samples);
     let options = Options {
         prior: prior(schedule, bases, eta)?,
-        completing: Completing {
+        completion_options: CompletionOptions {
             missing: missing.unwrap_or(default.missing),
             noise: noise.unwrap_or(default.noise),
             additive: additive.unwrap_or(default.additive),
@@ -191,7 +191,7 @@ pub(crate) fn train(
             seed,
         )
     };
-    options.completing.validate().map_err(raised)?;
+    options.completion_options.validate().map_err(raised)?;
     let given = match materials {
         Some(materials) => Given::of(materials)?,
         None => Given::of(&pyo3::types::PyString::new(py, "procedural:100"))?,
@@ -225,7 +225,8 @@ pub(crate) fn train(
             }
         };
         let learned = meta_train(&options, materials, observe).map_err(Failure::Train)?;
-        let file = recipe_of(&learned, &options, &sources.label()).map_err(Failure::NoRecipe)?;
+        let file =
+            recipe_of(&learned, &options, &sources.label()).map_err(Failure::DescribeError)?;
         Ok::<(RecipeFile, Option<Vec<u8>>), Failure>((file, learned.basis))
     })?;
     let (file, basis) = found?;

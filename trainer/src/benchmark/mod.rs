@@ -19,14 +19,14 @@ use glimpse_kernels::inner_loop::{InnerLoop, MetaGradient};
 use glimpse_materials::sampling::sobol_valid;
 use glimpse_materials::{Material, Procedural};
 use glimpse_optimizer::{Groups, Optimization};
-use glimpse_training::meta::descent::{DescentTrainee, Tasks};
+use glimpse_training::meta::descent::{DescentObjective, Tasks};
+use glimpse_training::meta::objective::{MetaObjective, RandomStreams};
 use glimpse_training::meta::pattern::{Pattern, logits_of};
-use glimpse_training::meta::phase::{InnerSamples, OuterStep, Phase, Search};
+use glimpse_training::meta::phase::{InnerSamples, OuterStep, Phase, SearchMethod};
 use glimpse_training::meta::plan::{Effort, Plan, Schedule};
 use glimpse_training::meta::pool::Pool;
 use glimpse_training::meta::run::INNER_STEPS;
 use glimpse_training::meta::start::first_guess;
-use glimpse_training::meta::trainee::{RandomStreams, Trainee};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
@@ -170,7 +170,7 @@ impl<'m> Ground<'m> {
             run: self.on_pattern::<M>(25_000),
         });
         let on_pattern = |phase: &Phase| {
-            phase.inner == InnerSamples::Pattern && phase.search == Search::Gradient
+            phase.inner == InnerSamples::Pattern && phase.search == SearchMethod::Gradient
         };
         let phases = plan.phases.iter().enumerate();
         if let Some((number, phase)) = phases.rev().find(|(_, phase)| on_pattern(phase)) {
@@ -248,7 +248,7 @@ impl<'m> Ground<'m> {
         let initial = first_guess(M::KIND, &mut random());
         let step_size = plan.step_size_form.value(plan.first_step_size);
         let angles = self.pattern.angles().iter().copied();
-        let trainee = DescentTrainee::<M> {
+        let objective = DescentObjective::<M> {
             training: &self.tasks,
             validation: &self.tasks,
             plan,
@@ -265,7 +265,7 @@ impl<'m> Ground<'m> {
         let mut step = 0;
         Box::new(move || {
             let values = optimization.values();
-            let (_, gradient) = trainee.gradient(&values, OuterStep { step, ..first });
+            let (_, gradient) = objective.gradient(&values, OuterStep { step, ..first });
             optimization.step(gradient, &first.phase.rates_at(step));
             step = (step + 1) % first.phase.steps;
         })

@@ -8,17 +8,17 @@ use clap::{ArgGroup, Args, ValueEnum};
 use glimpse_core::model::ModelKind;
 use glimpse_materials::basis::Basis;
 use glimpse_materials::{Portion, Source};
-use glimpse_trainer::evaluation::{Judge, Method, OPTIMUM_STEPS, Readings, TrainedOn, Verdict};
+use glimpse_trainer::evaluation::{Evaluator, Method, OPTIMUM_STEPS, Readings, Report, TrainedOn};
 use glimpse_training::linear::{Columns, Prior, least_condition, principal_components};
 use glimpse_training::meta::options::{Options, Parts};
 use glimpse_training::meta::plan::{Effort, Schedule};
 use glimpse_training::meta::run::INNER_STEPS;
 use glimpse_training::recipe::{RecipeFile, recipe_of};
 
+use super::evaluation_report::{MethodReport, comparison, comparison_as_json, promised};
 use super::export_basis::read_compact;
 use super::known::known;
 use super::progress::{Steps, train_with_progress};
-use super::verdicts::{Judged, comparison, comparison_as_json, promised};
 use super::{ModelName, PriorArgs, environment, load, numbers, print, read_recipe};
 
 /// How a method fits.
@@ -36,7 +36,7 @@ pub(crate) enum MethodName {
     Optimum,
 }
 
-/// Judge recipes, or a method without a recipe, on materials.
+/// Evaluator recipes, or a method without a recipe, on materials.
 ///
 /// Give --recipe, or else --method and --model (and --samples, but for --method optimum).
 ///
@@ -155,13 +155,13 @@ impl Evaluate {
             recipes.push((None, self.learn(name, seed)?));
         }
         let steps = Steps::new("rendering what fits are compared with", materials.len());
-        let judge = Judge::under(environment, &materials);
+        let judge = Evaluator::under(environment, &materials);
         drop(steps);
-        let judge = |method: &Method<'_>| -> anyhow::Result<Verdict> {
+        let judge = |method: &Method<'_>| -> anyhow::Result<Report> {
             let steps = Steps::new("judging", materials.len());
             let seeds = self.seeds.unwrap_or(SEEDS);
             let (done, never) = (|| steps.done(), AtomicBool::new(false));
-            Ok(judge.judge_telling(method, seed, seeds, &done, &never)?)
+            Ok(judge.evaluate_with_progress(method, seed, seeds, &done, &never)?)
         };
         let mut all = Vec::new();
         for (path, (file, basis)) in &recipes {
@@ -179,18 +179,18 @@ impl Evaluate {
                 Some(compact) => method.by_compact(compact)?,
                 None => method,
             };
-            all.push(Judged {
+            all.push(MethodReport {
                 recipe: path.clone(),
-                verdict: judge(&method)?,
+                report: judge(&method)?,
                 known: known(TrainedOn::of_recipe(&recipe)?.as_ref(), &materials),
                 promise: promised(&recipe)?,
             });
         }
         if recipes.is_empty() {
-            let (verdict, trained_on) = self.judge_unlearned(name, seed, &judge)?;
-            all.push(Judged {
+            let (report, trained_on) = self.evaluate_unlearned(name, seed, &judge)?;
+            all.push(MethodReport {
                 recipe: None,
-                verdict,
+                report,
                 known: known(Some(&trained_on), &materials),
                 promise: None,
             });
@@ -258,12 +258,12 @@ impl Evaluate {
     }
 
     /// Judges a method that comes without a recipe; returns what it took its components from, too.
-    fn judge_unlearned(
+    fn evaluate_unlearned(
         &self,
         name: MethodName,
         seed: u64,
-        judge: &dyn Fn(&Method<'_>) -> anyhow::Result<Verdict>,
-    ) -> anyhow::Result<(Verdict, TrainedOn)> {
+        judge: &dyn Fn(&Method<'_>) -> anyhow::Result<Report>,
+    ) -> anyhow::Result<(Report, TrainedOn)> {
         if self.model()? == ModelKind::Linear {
             let prior = self.prior.or(Prior::PAPER)?;
             let Some(eta) = prior.eta else {

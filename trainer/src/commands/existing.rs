@@ -62,8 +62,8 @@ mod tests {
     use glimpse_materials::sampling::sobol_valid;
     use glimpse_materials::{Portion, Source};
     use glimpse_training::meta::learned::{Learned, LearnedDescent, LearnedFit, ValidatedLoss};
+    use glimpse_training::meta::objective::Expected;
     use glimpse_training::meta::plan::{Effort, Schedule};
-    use glimpse_training::meta::trainee::Expected;
     use glimpse_training::recipe::recipe_of;
 
     use super::super::output::write_file_forced;
@@ -113,7 +113,7 @@ mod tests {
 
         let changes: [fn(&mut Options); 4] = [
             |o| o.seed = 1,
-            |o| o.completing.limits.min_separation = 0.001,
+            |o| o.completion_options.limits.min_separation = 0.001,
             |o| o.portions[0].materials = 13,
             |o| o.parts = glimpse_training::meta::options::Parts::AllTwice,
         ];

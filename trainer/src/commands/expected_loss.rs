@@ -3,7 +3,7 @@
 use glimpse_core::recipe::{
     ExpectedLoss, Metadata, Origin, Recipe, RecipeError, Training, ValidationSplit,
 };
-use glimpse_trainer::shipped;
+use glimpse_trainer::bundled;
 use glimpse_training::recipe::split_in_words;
 
 /// The loss to expect by a recipe, in words that begin with the number; None if it states none.
@@ -21,7 +21,7 @@ pub(super) fn caution(recipe: &Recipe<'_>) -> Result<Option<String>, RecipeError
     if !training.is_some_and(|training| is_built_in(&training)) {
         return Ok(None);
     }
-    let losses = shipped::find_by_checksum(recipe.checksum()).and_then(|shipped| shipped.losses());
+    let losses = bundled::find_by_checksum(recipe.checksum()).and_then(|bundled| bundled.losses());
     let measured = match losses {
         Some(losses) => format!(
             "has loss {:.4} on 80 materials of MERL and {:.4} on 17 of RGL, on average",
@@ -142,9 +142,9 @@ mod tests {
         assert!(!is_built_in(&[Origin::BuiltIn, Origin::Files]));
         assert!(!is_built_in(&[]));
 
-        let shipped = shipped::find("neural-n8").expect("it is bundled");
-        let recipe = shipped.recipe().expect("it is whole");
-        let losses = shipped.losses().expect("they were measured");
+        let bundled = bundled::find("neural-n8").expect("it is bundled");
+        let recipe = bundled.recipe().expect("it is whole");
+        let losses = bundled.losses().expect("they were measured");
         let words = caution(&recipe)
             .expect("it makes sense")
             .expect("a caution");

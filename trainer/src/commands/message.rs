@@ -4,9 +4,9 @@ use std::error::Error;
 
 use glimpse_materials::ShareError;
 use glimpse_materials::setting::{NamesSettings, Setting};
-use glimpse_trainer::evaluation::JudgeError;
+use glimpse_trainer::evaluation::EvaluationError;
 use glimpse_trainer::measurement::FitFailure;
-use glimpse_training::meta::options::CompletingError;
+use glimpse_training::meta::options::CompletionOptionsError;
 
 /// An error and its causes, those left out that the one before has said already.
 pub(crate) fn message(error: &anyhow::Error) -> String {
@@ -28,10 +28,10 @@ fn sentence(error: &(dyn Error + 'static)) -> String {
     ) -> Option<String> {
         Some(error.downcast_ref::<E>()?.message(option))
     }
-    with_options::<JudgeError>(error)
+    with_options::<EvaluationError>(error)
         .or_else(|| with_options::<ShareError>(error))
         .or_else(|| with_options::<FitFailure>(error))
-        .or_else(|| with_options::<CompletingError>(error))
+        .or_else(|| with_options::<CompletionOptionsError>(error))
         .unwrap_or_else(|| error.to_string())
 }
 
@@ -59,9 +59,9 @@ mod tests {
 
     #[test]
     fn settings_are_named_by_their_options() {
-        let error = anyhow::Error::from(JudgeError::NeedsAll).context("a.recipe");
+        let error = anyhow::Error::from(EvaluationError::NeedsAll).context("a.recipe");
         assert!(message(&error).contains("--missing"));
-        let error = CompletingError::Range {
+        let error = CompletionOptionsError::Range {
             field: Setting::MinSeparation,
             most: 0.5,
             value: 0.75,

@@ -2,10 +2,11 @@
 
 pub(crate) mod bench;
 pub(crate) mod cells;
-mod completing;
 pub(crate) mod completion;
+mod completion_args;
 pub(crate) mod convert;
 pub(crate) mod evaluate;
+mod evaluation_report;
 mod existing;
 mod expected_loss;
 pub(crate) mod export;
@@ -28,7 +29,6 @@ pub(crate) mod recipes;
 pub(crate) mod render;
 pub(crate) mod reproduce;
 pub(crate) mod train;
-mod verdicts;
 pub(crate) mod virtual_scanner;
 
 use std::io::{self, Write};
@@ -133,7 +133,7 @@ impl From<ModelName> for ModelKind {
 pub(crate) fn load(source: &Source) -> anyhow::Result<Vec<Box<dyn Material>>> {
     // First: there may be nothing else in it.
     if let Some(left_out) = source
-        .left_out()
+        .skipped_entries()
         .ok()
         .filter(|left_out| !left_out.is_empty())
     {

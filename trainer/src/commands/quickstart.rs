@@ -10,14 +10,14 @@ use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::Recipe;
 use glimpse_materials::files::try_write;
 use glimpse_materials::{Material, Source};
-use glimpse_trainer::evaluation::{Judge, Method, SPHERE};
-use glimpse_trainer::metrics::Scores;
+use glimpse_trainer::bundled::{self, BundledRecipe};
+use glimpse_trainer::evaluation::{Evaluator, Method, SPHERE};
+use glimpse_trainer::metrics::Metrics;
 use glimpse_trainer::render::Picture;
 use glimpse_trainer::report::{
     Best, Cell, Column, Compare, Gallery, GalleryRow, Page, Table, Tile, pattern_svg,
 };
 use glimpse_trainer::route::{Machine, Order, Route, stops};
-use glimpse_trainer::shipped::{self, Shipped};
 use glimpse_training::meta::plan::Effort;
 use glimpse_training::meta::run::INNER_STEPS;
 use rayon::prelude::*;
@@ -80,7 +80,7 @@ impl Quickstart {
             seed.wrapping_add(1).max(1)
         ));
         let unseen = load(&source)?;
-        let judge = Judge::new(&unseen);
+        let judge = Evaluator::new(&unseen);
 
         eprintln!(
             "scanning {UNSEEN} unseen materials with {}",
@@ -93,21 +93,21 @@ impl Quickstart {
         let scans_by_samples = scan_all(&judge, &by_samples, seed)?;
 
         eprintln!("scanning them with the paper's methods");
-        let paper = &shipped::PAPER;
+        let paper = &bundled::PAPER;
         let recipe = paper.recipe()?;
         let methods = [
             Contender {
                 label: "Random".into(),
                 method: Method::random(ModelKind::Neural, recipe.samples(), INNER_STEPS),
                 training: None,
-                shipped: None,
+                bundled: None,
                 seconds: None,
             },
             Contender {
                 label: "Meta (paper)".into(),
                 method: Method::meta(&recipe, None)?,
                 training: Some(training_of(&recipe)?),
-                shipped: None,
+                bundled: None,
                 seconds: None,
             },
             Contender {
@@ -224,8 +224,8 @@ fn about_methods() -> String {
     )
 }
 
-fn bundled(name: &str) -> anyhow::Result<&'static Shipped> {
-    shipped::find(name).with_context(|| format!("no recipe {name} is bundled"))
+fn bundled(name: &str) -> anyhow::Result<&'static BundledRecipe> {
+    bundled::find(name).with_context(|| format!("no recipe {name} is bundled"))
 }
 
 /// A method that scans the materials.
@@ -235,20 +235,20 @@ struct Contender<'a> {
     /// Schedule, effort and training set, if it was trained.
     training: Option<String>,
     /// The bundled recipe that scans, if one does.
-    shipped: Option<&'static Shipped>,
+    bundled: Option<&'static BundledRecipe>,
     /// Seconds of a scan, if the directions are the same for all materials.
     seconds: Option<f64>,
 }
 
 impl Contender<'static> {
     /// The scan by a bundled recipe that needs no basis.
-    fn bundled(shipped: &'static Shipped, seed: u64) -> anyhow::Result<Self> {
-        let recipe = shipped.recipe()?;
+    fn bundled(bundled: &'static BundledRecipe, seed: u64) -> anyhow::Result<Self> {
+        let recipe = bundled.recipe()?;
         Ok(Self {
-            label: shipped.name.into(),
+            label: bundled.name.into(),
             method: Method::ours(&recipe, None)?,
             training: Some(training_of(&recipe)?),
-            shipped: Some(shipped),
+            bundled: Some(bundled),
             seconds: Some(seconds_of_scan(&recipe, seed)?),
         })
     }
@@ -302,11 +302,11 @@ fn seconds_of_scan(recipe: &Recipe<'_>, seed: u64) -> anyhow::Result<f64> {
 /// A material's results by each method.
 struct Scans {
     material: String,
-    each: Vec<(Scores, Picture)>,
+    each: Vec<(Metrics, Picture)>,
 }
 
 fn scan_all(
-    judge: &Judge<'_>,
+    judge: &Evaluator<'_>,
     contenders: &[Contender<'_>],
     seed: u64,
 ) -> anyhow::Result<Vec<Scans>> {
@@ -337,7 +337,7 @@ const METRICS: [(&str, usize, Best); 4] = [
 ];
 
 /// The metrics of [`METRICS`].
-fn metrics(scores: &Scores) -> [f64; METRICS.len()] {
+fn metrics(scores: &Metrics) -> [f64; METRICS.len()] {
     [scores.loss, scores.delta_e, scores.dssim, scores.psnr]
 }
 
@@ -346,8 +346,8 @@ fn table(caption: String, contenders: &[Contender<'_>], scans: &[Scans]) -> Tabl
     let number = |number: Option<f64>| number.map_or(Cell::Missing, Cell::Number);
     let rows = contenders.iter().enumerate().map(|(index, contender)| {
         let scores = scans.iter().map(|scans| scans.each[index].0);
-        let mean = Scores::mean(scores).unwrap_or_default();
-        let cycles = contender.shipped.and_then(Shipped::cycles);
+        let mean = Metrics::mean(scores).unwrap_or_default();
+        let cycles = contender.bundled.and_then(BundledRecipe::cycles);
         let mut row = vec![Cell::Text(contender.label.clone())];
         row.extend(metrics(&mean).map(Cell::Number));
         row.push(number(contender.seconds));
@@ -371,7 +371,7 @@ fn table(caption: String, contenders: &[Contender<'_>], scans: &[Scans]) -> Tabl
 /// Each material as it is and by each method, with its errors.
 fn gallery(
     caption: String,
-    judge: &Judge<'_>,
+    judge: &Evaluator<'_>,
     contenders: &[Contender<'_>],
     scans: &[Scans],
 ) -> Gallery {

@@ -9,8 +9,8 @@ use clap::error::{ContextKind, ContextValue};
 use clap::{Arg, Args, Command, Subcommand};
 use glimpse_core::recipe::Recipe;
 use glimpse_materials::basis::Basis;
+use glimpse_trainer::bundled::{self, BundledRecipe};
 use glimpse_trainer::report::{Best, Cell, Column, Compare, Table};
-use glimpse_trainer::shipped::{self, Shipped};
 use serde_json::{Value, json};
 
 use super::output::{make_out, write_files_forced};
@@ -115,19 +115,19 @@ impl TypedValueParser for NameParser {
 
 /// All names that `trainer recipes get` takes.
 fn names() -> impl Iterator<Item = &'static str> {
-    let names = shipped::ALL.iter().map(|shipped| shipped.name);
+    let names = bundled::ALL.iter().map(|bundled| bundled.name);
     names.chain([ALL])
 }
 
-fn recipe_of(shipped: &Shipped) -> anyhow::Result<Recipe<'static>> {
-    let recipe = shipped.recipe();
-    recipe.with_context(|| format!("the bundled recipe {}", shipped.name))
+fn recipe_of(bundled: &BundledRecipe) -> anyhow::Result<Recipe<'static>> {
+    let recipe = bundled.recipe();
+    recipe.with_context(|| format!("the bundled recipe {}", bundled.name))
 }
 
 fn list_as_json() -> anyhow::Result<Value> {
-    let entry = |shipped: &Shipped| -> anyhow::Result<Value> {
-        let recipe = recipe_of(shipped)?;
-        let losses = shipped.losses().map(|losses| {
+    let entry = |bundled: &BundledRecipe| -> anyhow::Result<Value> {
+        let recipe = recipe_of(bundled)?;
+        let losses = bundled.losses().map(|losses| {
             json!({
                 "procedural": losses.procedural,
                 "merl": losses.merl,
@@ -135,28 +135,28 @@ fn list_as_json() -> anyhow::Result<Value> {
             })
         });
         Ok(json!({
-            "name": shipped.name,
+            "name": bundled.name,
             "model": recipe.model().name(),
             "samples": recipe.samples(),
             "takes_missing": recipe.tolerates_missing(),
             "checksum": format!("{:08x}", recipe.checksum()),
-            "bytes": shipped.bytes.len(),
-            "basis_bytes": shipped.basis().map(<[u8]>::len),
+            "bytes": bundled.bytes.len(),
+            "basis_bytes": bundled.basis().map(<[u8]>::len),
             "loss": losses,
         }))
     };
-    shipped::ALL.iter().map(entry).collect()
+    bundled::ALL.iter().map(entry).collect()
 }
 
 fn list() -> anyhow::Result<Table> {
-    let row = |shipped: &Shipped| {
-        let recipe = recipe_of(shipped)?;
+    let row = |bundled: &BundledRecipe| {
+        let recipe = recipe_of(bundled)?;
         let mut row = vec![
-            Cell::Text(shipped.name.to_owned()),
+            Cell::Text(bundled.name.to_owned()),
             Cell::Number(recipe.samples() as f64),
-            Cell::Number(shipped.bytes.len() as f64),
+            Cell::Number(bundled.bytes.len() as f64),
         ];
-        if let Some(losses) = shipped.losses() {
+        if let Some(losses) = bundled.losses() {
             let each = [losses.procedural, losses.merl, losses.rgl];
             row.extend(each.map(Cell::Number));
         }
@@ -166,7 +166,7 @@ fn list() -> anyhow::Result<Table> {
         caption: format!(
             "Bundled recipes: mean loss on materials that training never saw. Each of the model linear \
              has a compact basis in addition, {} bytes",
-            shipped::BASIS.len()
+            bundled::BASIS.len()
         ),
         columns: vec![
             Column::text("Recipe"),
@@ -176,7 +176,7 @@ fn list() -> anyhow::Result<Table> {
             Column::number("80 of MERL's", 4, Best::None),
             Column::number("17 of RGL's", 4, Best::None),
         ],
-        rows: shipped::ALL
+        rows: bundled::ALL
             .iter()
             .map(row)
             .collect::<anyhow::Result<_>>()?,
@@ -187,23 +187,23 @@ fn list() -> anyhow::Result<Table> {
 impl Get {
     fn run(&self) -> anyhow::Result<()> {
         let mut files = Vec::new();
-        for shipped in self.chosen()? {
-            let recipe = self.out.join(format!("{}.recipe", shipped.name));
-            if let Some(basis) = shipped.basis() {
+        for bundled in self.chosen()? {
+            let recipe = self.out.join(format!("{}.recipe", bundled.name));
+            if let Some(basis) = bundled.basis() {
                 files.push((Basis::beside(&recipe), basis.to_vec()));
             }
-            files.push((recipe, shipped.bytes.to_vec()));
+            files.push((recipe, bundled.bytes.to_vec()));
         }
         make_out(&self.out)?;
         write_files_forced(&files, self.force)
     }
 
-    fn chosen(&self) -> anyhow::Result<Vec<&'static Shipped>> {
+    fn chosen(&self) -> anyhow::Result<Vec<&'static BundledRecipe>> {
         if self.names.iter().any(|name| name == ALL) {
-            return Ok(shipped::ALL.iter().collect());
+            return Ok(bundled::ALL.iter().collect());
         }
-        let find = |name: &String| match shipped::find(name) {
-            Some(shipped) => Ok(shipped),
+        let find = |name: &String| match bundled::find(name) {
+            Some(bundled) => Ok(bundled),
             None => bail!(
                 "there is no bundled recipe `{name}`: `trainer recipes list` prints their names, and `trainer \
                  train` makes others"

@@ -86,7 +86,7 @@ impl Reproduce {
     /// Refuses, by name, what the experiment makes no use of.
     fn refuse_what_has_no_effect(&self) -> anyhow::Result<()> {
         let name = self.experiment.name();
-        if !self.additional.is_empty() && !self.experiment.judges_additional() {
+        if !self.additional.is_empty() && !self.experiment.evaluates_additional() {
             bail!("--additional has no effect: {name} judges on --test only");
         }
         if self.most_samples.is_some() && !self.experiment.grows() {

@@ -16,7 +16,7 @@ use glimpse_training::meta::outer::Checkpoints;
 use glimpse_training::meta::plan::{Effort, Schedule};
 use glimpse_training::recipe::{RecipeFile, recipe_of};
 
-use super::completing::CompletingArgs;
+use super::completion_args::CompletionArgs;
 use super::existing::{Existing, existing_at};
 use super::expected_loss::expected_loss;
 use super::lock::Lock;
@@ -84,7 +84,7 @@ pub(crate) struct Train {
     #[command(flatten)]
     pub(super) prior: PriorArgs,
     #[command(flatten)]
-    completing: CompletingArgs,
+    completion_options: CompletionArgs,
     /// How the parts are trained
     #[arg(long, value_enum, default_value_t = Schedule::Prior)]
     schedule: Schedule,
@@ -189,7 +189,7 @@ impl Train {
         Ok(Job {
             options: Options {
                 prior: self.prior.or(default)?,
-                completing: self.completing.of(self.schedule, samples)?,
+                completion_options: self.completion_options.of(self.schedule, samples)?,
                 ..Options::new(model.into(), samples, self.schedule, self.effort, seed)
             },
             data,
@@ -347,7 +347,7 @@ impl Job {
 
     /// What tasks are of, in words.
     fn mixture(&self, portions: &[Portion]) -> String {
-        let procedural = self.options.completing.procedural;
+        let procedural = self.options.completion_options.procedural;
         let percent = |share: f32| 100.0 * share;
         let mut parts: Vec<String> = portions
             .iter()

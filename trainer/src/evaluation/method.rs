@@ -11,7 +11,7 @@ use glimpse_materials::sampling::uniform_valid;
 use glimpse_materials::{Fitted, Material};
 use glimpse_training::linear::Reduced;
 
-use super::JudgeError;
+use super::EvaluationError;
 use super::adam;
 use super::readings::Readings;
 
@@ -63,10 +63,10 @@ impl<'a> Method<'a> {
     /// A recipe's pattern, and its way to fit. Linear needs the basis of the recipe.
     ///
     /// # Errors
-    /// [`JudgeError::Basis`]
-    pub fn ours(recipe: &Recipe<'a>, basis: Option<&'a Basis>) -> Result<Self, JudgeError> {
+    /// [`EvaluationError::Basis`]
+    pub fn ours(recipe: &Recipe<'a>, basis: Option<&'a Basis>) -> Result<Self, EvaluationError> {
         if recipe.model() == ModelKind::Linear && basis.is_none() {
-            return Err(JudgeError::Basis);
+            return Err(EvaluationError::Basis);
         }
         Ok(Self {
             name: match recipe.completed() {
@@ -84,8 +84,8 @@ impl<'a> Method<'a> {
     /// A recipe's way to fit (start and step sizes, or precisions), at as many random directions.
     ///
     /// # Errors
-    /// [`JudgeError::Basis`]
-    pub fn meta(recipe: &Recipe<'a>, basis: Option<&'a Basis>) -> Result<Self, JudgeError> {
+    /// [`EvaluationError::Basis`]
+    pub fn meta(recipe: &Recipe<'a>, basis: Option<&'a Basis>) -> Result<Self, EvaluationError> {
         let places = Places::Random(recipe.samples());
         Self::at_places("meta", recipe, basis, places)
     }
@@ -93,13 +93,13 @@ impl<'a> Method<'a> {
     /// A recipe's way to fit at other directions than its own, under a name.
     ///
     /// # Errors
-    /// [`JudgeError::Basis`]
+    /// [`EvaluationError::Basis`]
     pub fn elsewhere(
         name: &'static str,
         recipe: &Recipe<'a>,
         basis: Option<&'a Basis>,
         pattern: Vec<Angles<f32>>,
-    ) -> Result<Self, JudgeError> {
+    ) -> Result<Self, EvaluationError> {
         Self::at_places(name, recipe, basis, Places::Pattern(pattern))
     }
 
@@ -108,7 +108,7 @@ impl<'a> Method<'a> {
         recipe: &Recipe<'a>,
         basis: Option<&'a Basis>,
         places: Places,
-    ) -> Result<Self, JudgeError> {
+    ) -> Result<Self, EvaluationError> {
         let fitting = match (recipe.method(), basis) {
             (FitMethod::Descent(descent), _) => Fitting::DescentAnywhere(descent),
             // The recipe's reduced basis is of its own directions.
@@ -116,8 +116,8 @@ impl<'a> Method<'a> {
                 let precision = ridge.precision().iter().map(f64::from).collect();
                 Fitting::RidgeAnywhere(precision, basis)
             }
-            (FitMethod::Ridge(_), None) => return Err(JudgeError::Basis),
-            (FitMethod::Completed(_), _) => return Err(JudgeError::Elsewhere),
+            (FitMethod::Ridge(_), None) => return Err(EvaluationError::Basis),
+            (FitMethod::Completed(_), _) => return Err(EvaluationError::Elsewhere),
         };
         Ok(Self {
             name,
@@ -143,15 +143,15 @@ impl<'a> Method<'a> {
     /// device.
     ///
     /// # Errors
-    /// [`JudgeError::Compact`]
-    pub fn by_compact(self, compact: &'a Basis) -> Result<Self, JudgeError> {
+    /// [`EvaluationError::Compact`]
+    pub fn by_compact(self, compact: &'a Basis) -> Result<Self, EvaluationError> {
         let of = match &self.fitting {
             Fitting::Scan(_, basis) => basis.map(Basis::named_by),
             Fitting::RidgeAnywhere(_, basis) => Some(basis.named_by()),
             _ => None,
         };
         if of != Some(compact.named_by()) {
-            return Err(JudgeError::Compact);
+            return Err(EvaluationError::Compact);
         }
         Ok(Self {
             compact: Some(compact),
@@ -162,18 +162,18 @@ impl<'a> Method<'a> {
     /// The same, from readings that are noisy, or some of them missing.
     ///
     /// # Errors
-    /// [`JudgeError::Readings`] if it is no scan by a recipe, [`JudgeError::NeedsAll`] if its recipe
-    /// cannot do without some, [`JudgeError::FewerReadings`] if it has not as many.
-    pub fn with_readings(self, readings: Readings) -> Result<Self, JudgeError> {
+    /// [`EvaluationError::Readings`] if it is no scan by a recipe, [`EvaluationError::NeedsAll`] if its recipe
+    /// cannot do without some, [`EvaluationError::FewerReadings`] if it has not as many.
+    pub fn with_readings(self, readings: Readings) -> Result<Self, EvaluationError> {
         let Fitting::Scan(recipe, _) = &self.fitting else {
-            return Err(JudgeError::Readings);
+            return Err(EvaluationError::Readings);
         };
         if readings.are_missing() && !recipe.tolerates_missing() {
-            return Err(JudgeError::NeedsAll);
+            return Err(EvaluationError::NeedsAll);
         }
         let samples = recipe.samples();
         if let Some(first) = readings.first.filter(|first| *first > samples) {
-            return Err(JudgeError::FewerReadings { first, samples });
+            return Err(EvaluationError::FewerReadings { first, samples });
         }
         Ok(Self { readings, ..self })
     }
@@ -283,20 +283,20 @@ impl<'a> Method<'a> {
     /// Fits a material; what a recipe says is done as on the device: in f32, by core's own code.
     ///
     /// # Errors
-    /// [`JudgeError::Ridge`]
-    pub fn fit(&self, material: &dyn Material, seed: u64) -> Result<Fitted, JudgeError> {
+    /// [`EvaluationError::Ridge`]
+    pub fn fit(&self, material: &dyn Material, seed: u64) -> Result<Fitted, EvaluationError> {
         Ok(self.fit_and_predict(material, seed)?.0)
     }
 
     /// The same, and the loss that the fit is likely to have, where a recipe predicts one.
     ///
     /// # Errors
-    /// [`JudgeError::Ridge`]
+    /// [`EvaluationError::Ridge`]
     pub fn fit_and_predict(
         &self,
         material: &dyn Material,
         seed: u64,
-    ) -> Result<(Fitted, Option<f32>), JudgeError> {
+    ) -> Result<(Fitted, Option<f32>), EvaluationError> {
         let mut predicted = None;
         let fitted = self.fit_telling(material, seed, &mut predicted)?;
         Ok((fitted, predicted))
@@ -307,7 +307,7 @@ impl<'a> Method<'a> {
         material: &dyn Material,
         seed: u64,
         predicted: &mut Option<f32>,
-    ) -> Result<Fitted, JudgeError> {
+    ) -> Result<Fitted, EvaluationError> {
         let drawn;
         let angles = match &self.places {
             Places::Pattern(pattern) => pattern,
@@ -358,7 +358,7 @@ impl<'a> Method<'a> {
                 _ => parameters
             ),
         };
-        Fitted::new(self.model(), parameters, None).ok_or(JudgeError::Basis)
+        Fitted::new(self.model(), parameters, None).ok_or(EvaluationError::Basis)
     }
 }
 

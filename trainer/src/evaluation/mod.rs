@@ -21,7 +21,7 @@ use glimpse_materials::setting::{NamesSettings, Naming, Setting};
 use glimpse_materials::{Fitted, Material};
 use rayon::prelude::*;
 
-use crate::metrics::{CompareError, Scores};
+use crate::metrics::{CompareError, Metrics};
 use crate::render::{Environment, Picture, render_sphere};
 
 /// Width and height of the spheres that metrics are of, in pixels.
@@ -32,7 +32,7 @@ pub const SPHERE: usize = 128;
 
 /// Why a method cannot be judged.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum JudgeError {
+pub enum EvaluationError {
     /// A recipe of the model Linear came without its basis.
     #[error("a recipe of the model linear needs the basis that was written beside it")]
     Basis,
@@ -76,7 +76,7 @@ pub enum JudgeError {
     Compare(#[from] CompareError),
 }
 
-impl NamesSettings for JudgeError {
+impl NamesSettings for EvaluationError {
     fn message(&self, name: Naming) -> String {
         match self {
             Self::Elsewhere => format!(
@@ -100,7 +100,7 @@ impl NamesSettings for JudgeError {
 }
 
 /// Materials, their values and their spheres: all that fits are compared with.
-pub struct Judge<'a> {
+pub struct Evaluator<'a> {
     materials: &'a [Box<dyn Material>],
     at: Vec<HalfDifference<f32>>,
     environment: Environment,
@@ -114,12 +114,12 @@ struct Reference {
 
 /// A material's name and how well it was fitted.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
-pub struct MaterialScores {
+pub struct MaterialMetrics {
     /// Its name.
     pub name: String,
     /// Its scores, averaged over the seeds.
     #[serde(flatten)]
-    pub scores: Scores,
+    pub scores: Metrics,
     /// The loss that its fit was likely to have, by its readings, where the recipe predicts one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub predicted_loss: Option<f64>,
@@ -127,7 +127,7 @@ pub struct MaterialScores {
 
 /// How well a method does.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
-pub struct Verdict {
+pub struct Report {
     /// The method.
     pub method: &'static str,
     /// The model.
@@ -136,7 +136,7 @@ pub struct Verdict {
     pub samples: usize,
     /// Means over the materials.
     #[serde(flatten)]
-    pub scores: Scores,
+    pub scores: Metrics,
     /// Standard error of the mean loss, over the materials; None of one.
     pub loss_standard_error: Option<f64>,
     /// How many seeds were averaged over.
@@ -144,10 +144,10 @@ pub struct Verdict {
     /// Standard deviation of the mean loss from seed to seed.
     pub loss_spread: f64,
     /// Each material.
-    pub materials: Vec<MaterialScores>,
+    pub materials: Vec<MaterialMetrics>,
 }
 
-impl Verdict {
+impl Report {
     /// The loss of each material.
     #[must_use]
     pub fn losses(&self) -> Vec<f64> {
@@ -163,7 +163,7 @@ impl Verdict {
     }
 }
 
-impl<'a> Judge<'a> {
+impl<'a> Evaluator<'a> {
     /// Evaluates and renders the materials in the built-in studio.
     #[must_use]
     pub fn new(materials: &'a [Box<dyn Material>]) -> Self {
@@ -217,43 +217,48 @@ impl<'a> Judge<'a> {
         &self,
         material: usize,
         fitted: &Fitted,
-    ) -> Result<(Scores, Picture), CompareError> {
+    ) -> Result<(Metrics, Picture), CompareError> {
         let reference = &self.references[material];
         let loss = mean_log_error(fitted, &self.at, &reference.values);
         let sphere = self.render(fitted);
-        let scores = Scores::of_spheres(loss, &reference.sphere, &sphere)?;
+        let scores = Metrics::of_spheres(loss, &reference.sphere, &sphere)?;
         Ok((scores, sphere))
     }
 
     /// Fits every material by a method, with so many seeds if it is random, and compares.
     ///
     /// # Errors
-    /// [`JudgeError::Ridge`]
-    pub fn judge(&self, method: &Method<'_>, seed: u64, seeds: u64) -> Result<Verdict, JudgeError> {
-        self.judge_telling(method, seed, seeds, &|| {}, &AtomicBool::new(false))
+    /// [`EvaluationError::Ridge`]
+    pub fn judge(
+        &self,
+        method: &Method<'_>,
+        seed: u64,
+        seeds: u64,
+    ) -> Result<Report, EvaluationError> {
+        self.evaluate_with_progress(method, seed, seeds, &|| {}, &AtomicBool::new(false))
     }
 
     /// The same, and calls `done` after every material, from whichever thread has judged it; no other fit is
     /// begun once `stop` is set.
     ///
     /// # Errors
-    /// [`JudgeError::Ridge`], [`JudgeError::Stopped`]
-    pub fn judge_telling(
+    /// [`EvaluationError::Ridge`], [`EvaluationError::Stopped`]
+    pub fn evaluate_with_progress(
         &self,
         method: &Method<'_>,
         seed: u64,
         seeds: u64,
         done: &(dyn Fn() + Sync),
         stop: &AtomicBool,
-    ) -> Result<Verdict, JudgeError> {
+    ) -> Result<Report, EvaluationError> {
         let seeds = if method.is_random() { seeds.max(1) } else { 1 };
-        let all: Vec<Vec<(Scores, Option<f64>)>> = (0..self.materials.len())
+        let all: Vec<Vec<(Metrics, Option<f64>)>> = (0..self.materials.len())
             .into_par_iter()
             .map(|material| {
                 let scores = (0..seeds)
                     .map(|offset| {
                         if stop.load(Ordering::Relaxed) {
-                            return Err(JudgeError::Stopped);
+                            return Err(EvaluationError::Stopped);
                         }
                         // Each material and each repetition draws samples of its own.
                         let seed = seed.wrapping_add((offset << 32) | material as u64);
@@ -266,14 +271,14 @@ impl<'a> Judge<'a> {
                 done();
                 scores
             })
-            .collect::<Result<_, JudgeError>>()?;
-        let materials: Vec<MaterialScores> = self
+            .collect::<Result<_, EvaluationError>>()?;
+        let materials: Vec<MaterialMetrics> = self
             .materials
             .iter()
             .zip(&all)
-            .map(|(material, scores)| MaterialScores {
+            .map(|(material, scores)| MaterialMetrics {
                 name: material.name().to_owned(),
-                scores: Scores::of_repetitions(scores.iter().map(|(scores, _)| *scores))
+                scores: Metrics::of_repetitions(scores.iter().map(|(scores, _)| *scores))
                     .unwrap_or_default(),
                 predicted_loss: scores
                     .iter()
@@ -288,12 +293,12 @@ impl<'a> Judge<'a> {
             })
             .collect();
         let losses: Vec<f64> = materials.iter().map(|each| each.scores.loss).collect();
-        Ok(Verdict {
+        Ok(Report {
             loss_standard_error: Estimate::of(&losses).standard_error,
             method: method.name(),
             model: method.model().name(),
             samples: method.samples(),
-            scores: Scores::mean(materials.iter().map(|each| each.scores)).unwrap_or_default(),
+            scores: Metrics::mean(materials.iter().map(|each| each.scores)).unwrap_or_default(),
             seeds,
             loss_spread: deviation(&by_seed),
             materials,

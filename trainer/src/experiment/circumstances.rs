@@ -18,7 +18,7 @@ pub(crate) struct MaterialSet {
 
 /// Settings under which figures were found.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct Circumstances {
+pub(crate) struct RunSettings {
     /// Schedules that trained, each with its effort.
     pub(crate) trainings: Vec<(Schedule, Effort)>,
     /// Seed of all random numbers.
@@ -31,7 +31,7 @@ pub(crate) struct Circumstances {
     pub(crate) test_set: MaterialSet,
 }
 
-impl Circumstances {
+impl RunSettings {
     /// The same as data.
     pub(super) fn to_json(&self) -> Value {
         let trainings = self.trainings.iter().map(|(schedule, effort)| {
@@ -54,7 +54,7 @@ impl fmt::Display for MaterialSet {
     }
 }
 
-impl fmt::Display for Circumstances {
+impl fmt::Display for RunSettings {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for (index, (schedule, effort)) in self.trainings.iter().enumerate() {
             let before = if index == 0 { "Schedule" } else { ", schedule" };

@@ -9,7 +9,7 @@ use glimpse_trainer::report::{Cell, Gallery, Page, Plot, Table};
 use glimpse_training::meta::plan::Schedule;
 use serde_json::{Map, Value, json};
 
-use super::circumstances::Circumstances;
+use super::circumstances::RunSettings;
 use super::kept::keep;
 use super::store::{Store, TestSet};
 
@@ -18,7 +18,7 @@ pub(crate) enum Part {
     /// A paragraph.
     Text(String),
     /// A table, the name of its files, and the settings that it was found under.
-    Table(String, Table, Circumstances),
+    Table(String, Table, RunSettings),
     /// A plot with a caption, and the name of its files.
     Plot(String, Plot, String),
     /// A drawing as SVG with a caption, and the name of its files.
@@ -30,7 +30,7 @@ pub(crate) enum Part {
 /// Results of an experiment. Every caption ends with the settings that it was run with.
 pub(crate) struct Findings {
     title: &'static str,
-    circumstances: Circumstances,
+    circumstances: RunSettings,
     parts: Vec<Part>,
 }
 
@@ -151,7 +151,7 @@ impl Findings {
 }
 
 /// A list of rows, each with its columns by their titles, and the settings.
-fn table_as_json(table: &Table, circumstances: &Circumstances) -> Value {
+fn table_as_json(table: &Table, circumstances: &RunSettings) -> Value {
     let row = |row: &Vec<Cell>| {
         let entries = table.columns.iter().zip(row).map(|(column, cell)| {
             let value = match cell {

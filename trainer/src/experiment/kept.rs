@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, anyhow};
 use glimpse_materials::basis::Basis;
 use glimpse_materials::files::{make_folders, write_whole};
-use glimpse_trainer::evaluation::{MaterialScores, Verdict};
-use glimpse_trainer::metrics::Scores;
+use glimpse_trainer::evaluation::{MaterialMetrics, Report};
+use glimpse_trainer::metrics::Metrics;
 use glimpse_training::recipe::RecipeFile;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -24,24 +24,24 @@ pub(crate) struct Recipe {
 pub(crate) struct Evaluation {
     /// Means over the materials.
     #[serde(flatten)]
-    pub(crate) scores: Scores,
+    pub(crate) scores: Metrics,
     /// How many seeds were averaged over.
     pub(crate) seeds: u64,
     /// Standard deviation of the mean loss from seed to seed.
     pub(crate) loss_spread: f64,
     /// Each material.
-    pub(crate) materials: Vec<MaterialScores>,
+    pub(crate) materials: Vec<MaterialMetrics>,
 }
 
-impl From<Verdict> for Evaluation {
-    fn from(verdict: Verdict) -> Self {
-        let Verdict {
+impl From<Report> for Evaluation {
+    fn from(report: Report) -> Self {
+        let Report {
             scores,
             seeds,
             loss_spread,
             materials,
             ..
-        } = verdict;
+        } = report;
         Self {
             scores,
             seeds,

@@ -95,7 +95,7 @@ impl Experiment {
     }
 
     /// True if it judges on further materials than those of the test set.
-    pub(crate) fn judges_additional(self) -> bool {
+    pub(crate) fn evaluates_additional(self) -> bool {
         matches!(self, Self::Additional | Self::All)
     }
 

@@ -8,13 +8,13 @@ use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::ValidationSplit;
 use glimpse_materials::Material;
 use glimpse_materials::sampling::sobol_valid;
-use glimpse_trainer::evaluation::MaterialScores;
-use glimpse_trainer::metrics::Scores;
+use glimpse_trainer::evaluation::MaterialMetrics;
+use glimpse_trainer::metrics::Metrics;
 use glimpse_training::meta::learned::{Learned, LearnedDescent, LearnedFit, ValidatedLoss};
+use glimpse_training::meta::objective::Expected;
 use glimpse_training::meta::options::Options;
 use glimpse_training::meta::plan::{Effort, Schedule};
 use glimpse_training::meta::start::first_guess;
-use glimpse_training::meta::trainee::Expected;
 use glimpse_training::recipe::recipe_of;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -178,14 +178,14 @@ pub(super) fn blank_recipe(samples: usize) -> anyhow::Result<Recipe> {
 
 /// What stands for a judgment that is not made.
 pub(super) fn blank_evaluation(seeds: u64, materials: &[Box<dyn Material>]) -> Evaluation {
-    let scores = Scores {
+    let scores = Metrics {
         loss: 1.0,
         dssim: 1.0,
         l2: 1.0,
         psnr: 1.0,
         delta_e: 1.0,
     };
-    let each = materials.iter().map(|material| MaterialScores {
+    let each = materials.iter().map(|material| MaterialMetrics {
         name: material.name().to_owned(),
         scores,
         predicted_loss: None,

@@ -1,7 +1,7 @@
 //! The loss and the color difference of each material, sorted by the loss of Ours (paper, figure
 //! "Zipfplots").
 
-use glimpse_trainer::metrics::Scores;
+use glimpse_trainer::metrics::Metrics;
 use glimpse_trainer::report::{Axis, Best, Cell, Column, Compare, Plot, Scale, Table};
 
 use super::case::{Approach, Case};
@@ -24,7 +24,7 @@ pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
                 .iter()
                 .map(|each| each.name.clone())
                 .collect();
-            let each = |metric: fn(&Scores) -> f64| -> Vec<f64> {
+            let each = |metric: fn(&Metrics) -> f64| -> Vec<f64> {
                 let materials = evaluation.materials.iter();
                 materials.map(|each| metric(&each.scores)).collect()
             };

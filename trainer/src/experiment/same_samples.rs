@@ -2,7 +2,7 @@
 //! spheres of two materials (figure "MethodsModels").
 
 use glimpse_core::model::ModelKind;
-use glimpse_trainer::metrics::Scores;
+use glimpse_trainer::metrics::Metrics;
 use glimpse_trainer::report::{Best, Cell, Column, Compare, Table};
 use glimpse_training::linear::Prior;
 
@@ -90,8 +90,8 @@ pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
 }
 
 /// For each metric: who is better than whom.
-fn order_rows(model: ModelKind, scores: &[(Approach, Scores)]) -> Vec<Vec<Cell>> {
-    let order = |of: &dyn Fn(&(Approach, Scores)) -> Option<f64>, best: Best| {
+fn order_rows(model: ModelKind, scores: &[(Approach, Metrics)]) -> Vec<Vec<Cell>> {
+    let order = |of: &dyn Fn(&(Approach, Metrics)) -> Option<f64>, best: Best| {
         let mut ranked: Vec<(f64, &str)> = scores
             .iter()
             .filter_map(|entry| Some((of(entry)?, entry.0.name())))

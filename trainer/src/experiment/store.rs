@@ -15,7 +15,7 @@ use glimpse_materials::basis::Basis;
 use glimpse_materials::files::make_folders;
 use glimpse_materials::loss::DIRECTIONS;
 use glimpse_materials::{Material, Portion, Source};
-use glimpse_trainer::evaluation::{Judge, Method, OPTIMUM_STEPS, Verdict};
+use glimpse_trainer::evaluation::{Evaluator, Method, OPTIMUM_STEPS, Report};
 use glimpse_trainer::render::Environment;
 use glimpse_training::linear::{Columns, least_condition, principal_components};
 use glimpse_training::meta;
@@ -28,7 +28,7 @@ use glimpse_training::recipe::{RecipeFile, recipe_of};
 use serde::{Deserialize, Serialize};
 
 use super::case::{Approach, Case, TrainingRun};
-use super::circumstances::{Circumstances, MaterialSet};
+use super::circumstances::{MaterialSet, RunSettings};
 pub(crate) use super::kept::{Evaluation, Recipe};
 use super::kept::{keep, read_evaluation, with_extension};
 use super::needed::{Needed, NotMade, Purpose, blank_evaluation, blank_recipe};
@@ -92,7 +92,7 @@ pub(crate) struct TestSet<'a> {
     source: String,
     /// The materials.
     pub(crate) materials: &'a [Box<dyn Material>],
-    judge: OnceCell<Judge<'a>>,
+    judge: OnceCell<Evaluator<'a>>,
     environment: &'a Environment,
 }
 
@@ -113,9 +113,9 @@ impl<'a> TestSet<'a> {
     }
 
     /// Their judge, who renders all of them when first asked.
-    pub(crate) fn judge(&self) -> &Judge<'a> {
+    pub(crate) fn judge(&self) -> &Evaluator<'a> {
         self.judge
-            .get_or_init(|| Judge::under(self.environment.clone(), self.materials))
+            .get_or_init(|| Evaluator::under(self.environment.clone(), self.materials))
     }
 }
 
@@ -193,10 +193,10 @@ impl<'a> Store<'a> {
     }
 
     /// The settings that results are found under: of methods trained by these schedules, judged on a set.
-    pub(crate) fn circumstances(&self, set: &TestSet<'_>, schedules: &[Schedule]) -> Circumstances {
+    pub(crate) fn circumstances(&self, set: &TestSet<'_>, schedules: &[Schedule]) -> RunSettings {
         let settings = &self.settings;
         let trainings = schedules.iter();
-        Circumstances {
+        RunSettings {
             trainings: trainings
                 .map(|schedule| (*schedule, settings.effort_of(*schedule)))
                 .collect(),
@@ -409,7 +409,7 @@ impl<'a> Store<'a> {
         set: &TestSet<'_>,
         name: &str,
         seeds: u64,
-        make: impl FnOnce(&dyn Fn(&Method<'_>) -> anyhow::Result<Verdict>) -> anyhow::Result<Verdict>,
+        make: impl FnOnce(&dyn Fn(&Method<'_>) -> anyhow::Result<Report>) -> anyhow::Result<Report>,
     ) -> anyhow::Result<Evaluation> {
         let short = name;
         let name = format!("{SHEETS}/{}/{short}", set.label);
@@ -443,11 +443,11 @@ impl<'a> Store<'a> {
             eprintln!("judging {short} on {}", set.label);
             Ok(set.judge().judge(method, self.settings.seed, seeds)?)
         };
-        let verdict = match &self.purpose {
+        let report = match &self.purpose {
             Purpose::Only(wanted) => wanted.judge(|| make(&judge)),
             _ => make(&judge),
         }?;
-        let evaluation = Evaluation::from(verdict);
+        let evaluation = Evaluation::from(report);
         keep(&path, serde_json::to_string_pretty(&evaluation)?.as_bytes())?;
         Ok(evaluation)
     }
@@ -483,7 +483,7 @@ impl<'a> Store<'a> {
 
 /// Applies no method, so that only what it needs is asked for.
 fn name_only(
-    make: impl FnOnce(&dyn Fn(&Method<'_>) -> anyhow::Result<Verdict>) -> anyhow::Result<Verdict>,
+    make: impl FnOnce(&dyn Fn(&Method<'_>) -> anyhow::Result<Report>) -> anyhow::Result<Report>,
 ) -> anyhow::Result<()> {
     match make(&|_| Err(NotMade.into())) {
         Err(error) if !error.is::<NotMade>() => Err(error),

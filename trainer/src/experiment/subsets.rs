@@ -3,10 +3,10 @@
 use anyhow::Context;
 use glimpse_core::model::ModelKind;
 use glimpse_materials::Material;
-use glimpse_trainer::evaluation::{MaterialScores, Method};
+use glimpse_trainer::evaluation::{MaterialMetrics, Method};
 use glimpse_trainer::report::{Best, Cell, Column, Compare, Table};
 use glimpse_training::meta::options::Parts;
-use glimpse_training::meta::plan::Known;
+use glimpse_training::meta::plan::PretrainedInit;
 
 use super::case::{Approach, Case, TrainingRun};
 use super::findings::Findings;
@@ -46,7 +46,7 @@ pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
     let Some(descent) = recipe.descent() else {
         anyhow::bail!("a recipe of the model neural is fitted by descent");
     };
-    let known = Known {
+    let known = PretrainedInit {
         initial: descent.initial().iter().collect(),
         step_sizes: descent.step_sizes().iter().collect(),
     };
@@ -98,7 +98,7 @@ fn parts(store: &Store<'_>, materials: &[Box<dyn Material>]) -> [Vec<String>; 3]
     [names.clone(), diffuse.to_vec(), glossy.to_vec()]
 }
 
-fn mean(materials: &[MaterialScores], names: &[String]) -> f64 {
+fn mean(materials: &[MaterialMetrics], names: &[String]) -> f64 {
     let losses: Vec<f64> = materials
         .iter()
         .filter(|each| names.contains(&each.name))

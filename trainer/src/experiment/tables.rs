@@ -2,7 +2,7 @@
 
 use glimpse_core::model::ModelKind;
 use glimpse_trainer::evaluation::Estimate;
-use glimpse_trainer::metrics::Scores;
+use glimpse_trainer::metrics::Metrics;
 use glimpse_trainer::report::{Best, Cell, Column};
 use glimpse_training::meta::plan::Schedule;
 
@@ -50,8 +50,8 @@ pub(super) const PAPER_METRICS: usize = 4;
 pub(super) type PaperMetrics = [f64; PAPER_METRICS];
 
 /// The metrics in the order of [`METRICS`].
-pub(super) fn metrics(scores: &Scores) -> [f64; METRICS.len()] {
-    let Scores {
+pub(super) fn metrics(scores: &Metrics) -> [f64; METRICS.len()] {
+    let Metrics {
         loss,
         dssim,
         l2,

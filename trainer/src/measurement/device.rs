@@ -10,7 +10,7 @@ use glimpse_materials::basis::widened;
 use glimpse_materials::untrusted::{escaped, in_short, read_at_most};
 use serde::Deserialize;
 
-use super::fit::{Fate, Fit, examine};
+use super::fit::{Fit, ReadingStatus, examine};
 use super::matching::Arms;
 use super::measured::Measured;
 
@@ -195,9 +195,9 @@ impl DeviceReport {
             .samples
             .iter()
             .map(|sample| match sample.count() {
-                0 => Fate::Missing,
-                _ if sample.saturated() && recipe.tolerates_missing() => Fate::Saturated,
-                _ => Fate::Used,
+                0 => ReadingStatus::Missing,
+                _ if sample.saturated() && recipe.tolerates_missing() => ReadingStatus::Saturated,
+                _ => ReadingStatus::Used,
             })
             .collect();
         let fit = Fit {

@@ -14,7 +14,7 @@ use super::outliers::{Distribution, Examined};
 /// What becomes of a sample's reading. Files hold it as a code: `used`, `missing`, `saturated` or `outlier`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Fate {
+pub enum ReadingStatus {
     /// The fit goes by it.
     Used,
     /// There is none.
@@ -23,10 +23,10 @@ pub enum Fate {
     Saturated,
     /// It looks wrong, and the recipe can do without it.
     #[serde(rename = "outlier")]
-    LeftOut,
+    Excluded,
 }
 
-impl Fate {
+impl ReadingStatus {
     /// In a word.
     #[must_use]
     pub fn name(self) -> &'static str {
@@ -34,7 +34,7 @@ impl Fate {
             Self::Used => "used",
             Self::Missing => "missing",
             Self::Saturated => "saturated",
-            Self::LeftOut => "left out",
+            Self::Excluded => "left out",
         }
     }
 }
@@ -50,7 +50,7 @@ pub struct Fit {
     /// The loss that the fit is likely to have, where the recipe predicts one from readings.
     pub predicted_loss: Option<f32>,
     /// What became of each sample's reading.
-    pub fates: Vec<Fate>,
+    pub fates: Vec<ReadingStatus>,
     /// What the other readings say of them.
     pub examined: Examined,
 }
@@ -120,16 +120,16 @@ pub fn fit(recipe: &Recipe<'_>, measured: &Measured, keep_all: bool) -> Result<F
     let is_clear = |sample: &Repeated| sample.count() > 0 && !sample.saturated();
     let some_are_clear = measured.samples.iter().any(is_clear);
     let fate = |(index, sample): (usize, &Repeated)| match () {
-        () if sample.count() == 0 => Fate::Missing,
-        () if can_do_without && some_are_clear && sample.saturated() => Fate::Saturated,
-        () if can_do_without && !keep_all && examined.suspects(index) => Fate::LeftOut,
-        () => Fate::Used,
+        () if sample.count() == 0 => ReadingStatus::Missing,
+        () if can_do_without && some_are_clear && sample.saturated() => ReadingStatus::Saturated,
+        () if can_do_without && !keep_all && examined.suspects(index) => ReadingStatus::Excluded,
+        () => ReadingStatus::Used,
     };
-    let fates: Vec<Fate> = measured.samples.iter().enumerate().map(fate).collect();
+    let fates: Vec<ReadingStatus> = measured.samples.iter().enumerate().map(fate).collect();
     let found = scan_some(recipe, &mut |index, _| {
         let index = usize::from(index);
         let mean = measured.samples.get(index)?.mean()?;
-        (fates.get(index) == Some(&Fate::Used)).then_some(mean)
+        (fates.get(index) == Some(&ReadingStatus::Used)).then_some(mean)
     })?;
     Ok(Fit {
         values: found.values,

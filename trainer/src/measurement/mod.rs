@@ -13,10 +13,10 @@ mod table;
 
 pub use angles::{AngleRow, AngleTable, angles_of_pair};
 pub use device::{DeviceError, DeviceReport};
-pub use fit::{Fate, Fit, FitFailure, fit};
+pub use fit::{Fit, FitFailure, ReadingStatus, fit};
 pub use matching::{Arms, Distance};
 pub use measured::{Measured, spread};
-pub use outliers::{Distribution, Examined, MOST_SAMPLES, Opinion, Suspect, looks_wrong};
+pub use outliers::{Distribution, Examined, MOST_SAMPLES, Outlier, Prediction, looks_wrong};
 pub use quantity::{Counts, Meaning, White};
 pub use rows::Taken;
 pub use table::TableError;

@@ -55,7 +55,7 @@ pub fn looks_wrong(readings: usize) -> f64 {
 
 /// What the other readings say of one.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Opinion {
+pub struct Prediction {
     /// How many deviations it is away: positive where it is larger than expected. Of the channels and
     /// their mean, the one that is furthest away.
     pub z: f64,
@@ -65,20 +65,20 @@ pub struct Opinion {
 
 /// A reading that looks wrong.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Suspect {
+pub struct Outlier {
     /// The sample.
     pub sample: usize,
     /// What the others say of it, those left out that look worse.
-    pub opinion: Opinion,
+    pub opinion: Prediction,
 }
 
 /// What is found by looking at all readings.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Examined {
     /// What those that look right say of each sample; None where nothing was read.
-    pub opinions: Vec<Option<Opinion>>,
+    pub opinions: Vec<Option<Prediction>>,
     /// Readings that look wrong, the worst first.
-    pub suspects: Vec<Suspect>,
+    pub suspects: Vec<Outlier>,
     /// The z from which on they do.
     pub limit: f64,
 }
@@ -159,7 +159,7 @@ impl Distribution {
             .collect();
         let most = there.len() / ONE_IN;
         let limit = looks_wrong(there.len());
-        let mut suspects: Vec<Suspect> = Vec::new();
+        let mut suspects: Vec<Outlier> = Vec::new();
         loop {
             let opinions = self.opinions(&there, &logarithms);
             let worst = there.iter().copied().zip(&opinions).enumerate();
@@ -167,7 +167,7 @@ impl Distribution {
             let found = worst.filter(|(_, (_, opinion))| opinion.z.abs() > limit);
             match found {
                 Some((place, (sample, opinion))) if suspects.len() < most => {
-                    suspects.push(Suspect {
+                    suspects.push(Outlier {
                         sample,
                         opinion: *opinion,
                     });
@@ -192,7 +192,7 @@ impl Distribution {
     }
 
     /// What is said of each of some samples by the others of them.
-    fn opinions(&self, there: &[usize], logarithms: &[[f64; 3]]) -> Vec<Opinion> {
+    fn opinions(&self, there: &[usize], logarithms: &[[f64; 3]]) -> Vec<Prediction> {
         let parts: Option<Vec<Conditioned<'_>>> =
             self.parts.iter().map(|part| part.at(there)).collect();
         // A covariance with a floor has an inverse.
@@ -219,7 +219,7 @@ impl Distribution {
                 let (mean, _) = said[channel][place];
                 unmap(mean, 0.0, weight) as f32
             });
-            Opinion {
+            Prediction {
                 z: z.unwrap_or_default(),
                 expected,
             }

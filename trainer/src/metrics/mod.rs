@@ -11,10 +11,10 @@ use crate::render::{Picture, sphere_disc};
 
 /// The metrics of one material, or their means over several.
 ///
-/// All but the loss belong to one picture: that of [`Judge`](crate::evaluation::Judge) has 128 x 128
+/// All but the loss belong to one picture: that of [`Evaluator`](crate::evaluation::Evaluator) has 128 x 128
 /// pixels.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
-pub struct Scores {
+pub struct Metrics {
     /// Mean cosine-weighted logarithmic error; 0 is best. See [`glimpse_materials::loss`].
     pub loss: f64,
     /// Structural dissimilarity of the spheres, in \[0, 1\]; 0 is best. See [`mod@image`].
@@ -27,7 +27,7 @@ pub struct Scores {
     pub delta_e: f64,
 }
 
-impl Scores {
+impl Metrics {
     /// The loss, and the errors of a sphere as [`render_sphere`](crate::render::render_sphere) draws
     /// it. DSSIM, L2 and PSNR are over the whole picture, the color difference over the disc.
     ///
@@ -86,15 +86,15 @@ impl Scores {
 mod tests {
     use super::*;
 
-    fn two() -> [Scores; 2] {
-        let one = Scores {
+    fn two() -> [Metrics; 2] {
+        let one = Metrics {
             loss: 0.1,
             dssim: 0.2,
             l2: 0.001,
             psnr: 30.0,
             delta_e: 1.0,
         };
-        let other = Scores {
+        let other = Metrics {
             loss: 0.3,
             dssim: 0.6,
             l2: 0.1,
@@ -104,8 +104,8 @@ mod tests {
         [one, other]
     }
 
-    fn assert_are(scores: Scores, expected: [f64; 5]) {
-        let Scores {
+    fn assert_are(scores: Metrics, expected: [f64; 5]) {
+        let Metrics {
             loss,
             dssim,
             l2,
@@ -119,21 +119,21 @@ mod tests {
 
     #[test]
     fn materials_are_averaged_metric_by_metric() {
-        assert_are(Scores::mean(two()).unwrap(), [0.2, 0.4, 0.0505, 20.0, 2.5]);
-        assert_eq!(Scores::mean([]), None);
+        assert_are(Metrics::mean(two()).unwrap(), [0.2, 0.4, 0.0505, 20.0, 2.5]);
+        assert_eq!(Metrics::mean([]), None);
     }
 
     #[test]
     fn the_psnr_of_repetitions_is_that_of_their_mean_error() {
         let decibels = -10.0 * 0.0505_f64.log10();
-        let mean = Scores::of_repetitions(two()).unwrap();
+        let mean = Metrics::of_repetitions(two()).unwrap();
         assert_are(mean, [0.2, 0.4, 0.0505, decibels, 2.5]);
         let [once, _] = two();
         assert_are(
-            Scores::of_repetitions([once]).unwrap(),
+            Metrics::of_repetitions([once]).unwrap(),
             [0.1, 0.2, 0.001, 30.0, 1.0],
         );
-        assert_eq!(Scores::of_repetitions([]), None);
+        assert_eq!(Metrics::of_repetitions([]), None);
     }
 
     #[test]
@@ -149,10 +149,10 @@ mod tests {
                 *pixel = [255; 3];
             }
         }
-        let scores = Scores::of_spheres(0.0, &reference, &beside).unwrap();
+        let scores = Metrics::of_spheres(0.0, &reference, &beside).unwrap();
         assert!(scores.delta_e == 0.0 && scores.l2 > 0.0 && scores.dssim > 0.0);
         let all = Picture::filled(20, 20, [90, 121, 60]);
-        let scores = Scores::of_spheres(0.0, &reference, &all).unwrap();
+        let scores = Metrics::of_spheres(0.0, &reference, &all).unwrap();
         let [one, other] = [[90, 120, 60], [90, 121, 60]].map(color::Lab::from_srgb);
         assert!((scores.delta_e - color::ciede2000(one, other)).abs() < 1e-12);
     }

@@ -72,7 +72,7 @@ fn what_is_written_is_read_again_bit_by_bit() {
     }
     let all = Source(scratch.path().display().to_string());
     assert_eq!(all.load().expect("they load").len(), 4);
-    assert!(all.left_out().expect("it can be listed").is_empty());
+    assert!(all.skipped_entries().expect("it can be listed").is_empty());
 }
 
 #[test]

@@ -5,7 +5,7 @@ use std::path::Path;
 use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::{Implausible, Residual};
 use glimpse_trainer::measurement::{
-    Distance, Examined, Fate, Fit, MOST_SAMPLES, Meaning, Measured, spread,
+    Distance, Examined, Fit, MOST_SAMPLES, Meaning, Measured, ReadingStatus, spread,
 };
 use serde::Serialize;
 
@@ -75,7 +75,7 @@ struct Readings {
 #[derive(Serialize)]
 struct Excluded {
     sample: usize,
-    reason: Fate,
+    reason: ReadingStatus,
 }
 
 /// A reading that the others make improbable.
@@ -168,11 +168,11 @@ impl About {
                 furthest_degrees: measured.furthest.map(|far| far.largest.to_degrees()),
             },
             readings: Readings {
-                used: of(fit, Fate::Used).len(),
+                used: of(fit, ReadingStatus::Used).len(),
                 excluded: excluded(fit),
-                missing: of(fit, Fate::Missing),
+                missing: of(fit, ReadingStatus::Missing),
                 saturated: saturated(measured),
-                left_out: of(fit, Fate::LeftOut),
+                left_out: of(fit, ReadingStatus::Excluded),
                 no_light: no_light(measured),
                 repeated: measured.samples.iter().filter(|s| s.count() > 1).count(),
                 largest_spread: most_spread.map(|(_, spread)| spread),
@@ -371,7 +371,7 @@ impl LooksWrong {
 /// The samples that the fit did not use, each with the reason.
 fn excluded(fit: &Fit) -> Vec<Excluded> {
     let all = fit.fates.iter().enumerate();
-    let others = all.filter(|(_, fate)| **fate != Fate::Used);
+    let others = all.filter(|(_, fate)| **fate != ReadingStatus::Used);
     others
         .map(|(sample, reason)| Excluded {
             sample,
@@ -380,7 +380,7 @@ fn excluded(fit: &Fit) -> Vec<Excluded> {
         .collect()
 }
 
-fn of(fit: &Fit, fate: Fate) -> Vec<usize> {
+fn of(fit: &Fit, fate: ReadingStatus) -> Vec<usize> {
     let all = fit.fates.iter().enumerate();
     let such = all.filter(|(_, found)| **found == fate);
     such.map(|(index, _)| index).collect()
@@ -409,7 +409,7 @@ fn looks_wrong(measured: &Measured, examined: &Examined) -> Vec<LooksWrong> {
 
 /// What the recipe predicts from these readings, or else what it promises.
 fn expected_loss(recipe: &Recipe<'_>, fit: &Fit) -> anyhow::Result<Option<ExpectedLoss>> {
-    if too_few(of(fit, Fate::Used).len(), recipe.samples()) {
+    if too_few(of(fit, ReadingStatus::Used).len(), recipe.samples()) {
         return Ok(None);
     }
     if let Some(loss) = fit.predicted_loss {

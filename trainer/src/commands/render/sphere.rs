@@ -7,7 +7,7 @@ use clap::Args;
 use glimpse_materials::loss::loss_between;
 use glimpse_materials::{Material, Source};
 use glimpse_trainer::evaluation::{Method, SPHERE};
-use glimpse_trainer::metrics::Scores;
+use glimpse_trainer::metrics::Metrics;
 use glimpse_trainer::render::{BACKGROUND, Environment, Image, render_sphere};
 use glimpse_trainer::report::{
     Best, Cell, Column, Compare, Gallery, GalleryRow, Page, Table, Tile,
@@ -71,7 +71,7 @@ pub(super) struct Sphere {
 struct Rendered<'a> {
     name: &'a str,
     sphere: Image,
-    scan: Option<(Scores, Image)>,
+    scan: Option<(Metrics, Image)>,
 }
 
 impl Sphere {
@@ -255,11 +255,11 @@ fn scan(
     method: &Method<'_>,
     environment: &Environment,
     seed: u64,
-) -> anyhow::Result<(Scores, Image)> {
+) -> anyhow::Result<(Metrics, Image)> {
     let fitted = method.fit(material, seed)?;
     let image = render_sphere(&fitted, environment, sphere.width);
     let loss = loss_between(&fitted, material);
-    let scores = Scores::of_spheres(loss, &sphere.tone_map(), &image.tone_map())?;
+    let scores = Metrics::of_spheres(loss, &sphere.tone_map(), &image.tone_map())?;
     Ok((scores, image))
 }
 
@@ -299,7 +299,7 @@ fn table(all: &[Rendered<'_>], columns: usize) -> Table {
             Cell::Text(each.name.into()),
         ];
         if let Some((scores, _)) = &each.scan {
-            let Scores {
+            let Metrics {
                 loss,
                 dssim,
                 l2,

@@ -12,7 +12,7 @@ use glimpse_kernels::scan::scan_some;
 use glimpse_materials::basis::Basis;
 use glimpse_materials::{Material, Source};
 use glimpse_trainer::evaluation::Readings;
-use glimpse_trainer::measurement::{Fate, Meaning, Measured, fit};
+use glimpse_trainer::measurement::{Meaning, Measured, ReadingStatus, fit};
 use glimpse_trainer::report::{MOST_LOBES, document};
 use glimpse_training::recipe::RecipeFile;
 use glimpse_viewer::{Reference, STYLE, Shown, View as Page};
@@ -275,6 +275,6 @@ fn measured(recipe: &Recipe<'_>, file: &Path) -> anyhow::Result<Vec<Option<[f32;
     let found = fit(recipe, &measured, false).with_context(|| file.display().to_string())?;
     let samples = measured.samples.iter().zip(&found.fates);
     Ok(samples
-        .map(|(sample, fate)| sample.mean().filter(|_| *fate == Fate::Used))
+        .map(|(sample, fate)| sample.mean().filter(|_| *fate == ReadingStatus::Used))
         .collect())
 }

@@ -164,12 +164,12 @@ fn write_recipe_that_knows(folder: &Folder, materials: &[(&str, u32)]) {
 fn materials_of_training_are_told() {
     let folder = folder();
     let set = Procedural::set(4, 0);
-    let judge_on = |test| judge(&folder, &format!("--recipe k.recipe --test {test}"));
+    let evaluate_on = |test| judge(&folder, &format!("--recipe k.recipe --test {test}"));
 
     // One under another name, one by its name only, two that are new.
     let known = [("another-name", digest(&set[1])), (set[2].name(), 7)];
     write_recipe_that_knows(&folder, &known);
-    let judged = judge_on("procedural:4");
+    let judged = evaluate_on("procedural:4");
     assert_eq!(judged["trained_on"], json!([set[1].name()]));
     assert_eq!(judged["namesakes_trained_on"], json!([set[2].name()]));
     let flags = [0, 1, 2, 3].map(|index| &judged["materials"][index]["trained_on"]);
@@ -191,13 +191,13 @@ fn materials_of_training_are_told() {
 
     // All new.
     write_recipe_that_knows(&folder, &[("another", 1)]);
-    let judged = judge_on("procedural:1");
+    let judged = evaluate_on("procedural:1");
     assert_eq!(judged["trained_on"], json!([]));
     assert_eq!(judged.get("new"), None);
 
     // A recipe that does not name its materials.
     write_recipe_that_knows(&folder, &[]);
-    let judged = judge_on("procedural:1");
+    let judged = evaluate_on("procedural:1");
     assert_eq!(judged["trained_on"], Value::Null);
     assert_eq!(judged["materials"][0]["trained_on"], Value::Null);
 

@@ -51,23 +51,23 @@ fn a_recipe_that_completes_is_trained_shown_exported_and_judged() {
         }
 
         let evaluate = format!("evaluate --recipe {recipe} --test procedural:1:77");
-        let verdict = folder.succeed_as_json(&evaluate);
-        assert_eq!(verdict["method"], "completed");
-        let loss = number(&verdict["loss"]);
+        let report = folder.succeed_as_json(&evaluate);
+        assert_eq!(report["method"], "completed");
+        let loss = number(&report["loss"]);
         assert!((0.001..0.08).contains(&loss), "{model}: {loss}");
 
         // Fewer readings change the predicted loss.
-        let predicted = |verdict: &Value| {
-            let each = &verdict["materials"][0]["predicted_loss"];
-            [each, &verdict["prediction"]["loss"]].map(number)
+        let predicted = |report: &Value| {
+            let each = &report["materials"][0]["predicted_loss"];
+            [each, &report["prediction"]["loss"]].map(number)
         };
         let few = folder.succeed_as_json(&format!("{evaluate} --first 2 --noise 0.02"));
-        for (all, few) in predicted(&verdict).into_iter().zip(predicted(&few)) {
+        for (all, few) in predicted(&report).into_iter().zip(predicted(&few)) {
             assert!((0.0005..0.1).contains(&all) && all != few, "{all} {few}");
         }
-        assert_ne!(few["loss"], verdict["loss"]);
-        assert_eq!([&verdict["seeds"], &few["seeds"]], [1, 5]);
-        let [_, mean] = predicted(&verdict);
+        assert_ne!(few["loss"], report["loss"]);
+        assert_eq!([&report["seeds"], &few["seeds"]], [1, 5]);
+        let [_, mean] = predicted(&report);
         assert_names(&folder.succeed(&evaluate), &[&format!("{mean:.4}")]);
 
         // All of its directions are where the machine gets to.
@@ -126,8 +126,8 @@ fn readings_are_lost_where_a_recipe_can_do_without_them() {
     }
     let loss = |options: &str| {
         let evaluate = "evaluate --recipe neural-n16.recipe --test procedural:1:9";
-        let verdict = folder.succeed_as_json(&format!("{evaluate} {options}"));
-        number(&verdict["loss"])
+        let report = folder.succeed_as_json(&format!("{evaluate} {options}"));
+        number(&report["loss"])
     };
     let [all, eight, one] = ["", "--first 8", "--first 1"].map(loss);
     println!("16 readings {all:.4}, 8 {eight:.4}, 1 {one:.4}");

@@ -1,6 +1,6 @@
 //! `trainer quickstart`
 
-use glimpse_trainer::shipped;
+use glimpse_trainer::bundled;
 
 use super::Folder;
 use super::render::pixels_of_png;
@@ -9,7 +9,7 @@ use super::render::pixels_of_png;
 fn it_leaves_a_page_of_all_methods_and_the_recipe_of_the_next_step() {
     let folder = Folder::new();
     let printed = folder.succeed("quickstart --out q");
-    let bundled = shipped::find("neural-n8").expect("it is bundled");
+    let bundled = bundled::find("neural-n8").expect("it is bundled");
     assert_eq!(folder.read("q/neural-n8.recipe"), bundled.bytes);
     let cycles = bundled.cycles().expect("they are measured").to_string();
     for name in ["neural-n1", "neural-n16", "procedural:8:1", &cycles] {

@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use glimpse_trainer::shipped;
+use glimpse_trainer::bundled;
 use serde_json::json;
 
 use super::{Folder, number};
@@ -11,14 +11,14 @@ use super::{Folder, number};
 fn bundled_recipes_are_listed_written_and_used() {
     let folder = Folder::new();
     let list = folder.succeed("recipes list");
-    for shipped in shipped::ALL {
-        let there = list.lines().any(|line| line.starts_with(shipped.name));
-        assert!(there, "{} in {list}", shipped.name);
+    for bundled in bundled::ALL {
+        let there = list.lines().any(|line| line.starts_with(bundled.name));
+        assert!(there, "{} in {list}", bundled.name);
     }
 
     folder.succeed("recipes get linear-n8 neural-n16-masked --out mine");
-    assert_eq!(folder.read("mine/linear-n8.basis"), shipped::BASIS);
-    let neural = shipped::find("neural-n16-masked").expect("it is bundled");
+    assert_eq!(folder.read("mine/linear-n8.basis"), bundled::BASIS);
+    let neural = bundled::find("neural-n16-masked").expect("it is bundled");
     assert_eq!(folder.read("mine/neural-n16-masked.recipe"), neural.bytes);
 
     // The compact basis serves wherever a whole one does. (That it is a device's is tested beside core.)
@@ -65,8 +65,8 @@ fn a_name_that_is_almost_right_is_suggested() {
     }
     // A shell completes them.
     let script = folder.succeed("completion bash");
-    for shipped in shipped::ALL {
-        assert!(script.contains(shipped.name), "{}", shipped.name);
+    for bundled in bundled::ALL {
+        assert!(script.contains(bundled.name), "{}", bundled.name);
     }
 }
 
@@ -74,18 +74,18 @@ fn a_name_that_is_almost_right_is_suggested() {
 fn the_list_is_json_too() {
     let list = Folder::new().succeed_as_json("recipes list");
     let list = list.as_array().expect("a list");
-    assert_eq!(list.len(), shipped::ALL.len());
-    for (entry, shipped) in list.iter().zip(shipped::ALL) {
-        let recipe = shipped.recipe().expect("it is whole");
-        let losses = shipped.losses().expect("they were measured");
+    assert_eq!(list.len(), bundled::ALL.len());
+    for (entry, bundled) in list.iter().zip(bundled::ALL) {
+        let recipe = bundled.recipe().expect("it is whole");
+        let losses = bundled.losses().expect("they were measured");
         let expected = json!({
-            "name": shipped.name,
+            "name": bundled.name,
             "model": recipe.model().name(),
             "samples": recipe.samples(),
             "takes_missing": recipe.tolerates_missing(),
             "checksum": format!("{:08x}", recipe.checksum()),
-            "bytes": shipped.bytes.len(),
-            "basis_bytes": shipped.basis().map(<[u8]>::len),
+            "bytes": bundled.bytes.len(),
+            "basis_bytes": bundled.basis().map(<[u8]>::len),
             "loss": {
                 "procedural": losses.procedural,
                 "merl": losses.merl,

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use glimpse_trainer::metrics::Scores;
+use glimpse_trainer::metrics::Metrics;
 use glimpse_trainer::render::Picture;
 use serde_json::{Value, json};
 
@@ -101,8 +101,8 @@ fn errors_belong_to_the_pictures_that_are_written() {
                 })
                 .collect(),
         };
-        let expected = Scores::of_spheres(0.0, &cell(0), &cell(1)).expect("they can be compared");
-        let Scores {
+        let expected = Metrics::of_spheres(0.0, &cell(0), &cell(1)).expect("they can be compared");
+        let Metrics {
             dssim,
             l2,
             psnr,

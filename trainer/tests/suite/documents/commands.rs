@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::process::Command;
 
-use glimpse_trainer::shipped;
+use glimpse_trainer::bundled;
 use serde_json::Value;
 
 use super::figures::printed;
@@ -166,7 +166,7 @@ fn recipes_that_tolerate_missing_readings_have_their_bundled_names() {
             .filter(|word| !word.contains('/'));
         let names = files.filter_map(|word| word.strip_suffix(".recipe"));
         for name in names.filter(|name| name.contains("masked")) {
-            assert!(shipped::find(name).is_some(), "{name}");
+            assert!(bundled::find(name).is_some(), "{name}");
             count += 1;
         }
     }

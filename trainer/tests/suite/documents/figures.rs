@@ -109,7 +109,7 @@ fn cycles_of_bundled_recipes_are_those_that_the_firmware_s_tests_print() {
     assert_eq!(found, expected);
     for line in found {
         let (name, cycles) = line.split_once(',').expect("two columns");
-        let bundled = glimpse_trainer::shipped::find(name).expect("it is bundled");
+        let bundled = glimpse_trainer::bundled::find(name).expect("it is bundled");
         assert_eq!(bundled.cycles(), cycles.parse().ok(), "{name}");
     }
 }

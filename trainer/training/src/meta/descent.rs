@@ -1,4 +1,4 @@
-//! Models that are fitted by descent, as a [`Trainee`]: initial parameters, step sizes, pattern.
+//! Models that are fitted by descent, as a [`MetaObjective`]: initial parameters, step sizes, pattern.
 
 use std::marker::PhantomData;
 
@@ -12,12 +12,12 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
+use super::augmentation::Augmentation;
+use super::objective::{Expected, MetaObjective, RandomStreams, mean};
 use super::pattern::{Pattern, above_horizon};
 use super::phase::{InnerSamples, OuterStep, Phase};
-use super::plan::{Plan, Weighing};
+use super::plan::{LossWeights, Plan};
 use super::pool::{Draw, Pool};
-use super::trainee::{Expected, RandomStreams, Trainee, mean};
-use super::variation::Variation;
 
 /// Materials, and their values at a pool of directions.
 pub struct Tasks<'a> {
@@ -31,7 +31,7 @@ pub struct Tasks<'a> {
 const RANDOM_LISTS: usize = 3;
 
 /// A model that is fitted by descent.
-pub struct DescentTrainee<'a, M: LaneModel> {
+pub struct DescentObjective<'a, M: LaneModel> {
     /// What it is trained on.
     pub training: &'a Tasks<'a>,
     /// What it is judged on.
@@ -50,7 +50,7 @@ fn mean_loss(losses: &[f32]) -> f32 {
     losses.iter().sum::<f32>() / losses.len() as f32
 }
 
-impl<M: LaneModel> Trainee for DescentTrainee<'_, M> {
+impl<M: LaneModel> MetaObjective for DescentObjective<'_, M> {
     fn first_values(&self, guess: u64) -> Groups<Vec<f32>> {
         let form = self.plan.step_size_form;
         let (initial, step_sizes) = match &self.plan.known {
@@ -133,12 +133,12 @@ impl<M: LaneModel> Trainee for DescentTrainee<'_, M> {
     }
 
     fn expected(&self, values: &Groups<Vec<f32>>) -> Expected {
-        let losses = self.validated(values, Weighing::Equal);
+        let losses = self.validated(values, LossWeights::Equal);
         Expected::new(mean_loss(&losses), losses.iter().copied().map(f64::from))
     }
 }
 
-impl<M: LaneModel> DescentTrainee<'_, M> {
+impl<M: LaneModel> DescentObjective<'_, M> {
     /// The inner_loop that meta-parameters describe, and its step sizes.
     fn inner_loop(&self, values: &Groups<Vec<f32>>) -> (InnerLoop<M, f32>, Vec<f32>) {
         let step_sizes = self.plan.step_size_form.step_sizes(&values.hyperparameters);
@@ -147,7 +147,7 @@ impl<M: LaneModel> DescentTrainee<'_, M> {
     }
 
     /// The loss of each material held out.
-    fn validated(&self, values: &Groups<Vec<f32>>, weighing: Weighing) -> Vec<f32> {
+    fn validated(&self, values: &Groups<Vec<f32>>, weighing: LossWeights) -> Vec<f32> {
         let (inner_loop, _) = self.inner_loop(values);
         let pattern = Pattern::new(above_horizon(&values.pattern));
         let Tasks { materials, pool } = self.validation;
@@ -172,11 +172,11 @@ impl<M: LaneModel> DescentTrainee<'_, M> {
     ) -> (f32, Groups<Vec<f32>>) {
         let Tasks { materials, pool } = self.training;
         let partners = materials.len();
-        let variation = phase
+        let augmentation = phase
             .gain
-            .map(|gain| Variation::random(gain, partners, random));
-        let mut draw = |count| match &variation {
-            Some(variation) => pool.draw_varied(task, variation, count, random),
+            .map(|gain| Augmentation::random(gain, partners, random));
+        let mut draw = |count| match &augmentation {
+            Some(augmentation) => pool.draw_varied(task, augmentation, count, random),
             None => pool.draw(task, count, random),
         };
         let outer = draw(phase.outer);
@@ -186,10 +186,10 @@ impl<M: LaneModel> DescentTrainee<'_, M> {
         let loss = match phase.inner {
             InnerSamples::Pattern => {
                 let material = &*materials[task];
-                let measured = match &variation {
-                    Some(variation) => {
-                        let partner = &*materials[variation.partner];
-                        pattern.measure_varied(material, partner, variation)
+                let measured = match &augmentation {
+                    Some(augmentation) => {
+                        let partner = &*materials[augmentation.partner];
+                        pattern.measure_varied(material, partner, augmentation)
                     }
                     None => pattern.measure(material),
                 };

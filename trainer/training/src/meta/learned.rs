@@ -7,8 +7,8 @@ use glimpse_core::recipe::ValidationSplit;
 use glimpse_kernels::completion::Shape;
 use glimpse_materials::Identity;
 
-use super::completion::prediction::Prediction;
-use super::trainee::Expected;
+use super::completion::loss_predictor::LossPredictor;
+use super::objective::Expected;
 use crate::linear::ReducedBasis;
 
 /// The result of a training run.
@@ -20,7 +20,7 @@ pub struct Learned {
     pub fit: LearnedFit,
     /// The predictor of the loss of a material's fit. None for a recipe that does not complete
     /// readings, and for too few materials to leave some out.
-    pub prediction: Option<Prediction>,
+    pub prediction: Option<LossPredictor>,
     /// The file of the whole basis, which belongs beside a recipe of the model Linear.
     pub basis: Option<Vec<u8>>,
     /// The expected loss on an unseen material.

@@ -23,10 +23,10 @@ use glimpse_optimizer::Groups;
 use rand::Rng;
 use rayon::prelude::*;
 
+use super::objective::{Expected, MetaObjective, RandomStreams};
 use super::pattern::{Pattern, above_horizon};
 use super::phase::{InnerSamples, OuterStep, Phase};
 use super::plan::Plan;
-use super::trainee::{Expected, RandomStreams, Trainee};
 use crate::linear::principal_components;
 use crate::linear::{Columns, Prior, Reduced};
 
@@ -39,7 +39,7 @@ const POOL: usize = 8_192;
 const FIRST_ETA: f64 = 4.0;
 
 /// What the Linear model learns on.
-pub struct LinearTrainee<'a> {
+pub struct LinearObjective<'a> {
     plan: &'a Plan,
     streams: RandomStreams,
     prior: Prior,
@@ -49,7 +49,7 @@ pub struct LinearTrainee<'a> {
     values: Vec<Vec<[f32; 3]>>,
 }
 
-impl<'a> LinearTrainee<'a> {
+impl<'a> LinearObjective<'a> {
     /// Tabulates the materials and computes the bases of all folds.
     #[must_use]
     pub fn new(
@@ -194,7 +194,7 @@ impl<'a> LinearTrainee<'a> {
     /// pattern.
     ///
     /// # Errors
-    /// As [`LinearTrainee::gradient_over`].
+    /// As [`LinearObjective::gradient_over`].
     pub fn losses(
         &self,
         pattern: &[Angles<f32>],
@@ -241,7 +241,7 @@ fn mean_loss(losses: &[f64]) -> f32 {
     (losses.iter().sum::<f64>() / losses.len() as f64) as f32
 }
 
-impl Trainee for LinearTrainee<'_> {
+impl MetaObjective for LinearObjective<'_> {
     fn first_values(&self, guess: u64) -> Groups<Vec<f32>> {
         let samples = self.plan.phases.first().map_or(1, |phase| phase.samples);
         let eta = self.prior.eta.unwrap_or(FIRST_ETA);

@@ -1,5 +1,6 @@
 //! Meta-learning: where to measure, from which parameters to start, and how far to step.
 
+pub mod augmentation;
 pub mod checkpoint;
 pub mod completion;
 pub mod descent;
@@ -7,6 +8,7 @@ pub mod evolution;
 pub mod identity;
 pub mod learned;
 pub mod linear;
+pub mod objective;
 pub mod options;
 pub mod outer;
 pub mod pattern;
@@ -17,5 +19,3 @@ pub mod run;
 pub mod schedules;
 pub mod start;
 pub mod state;
-pub mod trainee;
-pub mod variation;

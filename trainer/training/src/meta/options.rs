@@ -12,7 +12,7 @@ use serde::Serialize;
 
 use super::identity::{RunIdentity, digest};
 use super::outer::Checkpoints;
-use super::plan::{Effort, Known, Schedule};
+use super::plan::{Effort, PretrainedInit, Schedule};
 use crate::linear::Prior;
 
 /// What to train.
@@ -31,7 +31,7 @@ pub struct Options {
     /// The prior of Linear's coefficients; other models have none.
     pub prior: Prior,
     /// What readings and materials a completion is trained on.
-    pub completing: Completing,
+    pub completion_options: CompletionOptions,
     /// The sources of the materials, and how often a completion is trained on each. Where it is empty, the
     /// sources are not known, and all materials count alike.
     pub portions: Vec<Portion>,
@@ -43,7 +43,7 @@ pub struct Options {
 
 impl Options {
     /// Trains all parts for n = `samples`, 1 to 4,096, with a learned prior of Linear and
-    /// [`Completing::of`] so many samples; nothing is saved on the way.
+    /// [`CompletionOptions::of`] so many samples; nothing is saved on the way.
     #[must_use]
     pub fn new(
         model: ModelKind,
@@ -59,7 +59,7 @@ impl Options {
             effort,
             parts: Parts::All,
             prior: Prior::LEARNED,
-            completing: Completing::of(samples),
+            completion_options: CompletionOptions::of(samples),
             portions: Vec::new(),
             seed,
             checkpoints: None,
@@ -69,7 +69,7 @@ impl Options {
 
 /// What readings and materials a completion is trained on, besides those given.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Completing {
+pub struct CompletionOptions {
     /// The share of tasks with missing readings; 0 makes a recipe that needs them all.
     pub missing: f32,
     /// Standard deviation of readings' noise, relative.
@@ -85,7 +85,7 @@ pub struct Completing {
     pub limits: Limits,
 }
 
-impl Default for Completing {
+impl Default for CompletionOptions {
     fn default() -> Self {
         Self {
             missing: 0.0,
@@ -100,7 +100,7 @@ impl Default for Completing {
 
 /// Why nothing can be trained so.
 #[derive(Clone, Debug, PartialEq)]
-pub enum CompletingError {
+pub enum CompletionOptionsError {
     /// A number is out of its range.
     Range {
         /// The setting.
@@ -116,7 +116,7 @@ pub enum CompletingError {
     Separation(f32),
 }
 
-impl NamesSettings for CompletingError {
+impl NamesSettings for CompletionOptionsError {
     fn message(&self, name: Naming) -> String {
         let limits = [
             Setting::MaxThetaI,
@@ -139,10 +139,10 @@ impl NamesSettings for CompletingError {
     }
 }
 
-display_with_setting_names!(CompletingError);
-impl std::error::Error for CompletingError {}
+display_with_setting_names!(CompletionOptionsError);
+impl std::error::Error for CompletionOptionsError {}
 
-impl Completing {
+impl CompletionOptions {
     /// The number of procedural materials that are mixed in, and the seed of their set.
     pub const MIXED_IN: (usize, u64) = (400, 5);
     /// Their label.
@@ -151,7 +151,7 @@ impl Completing {
     /// Up to how many samples all of them are there in training, unless it is asked otherwise.
     pub const ALL_THERE: usize = 32;
 
-    /// The defaults, and beyond [`Completing::ALL_THERE`] samples a share of tasks with missing readings: a map that
+    /// The defaults, and beyond [`CompletionOptions::ALL_THERE`] samples a share of tasks with missing readings: a map that
     /// always sees so many of them learns the training's materials by heart.
     #[must_use]
     pub fn of(samples: usize) -> Self {
@@ -165,7 +165,7 @@ impl Completing {
     ///
     /// # Errors
     /// What is out of its range, or does not go together.
-    pub fn validate(&self) -> Result<(), CompletingError> {
+    pub fn validate(&self) -> Result<(), CompletionOptionsError> {
         for (field, value, most) in [
             (Setting::Missing, self.missing, 1.0),
             (Setting::Noise, self.noise, 0.5),
@@ -173,14 +173,16 @@ impl Completing {
             (Setting::Procedural, self.procedural, 0.99),
         ] {
             if !(0.0..=most).contains(&value) {
-                return Err(CompletingError::Range { field, most, value });
+                return Err(CompletionOptionsError::Range { field, most, value });
             }
         }
-        self.limits.validate().map_err(CompletingError::Limits)?;
+        self.limits
+            .validate()
+            .map_err(CompletionOptionsError::Limits)?;
         // A pattern is brought within limits by bringing both arms to equal polar angles.
         let most = 2.0 * self.limits.max_theta_i.min(self.limits.max_theta_o);
         match self.limits.min_separation > most {
-            true => Err(CompletingError::Separation(most.to_degrees())),
+            true => Err(CompletionOptionsError::Separation(most.to_degrees())),
             false => Ok(()),
         }
     }
@@ -196,7 +198,7 @@ impl Completing {
     }
 }
 
-impl fmt::Display for Completing {
+impl fmt::Display for CompletionOptions {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self {
             missing,
@@ -237,7 +239,7 @@ pub enum Parts {
     /// Start and step sizes, as the method Meta does.
     WithoutPattern,
     /// The pattern, for a start and step sizes that are known. (Linear: as [`Parts::All`].)
-    PatternOnly(Known),
+    PatternOnly(PretrainedInit),
 }
 
 impl Parts {
@@ -261,9 +263,9 @@ struct Decisive<'a> {
     schedule: recipe::Schedule,
     effort: recipe::Effort,
     parts: recipe::Parts,
-    known: Option<&'a Known>,
+    known: Option<&'a PretrainedInit>,
     prior: Option<Prior>,
-    completing: Option<Completing>,
+    completion_options: Option<CompletionOptions>,
     portions: &'a [Portion],
     seed: u64,
 }
@@ -283,7 +285,7 @@ impl Options {
                 Parts::All | Parts::AllTwice | Parts::WithoutPattern => None,
             },
             prior: Some(self.prior).filter(|_| self.model == ModelKind::Linear),
-            completing: self.completing(),
+            completion_options: self.completion_options(),
             portions: &self.portions,
             seed: self.seed,
         })
@@ -310,7 +312,9 @@ impl Options {
     /// procedural materials that are mixed in. Empty where the sources are not known.
     #[must_use]
     pub fn sources(&self) -> Vec<TrainingSource<'_>> {
-        let mixed_in = self.completing().map_or(0.0, |each| each.procedural);
+        let mixed_in = self
+            .completion_options()
+            .map_or(0.0, |each| each.procedural);
         let own = self.portions.iter().map(|portion| TrainingSource {
             label: &portion.label,
             origin: portion.origin,
@@ -318,9 +322,9 @@ impl Options {
             share: portion.share * (1.0 - mixed_in),
         });
         let procedural = TrainingSource {
-            label: Completing::MIXED_IN_LABEL,
+            label: CompletionOptions::MIXED_IN_LABEL,
             origin: Origin::BuiltIn,
-            materials: Completing::MIXED_IN.0 as u32,
+            materials: CompletionOptions::MIXED_IN.0 as u32,
             share: mixed_in,
         };
         let is_mixed_in = mixed_in > 0.0 && !self.portions.is_empty();
@@ -328,8 +332,8 @@ impl Options {
     }
 
     /// What a completion is trained on; None by schedules that train none.
-    fn completing(&self) -> Option<Completing> {
-        Some(self.completing).filter(|_| self.schedule == Schedule::Prior)
+    fn completion_options(&self) -> Option<CompletionOptions> {
+        Some(self.completion_options).filter(|_| self.schedule == Schedule::Prior)
     }
 }
 
@@ -342,7 +346,7 @@ mod tests {
     use glimpse_materials::Source;
 
     fn known(first: f32) -> Parts {
-        Parts::PatternOnly(Known {
+        Parts::PatternOnly(PretrainedInit {
             initial: vec![first; 7],
             step_sizes: vec![0.5; 7],
         })
@@ -376,15 +380,15 @@ mod tests {
             |o| o.parts = known(0.25),
             |o| o.prior.components = 5,
             |o| o.prior.eta = Some(40.0),
-            |o| o.completing.missing = 0.5,
-            |o| o.completing.noise = 0.02,
-            |o| o.completing.additive = 0.02,
-            |o| o.completing.levels = 20,
-            |o| o.completing.procedural = 0.5,
-            |o| o.completing.limits.max_theta_i = 1.25,
-            |o| o.completing.limits.max_theta_o = 1.25,
-            |o| o.completing.limits.min_separation = 0.25,
-            |o| o.completing.limits.in_plane = true,
+            |o| o.completion_options.missing = 0.5,
+            |o| o.completion_options.noise = 0.02,
+            |o| o.completion_options.additive = 0.02,
+            |o| o.completion_options.levels = 20,
+            |o| o.completion_options.procedural = 0.5,
+            |o| o.completion_options.limits.max_theta_i = 1.25,
+            |o| o.completion_options.limits.max_theta_o = 1.25,
+            |o| o.completion_options.limits.min_separation = 0.25,
+            |o| o.completion_options.limits.in_plane = true,
             |o| o.portions.clear(),
             |o| o.portions.reverse(),
             |o| o.portions[0].label = "RGL".into(),
@@ -412,7 +416,7 @@ mod tests {
                 o.prior = Prior::PAPER;
             }),
             (ModelKind::Linear, Schedule::Joint, |o| {
-                o.completing.noise = 0.02;
+                o.completion_options.noise = 0.02;
             }),
             (ModelKind::Phong, Schedule::Prior, |o| {
                 o.checkpoints = Some(Checkpoints {
@@ -466,9 +470,9 @@ mod tests {
             let others = &sources[1..];
             assert!(others.iter().all(|each| each.origin == Origin::BuiltIn));
         }
-        let (count, seed) = Completing::MIXED_IN;
+        let (count, seed) = CompletionOptions::MIXED_IN;
         let label = format!("procedural:{count}:{seed}");
-        assert_eq!(Completing::MIXED_IN_LABEL, label);
+        assert_eq!(CompletionOptions::MIXED_IN_LABEL, label);
         let unknown = Options {
             portions: Vec::new(),
             ..options(ModelKind::Phong, Schedule::Prior)

@@ -1,4 +1,4 @@
-//! The outer loop: phases of Adam steps on a trainee's gradients, with checkpoints.
+//! The outer loop: phases of Adam steps on a objective's gradients, with checkpoints.
 
 use std::ops::ControlFlow;
 use std::path::PathBuf;
@@ -11,17 +11,17 @@ use rayon::prelude::*;
 use super::checkpoint::{Checkpoint, CheckpointError};
 use super::evolution::Evolution;
 use super::identity::RunIdentity;
+use super::objective::{Expected, MetaObjective, RandomStreams};
 use super::pattern::{Pattern, logits_of};
-use super::phase::{Added, Keep, OuterStep, Phase, Search, Start};
+use super::phase::{AddedSamples, OuterStep, Phase, SearchMethod, Selection, Start};
 use super::plan::Plan;
 use super::start::standard_normal;
 use super::state::{Best, RunState};
-use super::trainee::{Expected, RandomStreams, Trainee};
 
 /// How often a phase is judged on materials that it does not train on.
 const VALIDATIONS: usize = 20;
 
-/// Standard deviation of the logits of [`Added::Jittered`] samples: a degree or two.
+/// Standard deviation of the logits of [`AddedSamples::Jittered`] samples: a degree or two.
 const JITTER: f32 = 0.05;
 /// The slot that it is drawn from; batches have fewer.
 const JITTER_SLOT: usize = 0xFFFF;
@@ -37,9 +37,9 @@ pub struct Progress {
     pub done: usize,
     /// Outer steps of all phases.
     pub total: usize,
-    /// Outer loss as the plan [weighs](super::plan::Weighing) it, smoothed over some fifty steps.
+    /// Outer loss as the plan [weighs](super::plan::LossWeights) it, smoothed over some fifty steps.
     pub loss: f32,
-    /// The best loss so far: on materials held out, or of an epoch (see [`Keep`]).
+    /// The best loss so far: on materials held out, or of an epoch (see [`Selection`]).
     pub best: Option<f32>,
 }
 
@@ -80,7 +80,7 @@ pub enum RunError {
 /// A run: who is trained, and how.
 pub struct Run<'a> {
     /// Who.
-    pub trainee: &'a dyn Trainee,
+    pub objective: &'a dyn MetaObjective,
     /// How.
     pub plan: &'a Plan,
     /// Its identity, by which checkpoints of other runs are refused.
@@ -136,7 +136,7 @@ impl Run<'_> {
                 loss: *loss,
                 // What is kept at a phase's end is not compared with phases before.
                 best: match at.phase.keep {
-                    Keep::Last => None,
+                    Selection::Last => None,
                     _ => best.as_ref().map(|best| best.loss),
                 },
             });
@@ -156,7 +156,7 @@ impl Run<'_> {
             None => state.optimization.values(),
         };
         Ok(Outcome {
-            expected: self.trainee.expected(&values),
+            expected: self.objective.expected(&values),
             values,
         })
     }
@@ -167,7 +167,7 @@ impl Run<'_> {
             optimization: Optimization::new(values),
             run: RunState::default(),
         };
-        let first = self.trainee.first_values(0);
+        let first = self.objective.first_values(0);
         let mut state = begun(first.clone());
         if let Some(checkpoints) = &self.checkpoints {
             let path = self.file(checkpoints);
@@ -217,8 +217,8 @@ impl Run<'_> {
         }
 
         let (loss, values) = match phase.search {
-            Search::Gradient => self.descend(state, at),
-            Search::Evolution(population) => self.evolve(state, at, population),
+            SearchMethod::Gradient => self.descend(state, at),
+            SearchMethod::Evolution(population) => self.evolve(state, at, population),
         };
 
         let run = &mut state.run;
@@ -230,33 +230,33 @@ impl Run<'_> {
         }
         let last = step + 1 == phase.steps;
         match phase.keep {
-            Keep::Nothing => {}
-            Keep::BestValidation => {
+            Selection::Nothing => {}
+            Selection::BestValidation => {
                 let period = phase.steps.div_ceil(VALIDATIONS);
                 if (step + 1).is_multiple_of(period) || last {
                     let values = match phase.search {
-                        Search::Gradient => state.optimization.values(),
-                        Search::Evolution(_) => values,
+                        SearchMethod::Gradient => state.optimization.values(),
+                        SearchMethod::Evolution(_) => values,
                     };
-                    state.keep(self.trainee.judge(&values), values);
+                    state.keep(self.objective.judge(&values), values);
                 }
             }
-            Keep::BestEpoch => {
+            Selection::BestEpoch => {
                 run.epoch += loss + Pattern::from_logits(&values.pattern).barrier();
                 if (step + 1).is_multiple_of(epoch) {
                     let loss = std::mem::take(&mut run.epoch) / epoch as f32;
                     state.keep(loss, state.optimization.values());
                 }
             }
-            Keep::Last if last => {
+            Selection::Last if last => {
                 let values = state.optimization.values();
                 run.best = Some(Best { loss, values });
             }
-            Keep::Fittest if last => {
+            Selection::Fittest if last => {
                 let values = state.optimization.values();
-                state.keep(self.trainee.fitness(&values, phase), values);
+                state.keep(self.objective.fitness(&values, phase), values);
             }
-            Keep::Last | Keep::Fittest => {}
+            Selection::Last | Selection::Fittest => {}
         }
     }
 
@@ -264,7 +264,7 @@ impl Run<'_> {
     fn descend(&self, state: &mut State, at: OuterStep<'_>) -> (f32, Groups<Vec<f32>>) {
         let OuterStep { phase, step, .. } = at;
         let values = state.optimization.values();
-        let (loss, mut gradient) = self.trainee.gradient(&values, at);
+        let (loss, mut gradient) = self.objective.gradient(&values, at);
         for (gradient, values) in gradient.each_mut().into_iter().zip(values.each()) {
             clip(gradient, phase.largest_norm);
             for (entry, value) in gradient.iter_mut().zip(values) {
@@ -290,7 +290,7 @@ impl Run<'_> {
         let loss = evolution.advance(population, &mut random, |candidates| {
             let losses = candidates.par_iter();
             losses
-                .map(|values| self.trainee.fitness(values, phase))
+                .map(|values| self.objective.fitness(values, phase))
                 .collect()
         });
         let values = evolution.values();
@@ -306,10 +306,10 @@ impl Run<'_> {
     fn enter(&self, state: &mut State, at: OuterStep<'_>) {
         let phase = at.phase;
         match (phase.start, &state.run.best) {
-            (Start::Guess(guess), _) => state.restart(self.trainee.first_values(guess)),
+            (Start::Guess(guess), _) => state.restart(self.objective.first_values(guess)),
             (Start::Best, Some(best)) => state.restart(best.values.clone()),
             (Start::BestInOrder, Some(best)) => {
-                state.restart(self.trainee.in_order(best.values.clone()));
+                state.restart(self.objective.in_order(best.values.clone()));
             }
             _ => {}
         }
@@ -319,12 +319,12 @@ impl Run<'_> {
             let added = 3 * (phase.samples - known);
             let again = values.pattern.iter().copied().cycle();
             let more: Vec<f32> = match phase.added {
-                Added::Sobol => {
+                AddedSamples::Sobol => {
                     let sobol = sobol_valid(phase.samples, self.seed as u32);
                     sobol.into_iter().skip(known).flat_map(logits_of).collect()
                 }
-                Added::Repeated => again.take(added).collect(),
-                Added::Jittered => {
+                AddedSamples::Repeated => again.take(added).collect(),
+                AddedSamples::Jittered => {
                     let mut random = RandomStreams { seed: self.seed }.slot(at, JITTER_SLOT);
                     let beside = again.map(|logit| logit + JITTER * standard_normal(&mut random));
                     beside.take(added).collect()
@@ -333,8 +333,8 @@ impl Run<'_> {
             values.pattern.extend(more);
             // What has too few samples is no recipe, however good.
             let loss = match phase.keep {
-                Keep::Fittest => Some(self.trainee.fitness(&values, phase)),
-                Keep::BestValidation => Some(self.trainee.judge(&values)),
+                Selection::Fittest => Some(self.objective.fitness(&values, phase)),
+                Selection::BestValidation => Some(self.objective.judge(&values)),
                 _ => None,
             };
             if let Some(loss) = loss {
@@ -343,7 +343,7 @@ impl Run<'_> {
             }
             state.restart(values);
         }
-        if phase.keep == Keep::BestEpoch {
+        if phase.keep == Selection::BestEpoch {
             // Losses of other phases are of other patterns.
             state.run.best = None;
             state.run.epoch = 0.0;
@@ -395,7 +395,7 @@ mod tests {
         seen: Mutex<Vec<Vec<f32>>>,
     }
 
-    impl Trainee for Toy {
+    impl MetaObjective for Toy {
         fn first_values(&self, _: u64) -> Groups<Vec<f32>> {
             Groups {
                 pattern: vec![-1.0; 3],
@@ -445,7 +445,7 @@ mod tests {
             phase.steps = steps;
         }
         let run = Run {
-            trainee: toy,
+            objective: toy,
             plan: &plan,
             identity: IDENTITY,
             seed: 0,

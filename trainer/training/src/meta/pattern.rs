@@ -14,7 +14,7 @@ use glimpse_kernels::samples::{SampleOctets, SampleWeights};
 use glimpse_materials::Material;
 use glimpse_materials::sampling::RANGE;
 
-use super::variation::Variation;
+use super::augmentation::Augmentation;
 
 /// The barrier's weight.
 const BARRIER: f32 = 0.005;
@@ -233,17 +233,17 @@ impl Pattern {
         self.measured(&self.values(material))
     }
 
-    /// Measures a variation of a material with a partner.
+    /// Measures a augmentation of a material with a partner.
     #[must_use]
     pub fn measure_varied(
         &self,
         material: &dyn Material,
         partner: &dyn Material,
-        variation: &Variation,
+        augmentation: &Augmentation,
     ) -> MeasuredPattern<'_> {
         let mut values = self.values(material);
         for (value, partner) in values.iter_mut().zip(self.values(partner)) {
-            *value = variation.brdf(*value, partner);
+            *value = augmentation.brdf(*value, partner);
         }
         self.measured(&values)
     }

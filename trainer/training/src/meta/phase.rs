@@ -15,17 +15,17 @@ pub enum InnerSamples {
 
 /// Where a phase's meta-parameters come from. All but [`Start::Previous`] reset Adam's moments.
 ///
-/// Where the phase has more samples than those, some are [`Added`].
+/// Where the phase has more samples than those, some are [`AddedSamples`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Start {
     /// A first guess of its own, by this number.
     Guess(u64),
     /// The phase before.
     Previous,
-    /// The best meta-parameters so far; see [`Keep`].
+    /// The best meta-parameters so far; see [`Selection`].
     Best,
     /// The same, the samples in the order in which they tell most; see
-    /// [`Trainee::in_order`](super::trainee::Trainee::in_order).
+    /// [`MetaObjective::in_order`](super::objective::MetaObjective::in_order).
     BestInOrder,
     /// The phase before, but for the pattern: another random one at each epoch.
     Patterns,
@@ -33,7 +33,7 @@ pub enum Start {
 
 /// The samples that a phase has more than the one it begins with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Added {
+pub enum AddedSamples {
     /// Points of a Sobol sequence.
     Sobol,
     /// Copies of those that there are. A pattern with every sample twice has the loss of the pattern
@@ -47,7 +47,7 @@ pub enum Added {
 
 /// Which of a phase's meta-parameters are the best so far.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Keep {
+pub enum Selection {
     /// None of them: the best so far stays what it was.
     Nothing,
     /// Those with the best loss on materials held out, if it is better than before.
@@ -56,13 +56,13 @@ pub enum Keep {
     BestEpoch,
     /// Those at its end.
     Last,
-    /// Those at its end, if their [fitness](super::trainee::Trainee::fitness) is better than before.
+    /// Those at its end, if their [fitness](super::objective::MetaObjective::fitness) is better than before.
     Fittest,
 }
 
 /// How meta-parameters are looked for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Search {
+pub enum SearchMethod {
     /// Steps of Adam along exact meta-gradients of batches.
     Gradient,
     /// [Evolution](super::evolution) by the loss of all materials. A step is a generation of so
@@ -78,13 +78,13 @@ pub struct Phase {
     /// Where it begins.
     pub start: Start,
     /// How it looks for better ones.
-    pub search: Search,
+    pub search: SearchMethod,
     /// Which meta-parameters it hands on as the best.
-    pub keep: Keep,
+    pub keep: Selection,
     /// How many samples the pattern has.
     pub samples: usize,
     /// Those that it begins with.
-    pub added: Added,
+    pub added: AddedSamples,
     /// Whether a scan that ends early has the first samples. Before samples are in order, it may have any
     /// of them. (By schedule prior, where readings may be missing.)
     pub in_order: bool,
@@ -106,7 +106,7 @@ pub struct Phase {
     pub largest_norm: f32,
     /// Weight decay as in Adam with L2 regularisation: so much of a value is added to its gradient.
     pub weight_decay: f32,
-    /// Train on [random variations](super::variation::Variation::random) with this gain rather than on the
+    /// Train on [random variations](super::augmentation::Augmentation::random) with this gain rather than on the
     /// materials as they are.
     pub gain: Option<f32>,
 }

@@ -59,7 +59,7 @@ impl From<Effort> for recipe::Effort {
 
 /// What the losses of materials count for in their mean.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Weighing {
+pub enum LossWeights {
     /// As much as any other, as in the paper.
     Equal,
     /// About as much as they are a share of what black, f = 0, loses: a dark material, whose loss
@@ -67,7 +67,7 @@ pub enum Weighing {
     Relative,
 }
 
-impl Weighing {
+impl LossWeights {
     /// What a material counts for, on which black has this loss.
     #[must_use]
     pub fn weight(self, loss_of_black: f32) -> f32 {
@@ -93,7 +93,7 @@ impl Weighing {
 
 /// A start and step sizes that are trained already.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Known {
+pub struct PretrainedInit {
     /// theta_0.
     pub initial: Vec<f32>,
     /// alpha.
@@ -114,9 +114,9 @@ pub struct Plan {
     /// The step size that all parameters begin with.
     pub first_step_size: f32,
     /// What the losses of materials count for in their mean.
-    pub weighing: Weighing,
+    pub weighing: LossWeights,
     /// Start and step sizes that are known already, instead of the first guess.
-    pub known: Option<Known>,
+    pub known: Option<PretrainedInit>,
 }
 
 impl Plan {
@@ -150,9 +150,9 @@ mod tests {
 
     #[test]
     fn the_loss_of_a_dark_material_counts_for_more_but_not_without_limit() {
-        let weights = [0.0, 0.005, 0.06, 0.5].map(|black| Weighing::Relative.weight(black));
+        let weights = [0.0, 0.005, 0.06, 0.5].map(|black| LossWeights::Relative.weight(black));
         assert!(weights.is_sorted_by(|a, b| a > b));
         assert!((weights[2] - 1.0).abs() < 1e-6 && weights[0] < 20.0);
-        assert_eq!(Weighing::Equal.weight(0.001), 1.0);
+        assert_eq!(LossWeights::Equal.weight(0.001), 1.0);
     }
 }

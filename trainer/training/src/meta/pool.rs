@@ -17,7 +17,7 @@ use rand::Rng;
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
-use super::variation::Variation;
+use super::augmentation::Augmentation;
 
 /// The pool of directions, and each material's BRDF there.
 pub struct Pool {
@@ -88,22 +88,22 @@ impl Pool {
         self.ordered(material, order.collect(), count)
     }
 
-    /// The same of a variation of the material.
+    /// The same of a augmentation of the material.
     #[must_use]
     pub fn draw_varied(
         &self,
         material: usize,
-        variation: &Variation,
+        augmentation: &Augmentation,
         count: usize,
         random: &mut ChaCha8Rng,
     ) -> Draw<'_> {
         let drawn = (0..count.div_ceil(WIDTH)).map(|_| random.random_range(0..self.at.len()));
-        let (own, partner) = (&self.values[material], &self.values[variation.partner]);
+        let (own, partner) = (&self.values[material], &self.values[augmentation.partner]);
         let (at, values): (Vec<_>, Vec<_>) = drawn
             .map(|octet| {
                 let lanes: [[f32; 3]; WIDTH] = std::array::from_fn(|lane| {
                     let rgb = |octet: &OctetRgb| octet.each_ref().map(|channel| channel.0[lane]);
-                    variation.brdf(rgb(&own[octet]), rgb(&partner[octet]))
+                    augmentation.brdf(rgb(&own[octet]), rgb(&partner[octet]))
                 });
                 (self.at[octet], transpose_rgb(&lanes))
             })
@@ -144,7 +144,7 @@ impl Pool {
     }
 }
 
-/// Some samples of one material, or of a variation of it, drawn from a pool.
+/// Some samples of one material, or of a augmentation of it, drawn from a pool.
 pub struct Draw<'p> {
     at: Cow<'p, [OctetAt]>,
     values: Cow<'p, [OctetRgb]>,
@@ -209,13 +209,13 @@ mod tests {
     }
 
     /// A varied draw is the same places as a plain one of the same random numbers, and at each of
-    /// them the variation of what is there.
+    /// them the augmentation of what is there.
     #[test]
     fn a_varied_draw_varies_what_a_plain_one_draws() {
         let pool = pool();
         let random = || ChaCha8Rng::seed_from_u64(5);
-        let variation = Variation::random(2.0, 1, &mut random());
-        let varied = pool.draw_varied(1, &variation, 60, &mut random());
+        let augmentation = Augmentation::random(2.0, 1, &mut random());
+        let varied = pool.draw_varied(1, &augmentation, 60, &mut random());
         let drawn: Vec<usize> = {
             let mut random = random();
             (0..8)
@@ -229,7 +229,7 @@ mod tests {
                 let rgb = |values: &OctetRgb| values.each_ref().map(|octet| octet.0[lane]);
                 let [own, partner] =
                     [1, 0].map(|material: usize| rgb(&pool.values[material][*octet]));
-                assert_eq!(rgb(&varied.values[found]), variation.brdf(own, partner));
+                assert_eq!(rgb(&varied.values[found]), augmentation.brdf(own, partner));
             }
         }
     }

@@ -15,16 +15,16 @@ use rand_chacha::ChaCha8Rng;
 use super::checkpoint::CheckpointError;
 use super::completion::refinement::{Refinement, Steps};
 use super::completion::train::{STARTED_STEPS, train as complete};
-use super::descent::{DescentTrainee, Tasks};
+use super::descent::{DescentObjective, Tasks};
 use super::identity::RunIdentity;
 use super::learned::{Learned, LearnedDescent, LearnedFit, ValidatedLoss};
-use super::linear::LinearTrainee;
-use super::options::{CompletingError, Options, Parts};
+use super::linear::LinearObjective;
+use super::objective::{MetaObjective, RandomStreams};
+use super::options::{CompletionOptionsError, Options, Parts};
 use super::outer::{Observer, Outcome, Run, RunError};
 use super::pattern::above_horizon;
 use super::plan::{Plan, Schedule};
 use super::pool::Pool;
-use super::trainee::{RandomStreams, Trainee};
 use crate::linear::principal_components;
 use crate::linear::{Columns, ReducedBasis};
 
@@ -56,7 +56,7 @@ pub enum TrainError {
     },
     /// What a completion is to be trained on is not what one can be trained on.
     #[error(transparent)]
-    Completing(#[from] CompletingError),
+    CompletionOptions(#[from] CompletionOptionsError),
     /// A number of the finished recipe is no number.
     #[error("training did not converge: {0}")]
     Diverged(#[from] glimpse_core::fit::ridge::RidgeError),
@@ -95,7 +95,7 @@ pub fn train(
     if !(1..=glimpse_core::recipe::MAX_SAMPLES).contains(&options.samples) {
         return Err(TrainError::Samples(options.samples));
     }
-    options.completing.validate()?;
+    options.completion_options.validate()?;
     check(&options.portions, materials.len())?;
     // On one of rayon's own threads: each parallel loop would else be handed over to one.
     rayon::scope(|_| {
@@ -206,11 +206,11 @@ impl<'o> Session<'o> {
     /// Trains; returns the best values and their loss.
     fn finish(
         &self,
-        trainee: &dyn Trainee,
+        objective: &dyn MetaObjective,
         observer: &mut Observer<'_>,
     ) -> Result<Outcome, TrainError> {
         let run = Run {
-            trainee,
+            objective,
             plan: &self.plan,
             identity: self.identity,
             seed: self.options.seed,
@@ -226,7 +226,7 @@ impl<'o> Session<'o> {
             pool: Pool::new(materials, size, seed),
             materials,
         };
-        let trainee = DescentTrainee::<M> {
+        let objective = DescentObjective::<M> {
             training: &tasks(&self.training, POOL, seed),
             validation: &tasks(self.judged(), VALIDATION_POOL, !seed),
             plan: &self.plan,
@@ -234,7 +234,7 @@ impl<'o> Session<'o> {
             streams: RandomStreams { seed },
             model: PhantomData,
         };
-        let Outcome { expected, values } = self.finish(&trainee, observer)?;
+        let Outcome { expected, values } = self.finish(&objective, observer)?;
         Ok(Learned {
             pattern: above_horizon(&values.pattern),
             fit: LearnedFit::Descent(LearnedDescent {
@@ -258,11 +258,11 @@ impl<'o> Session<'o> {
         self.training.append(&mut self.validation);
         let columns = Columns::new(&self.training);
         let (prior, seed) = (self.options.prior, self.options.seed);
-        let trainee = LinearTrainee::new(&self.training, &columns, prior, &self.plan, seed);
-        let Outcome { expected, values } = self.finish(&trainee, observer)?;
+        let objective = LinearObjective::new(&self.training, &columns, prior, &self.plan, seed);
+        let Outcome { expected, values } = self.finish(&objective, observer)?;
 
         let all: Vec<usize> = (0..columns.count()).collect();
-        let basis = principal_components(&columns, &all, trainee.components());
+        let basis = principal_components(&columns, &all, objective.components());
         let bytes = basis.to_bytes();
         let pattern = above_horizon(&values.pattern);
         let mut reduced = ReducedBasis::new(&basis, &pattern);

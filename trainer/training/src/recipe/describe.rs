@@ -17,13 +17,17 @@ use crate::meta::plan::Schedule;
 /// What was learned cannot be written down.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("training did not converge to a recipe")]
-pub struct NoRecipe(#[from] RecipeError);
+pub struct DescribeError(#[from] RecipeError);
 
 /// Writes down what was learned, with where it came from: `data` is what the materials are called.
 ///
 /// # Errors
 /// If it is no recipe, as when a number is not finite.
-pub fn recipe_of(learned: &Learned, options: &Options, data: &str) -> Result<RecipeFile, NoRecipe> {
+pub fn recipe_of(
+    learned: &Learned,
+    options: &Options,
+    data: &str,
+) -> Result<RecipeFile, DescribeError> {
     let schedule = schedule_of(options);
     let ValidatedLoss { expected, split } = learned.expected_loss;
     let on = format!("materials of {data} {}", split_in_words(split));
@@ -33,7 +37,7 @@ pub fn recipe_of(learned: &Learned, options: &Options, data: &str) -> Result<Rec
         .iter()
         .map(|material| (&material.name[..], material.digest))
         .collect();
-    let completing = &options.completing;
+    let completion_options = &options.completion_options;
     let completes = options.schedule == Schedule::Prior;
     let prediction = learned
         .prediction
@@ -42,8 +46,9 @@ pub fn recipe_of(learned: &Learned, options: &Options, data: &str) -> Result<Rec
     let pattern = packed_pattern(&learned.pattern);
     let file = packed_fit(&learned.fit, |fit| {
         RecipeFile::write(&RecipeParts {
-            limits: Some(completing.limits).filter(|limits| completes && *limits != Limits::NONE),
-            noise: Some(completing.noise()).filter(|noise| completes && !is_none(noise)),
+            limits: Some(completion_options.limits)
+                .filter(|limits| completes && *limits != Limits::NONE),
+            noise: Some(completion_options.noise()).filter(|noise| completes && !is_none(noise)),
             expectation: Some(ExpectedLoss {
                 loss: expected.loss,
                 standard_error: expected.standard_error,
@@ -109,7 +114,7 @@ fn provenance<'a>(
 fn schedule_of(options: &Options) -> String {
     let schedule = format!("{:?} {:?}", options.schedule, options.effort).to_lowercase();
     if options.schedule == Schedule::Prior {
-        return format!("{schedule}, {}", options.completing);
+        return format!("{schedule}, {}", options.completion_options);
     }
     match (options.model, options.prior) {
         (ModelKind::Linear, Prior { components, eta }) => {

@@ -5,6 +5,6 @@ mod file;
 mod pack;
 mod quantize;
 
-pub use describe::{NoRecipe, describe_options, describe_training, recipe_of, split_in_words};
+pub use describe::{DescribeError, describe_options, describe_training, recipe_of, split_in_words};
 pub use file::{RecipeFile, RecipeFileError};
 pub use pack::{packed_fit, packed_pattern};

@@ -7,9 +7,9 @@ use glimpse_materials::Material;
 use glimpse_materials::basis::Basis;
 use glimpse_materials::sampling::{seen_on_spheres, uniform_valid};
 
-use super::draw::{Group, Variety};
+use super::draw::{AugmentationOptions, Group};
+use super::highlight_warp::HighlightWarp;
 use super::pool::WarpedPool;
-use super::warp::Warp;
 use crate::linear::Columns;
 use crate::linear::principal_components;
 
@@ -26,8 +26,8 @@ pub struct Dataset {
     /// Which of them tasks are of.
     pub groups: Vec<Group>,
     /// How tasks are varied.
-    pub variety: Variety,
-    /// Where tasks are judged in training; the materials of its own are there with every warp.
+    pub variety: AugmentationOptions,
+    /// Where tasks are judged in training; the materials of its own are there with every highlight warp.
     pub pool: WarpedPool,
     /// Where materials are judged as they are, at directions that training does not see.
     pub fresh: WarpedPool,
@@ -35,14 +35,14 @@ pub struct Dataset {
 }
 
 impl Dataset {
-    /// Materials at `size` directions, with each warp, and at as many fresh ones. The first `own` are
+    /// Materials at `size` directions, with each highlight warp, and at as many fresh ones. The first `own` are
     /// learned from; the others are mixed in, as groups say.
     #[must_use]
     pub fn new(
         materials: Vec<Box<dyn Material>>,
         own: usize,
         groups: Vec<Group>,
-        variety: Variety,
+        variety: AugmentationOptions,
         size: usize,
         seed: u64,
     ) -> Self {
@@ -55,7 +55,7 @@ impl Dataset {
             fresh: WarpedPool::new(
                 Arc::clone(&materials),
                 0,
-                &[Warp::NONE],
+                &[HighlightWarp::NONE],
                 uniform_valid(size, !seed),
             ),
             materials,

@@ -10,18 +10,18 @@ use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
 
 use super::field::FIELD;
+use super::highlight_warp::HighlightWarp;
 use super::pool::WarpedPool;
-use super::warp::Warp;
+use crate::meta::augmentation::Augmentation;
 use crate::meta::start::standard_normal;
-use crate::meta::variation::Variation;
 
 /// How much materials are varied in training, and readings spoilt.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Variety {
+pub struct AugmentationOptions {
     /// The largest gain of a filter.
     pub gain: f32,
     /// Warps that highlights may have; the first one is none.
-    pub warps: Vec<Warp>,
+    pub warps: Vec<HighlightWarp>,
     /// How much the partner's share differs between channels.
     pub colored: f32,
     /// Standard deviation of the smooth fields' logarithms.
@@ -32,16 +32,16 @@ pub struct Variety {
     pub noise: Noise,
 }
 
-impl Default for Variety {
+impl Default for AugmentationOptions {
     /// What does best on materials that were not trained on.
     fn default() -> Self {
         // From 0.67 to 1.5 times as wide as they are.
-        let others = [-1.0_f32, -0.67, -0.33, 0.33, 0.67, 1.0].map(|share| Warp {
+        let others = [-1.0_f32, -0.67, -0.33, 0.33, 0.67, 1.0].map(|share| HighlightWarp {
             stretch: (0.4 * share).exp(),
         });
         Self {
             gain: 1.5,
-            warps: std::iter::once(Warp::NONE).chain(others).collect(),
+            warps: std::iter::once(HighlightWarp::NONE).chain(others).collect(),
             colored: 0.3,
             field: 0.1,
             missing: 0.0,
@@ -54,7 +54,7 @@ impl Default for Variety {
     }
 }
 
-impl Variety {
+impl AugmentationOptions {
     /// What is learned to do where readings are missing.
     #[must_use]
     pub fn where_missing(&self) -> MissingPolicy {
@@ -90,7 +90,7 @@ fn any_of(groups: &[Group], random: &mut ChaCha8Rng) -> usize {
 
 /// Which readings are lost, where some are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Lost {
+pub enum Dropout {
     /// Any number of any of them: samples have no order yet.
     Any,
     /// Two times in three those after the first few, as the scan ended early; else one or two were lost.
@@ -102,23 +102,23 @@ pub enum Lost {
 const HALVED: f32 = 0.2;
 
 /// Which readings are there; some are missing in a share `missing` of all tasks.
-fn present(samples: usize, missing: f32, which: Lost, random: &mut ChaCha8Rng) -> Vec<bool> {
+fn present(samples: usize, missing: f32, which: Dropout, random: &mut ChaCha8Rng) -> Vec<bool> {
     let mut present = vec![true; samples];
     if samples < 2 || random.random::<f32>() >= missing {
         return present;
     }
-    if which == Lost::LastOrFew && random.random_range(0..3) == 0 {
+    if which == Dropout::LastOrFew && random.random_range(0..3) == 0 {
         for _ in 0..random.random_range(1..=2.min(samples - 1)) {
             present[random.random_range(0..samples)] = false;
         }
         return present;
     }
-    let first = match which == Lost::LastOrFew && random.random::<f32>() < HALVED {
+    let first = match which == Dropout::LastOrFew && random.random::<f32>() < HALVED {
         true => samples / 2,
         false => random.random_range(1..samples),
     };
     present[first..].fill(false);
-    if which == Lost::Any {
+    if which == Dropout::Any {
         present.shuffle(random);
     }
     present
@@ -172,19 +172,19 @@ impl Task {
     pub fn random(
         pool: &WarpedPool,
         groups: &[Group],
-        variety: &Variety,
+        variety: &AugmentationOptions,
         [samples, outer]: [usize; 2],
-        lost: Lost,
+        lost: Dropout,
         random: &mut ChaCha8Rng,
     ) -> Self {
         let octets = pool.octets();
         let [material, partner] = [(); 2].map(|()| any_of(groups, random));
-        let Variation {
+        let Augmentation {
             order: channels,
             gains,
             share,
             ..
-        } = Variation::random(variety.gain, 1, random);
+        } = Augmentation::random(variety.gain, 1, random);
         let warps = [material, partner].map(|index| random.random_range(0..pool.warps(index)));
         let shares = [(); 3].map(|()| {
             let apart = variety.colored * (2.0 * random.random::<f32>() - 1.0);
@@ -281,7 +281,7 @@ mod tests {
 
     const SAMPLES: usize = 12;
 
-    fn drawn(missing: f32, which: Lost) -> Vec<Vec<bool>> {
+    fn drawn(missing: f32, which: Dropout) -> Vec<Vec<bool>> {
         let mut random = ChaCha8Rng::seed_from_u64(1);
         let one = |_| present(SAMPLES, missing, which, &mut random);
         (0..6_000).map(one).collect()
@@ -294,7 +294,7 @@ mod tests {
     #[test]
     fn scans_end_early_or_lose_a_reading_or_two() {
         let mut first = [0; SAMPLES + 1];
-        for present in drawn(1.0, Lost::LastOrFew) {
+        for present in drawn(1.0, Dropout::LastOrFew) {
             let there = present.iter().filter(|there| **there).count();
             match is_first_few(&present) {
                 true => first[there] += 1,
@@ -315,13 +315,13 @@ mod tests {
     #[test]
     fn any_may_be_missing_as_often_as_is_asked_for() {
         let all = |there: &Vec<bool>| there.iter().all(|there| *there);
-        let whole = drawn(0.25, Lost::Any)
+        let whole = drawn(0.25, Dropout::Any)
             .iter()
             .filter(|each| all(each))
             .count();
         assert!((4_300..4_700).contains(&whole), "{whole}");
         let mut there = [0; SAMPLES];
-        for present in drawn(1.0, Lost::Any) {
+        for present in drawn(1.0, Dropout::Any) {
             assert!(present.contains(&true) && present.contains(&false));
             for (count, present) in there.iter_mut().zip(present) {
                 *count += i32::from(present);
@@ -332,6 +332,6 @@ mod tests {
             there.iter().all(|count| (count - 3_000).abs() < 200),
             "{there:?}"
         );
-        assert!(present(1, 1.0, Lost::Any, &mut ChaCha8Rng::seed_from_u64(1))[0]);
+        assert!(present(1, 1.0, Dropout::Any, &mut ChaCha8Rng::seed_from_u64(1))[0]);
     }
 }

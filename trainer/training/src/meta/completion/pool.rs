@@ -14,12 +14,12 @@ use glimpse_materials::basis::{Basis, widened};
 use rayon::prelude::*;
 
 use super::field::{FIELD, field_at};
-use super::warp::Warp;
+use super::highlight_warp::HighlightWarp;
 
 /// Materials at some directions, octet by octet.
 type Values = Vec<OctetRgb>;
 
-/// Materials at uniform valid directions, each with every warp.
+/// Materials at uniform valid directions, each with every highlight warp.
 pub struct WarpedPool {
     /// The directions, eight by eight.
     pub at: Vec<OctetAt>,
@@ -27,27 +27,27 @@ pub struct WarpedPool {
     /// Smooth fields there.
     pub fields: Vec<[Octet; FIELD]>,
     materials: Arc<[Box<dyn Material>]>,
-    /// Where materials are looked up for each warp to appear at the directions.
+    /// Where materials are looked up for each highlight warp to appear at the directions.
     places: Vec<Vec<HalfDifference<f32>>>,
-    /// The materials' BRDF, of each with each warp, as far as it was asked for.
+    /// The materials' BRDF, of each with each highlight warp, as far as it was asked for.
     values: Vec<Vec<OnceLock<Values>>>,
 }
 
 impl WarpedPool {
-    /// Materials at some directions, cut to octets: the first `warped` of them with every warp, the
+    /// Materials at some directions, cut to octets: the first `warped` of them with every highlight warp, the
     /// others with the first one alone.
     #[must_use]
     pub fn new(
         materials: Arc<[Box<dyn Material>]>,
         warped: usize,
-        warps: &[Warp],
+        warps: &[HighlightWarp],
         mut angles: Vec<Angles<f32>>,
     ) -> Self {
         angles.truncate(angles.len() / WIDTH * WIDTH);
         let places: Vec<Vec<HalfDifference<f32>>> = warps
             .iter()
-            .map(|warp| {
-                let warped = angles.iter().map(|angles| warp.angles(*angles).0);
+            .map(|highlight_warp| {
+                let warped = angles.iter().map(|angles| highlight_warp.angles(*angles).0);
                 warped.map(HalfDifference::from_angles).collect()
             })
             .collect();
@@ -101,11 +101,11 @@ impl WarpedPool {
         self.values[material].len()
     }
 
-    /// A material with a warp, octet by octet.
+    /// A material with a highlight warp, octet by octet.
     #[must_use]
-    pub fn values(&self, material: usize, warp: usize) -> &[OctetRgb] {
-        self.values[material][warp].get_or_init(|| {
-            let (material, places) = (&self.materials[material], &self.places[warp]);
+    pub fn values(&self, material: usize, highlight_warp: usize) -> &[OctetRgb] {
+        self.values[material][highlight_warp].get_or_init(|| {
+            let (material, places) = (&self.materials[material], &self.places[highlight_warp]);
             let mut brdf = vec![[0.0; 3]; places.len()];
             material.brdf_batch(places, &mut brdf);
             material.release();

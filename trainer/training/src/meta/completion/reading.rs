@@ -10,9 +10,9 @@ use glimpse_kernels::samples::{OctetRgb, SampleOctets, SampleWeights, transpose_
 use glimpse_materials::basis::{Basis, widened};
 use glimpse_materials::{Material, quantized};
 
-use super::draw::{Task, Variety};
+use super::draw::{AugmentationOptions, Task};
 use super::field::field_at;
-use super::warp::Warp;
+use super::highlight_warp::HighlightWarp;
 use crate::meta::pattern::Pattern;
 
 /// What logarithms of readings are multiplied by, once centered.
@@ -22,7 +22,7 @@ pub const SCALE: f32 = 0.5;
 type ByAngles = Dual<f32, 3>;
 
 /// What each sample's readings are weighed and centered by.
-pub struct Centers(Vec<Center>);
+pub struct ReadingCenters(Vec<Center>);
 
 #[derive(Clone, Copy)]
 struct Center {
@@ -33,7 +33,7 @@ struct Center {
     mean: ByAngles,
 }
 
-impl Centers {
+impl ReadingCenters {
     /// Those of a pattern's samples.
     #[must_use]
     pub fn new(basis: &Basis, angles: &[Angles<f32>]) -> Self {
@@ -73,9 +73,9 @@ impl Reading {
     pub fn all(
         task: &Task,
         materials: &[Box<dyn Material>],
-        variety: &Variety,
+        variety: &AugmentationOptions,
         angles: &[Angles<f32>],
-        centers: &Centers,
+        centers: &ReadingCenters,
     ) -> Vec<Self> {
         let warps = &variety.warps;
         let own = warped(&*materials[task.material], warps[task.warps[0]], angles);
@@ -115,9 +115,15 @@ impl Reading {
 type Measured = ([f32; 3], [[f32; 3]; 3]);
 
 /// A warped material at some angles.
-fn warped(material: &dyn Material, warp: Warp, angles: &[Angles<f32>]) -> Vec<Measured> {
-    let (places, slopes): (Vec<_>, Vec<_>) =
-        angles.iter().map(|angles| warp.angles(*angles)).unzip();
+fn warped(
+    material: &dyn Material,
+    highlight_warp: HighlightWarp,
+    angles: &[Angles<f32>],
+) -> Vec<Measured> {
+    let (places, slopes): (Vec<_>, Vec<_>) = angles
+        .iter()
+        .map(|angles| highlight_warp.angles(*angles))
+        .unzip();
     let mut found = vec![Default::default(); angles.len()];
     material.brdf_batch_with_derivative(&places, &mut found);
     for ((_, derivatives), [by_theta_h, by_theta_d, by_phi_d]) in found.iter_mut().zip(slopes) {

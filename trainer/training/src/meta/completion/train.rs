@@ -11,21 +11,21 @@ use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
 
 use super::dataset::{Dataset, Part};
-use super::draw::{Group, Lost, Task, Variety};
-use super::prediction::{Prediction, Witness};
-use super::reading::{Centers, SCALE};
+use super::draw::{AugmentationOptions, Dropout, Group, Task};
+use super::loss_predictor::{HeldOutLoss, LossPredictor};
+use super::objective::CompletionObjective;
+use super::reading::{ReadingCenters, SCALE};
 use super::refinement::Refinement;
-use super::trainee::CompletionTrainee;
 use crate::linear::ReducedBasis;
 use crate::meta::identity::RunIdentity;
 use crate::meta::learned::{
     CompletionTarget, Learned, LearnedCompletion, LearnedDescent, LearnedFit, ValidatedLoss,
 };
-use crate::meta::options::{Completing, Options};
+use crate::meta::objective::{Expected, RandomStreams};
+use crate::meta::options::{CompletionOptions, Options};
 use crate::meta::outer::{Observer, Outcome, Progress, Run, RunError};
 use crate::meta::pattern::reachable;
 use crate::meta::plan::Plan;
-use crate::meta::trainee::{Expected, RandomStreams};
 
 /// SGD steps from a completed start.
 pub const STARTED_STEPS: usize = 1;
@@ -37,7 +37,7 @@ const HIDDEN: usize = 64;
 const UNITS: usize = 32;
 /// What the loss of completed coefficients counts for where a descent follows.
 const AUXILIARY: f32 = 0.3;
-/// Directions at which materials are evaluated once, with each warp; for thousands of materials fewer,
+/// Directions at which materials are evaluated once, with each highlight warp; for thousands of materials fewer,
 /// see [`pool_size`].
 const POOL: usize = 8_192;
 /// How many bytes the values there may take: all of up to 4,096 materials.
@@ -77,10 +77,10 @@ pub fn train(
     };
 
     let whole = Part::whole(&dataset, COMPONENTS);
-    let (trainee, Outcome { expected, values }) = session.run(&whole, plan, None, 0)?;
-    let shape = trainee.shape;
+    let (objective, Outcome { expected, values }) = session.run(&whole, plan, None, 0)?;
+    let shape = objective.shape;
     let own: Vec<usize> = (0..dataset.own).collect();
-    let of_all = trainee.losses_of_materials(&values, &own);
+    let of_all = objective.losses_of_materials(&values, &own);
     let mut witnesses = Vec::new();
     let mut seen = Level::default();
     for (index, fold) in folds.iter().enumerate() {
@@ -109,11 +109,11 @@ pub fn train(
             ),
             (&varied, without.losses_of(&outcome.values, &varied), false),
         ] {
-            let each = trainee
+            let each = objective
                 .mean_coefficients(&values, tasks)
                 .into_iter()
                 .zip(losses);
-            witnesses.extend(each.map(|(coefficients, loss)| Witness {
+            witnesses.extend(each.map(|(coefficients, loss)| HeldOutLoss {
                 coefficients,
                 loss,
                 plain,
@@ -125,8 +125,8 @@ pub fn train(
         witness.loss *= seen.ratio();
     }
     let expected_loss = expected_loss(expected, &witnesses);
-    let pattern = reachable(&values.pattern, &options.completing.limits);
-    let centers = Centers::new(&whole.basis, &pattern);
+    let pattern = reachable(&values.pattern, &options.completion_options.limits);
+    let centers = ReadingCenters::new(&whole.basis, &pattern);
     let completion = LearnedCompletion {
         shape,
         missing: dataset.variety.where_missing(),
@@ -153,7 +153,7 @@ pub fn train(
     Ok(Learned {
         pattern,
         fit: LearnedFit::Completed(completion, target),
-        prediction: Prediction::new(&witnesses, FOLDS),
+        prediction: LossPredictor::new(&witnesses, FOLDS),
         basis,
         expected_loss,
         materials: identities,
@@ -194,13 +194,20 @@ fn varied(dataset: &Dataset, fold: &[usize], index: usize, options: &Options) ->
     let one = |_| {
         let groups = std::slice::from_ref(&group);
         let (pool, variety) = (&dataset.pool, &dataset.variety);
-        Task::random(pool, groups, variety, sizes, Lost::LastOrFew, &mut random)
+        Task::random(
+            pool,
+            groups,
+            variety,
+            sizes,
+            Dropout::LastOrFew,
+            &mut random,
+        )
     };
     (0..VARIED).map(one).collect()
 }
 
 /// What to expect: the mean over the materials that were left out, or, without folds, over all.
-fn expected_loss(of_training: Expected, witnesses: &[Witness]) -> ValidatedLoss {
+fn expected_loss(of_training: Expected, witnesses: &[HeldOutLoss]) -> ValidatedLoss {
     let plain = witnesses.iter().filter(|each| each.plain);
     let losses: Vec<f64> = plain.map(|each| f64::from(each.loss)).collect();
     if losses.is_empty() {
@@ -218,7 +225,7 @@ fn expected_loss(of_training: Expected, witnesses: &[Witness]) -> ValidatedLoss 
 
 /// The materials at hand, and procedural ones.
 fn dataset(mut materials: Vec<Box<dyn Material>>, options: &Options) -> Dataset {
-    let completing = &options.completing;
+    let completion_options = &options.completion_options;
     let own = materials.len();
     let parts = match &options.portions[..] {
         [] => vec![(own, 1.0)],
@@ -232,23 +239,23 @@ fn dataset(mut materials: Vec<Box<dyn Material>>, options: &Options) -> Dataset 
     for (materials, share) in parts {
         groups.push(Group {
             materials: (first..first + materials).collect(),
-            share: share * (1.0 - completing.procedural),
+            share: share * (1.0 - completion_options.procedural),
         });
         first += materials;
     }
-    if completing.procedural > 0.0 {
-        let (count, seed) = Completing::MIXED_IN;
+    if completion_options.procedural > 0.0 {
+        let (count, seed) = CompletionOptions::MIXED_IN;
         let set = Procedural::set(count, seed).into_iter();
         materials.extend(set.map(|each| Box::new(each) as Box<dyn Material>));
         groups.push(Group {
             materials: (own..materials.len()).collect(),
-            share: completing.procedural,
+            share: completion_options.procedural,
         });
     }
-    let variety = Variety {
-        missing: completing.missing,
-        noise: completing.noise(),
-        ..Variety::default()
+    let variety = AugmentationOptions {
+        missing: completion_options.missing,
+        noise: completion_options.noise(),
+        ..AugmentationOptions::default()
     };
     let size = pool_size(own, variety.warps.len());
     Dataset::new(materials, own, groups, variety, size, options.seed)
@@ -297,7 +304,7 @@ impl<'s> Session<'s, '_> {
         plan: &Plan,
         pattern: Option<&'a [f32]>,
         stage: usize,
-    ) -> Result<(CompletionTrainee<'a>, Outcome), RunError>
+    ) -> Result<(CompletionObjective<'a>, Outcome), RunError>
     where
         's: 'a,
     {
@@ -305,7 +312,7 @@ impl<'s> Session<'s, '_> {
         let parameters = self
             .refinement
             .map_or(0, |by| by.model().parameters().unwrap_or(0));
-        let trainee = CompletionTrainee {
+        let objective = CompletionObjective {
             dataset: self.dataset,
             part,
             shape: Shape {
@@ -320,11 +327,11 @@ impl<'s> Session<'s, '_> {
             refinement: self.refinement,
             first_step_size: plan.first_step_size,
             auxiliary: AUXILIARY,
-            limits: self.options.completing.limits,
+            limits: self.options.completion_options.limits,
             pattern,
         };
         let run = Run {
-            trainee: &trainee,
+            objective: &objective,
             plan,
             identity: self.identity,
             seed,
@@ -345,7 +352,7 @@ impl<'s> Session<'s, '_> {
             outcome => outcome,
         }?;
         self.done += plan.steps();
-        Ok((trainee, outcome))
+        Ok((objective, outcome))
     }
 }
 

@@ -3,7 +3,7 @@
 use glimpse_optimizer::Groups;
 
 use crate::meta::phase::{InnerSamples, Phase, Start};
-use crate::meta::plan::{Known, Plan};
+use crate::meta::plan::{Plan, PretrainedInit};
 
 impl Plan {
     /// What the method Meta trains: all but the pattern. Where start and step sizes would learn
@@ -29,7 +29,7 @@ impl Plan {
 
     /// The pattern alone, for a start and step sizes that are known; those stay as they are.
     #[must_use]
-    pub fn pattern_only(mut self, known: Known) -> Self {
+    pub fn pattern_only(mut self, known: PretrainedInit) -> Self {
         let mut begin = None;
         self.phases.retain_mut(|phase| {
             if phase.inner != InnerSamples::Pattern {

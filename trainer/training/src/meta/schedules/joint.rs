@@ -1,8 +1,10 @@
 //! Schedule joint for models of many parameters.
 
 use super::doubling::{UNDOUBLED, doubled};
-use crate::meta::phase::{Added, InnerSamples, Keep, Phase, Search, Start, StepSizeForm};
-use crate::meta::plan::{Effort, Plan, Weighing};
+use crate::meta::phase::{
+    AddedSamples, InnerSamples, Phase, SearchMethod, Selection, Start, StepSizeForm,
+};
+use crate::meta::plan::{Effort, LossWeights, Plan};
 use crate::meta::start::first_guess;
 use glimpse_optimizer::Groups;
 
@@ -21,10 +23,10 @@ pub(super) fn plan(effort: Effort, samples: usize, tasks: usize) -> Plan {
     let learning = Phase {
         name: "trying starts",
         start: Start::Previous,
-        search: Search::Gradient,
-        keep: Keep::Nothing,
+        search: SearchMethod::Gradient,
+        keep: Selection::Nothing,
         samples,
-        added: Added::Sobol,
+        added: AddedSamples::Sobol,
         in_order: false,
         steps: first,
         batch: 32,
@@ -44,7 +46,7 @@ pub(super) fn plan(effort: Effort, samples: usize, tasks: usize) -> Plan {
         gain: Some(1.5),
     };
     let sampling = Phase {
-        keep: Keep::BestValidation,
+        keep: Selection::BestValidation,
         steps: second,
         inner: InnerSamples::Pattern,
         rates: Groups {
@@ -83,7 +85,7 @@ pub(super) fn plan(effort: Effort, samples: usize, tasks: usize) -> Plan {
     phases.push(Phase {
         name: "evolving the pattern",
         start: Start::Best,
-        search: Search::Evolution(24),
+        search: SearchMethod::Evolution(24),
         steps: generations,
         outer: 512,
         rates: Groups {
@@ -97,7 +99,7 @@ pub(super) fn plan(effort: Effort, samples: usize, tasks: usize) -> Plan {
     phases.extend(doubled(samples, wanted).map(|samples| Phase {
         name: "twice the samples",
         samples,
-        added: Added::Jittered,
+        added: AddedSamples::Jittered,
         steps: last / 8,
         ..lasting.clone()
     }));
@@ -107,7 +109,7 @@ pub(super) fn plan(effort: Effort, samples: usize, tasks: usize) -> Plan {
         first_guess,
         step_size_form: StepSizeForm::Logarithm,
         first_step_size: 3e-3,
-        weighing: Weighing::Relative,
+        weighing: LossWeights::Relative,
         known: None,
     }
 }

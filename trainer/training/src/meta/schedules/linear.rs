@@ -1,7 +1,9 @@
 //! Schedule joint for Linear.
 
-use crate::meta::phase::{Added, InnerSamples, Keep, Phase, Search, Start, StepSizeForm};
-use crate::meta::plan::{Effort, Plan, Weighing};
+use crate::meta::phase::{
+    AddedSamples, InnerSamples, Phase, SearchMethod, Selection, Start, StepSizeForm,
+};
+use crate::meta::plan::{Effort, LossWeights, Plan};
 use crate::meta::start::first_guess;
 use glimpse_optimizer::Groups;
 
@@ -17,10 +19,10 @@ pub(super) fn plan(effort: Effort, samples: usize, tasks: usize) -> Plan {
     let sampling = Phase {
         name: "trying patterns",
         start: Start::Previous,
-        search: Search::Gradient,
-        keep: Keep::BestValidation,
+        search: SearchMethod::Gradient,
+        keep: Selection::BestValidation,
         samples,
-        added: Added::Sobol,
+        added: AddedSamples::Sobol,
         in_order: false,
         steps: first,
         batch: 16,
@@ -62,7 +64,7 @@ pub(super) fn plan(effort: Effort, samples: usize, tasks: usize) -> Plan {
         first_guess,
         step_size_form: StepSizeForm::Logarithm,
         first_step_size: 0.0,
-        weighing: Weighing::Equal,
+        weighing: LossWeights::Equal,
         known: None,
     }
 }

@@ -42,8 +42,8 @@ impl Plan {
 mod tests {
     use super::doubling::UNDOUBLED;
     use super::*;
-    use crate::meta::phase::{InnerSamples, Keep, Start};
-    use crate::meta::plan::Known;
+    use crate::meta::phase::{InnerSamples, Selection, Start};
+    use crate::meta::plan::PretrainedInit;
 
     #[test]
     fn the_paper_s_stages() {
@@ -60,7 +60,10 @@ mod tests {
         let samples: Vec<_> = patterns.iter().map(|phase| phase.samples).collect();
         assert_eq!(samples, [1, 2, 4, 5]);
         for phase in patterns {
-            assert_eq!((phase.start, phase.keep), (Start::Best, Keep::BestEpoch));
+            assert_eq!(
+                (phase.start, phase.keep),
+                (Start::Best, Selection::BestEpoch)
+            );
             assert_eq!(phase.steps, 500 * tasks);
             assert!(phase.rates_at(0).pattern == 5e-4);
             // Meta and Ours have the same start and step sizes.
@@ -87,11 +90,11 @@ mod tests {
         assert!(again.rates.initial > 0.0 && again.rates.pattern == 0.0);
         assert_eq!(
             (pattern.start, pattern.keep),
-            (Start::Best, Keep::BestEpoch)
+            (Start::Best, Selection::BestEpoch)
         );
         assert!(pattern.rates.initial == 0.0 && pattern.rates.pattern > 0.0);
 
-        let known = Known {
+        let known = PretrainedInit {
             initial: vec![1.0],
             step_sizes: vec![0.5],
         };

@@ -3,8 +3,10 @@
 use glimpse_core::model::ModelKind;
 
 use super::doubling::doubled;
-use crate::meta::phase::{Added, InnerSamples, Keep, Phase, Search, Start, StepSizeForm};
-use crate::meta::plan::{Effort, Plan, Weighing};
+use crate::meta::phase::{
+    AddedSamples, InnerSamples, Phase, SearchMethod, Selection, Start, StepSizeForm,
+};
+use crate::meta::plan::{Effort, LossWeights, Plan};
 use crate::meta::start::random_start;
 use glimpse_optimizer::Groups;
 
@@ -37,11 +39,11 @@ pub(super) fn plan(effort: Effort, model: ModelKind, samples: usize, tasks: usiz
     let first = Phase {
         name: "start and step sizes",
         start: Start::Guess(0),
-        search: Search::Gradient,
-        keep: Keep::Last,
+        search: SearchMethod::Gradient,
+        keep: Selection::Last,
         // No pattern yet, but Meta is judged on one.
         samples,
-        added: Added::Sobol,
+        added: AddedSamples::Sobol,
         in_order: false,
         steps: 10_000 / share * tasks,
         batch: 1,
@@ -62,7 +64,7 @@ pub(super) fn plan(effort: Effort, model: ModelKind, samples: usize, tasks: usiz
     let guesses = Phase {
         name: "guesses",
         start: Start::Patterns,
-        keep: Keep::BestEpoch,
+        keep: Selection::BestEpoch,
         samples: 1,
         steps: GUESSES * tasks,
         inner: InnerSamples::Pattern,
@@ -97,7 +99,7 @@ pub(super) fn plan(effort: Effort, model: ModelKind, samples: usize, tasks: usiz
         first_guess: random_start,
         step_size_form: StepSizeForm::Plain,
         first_step_size: 1e-3,
-        weighing: Weighing::Equal,
+        weighing: LossWeights::Equal,
         known: None,
     }
 }

@@ -2,8 +2,10 @@
 
 use glimpse_core::model::ModelKind;
 
-use crate::meta::phase::{Added, InnerSamples, Keep, Phase, Search, Start, StepSizeForm};
-use crate::meta::plan::{Effort, Plan, Weighing};
+use crate::meta::phase::{
+    AddedSamples, InnerSamples, Phase, SearchMethod, Selection, Start, StepSizeForm,
+};
+use crate::meta::plan::{Effort, LossWeights, Plan};
 use crate::meta::start::first_guess;
 use glimpse_optimizer::Groups;
 
@@ -13,7 +15,7 @@ struct Steps {
     patterns: u64,
     trying: usize,
     /// With the best one.
-    completing: usize,
+    completion_options: usize,
     /// For a model that descends.
     starting: usize,
     /// What its rates are multiplied by: a long training ends better by low ones.
@@ -24,7 +26,8 @@ struct Steps {
 
 impl Steps {
     fn of(effort: Effort, model: ModelKind) -> Self {
-        let (patterns, trying, completing, starting, fold) = match (effort, descends(model)) {
+        let (patterns, trying, completion_options, starting, fold) = match (effort, descends(model))
+        {
             (Effort::Brief, _) => (1, 0, 1_000, 800, [250, 200]),
             (Effort::Quick, true) => (2, 500, 4_000, 2_500, [400, 300]),
             (Effort::Quick, false) => (2, 500, 6_000, 0, [1_500, 0]),
@@ -35,7 +38,7 @@ impl Steps {
         Self {
             patterns,
             trying,
-            completing,
+            completion_options,
             starting,
             slower: match effort {
                 Effort::Brief | Effort::Quick => 1.0,
@@ -55,10 +58,10 @@ fn trying(samples: usize, steps: usize) -> Phase {
     Phase {
         name: "trying patterns",
         start: Start::Previous,
-        search: Search::Gradient,
-        keep: Keep::BestValidation,
+        search: SearchMethod::Gradient,
+        keep: Selection::BestValidation,
         samples,
-        added: Added::Sobol,
+        added: AddedSamples::Sobol,
         in_order: false,
         steps,
         batch: 32,
@@ -78,11 +81,11 @@ fn trying(samples: usize, steps: usize) -> Phase {
 }
 
 /// A completion by itself; where a start follows, it ends sooner, and at a higher rate.
-fn completing(model: ModelKind, samples: usize, steps: usize) -> Phase {
+fn completion_options(model: ModelKind, samples: usize, steps: usize) -> Phase {
     Phase {
         name: "completing readings",
         in_order: true,
-        keep: Keep::Last,
+        keep: Selection::Last,
         steps: if descends(model) { steps / 2 } else { steps },
         final_rate: if descends(model) { 0.3 } else { 0.01 },
         ..trying(samples, steps)
@@ -95,7 +98,7 @@ fn starting(samples: usize, steps: usize, slower: f64) -> Phase {
         name: "starting descents",
         start: Start::Best,
         in_order: true,
-        keep: Keep::Last,
+        keep: Selection::Last,
         rates: Groups {
             initial: slower * 1e-3,
             hyperparameters: slower * 1e-2,
@@ -118,7 +121,7 @@ fn plan_of(phases: Vec<Phase>, model: ModelKind, tasks: usize) -> Plan {
             ModelKind::Neural => 3e-3,
             _ => 0.1,
         },
-        weighing: Weighing::Relative,
+        weighing: LossWeights::Relative,
         known: None,
     }
 }
@@ -140,7 +143,7 @@ pub(super) fn plan(effort: Effort, model: ModelKind, samples: usize, tasks: usiz
             true => Start::Previous,
             false => Start::BestInOrder,
         },
-        ..completing(model, samples, steps.completing)
+        ..completion_options(model, samples, steps.completion_options)
     });
     if descends(model) {
         phases.push(starting(samples, steps.starting, steps.slower));
@@ -153,7 +156,7 @@ pub(super) fn fold(effort: Effort, model: ModelKind, samples: usize, tasks: usiz
     let [first, then] = Steps::of(effort, model).fold;
     let mut phases = vec![Phase {
         start: Start::Guess(0),
-        ..completing(
+        ..completion_options(
             model,
             samples,
             if descends(model) { 2 * first } else { first },

@@ -1,8 +1,10 @@
 //! Schedule joint for models of a few parameters.
 
 use super::doubling::{UNDOUBLED, doubled};
-use crate::meta::phase::{Added, InnerSamples, Keep, Phase, Search, Start, StepSizeForm};
-use crate::meta::plan::{Effort, Plan, Weighing};
+use crate::meta::phase::{
+    AddedSamples, InnerSamples, Phase, SearchMethod, Selection, Start, StepSizeForm,
+};
+use crate::meta::plan::{Effort, LossWeights, Plan};
 use crate::meta::start::first_guess;
 use glimpse_optimizer::Groups;
 
@@ -21,10 +23,10 @@ pub(super) fn plan(effort: Effort, samples: usize, tasks: usize) -> Plan {
     let descending = Phase {
         name: "trying starts",
         start: Start::Previous,
-        search: Search::Gradient,
-        keep: Keep::Nothing,
+        search: SearchMethod::Gradient,
+        keep: Selection::Nothing,
         samples,
-        added: Added::Sobol,
+        added: AddedSamples::Sobol,
         in_order: false,
         steps: descent,
         batch: 16,
@@ -44,9 +46,9 @@ pub(super) fn plan(effort: Effort, samples: usize, tasks: usize) -> Plan {
     };
     let evolving = Phase {
         name: "evolving starts",
-        search: Search::Evolution(24),
-        added: Added::Repeated,
-        keep: Keep::Fittest,
+        search: SearchMethod::Evolution(24),
+        added: AddedSamples::Repeated,
+        keep: Selection::Fittest,
         steps: first,
         outer: 512,
         rates: Groups {
@@ -85,7 +87,7 @@ pub(super) fn plan(effort: Effort, samples: usize, tasks: usize) -> Plan {
         first_guess,
         step_size_form: StepSizeForm::Logarithm,
         first_step_size: 0.3,
-        weighing: Weighing::Relative,
+        weighing: LossWeights::Relative,
         known: None,
     }
 }

@@ -143,7 +143,7 @@ fn start(case: &Case, coefficients: Matrix) -> (Matrix, [Matrix; 3]) {
 
 fn witness(case: &Case) -> Outcome {
     let _turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
-    let (coefficients, values, completing) = complete(case);
+    let (coefficients, values, completion_options) = complete(case);
     let scored = |values: &Matrix, weights: &[f64]| {
         let weights = matrix(weights, values.dims());
         (values.clone() * values.clone() * weights).sum() * 0.5
@@ -164,7 +164,7 @@ fn witness(case: &Case) -> Outcome {
         // A matrix that is none has no slopes.
         None => Vec::new(),
     };
-    let [readings, bias, output] = completing.each_ref().map(slopes);
+    let [readings, bias, output] = completion_options.each_ref().map(slopes);
     let [hidden, start_bias, start_output] = match &starting {
         Some(weights) => weights.each_ref().map(slopes),
         None => [const { Vec::new() }; 3],

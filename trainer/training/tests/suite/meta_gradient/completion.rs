@@ -15,17 +15,17 @@ use glimpse_kernels::scan::scan;
 use glimpse_materials::{Material, Procedural};
 use glimpse_optimizer::Groups;
 use glimpse_training::meta::completion::dataset::{Dataset, Part};
-use glimpse_training::meta::completion::draw::{Group, Variety};
+use glimpse_training::meta::completion::draw::{AugmentationOptions, Group};
+use glimpse_training::meta::completion::objective::CompletionObjective;
 use glimpse_training::meta::completion::refinement::{Refinement, Steps};
-use glimpse_training::meta::completion::trainee::CompletionTrainee;
 use glimpse_training::meta::learned::LearnedFit;
-use glimpse_training::meta::options::{Completing, Options};
+use glimpse_training::meta::objective::{MetaObjective, RandomStreams};
+use glimpse_training::meta::options::{CompletionOptions, Options};
 use glimpse_training::meta::outer::{Checkpoints, Run, RunError};
 use glimpse_training::meta::pattern::Pattern;
 use glimpse_training::meta::phase::{OuterStep, Start};
-use glimpse_training::meta::plan::{Effort, Plan, Schedule, Weighing};
+use glimpse_training::meta::plan::{Effort, LossWeights, Plan, Schedule};
 use glimpse_training::meta::run::{TrainError, train};
-use glimpse_training::meta::trainee::{RandomStreams, Trainee};
 use glimpse_training::recipe::recipe_of;
 
 use crate::support::{bits_of, procedural, same_on_any_number_of_threads};
@@ -41,9 +41,9 @@ const MODELS: [ModelKind; 4] = [
     ModelKind::Neural,
 ];
 
-/// Calls a function with a small trainee of a model, and a plan of a few steps.
-fn with_trainee<T>(model: ModelKind, of: impl FnOnce(&CompletionTrainee<'_>, &Plan) -> T) -> T {
-    let variety = Variety {
+/// Calls a function with a small objective of a model, and a plan of a few steps.
+fn with_objective<T>(model: ModelKind, of: impl FnOnce(&CompletionObjective<'_>, &Plan) -> T) -> T {
+    let variety = AugmentationOptions {
         missing: 0.5,
         noise: Noise {
             multiplicative: 0.02,
@@ -51,7 +51,7 @@ fn with_trainee<T>(model: ModelKind, of: impl FnOnce(&CompletionTrainee<'_>, &Pl
             // The derivative does not see a sensor's steps.
             levels: 0,
         },
-        ..Variety::default()
+        ..AugmentationOptions::default()
     };
     let group = |materials: Range<usize>, share| Group {
         materials: materials.collect(),
@@ -72,7 +72,7 @@ fn with_trainee<T>(model: ModelKind, of: impl FnOnce(&CompletionTrainee<'_>, &Pl
     for phase in &mut plan.phases {
         (phase.steps, phase.batch, phase.outer) = (STEPS, 40, 512);
     }
-    let trainee = CompletionTrainee {
+    let objective = CompletionObjective {
         dataset: &dataset,
         part: &part,
         shape: Shape {
@@ -82,7 +82,7 @@ fn with_trainee<T>(model: ModelKind, of: impl FnOnce(&CompletionTrainee<'_>, &Pl
             units: if refinement.is_some() { 5 } else { 0 },
             parameters: model.parameters().unwrap_or(0),
         },
-        weighing: Weighing::Relative,
+        weighing: LossWeights::Relative,
         streams: RandomStreams { seed: 11 },
         refinement,
         first_step_size: plan.first_step_size,
@@ -94,7 +94,7 @@ fn with_trainee<T>(model: ModelKind, of: impl FnOnce(&CompletionTrainee<'_>, &Pl
         },
         pattern: None,
     };
-    of(&trainee, &plan)
+    of(&objective, &plan)
 }
 
 /// Brings all samples nearer to the normal: where the arms get to.
@@ -107,19 +107,19 @@ fn raise(values: &mut Groups<Vec<f32>>) {
 
 /// Along the gradient of each group by itself, the loss changes as fast as the gradient is long.
 fn gradient_is_that_of_the_loss(model: ModelKind) {
-    with_trainee(model, |trainee, plan| {
+    with_objective(model, |objective, plan| {
         let number = plan.phases.len() - 1;
         let at = OuterStep {
             phase: &plan.phases[number],
             number,
             step: 1,
         };
-        let mut values = trainee.first_values(0);
+        let mut values = objective.first_values(0);
         // A start that hears of the readings: steps by themselves jump where a sample changes sides.
         values.start.iter_mut().for_each(|weight| *weight *= 5.0);
         // All samples where the arms get to: the barrier is in the gradient and not in the loss.
         raise(&mut values);
-        let pattern = Pattern::within(&values.pattern, trainee.limits);
+        let pattern = Pattern::within(&values.pattern, objective.limits);
         assert!(pattern.valid().iter().all(|valid| *valid));
         let mut compared = 0;
         for group in [0, 1, 3, 4, PATTERN] {
@@ -128,7 +128,7 @@ fn gradient_is_that_of_the_loss(model: ModelKind) {
             if group == PATTERN {
                 values.hyperparameters.fill(-30.0);
             }
-            let (loss, gradient) = trainee.gradient(&values, at);
+            let (loss, gradient) = objective.gradient(&values, at);
             assert!(loss > 0.0 && loss.is_finite());
             let along = gradient.each()[group].clone();
             let square: f64 = along.iter().map(|by| f64::from(*by).powi(2)).sum();
@@ -144,7 +144,7 @@ fn gradient_is_that_of_the_loss(model: ModelKind) {
                 for (value, by) in list.into_iter().flatten().zip(&along) {
                     *value += (sign * step * f64::from(*by)) as f32;
                 }
-                f64::from(trainee.gradient(&values, at).0)
+                f64::from(objective.gradient(&values, at).0)
             };
             let slope = (moved(1.0) - moved(-1.0)) / (2.0 * step);
             let error = (slope - square).abs() / square;
@@ -180,10 +180,10 @@ fn neural_s_gradient_is_that_of_the_loss() {
 /// Samples change places, and what each of them says of a material goes with them.
 #[test]
 fn samples_in_order_say_together_what_they_said_before() {
-    with_trainee(ModelKind::Linear, |trainee, _| {
-        let mut values = trainee.first_values(0);
+    with_objective(ModelKind::Linear, |objective, _| {
+        let mut values = objective.first_values(0);
         raise(&mut values);
-        let ordered = trainee.in_order(values.clone());
+        let ordered = objective.in_order(values.clone());
         assert_ne!(ordered.pattern, values.pattern);
         let places = |values: &Groups<Vec<f32>>| {
             let mut places: Vec<[u32; 3]> = values
@@ -197,23 +197,23 @@ fn samples_in_order_say_together_what_they_said_before() {
             places
         };
         assert_eq!(places(&ordered), places(&values));
-        let (before, after) = (trainee.judge(&values), trainee.judge(&ordered));
+        let (before, after) = (objective.judge(&values), objective.judge(&ordered));
         assert!((after / before - 1.0).abs() < 1e-4, "{before} and {after}");
         // What comes first is what tells most by itself, and once in order they stay so.
-        assert_eq!(trainee.in_order(ordered.clone()), ordered);
+        assert_eq!(objective.in_order(ordered.clone()), ordered);
     });
 }
 
 /// A run that is saved in a directory, if one is given.
 fn run<'a>(
-    trainee: &'a CompletionTrainee<'_>,
+    objective: &'a CompletionObjective<'_>,
     plan: &'a Plan,
     model: ModelKind,
     directory: Option<&Path>,
 ) -> Run<'a> {
     let options = Options::new(model, SAMPLES, Schedule::Prior, Effort::Brief, 11);
     Run {
-        trainee,
+        objective,
         plan,
         identity: options.identity(&[]),
         seed: 11,
@@ -235,8 +235,8 @@ fn checkpoints(directory: &Path) -> Checkpoints {
 fn every_model_trains_the_same_on_any_number_of_threads() {
     for model in MODELS {
         let bits = same_on_any_number_of_threads(model.name(), || {
-            with_trainee(model, |trainee, plan| {
-                let run = run(trainee, plan, model, None);
+            with_objective(model, |objective, plan| {
+                let run = run(objective, plan, model, None);
                 bits_of(&run)
             })
         });
@@ -249,11 +249,11 @@ fn every_model_trains_the_same_on_any_number_of_threads() {
 fn a_resumed_run_comes_to_the_same_numbers() {
     let scratch = tempfile::tempdir().expect("a temporary directory");
     let options = |checkpoints| Options {
-        completing: Completing {
+        completion_options: CompletionOptions {
             missing: 0.5,
             noise: 0.02,
             procedural: 0.0,
-            ..Completing::default()
+            ..CompletionOptions::default()
         },
         checkpoints,
         ..Options::new(ModelKind::Phong, 2, Schedule::Prior, Effort::Brief, 3)
@@ -277,11 +277,11 @@ fn a_resumed_run_comes_to_the_same_numbers() {
 /// Stopped where patterns were tried and samples are about to be put in order, or just after that.
 #[test]
 fn a_run_resumed_where_samples_are_put_in_order_comes_to_the_same_numbers() {
-    with_trainee(ModelKind::Linear, |trainee, plan| {
+    with_objective(ModelKind::Linear, |objective, plan| {
         let tried = plan.phases.len() - 1;
         assert!(plan.phases[tried].start == Start::BestInOrder && plan.phases[tried].in_order);
         let run = |directory: Option<&Path>, until| {
-            let run = run(trainee, plan, ModelKind::Linear, directory);
+            let run = run(objective, plan, ModelKind::Linear, directory);
             run.finish(&mut |progress| match progress.done == until {
                 true => ControlFlow::Break(()),
                 false => ControlFlow::Continue(()),

@@ -5,16 +5,16 @@ use std::marker::PhantomData;
 use glimpse_core::model::{CookTorrance, Neural, Phong};
 use glimpse_kernels::LaneModel;
 use glimpse_optimizer::Groups;
-use glimpse_training::meta::descent::{DescentTrainee, Tasks};
+use glimpse_training::meta::descent::{DescentObjective, Tasks};
+use glimpse_training::meta::objective::RandomStreams;
 use glimpse_training::meta::options::Options;
 use glimpse_training::meta::outer::Run;
 use glimpse_training::meta::phase::{
-    Added, InnerSamples, Keep, Phase, Search, Start, StepSizeForm,
+    AddedSamples, InnerSamples, Phase, SearchMethod, Selection, Start, StepSizeForm,
 };
-use glimpse_training::meta::plan::{Effort, Plan, Schedule, Weighing};
+use glimpse_training::meta::plan::{Effort, LossWeights, Plan, Schedule};
 use glimpse_training::meta::pool::Pool;
 use glimpse_training::meta::start::first_guess;
-use glimpse_training::meta::trainee::RandomStreams;
 
 use crate::support::{bits_of, procedural, same_on_any_number_of_threads};
 
@@ -30,10 +30,10 @@ fn train<M: LaneModel>(inner: InnerSamples) -> Vec<u32> {
     let phase = Phase {
         name: "test",
         start: Start::Previous,
-        search: Search::Gradient,
-        keep: Keep::BestValidation,
+        search: SearchMethod::Gradient,
+        keep: Selection::BestValidation,
         samples: 8,
-        added: Added::Sobol,
+        added: AddedSamples::Sobol,
         in_order: false,
         steps: STEPS,
         batch: 9,
@@ -57,10 +57,10 @@ fn train<M: LaneModel>(inner: InnerSamples) -> Vec<u32> {
         first_guess,
         step_size_form: StepSizeForm::Logarithm,
         first_step_size: 0.02,
-        weighing: Weighing::Relative,
+        weighing: LossWeights::Relative,
         known: None,
     };
-    let trainee = DescentTrainee::<M> {
+    let objective = DescentObjective::<M> {
         training: &tasks,
         validation: &tasks,
         plan: &plan,
@@ -69,7 +69,7 @@ fn train<M: LaneModel>(inner: InnerSamples) -> Vec<u32> {
         model: PhantomData,
     };
     let run = Run {
-        trainee: &trainee,
+        objective: &objective,
         plan: &plan,
         identity: Options::new(M::KIND, 8, Schedule::Joint, Effort::Brief, 11).identity(&[]),
         seed: 11,

@@ -8,10 +8,10 @@ use glimpse_kernels::lanes::{InstructionSet, Lanes, MOST_OCTETS, Octet, Portable
 use glimpse_kernels::samples::SampleOctets;
 use glimpse_materials::Material;
 use glimpse_materials::sampling::sobol_valid;
+use glimpse_training::meta::augmentation::Augmentation;
 use glimpse_training::meta::pattern::Pattern;
 use glimpse_training::meta::pool::{Draw, Pool};
 use glimpse_training::meta::start::first_guess;
-use glimpse_training::meta::variation::Variation;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -203,10 +203,10 @@ fn compare_patterns<M: LaneModel>() {
             let [partner, material, ..] = &setting.materials[..] else {
                 panic!("two materials");
             };
-            let variation = Variation::random(2.0, 1, &mut setting.random);
-            let inner = pattern.measure_varied(&**material, &**partner, &variation);
+            let augmentation = Augmentation::random(2.0, 1, &mut setting.random);
+            let inner = pattern.measure_varied(&**material, &**partner, &augmentation);
             let pool = &setting.pool;
-            let outer = pool.draw_varied(1, &variation, 250, &mut setting.random);
+            let outer = pool.draw_varied(1, &augmentation, 250, &mut setting.random);
             let [inner, outer] = [inner.octets(), outer.octets()].map(|samples| on(set, samples));
             let exact = exact::<M>(&setting, &[unpack(&inner)], &unpack(&outer));
             let inner_loop = setting.inner_loop::<M>();

@@ -10,7 +10,7 @@ use glimpse_materials::basis::widened;
 use glimpse_materials::sampling::uniform_valid;
 use glimpse_materials::{Material, NeuralBrdf};
 use glimpse_training::linear::{Columns, Prior, principal_components};
-use glimpse_training::meta::linear::{LinearTrainee, Outer, OuterBasis};
+use glimpse_training::meta::linear::{LinearObjective, Outer, OuterBasis};
 use glimpse_training::meta::pattern::{Pattern, logits_of};
 use glimpse_training::meta::plan::{Effort, Plan, Schedule};
 use rand::{Rng, SeedableRng};
@@ -70,8 +70,8 @@ fn a_batch_has_the_mean_of_its_tasks_gradients_and_the_barrier() {
         components: COMPONENTS,
         eta: None,
     };
-    let trainee = LinearTrainee::new(&set.materials, &set.columns, prior, &plan, SEED);
-    assert_eq!(trainee.components(), COMPONENTS);
+    let objective = LinearObjective::new(&set.materials, &set.columns, prior, &plan, SEED);
+    assert_eq!(objective.components(), COMPONENTS);
     let pool = uniform_valid(POOL, SEED);
     let values_of = |network: &NeuralBrdf| -> Vec<[f32; 3]> {
         pool.iter().map(|angles| network.brdf(*angles)).collect()
@@ -103,7 +103,7 @@ fn a_batch_has_the_mean_of_its_tasks_gradients_and_the_barrier() {
                 (random.random_range(0..MATERIALS), directions)
             })
             .collect();
-        let found = trainee.gradient_over(&pattern, &log_precision, &tasks);
+        let found = objective.gradient_over(&pattern, &log_precision, &tasks);
         let (found, gradient) = found.expect("it can be factorized");
         assert!(gradient.initial.is_empty());
 
@@ -162,7 +162,7 @@ fn a_batch_has_the_mean_of_its_tasks_gradients_and_the_barrier() {
 fn linear_without_a_sample_above_the_horizon_is_the_mean_and_is_pulled_back() {
     let set = &*SET;
     let plan = plan(Schedule::Paper, 1);
-    let trainee = LinearTrainee::new(&set.materials, &set.columns, Prior::PAPER, &plan, 3);
+    let objective = LinearObjective::new(&set.materials, &set.columns, Prior::PAPER, &plan, 3);
     let below = Angles {
         theta_h: 1.5,
         theta_d: 1.5,
@@ -170,9 +170,9 @@ fn linear_without_a_sample_above_the_horizon_is_the_mean_and_is_pulled_back() {
     };
     let pattern = Pattern::from_logits(&logits_of(below));
     assert_eq!(pattern.valid_angles().count(), 0);
-    let log_precision = vec![1.0; trainee.components()];
+    let log_precision = vec![1.0; objective.components()];
     let tasks = [(0, vec![0, 1, 2]), (1, vec![3])];
-    let (loss, gradient) = trainee
+    let (loss, gradient) = objective
         .gradient_over(&pattern, &log_precision, &tasks)
         .expect("it is no error");
     assert!(loss.is_finite() && loss > 0.0, "{loss}");

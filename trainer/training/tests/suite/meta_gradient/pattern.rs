@@ -7,8 +7,8 @@ use glimpse_core::model::SampleGradient;
 use glimpse_kernels::lanes::{Octet, OctetAt, WIDTH};
 use glimpse_materials::sampling::sobol_valid;
 use glimpse_materials::{Material, Procedural};
+use glimpse_training::meta::augmentation::Augmentation;
 use glimpse_training::meta::pattern::{Pattern, angles_of, logits_of};
-use glimpse_training::meta::variation::Variation;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -31,8 +31,12 @@ fn is_valid(logits: [f64; 3]) -> bool {
     at(logits).cos_theta_i() > 0.0 && at(logits).cos_theta_o() > 0.0
 }
 
-/// The variation of the first of two materials with the other.
-fn varied(materials: [&dyn Material; 2], variation: &Variation, logits: [f64; 3]) -> [f64; 3] {
+/// The augmentation of the first of two materials with the other.
+fn varied(
+    materials: [&dyn Material; 2],
+    augmentation: &Augmentation,
+    logits: [f64; 3],
+) -> [f64; 3] {
     let [theta_h, theta_d, phi_d] = angles(logits).map(|angle| angle as f32);
     let at = Angles {
         theta_h,
@@ -40,9 +44,9 @@ fn varied(materials: [&dyn Material; 2], variation: &Variation, logits: [f64; 3]
         phi_d,
     };
     let [material, partner] = materials.map(|material| material.brdf(at).map(f64::from));
-    let share = f64::from(variation.share);
+    let share = f64::from(augmentation.share);
     std::array::from_fn(|i| {
-        let filtered = f64::from(variation.gains[i]) * material[variation.order[i]];
+        let filtered = f64::from(augmentation.gains[i]) * material[augmentation.order[i]];
         filtered + share * (partner[i] - filtered)
     })
 }
@@ -60,7 +64,7 @@ pub(crate) fn logits_with_one_below(valid: usize, random: &mut ChaCha8Rng) -> Ve
     logits
 }
 
-/// A varied measurement holds the samples above the horizon, in equal weights, with the values of the variation.
+/// A varied measurement holds the samples above the horizon, in equal weights, with the values of the augmentation.
 #[test]
 fn a_varied_measurement_has_the_values_of_the_variation_in_equal_weights() {
     for seed in 0..20 {
@@ -69,8 +73,8 @@ fn a_varied_measurement_has_the_values_of_the_variation_in_equal_weights() {
         let materials: [&dyn Material; 2] = [&network, &Procedural::new(seed as usize, 1)];
         let logits = logits_with_one_below(7, &mut random);
         let pattern = Pattern::from_logits(logits.as_flattened());
-        let variation = Variation::random(2.0, 2, &mut random);
-        let measured = pattern.measure_varied(materials[0], materials[1], &variation);
+        let augmentation = Augmentation::random(2.0, 2, &mut random);
+        let measured = pattern.measure_varied(materials[0], materials[1], &augmentation);
         let samples = unpack(&measured.octets());
 
         let wide = logits.iter().map(|each| each.map(f64::from));
@@ -82,7 +86,7 @@ fn a_varied_measurement_has_the_values_of_the_variation_in_equal_weights() {
             for (found, expected) in coordinates(found).into_iter().zip(coordinates(expected)) {
                 assert!((found - expected).abs() < 1e-6, "seed {seed}: {sample:?}");
             }
-            let expected = varied(materials, &variation, logits);
+            let expected = varied(materials, &augmentation, logits);
             for (found, expected) in sample.measured.into_iter().zip(expected) {
                 assert!(
                     (found - expected).abs() <= 1e-4 * expected.abs(),

@@ -152,11 +152,11 @@ pub(super) fn side_by_side(case: &Case) -> Outcome {
         let numbers = lists.iter().flatten();
         numbers.map(|number| *number as f32).collect()
     };
-    let (completing, starting) = case.weights.split_at(3);
-    let (completing, starting) = (narrow(completing), narrow(starting));
+    let (completion_options, starting) = case.weights.split_at(3);
+    let (completion_options, starting) = (narrow(completion_options), narrow(starting));
     let weights = CompletionWeights {
         shape: size,
-        completion: &completing,
+        completion: &completion_options,
         start: &starting,
     };
     let mut batch = Batch::new(size, case.materials);
@@ -189,7 +189,7 @@ pub(super) fn side_by_side(case: &Case) -> Outcome {
         batch.set_offset_gradient(material, by.map(|(value, score)| value * *score as f32));
         initial.extend(values);
     }
-    let mut by_completing = vec![0.0; completing.len()];
+    let mut by_completing = vec![0.0; completion_options.len()];
     let mut by_starting = vec![0.0; starting.len()];
     batch.adjoint(&weights, &mut by_completing, &mut by_starting);
 

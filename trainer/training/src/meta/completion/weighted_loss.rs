@@ -2,13 +2,13 @@
 
 /// The loss of a task, and what it counts for in a weighed mean.
 #[derive(Clone, Copy)]
-pub(super) struct Judged {
+pub(super) struct WeightedLoss {
     pub(super) loss: f32,
     pub(super) weight: f32,
 }
 
 /// The mean of losses, each times what it counts for.
-pub(super) fn mean_weighed(judged: &[Judged]) -> f32 {
+pub(super) fn mean_weighed(judged: &[WeightedLoss]) -> f32 {
     mean(judged.iter().map(|each| each.weight * each.loss))
 }
 

@@ -10,7 +10,7 @@ use rand_chacha::ChaCha8Rng;
 /// the BRDF is a mean. (A mean of two BRDFs is one: it is reciprocal, and reflects no more light
 /// than they do.)
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Variation {
+pub struct Augmentation {
     /// Which channel of the material each channel is.
     pub order: [usize; 3],
     /// What it is multiplied by.
@@ -21,7 +21,7 @@ pub struct Variation {
     pub share: f32,
 }
 
-impl Variation {
+impl Augmentation {
     /// Channels in random order; gains between 1 / `gain` and `gain`: one for all channels, and
     /// the square root of the range for each; any of so many `partners`, and any share.
     #[must_use]
@@ -59,13 +59,13 @@ mod tests {
 
     #[test]
     fn channels_change_places_and_a_partner_takes_its_share() {
-        let variation = Variation {
+        let augmentation = Augmentation {
             order: [2, 0, 1],
             gains: [1.0, 2.0, 4.0],
             partner: 0,
             share: 0.25,
         };
-        let found = variation.brdf([1.0, 2.0, 3.0], [4.0, 8.0, 12.0]);
+        let found = augmentation.brdf([1.0, 2.0, 3.0], [4.0, 8.0, 12.0]);
         assert_eq!(
             found,
             [0.75 * 3.0 + 1.0, 0.75 * 2.0 + 2.0, 0.75 * 8.0 + 3.0]
@@ -76,20 +76,22 @@ mod tests {
     fn random_ones_stay_in_their_range_and_use_it() {
         let mut random = ChaCha8Rng::seed_from_u64(7);
         let all: Vec<_> = (0..2_000)
-            .map(|_| Variation::random(2.0, 3, &mut random))
+            .map(|_| Augmentation::random(2.0, 3, &mut random))
             .collect();
         let most = 2.0_f32.powf(1.5);
-        let gains = || all.iter().flat_map(|variation| variation.gains);
+        let gains = || all.iter().flat_map(|augmentation| augmentation.gains);
         assert!(gains().all(|gain| (1.0 / most..most).contains(&gain)));
         assert!(gains().any(|gain| gain > 2.0) && gains().any(|gain| gain < 0.5));
-        for variation in &all {
-            let mut order = variation.order;
+        for augmentation in &all {
+            let mut order = augmentation.order;
             order.sort_unstable();
             assert_eq!(order, [0, 1, 2]);
-            assert!((0.0..1.0).contains(&variation.share));
+            assert!((0.0..1.0).contains(&augmentation.share));
         }
         for partner in 0..3 {
-            let count = all.iter().filter(|variation| variation.partner == partner);
+            let count = all
+                .iter()
+                .filter(|augmentation| augmentation.partner == partner);
             assert!((550..800).contains(&count.count()), "partner {partner}");
         }
     }

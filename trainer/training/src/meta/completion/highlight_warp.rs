@@ -9,7 +9,7 @@ use glimpse_core::geometry::Angles;
 ///
 /// Where the other one's direction would be below the horizon, it is the last one above.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Warp {
+pub struct HighlightWarp {
     /// What the tangent of theta_h is multiplied by.
     pub stretch: f32,
 }
@@ -17,7 +17,7 @@ pub struct Warp {
 /// How near to the horizon, as a share of the tangent there.
 const NEAREST: f32 = 0.999;
 
-impl Warp {
+impl HighlightWarp {
     /// The highlight as it is.
     pub const NONE: Self = Self { stretch: 1.0 };
 
@@ -68,12 +68,13 @@ mod tests {
         const STEP: f32 = 1e-3;
         let mut compared = [0; 2];
         for stretch in [0.67, 1.5] {
-            let warp = Warp { stretch };
+            let highlight_warp = HighlightWarp { stretch };
             for angles in uniform_valid(3_000, 4) {
-                let (found, slopes) = warp.angles(angles);
+                let (found, slopes) = highlight_warp.angles(angles);
                 assert!(HalfDifference::from_angles(found).is_valid(), "{angles:?}");
                 for (angle, slope) in slopes.into_iter().enumerate() {
-                    let [low, high] = [-STEP, STEP].map(|by| warp.angles(moved(angles, angle, by)));
+                    let [low, high] =
+                        [-STEP, STEP].map(|by| highlight_warp.angles(moved(angles, angle, by)));
                     let difference = (high.0.theta_h - low.0.theta_h) / (2.0 * STEP);
                     // Not where the horizon comes between, nor where a tangent runs away.
                     let smooth = (high.1[angle] - low.1[angle]).abs() < 0.05 + 0.05 * slope.abs();
@@ -99,8 +100,11 @@ mod tests {
             theta_d: 0.5,
             phi_d: 1.0,
         };
-        let (found, _) = Warp { stretch: 1.5 }.angles(angles);
+        let (found, _) = HighlightWarp { stretch: 1.5 }.angles(angles);
         assert!((found.theta_h.tan() - 1.5 * 0.1_f32.tan()).abs() < 1e-6);
-        assert_eq!(Warp::NONE.angles(angles), (angles, [1.0, 0.0, 0.0]));
+        assert_eq!(
+            HighlightWarp::NONE.angles(angles),
+            (angles, [1.0, 0.0, 0.0])
+        );
     }
 }

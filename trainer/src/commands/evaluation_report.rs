@@ -1,19 +1,19 @@
 //! Verdicts as text and as JSON: each with how far it can be relied on.
 
 use glimpse_core::recipe::{Recipe, RecipeError};
-use glimpse_trainer::evaluation::{Estimate, Known, Verdict};
+use glimpse_trainer::evaluation::{Estimate, Known, Report};
 use glimpse_trainer::report::{Best, Cell, Column, Compare, Table};
-use glimpse_training::meta::completion::prediction::rank_correlation;
+use glimpse_training::meta::completion::loss_predictor::rank_correlation;
 use serde_json::{Value, json};
 
 use super::expected_loss::expected_loss;
 use super::known::lines;
 
 /// What a method has been found to do, and what is known besides.
-pub(super) struct Judged {
+pub(super) struct MethodReport {
     /// The recipe's file, if it came from one.
     pub(super) recipe: Option<String>,
-    pub(super) verdict: Verdict,
+    pub(super) report: Report,
     /// Which of the materials were trained on; None if that cannot be told.
     pub(super) known: Option<Vec<Option<Known>>>,
     /// What the recipe promised, in words and as JSON.
@@ -34,9 +34,9 @@ pub(super) fn promised(recipe: &Recipe<'_>) -> Result<Option<(String, Value)>, R
     Ok(expected_loss(recipe)?.map(|words| (words, json)))
 }
 
-impl Judged {
+impl MethodReport {
     fn names(&self) -> Vec<&str> {
-        let materials = self.verdict.materials.iter();
+        let materials = self.report.materials.iter();
         materials.map(|material| &material.name[..]).collect()
     }
 
@@ -47,7 +47,7 @@ impl Judged {
 
     /// The loss over the materials that are new, if there are some beside others that are not.
     fn loss_of_the_new(&self) -> Option<(usize, Estimate)> {
-        let losses = self.verdict.losses();
+        let losses = self.report.losses();
         let new: Vec<f64> = losses
             .iter()
             .enumerate()
@@ -60,9 +60,9 @@ impl Judged {
 
     /// The mean loss that is predicted, and how well it ranks the materials.
     fn prediction(&self) -> Option<(f64, Option<f64>)> {
-        let predicted = self.verdict.predicted_losses()?;
+        let predicted = self.report.predicted_losses()?;
         let mean = predicted.iter().sum::<f64>() / predicted.len() as f64;
-        Some((mean, rank_correlation(&predicted, &self.verdict.losses())))
+        Some((mean, rank_correlation(&predicted, &self.report.losses())))
     }
 
     /// What there is to be said of the materials, and of what was promised.
@@ -90,14 +90,14 @@ impl Judged {
 
     /// A line for each material, the mean, and how far that can be relied on.
     pub(super) fn to_text(&self) -> String {
-        let verdict = &self.verdict;
+        let report = &self.report;
         let width = self.names().iter().map(|name| name.len()).max();
         let width = width.unwrap_or(0).max(8);
         let mut text = format!(
             "{} {} n = {}\n{:width$} {:>8} {:>8} {:>9} {:>7} {:>8}{}\n",
-            verdict.method,
-            verdict.model,
-            verdict.samples,
+            report.method,
+            report.model,
+            report.samples,
             "material",
             "loss",
             "DSSIM",
@@ -110,7 +110,7 @@ impl Judged {
                 ""
             }
         );
-        let materials = verdict.materials.iter().enumerate();
+        let materials = report.materials.iter().enumerate();
         let rows = materials.map(|(index, material)| {
             let mark = match self.known(index) {
                 Some(Known::Same) => "  trained on",
@@ -125,7 +125,7 @@ impl Judged {
             )
         });
         let predicted = self.prediction().map(|(mean, _)| mean);
-        let mean = [("mean", verdict.scores, predicted, "")];
+        let mean = [("mean", report.scores, predicted, "")];
         for (name, scores, predicted, mark) in rows.chain(mean) {
             let predicted = predicted.map_or(String::new(), |loss| format!("  {loss:14.4}"));
             text += &format!(
@@ -133,16 +133,16 @@ impl Judged {
                 scores.loss, scores.dssim, scores.l2, scores.psnr, scores.delta_e
             );
         }
-        if let Some(error) = verdict.loss_standard_error {
+        if let Some(error) = report.loss_standard_error {
             text += &format!(
                 "standard error of the mean loss, over {} materials: {error:.4}\n",
-                verdict.materials.len()
+                report.materials.len()
             );
         }
-        if verdict.seeds > 1 {
+        if report.seeds > 1 {
             text += &format!(
                 "mean of {} seeds; the loss has a standard deviation of {:.4} from seed to seed\n",
-                verdict.seeds, verdict.loss_spread
+                report.seeds, report.loss_spread
             );
         }
         for remark in self.remarks() {
@@ -152,7 +152,7 @@ impl Judged {
     }
 
     pub(super) fn to_json(&self) -> serde_json::Result<Value> {
-        let mut value = serde_json::to_value(&self.verdict)?;
+        let mut value = serde_json::to_value(&self.report)?;
         if let Some(recipe) = &self.recipe {
             value["recipe"] = json!(recipe);
         }
@@ -175,7 +175,7 @@ impl Judged {
                 "loss_standard_error": estimate.standard_error,
             });
         }
-        for (index, _) in self.verdict.materials.iter().enumerate() {
+        for (index, _) in self.report.materials.iter().enumerate() {
             let same = self.known.is_some();
             value["materials"][index]["trained_on"] =
                 json!(same.then(|| self.known(index) == Some(Known::Same)));
@@ -192,30 +192,30 @@ fn in_words(estimate: Estimate) -> String {
 }
 
 /// Less loss than the first one, material by material; and on how many of them there is less.
-fn against(first: &Judged, other: &Judged) -> (Estimate, usize) {
-    let (base, losses) = (first.verdict.losses(), other.verdict.losses());
+fn against(first: &MethodReport, other: &MethodReport) -> (Estimate, usize) {
+    let (base, losses) = (first.report.losses(), other.report.losses());
     let better = losses.iter().zip(&base).filter(|(loss, base)| loss < base);
     (Estimate::of_differences(&losses, &base), better.count())
 }
 
 /// Several recipes on the same materials: in one table, the first one being what the others are
 /// compared with, and the loss of each material beneath.
-pub(super) fn comparison(all: &[Judged]) -> String {
+pub(super) fn comparison(all: &[MethodReport]) -> String {
     let number = |number: Option<f64>| number.map_or(Cell::Missing, Cell::Number);
-    let name = |judged: &Judged| judged.recipe.clone().unwrap_or_default();
-    let materials = all.first().map_or(0, |first| first.verdict.materials.len());
+    let name = |judged: &MethodReport| judged.recipe.clone().unwrap_or_default();
+    let materials = all.first().map_or(0, |first| first.report.materials.len());
     let rows = all.iter().enumerate().map(|(index, judged)| {
-        let verdict = &judged.verdict;
+        let report = &judged.report;
         let mut row = vec![
             Cell::Text(name(judged)),
-            Cell::Text(verdict.model.into()),
-            Cell::Number(verdict.samples as f64),
-            Cell::Number(verdict.scores.loss),
-            number(verdict.loss_standard_error),
-            Cell::Number(verdict.scores.dssim),
-            Cell::Number(verdict.scores.l2),
-            Cell::Number(verdict.scores.psnr),
-            Cell::Number(verdict.scores.delta_e),
+            Cell::Text(report.model.into()),
+            Cell::Number(report.samples as f64),
+            Cell::Number(report.scores.loss),
+            number(report.loss_standard_error),
+            Cell::Number(report.scores.dssim),
+            Cell::Number(report.scores.l2),
+            Cell::Number(report.scores.psnr),
+            Cell::Number(report.scores.delta_e),
         ];
         if index > 0 {
             let (difference, better) = against(&all[0], judged);
@@ -257,7 +257,7 @@ pub(super) fn comparison(all: &[Judged]) -> String {
             .collect(),
         rows: (0..materials)
             .map(|index| {
-                let of = |judged: &Judged| number(judged.verdict.losses().get(index).copied());
+                let of = |judged: &MethodReport| number(judged.report.losses().get(index).copied());
                 let material = all[0].names()[index];
                 [Cell::Text(material.into())]
                     .into_iter()
@@ -282,8 +282,8 @@ pub(super) fn comparison(all: &[Judged]) -> String {
 }
 
 /// The same as JSON.
-pub(super) fn comparison_as_json(all: &[Judged]) -> serde_json::Result<Value> {
-    let recipes = all.iter().map(Judged::to_json);
+pub(super) fn comparison_as_json(all: &[MethodReport]) -> serde_json::Result<Value> {
+    let recipes = all.iter().map(MethodReport::to_json);
     let differences = all.iter().skip(1).map(|judged| {
         let (difference, better) = against(&all[0], judged);
         json!({

@@ -8,12 +8,12 @@ const RIDGE: f64 = 0.01;
 
 /// What was completed of one material, and the loss of its fit by what was trained without it.
 #[derive(Clone, Debug)]
-pub struct Witness {
+pub struct HeldOutLoss {
     /// The mean over channels of each coefficient.
     pub coefficients: Vec<f32>,
     /// The loss.
     pub loss: f32,
-    /// Whether it is a material as it is, and no variation of one.
+    /// Whether it is a material as it is, and no augmentation of one.
     pub plain: bool,
     /// The fold that left it out.
     pub fold: usize,
@@ -21,7 +21,7 @@ pub struct Witness {
 
 /// What says which loss is likely: the exponential of a bias and weighted coefficients.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Prediction {
+pub struct LossPredictor {
     /// The bias, and a weight for each coefficient.
     pub weights: Vec<f32>,
     /// How well slopes that were found like these rank losses of materials that they were not found by:
@@ -30,12 +30,12 @@ pub struct Prediction {
     pub rank_correlation: Option<f64>,
 }
 
-impl Prediction {
+impl LossPredictor {
     /// By ridge regression on logarithms of losses; the bias such that the plain materials of each fold,
     /// predicted by the witnesses of the others, have the mean loss that is predicted. None if there is
     /// nothing to go by, or if a weight is none that a recipe can have.
     #[must_use]
-    pub fn new(witnesses: &[Witness], folds: usize) -> Option<Self> {
+    pub fn new(witnesses: &[HeldOutLoss], folds: usize) -> Option<Self> {
         let mut weights = regression(witnesses.iter())?;
         let (unseen, found) = unseen(witnesses, folds)?;
         let ratio = found.iter().sum::<f64>() / unseen.iter().sum::<f64>();
@@ -55,7 +55,7 @@ impl Prediction {
 }
 
 /// Losses of plain materials as witnesses of the other folds predict them, and as they are.
-fn unseen(witnesses: &[Witness], folds: usize) -> Option<(Vec<f64>, Vec<f64>)> {
+fn unseen(witnesses: &[HeldOutLoss], folds: usize) -> Option<(Vec<f64>, Vec<f64>)> {
     let mut pairs = Vec::new();
     for fold in 0..folds {
         let weights = regression(witnesses.iter().filter(|each| each.fold != fold))?;
@@ -79,8 +79,8 @@ fn predicted(weights: &[f32], coefficients: &[f32]) -> f64 {
 
 /// A bias and slopes by ridge regression on logarithms of losses; the bias such that the losses of the
 /// plain materials among the witnesses have the mean that is predicted.
-fn regression<'w>(witnesses: impl Iterator<Item = &'w Witness>) -> Option<Vec<f32>> {
-    let rows: Vec<&Witness> = witnesses.filter(|each| each.loss > 0.0).collect();
+fn regression<'w>(witnesses: impl Iterator<Item = &'w HeldOutLoss>) -> Option<Vec<f32>> {
+    let rows: Vec<&HeldOutLoss> = witnesses.filter(|each| each.loss > 0.0).collect();
     let width = rows.first()?.coefficients.len();
     let count = rows.len() as f64;
     let mut features =
@@ -149,17 +149,17 @@ mod tests {
     use super::*;
 
     /// A loss that its coefficients tell, but for a share of chance.
-    fn witnesses(chance: f32) -> Vec<Witness> {
+    fn witnesses(chance: f32) -> Vec<HeldOutLoss> {
         witnesses_from(0, chance)
     }
 
-    fn witnesses_from(first: usize, chance: f32) -> Vec<Witness> {
+    fn witnesses_from(first: usize, chance: f32) -> Vec<HeldOutLoss> {
         let wave = |index: usize, by: f32| (by * index as f32).sin();
         (first..first + 400)
             .map(|index| {
                 let coefficients = vec![wave(index, 0.7), wave(index, 1.3), wave(index, 2.9)];
                 let told = 0.8 * coefficients[0] - 0.3 * coefficients[2] - 4.0;
-                Witness {
+                HeldOutLoss {
                     loss: (told + chance * wave(index, 37.1)).exp(),
                     coefficients,
                     plain: index % 4 == 0,
@@ -172,7 +172,7 @@ mod tests {
     #[test]
     fn what_coefficients_tell_is_predicted() {
         let witnesses = witnesses(0.0);
-        let found = Prediction::new(&witnesses, 4).expect("there is something to go by");
+        let found = LossPredictor::new(&witnesses, 4).expect("there is something to go by");
         for each in &witnesses {
             let ratio = found.loss(&each.coefficients) / f64::from(each.loss);
             assert!((0.97..1.03).contains(&ratio), "{ratio}");
@@ -183,7 +183,7 @@ mod tests {
     #[test]
     fn the_mean_of_unseen_losses_is_right_where_single_ones_are_not() {
         let witnesses = witnesses(0.6);
-        let found = Prediction::new(&witnesses, 4).expect("there is something to go by");
+        let found = LossPredictor::new(&witnesses, 4).expect("there is something to go by");
         let (mut predicted, mut lost) = (0.0, 0.0);
         // Others of the same kind.
         for each in witnesses_from(400, 0.6) {
@@ -204,8 +204,12 @@ mod tests {
         for each in &mut wild {
             each.coefficients[0] *= 1e-6;
         }
-        assert_eq!(Prediction::new(&wild, 4), None, "weights beyond a recipe's");
-        assert_eq!(Prediction::new(&[], 4), None);
+        assert_eq!(
+            LossPredictor::new(&wild, 4),
+            None,
+            "weights beyond a recipe's"
+        );
+        assert_eq!(LossPredictor::new(&[], 4), None);
         assert_eq!(ranks(&[3.0, 1.0, 2.0]), [2.0, 0.0, 1.0]);
     }
 }

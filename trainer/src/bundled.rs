@@ -14,14 +14,14 @@ const CYCLES: &str = include_str!("../recipes/cycles.csv");
 
 /// A recipe that comes along.
 #[derive(Clone, Copy, Debug)]
-pub struct Shipped {
+pub struct BundledRecipe {
     /// Model and n, as `neural-n8`; `neural-n16-masked` where any of the readings may be missing.
     pub name: &'static str,
     /// The recipe's file.
     pub bytes: &'static [u8],
 }
 
-/// What a shipped recipe loses: mean losses, each over unseen materials.
+/// What a bundled recipe loses: mean losses, each over unseen materials.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Losses {
     /// On 40 procedural materials.
@@ -32,9 +32,9 @@ pub struct Losses {
     pub rgl: f64,
 }
 
-macro_rules! shipped {
+macro_rules! bundled {
     ($($name:literal in $file:literal),+ $(,)?) => {
-        &[$(Shipped {
+        &[$(BundledRecipe {
             name: $name,
             bytes: include_bytes!(concat!("../recipes/", $file, ".recipe")),
         }),+]
@@ -42,7 +42,7 @@ macro_rules! shipped {
 }
 
 /// All of them, by model and n.
-pub static ALL: &[Shipped] = shipped![
+pub static ALL: &[BundledRecipe] = bundled![
     "linear-n1" in "completed/linear-n1",
     "linear-n2" in "completed/linear-n2",
     "linear-n4" in "completed/linear-n4",
@@ -74,25 +74,26 @@ pub static ALL: &[Shipped] = shipped![
 ];
 
 /// A recipe of the paper's schedule, to compare the others with.
-pub static PAPER: Shipped = Shipped {
+pub static PAPER: BundledRecipe = BundledRecipe {
     name: "neural-n8-paper",
     bytes: include_bytes!("../recipes/paper/neural-n8.recipe"),
 };
 
 /// The recipe of a name; None if there is none.
 #[must_use]
-pub fn find(name: &str) -> Option<&'static Shipped> {
-    ALL.iter().find(|shipped| shipped.name == name)
+pub fn find(name: &str) -> Option<&'static BundledRecipe> {
+    ALL.iter().find(|bundled| bundled.name == name)
 }
 
 /// The one of a checksum, as its file has it.
 #[must_use]
-pub fn find_by_checksum(checksum: u32) -> Option<&'static Shipped> {
-    let has = |shipped: &&Shipped| shipped.recipe().is_ok_and(|own| own.checksum() == checksum);
+pub fn find_by_checksum(checksum: u32) -> Option<&'static BundledRecipe> {
+    let has =
+        |bundled: &&BundledRecipe| bundled.recipe().is_ok_and(|own| own.checksum() == checksum);
     ALL.iter().find(has)
 }
 
-impl Shipped {
+impl BundledRecipe {
     /// The recipe.
     ///
     /// # Errors
@@ -141,20 +142,20 @@ mod tests {
     #[test]
     fn each_is_what_its_name_says_and_has_its_losses() {
         let basis = linear::Basis::parse(BASIS).expect("the basis is whole");
-        for shipped in ALL {
-            let recipe = shipped.recipe().expect("it is whole");
+        for bundled in ALL {
+            let recipe = bundled.recipe().expect("it is whole");
             let masked = recipe.tolerates_missing();
             let suffix = if masked { "-masked" } else { "" };
             let name = format!("{}-n{}{suffix}", recipe.model().name(), recipe.samples());
-            assert_eq!(shipped.name, name);
+            assert_eq!(bundled.name, name);
             assert!(
-                find(&name).is_some() && shipped.losses().is_some(),
+                find(&name).is_some() && bundled.losses().is_some(),
                 "{name}"
             );
             let of = recipe.method().basis_checksum();
-            assert_eq!(of, shipped.basis().map(|_| basis.of()), "{name}");
+            assert_eq!(of, bundled.basis().map(|_| basis.of()), "{name}");
             let same = find_by_checksum(recipe.checksum());
-            assert_eq!(same.map(|same| same.name), Some(shipped.name));
+            assert_eq!(same.map(|same| same.name), Some(bundled.name));
         }
         assert!(find("neural-n3").is_none());
     }

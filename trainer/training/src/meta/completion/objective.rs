@@ -1,4 +1,4 @@
-//! What completes readings, and starts descents, as a [`Trainee`].
+//! What completes readings, and starts descents, as a [`MetaObjective`].
 
 use glimpse_core::gonio::Limits;
 use glimpse_kernels::completion::{Batch, CompletionWeights, Shape};
@@ -11,18 +11,18 @@ use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
 use super::dataset::{Dataset, Part};
-use super::draw::{Lost, Task};
+use super::draw::{Dropout, Task};
 use super::first_weights::first_weights;
-use super::judged::{Judged, mean, mean_weighed};
 use super::order::{greedy_order, reorder};
 use super::pool::WarpedPool;
-use super::reading::{Centers, Present, Reading};
+use super::reading::{Present, Reading, ReadingCenters};
 use super::refinement::{Refinement, RefinementGradient};
+use super::weighted_loss::{WeightedLoss, mean, mean_weighed};
+use crate::meta::objective::{Expected, MetaObjective, RandomStreams};
 use crate::meta::pattern::{Pattern, reachable};
 use crate::meta::phase::{OuterStep, Phase, StepSizeForm};
-use crate::meta::plan::Weighing;
+use crate::meta::plan::LossWeights;
 use crate::meta::start::first_guess;
-use crate::meta::trainee::{Expected, RandomStreams, Trainee};
 
 /// Tasks that one thread takes at once.
 const BATCH: usize = 16;
@@ -32,7 +32,7 @@ const FORM: StepSizeForm = StepSizeForm::Logarithm;
 const ORDERED_BY: usize = 8;
 
 /// A completion of readings: by itself for the model Linear, else with the descent that it starts.
-pub struct CompletionTrainee<'a> {
+pub struct CompletionObjective<'a> {
     /// The materials.
     pub dataset: &'a Dataset,
     /// What of them is seen.
@@ -40,7 +40,7 @@ pub struct CompletionTrainee<'a> {
     /// How large the map is.
     pub shape: Shape,
     /// What losses count for.
-    pub weighing: Weighing,
+    pub weighing: LossWeights,
     /// All random numbers.
     pub streams: RandomStreams,
     /// The descent that coefficients start; None for the model Linear.
@@ -68,7 +68,7 @@ struct Applied<'v> {
     weights: CompletionWeights<'v>,
     step_sizes: Vec<f32>,
     pattern: Pattern,
-    centers: Centers,
+    centers: ReadingCenters,
 }
 
 /// Some tasks that were read and completed.
@@ -113,7 +113,7 @@ fn add_scaled(sum: &mut [f32], factor: f32, vector: &[f32]) {
     }
 }
 
-impl<'a> CompletionTrainee<'a> {
+impl<'a> CompletionObjective<'a> {
     fn in_training(&self) -> Directions<'a> {
         Directions {
             pool: &self.dataset.pool,
@@ -142,7 +142,7 @@ impl<'a> CompletionTrainee<'a> {
                 start: &values.start,
             },
             step_sizes: FORM.step_sizes(&values.hyperparameters),
-            centers: Centers::new(&self.part.basis, pattern.angles()),
+            centers: ReadingCenters::new(&self.part.basis, pattern.angles()),
             pattern,
         }
     }
@@ -298,7 +298,7 @@ impl<'a> CompletionTrainee<'a> {
         tasks: &[Task],
         refinement: Option<&dyn Refinement>,
         at: Directions<'_>,
-    ) -> Vec<Judged> {
+    ) -> Vec<WeightedLoss> {
         let of_some = |tasks: &[Task]| {
             let readings = self.read_all(by, tasks);
             self.losses_of_read(by, tasks, &readings, refinement, at)
@@ -314,7 +314,7 @@ impl<'a> CompletionTrainee<'a> {
         readings: &[Vec<Reading>],
         refinement: Option<&dyn Refinement>,
         at: Directions<'_>,
-    ) -> Vec<Judged> {
+    ) -> Vec<WeightedLoss> {
         let completed = self.complete(by, tasks, readings);
         let each = tasks.iter().zip(readings).enumerate();
         let each = each.map(|(index, (task, readings))| {
@@ -326,7 +326,7 @@ impl<'a> CompletionTrainee<'a> {
                 .loss(&coefficients, &task.octets, &values, count, None);
             let weight = self.weighing.weight(black);
             let Some(refinement) = refinement else {
-                return Judged { loss: lost, weight };
+                return WeightedLoss { loss: lost, weight };
             };
             let start = Self::start_of(by, &completed, index);
             let read = Present::new(readings, &completed.present[index]);
@@ -334,7 +334,7 @@ impl<'a> CompletionTrainee<'a> {
             let places = task.octets.iter().map(|octet| at.pool.at[*octet as usize]);
             let places: Vec<_> = places.collect();
             let loss = refinement.loss(&parameters, &evenly(&places, &values));
-            Judged { loss, weight }
+            WeightedLoss { loss, weight }
         });
         each.collect()
     }
@@ -381,7 +381,7 @@ impl<'a> CompletionTrainee<'a> {
     }
 }
 
-impl Trainee for CompletionTrainee<'_> {
+impl MetaObjective for CompletionObjective<'_> {
     fn first_values(&self, guess: u64) -> Groups<Vec<f32>> {
         let mut random = ChaCha8Rng::seed_from_u64(self.streams.guess(guess));
         let [completion, start] = first_weights(self.shape, &mut random);
@@ -431,8 +431,8 @@ impl Trainee for CompletionTrainee<'_> {
     fn gradient(&self, values: &Groups<Vec<f32>>, at: OuterStep<'_>) -> (f32, Groups<Vec<f32>>) {
         let by = self.applied(values, Pattern::within(&values.pattern, self.limits));
         let lost = match at.phase.in_order {
-            true => Lost::LastOrFew,
-            false => Lost::Any,
+            true => Dropout::LastOrFew,
+            false => Dropout::Any,
         };
         let tasks: Vec<Task> = (0..at.phase.batch)
             .map(|slot| {

@@ -15,7 +15,7 @@ const SHOWN: usize = 3;
 
 /// What is not read of a directory. Files of other kinds, such as a README, are none of it.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct LeftOut {
+pub struct SkippedEntries {
     /// Directories within it: they are not entered, but for the `material.json` of a fit.
     pub directories: Vec<String>,
     /// Files whose names are no UTF-8, as far as they can be shown.
@@ -27,7 +27,7 @@ pub struct LeftOut {
     pub unnamed: Vec<String>,
 }
 
-impl LeftOut {
+impl SkippedEntries {
     /// Looks at a directory's names.
     pub(super) fn of(directory: &Path) -> Result<Self, SourceError> {
         let mut all = Self::default();
@@ -82,7 +82,7 @@ fn ending(name: &OsStr) -> String {
 }
 
 /// In words, each kind with its reason.
-impl fmt::Display for LeftOut {
+impl fmt::Display for SkippedEntries {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let mut joint = "";
         for (names, one, many, why) in [
@@ -128,7 +128,7 @@ mod tests {
         for name in ["README.md", "a.binary", "a_fc1.npy", "no-ending"] {
             std::fs::write(at(name), "").unwrap();
         }
-        let found = || LeftOut::of(scratch.path()).unwrap();
+        let found = || SkippedEntries::of(scratch.path()).unwrap();
         assert!(found().is_empty());
         assert_eq!(found().to_string(), "");
         for name in ["B.BSDF", "c.Binary", "mean.npy", ".bsdf"] {
@@ -137,7 +137,7 @@ mod tests {
         for name in ["s1", "s2", "s3", "s4.binary"] {
             std::fs::create_dir(at(name)).unwrap();
         }
-        let expected = LeftOut {
+        let expected = SkippedEntries {
             directories: ["s1", "s2", "s3", "s4.binary"].map(str::to_owned).into(),
             not_utf8: Vec::new(),
             capitals: ["B.BSDF", "c.Binary"].map(str::to_owned).into(),
@@ -161,10 +161,10 @@ mod tests {
         for name in [&b"gr\xfcn.binary"[..], b"gr\xfcn.txt"] {
             std::fs::write(scratch.path().join(OsStr::from_bytes(name)), "").unwrap();
         }
-        let found = LeftOut::of(scratch.path()).unwrap();
-        let expected = LeftOut {
+        let found = SkippedEntries::of(scratch.path()).unwrap();
+        let expected = SkippedEntries {
             not_utf8: vec!["gr\u{fffd}n.binary".to_owned()],
-            ..LeftOut::default()
+            ..SkippedEntries::default()
         };
         assert_eq!(found, expected);
         assert!(found.to_string().contains("gr\u{fffd}n.binary"), "{found}");

@@ -10,7 +10,7 @@ use super::pattern::logits_of;
 use super::phase::{OuterStep, Phase};
 
 /// What is meta-trained: how a batch of tasks changes with the meta-parameters.
-pub trait Trainee: Sync {
+pub trait MetaObjective: Sync {
     /// The meta-parameters that a first guess begins with.
     fn first_values(&self, guess: u64) -> Groups<Vec<f32>>;
 
@@ -24,7 +24,7 @@ pub trait Trainee: Sync {
     /// (the gradient includes the [barrier](super::pattern::Pattern::barrier); the loss does not).
     fn gradient(&self, values: &Groups<Vec<f32>>, at: OuterStep<'_>) -> (f32, Groups<Vec<f32>>);
 
-    /// The mean loss over all materials of training, each [weighed](super::plan::Weighing), always
+    /// The mean loss over all materials of training, each [weighed](super::plan::LossWeights), always
     /// at the same directions, and the barrier: what a phase of [evolution](super::evolution) goes
     /// by.
     fn fitness(&self, values: &Groups<Vec<f32>>, phase: &Phase) -> f32;

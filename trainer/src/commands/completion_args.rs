@@ -3,14 +3,14 @@
 use anyhow::bail;
 use clap::Args;
 use glimpse_core::gonio::Limits;
-use glimpse_training::meta::options::Completing;
+use glimpse_training::meta::options::CompletionOptions;
 use glimpse_training::meta::plan::Schedule;
 
 use super::numbers;
 
 /// What a completion is trained on, and for which machine.
 #[derive(Args, Clone, Copy)]
-pub(crate) struct CompletingArgs {
+pub(crate) struct CompletionArgs {
     /// Schedule prior: the share of training in which readings are missing, 0 to 1. Above 0, say 0.5,
     /// the recipe fits whatever was read; its samples come most telling first, for scans that end
     /// early [default: 0, all are needed; 0.5 for more than 32 samples, which lose less for it]
@@ -43,11 +43,15 @@ pub(crate) struct CompletingArgs {
     min_separation: Option<f32>,
 }
 
-impl CompletingArgs {
+impl CompletionArgs {
     /// What was asked for, and the defaults for so many samples where nothing was; refused for other
     /// schedules, by name.
-    pub(crate) fn of(self, schedule: Schedule, samples: usize) -> anyhow::Result<Completing> {
-        let default = Completing::of(samples);
+    pub(crate) fn of(
+        self,
+        schedule: Schedule,
+        samples: usize,
+    ) -> anyhow::Result<CompletionOptions> {
+        let default = CompletionOptions::of(samples);
         let given = [
             ("--missing", self.missing.is_some()),
             ("--noise", self.noise.is_some()),
@@ -63,7 +67,7 @@ impl CompletingArgs {
         {
             bail!("{name} has no effect: it is for --schedule prior");
         }
-        let completing = Completing {
+        let completion_options = CompletionOptions {
             missing: self.missing.unwrap_or(default.missing),
             noise: self.noise.unwrap_or(default.noise),
             additive: self.additive.unwrap_or(default.additive),
@@ -71,8 +75,8 @@ impl CompletingArgs {
             procedural: self.procedural.unwrap_or(default.procedural),
             limits: self.limits(),
         };
-        completing.validate()?;
-        Ok(completing)
+        completion_options.validate()?;
+        Ok(completion_options)
     }
 
     fn limits(&self) -> Limits {
