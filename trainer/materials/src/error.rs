@@ -40,19 +40,19 @@ pub enum SourceError {
         "{} does not exist: give a directory of materials, a single one (MERL *.binary, RGL \
          *_rgb.bsdf, NBRDF NAME_fc1.npy or a fitted material.json), or procedural[:COUNT[:SEED]]", .0.display()
     )]
-    Missing(PathBuf),
+    NotFound(PathBuf),
     /// A file of no known kind.
     #[error(
         "{} is no material: expected MERL (*.binary), RGL (*_rgb.bsdf), NBRDF (NAME_fc1.npy and \
          its five siblings), a fitted material.json, a directory of those, or procedural[:COUNT[:SEED]]", .0.display()
     )]
-    Unknown(PathBuf),
+    UnknownFormat(PathBuf),
     /// Two materials of a directory have the same name.
     #[error(
         "{} and {} are both named {name}: rename one of them, or take it away", first.display(),
         second.display()
     )]
-    Twice {
+    DuplicateName {
         /// The name.
         name: String,
         /// One file.
@@ -64,7 +64,7 @@ pub enum SourceError {
     #[error(
         "{first} and {second} both hold a material named {name}: take it away from one of them"
     )]
-    InBoth {
+    DuplicateAcrossSources {
         /// The name.
         name: String,
         /// One source.
@@ -83,7 +83,7 @@ pub enum SourceError {
         "`{0}` is not understood: write procedural, procedural:COUNT or procedural:COUNT:SEED \
          with a COUNT of 1 to {MOST_PROCEDURAL}"
     )]
-    Procedural(String),
+    InvalidProcedural(String),
 }
 
 /// Why a BRDF cannot be written as a material: it is infinite or no number somewhere.

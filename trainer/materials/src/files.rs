@@ -16,7 +16,7 @@ use tempfile::NamedTempFile;
 /// # Errors
 /// If the operating system refuses, the file is read-only, or its directory is not there; nothing
 /// is left behind then.
-pub fn write_whole(path: &Path, bytes: &[u8]) -> io::Result<()> {
+pub fn write_atomic(path: &Path, bytes: &[u8]) -> io::Result<()> {
     let path = match Target::of(path)? {
         Target::Stream => return OpenOptions::new().append(true).open(path)?.write_all(bytes),
         Target::File(path) => path,
@@ -36,12 +36,12 @@ pub fn write_whole(path: &Path, bytes: &[u8]) -> io::Result<()> {
 /// be there.
 ///
 /// # Errors
-/// As [`write_whole`].
-pub fn write_whole_below(folder: &Path, relative: &Path, bytes: &[u8]) -> io::Result<()> {
+/// As [`write_atomic`].
+pub fn write_atomic_below(folder: &Path, relative: &Path, bytes: &[u8]) -> io::Result<()> {
     let path = folder.join(relative);
-    require_folder_of(&folder.join("file"))?;
-    make_folders(directory_of(&path))?;
-    write_whole(&path, bytes)
+    require_parent_dir(&folder.join("file"))?;
+    ensure_dir_all(directory_of(&path))?;
+    write_atomic(&path, bytes)
 }
 
 /// Makes sure, before hours are spent, that a file of so many bytes could be written: tries it
@@ -50,7 +50,7 @@ pub fn write_whole_below(folder: &Path, relative: &Path, bytes: &[u8]) -> io::Re
 ///
 /// # Errors
 /// If it could not.
-pub fn try_write(path: &Path, bytes: usize) -> io::Result<()> {
+pub fn check_writable(path: &Path, bytes: usize) -> io::Result<()> {
     let Target::File(path) = Target::of(path)? else {
         return Ok(());
     };
@@ -63,20 +63,20 @@ pub fn try_write(path: &Path, bytes: usize) -> io::Result<()> {
 ///
 /// # Errors
 /// If it cannot be made. The kind is [`io::ErrorKind::NotADirectory`] if a file has this path.
-pub fn make_folder(path: &Path) -> io::Result<()> {
+pub fn ensure_dir(path: &Path) -> io::Result<()> {
     if path.is_dir() {
         return Ok(());
     }
     refuse_file_above(path)?;
-    require_folder_of(path)?;
+    require_parent_dir(path)?;
     fs::create_dir(path)
 }
 
 /// Makes a directory and all above it, unless they exist.
 ///
 /// # Errors
-/// As [`make_folder`].
-pub fn make_folders(path: &Path) -> io::Result<()> {
+/// As [`ensure_dir`].
+pub fn ensure_dir_all(path: &Path) -> io::Result<()> {
     refuse_file_above(path)?;
     fs::create_dir_all(path)
 }
@@ -85,7 +85,7 @@ pub fn make_folders(path: &Path) -> io::Result<()> {
 ///
 /// # Errors
 /// If it does not. The kind is [`io::ErrorKind::NotADirectory`] if it is a file.
-pub fn require_folder_of(path: &Path) -> io::Result<()> {
+pub fn require_parent_dir(path: &Path) -> io::Result<()> {
     let folder = directory_of(path);
     refuse_file_above(folder)?;
     match folder.exists() {
@@ -96,7 +96,7 @@ pub fn require_folder_of(path: &Path) -> io::Result<()> {
 
 /// Returns true if a file holds exactly these bytes.
 #[must_use]
-pub fn holds(path: &Path, bytes: &[u8]) -> bool {
+pub fn has_content(path: &Path, bytes: &[u8]) -> bool {
     let has_length = |found: fs::Metadata| found.len() == bytes.len() as u64;
     fs::metadata(path).is_ok_and(has_length) && fs::read(path).is_ok_and(|found| found == bytes)
 }
@@ -138,7 +138,7 @@ impl Target {
                     .contains(&error.kind()) =>
             {
                 let path = end_of_links(path);
-                require_folder_of(&path)?;
+                require_parent_dir(&path)?;
                 return Ok(Self::File(path));
             }
             Err(error) => return Err(error),
@@ -221,8 +221,8 @@ mod tests {
     fn a_file_is_replaced_and_nothing_else_is_left() {
         let scratch = tempfile::tempdir().unwrap();
         let path = scratch.path().join("file");
-        write_whole(&path, b"one").unwrap();
-        write_whole(&path, b"two").unwrap();
+        write_atomic(&path, b"one").unwrap();
+        write_atomic(&path, b"two").unwrap();
         assert_eq!(std::fs::read(&path).unwrap(), b"two");
         let beside = std::fs::read_dir(path.parent().unwrap()).unwrap();
         assert_eq!(beside.count(), 1);
@@ -233,19 +233,19 @@ mod tests {
         let scratch = tempfile::tempdir().unwrap();
         let none = scratch.path().join("none");
         for refused in [
-            write_whole(&none.join("file"), b"one"),
-            try_write(&none.join("file"), 1),
-            write_whole_below(&none, Path::new("file"), b"one"),
-            make_folder(&none.join("deeper")),
+            write_atomic(&none.join("file"), b"one"),
+            check_writable(&none.join("file"), 1),
+            write_atomic_below(&none, Path::new("file"), b"one"),
+            ensure_dir(&none.join("deeper")),
         ] {
             assert_eq!(refused.unwrap_err().kind(), io::ErrorKind::NotFound);
         }
         assert!(!none.exists());
-        make_folder(&none).unwrap();
-        make_folder(&none).unwrap();
-        write_whole_below(&none, Path::new("a/b/file"), b"one").unwrap();
+        ensure_dir(&none).unwrap();
+        ensure_dir(&none).unwrap();
+        write_atomic_below(&none, Path::new("a/b/file"), b"one").unwrap();
         assert_eq!(std::fs::read(none.join("a/b/file")).unwrap(), b"one");
-        assert!(make_folder(&none.join("a/b/file")).is_err());
+        assert!(ensure_dir(&none.join("a/b/file")).is_err());
     }
 
     #[test]
@@ -254,22 +254,22 @@ mod tests {
         let file = scratch.path().join("file");
         std::fs::write(&file, "kept").unwrap();
         for refused in [
-            make_folder(&file),
-            make_folder(&file.join("deeper")),
-            write_whole(&file.join("deeper"), b"one"),
-            try_write(&file.join("deeper"), 1),
-            write_whole_below(scratch.path(), Path::new("file/deeper"), b"one"),
+            ensure_dir(&file),
+            ensure_dir(&file.join("deeper")),
+            write_atomic(&file.join("deeper"), b"one"),
+            check_writable(&file.join("deeper"), 1),
+            write_atomic_below(scratch.path(), Path::new("file/deeper"), b"one"),
         ] {
             let error = refused.unwrap_err();
             assert_eq!(error.kind(), io::ErrorKind::NotADirectory);
             let named = file.display().to_string();
             assert!(error.to_string().contains(&named), "{error}");
         }
-        assert!(holds(&file, b"kept"));
+        assert!(has_content(&file, b"kept"));
         for other in [&b"keep"[..], b"kept longer", b""] {
-            assert!(!holds(&file, other));
+            assert!(!has_content(&file, other));
         }
-        assert!(!holds(scratch.path(), b"kept"));
+        assert!(!has_content(scratch.path(), b"kept"));
     }
 
     #[cfg(unix)]
@@ -283,7 +283,7 @@ mod tests {
         symlink("folder/new", at("link")).unwrap();
         symlink("link", at("link-to-link")).unwrap();
         for bytes in [b"one", b"two"] {
-            write_whole(&at("link-to-link"), bytes).unwrap();
+            write_atomic(&at("link-to-link"), bytes).unwrap();
             assert_eq!(std::fs::read(at("folder/new")).unwrap(), bytes);
         }
         assert!(at("link").is_symlink() && at("link-to-link").is_symlink());
@@ -291,12 +291,15 @@ mod tests {
 
         let mode = |mode| std::fs::set_permissions(at("link"), PermissionsExt::from_mode(mode));
         mode(0o640).unwrap();
-        write_whole(&at("folder/new"), b"three").unwrap();
+        write_atomic(&at("folder/new"), b"three").unwrap();
         let kept = std::fs::metadata(at("folder/new")).unwrap().permissions();
         assert_eq!(kept.mode() & 0o777, 0o640);
 
         mode(0o444).unwrap();
-        for refused in [write_whole(&at("link"), b"four"), try_write(&at("link"), 1)] {
+        for refused in [
+            write_atomic(&at("link"), b"four"),
+            check_writable(&at("link"), 1),
+        ] {
             assert_eq!(refused.unwrap_err().kind(), io::ErrorKind::PermissionDenied);
         }
         assert_eq!(std::fs::read(at("folder/new")).unwrap(), b"three");
@@ -312,7 +315,7 @@ mod tests {
             .unwrap()
             .keep()
             .unwrap();
-        write_whole(&path, b"one").unwrap();
+        write_atomic(&path, b"one").unwrap();
         assert!(!left.exists());
         assert!(other.exists());
     }
@@ -320,9 +323,9 @@ mod tests {
     #[test]
     fn a_try_leaves_nothing_behind() {
         let scratch = tempfile::tempdir().unwrap();
-        try_write(&scratch.path().join("file"), 100).unwrap();
+        check_writable(&scratch.path().join("file"), 100).unwrap();
         assert_eq!(std::fs::read_dir(scratch.path()).unwrap().count(), 0);
-        assert!(try_write(scratch.path(), 100).is_err());
+        assert!(check_writable(scratch.path(), 100).is_err());
     }
 
     #[test]
@@ -330,7 +333,7 @@ mod tests {
         let scratch = tempfile::tempdir().unwrap();
         let directory = scratch.path().join("taken");
         std::fs::create_dir_all(directory.join("inside")).unwrap();
-        assert!(write_whole(&directory, b"one").is_err());
+        assert!(write_atomic(&directory, b"one").is_err());
         assert_eq!(std::fs::read_dir(scratch.path()).unwrap().count(), 1);
     }
 }

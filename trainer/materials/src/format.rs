@@ -42,12 +42,12 @@ impl Format {
     ///
     /// # Errors
     /// If the file cannot be read, or is none of these.
-    pub fn of(path: &Path) -> Result<Self, SourceError> {
+    pub fn detect(path: &Path) -> Result<Self, SourceError> {
         if NeuralBrdf::name_of(path).is_some() {
             return Ok(Self::Nbrdf);
         }
         if !path.is_file() {
-            return Err(SourceError::Unknown(path.into()));
+            return Err(SourceError::UnknownFormat(path.into()));
         }
         let mut head = Vec::new();
         let file = File::open(path).map_err(refused(path))?;
@@ -72,7 +72,7 @@ impl Format {
         match path.extension().and_then(|ending| ending.to_str()) {
             Some("binary") => Ok(Self::Merl),
             Some("bsdf") => Ok(Self::Rgl),
-            _ => Err(SourceError::Unknown(path.into())),
+            _ => Err(SourceError::UnknownFormat(path.into())),
         }
     }
 }

@@ -21,7 +21,7 @@ pub struct Identity {
 impl Identity {
     /// Of a material.
     #[must_use]
-    pub fn of(material: &dyn Material) -> Self {
+    pub fn new(material: &dyn Material) -> Self {
         Self {
             name: material.name().to_owned(),
             digest: digest(material),

@@ -57,7 +57,7 @@ impl NeuralBrdf {
     /// # Errors
     /// If a file is missing, damaged or of another shape, or a weight is not finite.
     pub fn read(path: &Path) -> Result<Self, SourceError> {
-        let name = Self::name_of(path).ok_or_else(|| SourceError::Unknown(path.into()))?;
+        let name = Self::name_of(path).ok_or_else(|| SourceError::UnknownFormat(path.into()))?;
         let mut parameters = NeuralParameters::filled(0.0);
         let mut rest = &mut parameters[..];
         for ((array, shape), length) in ARRAYS.into_iter().zip(Neural::LAYERS) {

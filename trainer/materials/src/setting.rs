@@ -54,12 +54,12 @@ impl Setting {
 }
 
 /// The name that a front end gives to a setting.
-pub type Naming = fn(Setting) -> &'static str;
+pub type SettingNames = fn(Setting) -> &'static str;
 
 /// An error that names settings.
-pub trait NamesSettings {
+pub trait SettingError {
     /// The message, with the names of a front end.
-    fn message(&self, name: Naming) -> String;
+    fn message(&self, name: SettingNames) -> String;
 }
 
 /// Implements `Display` for an error that names settings: by the names of [`Setting::name`].
@@ -69,7 +69,7 @@ macro_rules! display_with_setting_names {
         impl std::fmt::Display for $error {
             fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
                 let name = $crate::setting::Setting::name;
-                f.write_str(&$crate::setting::NamesSettings::message(self, name))
+                f.write_str(&$crate::setting::SettingError::message(self, name))
             }
         }
     };

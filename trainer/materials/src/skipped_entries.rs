@@ -29,7 +29,7 @@ pub struct SkippedEntries {
 
 impl SkippedEntries {
     /// Looks at a directory's names.
-    pub(super) fn of(directory: &Path) -> Result<Self, SourceError> {
+    pub(super) fn scan(directory: &Path) -> Result<Self, SourceError> {
         let mut all = Self::default();
         for entry in directory.read_dir().map_err(refused(directory))? {
             let path = entry.map_err(refused(directory))?.path();
@@ -128,7 +128,7 @@ mod tests {
         for name in ["README.md", "a.binary", "a_fc1.npy", "no-ending"] {
             std::fs::write(at(name), "").unwrap();
         }
-        let found = || SkippedEntries::of(scratch.path()).unwrap();
+        let found = || SkippedEntries::scan(scratch.path()).unwrap();
         assert!(found().is_empty());
         assert_eq!(found().to_string(), "");
         for name in ["B.BSDF", "c.Binary", "mean.npy", ".bsdf"] {
@@ -161,7 +161,7 @@ mod tests {
         for name in [&b"gr\xfcn.binary"[..], b"gr\xfcn.txt"] {
             std::fs::write(scratch.path().join(OsStr::from_bytes(name)), "").unwrap();
         }
-        let found = SkippedEntries::of(scratch.path()).unwrap();
+        let found = SkippedEntries::scan(scratch.path()).unwrap();
         let expected = SkippedEntries {
             not_utf8: vec!["gr\u{fffd}n.binary".to_owned()],
             ..SkippedEntries::default()

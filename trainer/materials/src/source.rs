@@ -18,7 +18,7 @@ use crate::{
 
 /// Up to how many materials of a directory MERL's tables are read from end to end when they are opened.
 /// They have 33 MiB each: of more of them it would take minutes before anything is done.
-pub const WHOLLY_CHECKED: usize = 128;
+pub const MAX_FULLY_CHECKED: usize = 128;
 
 /// Where to take materials from, as written on the command line: a directory with any mix of
 /// MERL tables, RGL measurements, NBRDF networks and fitted materials (`material.json`, in a folder of
@@ -74,7 +74,7 @@ impl Source {
         }
         let path = Path::new(&self.0);
         if !path.try_exists().map_err(refused(path))? {
-            return Err(SourceError::Missing(path.into()));
+            return Err(SourceError::NotFound(path.into()));
         }
         match path.is_dir() {
             true => Ok(list(path)?.len()),
@@ -82,7 +82,7 @@ impl Source {
         }
     }
 
-    /// Reads all materials, sorted by name. Of a directory of more than [`WHOLLY_CHECKED`] MERL's
+    /// Reads all materials, sorted by name. Of a directory of more than [`MAX_FULLY_CHECKED`] MERL's
     /// tables are only opened.
     ///
     /// # Errors
@@ -96,13 +96,13 @@ impl Source {
         }
         let path = Path::new(&self.0);
         if !path.try_exists().map_err(refused(path))? {
-            return Err(SourceError::Missing(path.into()));
+            return Err(SourceError::NotFound(path.into()));
         }
         if !path.is_dir() {
             return Ok(vec![read(path, MerlTable::read)?]);
         }
         let files = list(path)?;
-        let merl = match files.len() > WHOLLY_CHECKED {
+        let merl = match files.len() > MAX_FULLY_CHECKED {
             true => MerlTable::open,
             false => MerlTable::read,
         };
@@ -122,7 +122,7 @@ impl Source {
         let found = match (procedural(&self.0)?, path.is_dir()) {
             (Some(_), _) => Vec::new(),
             (None, true) => list(path)?,
-            (None, false) if Format::of(path).is_ok_and(|format| format == Format::Pab) => {
+            (None, false) if Format::detect(path).is_ok_and(|format| format == Format::Pab) => {
                 pab::files_of(path)?
             }
             (None, false) => vec![path.to_owned()],
@@ -131,7 +131,7 @@ impl Source {
             .into_iter()
             .flat_map(|file| match NeuralBrdf::files_of(&file) {
                 Some(six) => six.to_vec(),
-                None if FittedMaterial::is_named(&file) => FittedMaterial::files_of(&file),
+                None if FittedMaterial::is_json_file(&file) => FittedMaterial::files_of(&file),
                 None => vec![file],
             });
         Ok(all.collect())
@@ -159,7 +159,7 @@ impl Source {
     pub fn skipped_entries(&self) -> Result<SkippedEntries, SourceError> {
         let path = Path::new(&self.0);
         match (procedural(&self.0)?, path.is_dir()) {
-            (None, true) => SkippedEntries::of(path),
+            (None, true) => SkippedEntries::scan(path),
             _ => Ok(SkippedEntries::default()),
         }
     }
@@ -167,7 +167,7 @@ impl Source {
 
 /// COUNT and SEED of `procedural[:COUNT[:SEED]]`; None for a path.
 fn procedural(text: &str) -> Result<Option<(usize, u64)>, SourceError> {
-    let misunderstood = || SourceError::Procedural(text.to_owned());
+    let misunderstood = || SourceError::InvalidProcedural(text.to_owned());
     let mut parts = text.split(':');
     if parts.next() != Some("procedural") {
         return Ok(None);
@@ -190,10 +190,10 @@ fn read(
     path: &Path,
     merl: fn(&Path) -> Result<MerlTable, SourceError>,
 ) -> Result<Box<dyn Material>, SourceError> {
-    if FittedMaterial::is_named(path) {
+    if FittedMaterial::is_json_file(path) {
         return Ok(Box::new(FittedMaterial::read(path)?));
     }
-    Ok(match Format::of(path)? {
+    Ok(match Format::detect(path)? {
         Format::Nbrdf => Box::new(NeuralBrdf::read(path)?),
         Format::Merl => Box::new(merl(path)?),
         Format::Rgl => Box::new(RglMeasurement::read(path)?),
@@ -206,7 +206,7 @@ fn list(directory: &Path) -> Result<Vec<PathBuf>, SourceError> {
     let mut files: Vec<PathBuf> = FittedMaterial::within(directory).into_iter().collect();
     for entry in directory.read_dir().map_err(refused(directory))? {
         let path = entry.map_err(refused(directory))?.path();
-        if path.is_file() && !FittedMaterial::is_named(&path) {
+        if path.is_file() && !FittedMaterial::is_json_file(&path) {
             files.push(path);
         } else if path.is_dir() {
             files.extend(FittedMaterial::within(&path));
@@ -224,7 +224,7 @@ fn list(directory: &Path) -> Result<Vec<PathBuf>, SourceError> {
             (name, first)
         } else if let Some(name) = name_by_ending(&path) {
             (name, path)
-        } else if FittedMaterial::is_named(&path) {
+        } else if FittedMaterial::is_json_file(&path) {
             (FittedMaterial::name_in(&path)?, path)
         } else {
             continue;
@@ -235,7 +235,7 @@ fn list(directory: &Path) -> Result<Vec<PathBuf>, SourceError> {
             }
             Entry::Occupied(place) if *place.get() == file => {}
             Entry::Occupied(place) => {
-                return Err(SourceError::Twice {
+                return Err(SourceError::DuplicateName {
                     name: place.key().clone(),
                     first: place.get().clone(),
                     second: file,

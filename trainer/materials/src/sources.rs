@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use crate::display_with_setting_names;
 use crate::error::SourceError;
-use crate::setting::{NamesSettings, Naming, Setting};
+use crate::setting::{Setting, SettingError, SettingNames};
 use crate::{Material, Source};
 
 /// Sources of materials, and how much of training each of them gets.
@@ -20,21 +20,21 @@ pub struct Sources {
 
 /// The materials of one source, which lie in a row, and how often training takes one of them.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Portion {
+pub struct SourceShare {
     /// The source's label.
     pub label: String,
     /// The origin of the materials.
     pub origin: Origin,
     /// How many they are.
     pub materials: usize,
-    /// Their share of all tasks that are given ones; those of all portions are 1 together.
+    /// Their share of all tasks that are given ones; those of all source_shares are 1 together.
     pub share: f32,
 }
 
-impl Portion {
+impl SourceShare {
     /// All materials of a source, which training takes alike.
     #[must_use]
-    pub fn whole(source: &Source, materials: usize) -> Self {
+    pub fn single(source: &Source, materials: usize) -> Self {
         Self {
             label: source.label().to_owned(),
             origin: match source.is_built_in() {
@@ -47,8 +47,8 @@ impl Portion {
     }
 }
 
-/// Materials of several sources, and which portion of them each source is.
-pub type Joined = (Vec<Box<dyn Material>>, Vec<Portion>);
+/// Materials of several sources, and which source_share of them each source is.
+pub type MaterialsAndShares = (Vec<Box<dyn Material>>, Vec<SourceShare>);
 
 /// Why sources and shares do not go together.
 #[derive(Clone, Debug, PartialEq)]
@@ -61,11 +61,11 @@ pub enum ShareError {
         shares: usize,
     },
     /// A source of a share of 0 need not be given.
-    Nothing(f32),
+    NotPositive(f32),
 }
 
-impl NamesSettings for ShareError {
-    fn message(&self, name: Naming) -> String {
+impl SettingError for ShareError {
+    fn message(&self, name: SettingNames) -> String {
         let [share, data] = [Setting::Share, Setting::Materials].map(name);
         match self {
             Self::Count { sources, shares } => {
@@ -73,7 +73,7 @@ impl NamesSettings for ShareError {
                     "{share} needs one number for each of {data}: {shares} for {sources} of them"
                 )
             }
-            Self::Nothing(value) => {
+            Self::NotPositive(value) => {
                 format!("{share} must be above 0, and not {value}: leave out that one of {data}")
             }
         }
@@ -93,7 +93,7 @@ impl Sources {
             .iter()
             .find(|share| !(**share > 0.0 && share.is_finite()))
         {
-            return Err(ShareError::Nothing(*share));
+            return Err(ShareError::NotPositive(*share));
         }
         let sum: f32 = shares.iter().sum();
         let shares = match shares {
@@ -111,7 +111,7 @@ impl Sources {
 
     /// All of them.
     #[must_use]
-    pub fn each(&self) -> &[Source] {
+    pub fn as_slice(&self) -> &[Source] {
         &self.sources
     }
 
@@ -134,7 +134,7 @@ impl Sources {
     ///
     /// # Errors
     /// If one cannot be read, or two hold a material of the same name.
-    pub fn load(&self) -> Result<Joined, SourceError> {
+    pub fn load(&self) -> Result<MaterialsAndShares, SourceError> {
         let lists = self.sources.iter().map(Source::load);
         self.join(lists.collect::<Result<_, _>>()?)
     }
@@ -143,12 +143,15 @@ impl Sources {
     ///
     /// # Errors
     /// If two of them hold a material of the same name.
-    pub fn join(&self, lists: Vec<Vec<Box<dyn Material>>>) -> Result<Joined, SourceError> {
+    pub fn join(
+        &self,
+        lists: Vec<Vec<Box<dyn Material>>>,
+    ) -> Result<MaterialsAndShares, SourceError> {
         let mut holders: HashMap<String, &Source> = HashMap::new();
         for (source, list) in self.sources.iter().zip(&lists) {
             for material in list {
                 if let Some(first) = holders.insert(material.name().to_owned(), source) {
-                    return Err(SourceError::InBoth {
+                    return Err(SourceError::DuplicateAcrossSources {
                         name: material.name().to_owned(),
                         first: first.to_string(),
                         second: source.to_string(),
@@ -157,21 +160,21 @@ impl Sources {
             }
         }
         let counts: Vec<usize> = lists.iter().map(Vec::len).collect();
-        let portions = self.portions(&counts);
-        Ok((lists.into_iter().flatten().collect(), portions))
+        let source_shares = self.source_shares(&counts);
+        Ok((lists.into_iter().flatten().collect(), source_shares))
     }
 
-    /// The portion of each source, given the number of its materials.
+    /// The source_share of each source, given the number of its materials.
     #[must_use]
-    pub fn portions(&self, counts: &[usize]) -> Vec<Portion> {
+    pub fn source_shares(&self, counts: &[usize]) -> Vec<SourceShare> {
         let total: usize = counts.iter().sum();
         let each = self.sources.iter().zip(counts).enumerate();
-        each.map(|(index, (source, count))| Portion {
+        each.map(|(index, (source, count))| SourceShare {
             share: match &self.shares {
                 Some(shares) => shares[index],
                 None => *count as f32 / total as f32,
             },
-            ..Portion::whole(source, *count)
+            ..SourceShare::single(source, *count)
         })
         .collect()
     }
@@ -190,11 +193,14 @@ mod tests {
         let given = sources(&["procedural:30:1", "procedural:10:2"]);
         for (shares, expected) in [(&[][..], 0.75), (&[1.0, 3.0][..], 0.25)] {
             let sources = Sources::new(given.clone(), shares).expect("shares are right");
-            let (materials, portions) = sources.load().expect("names differ");
+            let (materials, source_shares) = sources.load().expect("names differ");
             assert_eq!(materials.len(), 40);
-            assert_eq!([portions[0].materials, portions[1].materials], [30, 10]);
             assert_eq!(
-                [portions[0].share, portions[1].share],
+                [source_shares[0].materials, source_shares[1].materials],
+                [30, 10]
+            );
+            assert_eq!(
+                [source_shares[0].share, source_shares[1].share],
                 [expected, 1.0 - expected]
             );
         }
@@ -214,7 +220,7 @@ mod tests {
         let sources = Sources::new(given, &[]).expect("none are needed");
         let error = sources.load().err().expect("three names are the same");
         assert!(
-            matches!(&error, SourceError::InBoth { name, .. } if name.starts_with("procedural-000")),
+            matches!(&error, SourceError::DuplicateAcrossSources { name, .. } if name.starts_with("procedural-000")),
             "{error}"
         );
     }

@@ -68,7 +68,7 @@ pub fn escaped_up_to(most: usize, text: &str) -> String {
 }
 
 /// The same of what is wrong with JSON, which may quote any length of it, and where that is.
-pub fn in_short(error: &serde_json::Error) -> String {
+pub fn escaped_json_error(error: &serde_json::Error) -> String {
     let whole = error.to_string();
     let place = format!(" at line {} column {}", error.line(), error.column());
     match whole.strip_suffix(&place) {

@@ -9,7 +9,7 @@ use super::table::{Basis, Reconstruction};
     "a fit by this basis ends in {expected} coefficients, but there are {found}: they belong to \
      another recipe, or some are missing"
 )]
-pub struct CountError {
+pub struct CoefficientCountError {
     /// Three times the basis's components.
     pub expected: usize,
     /// How many there are.
@@ -22,10 +22,10 @@ impl Basis {
     ///
     /// # Errors
     /// If there are not 3 m.
-    pub fn channels(&self, values: &[f32]) -> Result<Coefficients, CountError> {
+    pub fn channels(&self, values: &[f32]) -> Result<Coefficients, CoefficientCountError> {
         let components = self.components();
         if values.len() != 3 * components {
-            return Err(CountError {
+            return Err(CoefficientCountError {
                 expected: 3 * components,
                 found: values.len(),
             });
@@ -41,7 +41,10 @@ impl Basis {
     ///
     /// # Errors
     /// If there are not 3 m.
-    pub fn reconstruct_values(&self, values: &[f32]) -> Result<Reconstruction, CountError> {
+    pub fn reconstruct_values(
+        &self,
+        values: &[f32],
+    ) -> Result<Reconstruction, CoefficientCountError> {
         Ok(self.reconstruct(&self.channels(values)?))
     }
 }

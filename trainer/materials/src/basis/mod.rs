@@ -12,7 +12,9 @@ mod table;
 mod values;
 
 pub use angles::angles_of;
-pub use coefficients::CountError;
+pub use coefficients::CoefficientCountError;
 pub use grid::Grid;
-pub use table::{Basis, BasisError, HEAD, MAGIC as BASIS_MAGIC, Reconstruction, Tabulated};
-pub use values::{ByAngles, Coefficients, median_of, widened};
+pub use table::{
+    Basis, BasisError, BasisValues, MAGIC as BASIS_MAGIC, NODE_HEADER, Reconstruction,
+};
+pub use values::{AngleDual, Coefficients, angles_to_f64, median_brdf};

@@ -11,11 +11,11 @@ use rayon::prelude::*;
 
 use super::Grid;
 use super::nodes::Nodes;
-use super::values::{ByAngles, Coefficients, median_of, widened};
+use super::values::{AngleDual, Coefficients, angles_to_f64, median_brdf};
 use crate::untrusted::read_at_most;
 
 /// Numbers before the components of a node: mean of the mapped columns, and ln(median w + e).
-pub const HEAD: usize = 2;
+pub const NODE_HEADER: usize = 2;
 /// The first bytes of a basis file.
 pub const MAGIC: [u8; 4] = *b"GLMB";
 /// The format of basis files.
@@ -72,7 +72,7 @@ struct Compact {
 
 /// A basis at some directions, and its derivatives by the three angles.
 #[derive(Clone, Debug)]
-pub struct Tabulated {
+pub struct BasisValues {
     /// The mean of the mapped columns.
     pub mean: [f64; 4],
     /// ln(median w + e).
@@ -81,7 +81,7 @@ pub struct Tabulated {
     pub components: Vec<[f64; 4]>,
 }
 
-impl Tabulated {
+impl BasisValues {
     /// The mean of the columns as ln((f w + e) / e), with its derivatives: what readings are centered by.
     #[must_use]
     pub fn center(&self) -> [f64; 4] {
@@ -94,7 +94,7 @@ impl Tabulated {
 impl Basis {
     /// Of a table, node by node: mean, ln(median w + e), and m components.
     #[must_use]
-    pub fn of_table(table: Vec<f32>, components: usize) -> Self {
+    pub fn from_table(table: Vec<f32>, components: usize) -> Self {
         Self {
             table,
             components,
@@ -105,8 +105,8 @@ impl Basis {
     /// The same components of a whole basis, each times a number.
     #[must_use]
     pub fn scaled(mut self, scale: f32) -> Self {
-        for row in self.table.chunks_exact_mut(HEAD + self.components) {
-            for entry in &mut row[HEAD..] {
+        for row in self.table.chunks_exact_mut(NODE_HEADER + self.components) {
+            for entry in &mut row[NODE_HEADER..] {
                 *entry *= scale;
             }
         }
@@ -127,15 +127,15 @@ impl Basis {
     }
 
     fn row(&self, node: usize) -> &[f32] {
-        let length = HEAD + self.components;
+        let length = NODE_HEADER + self.components;
         &self.table[node * length..][..length]
     }
 
     /// The basis at some angles in radians, with derivatives: a value, then its derivatives by theta_h,
     /// theta_d and phi_d.
     #[must_use]
-    pub fn look_up(&self, angles: Angles<f64>) -> Tabulated {
-        let mut sums = vec![[0.0_f64; 4]; HEAD + self.components];
+    pub fn look_up(&self, angles: Angles<f64>) -> BasisValues {
+        let mut sums = vec![[0.0_f64; 4]; NODE_HEADER + self.components];
         for corner in self.nodes().with_derivatives(angles) {
             let [h, d, p] = corner.derivatives;
             let shares = [corner.weight, h, d, p];
@@ -145,8 +145,8 @@ impl Basis {
                 }
             }
         }
-        let components = sums.split_off(HEAD);
-        Tabulated {
+        let components = sums.split_off(NODE_HEADER);
+        BasisValues {
             mean: sums[0],
             log_median: sums[1],
             components,
@@ -156,10 +156,10 @@ impl Basis {
     /// The whole BRDF of a material's coefficients, ready to be looked up.
     #[must_use]
     pub fn reconstruct(&self, coefficients: &Coefficients) -> Reconstruction {
-        let rows = || self.table.par_chunks_exact(HEAD + self.components);
+        let rows = || self.table.par_chunks_exact(NODE_HEADER + self.components);
         let table = rows()
             .map(|row| {
-                let (head, components) = row.split_at(HEAD);
+                let (head, components) = row.split_at(NODE_HEADER);
                 coefficients.each_ref().map(|channel| {
                     let products = components.iter().zip(channel);
                     let sum: f64 = products.map(|(a, c)| f64::from(*a) * c).sum();
@@ -206,7 +206,7 @@ impl Basis {
 
     /// What recipes name it by: the checksum of its file, or, of a compact one, of what it was made of.
     #[must_use]
-    pub fn named_by(&self) -> u32 {
+    pub fn whole_checksum(&self) -> u32 {
         match &self.compact {
             None => Self::checksum(&self.to_bytes()),
             Some(compact) => compact.of,
@@ -215,7 +215,7 @@ impl Basis {
 
     /// Where the basis of a recipe is.
     #[must_use]
-    pub fn beside(recipe: &Path) -> PathBuf {
+    pub fn path_for(recipe: &Path) -> PathBuf {
         recipe.with_extension("basis")
     }
 
@@ -237,7 +237,7 @@ impl Basis {
             path: path.into(),
             source,
         })?;
-        Self::of_recipe(&bytes, checksum).map_err(damaged)
+        Self::parse_for_recipe(&bytes, checksum).map_err(damaged)
     }
 
     /// Reads the bytes of a compact basis's file.
@@ -253,10 +253,10 @@ impl Basis {
     ///
     /// # Errors
     /// If it is another one than `checksum` names, made of another one, or none.
-    pub fn of_recipe(bytes: &[u8], checksum: u32) -> Result<Self, &'static str> {
+    pub fn parse_for_recipe(bytes: &[u8], checksum: u32) -> Result<Self, &'static str> {
         if bytes.starts_with(&COMPACT_MAGIC) {
-            let compact = Self::of_compact(bytes)?;
-            return match compact.named_by() == checksum {
+            let compact = Self::from_compact_bytes(bytes)?;
+            return match compact.whole_checksum() == checksum {
                 true => Ok(compact),
                 false => Err("it was made of another basis"),
             };
@@ -271,7 +271,7 @@ impl Basis {
     ///
     /// # Errors
     /// If they are not those of a compact basis.
-    pub fn of_compact(bytes: &[u8]) -> Result<Self, &'static str> {
+    pub fn from_compact_bytes(bytes: &[u8]) -> Result<Self, &'static str> {
         let altered = "a compact basis that was cut or altered";
         let compact = CompactBasis::parse(bytes).map_err(|_| altered)?;
         let nodes = compact.nodes();
@@ -315,14 +315,14 @@ impl Basis {
             return Err("it has no components");
         }
         let length = components
-            .checked_add(HEAD)
+            .checked_add(NODE_HEADER)
             .and_then(|row| row.checked_mul(Grid::LEN));
         if length != Some(words.len()) {
             return Err("its length is wrong");
         }
         let table: Vec<f32> = words.map(f32::from_bits).collect();
         match table.iter().all(|number| number.is_finite()) {
-            true => Ok(Self::of_table(table, components)),
+            true => Ok(Self::from_table(table, components)),
             false => Err("a number of its table is not finite"),
         }
     }
@@ -343,36 +343,36 @@ impl Reconstruction {
     pub fn brdf(&self, angles: &Angles<f32>, weight: f64) -> [f32; 3] {
         let mut mapped = [0.0; 3];
         let mut log_median = 0.0;
-        for corner in self.nodes.corners(widened(angles)) {
+        for corner in self.nodes.corners(angles_to_f64(angles)) {
             log_median += corner.weight * f64::from(self.log_medians[corner.node]);
             for (sum, value) in mapped.iter_mut().zip(self.table[corner.node]) {
                 *sum += corner.weight * f64::from(value);
             }
         }
-        let median = median_of(log_median, weight);
+        let median = median_brdf(log_median, weight);
         mapped.map(|mapped| unmap(mapped, median, weight) as f32)
     }
 
     /// The same, and its derivatives by theta_h, theta_d and phi_d, as the interpolation has them.
     #[must_use]
-    pub fn brdf_with_derivative(&self, angles: &Angles<f32>) -> [ByAngles; 3] {
-        let angles = widened(angles);
-        let mut mapped = [ByAngles::from_value(0.0); 3];
-        let mut log_median = ByAngles::from_value(0.0);
+    pub fn brdf_with_derivative(&self, angles: &Angles<f32>) -> [AngleDual; 3] {
+        let angles = angles_to_f64(angles);
+        let mut mapped = [AngleDual::from_value(0.0); 3];
+        let mut log_median = AngleDual::from_value(0.0);
         for corner in self.nodes.with_derivatives(angles) {
-            let share = ByAngles {
+            let share = AngleDual {
                 value: corner.weight,
                 tangent: corner.derivatives,
             };
-            let times = |value: f32| share * ByAngles::from_value(f64::from(value));
+            let times = |value: f32| share * AngleDual::from_value(f64::from(value));
             log_median = log_median + times(self.log_medians[corner.node]);
             for (sum, value) in mapped.iter_mut().zip(self.table[corner.node]) {
                 *sum = *sum + times(value);
             }
         }
-        let at = HalfDifference::from_angles(ByAngles::variables(angles));
+        let at = HalfDifference::from_angles(AngleDual::variables(angles));
         let weight = at.cos_theta_i() * at.cos_theta_o();
-        let median = median_of(log_median, weight);
+        let median = median_brdf(log_median, weight);
         mapped.map(|mapped| unmap(mapped, median, weight))
     }
 }

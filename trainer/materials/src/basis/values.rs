@@ -6,14 +6,14 @@ use glimpse_core::numeric::Scalar;
 use glimpse_kernels::Dual;
 
 /// A number and its derivatives by theta_h, theta_d and phi_d of its sample.
-pub type ByAngles = Dual<f64, 3>;
+pub type AngleDual = Dual<f64, 3>;
 
 /// Coefficients of the components, channel by channel.
 pub type Coefficients = [Vec<f64>; 3];
 
 /// Angles in double precision.
 #[must_use]
-pub fn widened(angles: &Angles<f32>) -> Angles<f64> {
+pub fn angles_to_f64(angles: &Angles<f32>) -> Angles<f64> {
     Angles {
         theta_h: f64::from(angles.theta_h),
         theta_d: f64::from(angles.theta_d),
@@ -22,7 +22,7 @@ pub fn widened(angles: &Angles<f32>) -> Angles<f64> {
 }
 
 /// The median BRDF from ln(median w + e); at least 0.
-pub fn median_of<S: Scalar>(log_median: S, weight: S) -> S {
+pub fn median_brdf<S: Scalar>(log_median: S, weight: S) -> S {
     // unmap(x, 0, w) = max((e exp(x) - e) / w, 0)
     unmap(
         log_median - S::constant(EPSILON.ln()),

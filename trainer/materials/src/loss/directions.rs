@@ -28,7 +28,7 @@ pub fn directions() -> Vec<Angles<f32>> {
 
 /// A quarter as many, for who cannot afford more: means over them are up to some per cent off.
 #[must_use]
-pub fn fewer_directions() -> Vec<Angles<f32>> {
+pub fn coarse_directions() -> Vec<Angles<f32>> {
     among(PLACES / 4)
 }
 

@@ -4,7 +4,7 @@
 
 mod directions;
 
-pub use directions::{DIRECTIONS, directions, fewer_directions};
+pub use directions::{DIRECTIONS, coarse_directions, directions};
 
 use glimpse_core::geometry::HalfDifference;
 use glimpse_core::model::loss::cosine_weighted_log_error;

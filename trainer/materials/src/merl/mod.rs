@@ -82,7 +82,7 @@ impl MerlTable {
             path: path.into(),
             what,
         };
-        let name = name::name_of(path).ok_or_else(|| SourceError::Unknown(path.into()))?;
+        let name = name::name_of(path).ok_or_else(|| SourceError::UnknownFormat(path.into()))?;
         let bytes = map(path)?;
 
         let header = bytes.first_chunk::<HEADER_BYTES>().ok_or_else(|| {

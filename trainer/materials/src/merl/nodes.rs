@@ -41,7 +41,7 @@ pub enum TabulateError {
     #[error(
         "the BRDF is NaN in {channel} at all {count} directions: give values where it is known"
     )]
-    Nothing {
+    NoValues {
         /// "red", "green" or "blue".
         channel: &'static str,
         /// The number of directions.
@@ -90,7 +90,7 @@ impl MerlTable {
     ///
     /// # Errors
     /// If there are more or fewer, one is infinite or negative, or a channel is known nowhere.
-    pub fn of_nodes(name: String, brdf: &[[f32; 3]]) -> Result<Self, TabulateError> {
+    pub fn from_nodes(name: String, brdf: &[[f32; 3]]) -> Result<Self, TabulateError> {
         let places: Vec<_> = places().collect();
         if places.len() != brdf.len() {
             return Err(TabulateError::Count {
@@ -124,7 +124,7 @@ impl MerlTable {
             }
         }
         if let Some(channel) = known.iter().position(|known| *known == 0) {
-            return Err(TabulateError::Nothing {
+            return Err(TabulateError::NoValues {
                 channel: CHANNELS[channel],
                 count: brdf.len(),
             });
@@ -137,7 +137,7 @@ impl MerlTable {
         })
     }
 
-    /// The BRDF at [`table_nodes`], in their order: what [`MerlTable::of_nodes`] makes the same table
+    /// The BRDF at [`table_nodes`], in their order: what [`MerlTable::from_nodes`] makes the same table
     /// of. NaN where nothing is known.
     #[must_use]
     pub fn to_nodes(&self) -> Vec<[f32; 3]> {
@@ -161,10 +161,10 @@ mod tests {
         let material = &Procedural::set(1, 7)[0];
         let nodes = table_nodes();
         let brdf: Vec<[f32; 3]> = nodes.iter().map(|angles| material.brdf(*angles)).collect();
-        let table = MerlTable::of_nodes("a".into(), &brdf).expect("all is known");
+        let table = MerlTable::from_nodes("a".into(), &brdf).expect("all is known");
         let written = to_merl(material as &dyn Material).expect("it is finite");
         assert!(*table.bytes == *written);
-        let again = MerlTable::of_nodes("a".into(), &table.to_nodes()).expect("it is a table");
+        let again = MerlTable::from_nodes("a".into(), &table.to_nodes()).expect("it is a table");
         assert!(*again.bytes == *table.bytes);
         assert_eq!(table.name(), "a");
     }
@@ -174,7 +174,7 @@ mod tests {
         let count = table_nodes().len();
         let mut brdf = vec![[0.5, 0.25, 0.125]; count];
         brdf[0] = [f32::NAN; 3];
-        let table = MerlTable::of_nodes("a".into(), &brdf).expect("nearly all is known");
+        let table = MerlTable::from_nodes("a".into(), &brdf).expect("nearly all is known");
         let angles = Angles {
             theta_h: 0.0,
             theta_d: 0.005,
@@ -183,7 +183,7 @@ mod tests {
         let found = table.brdf(angles);
         assert!((found[0] - 0.5).abs() < 1e-6 && (found[2] - 0.125).abs() < 1e-6);
 
-        let refused = |brdf: &[[f32; 3]]| match MerlTable::of_nodes("a".into(), brdf) {
+        let refused = |brdf: &[[f32; 3]]| match MerlTable::from_nodes("a".into(), brdf) {
             Ok(_) => panic!("it is taken"),
             Err(error) => error,
         };
@@ -209,7 +209,7 @@ mod tests {
         let error = refused(&brdf);
         assert!(matches!(
             error,
-            TabulateError::Nothing { channel: "red", .. }
+            TabulateError::NoValues { channel: "red", .. }
         ));
     }
 }

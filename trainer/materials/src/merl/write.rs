@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use super::nodes::header;
 use super::{FILE_BYTES, NODES, NOT_MEASURED, SCALE, degrees, theta_h};
-use crate::files::write_whole;
+use crate::files::write_atomic;
 use crate::{Brdf, Material, NotFinite, SourceError};
 
 /// Tabulates a BRDF at MERL's nodes: the bytes of a `NAME.binary`.
@@ -45,7 +45,7 @@ pub fn write_merl(path: &Path, material: &dyn Material) -> Result<(), SourceErro
     };
     let bytes = to_merl(material)
         .map_err(|error| fail(io::Error::new(io::ErrorKind::InvalidData, error)))?;
-    write_whole(path, &bytes).map_err(fail)
+    write_atomic(path, &bytes).map_err(fail)
 }
 
 /// A BRDF's stored values at all phi_d.

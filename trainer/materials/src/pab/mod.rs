@@ -12,7 +12,7 @@ mod write;
 pub(super) use file::begins;
 pub(super) use read::files_of;
 pub use read::{PabSet, read_pab};
-pub use write::{pab_endings, to_pab};
+pub use write::{pab_suffixes, to_pab};
 
 /// From linear RGB (Rec. 709, D65) to CIE XYZ, row by row.
 const TO_XYZ: [[f64; 3]; 3] = [

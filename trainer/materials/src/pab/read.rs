@@ -140,7 +140,7 @@ fn set_of(path: &Path) -> Result<(String, Vec<PathBuf>), SourceError> {
         .filter(|name| !name.is_empty())
         .or_else(|| name_of(path));
     Ok((
-        name.ok_or_else(|| SourceError::Unknown(path.into()))?,
+        name.ok_or_else(|| SourceError::UnknownFormat(path.into()))?,
         files,
     ))
 }

@@ -20,12 +20,12 @@ const LARGEST_THETA_O: usize = 88;
 const AROUND_MIRROR: [f64; 9] = [0.0, 0.25, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0, 4.0];
 const ON_CIRCLE: usize = 24;
 /// What follows NAME in the files' names, one for each incoming direction.
-pub fn pab_endings() -> impl Iterator<Item = String> {
+pub fn pab_suffixes() -> impl Iterator<Item = String> {
     THETA_I.iter().map(|theta_i| format!("_in{theta_i:02}.txt"))
 }
 
 /// Tabulates a BRDF, with the light at phi_i = 0 always, so that it is taken to be isotropic: the text of
-/// each file, in the order of [`pab_endings`]. What has the same name is the same sample.
+/// each file, in the order of [`pab_suffixes`]. What has the same name is the same sample.
 ///
 /// # Errors
 /// If the BRDF is not finite in some direction.

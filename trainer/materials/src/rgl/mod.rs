@@ -60,7 +60,7 @@ impl RglMeasurement {
     /// If the file cannot be read, is damaged, holds a number that is not finite, or is of a
     /// spectral or an anisotropic measurement.
     pub fn read(path: &Path) -> Result<Self, SourceError> {
-        let name = name::name_of(path).ok_or_else(|| SourceError::Unknown(path.into()))?;
+        let name = name::name_of(path).ok_or_else(|| SourceError::UnknownFormat(path.into()))?;
         let damaged = |what| SourceError::Damaged {
             path: path.into(),
             what,

@@ -38,7 +38,7 @@ pub fn uniform_valid(count: usize, seed: u64) -> Vec<Angles<f32>> {
 /// `count` angles as pictures of a sphere see them: any of its points, seen from far away, and light from
 /// any part of the sky above; phi_d in \[0, 2 pi).
 #[must_use]
-pub fn seen_on_spheres(count: usize, seed: u64) -> Vec<Angles<f32>> {
+pub fn sphere_view_samples(count: usize, seed: u64) -> Vec<Angles<f32>> {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let mut angles = Vec::with_capacity(count);
     while angles.len() < count {
@@ -78,7 +78,7 @@ mod tests {
 
     #[test]
     fn of_a_sphere_half_of_its_disc_is_seen_within_45_degrees() {
-        let angles = seen_on_spheres(20_000, 7);
+        let angles = sphere_view_samples(20_000, 7);
         let share = |of: &dyn Fn(&HalfDifference<f32>) -> bool| {
             let places = angles.iter().copied().map(HalfDifference::from_angles);
             places.filter(of).count() as f32 / angles.len() as f32

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use glimpse_core::model::ModelKind;
 use glimpse_materials::{
-    Fitted, FittedMaterial, Material, NeuralBrdf, PabSet, RglMeasurement, SourceError, to_nbrdf,
+    FittedBrdf, FittedMaterial, Material, NeuralBrdf, PabSet, RglMeasurement, SourceError, to_nbrdf,
 };
 
 use crate::common::assert_names;
@@ -27,7 +27,7 @@ const PAB: &str = "#sample_name \"card\"\n#colorimetry: CIE-XYZ\n#format: theta 
 
 fn cases() -> Vec<Case> {
     let values = vec![0.25; ModelKind::Phong.parameters().expect("it has some")];
-    let fitted = Fitted::new(ModelKind::Phong, values, None).expect("as many values");
+    let fitted = FittedBrdf::new(ModelKind::Phong, values, None).expect("as many values");
     let fitted = FittedMaterial::new("felt".into(), fitted);
     let nothing = BTreeMap::<&str, &str>::new();
     let json = fitted.expect("it is one").to_json(None, nothing);

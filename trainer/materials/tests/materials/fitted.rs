@@ -1,4 +1,4 @@
-//! Fitted materials: their file, their derivatives, and where they are found.
+//! FittedBrdf materials: their file, their derivatives, and where they are found.
 
 use std::fs;
 use std::sync::LazyLock;
@@ -6,7 +6,7 @@ use std::sync::LazyLock;
 use glimpse_core::model::ModelKind;
 use glimpse_materials::basis::{Basis, Grid};
 use glimpse_materials::sampling::uniform_valid;
-use glimpse_materials::{BasisFile, Fitted, FittedMaterial, Material, Source, SourceError};
+use glimpse_materials::{BasisFile, FittedBrdf, FittedMaterial, Material, Source, SourceError};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -19,7 +19,7 @@ static BASIS: LazyLock<Basis> = LazyLock::new(|| {
         let wave = |k: f32| 0.1 * (k * node as f32).sin();
         [wave(0.3), -2.0, wave(0.5), wave(0.7), wave(1.1), wave(1.3)]
     };
-    Basis::of_table((0..Grid::LEN).flat_map(node).collect(), 4)
+    Basis::from_table((0..Grid::LEN).flat_map(node).collect(), 4)
 });
 
 const MODELS: [ModelKind; 4] = [
@@ -34,7 +34,7 @@ fn fitted(model: ModelKind, seed: u64) -> FittedMaterial {
     let count = model.parameters().unwrap_or(3 * BASIS.components());
     let values = (0..count).map(|_| random.random_range(-0.5..0.5_f32));
     let name = format!("{model} {seed}");
-    let fitted = Fitted::new(model, values.collect(), Some(&BASIS));
+    let fitted = FittedBrdf::new(model, values.collect(), Some(&BASIS));
     FittedMaterial::new(name, fitted.expect("as many values")).expect("it is finite")
 }
 

@@ -1,7 +1,7 @@
 //! PAB-Opto's text: read as it is written, and refused by field and line.
 
 use glimpse_materials::loss::loss_between;
-use glimpse_materials::{Material, PabSet, Procedural, Source, SourceError, pab_endings, to_pab};
+use glimpse_materials::{Material, PabSet, Procedural, Source, SourceError, pab_suffixes, to_pab};
 
 use crate::Made;
 use crate::common::assert_names;
@@ -10,7 +10,7 @@ use crate::folder::{Folder, damage, load};
 /// Writes a set of files into a folder.
 fn write(folder: &Folder, name: &str, material: &dyn Material) {
     let texts = to_pab(name, material).expect("it is finite");
-    for (ending, text) in pab_endings().zip(texts) {
+    for (ending, text) in pab_suffixes().zip(texts) {
         folder.write(&format!("{name}{ending}"), text);
     }
 }
@@ -36,7 +36,7 @@ fn what_is_written_is_read() {
         assert!(loss < most, "{name}: {loss}");
         let files = Source(path.display().to_string()).files();
         let count = files.expect("they are listed").len();
-        assert_eq!(count, pab_endings().count());
+        assert_eq!(count, pab_suffixes().count());
     }
 
     // As a material they are tabulated once more, which takes seconds.

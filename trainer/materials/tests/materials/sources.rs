@@ -112,7 +112,7 @@ fn two_of_the_same_name_are_refused() {
     folder.write("felt.bsdf", isotropic());
     write_network(&folder, "felt", &network(1));
     let assert_twice = |expected: [&str; 2]| match names(folder.path()) {
-        Err(SourceError::Twice {
+        Err(SourceError::DuplicateName {
             name,
             first,
             second,
@@ -175,7 +175,7 @@ fn misspelt_procedural_sets_are_refused_when_parsed_and_when_loaded() {
     ] {
         for error in [text.parse::<Source>().err(), names(Path::new(text)).err()] {
             assert!(
-                matches!(&error, Some(SourceError::Procedural(named)) if named == text),
+                matches!(&error, Some(SourceError::InvalidProcedural(named)) if named == text),
                 "{text}: {error:?}"
             );
         }
@@ -189,7 +189,7 @@ fn what_is_not_there_is_said_so() {
         assert_eq!(source.0, path);
         let found = names(Path::new(path));
         assert!(
-            matches!(&found, Err(SourceError::Missing(named)) if named == Path::new(path)),
+            matches!(&found, Err(SourceError::NotFound(named)) if named == Path::new(path)),
             "{found:?}"
         );
     }
@@ -210,7 +210,7 @@ fn what_is_no_material_is_said_so() {
     assert_empty();
     let found = names(&notes);
     assert!(
-        matches!(&found, Err(SourceError::Unknown(path)) if *path == notes),
+        matches!(&found, Err(SourceError::UnknownFormat(path)) if *path == notes),
         "{found:?}"
     );
 }

@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use glimpse_materials::{Material, MerlTable, Source, SourceError, WHOLLY_CHECKED};
+use glimpse_materials::{MAX_FULLY_CHECKED, Material, MerlTable, Source, SourceError};
 
 use super::{node, offset, tabulate};
 use crate::{angles, network};
@@ -36,9 +36,9 @@ fn many_tables_are_opened_and_not_read_from_end_to_end() {
     tabulated.assert_refused(&["NaN"]);
     let folder = tempfile::tempdir().expect("a temporary directory");
     let source = Source(folder.path().display().to_string());
-    for number in 0..=WHOLLY_CHECKED {
+    for number in 0..=MAX_FULLY_CHECKED {
         // The last one makes them many.
-        if number == WHOLLY_CHECKED {
+        if number == MAX_FULLY_CHECKED {
             let error = source.load().err().expect("a value is no number");
             assert!(matches!(error, SourceError::Damaged { .. }), "{error}");
         }
@@ -46,7 +46,7 @@ fn many_tables_are_opened_and_not_read_from_end_to_end() {
         fs::hard_link(&tabulated.path, path).expect("it is linked");
     }
     let materials = source.load().expect("they are opened");
-    assert_eq!(materials.len(), WHOLLY_CHECKED + 1);
+    assert_eq!(materials.len(), MAX_FULLY_CHECKED + 1);
     assert_eq!(source.count().expect("they are counted"), materials.len());
     let near = angles(node(at));
     let (found, expected) = (materials[0].brdf(near), sound.brdf(near));

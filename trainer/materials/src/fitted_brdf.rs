@@ -11,14 +11,14 @@ use crate::basis::{Basis, Coefficients, Reconstruction};
 
 /// The BRDF of a fit: a model and its values.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Fitted {
+pub struct FittedBrdf {
     model: ModelKind,
     values: Vec<f32>,
     /// The BRDF of Linear's coefficients with their basis; None for other models.
     reconstruction: Option<Reconstruction>,
 }
 
-impl Fitted {
+impl FittedBrdf {
     /// Makes a BRDF of a model's parameters in its order, or of Linear's coefficients (m for red, m for
     /// green, m for blue) with their basis. Returns None if the model or the basis has another number of
     /// values, or Linear has no basis.
@@ -91,7 +91,7 @@ impl Fitted {
     }
 }
 
-impl Brdf for Fitted {
+impl Brdf for FittedBrdf {
     fn evaluate(&self, at: &[HalfDifference<f32>], brdf: &mut [[f32; 3]]) {
         if let Some(reconstruction) = &self.reconstruction {
             return reconstruction.evaluate(at, brdf);

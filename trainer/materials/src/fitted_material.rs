@@ -8,9 +8,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::basis::Basis;
 use crate::error::refused;
-use crate::fit::Fitted;
+use crate::fitted_brdf::FittedBrdf;
 use crate::name::is_name;
-use crate::untrusted::{escaped, in_short, read_at_most};
+use crate::untrusted::{escaped, escaped_json_error, read_at_most};
 use crate::{Brdf, Material, SourceError};
 
 /// What such a file says it is.
@@ -105,20 +105,20 @@ struct Written<'a, A: Serialize> {
 #[derive(Clone, Debug)]
 pub struct FittedMaterial {
     name: String,
-    fitted: Fitted,
+    fitted: FittedBrdf,
 }
 
 impl FittedMaterial {
     /// Names a fit. Returns None if one of its values is not finite.
     #[must_use]
-    pub fn new(name: String, fitted: Fitted) -> Option<Self> {
+    pub fn new(name: String, fitted: FittedBrdf) -> Option<Self> {
         let is_finite = fitted.values().iter().all(|value| value.is_finite());
         is_finite.then_some(Self { name, fitted })
     }
 
     /// Returns the fit.
     #[must_use]
-    pub fn fitted(&self) -> &Fitted {
+    pub fn fitted(&self) -> &FittedBrdf {
         &self.fitted
     }
 
@@ -181,7 +181,7 @@ impl FittedMaterial {
             )));
         }
         let count = contents.values.len();
-        let fitted = Fitted::new(model, contents.values, basis.as_ref());
+        let fitted = FittedBrdf::new(model, contents.values, basis.as_ref());
         fitted.and_then(|fitted| Self::new(name, fitted)).ok_or_else(|| {
             let expected = match (model.parameters(), &basis) {
                 (Some(count), _) => count,
@@ -203,13 +203,13 @@ impl FittedMaterial {
 
     /// True if a path may be such a file: its name ends in `.json`.
     #[must_use]
-    pub fn is_named(path: &Path) -> bool {
+    pub fn is_json_file(path: &Path) -> bool {
         path.extension().is_some_and(|ending| ending == "json")
     }
 
     /// True if a file is one, whatever its name.
     #[must_use]
-    pub fn is_one(path: &Path) -> bool {
+    pub fn is_fitted_file(path: &Path) -> bool {
         contents(path).is_ok()
     }
 
@@ -245,7 +245,7 @@ fn contents(path: &Path) -> Result<Contents, SourceError> {
     let unlike = |error: serde_json::Error| {
         damaged(path)(format!(
             "it is no fitted material as `trainer fit` writes it ({}); write it again",
-            in_short(&error)
+            escaped_json_error(&error)
         ))
     };
     let Kind { format, version } = serde_json::from_slice(&bytes).map_err(unlike)?;
