@@ -1,14 +1,15 @@
-//! A model's BRDF at many places, on lanes.
+//! Evaluation of a model's BRDF at many directions, on lanes.
 
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::{Model, Neural, NeuralParameters};
 
 use crate::dual::Dual;
 use crate::lanes::{
-    Kernel, Lanes, MOST_OCTETS, Narrowest, Octet, OctetAt, WIDTH, dispatch, load_at, narrows,
+    Kernel, Lanes, MAX_OCTETS, Narrowest, Octet, OctetDirections, WIDTH, dispatch, has_narrower,
+    load_directions,
 };
 
-/// The BRDF in linear RGB, sr^-1 (not times the cosine), at many places; `brdf` is as long as `at`.
+/// Computes the BRDF in linear RGB, sr^-1 (not times the cosine), at many directions. `brdf` has the length of `at`.
 pub(crate) fn evaluate<M: Model>(
     parameters: &M::Parameters<f32>,
     at: &[HalfDifference<f32>],
@@ -21,13 +22,10 @@ pub(crate) fn evaluate<M: Model>(
     });
 }
 
-/// A model's BRDF at many places.
+/// The kernel of [`evaluate`].
 struct Evaluate<'a, M: Model> {
-    /// The parameters.
     parameters: &'a M::Parameters<f32>,
-    /// Where.
     at: &'a [HalfDifference<f32>],
-    /// The BRDF in linear RGB, sr^-1 (not times the cosine); as long as `at`.
     brdf: &'a mut [[f32; 3]],
 }
 
@@ -36,7 +34,7 @@ impl<M: Model> Kernel for Evaluate<'_, M> {
 
     #[inline(always)]
     fn run<L: Lanes>(self) {
-        if const { narrows::<L>() } && self.at.len() <= WIDTH {
+        if const { has_narrower::<L>() } && self.at.len() <= WIDTH {
             self.evaluate::<Narrowest<L>>();
         } else {
             self.evaluate::<L>();
@@ -49,12 +47,12 @@ impl<M: Model> Evaluate<'_, M> {
     fn evaluate<L: Lanes>(self) {
         let count = L::OCTETS * WIDTH;
         for (at, brdf) in self.at.chunks(count).zip(self.brdf.chunks_mut(count)) {
-            let mut octets = [OctetAt::default(); MOST_OCTETS];
+            let mut octets = [OctetDirections::default(); MAX_OCTETS];
             for (octet, at) in octets.iter_mut().zip(at.chunks(WIDTH)) {
                 *octet = Octet::transpose(at);
             }
-            let at = load_at::<L>(octets.each_ref());
-            let mut values = [[Octet::default(); MOST_OCTETS]; 3];
+            let at = load_directions::<L>(octets.each_ref());
+            let mut values = [[Octet::default(); MAX_OCTETS]; 3];
             for (stored, value) in values.iter_mut().zip(M::brdf::<L>(self.parameters, &at)) {
                 value.store(stored);
             }
@@ -71,8 +69,7 @@ impl<M: Model> Evaluate<'_, M> {
     }
 }
 
-/// A model's BRDF at angles in radians, and its derivative by theta_h, theta_d and phi_d for each
-/// channel.
+/// Returns a model's BRDF at angles in radians, and the derivatives of each channel by theta_h, theta_d and phi_d.
 #[must_use]
 pub fn with_derivative<M: Model>(
     parameters: &M::Parameters<f32>,
@@ -83,7 +80,7 @@ pub fn with_derivative<M: Model>(
     Dual::split(M::brdf::<Dual<f32, 3>>(&parameters, &at))
 }
 
-/// The same of the model Neural.
+/// Calls [`with_derivative`] for the model Neural.
 #[must_use]
 pub fn neural_with_derivative(
     parameters: &NeuralParameters<f32>,
@@ -92,23 +89,23 @@ pub fn neural_with_derivative(
     with_derivative::<Neural>(parameters, angles)
 }
 
-/// The same at many places, eight and more at once.
+/// Computes [`neural_with_derivative`] at many angles, eight at a time. `results` has the length of `angles`.
 pub fn neural_with_derivatives(
     parameters: &NeuralParameters<Dual<f32, 3>>,
     angles: &[Angles<f32>],
-    found: &mut [([f32; 3], [[f32; 3]; 3])],
+    results: &mut [([f32; 3], [[f32; 3]; 3])],
 ) {
     dispatch(WithDerivatives {
         parameters,
         angles,
-        found,
+        results,
     });
 }
 
 struct WithDerivatives<'a> {
     parameters: &'a NeuralParameters<Dual<f32, 3>>,
     angles: &'a [Angles<f32>],
-    found: &'a mut [([f32; 3], [[f32; 3]; 3])],
+    results: &'a mut [([f32; 3], [[f32; 3]; 3])],
 }
 
 impl Kernel for WithDerivatives<'_> {
@@ -123,7 +120,11 @@ impl Kernel for WithDerivatives<'_> {
 impl WithDerivatives<'_> {
     #[inline(always)]
     fn evaluate<L: Lanes>(self) {
-        for (angles, found) in self.angles.chunks(WIDTH).zip(self.found.chunks_mut(WIDTH)) {
+        for (angles, results) in self
+            .angles
+            .chunks(WIDTH)
+            .zip(self.results.chunks_mut(WIDTH))
+        {
             let mut values = [[Octet::default(); 5]; 4];
             for lane in 0..WIDTH {
                 let angles = angles[lane.min(angles.len() - 1)];
@@ -140,11 +141,11 @@ impl WithDerivatives<'_> {
             macro_rules! dual {
                 ($index:literal) => {
                     Dual::<L, 3> {
-                        value: L::load([&value[$index]; MOST_OCTETS]),
+                        value: L::load([&value[$index]; MAX_OCTETS]),
                         tangent: [
-                            L::load([&first[$index]; MOST_OCTETS]),
-                            L::load([&second[$index]; MOST_OCTETS]),
-                            L::load([&third[$index]; MOST_OCTETS]),
+                            L::load([&first[$index]; MAX_OCTETS]),
+                            L::load([&second[$index]; MAX_OCTETS]),
+                            L::load([&third[$index]; MAX_OCTETS]),
                         ],
                     }
                 };
@@ -158,12 +159,12 @@ impl WithDerivatives<'_> {
             };
             let brdf = Neural::brdf::<Dual<L, 3>>(self.parameters, &at);
             for (channel, value) in brdf.into_iter().enumerate() {
-                let mut stored = [[Octet::default(); MOST_OCTETS]; 4];
+                let mut stored = [[Octet::default(); MAX_OCTETS]; 4];
                 value.value.store(&mut stored[0]);
                 value.tangent[0].store(&mut stored[1]);
                 value.tangent[1].store(&mut stored[2]);
                 value.tangent[2].store(&mut stored[3]);
-                for (lane, (brdf, derivative)) in found.iter_mut().enumerate() {
+                for (lane, (brdf, derivative)) in results.iter_mut().enumerate() {
                     brdf[channel] = stored[0][0].0[lane];
                     for angle in 0..3 {
                         derivative[channel][angle] = stored[1 + angle][0].0[lane];

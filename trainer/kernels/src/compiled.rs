@@ -1,4 +1,4 @@
-//! Each model on lanes: what is compiled here is compiled nowhere else.
+//! The kernels, instantiated for each model. No other crate compiles them.
 
 use std::ops::Range;
 
@@ -15,7 +15,7 @@ use crate::{brdf, parallel, sums};
 macro_rules! lane_model {
     ($($Model:ident),*) => {$(
         impl LaneModel for $Model {
-            fn gradient_of(
+            fn partial_gradient(
                 theta: &Self::Parameters<f32>,
                 samples: &SampleOctets<'_>,
                 octets: Range<usize>,
@@ -23,7 +23,7 @@ macro_rules! lane_model {
             ) -> f32 {
                 sums::gradient::<Self>(theta, samples, octets, gradient)
             }
-            fn product_of(
+            fn partial_product(
                 theta: &Self::Parameters<Dual<f32>>,
                 samples: &SampleOctets<'_>,
                 octets: Range<usize>,
@@ -64,21 +64,21 @@ macro_rules! lane_model {
                 inner_loop.fit(samples)
             }
             fn meta_gradient(
-                found: &mut MetaGradient<Self, f32>,
+                meta_gradient: &mut MetaGradient<Self, f32>,
                 inner_loop: &InnerLoop<Self, f32>,
                 inner: &[&SampleOctets<'_>],
                 outer: &SampleOctets<'_>,
                 derivatives: Option<&mut [SampleGradient<Octet>]>,
             ) -> f32 {
-                found.compute(inner_loop, inner, outer, derivatives)
+                meta_gradient.compute(inner_loop, inner, outer, derivatives)
             }
         }
     )*};
 }
 lane_model!(Phong, CookTorrance, Neural);
 
-/// Runs `$body` with `$M` standing for the model of a [`ModelKind`](glimpse_core::model::ModelKind),
-/// or `$other` for Linear, which is not a [`Model`](glimpse_core::model::Model) that descends.
+/// Evaluates `$body` with `$M` as the type of a [`ModelKind`](glimpse_core::model::ModelKind). Evaluates `$other` for
+/// Linear, which does not implement [`Model`](glimpse_core::model::Model).
 #[macro_export]
 macro_rules! with_model {
     ($kind:expr, $M:ident => $body:expr, _ => $other:expr $(,)?) => {

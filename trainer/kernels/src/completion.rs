@@ -1,42 +1,42 @@
-//! Completions of many materials at once, on lanes, and their adjoint: a material in each lane.
+//! The coefficient net and the init net for a batch of materials on lanes, one material per lane, and their adjoint.
 
 use glimpse_core::fit::coefficient_net::{CoefficientNet, CoefficientNetGradient, Input, Plain};
 use glimpse_core::fit::coefficient_net::{InitNet, InitNetGradient};
 
-use crate::lanes::{Kernel, Lanes, MOST_OCTETS, Octet, WIDTH, dispatch};
+use crate::lanes::{Kernel, Lanes, MAX_OCTETS, Octet, WIDTH, dispatch};
 
-/// How large a completion and its start are.
+/// The layer sizes of a coefficient net and its init net.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Shape {
-    /// n.
+    /// n, the number of samples.
     pub samples: usize,
-    /// m.
+    /// m, the number of principal components.
     pub components: usize,
-    /// h.
+    /// h, the number of hidden units of the coefficient net.
     pub hidden: usize,
-    /// g; 0 where there is no start.
+    /// g, the number of hidden units of the init net; 0 without an init net.
     pub units: usize,
-    /// Parameters of the model that is started; 0 where there is none.
+    /// The number of parameters of the model that the init net initializes; 0 without an init net.
     pub parameters: usize,
 }
 
 impl Shape {
-    /// m + h.
+    /// Returns m + h.
     #[must_use]
     pub fn rows(&self) -> usize {
         self.components + self.hidden
     }
 
-    /// How many numbers each list of a completion has: weights of readings, bias, W.
+    /// Returns the lengths of the coefficient net's lists: weights of readings, bias, W.
     #[must_use]
-    pub fn completion_lengths(&self) -> [usize; 3] {
+    pub fn coefficient_net_lengths(&self) -> [usize; 3] {
         let rows = self.rows();
         [3 * self.samples * rows, rows, self.components * self.hidden]
     }
 
-    /// The same of a start: P, p and U.
+    /// Returns the lengths of the init net's lists: P, p and U.
     #[must_use]
-    pub fn start_lengths(&self) -> [usize; 3] {
+    pub fn init_net_lengths(&self) -> [usize; 3] {
         let Self {
             components,
             units,
@@ -47,7 +47,7 @@ impl Shape {
     }
 }
 
-/// Splits a flat list into three, of these lengths.
+/// Splits a flat list into three lists of the given lengths.
 #[must_use]
 pub fn split_lists<T>(list: &[T], [first, second, third]: [usize; 3]) -> [&[T]; 3] {
     let (a, rest) = list.split_at(first);
@@ -61,21 +61,21 @@ fn split_lists_mut<T>(list: &mut [T], [first, second, third]: [usize; 3]) -> [&m
     [a, b, &mut rest[..third]]
 }
 
-/// Weights as flat lists: readings, bias and W; P, p and U.
+/// The weights of a coefficient net and its init net as flat lists.
 #[derive(Clone, Copy, Debug)]
 pub struct CompletionWeights<'a> {
-    /// How large they are.
+    /// The layer sizes.
     pub shape: Shape,
-    /// Of the completion.
-    pub completion: &'a [f32],
-    /// Of the start; empty where there is none.
-    pub start: &'a [f32],
+    /// The weights of the coefficient net: readings, bias and W.
+    pub coefficient_net: &'a [f32],
+    /// The weights of the init net: P, p and U; empty without an init net.
+    pub init_net: &'a [f32],
 }
 
 impl<'a> CompletionWeights<'a> {
-    fn completion<L: Lanes>(&self) -> CoefficientNet<'a, L, Plain> {
+    fn coefficient_net<L: Lanes>(&self) -> CoefficientNet<'a, L, Plain> {
         let [readings, bias, output] =
-            split_lists(self.completion, self.shape.completion_lengths());
+            split_lists(self.coefficient_net, self.shape.coefficient_net_lengths());
         CoefficientNet {
             components: self.shape.components,
             readings,
@@ -86,8 +86,8 @@ impl<'a> CompletionWeights<'a> {
         }
     }
 
-    fn start<L: Lanes>(&self) -> InitNet<'a, L, Plain> {
-        let [hidden, bias, output] = split_lists(self.start, self.shape.start_lengths());
+    fn init_net<L: Lanes>(&self) -> InitNet<'a, L, Plain> {
+        let [hidden, bias, output] = split_lists(self.init_net, self.shape.init_net_lengths());
         InitNet {
             hidden,
             hidden_scales: &[],
@@ -98,17 +98,17 @@ impl<'a> CompletionWeights<'a> {
     }
 }
 
-/// A batch of materials: what is read of each, and what is made of it. Lists are octet by octet, a
-/// material in each lane.
+/// Readings of a batch of materials, and the outputs of both nets. Lists are in the order of octets, with one material
+/// per lane.
 #[derive(Clone, Debug)]
 pub struct Batch {
     shape: Shape,
-    /// Readings, sample by sample.
+    /// The readings, sample by sample.
     inputs: Vec<Input<Octet>>,
-    /// The completion's state, and then the gradient by it.
+    /// The coefficient net's state, and the gradient by the state.
     state: Vec<Octet>,
     by_state: Vec<Octet>,
-    /// The start's units, and what it adds to each parameter.
+    /// The init net's units, its offset of each parameter, and the gradient by the offsets.
     units: Vec<Octet>,
     offsets: Vec<Octet>,
     by_offsets: Vec<Octet>,
@@ -116,13 +116,13 @@ pub struct Batch {
     by_inputs: Vec<[Octet; 3]>,
 }
 
-const NONE: Input<Octet> = Input {
+const NO_READING: Input<Octet> = Input {
     channels: [Octet([0.0; WIDTH]); 3],
     missing: Octet([0.0; WIDTH]),
 };
 
 impl Batch {
-    /// Room for a batch of some materials.
+    /// Creates a batch of a given number of materials, with zeros.
     #[must_use]
     pub fn new(shape: Shape, materials: usize) -> Self {
         let octets = materials.div_ceil(WIDTH);
@@ -130,7 +130,7 @@ impl Batch {
         let list = |length: usize| vec![Octet::default(); length];
         Self {
             shape,
-            inputs: vec![NONE; shape.samples * octets],
+            inputs: vec![NO_READING; shape.samples * octets],
             state: list(words),
             by_state: list(words),
             units: list(shape.units * octets),
@@ -145,7 +145,7 @@ impl Batch {
     }
 
     /// Sets a material's reading of a sample: its [standardized](glimpse_core::fit::coefficient_net::standardized)
-    /// channels, or None where it is missing.
+    /// channels, or None if it is missing.
     pub fn set(&mut self, material: usize, sample: usize, reading: Option<[f32; 3]>) {
         let (octet, lane) = (material / WIDTH, material % WIDTH);
         let input = &mut self.inputs[octet * self.shape.samples + sample];
@@ -155,21 +155,26 @@ impl Batch {
         }
     }
 
-    /// The gradient by a material's reading of a sample.
+    /// Returns the gradient by a material's reading of a sample.
     #[must_use]
     pub fn by_reading(&self, material: usize, sample: usize) -> [f32; 3] {
         let (octet, lane) = (material / WIDTH, material % WIDTH);
         self.by_inputs[octet * self.shape.samples + sample].map(|octet| octet.0[lane])
     }
 
-    /// Where coefficient k of a channel stands in a state.
-    fn place(&self, material: usize, channel: usize, component: usize) -> (usize, usize) {
+    /// Returns the index of a coefficient in the state, and its lane.
+    fn coefficient_index(
+        &self,
+        material: usize,
+        channel: usize,
+        component: usize,
+    ) -> (usize, usize) {
         let rows = self.shape.rows();
         let first = material / WIDTH * 4 * rows;
         (first + channel * rows + component, material % WIDTH)
     }
 
-    /// The coefficients of a material: m of red, m of green, m of blue.
+    /// Returns the coefficients of a material: m of red, m of green, m of blue.
     #[must_use]
     pub fn coefficients(&self, material: usize) -> Vec<f32> {
         let channels = (0..3).flat_map(|channel| {
@@ -177,8 +182,8 @@ impl Batch {
         });
         channels
             .map(|(channel, component)| {
-                let (place, lane) = self.place(material, channel, component);
-                self.state[place].0[lane]
+                let (position, lane) = self.coefficient_index(material, channel, component);
+                self.state[position].0[lane]
             })
             .collect()
     }
@@ -187,12 +192,13 @@ impl Batch {
     pub fn set_gradient(&mut self, material: usize, by_coefficients: &[f32]) {
         let components = self.shape.components;
         for (index, value) in by_coefficients.iter().enumerate() {
-            let (place, lane) = self.place(material, index / components, index % components);
-            self.by_state[place].0[lane] = *value;
+            let (position, lane) =
+                self.coefficient_index(material, index / components, index % components);
+            self.by_state[position].0[lane] = *value;
         }
     }
 
-    /// Hidden units of a material, averaged over its channels.
+    /// Returns the hidden units of a material, averaged over its channels.
     #[must_use]
     pub fn hidden(&self, material: usize) -> Vec<f32> {
         let Shape {
@@ -200,15 +206,15 @@ impl Batch {
         } = self.shape;
         let unit = |unit: usize| {
             let channels = (0..3).map(|channel| {
-                let (place, lane) = self.place(material, channel, components + unit);
-                self.state[place].0[lane]
+                let (position, lane) = self.coefficient_index(material, channel, components + unit);
+                self.state[position].0[lane]
             });
             channels.sum::<f32>() / 3.0
         };
         (0..hidden).map(unit).collect()
     }
 
-    /// What the start adds to a material's initial parameters.
+    /// Returns the init net's offsets of a material's initial parameters.
     #[must_use]
     pub fn offsets(&self, material: usize) -> Vec<f32> {
         let Shape { parameters, .. } = self.shape;
@@ -231,7 +237,7 @@ impl Batch {
         }
     }
 
-    /// From readings to coefficients, and to what is added to initial parameters.
+    /// Computes coefficients and offsets of initial parameters from the readings.
     pub fn complete(&mut self, weights: &CompletionWeights<'_>) {
         dispatch(Complete {
             batch: self,
@@ -239,26 +245,26 @@ impl Batch {
         });
     }
 
-    /// From the gradients that were set: adds those by the weights, and puts those by the readings.
+    /// Propagates the gradients that were set: adds the gradients by the weights, and sets those by the readings.
     pub fn adjoint(
         &mut self,
         weights: &CompletionWeights<'_>,
-        by_completion: &mut [f32],
-        by_start: &mut [f32],
+        by_coefficient_net: &mut [f32],
+        by_init_net: &mut [f32],
     ) {
         dispatch(Adjoint {
             batch: self,
             weights: *weights,
-            by_completion,
-            by_start,
+            by_coefficient_net,
+            by_init_net,
         });
     }
 }
 
-/// Loads entries of lists, octet by octet, from octet `first` on.
+/// Loads an entry of the lists of consecutive octets, beginning with octet `first`.
 #[inline(always)]
 fn load<L: Lanes>(list: &[Octet], length: usize, first: usize, octets: usize, entry: usize) -> L {
-    let mut lanes = [&list[first * length + entry]; MOST_OCTETS];
+    let mut lanes = [&list[first * length + entry]; MAX_OCTETS];
     for (k, lane) in lanes.iter_mut().enumerate().take(L::OCTETS) {
         *lane = &list[(first + k).min(octets - 1) * length + entry];
     }
@@ -274,7 +280,7 @@ fn store<L: Lanes>(
     octets: usize,
     entry: usize,
 ) {
-    let mut stored = [Octet::default(); MOST_OCTETS];
+    let mut stored = [Octet::default(); MAX_OCTETS];
     value.store(&mut stored);
     for (k, octet) in stored
         .iter()
@@ -290,7 +296,7 @@ fn load_inputs<L: Lanes>(batch: &Batch, first: usize, inputs: &mut Vec<Input<L>>
     let (samples, octets) = (batch.shape.samples, batch.octets());
     inputs.clear();
     for sample in 0..samples {
-        let mut lanes = [&batch.inputs[first * samples + sample]; MOST_OCTETS];
+        let mut lanes = [&batch.inputs[first * samples + sample]; MAX_OCTETS];
         for (k, lane) in lanes.iter_mut().enumerate().take(L::OCTETS) {
             *lane = &batch.inputs[(first + k).min(octets - 1) * samples + sample];
         }
@@ -334,26 +340,26 @@ impl Kernel for Complete<'_, '_> {
         let Self { batch, weights } = self;
         let shape = batch.shape;
         let (octets, words) = (batch.octets(), 4 * shape.rows());
-        let completion = weights.completion::<L>();
+        let coefficient_net = weights.coefficient_net::<L>();
         let mut inputs = Vec::with_capacity(shape.samples);
         let mut state = vec![L::constant(0.0); words];
         let mut units = vec![L::constant(0.0); shape.units];
         for first in (0..octets).step_by(L::OCTETS) {
             load_inputs(batch, first, &mut inputs);
-            completion.compute(&inputs, &mut state);
+            coefficient_net.compute(&inputs, &mut state);
             for (word, value) in state.iter().enumerate() {
                 store(*value, &mut batch.state, words, first, octets, word);
             }
             if shape.units == 0 {
                 continue;
             }
-            let start = weights.start::<L>();
-            start.activate(completion.coefficients(&state), &mut units);
+            let init_net = weights.init_net::<L>();
+            init_net.activate(coefficient_net.coefficients(&state), &mut units);
             for (unit, value) in units.iter().enumerate() {
                 store(*value, &mut batch.units, shape.units, first, octets, unit);
             }
             for parameter in 0..shape.parameters {
-                let offset = start.offset(parameter, &units);
+                let offset = init_net.offset(parameter, &units);
                 store(
                     offset,
                     &mut batch.offsets,
@@ -370,8 +376,8 @@ impl Kernel for Complete<'_, '_> {
 struct Adjoint<'b, 'w, 'g> {
     batch: &'b mut Batch,
     weights: CompletionWeights<'w>,
-    by_completion: &'g mut [f32],
-    by_start: &'g mut [f32],
+    by_coefficient_net: &'g mut [f32],
+    by_init_net: &'g mut [f32],
 }
 
 impl Kernel for Adjoint<'_, '_, '_> {
@@ -382,13 +388,13 @@ impl Kernel for Adjoint<'_, '_, '_> {
         let Self {
             batch,
             weights,
-            by_completion,
-            by_start,
+            by_coefficient_net,
+            by_init_net,
         } = self;
         let shape = batch.shape;
         let (octets, rows) = (batch.octets(), shape.rows());
         let words = 4 * rows;
-        let completion = weights.completion::<L>();
+        let coefficient_net = weights.coefficient_net::<L>();
         let mut inputs = Vec::with_capacity(shape.samples);
         let mut state = vec![L::constant(0.0); words];
         let mut by_state = vec![L::constant(0.0); words];
@@ -396,22 +402,22 @@ impl Kernel for Adjoint<'_, '_, '_> {
         let mut units = vec![L::constant(0.0); shape.units];
         let mut by_units = units.clone();
         let mut by_offsets = vec![L::constant(0.0); shape.parameters];
-        let mut sums = vec![L::zero_sum(); by_completion.len()];
-        let mut start_sums = vec![L::zero_sum(); by_start.len()];
-        // Lanes past the end repeat the last octet: they must not count.
-        let mut counted = [Octet([1.0; WIDTH]); MOST_OCTETS];
+        let mut sums = vec![L::zero_sum(); by_coefficient_net.len()];
+        let mut init_net_sums = vec![L::zero_sum(); by_init_net.len()];
+        // Lanes past the end repeat the last octet and must not count.
+        let mut valid = [Octet([1.0; WIDTH]); MAX_OCTETS];
         for first in (0..octets).step_by(L::OCTETS) {
-            for (k, octet) in counted.iter_mut().enumerate() {
+            for (k, octet) in valid.iter_mut().enumerate() {
                 *octet = Octet([if first + k < octets { 1.0 } else { 0.0 }; WIDTH]);
             }
-            let [a, b, c, d] = &counted;
-            let counted = L::load([a, b, c, d]);
+            let [a, b, c, d] = &valid;
+            let valid = L::load([a, b, c, d]);
             load_inputs(batch, first, &mut inputs);
             for (word, value) in state.iter_mut().enumerate() {
                 *value = load(&batch.state, words, first, octets, word);
             }
             for (word, value) in by_state.iter_mut().enumerate() {
-                *value = load::<L>(&batch.by_state, words, first, octets, word) * counted;
+                *value = load::<L>(&batch.by_state, words, first, octets, word) * valid;
             }
             if shape.units > 0 {
                 for (unit, value) in units.iter_mut().enumerate() {
@@ -425,10 +431,10 @@ impl Kernel for Adjoint<'_, '_, '_> {
                         octets,
                         parameter,
                     );
-                    *value = by_offset * counted;
+                    *value = by_offset * valid;
                 }
                 let [hidden, bias, output] =
-                    split_lists_mut(&mut start_sums, shape.start_lengths());
+                    split_lists_mut(&mut init_net_sums, shape.init_net_lengths());
                 let mut gradient = InitNetGradient {
                     hidden,
                     bias,
@@ -437,8 +443,8 @@ impl Kernel for Adjoint<'_, '_, '_> {
                 let (red, rest) = by_state.split_at_mut(rows);
                 let (green, blue) = rest.split_at_mut(rows);
                 let by_coefficients = [red, green, blue].map(|list| &mut list[..shape.components]);
-                weights.start::<L>().adjoint(
-                    completion.coefficients(&state),
+                weights.init_net::<L>().adjoint(
+                    coefficient_net.coefficients(&state),
                     &units,
                     &by_offsets,
                     &mut by_units,
@@ -446,13 +452,14 @@ impl Kernel for Adjoint<'_, '_, '_> {
                     by_coefficients,
                 );
             }
-            let [readings, bias, output] = split_lists_mut(&mut sums, shape.completion_lengths());
+            let [readings, bias, output] =
+                split_lists_mut(&mut sums, shape.coefficient_net_lengths());
             let mut gradient = CoefficientNetGradient {
                 readings,
                 bias,
                 output,
             };
-            completion.adjoint(
+            coefficient_net.adjoint(
                 &inputs,
                 &state,
                 &mut by_state,
@@ -461,7 +468,7 @@ impl Kernel for Adjoint<'_, '_, '_> {
             );
             for (sample, by_input) in by_inputs.iter().enumerate() {
                 for (channel, value) in by_input.iter().enumerate() {
-                    let mut stored = [Octet::default(); MOST_OCTETS];
+                    let mut stored = [Octet::default(); MAX_OCTETS];
                     value.store(&mut stored);
                     for (k, octet) in stored
                         .iter()
@@ -473,8 +480,8 @@ impl Kernel for Adjoint<'_, '_, '_> {
                 }
             }
         }
-        add_totals::<L>(&sums, by_completion);
-        add_totals::<L>(&start_sums, by_start);
+        add_totals::<L>(&sums, by_coefficient_net);
+        add_totals::<L>(&init_net_sums, by_init_net);
     }
 }
 

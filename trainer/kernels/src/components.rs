@@ -1,37 +1,35 @@
-//! The loss of a material that is made of principal components, a function of its coefficients, on
-//! lanes.
+//! The loss of a combination of principal components as a function of its coefficients, on lanes.
 
 use glimpse_core::model::linear::unmap;
 use glimpse_core::model::loss::cosine_weighted_log_error;
 
 use crate::dual::Dual;
-use crate::lanes::{Kernel, Lanes, MOST_OCTETS, Octet, dispatch};
+use crate::lanes::{Kernel, Lanes, MAX_OCTETS, Octet, dispatch};
 use crate::samples::OctetRgb;
 
-/// Principal components at many directions, eight in an octet.
+/// Principal components at many directions, eight directions per octet.
 #[derive(Clone, Debug, Default)]
 pub struct ComponentTable {
     /// m.
     pub components: usize,
-    /// For each octet of directions: cos(theta_i), cos(theta_i) cos(theta_o), the mean of
-    /// ln((f w + e) / e), and the m components.
+    /// One row per octet of directions: cos(theta_i), cos(theta_i) cos(theta_o), the mean of ln((f w + e) / e), and the
+    /// m components.
     pub octets: Vec<Octet>,
 }
 
-/// Octets of a direction before its components.
-pub const HEAD: usize = 3;
+/// The number of octets in a row before its components.
+pub const HEADER_OCTETS: usize = 3;
 
 impl ComponentTable {
     fn row(&self, octet: u32) -> &[Octet] {
-        let length = HEAD + self.components;
+        let length = HEADER_OCTETS + self.components;
         &self.octets[octet as usize * length..][..length]
     }
 
-    /// The weighted loss over some octets of directions, of coefficients of red, green and blue one
-    /// after the other, and that of black, f = 0; adds the first one's gradient by the coefficients, if
-    /// that is asked for.
+    /// Returns the weighted loss over the octets of directions in `order`, and the loss of black, f = 0.
     ///
-    /// `values` are the material's there, sr^-1, and every one counts for `weight`.
+    /// `coefficients` are those of red, then green, then blue. `values` are the material's BRDF at the directions, sr^-1;
+    /// each has weight `weight`. The gradient of the first loss by the coefficients is added to `gradient`.
     #[must_use]
     pub fn loss(
         &self,
@@ -70,46 +68,50 @@ impl Kernel for ComponentLoss<'_, '_> {
         let (red, rest) = self.coefficients.split_at(components);
         let (green, blue) = rest.split_at(components);
         let mut loss = L::constant(0.0);
-        let mut of_black = L::constant(0.0);
+        let mut black_loss = L::constant(0.0);
         let mut sums = vec![L::zero_sum(); 3 * components];
-        let none = Octet::default();
+        let zero_weights = Octet::default();
         for (order, values) in self
             .order
             .chunks(L::OCTETS)
             .zip(self.values.chunks(L::OCTETS))
         {
             let last = order.len() - 1;
-            let mut rows = [self.table.row(order[0]); MOST_OCTETS];
-            let mut rgb = [&values[0]; MOST_OCTETS];
-            let counts = Octet([self.weight; 8]);
-            let mut weights = [&none; MOST_OCTETS];
+            let mut rows = [self.table.row(order[0]); MAX_OCTETS];
+            let mut rgb = [&values[0]; MAX_OCTETS];
+            let full_weights = Octet([self.weight; 8]);
+            let mut weights = [&zero_weights; MAX_OCTETS];
             for k in 0..L::OCTETS {
                 rows[k] = self.table.row(order[k.min(last)]);
                 rgb[k] = &values[k.min(last)];
-                weights[k] = if k <= last { &counts } else { &none };
+                weights[k] = if k <= last {
+                    &full_weights
+                } else {
+                    &zero_weights
+                };
             }
             let [a, b, c, d] = rows;
-            // No closure: the compiler leaves those out of line.
-            macro_rules! head {
+            // A macro: the compiler does not inline closures here.
+            macro_rules! entry {
                 ($index:expr) => {
                     L::load([&a[$index], &b[$index], &c[$index], &d[$index]])
                 };
             }
-            let (cosine, cosines, mean) = (head!(0), head!(1), head!(2));
+            let (cosine, cosines, mean) = (entry!(0), entry!(1), entry!(2));
             let (mut by_red, mut by_green, mut by_blue) = (mean, mean, mean);
             for k in 0..components {
-                let row = head!(HEAD + k);
+                let row = entry!(HEADER_OCTETS + k);
                 by_red = by_red.plus_product(row, L::broadcast(red[k]));
                 by_green = by_green.plus_product(row, L::broadcast(green[k]));
                 by_blue = by_blue.plus_product(row, L::broadcast(blue[k]));
             }
             let zero = Dual::from_value(L::constant(0.0));
             let cosines = Dual::from_value(cosines);
-            let along = [L::constant(1.0)];
+            let tangent = [L::constant(1.0)];
             let red = unmap(
                 Dual {
                     value: by_red,
-                    tangent: along,
+                    tangent,
                 },
                 zero,
                 cosines,
@@ -117,7 +119,7 @@ impl Kernel for ComponentLoss<'_, '_> {
             let green = unmap(
                 Dual {
                     value: by_green,
-                    tangent: along,
+                    tangent,
                 },
                 zero,
                 cosines,
@@ -125,7 +127,7 @@ impl Kernel for ComponentLoss<'_, '_> {
             let blue = unmap(
                 Dual {
                     value: by_blue,
-                    tangent: along,
+                    tangent,
                 },
                 zero,
                 cosines,
@@ -138,18 +140,18 @@ impl Kernel for ComponentLoss<'_, '_> {
             ];
             let modeled = [red.value, green.value, blue.value];
             let weight = L::load(weights);
-            let found = cosine_weighted_log_error(measured, modeled, cosine, weight);
-            loss = loss + found.error.value();
-            let nothing = [L::constant(0.0); 3];
-            let black = cosine_weighted_log_error(measured, nothing, cosine, weight);
-            of_black = of_black + black.error.value();
+            let term = cosine_weighted_log_error(measured, modeled, cosine, weight);
+            loss = loss + term.error.value();
+            let black = [L::constant(0.0); 3];
+            let black_term = cosine_weighted_log_error(measured, black, cosine, weight);
+            black_loss = black_loss + black_term.error.value();
             if self.gradient.is_some() {
-                let [by_red, by_green, by_blue] = found.by_modeled;
+                let [by_red, by_green, by_blue] = term.by_modeled;
                 let by_red = by_red * red.tangent[0];
                 let by_green = by_green * green.tangent[0];
                 let by_blue = by_blue * blue.tangent[0];
                 for k in 0..components {
-                    let row = head!(HEAD + k);
+                    let row = entry!(HEADER_OCTETS + k);
                     L::add_product(&mut sums[k], by_red, row);
                     L::add_product(&mut sums[components + k], by_green, row);
                     L::add_product(&mut sums[2 * components + k], by_blue, row);
@@ -163,6 +165,6 @@ impl Kernel for ComponentLoss<'_, '_> {
                 *entry += total;
             }
         }
-        [loss.total(), of_black.total()]
+        [loss.total(), black_loss.total()]
     }
 }

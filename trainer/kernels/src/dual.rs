@@ -1,8 +1,8 @@
-//! Dual numbers: a value and its derivatives along `N` directions, carried through any function
-//! that is written over [`Scalar`].
+//! Dual numbers: a value and its derivatives along `N` directions, for forward-mode differentiation of any function
+//! that is generic over [`Scalar`].
 //!
-//! Evaluating a model's *gradient* on dual numbers, with the parameters carrying the tangent v,
-//! gives Hessian times v and the mixed derivatives by the sample, exactly.
+//! A model's *gradient*, evaluated on dual parameters with tangent v, gives the exact product of the Hessian and v, and
+//! the exact mixed derivatives by the sample.
 
 use std::array::from_fn;
 use std::ops::{Add, Div, Mul, Neg, Sub};
@@ -11,20 +11,20 @@ use glimpse_core::geometry::Angles;
 use glimpse_core::model::{Model, ParameterSet};
 use glimpse_core::numeric::{Scalar, Trigonometry};
 
-/// How many terms [`Scalar::add_all`] is given at once.
-const LIST: usize = 8;
+/// The number of terms per call of [`Scalar::add_all`].
+const TERMS: usize = 8;
 
 /// A value with `N` tangents.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Dual<T, const N: usize = 1> {
-    /// The value.
+    /// The function value.
     pub value: T,
-    /// Its derivatives.
+    /// The derivatives.
     pub tangent: [T; N],
 }
 
 impl<T: Scalar, const N: usize> Dual<T, N> {
-    /// A constant: all tangents 0.
+    /// Returns a constant: all tangents are 0.
     #[inline(always)]
     pub fn from_value(value: T) -> Self {
         Self {
@@ -119,7 +119,7 @@ impl<T: Scalar, const N: usize> Neg for Dual<T, N> {
 
 impl<T: Scalar, const N: usize> Scalar for Dual<T, N> {
     type Parameter = Dual<T::Parameter, N>;
-    /// Of a gradient only the tangent is wanted; its value was computed in the forward sweep.
+    /// Only the tangents of a gradient are summed; the forward sweep computed its value.
     type Sum = [T::Sum; N];
 
     #[inline(always)]
@@ -167,8 +167,8 @@ impl<T: Scalar, const N: usize> Scalar for Dual<T, N> {
                 }
                 continue;
             }
-            for (sums, b) in row.chunks_mut(LIST).zip(b.chunks(LIST)) {
-                let mut terms = [T::constant(0.0); LIST];
+            for (sums, b) in row.chunks_mut(TERMS).zip(b.chunks(TERMS)) {
+                let mut terms = [T::constant(0.0); TERMS];
                 for (term, b) in terms.iter_mut().zip(b) {
                     *term = (a.tangent[0] * b.value).plus_product(a.value, b.tangent[0]);
                 }
@@ -185,8 +185,8 @@ impl<T: Scalar, const N: usize> Scalar for Dual<T, N> {
             }
             return;
         }
-        for (sums, terms) in sums.chunks_mut(LIST).zip(terms.chunks(LIST)) {
-            let mut tangents = [T::constant(0.0); LIST];
+        for (sums, terms) in sums.chunks_mut(TERMS).zip(terms.chunks(TERMS)) {
+            let mut tangents = [T::constant(0.0); TERMS];
             for (tangent, term) in tangents.iter_mut().zip(terms) {
                 *tangent = term.tangent[0];
             }
@@ -239,7 +239,7 @@ impl<T: Trigonometry, const N: usize> Trigonometry for Dual<T, N> {
 }
 
 impl<const N: usize> Dual<f32, N> {
-    /// A model's parameters as constants: all tangents 0.
+    /// Returns a model's parameters as constants: all tangents are 0.
     pub fn constants<M: Model>(parameters: &M::Parameters<f32>) -> M::Parameters<Self> {
         let mut constants = M::Parameters::filled(Self::constant(0.0));
         for (constant, value) in constants.iter_mut().zip(parameters.iter()) {
@@ -250,7 +250,7 @@ impl<const N: usize> Dual<f32, N> {
 }
 
 impl<T: Scalar> Dual<T, 3> {
-    /// Angles as the three variables to differentiate by.
+    /// Returns angles as the three variables of differentiation.
     pub fn variables(angles: Angles<T>) -> Angles<Self> {
         let variable = |value, index| Self {
             value,
@@ -263,7 +263,7 @@ impl<T: Scalar> Dual<T, 3> {
         }
     }
 
-    /// Values, and derivatives of each value.
+    /// Returns the values, and the derivatives of each value.
     pub fn split<const M: usize>(duals: [Self; M]) -> ([T; M], [[T; 3]; M]) {
         (duals.map(|dual| dual.value), duals.map(|dual| dual.tangent))
     }

@@ -1,16 +1,15 @@
-//! The inner loop, unrolled, and its exact adjoint: the meta-gradient.
+//! The unrolled inner loop and its exact adjoint: the meta-gradient.
 //!
-//! Forward: theta_{k+1} = theta_k - alpha * g(theta_k), g the gradient of the mean loss over the
-//! inner samples, for K steps; then the outer loss at theta_K (paper, Algorithm 1).
+//! Forward: theta_{k+1} = theta_k - alpha * g(theta_k) for K steps, where g is the gradient of the mean loss over the
+//! inner samples. Then the outer loss at theta_K (paper, Algorithm 1).
 //!
-//! Reverse: with lambda the gradient by theta_{k+1} and v = alpha * lambda, the gradient by
-//! theta_k is lambda - H v, the one by alpha gains -lambda * g, and those by a sample's coordinates
-//! x and measured value y gain -d(g.v)/dx and -d(g.v)/dy. The model's own gradient function,
-//! evaluated once on dual numbers whose parameters carry the tangent v, gives H v and both mixed
-//! derivatives. No tape: the memory is K parameter vectors, whatever the number of samples.
+//! Reverse: let lambda be the gradient by theta_{k+1}, and v = alpha * lambda. The gradient by theta_k is lambda - H v.
+//! Each step adds -lambda * g to the gradient by alpha. It adds -d(g.v)/dx and -d(g.v)/dy to the gradients by a sample's
+//! coordinates x and measured value y. One evaluation of the model's gradient on dual parameters with tangent v gives
+//! H v and both mixed derivatives. There is no tape: memory is K parameter vectors for any number of samples.
 //!
-//! What is summed over samples, the gradient and the product with the Hessian, is computed by the
-//! [`SampleList`]: on lanes and threads in training, in plain f64 in tests.
+//! A [`SampleList`] computes the sums over samples, the gradient and the Hessian-vector product: on lanes and threads in
+//! training, in scalar f64 in tests.
 
 use glimpse_core::model::{Model, ParameterSet, Sample, SampleGradient};
 use glimpse_core::numeric::{Scalar, Value};
@@ -19,7 +18,7 @@ use crate::dual::Dual;
 use crate::lanes::{Kernel, Lanes, dispatch};
 use crate::sums::{constant, subtract_tangent};
 
-/// Copies a flat list, in the model's order, into a parameter set.
+/// Copies a flat list in the model's order into a parameter set.
 pub fn unflatten<T: Value, P: ParameterSet<T>>(list: &[T], set: &mut P) {
     for (entry, value) in set.iter_mut().zip(list) {
         *entry = *value;
@@ -30,16 +29,16 @@ pub fn unflatten<T: Value, P: ParameterSet<T>>(list: &[T], set: &mut P) {
 pub trait Real: Scalar<Parameter = Self, Sum = Self> {}
 impl<T: Scalar<Parameter = T, Sum = T>> Real for T {}
 
-/// Samples of a material, and sums over them.
+/// Samples of a material, with sums over them.
 pub trait SampleList<M: Model, R: Real> {
-    /// The derivatives by some of the samples.
+    /// The derivatives by one or several samples.
     type Derivatives;
 
-    /// The mean loss at `theta`, and its gradient by `theta` into `gradient`.
+    /// Returns the mean loss at `theta`, and writes its gradient by `theta` to `gradient`.
     fn gradient(&self, theta: &M::Parameters<R>, gradient: &mut M::Parameters<R>) -> R;
 
-    /// The Hessian of the mean loss times the tangent of `theta`, into `product`. With `derivatives`,
-    /// the derivatives of (gradient times tangent) by the samples are *subtracted* from them.
+    /// Writes the product of the mean loss's Hessian and the tangent of `theta` to `product`. The derivatives of
+    /// (gradient times tangent) by the samples are *subtracted* from `derivatives`.
     fn product(
         &self,
         theta: &M::Parameters<Dual<R>>,
@@ -48,18 +47,18 @@ pub trait SampleList<M: Model, R: Real> {
     );
 }
 
-/// What the inner loop begins with: initial parameters, step sizes, and how many steps.
+/// The inner loop's initial parameters, step sizes and number of steps.
 pub struct InnerLoop<M: Model, R: Real> {
-    /// theta_0.
+    /// theta_0, the initial parameters.
     pub initial: M::Parameters<R>,
-    /// alpha.
+    /// alpha, one step size per parameter.
     pub step_sizes: M::Parameters<R>,
-    /// K.
+    /// K, the number of steps.
     pub steps: usize,
 }
 
 impl<M: Model, R: Real> InnerLoop<M, R> {
-    /// From flat lists, in the model's order.
+    /// Creates an inner loop from flat lists in the model's order.
     #[must_use]
     pub fn new(initial: &[R], step_sizes: &[R], steps: usize) -> Self {
         let mut inner_loop = Self {
@@ -72,7 +71,7 @@ impl<M: Model, R: Real> InnerLoop<M, R> {
         inner_loop
     }
 
-    /// The parameters after fitting to one list; no gradient.
+    /// Returns the parameters after K steps on one list, without the meta-gradient.
     pub fn fit(&self, inner: &(impl SampleList<M, R> + ?Sized)) -> M::Parameters<R> {
         let mut theta = self.initial.clone();
         let mut next = theta.clone();
@@ -91,7 +90,7 @@ impl<M: Model, R: Real> InnerLoop<M, R> {
     }
 }
 
-/// One step: theta_{k+1} = theta_k - alpha * gradient.
+/// One step of descent: theta_{k+1} = theta_k - alpha * gradient.
 struct DescentStep<'a, M: Model, R: Real> {
     theta: &'a M::Parameters<R>,
     gradient: &'a M::Parameters<R>,
@@ -104,16 +103,16 @@ impl<M: Model, R: Real> Kernel for DescentStep<'_, M, R> {
 
     #[inline(always)]
     fn run<L: Lanes>(self) {
-        let given = self.theta.iter().zip(self.gradient.iter());
-        let given = given.zip(self.step_sizes.iter());
-        for (next, ((parameter, entry), step_size)) in self.next.iter_mut().zip(given) {
+        let entries = self.theta.iter().zip(self.gradient.iter());
+        let entries = entries.zip(self.step_sizes.iter());
+        for (next, ((parameter, entry), step_size)) in self.next.iter_mut().zip(entries) {
             *next = *parameter - *step_size * *entry;
         }
     }
 }
 
-/// One step of the reverse sweep, up to the product with the Hessian: the gradient by the step
-/// sizes, and the parameters with the tangent alpha * lambda.
+/// One step of the reverse sweep before the Hessian-vector product: updates the gradient by the step sizes, and writes
+/// the dual parameters with tangent alpha * lambda.
 struct AdjointStep<'a, M: Model, R: Real> {
     step: &'a Step<M, R>,
     step_sizes: &'a M::Parameters<R>,
@@ -157,17 +156,17 @@ impl<M: Model, R: Real> Kernel for SubtractProduct<'_, M, R> {
     }
 }
 
-/// theta_k, and the gradient there.
+/// theta_k, and the gradient at theta_k.
 struct Step<M: Model, R: Real> {
     theta: M::Parameters<R>,
     gradient: M::Parameters<R>,
 }
 
-/// The outcome of the reverse sweep, and the memory of both, which serves one task after another.
+/// The meta-gradient, and the memory of both sweeps, which is reused from task to task.
 pub struct MetaGradient<M: Model, R: Real> {
-    /// By the initial parameters.
+    /// The gradient by the initial parameters.
     pub initial: M::Parameters<R>,
-    /// By the step sizes.
+    /// The gradient by the step sizes.
     pub step_sizes: M::Parameters<R>,
     /// theta_0 to theta_{K-1}.
     trajectory: Vec<Step<M, R>>,
@@ -184,10 +183,10 @@ impl<M: Model, R: Real> Default for MetaGradient<M, R> {
 }
 
 impl<M: Model, R: Real> MetaGradient<M, R> {
-    /// Learns on `inner`, a list for each step or a single one for all of them; returns the loss
-    /// over `outer` and computes its gradient by all that can be learned.
+    /// Fits to `inner`, one list for each step or a single list for all steps. Returns the loss over `outer`, and
+    /// computes its gradient by the initial parameters and the step sizes.
     ///
-    /// With `derivatives`, which begin at 0, the gradient by the samples of a single list comes too.
+    /// If `inner` is a single list, the gradient by its samples is added to `derivatives`.
     pub fn compute<I: SampleList<M, R> + ?Sized, O: SampleList<M, R> + ?Sized>(
         &mut self,
         inner_loop: &InnerLoop<M, R>,
@@ -195,7 +194,7 @@ impl<M: Model, R: Real> MetaGradient<M, R> {
         outer: &O,
         mut derivatives: Option<&mut [I::Derivatives]>,
     ) -> R {
-        let list_of = |step: usize| inner[step % inner.len()];
+        let list_at = |step: usize| inner[step % inner.len()];
         let zero = || M::Parameters::filled(R::constant(0.0));
         self.trajectory.resize_with(inner_loop.steps, || Step {
             theta: zero(),
@@ -204,7 +203,7 @@ impl<M: Model, R: Real> MetaGradient<M, R> {
         let mut last = inner_loop.initial.clone();
         for (index, step) in self.trajectory.iter_mut().enumerate() {
             std::mem::swap(&mut step.theta, &mut last);
-            list_of(index).gradient(&step.theta, &mut step.gradient);
+            list_at(index).gradient(&step.theta, &mut step.gradient);
             dispatch(DescentStep::<M, R> {
                 theta: &step.theta,
                 gradient: &step.gradient,
@@ -226,7 +225,7 @@ impl<M: Model, R: Real> MetaGradient<M, R> {
                 by_step_sizes: &mut self.step_sizes,
                 dual: &mut dual,
             });
-            list_of(index).product(&dual, &mut product, derivatives.as_deref_mut());
+            list_at(index).product(&dual, &mut product, derivatives.as_deref_mut());
             dispatch(SubtractProduct::<M, R> {
                 lambda,
                 product: &product,
@@ -236,7 +235,7 @@ impl<M: Model, R: Real> MetaGradient<M, R> {
     }
 }
 
-/// Sample by sample, on one thread: for tests, in double precision.
+/// Sums sample by sample on one thread, for tests in double precision.
 impl<M: Model, R: Real> SampleList<M, R> for [Sample<R>] {
     type Derivatives = SampleGradient<R>;
 
@@ -258,9 +257,10 @@ impl<M: Model, R: Real> SampleList<M, R> for [Sample<R>] {
         let mut derivatives = derivatives.into_iter().flatten();
         for sample in self {
             let sample = constant(*sample);
-            let found = M::accumulate_gradient::<Dual<R>, true>(theta, &sample, &mut sums);
+            let sample_gradient =
+                M::accumulate_gradient::<Dual<R>, true>(theta, &sample, &mut sums);
             if let Some(derivatives) = derivatives.next() {
-                subtract_tangent(derivatives, &found.gradient);
+                subtract_tangent(derivatives, &sample_gradient.gradient);
             }
         }
         for (entry, [sum]) in product.iter_mut().zip(sums.iter()) {

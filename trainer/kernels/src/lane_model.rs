@@ -1,5 +1,6 @@
-//! All that training computes with a model, compiled here, once for each model and instruction set,
-//! and not in every crate that trains.
+//! The trait of a model's kernels for training.
+//!
+//! This crate compiles the kernels once for each model and instruction set; the crates that use them do not.
 
 use std::ops::Range;
 
@@ -11,46 +12,45 @@ use crate::inner_loop::{InnerLoop, MetaGradient, SampleList};
 use crate::lanes::Octet;
 use crate::samples::SampleOctets;
 
-/// A model with its sums over samples, on lanes and threads.
+/// A model with sums over samples on lanes and threads.
 pub trait LaneModel: Model + Sized {
-    /// The loss over some octets, and its gradient, on one thread.
-    fn gradient_of(
+    /// Returns the loss over a range of octets, and computes its gradient, on one thread.
+    fn partial_gradient(
         theta: &Self::Parameters<f32>,
         samples: &SampleOctets<'_>,
         octets: Range<usize>,
         gradient: &mut Self::Parameters<f32>,
     ) -> f32;
-    /// The product of Hessian and tangent over some octets, on one thread; see
-    /// [`SampleList::product`].
-    fn product_of(
+    /// Computes the product of Hessian and tangent over a range of octets, on one thread; see [`SampleList::product`].
+    fn partial_product(
         theta: &Self::Parameters<Dual<f32>>,
         samples: &SampleOctets<'_>,
         octets: Range<usize>,
         product: &mut Self::Parameters<f32>,
         derivatives: Option<&mut [SampleGradient<Octet>]>,
     );
-    /// The mean loss over all samples, and its gradient.
+    /// Returns the mean loss over all samples, and computes its gradient.
     fn gradient(
         theta: &Self::Parameters<f32>,
         samples: &SampleOctets<'_>,
         gradient: &mut Self::Parameters<f32>,
     ) -> f32;
-    /// The product of Hessian and tangent over all samples; see [`SampleList::product`].
+    /// Computes the product of Hessian and tangent over all samples; see [`SampleList::product`].
     fn product(
         theta: &Self::Parameters<Dual<f32>>,
         samples: &SampleOctets<'_>,
         product: &mut Self::Parameters<f32>,
         derivatives: Option<&mut [SampleGradient<Octet>]>,
     );
-    /// The loss over all samples.
+    /// Returns the loss over all samples.
     fn loss(theta: &Self::Parameters<f32>, samples: &SampleOctets<'_>) -> f32;
-    /// The BRDF in linear RGB, sr^-1 (not times the cosine), at many places.
+    /// Computes the BRDF in linear RGB, sr^-1 (not times the cosine), at many directions.
     fn evaluate(theta: &Self::Parameters<f32>, at: &[HalfDifference<f32>], brdf: &mut [[f32; 3]]);
-    /// [`InnerLoop::fit`]
+    /// Calls [`InnerLoop::fit`].
     fn fit(inner_loop: &InnerLoop<Self, f32>, samples: &SampleOctets<'_>) -> Self::Parameters<f32>;
-    /// [`MetaGradient::compute`]
+    /// Calls [`MetaGradient::compute`].
     fn meta_gradient(
-        found: &mut MetaGradient<Self, f32>,
+        meta_gradient: &mut MetaGradient<Self, f32>,
         inner_loop: &InnerLoop<Self, f32>,
         inner: &[&SampleOctets<'_>],
         outer: &SampleOctets<'_>,

@@ -1,24 +1,23 @@
-//! The trainer's inner loops: sums over many samples of a BRDF on SIMD lanes, the exact adjoint of a
-//! fit by descent, and the device's own fit.
+//! The trainer's inner loops: sums over many BRDF samples on SIMD lanes, the exact adjoint of a fit by descent, and the
+//! device's fit on the host.
 //!
-//! A crate of its own because it takes long to compile, for each model on each instruction set, and
-//! needs nothing but core: so it is compiled beside the trainer's other dependencies, and not again
-//! when the trainer changes.
+//! This is a separate crate because it compiles slowly, for each model on each instruction set. It depends on core only,
+//! so it compiles in parallel with the trainer's other dependencies, and not again after changes of the trainer.
 //!
-//! Files from the bottom up; each takes from those before it only:
+//! Modules from the bottom up; each imports only from those before it:
 //!
 //! - [`dual`]: numbers with derivatives
-//! - [`lanes`]: registers, and what runs on them
-//! - [`samples`]: samples in memory, as registers load them
-//! - [`sums`]: gradient, Hessian times vector and loss, over samples on one thread
-//! - [`brdf`]: a model at many places
-//! - [`completion`]: readings of many materials, completed, and the adjoint
-//! - [`components`]: the loss of a material that is made of principal components
-//! - [`inner_loop`]: descent, unrolled, and its adjoint
-//! - [`lane_model`]: what all of these are for a model
+//! - [`lanes`]: SIMD registers, and kernels that run on them
+//! - [`samples`]: samples in memory, in the layout that registers load
+//! - [`sums`]: gradient, Hessian-vector product and loss over samples, on one thread
+//! - [`brdf`]: a model's BRDF at many directions
+//! - [`completion`]: the coefficient net and the init net for a batch of materials, and their adjoint
+//! - [`components`]: the loss of a combination of principal components
+//! - [`inner_loop`]: the unrolled descent and its adjoint
+//! - [`lane_model`]: the trait of a model with these kernels
 //! - `parallel`: sums on all threads
-//! - `compiled`: the models, each with all of it
-//! - [`scan`]: a scan as the device does it, by any recipe
+//! - `compiled`: the instances of the trait for each model
+//! - [`scan`]: the device's scan on the host, for any recipe
 
 pub mod brdf;
 mod compiled;

@@ -1,15 +1,17 @@
-//! Samples in memory: eight side by side, as registers load them.
+//! Samples in memory, in groups of eight as registers load them.
 
 use std::cmp::Ordering;
 
 use glimpse_core::model::{Sample, SampleGradient};
 
-use crate::lanes::{InstructionSet, Lanes, MOST_OCTETS, Octet, OctetAt, WIDTH, load_at};
+use crate::lanes::{
+    InstructionSet, Lanes, MAX_OCTETS, Octet, OctetDirections, WIDTH, load_directions,
+};
 
-/// Measured values of eight samples.
+/// The measured values of eight samples.
 pub type OctetRgb = [Octet; 3];
 
-/// Eight RGB values, channel by channel; missing ones are 0.
+/// Transposes up to eight RGB values to three octets, one per channel; unused lanes are 0.
 #[must_use]
 pub fn transpose_rgb(values: &[[f32; 3]]) -> OctetRgb {
     let mut octets = OctetRgb::default();
@@ -21,48 +23,48 @@ pub fn transpose_rgb(values: &[[f32; 3]]) -> OctetRgb {
     octets
 }
 
-/// SampleWeights in the loss: a mean over n samples and three channels has 1 / (3 n) each.
+/// The weights of samples in the loss: 1 / (3 n) each for a mean over n samples and three channels.
 #[derive(Clone, Copy, Debug)]
 pub enum SampleWeights<'a> {
-    /// Of every octet.
+    /// The weights of every octet.
     Each(&'a [Octet]),
-    /// Of all octets but the last, and of the last one, whose lanes past the end have none.
+    /// The weights of all octets except the last, and those of the last, whose lanes past the end have weight 0.
     Mean([Octet; 2]),
 }
 
-/// Some samples of a material in octets, as kernels read them.
+/// Samples of a material in octets, as kernels read them.
 #[derive(Clone, Copy, Debug)]
 pub struct SampleOctets<'a> {
-    /// Places to choose from.
-    pub at: &'a [OctetAt],
-    /// The material's BRDF there, sr^-1.
+    /// The half and difference vectors to choose from.
+    pub at: &'a [OctetDirections],
+    /// The material's BRDF at these directions, sr^-1 (not times the cosine).
     pub values: &'a [OctetRgb],
-    /// Which of them the samples are, in order; all if there is no list.
+    /// The indices of the octets that hold the samples, in order; all octets if None.
     pub order: Option<&'a [u32]>,
-    /// SampleWeights, in the order of the samples.
+    /// The weights, in the order of the samples.
     pub weights: SampleWeights<'a>,
     /// The lanes to compute on.
     pub instruction_set: InstructionSet,
-    /// Whether sums over such lists follow one another without a pause, as inner steps do. The
-    /// other threads are then still awake, and shorter lists are worth sharing with them.
-    pub in_a_row: bool,
+    /// True if sums over such lists follow each other without a pause, as inner steps do. The other threads are then
+    /// still awake, so shorter lists are split.
+    pub back_to_back: bool,
 }
 
 impl SampleOctets<'_> {
-    /// How many octets there are.
+    /// Returns the number of octets.
     #[must_use]
     pub fn octets(&self) -> usize {
         self.order.map_or(self.at.len(), <[u32]>::len)
     }
 
-    /// So many of them as the lanes hold, from an octet on; weight 0 past the end.
+    /// Reads samples into lanes, beginning with an octet. Lanes past the end have weight 0.
     #[inline(always)]
     pub fn read<L: Lanes>(&self, octet: usize) -> Sample<L> {
         const NO_WEIGHTS: Octet = Octet([0.0; WIDTH]);
         let last = self.octets() - 1;
-        let mut at = [&self.at[0]; MOST_OCTETS];
-        let mut values = [&self.values[0]; MOST_OCTETS];
-        let mut weights = [&NO_WEIGHTS; MOST_OCTETS];
+        let mut at = [&self.at[0]; MAX_OCTETS];
+        let mut values = [&self.values[0]; MAX_OCTETS];
+        let mut weights = [&NO_WEIGHTS; MAX_OCTETS];
         for k in 0..L::OCTETS {
             let position = octet + k;
             let index = match self.order {
@@ -80,26 +82,26 @@ impl SampleOctets<'_> {
         }
         let [a, b, c, d] = values;
         Sample {
-            at: load_at(at),
+            at: load_directions(at),
             measured: [0, 1, 2].map(|i| L::load([&a[i], &b[i], &c[i], &d[i]])),
             weight: L::load(weights),
         }
     }
 
-    /// The same samples, as one of many sums in a row.
+    /// Returns the samples with [`back_to_back`](Self::back_to_back) set.
     #[must_use]
-    pub fn in_a_row(self) -> Self {
+    pub fn back_to_back(self) -> Self {
         Self {
-            in_a_row: true,
+            back_to_back: true,
             ..self
         }
     }
 
-    /// Room for the derivatives of a sum by its samples, all 0.
+    /// Returns zeros for the derivatives of a sum by its samples.
     #[must_use]
     pub fn zero_derivatives(&self) -> Vec<SampleGradient<Octet>> {
         let none = SampleGradient {
-            at: OctetAt::default(),
+            at: OctetDirections::default(),
             measured: OctetRgb::default(),
         };
         vec![none; self.octets()]

@@ -1,60 +1,62 @@
-//! A scan on the host: core's own, by any recipe.
+//! Core's scan on the host, for any recipe.
 
 use glimpse_core::fit::AnyModel;
 use glimpse_core::geometry::Angles;
 use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::{FinishError, FitError, Reading, ReadingError, Residual, Scan, ScanError};
 
-/// Why a scan has no result: where a device would give up.
+/// An error of a scan on the host. A device fails for the same reasons.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum HostScanError {
-    /// A recipe cannot be scanned by.
+    /// The recipe does not permit a scan.
     #[error(transparent)]
     Scan(#[from] ScanError),
-    /// A material's value cannot be a reading.
+    /// A value of the material is not a valid reading.
     #[error("the material cannot be read: {0}")]
     Reading(#[from] ReadingError),
-    /// A material's values cannot be fitted.
+    /// The readings cannot be fitted.
     #[error("the material cannot be fitted: {0}")]
     Fit(#[from] FitError),
-    /// A material's fit has no result.
+    /// The fit has no result.
     #[error("the material cannot be fitted: {0}")]
     Finish(#[from] FinishError),
 }
 
-/// What a scan has found.
+/// The result of a scan.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Found {
-    /// A model's parameters in its order, or Linear's coefficients, m for red, m for green, m for
-    /// blue.
+pub struct ScanOutcome {
+    /// The parameters in the model's order. For Linear, the coefficients: m for red, m for green, m for blue.
     pub values: Vec<f32>,
-    /// How well they explain the readings.
+    /// The residual of the readings.
     pub residual: Residual,
-    /// The loss that the fit is likely to have, where the recipe predicts one.
+    /// The predicted loss of the fit, if the recipe has a loss predictor.
     pub predicted_loss: Option<f32>,
 }
 
-/// What reads a sample, by its index and angles in radians: the BRDF in linear RGB, sr^-1, not times
-/// the cosine; None if nothing was read.
-pub type Read<'r> = dyn FnMut(u16, Angles<f32>) -> Option<[f32; 3]> + 'r;
+/// Reads a sample, given its index and angles in radians. Returns the BRDF in linear RGB, sr^-1 (not times the cosine), or
+/// None if the reading is missing.
+pub type ReadSample<'r> = dyn FnMut(u16, Angles<f32>) -> Option<[f32; 3]> + 'r;
 
-/// Reads where the recipe says, angles in radians, and fits, as the device does: `read` gives the
-/// BRDF in linear RGB, sr^-1, not times the cosine.
+/// Reads at the recipe's directions and fits, as the device does. `read` returns the BRDF in linear RGB, sr^-1 (not times
+/// the cosine), at angles in radians.
 ///
 /// # Errors
-/// Where a device would give up.
+/// Fails where a device would fail.
 pub fn scan(
     recipe: &Recipe<'_>,
     read: &mut dyn FnMut(Angles<f32>) -> [f32; 3],
-) -> Result<Found, HostScanError> {
-    scan_some(recipe, &mut |_, angles| Some(read(angles)))
+) -> Result<ScanOutcome, HostScanError> {
+    scan_with_missing(recipe, &mut |_, angles| Some(read(angles)))
 }
 
-/// The same, where some readings may be missing: `read` is told each sample's index, too.
+/// Runs a [`scan`] in which readings may be missing.
 ///
 /// # Errors
-/// Where a device would give up, as it does where the recipe needs a reading that is missing.
-pub fn scan_some(recipe: &Recipe<'_>, read: &mut Read<'_>) -> Result<Found, HostScanError> {
+/// Fails where a device would fail, for example if the recipe requires a reading that is missing.
+pub fn scan_with_missing(
+    recipe: &Recipe<'_>,
+    read: &mut ReadSample<'_>,
+) -> Result<ScanOutcome, HostScanError> {
     let mut memory = vec![0.0; recipe.memory_words()];
     let mut scan = Scan::<AnyModel>::new(*recipe, &mut memory)?;
     for (index, angles) in (0..).zip(recipe.pattern()) {
@@ -65,12 +67,12 @@ pub fn scan_some(recipe: &Recipe<'_>, read: &mut Read<'_>) -> Result<Found, Host
     let mut fit = scan.fit()?;
     while !fit.advance(u32::MAX).is_complete() {}
     match fit.finish() {
-        // Simulated materials may be perfectly uniform, and a caller may want to see the worst.
+        // Simulated materials may be perfectly uniform, and callers may want implausible results.
         Ok(_) | Err(FinishError::Implausible(_)) => {}
         Err(error) => return Err(error.into()),
     }
     let fitted = scan.fitted().ok_or(FinishError::Diverged)?;
-    Ok(Found {
+    Ok(ScanOutcome {
         values: fitted.values().collect(),
         residual: fitted.residual(),
         predicted_loss: fitted.predicted_loss(),

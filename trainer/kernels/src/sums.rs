@@ -1,8 +1,7 @@
-//! Sums over samples on lanes: a model's loss, its gradient, and the product of its Hessian with a
-//! vector.
+//! Sums over samples on lanes: a model's loss, its gradient, and its Hessian-vector product.
 //!
-//! A list is worked through on lanes that suit its length. Which of them are worth compiling is
-//! decided by constants, so that no copy is made that would never run.
+//! The width of the lanes depends on the length of the list. Constants select the widths to compile, so that no unused
+//! copy of a kernel is compiled.
 
 use std::ops::Range;
 
@@ -13,22 +12,23 @@ use glimpse_core::numeric::Scalar;
 
 use crate::dual::Dual;
 use crate::lanes::{
-    Kernel, Lanes, MOST_OCTETS, Narrowest, Octet, OctetAt, Total, WIDTH, narrows, narrows_twice,
+    Kernel, Lanes, MAX_OCTETS, Narrowest, Octet, OctetDirections, ScalarSums, WIDTH, has_narrower,
+    has_two_narrower,
 };
 use crate::samples::SampleOctets;
 
-/// Whether the lanes are added up at once where one register holds all samples: if there are so many
-/// parameters that sums on lanes would fill the cache.
-const fn sums_are_totals<M: Model>() -> bool {
+/// Returns true if sums over lists that fit one register are scalar, because sums on lanes of all the parameters would
+/// fill the cache.
+const fn sums_are_scalar<M: Model>() -> bool {
     M::PARAMETERS > 64
 }
 
-/// Whether sums of few samples stay on lanes, and there are narrower ones for that.
-const fn narrows_for<M: Model, Wide: Lanes>() -> bool {
-    !sums_are_totals::<M>() && narrows::<Wide>()
+/// Returns true if sums over few samples use narrower lanes.
+const fn uses_narrower<M: Model, Wide: Lanes>() -> bool {
+    !sums_are_scalar::<M>() && has_narrower::<Wide>()
 }
 
-/// The loss over some octets, and its gradient.
+/// Returns the loss over a range of octets, and computes its gradient.
 pub(crate) fn gradient<M: Model>(
     theta: &M::Parameters<f32>,
     samples: &SampleOctets<'_>,
@@ -43,8 +43,8 @@ pub(crate) fn gradient<M: Model>(
     })
 }
 
-/// The product of Hessian and tangent over some octets; with `derivatives`, those of (gradient times
-/// tangent) by the samples are *subtracted* from them.
+/// Computes the product of Hessian and tangent over a range of octets. The derivatives of (gradient times tangent) by the
+/// samples are *subtracted* from `derivatives`.
 pub(crate) fn product<M: Model>(
     theta: &M::Parameters<Dual<f32>>,
     samples: &SampleOctets<'_>,
@@ -61,18 +61,18 @@ pub(crate) fn product<M: Model>(
     });
 }
 
-/// The loss over all samples.
+/// Returns the loss over all samples.
 pub(crate) fn loss<M: Model>(theta: &M::Parameters<f32>, samples: &SampleOctets<'_>) -> f32 {
     samples.instruction_set.run(LossSum::<M> { theta, samples })
 }
 
-/// The loss of black, f = 0: how much light there is in the samples.
+/// Returns the loss of black, f = 0, which measures the light in the samples.
 #[must_use]
 pub fn loss_of_black(samples: &SampleOctets<'_>) -> f32 {
     samples.instruction_set.run(LossOfBlack { samples })
 }
 
-/// A sample whose tangents are 0.
+/// Converts a sample to dual numbers with tangent 0.
 #[inline(always)]
 pub(crate) fn constant<S: Scalar>(sample: Sample<S>) -> Sample<Dual<S>> {
     let [red, green, blue] = sample.measured;
@@ -93,7 +93,7 @@ pub(crate) fn constant<S: Scalar>(sample: Sample<S>) -> Sample<Dual<S>> {
     }
 }
 
-/// Subtracts the tangents of a gradient by a sample.
+/// Subtracts the tangents of a gradient by a sample from `sum`.
 #[inline(always)]
 pub(crate) fn subtract_tangent<S: Scalar>(
     sum: &mut SampleGradient<S>,
@@ -117,7 +117,7 @@ pub(crate) fn subtract_tangent<S: Scalar>(
     }
 }
 
-/// The loss over some octets of the samples, and its gradient.
+/// The kernel of [`gradient`].
 struct Gradient<'a, M: Model> {
     theta: &'a M::Parameters<f32>,
     samples: &'a SampleOctets<'a>,
@@ -131,11 +131,11 @@ impl<M: Model> Kernel for Gradient<'_, M> {
     #[inline(always)]
     fn run<Wide: Lanes>(self) -> f32 {
         let octets = self.octets.len();
-        if const { sums_are_totals::<M>() } && octets <= Narrowest::<Wide>::OCTETS {
-            self.compute::<Total<Narrowest<Wide>>>()
-        } else if const { narrows_for::<M, Wide>() } && octets <= Narrowest::<Wide>::OCTETS {
+        if const { sums_are_scalar::<M>() } && octets <= Narrowest::<Wide>::OCTETS {
+            self.compute::<ScalarSums<Narrowest<Wide>>>()
+        } else if const { uses_narrower::<M, Wide>() } && octets <= Narrowest::<Wide>::OCTETS {
             self.compute::<Narrowest<Wide>>()
-        } else if const { narrows_twice::<Wide>() } && octets <= Wide::Narrow::OCTETS {
+        } else if const { has_two_narrower::<Wide>() } && octets <= Wide::Narrow::OCTETS {
             self.compute::<Wide::Narrow>()
         } else {
             self.compute::<Wide>()
@@ -150,15 +150,15 @@ impl<M: Model> Gradient<'_, M> {
         let mut sums = M::Parameters::filled(L::zero_sum());
         for octet in self.octets.step_by(L::OCTETS) {
             let sample = self.samples.read::<L>(octet);
-            let found = M::accumulate_gradient::<L, false>(self.theta, &sample, &mut sums);
-            loss = loss + found.loss();
+            let term = M::accumulate_gradient::<L, false>(self.theta, &sample, &mut sums);
+            loss = loss + term.loss();
         }
         L::totals(sums.as_slice(), self.gradient.as_mut_slice());
         loss.total()
     }
 }
 
-/// The product of Hessian and tangent over some octets of the samples.
+/// The kernel of [`product`].
 struct Product<'a, M: Model> {
     theta: &'a M::Parameters<Dual<f32>>,
     samples: &'a SampleOctets<'a>,
@@ -173,10 +173,10 @@ impl<M: Model> Kernel for Product<'_, M> {
     #[inline(always)]
     fn run<Wide: Lanes>(self) {
         let octets = self.octets.len();
-        // On few samples their derivatives cost next to nothing.
-        if const { sums_are_totals::<M>() } && octets <= Narrowest::<Wide>::OCTETS {
-            self.compute::<Total<Narrowest<Wide>>, true>();
-        } else if const { narrows_for::<M, Wide>() } && octets <= Narrowest::<Wide>::OCTETS {
+        // With few samples, the derivatives by them are almost free.
+        if const { sums_are_scalar::<M>() } && octets <= Narrowest::<Wide>::OCTETS {
+            self.compute::<ScalarSums<Narrowest<Wide>>, true>();
+        } else if const { uses_narrower::<M, Wide>() } && octets <= Narrowest::<Wide>::OCTETS {
             self.compute::<Narrowest<Wide>, true>();
         } else if self.derivatives.is_some() {
             self.compute::<Wide, true>();
@@ -194,10 +194,10 @@ impl<M: Model> Product<'_, M> {
         let mut derivatives = derivatives.chunks_mut(L::OCTETS);
         for octet in self.octets.step_by(L::OCTETS) {
             let sample = constant(self.samples.read::<L>(octet));
-            let found = M::accumulate_gradient::<Dual<L>, SAMPLES>(self.theta, &sample, &mut sums);
+            let term = M::accumulate_gradient::<Dual<L>, SAMPLES>(self.theta, &sample, &mut sums);
             if let (true, Some(derivatives)) = (SAMPLES, derivatives.next()) {
                 let mut by_samples = SampleGradient::zero();
-                subtract_tangent(&mut by_samples, &found.gradient);
+                subtract_tangent(&mut by_samples, &term.gradient);
                 add(&by_samples, derivatives);
             }
         }
@@ -205,17 +205,17 @@ impl<M: Model> Product<'_, M> {
     }
 }
 
-/// Adds the derivatives by a batch of samples to those by its octets.
+/// Adds the derivatives by a register of samples to those by its octets.
 #[inline(always)]
-fn add<L: Lanes>(found: &SampleGradient<L>, octets: &mut [SampleGradient<Octet>]) {
-    let at = &found.at;
-    let [red, green, blue] = found.measured;
+fn add<L: Lanes>(gradient: &SampleGradient<L>, octets: &mut [SampleGradient<Octet>]) {
+    let at = &gradient.at;
+    let [red, green, blue] = gradient.measured;
     let registers = [at.hx, at.hz, at.dx, at.dy, at.dz, red, green, blue];
     for (index, register) in registers.into_iter().enumerate() {
-        let mut values = [Octet::default(); MOST_OCTETS];
+        let mut values = [Octet::default(); MAX_OCTETS];
         register.store(&mut values);
         for (octet, values) in octets.iter_mut().zip(&values) {
-            let OctetAt { hx, hz, dx, dy, dz } = &mut octet.at;
+            let OctetDirections { hx, hz, dx, dy, dz } = &mut octet.at;
             let [red, green, blue] = &mut octet.measured;
             let entries = [hx, hz, dx, dy, dz, red, green, blue];
             for lane in 0..WIDTH {
@@ -225,7 +225,7 @@ fn add<L: Lanes>(found: &SampleGradient<L>, octets: &mut [SampleGradient<Octet>]
     }
 }
 
-/// The loss over all samples.
+/// The kernel of [`loss`].
 struct LossSum<'a, M: Model> {
     theta: &'a M::Parameters<f32>,
     samples: &'a SampleOctets<'a>,
@@ -241,14 +241,14 @@ impl<M: Model> Kernel for LossSum<'_, M> {
             let sample = self.samples.read::<L>(octet);
             let modeled = M::brdf::<L>(self.theta, &sample.at);
             let cosine = sample.at.cos_theta_i();
-            let found = cosine_weighted_log_error(sample.measured, modeled, cosine, sample.weight);
-            loss = loss + found.error.value();
+            let term = cosine_weighted_log_error(sample.measured, modeled, cosine, sample.weight);
+            loss = loss + term.error.value();
         }
         loss.total()
     }
 }
 
-/// The loss of f = 0 over all samples.
+/// The kernel of [`loss_of_black`].
 struct LossOfBlack<'a> {
     samples: &'a SampleOctets<'a>,
 }
@@ -263,8 +263,8 @@ impl Kernel for LossOfBlack<'_> {
         for octet in (0..self.samples.octets()).step_by(L::OCTETS) {
             let sample = self.samples.read::<L>(octet);
             let cosine = sample.at.cos_theta_i();
-            let found = cosine_weighted_log_error(sample.measured, black, cosine, sample.weight);
-            loss = loss + found.error.value();
+            let term = cosine_weighted_log_error(sample.measured, black, cosine, sample.weight);
+            loss = loss + term.error.value();
         }
         loss.total()
     }

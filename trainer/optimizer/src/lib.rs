@@ -1,101 +1,99 @@
-//! The meta-parameters, held and stepped by burn, and as plain numbers for files.
+//! Meta-parameters and their Adam optimizer, on burn, with conversion to plain numbers for files.
 //!
-//! A crate of its own because burn's tensors are generic over their backend: whatever is done with
-//! one is compiled where it is done, for every type of number. Here that happens once, and not again
-//! whenever the trainer changes.
+//! This is a separate crate because burn's tensors are generic over their backend: each crate that uses them compiles
+//! them again. Here they compile once, and not again after changes of the trainer.
 
 use burn::tensor::{DType, Tensor, TensorData};
 use burn_ndarray::{NdArray, NdArrayDevice};
 use burn_optim::{Adam, AdamConfig, AdamState, AdaptiveMomentumState, SimpleOptimizer};
 use serde::{Deserialize, Serialize};
 
-/// The backend. It has no derivatives: meta-gradients are computed outside of it, exactly.
-type B = NdArray;
+/// The backend, without automatic differentiation: meta-gradients are computed exactly outside of burn.
+type Backend = NdArray;
 
 const DEVICE: NdArrayDevice = NdArrayDevice::Cpu;
 
-/// One list of numbers for each group of meta-parameters: values, gradients, learning rates.
+/// One entry for each group of meta-parameters, for example its values, gradients or learning rate.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Groups<T> {
-    /// theta_0.
+    /// theta_0, the initial parameters.
     pub initial: T,
-    /// What the fit goes by, besides where it starts: the step sizes alpha, or ln alpha; of Linear,
-    /// ln of the prior's precisions.
+    /// The other parameters of the fit: the step sizes alpha, or ln alpha. For Linear, ln of the prior's precisions.
     pub hyperparameters: T,
-    /// Logits of the pattern.
+    /// The logits of the pattern.
     pub pattern: T,
-    /// Weights that readings are completed by.
-    pub completion: T,
-    /// Weights from completed coefficients to where a descent starts.
-    pub start: T,
+    /// The weights of the coefficient net.
+    pub coefficient_net: T,
+    /// The weights of the init net.
+    pub init_net: T,
 }
 
 impl<T> Groups<T> {
-    /// The groups, in a fixed order.
+    /// Returns the groups in a fixed order.
     pub fn each(&self) -> [&T; 5] {
         [
             &self.initial,
             &self.hyperparameters,
             &self.pattern,
-            &self.completion,
-            &self.start,
+            &self.coefficient_net,
+            &self.init_net,
         ]
     }
 
-    /// The groups, to be changed.
+    /// Returns mutable references to the groups, in the order of [`Groups::each`].
     pub fn each_mut(&mut self) -> [&mut T; 5] {
         [
             &mut self.initial,
             &mut self.hyperparameters,
             &mut self.pattern,
-            &mut self.completion,
-            &mut self.start,
+            &mut self.coefficient_net,
+            &mut self.init_net,
         ]
     }
 
-    /// What a function makes of each group.
-    pub fn map<U>(self, mut of: impl FnMut(T) -> U) -> Groups<U> {
+    /// Applies a function to each group.
+    pub fn map<U>(self, mut function: impl FnMut(T) -> U) -> Groups<U> {
         Groups {
-            initial: of(self.initial),
-            hyperparameters: of(self.hyperparameters),
-            pattern: of(self.pattern),
-            completion: of(self.completion),
-            start: of(self.start),
+            initial: function(self.initial),
+            hyperparameters: function(self.hyperparameters),
+            pattern: function(self.pattern),
+            coefficient_net: function(self.coefficient_net),
+            init_net: function(self.init_net),
         }
     }
 
-    /// The groups, to be read.
+    /// Returns references to the groups.
     pub fn as_ref(&self) -> Groups<&T> {
-        let [initial, hyperparameters, pattern, completion, start] = self.each();
+        let [initial, hyperparameters, pattern, coefficient_net, init_net] = self.each();
         Groups {
             initial,
             hyperparameters,
             pattern,
-            completion,
-            start,
+            coefficient_net,
+            init_net,
         }
     }
 }
 
-/// Meta-parameters and the state of their optimizer.
-pub struct Optimization {
+/// Meta-parameters with their Adam optimizer.
+pub struct Optimizer {
     adam: Adam,
     groups: Groups<Group>,
 }
 
-/// Some parameters, and what Adam remembers of their gradients: nothing before the first step.
+/// The parameters of a group, and Adam's state: None before the first step.
 ///
-/// They are a tensor only while they are stepped: reading a tensor that somebody else holds as well goes
-/// number by number, and takes longer than the step.
-type Group = (Vec<f32>, Option<AdamState<B, 1>>);
+/// Parameters are converted to a tensor for each step. Reading a shared tensor copies number by number, which takes
+/// longer than the step.
+type Group = (Vec<f32>, Option<AdamState<Backend, 1>>);
 
-fn tensor(values: Vec<f32>) -> Tensor<B, 1> {
+fn tensor(values: Vec<f32>) -> Tensor<Backend, 1> {
     let length = values.len();
-    // Explicitly: otherwise it depends on the first use of burn in this process.
+    // An explicit type: the default depends on the first use of burn in this process.
     Tensor::from_data(TensorData::new(values, [length]), (&DEVICE, DType::F32))
 }
 
-fn list(tensor: Tensor<B, 1>) -> Vec<f32> {
+fn list(tensor: Tensor<Backend, 1>) -> Vec<f32> {
     let data = tensor.into_data();
     match data.as_slice() {
         Ok(numbers) => numbers.to_vec(),
@@ -103,7 +101,7 @@ fn list(tensor: Tensor<B, 1>) -> Vec<f32> {
     }
 }
 
-/// An [`Optimization`] as plain numbers, for files.
+/// The state of an [`Optimizer`] as plain numbers, for files.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Record(Groups<GroupRecord>);
 
@@ -113,7 +111,7 @@ struct GroupRecord {
     moments: Option<Moments>,
 }
 
-/// What Adam remembers: steps so far, means of gradients, and of their squares.
+/// Adam's state: the number of steps, and the running means of gradients and of squared gradients.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 struct Moments {
     steps: u64,
@@ -122,7 +120,7 @@ struct Moments {
 }
 
 impl GroupRecord {
-    fn of((values, state): &Group) -> Self {
+    fn new((values, state): &Group) -> Self {
         let moments = state.as_ref().map(|AdamState { momentum }| Moments {
             steps: momentum.time as u64,
             first: list(momentum.moment_1.clone()),
@@ -151,8 +149,8 @@ impl GroupRecord {
     }
 }
 
-impl Optimization {
-    /// Begins with given values.
+impl Optimizer {
+    /// Creates an optimizer with the given values.
     #[must_use]
     pub fn new(values: Groups<Vec<f32>>) -> Self {
         Self {
@@ -161,20 +159,20 @@ impl Optimization {
         }
     }
 
-    /// The values as they are now.
+    /// Returns the current values.
     #[must_use]
     pub fn values(&self) -> Groups<Vec<f32>> {
         self.groups.as_ref().map(|(values, _)| values.clone())
     }
 
-    /// One step of Adam, each group at its own rate; a rate of 0 leaves a group alone.
+    /// Takes one step of Adam with a learning rate for each group. A rate of 0 leaves a group unchanged.
     pub fn step(&mut self, gradients: Groups<Vec<f32>>, rates: &Groups<f64>) {
         let groups = self.groups.each_mut().into_iter();
         for ((group, gradient), rate) in groups.zip(gradients.each()).zip(rates.each()) {
             if *rate == 0.0 || gradient.is_empty() {
                 continue;
             }
-            // Taken out, and not cloned: what nobody else holds is changed in place.
+            // Moved out instead of cloned, so that burn changes the unshared tensors in place.
             let (values, state) = std::mem::take(group);
             let gradient = tensor(gradient.clone());
             let (values, state) = self.adam.step(*rate, tensor(values), gradient, state);
@@ -182,13 +180,13 @@ impl Optimization {
         }
     }
 
-    /// All of it as plain numbers.
+    /// Returns the state as plain numbers.
     #[must_use]
     pub fn record(&self) -> Record {
-        Record(self.groups.as_ref().map(GroupRecord::of))
+        Record(self.groups.as_ref().map(GroupRecord::new))
     }
 
-    /// Takes up what [`Optimization::record`] gave; None if moments are not as many as values.
+    /// Restores the state from [`Optimizer::record`]. Returns None if a group has different numbers of moments and values.
     #[must_use]
     pub fn restore(self, Record(record): Record) -> Option<Self> {
         Some(Self {
@@ -196,8 +194,8 @@ impl Optimization {
                 initial: record.initial.into_group()?,
                 hyperparameters: record.hyperparameters.into_group()?,
                 pattern: record.pattern.into_group()?,
-                completion: record.completion.into_group()?,
-                start: record.start.into_group()?,
+                coefficient_net: record.coefficient_net.into_group()?,
+                init_net: record.init_net.into_group()?,
             },
             ..self
         })
@@ -213,8 +211,8 @@ mod tests {
             initial: vec![value; 5],
             hyperparameters: vec![2.0 * value; 5],
             pattern: vec![-value; 3],
-            completion: vec![0.5 * value; 4],
-            start: Vec::new(),
+            coefficient_net: vec![0.5 * value; 4],
+            init_net: Vec::new(),
         }
     }
 
@@ -222,31 +220,32 @@ mod tests {
         initial: 1e-2,
         hyperparameters: 1e-3,
         pattern: 0.0,
-        completion: 2e-3,
-        start: 1e-3,
+        coefficient_net: 2e-3,
+        init_net: 1e-3,
     };
 
     #[test]
-    fn what_is_restored_goes_on_in_the_same_bits() {
-        let mut whole = Optimization::new(groups(0.3));
-        whole.step(groups(0.7), &RATES);
-        let begun = Optimization::new(groups(0.0)).restore(whole.record());
-        let mut resumed = begun.expect("a record of its own");
-        assert_eq!(resumed.values(), whole.values());
-        for optimization in [&mut whole, &mut resumed] {
-            optimization.step(groups(-0.2), &RATES);
+    fn restored_optimizer_steps_bit_identically() {
+        let mut original = Optimizer::new(groups(0.3));
+        original.step(groups(0.7), &RATES);
+        let mut restored = Optimizer::new(groups(0.0))
+            .restore(original.record())
+            .expect("the record is valid");
+        assert_eq!(restored.values(), original.values());
+        for optimizer in [&mut original, &mut restored] {
+            optimizer.step(groups(-0.2), &RATES);
         }
-        assert_eq!(resumed.record(), whole.record());
-        assert_eq!(whole.values().pattern, groups(0.3).pattern);
-        assert_ne!(whole.values().initial, groups(0.3).initial);
+        assert_eq!(restored.record(), original.record());
+        assert_eq!(original.values().pattern, groups(0.3).pattern);
+        assert_ne!(original.values().initial, groups(0.3).initial);
     }
 
     #[test]
-    fn moments_of_other_numbers_are_refused() {
-        let mut optimization = Optimization::new(groups(0.3));
-        optimization.step(groups(0.7), &RATES);
-        let mut record = optimization.record();
+    fn rejects_record_with_wrong_number_of_moments() {
+        let mut optimizer = Optimizer::new(groups(0.3));
+        optimizer.step(groups(0.7), &RATES);
+        let mut record = optimizer.record();
         record.0.initial.values.pop();
-        assert!(optimization.restore(record).is_none());
+        assert!(optimizer.restore(record).is_none());
     }
 }

@@ -1,8 +1,8 @@
 //! Eight lanes on AVX2 and FMA.
 //!
-//! Safety of every `unsafe` here: values of [`Avx2Lanes`] come to exist in [`run`] and its
-//! counterpart for AVX-512 only, which are entered after the processor has been asked for AVX2
-//! and FMA. The type is private to `lanes`, so nobody else can make one.
+//! Safety of every `unsafe` block in this file: [`Avx2Lanes`] values are created only in [`run`] and in its AVX-512
+//! counterpart. Both run only if the processor supports AVX2 and FMA. The type is private to `lanes`, so no other code
+//! can create values.
 
 use std::arch::x86_64::*;
 
@@ -17,17 +17,17 @@ pub(super) fn is_available() -> bool {
     is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma")
 }
 
-/// Runs a kernel; [`is_available`] must have said yes.
+/// Runs a kernel. [`is_available`] must be true.
 #[inline]
 pub(super) fn run<K: Kernel>(kernel: K) -> K::Output {
     #[inline]
     #[target_feature(enable = "avx2,fma")]
-    fn with_features<K: Kernel>(kernel: K) -> K::Output {
+    fn run_with_features<K: Kernel>(kernel: K) -> K::Output {
         kernel.run::<RegisterPair<Avx2Lanes>>()
     }
     debug_assert!(is_available());
-    // SAFETY: see the file's head.
-    unsafe { with_features(kernel) }
+    // SAFETY: see the head of the file.
+    unsafe { run_with_features(kernel) }
 }
 
 arithmetic! {
@@ -49,7 +49,7 @@ impl Lanes for Avx2Lanes {
 
     #[inline(always)]
     fn load([octet, ..]: Octets<'_>) -> Self {
-        // SAFETY: see the file's head; an Octet has 32 bytes and their alignment.
+        // SAFETY: see the head of the file; an Octet has 32 bytes and their alignment.
         Self(unsafe { _mm256_load_ps(octet.0.as_ptr()) })
     }
     #[inline(always)]
@@ -65,13 +65,13 @@ impl Lanes for Avx2Lanes {
     }
     #[inline(always)]
     fn totals(sums: &[Self], totals: &mut [f32]) {
-        totals_of_each(sums, totals);
+        lane_totals(sums, totals);
     }
 }
 
 /// Registers that can be added up into eight lanes.
 pub(super) trait Fold: Copy {
-    /// Lanes beyond eight added to those below.
+    /// Adds the lanes beyond the eighth to the first eight.
     fn fold(self) -> Avx2Lanes;
 }
 
@@ -82,26 +82,26 @@ impl Fold for Avx2Lanes {
     }
 }
 
-/// The sums over the lanes of registers, each of them first folded to eight.
+/// Computes the sum over the lanes of each register. Each register is first folded to eight lanes.
 #[inline(always)]
-pub(super) fn totals_of_each(sums: &[impl Fold], totals: &mut [f32]) {
+pub(super) fn lane_totals(sums: &[impl Fold], totals: &mut [f32]) {
     let (chunks, rest) = sums.as_chunks::<WIDTH>();
     let (outputs, tail) = totals.as_chunks_mut::<WIDTH>();
     for (sums, output) in chunks.iter().zip(outputs) {
-        totals_of_eight(&folded(sums), output);
+        eight_lane_totals(&fold_up_to_eight(sums), output);
     }
     if !rest.is_empty() {
         let mut output = [0.0; WIDTH];
-        totals_of_eight(&folded(rest), &mut output);
+        eight_lane_totals(&fold_up_to_eight(rest), &mut output);
         for (total, output) in tail.iter_mut().zip(output) {
             *total = output;
         }
     }
 }
 
-/// Eight at most; the others are 0.
+/// Folds up to eight registers; the rest of the result is 0.
 #[inline(always)]
-fn folded(sums: &[impl Fold]) -> [Avx2Lanes; WIDTH] {
+fn fold_up_to_eight(sums: &[impl Fold]) -> [Avx2Lanes; WIDTH] {
     let mut folded = [Avx2Lanes::splat(0.0); WIDTH];
     for (folded, sum) in folded.iter_mut().zip(sums) {
         *folded = sum.fold();
@@ -109,12 +109,12 @@ fn folded(sums: &[impl Fold]) -> [Avx2Lanes; WIDTH] {
     folded
 }
 
-/// The sums over the lanes of eight registers: halves are added pair by pair, so that no lane is
-/// taken out by itself.
+/// Computes the sum over the lanes of each of eight registers by pairwise horizontal additions, without extracting
+/// single lanes.
 #[inline(always)]
-fn totals_of_eight(sums: &[Avx2Lanes; WIDTH], totals: &mut [f32; WIDTH]) {
+fn eight_lane_totals(sums: &[Avx2Lanes; WIDTH], totals: &mut [f32; WIDTH]) {
     let [a, b, c, d, e, f, g, h] = sums;
-    // SAFETY: see the file's head; the store needs no alignment.
+    // SAFETY: see the head of the file; the store needs no alignment.
     unsafe {
         let ab = _mm256_hadd_ps(a.0, b.0);
         let cd = _mm256_hadd_ps(c.0, d.0);

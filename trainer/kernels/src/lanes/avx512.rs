@@ -1,8 +1,7 @@
 //! Sixteen lanes on AVX-512.
 //!
-//! Safety of every `unsafe` here: values of [`Avx512Lanes`] come to exist in [`run`] only, which
-//! is entered after the processor has been asked for AVX-512 (F, DQ and VL). The type is private
-//! to `lanes`, so nobody else can make one.
+//! Safety of every `unsafe` block in this file: [`Avx512Lanes`] values are created only in [`run`], which runs only if the
+//! processor supports AVX-512 (F, DQ and VL). The type is private to `lanes`, so no other code can create values.
 
 use std::arch::x86_64::*;
 
@@ -21,17 +20,17 @@ pub(super) fn is_available() -> bool {
         && is_x86_feature_detected!("avx512vl")
 }
 
-/// Runs a kernel; [`is_available`] must have said yes.
+/// Runs a kernel. [`is_available`] must be true.
 #[inline]
 pub(super) fn run<K: Kernel>(kernel: K) -> K::Output {
     #[inline]
     #[target_feature(enable = "avx2,fma,avx512f,avx512dq,avx512vl")]
-    fn with_features<K: Kernel>(kernel: K) -> K::Output {
+    fn run_with_features<K: Kernel>(kernel: K) -> K::Output {
         kernel.run::<RegisterPair<Avx512Lanes>>()
     }
     debug_assert!(is_available());
-    // SAFETY: see the file's head.
-    unsafe { with_features(kernel) }
+    // SAFETY: see the head of the file.
+    unsafe { run_with_features(kernel) }
 }
 
 arithmetic! {
@@ -53,7 +52,7 @@ impl Lanes for Avx512Lanes {
 
     #[inline(always)]
     fn load([first, second, ..]: Octets<'_>) -> Self {
-        // SAFETY: see the file's head; an Octet has 32 bytes and their alignment.
+        // SAFETY: see the head of the file; an Octet has 32 bytes and their alignment.
         Self(unsafe {
             let first = _mm512_castps256_ps512(_mm256_load_ps(first.0.as_ptr()));
             _mm512_insertf32x8::<1>(first, _mm256_load_ps(second.0.as_ptr()))
@@ -77,14 +76,14 @@ impl Lanes for Avx512Lanes {
     }
     #[inline(always)]
     fn totals(sums: &[Self], totals: &mut [f32]) {
-        avx2::totals_of_each(sums, totals);
+        avx2::lane_totals(sums, totals);
     }
 }
 
 impl Fold for Avx512Lanes {
     #[inline(always)]
     fn fold(self) -> Avx2Lanes {
-        // SAFETY: see the file's head.
+        // SAFETY: see the head of the file.
         unsafe {
             let upper = _mm512_extractf32x8_ps::<1>(self.0);
             Avx2Lanes(_mm256_add_ps(_mm512_castps512_ps256(self.0), upper))

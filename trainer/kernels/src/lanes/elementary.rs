@@ -1,9 +1,9 @@
-//! exp and ln on lanes: one polynomial each, written over the few operations that they need.
+//! exp and ln on lanes, each by one polynomial.
 //!
-//! Both are within 3e-7 relative of the true value (ln: absolute near 1), as the tests measure.
-//! The coefficients are a least-maximum fit of Cephes (Moshier) in single precision.
+//! The tests bound the relative error of both by 3e-7; near x = 1, the bound on ln is absolute.
+//! The coefficients are the minimax fits of Cephes (Moshier) in single precision.
 
-/// Bit operations and rounding, lane by lane.
+/// The lane-wise operations that exp and ln need.
 pub(super) trait Elementary: Copy {
     fn splat(value: f32) -> Self;
     /// self * b + c
@@ -11,18 +11,18 @@ pub(super) trait Elementary: Copy {
     fn multiply(self, b: Self) -> Self;
     fn add(self, b: Self) -> Self;
     fn clamp(self, low: f32, high: f32) -> Self;
-    /// The nearest integer.
+    /// Rounds to the nearest integer.
     fn round(self) -> Self;
-    /// 2 to the power of `self`, an integer in -126..=127.
+    /// Returns 2 to the power of `self`, an integer in -126..=127.
     fn power_of_two(self) -> Self;
-    /// (m, e) with self = m 2^e and m in \[sqrt(1/2), sqrt(2)); self is positive and normal.
+    /// Returns (m, e) such that self = m 2^e, m in \[sqrt(1/2), sqrt(2)); self must be positive and normal.
     fn split(self) -> (Self, Self);
 }
 
 /// The bits of sqrt(1/2).
 pub(super) const SQRT_HALF_BITS: i32 = std::f32::consts::FRAC_1_SQRT_2.to_bits() as i32;
 
-/// ln 2 in two parts; the first has few bits, so that its multiples are exact.
+/// ln 2 in two parts. The first has few bits, so its multiples are exact.
 const LN_2_HIGH: f32 = 0.693_359_4;
 const LN_2_LOW: f32 = -2.121_944_4e-4;
 
@@ -35,7 +35,7 @@ fn polynomial<E: Elementary, const N: usize>(x: E, coefficients: [f32; N]) -> E 
     sum
 }
 
-/// e^x; x is clamped to \[-87, 88\], where the result is a normal number.
+/// Returns e^x. x is clamped to \[-87, 88\], so the result is a normal number.
 #[inline(always)]
 pub(super) fn exp<E: Elementary>(x: E) -> E {
     let x = x.clamp(-87.0, 88.0);
@@ -57,7 +57,7 @@ pub(super) fn exp<E: Elementary>(x: E) -> E {
     series.multiply(n.power_of_two())
 }
 
-/// ln x of a positive normal x.
+/// Returns ln x; x must be positive and normal.
 #[inline(always)]
 pub(super) fn ln<E: Elementary>(x: E) -> E {
     let (mantissa, exponent) = x.split();

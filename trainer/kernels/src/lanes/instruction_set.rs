@@ -1,30 +1,30 @@
-//! Which lanes a kernel runs on, decided at run time.
+//! Run-time selection of the lanes that a kernel runs on.
 
 use super::portable::PortableLanes;
 use super::register::Kernel;
 #[cfg(target_arch = "x86_64")]
 use super::{avx2, avx512};
 
-/// Runs a kernel on the best lanes that this machine has.
+/// Runs a kernel on the widest lanes of this machine.
 pub fn dispatch<K: Kernel>(kernel: K) -> K::Output {
-    InstructionSet::of_this_machine().run(kernel)
+    InstructionSet::detect().run(kernel)
 }
 
-/// What [`dispatch`] can use.
+/// An instruction set that [`dispatch`] can select.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum InstructionSet {
     /// AVX-512: 16 numbers in a register.
     Avx512,
-    /// AVX2 and FMA: eight.
+    /// AVX2 and FMA: 8 numbers in a register.
     Avx2,
-    /// Whatever the compiler takes for granted: NEON on 64-bit Arm, SSE2 on x86-64.
+    /// The baseline of the compiler's target: NEON on 64-bit Arm, SSE2 on x86-64.
     Portable,
 }
 
 impl InstructionSet {
-    /// What [`dispatch`] uses here.
+    /// Returns the instruction set that [`dispatch`] uses on this machine.
     #[must_use]
-    pub fn of_this_machine() -> Self {
+    pub fn detect() -> Self {
         #[cfg(target_arch = "x86_64")]
         {
             if avx512::is_available() {
@@ -37,7 +37,7 @@ impl InstructionSet {
         Self::Portable
     }
 
-    /// Runs a kernel on these lanes, or on lesser ones if this machine does not have them.
+    /// Runs a kernel on these lanes, or on narrower ones if this machine lacks them.
     #[inline]
     pub fn run<K: Kernel>(self, kernel: K) -> K::Output {
         #[cfg(target_arch = "x86_64")]
@@ -49,7 +49,7 @@ impl InstructionSet {
         kernel.run::<PortableLanes>()
     }
 
-    /// Its name.
+    /// Returns the display name.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {

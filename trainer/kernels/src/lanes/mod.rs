@@ -1,10 +1,11 @@
-//! SIMD lanes: eight samples and more computed side by side, on what instructions the machine has.
+//! SIMD lanes: eight or more samples per operation.
 //!
-//! A [`Kernel`] is written once over [`Lanes`]; [`dispatch`] picks the lanes at run time, so that
-//! a plain build uses AVX-512, or AVX2 and FMA, where they exist. (NEON is part of every 64-bit
-//! Arm, so the portable lanes are compiled to it there.) All of a kernel must be inlined into
-//! `dispatch` for that: mark its functions `#[inline(always)]` and write loops rather than
-//! `array::map` or `from_fn`, whose closures the compiler leaves out of line.
+//! A [`Kernel`] is written once, generic over [`Lanes`]. [`dispatch`] picks the lanes at run time, so a default build
+//! uses AVX-512, or AVX2 and FMA, if the processor has them. On 64-bit Arm the portable lanes compile to NEON, which is
+//! always available there.
+//!
+//! The whole kernel must be inlined into `dispatch`. Mark its functions `#[inline(always)]`, and write loops instead of
+//! `array::map` or `from_fn`: the compiler does not inline their closures.
 
 #[cfg(target_arch = "x86_64")]
 mod arithmetic;
@@ -18,11 +19,11 @@ mod octet;
 mod portable;
 mod register;
 mod register_pair;
-mod total;
+mod scalar_sums;
 
 pub use instruction_set::{InstructionSet, dispatch};
-pub use octet::{MOST_OCTETS, Octet, OctetAt, Octets, WIDTH};
+pub use octet::{MAX_OCTETS, Octet, OctetDirections, Octets, WIDTH};
 pub use portable::PortableLanes;
-pub use register::{Kernel, Lanes, Narrowest, load_at, narrows, narrows_twice};
+pub use register::{Kernel, Lanes, Narrowest, has_narrower, has_two_narrower, load_directions};
 pub use register_pair::RegisterPair;
-pub use total::Total;
+pub use scalar_sums::ScalarSums;

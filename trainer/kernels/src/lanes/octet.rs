@@ -1,23 +1,23 @@
-//! Eight numbers in memory.
+//! Eight numbers in memory, loaded as one SIMD vector.
 
 use glimpse_core::geometry::HalfDifference;
 
-/// How many numbers an [`Octet`] holds.
+/// The number of values in an [`Octet`].
 pub const WIDTH: usize = 8;
 
-/// Eight numbers in memory, aligned so that they load as one vector.
+/// Eight numbers in memory, aligned for loads of a whole vector.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[repr(C, align(32))]
 pub struct Octet(pub [f32; WIDTH]);
 
 /// Half and difference vectors of eight samples.
-pub type OctetAt = HalfDifference<Octet>;
+pub type OctetDirections = HalfDifference<Octet>;
 
 impl Octet {
-    /// Transposes up to eight half and difference vectors; missing ones repeat the last.
+    /// Transposes up to eight half and difference vectors; unused lanes repeat the last one.
     #[must_use]
-    pub fn transpose(list: &[HalfDifference<f32>]) -> OctetAt {
-        let mut octets = OctetAt::default();
+    pub fn transpose(list: &[HalfDifference<f32>]) -> OctetDirections {
+        let mut octets = OctetDirections::default();
         let Some(last) = list.last() else {
             return octets;
         };
@@ -33,8 +33,8 @@ impl Octet {
     }
 }
 
-/// Where the lanes of a register come from: one octet after the other, as many of them as it has.
-pub type Octets<'a> = [&'a Octet; MOST_OCTETS];
+/// The source of a register's lanes: consecutive octets. [`Lanes::OCTETS`](super::Lanes::OCTETS) of them are used.
+pub type Octets<'a> = [&'a Octet; MAX_OCTETS];
 
-/// The largest number of octets in `Lanes`.
-pub const MOST_OCTETS: usize = 4;
+/// The largest [`Lanes::OCTETS`](super::Lanes::OCTETS).
+pub const MAX_OCTETS: usize = 4;

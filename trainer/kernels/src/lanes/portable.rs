@@ -1,4 +1,4 @@
-//! Lanes as plain arrays: for any machine, and vectorized by the compiler where it can.
+//! Lanes as plain arrays, for any machine. The compiler vectorizes them where it can.
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
@@ -11,8 +11,10 @@ use super::{Lanes, Octet, Octets};
 #[derive(Clone, Copy, Debug)]
 pub struct PortableLanes(Octet);
 
-/// Lane by lane. A macro, because a closure would not be inlined everywhere; and no loop, because
-/// to unroll the many thousands of them in a kernel takes the compiler most of a build.
+/// Evaluates an expression for each lane.
+///
+/// This is a macro because a closure would not always be inlined. It is unrolled by hand because the compiler would
+/// spend most of a build on unrolling thousands of loops in a kernel.
 macro_rules! each {
     ($lane:ident => $value:expr) => {
         each!($lane => $value, 0 1 2 3 4 5 6 7)
@@ -121,7 +123,7 @@ impl Elementary for PortableLanes {
     }
     #[inline(always)]
     fn multiply_add(self, b: Self, c: Self) -> Self {
-        // Fused only where the instruction is part of the baseline; a call to `fmaf` is slow.
+        // Fused only if the baseline has the instruction; a call to `fmaf` is slow.
         if cfg!(any(target_feature = "fma", target_arch = "aarch64")) {
             each!(lane => self.0.0[lane].mul_add(b.0.0[lane], c.0.0[lane]))
         } else {
@@ -164,63 +166,61 @@ mod tests {
     use super::*;
     use crate::lanes::{Kernel, WIDTH, dispatch};
 
-    /// exp and ln of eight numbers.
-    struct Both([f32; WIDTH]);
-    impl Kernel for Both {
+    /// Computes exp and ln of eight numbers.
+    struct ExpAndLn([f32; WIDTH]);
+    impl Kernel for ExpAndLn {
         type Output = ([f32; WIDTH], [f32; WIDTH]);
         #[inline(always)]
         fn run<L: Lanes>(self) -> Self::Output {
             let octet = Octet(self.0);
             let x = L::load([&octet; 4]);
-            let mut found = [[Octet::default(); 4]; 2];
-            x.exp().store(&mut found[0]);
-            x.ln().store(&mut found[1]);
-            // Every octet of a wide register holds the same.
-            assert!(
-                found
-                    .iter()
-                    .all(|of| of[..L::OCTETS].iter().all(|octet| *octet == of[0]))
-            );
-            (found[0][0].0, found[1][0].0)
+            let [mut exp, mut ln] = [[Octet::default(); 4]; 2];
+            x.exp().store(&mut exp);
+            x.ln().store(&mut ln);
+            // All octets of a wide register were loaded with the same values.
+            for result in [exp, ln] {
+                assert!(result[..L::OCTETS].iter().all(|octet| *octet == result[0]));
+            }
+            (exp[0].0, ln[0].0)
         }
     }
 
-    fn close(found: f32, expected: f64, what: f32) {
-        let error = (f64::from(found) - expected).abs();
+    fn assert_close(actual: f32, expected: f64, x: f32) {
+        let error = (f64::from(actual) - expected).abs();
         assert!(
             error <= 3e-7 * expected.abs().max(0.3),
-            "at {what}: {found} instead of {expected}"
+            "at {x}: {actual} instead of {expected}"
         );
     }
 
     #[test]
-    fn elementary_functions_are_accurate_on_all_lanes() {
+    fn exp_and_ln_are_accurate_on_all_lanes() {
         for i in 0..40_000 {
             let x: [f32; WIDTH] =
                 std::array::from_fn(|lane| (i * WIDTH + lane) as f32 * 2.5e-4 + 1e-5);
-            let outcomes = [dispatch(Both(x)), Both(x).run::<PortableLanes>()];
-            for (exp, ln) in outcomes {
+            let results = [dispatch(ExpAndLn(x)), ExpAndLn(x).run::<PortableLanes>()];
+            for (exp, ln) in results {
                 for lane in 0..WIDTH {
-                    close(ln[lane], f64::from(x[lane]).ln(), x[lane]);
+                    assert_close(ln[lane], f64::from(x[lane]).ln(), x[lane]);
                     if x[lane] < 80.0 {
-                        close(exp[lane], f64::from(x[lane]).exp(), x[lane]);
+                        assert_close(exp[lane], f64::from(x[lane]).exp(), x[lane]);
                     }
                 }
             }
             let negative = x.map(|x| -x);
             for lane in 0..WIDTH {
-                let found = dispatch(Both(negative)).0[lane];
+                let actual = dispatch(ExpAndLn(negative)).0[lane];
                 if x[lane] < 80.0 {
                     let expected = f64::from(negative[lane]).exp();
-                    assert!((f64::from(found) - expected).abs() <= 3e-7 * expected.max(1e-30));
+                    assert!((f64::from(actual) - expected).abs() <= 3e-7 * expected.max(1e-30));
                 }
             }
         }
     }
 
     #[test]
-    fn extremes_stay_finite() {
-        let (exp, _) = dispatch(Both([-1e9, 1e9, -88.0, 88.5, 0.0, -0.0, 1.0, -1.0]));
+    fn exp_of_extreme_values_is_finite() {
+        let (exp, _) = dispatch(ExpAndLn([-1e9, 1e9, -88.0, 88.5, 0.0, -0.0, 1.0, -1.0]));
         assert!(
             exp.iter().all(|value| value.is_finite() && *value >= 0.0),
             "{exp:?}"

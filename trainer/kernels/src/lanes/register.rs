@@ -1,35 +1,35 @@
-//! What all lanes do, and what runs on them.
+//! The traits of lanes and of the kernels that run on them.
 
 use glimpse_core::geometry::HalfDifference;
 use glimpse_core::numeric::Scalar;
 
-use super::octet::{MOST_OCTETS, Octet, OctetAt, Octets};
+use super::octet::{MAX_OCTETS, Octet, OctetDirections, Octets};
 
-/// Work that is written over lanes.
+/// A computation, generic over lanes.
 pub trait Kernel {
-    /// What it computes.
+    /// The result.
     type Output;
-    /// Computes it; must be `#[inline(always)]`.
+    /// Runs the kernel. Implementations must be `#[inline(always)]`.
     fn run<L: Lanes>(self) -> Self::Output;
 }
 
-/// Numbers in one or two registers: eight, or a multiple of it.
+/// Numbers in one or two registers: a multiple of eight.
 pub trait Lanes: Scalar<Parameter = f32> {
-    /// How many octets there are.
+    /// The number of octets.
     const OCTETS: usize;
-    /// Lanes for lists that are too short for these; itself if there are none.
+    /// Narrower lanes for shorter lists; `Self` if these are the narrowest.
     type Narrow: Lanes;
 
-    /// From memory.
+    /// Loads from memory.
     fn load(octets: Octets<'_>) -> Self;
-    /// To memory, as far as there is room.
+    /// Stores to memory. Octets that do not fit are dropped.
     fn store(self, octets: &mut [Octet]);
-    /// A sum of nothing.
+    /// Returns an empty sum.
     fn zero_sum() -> Self::Sum;
-    /// The sum over all lanes of each of `sums`, always in the same order.
+    /// Computes the sum over all lanes of each of `sums`. The order of additions is fixed.
     fn totals(sums: &[Self::Sum], totals: &mut [f32]);
 
-    /// The sum over the lanes.
+    /// Returns the sum over the lanes.
     #[inline(always)]
     fn total(self) -> f32 {
         let mut sum = [Self::zero_sum()];
@@ -40,24 +40,26 @@ pub trait Lanes: Scalar<Parameter = f32> {
     }
 }
 
-/// The narrowest lanes below `L`.
+/// The narrowest lanes below `L`: [`Lanes::Narrow`], applied twice.
 pub type Narrowest<L> = <<L as Lanes>::Narrow as Lanes>::Narrow;
 
-/// Whether there are narrower lanes than `L`.
+/// Returns true if there are narrower lanes than `L`.
 #[must_use]
-pub const fn narrows<L: Lanes>() -> bool {
+pub const fn has_narrower<L: Lanes>() -> bool {
     Narrowest::<L>::OCTETS < L::OCTETS
 }
 
-/// Whether there are narrower lanes, and still narrower ones.
+/// Returns true if there are two narrower widths than `L`.
 #[must_use]
-pub const fn narrows_twice<L: Lanes>() -> bool {
+pub const fn has_two_narrower<L: Lanes>() -> bool {
     Narrowest::<L>::OCTETS < L::Narrow::OCTETS
 }
 
 /// Loads half and difference vectors.
 #[inline(always)]
-pub fn load_at<L: Lanes>([a, b, c, d]: [&OctetAt; MOST_OCTETS]) -> HalfDifference<L> {
+pub fn load_directions<L: Lanes>(
+    [a, b, c, d]: [&OctetDirections; MAX_OCTETS],
+) -> HalfDifference<L> {
     HalfDifference {
         hx: L::load([&a.hx, &b.hx, &c.hx, &d.hx]),
         hz: L::load([&a.hz, &b.hz, &c.hz, &d.hz]),

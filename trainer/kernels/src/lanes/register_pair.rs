@@ -1,5 +1,4 @@
-//! Two registers side by side: each parameter is loaded, and each entry of a gradient loaded and
-//! stored, once for both of them.
+//! Two registers used together. Both share each load of a parameter and each load and store of a gradient entry.
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
@@ -7,7 +6,7 @@ use glimpse_core::numeric::Scalar;
 
 use super::{Lanes, Octet, Octets};
 
-/// Twice as many lanes as `L` has.
+/// Twice the lanes of `L`.
 #[derive(Clone, Copy, Debug)]
 pub struct RegisterPair<L>(L, L);
 
@@ -37,7 +36,7 @@ impl<L: Lanes> Neg for RegisterPair<L> {
 
 impl<L: Lanes> Scalar for RegisterPair<L> {
     type Parameter = f32;
-    /// A sum over samples needs one register only.
+    /// A sum over samples needs one register.
     type Sum = L::Sum;
 
     #[inline(always)]

@@ -1,8 +1,7 @@
-//! Lanes whose sums are single numbers: for lists that fill one register, once.
+//! Lanes whose sums are single numbers, for lists of samples that fit one register.
 //!
-//! A sum over many samples stays on lanes until all of them are in it. Where one register holds all
-//! samples, a gradient on lanes is eight times as long as it need be, and clearing, filling and
-//! folding it take more time than computing it.
+//! A sum over many samples stays on lanes until the last sample is added. If one register holds all samples, such a
+//! gradient has eight times its necessary length: clearing, filling and folding it take longer than computing it.
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
@@ -10,13 +9,13 @@ use glimpse_core::numeric::Scalar;
 
 use super::{Lanes, Octet, Octets, WIDTH};
 
-/// Lanes that are added up as soon as they are added.
+/// Lanes that are reduced to one number before they are added to a sum.
 #[derive(Clone, Copy, Debug)]
-pub struct Total<L>(L);
+pub struct ScalarSums<L>(L);
 
 macro_rules! operator {
     ($trait:ident, $method:ident, $operator:tt) => {
-        impl<L: Lanes> $trait for Total<L> {
+        impl<L: Lanes> $trait for ScalarSums<L> {
             type Output = Self;
             #[inline(always)]
             fn $method(self, other: Self) -> Self {
@@ -30,7 +29,7 @@ operator!(Sub, sub, -);
 operator!(Mul, mul, *);
 operator!(Div, div, /);
 
-impl<L: Lanes> Neg for Total<L> {
+impl<L: Lanes> Neg for ScalarSums<L> {
     type Output = Self;
     #[inline(always)]
     fn neg(self) -> Self {
@@ -38,7 +37,7 @@ impl<L: Lanes> Neg for Total<L> {
     }
 }
 
-/// Adds the totals of `terms`, which are as many as `sums` or more.
+/// Adds the totals of `terms` to `sums`, which has at most eight entries.
 #[inline(always)]
 fn add_totals<L: Lanes>(sums: &mut [f32], terms: &[L::Sum; WIDTH]) {
     let mut totals = [0.0; WIDTH];
@@ -48,7 +47,7 @@ fn add_totals<L: Lanes>(sums: &mut [f32], terms: &[L::Sum; WIDTH]) {
     }
 }
 
-impl<L: Lanes> Scalar for Total<L> {
+impl<L: Lanes> Scalar for ScalarSums<L> {
     type Parameter = f32;
     type Sum = f32;
     const ADDS_BY_THE_LIST: bool = true;
@@ -113,9 +112,9 @@ impl<L: Lanes> Scalar for Total<L> {
     }
 }
 
-impl<L: Lanes> Lanes for Total<L> {
+impl<L: Lanes> Lanes for ScalarSums<L> {
     const OCTETS: usize = L::OCTETS;
-    type Narrow = Total<L::Narrow>;
+    type Narrow = ScalarSums<L::Narrow>;
 
     #[inline(always)]
     fn load(octets: Octets<'_>) -> Self {
