@@ -3,8 +3,8 @@
 //! Modules from the bottom up, each importing only those before it:
 //!
 //! - [`linear`]: principal components of materials, for the model Linear
-//! - [`meta`]: meta-learning by the schedules paper, joint and prior, with checkpoints
-//! - [`recipe`]: recipe files, and the recipe of a training run
+//! - [`meta`]: meta-learning with the schedules `paper`, `joint` and `prior`, and checkpoints
+//! - [`recipe`]: recipe files, and the conversion of a training result to a recipe
 
 pub mod linear;
 pub mod meta;

@@ -1,4 +1,4 @@
-//! Checkpoints: a training run as it stands, written whole or not at all.
+//! Checkpoint files: the state of a training run, each written atomically.
 
 use std::fs;
 use std::io;
@@ -12,114 +12,115 @@ use serde::{Deserialize, Serialize};
 use super::identity::RunIdentity;
 use super::state::RunState;
 
-/// The name of the first stage's file within the checkpoint directory, and the ending of all files.
-const FIRST: &str = "checkpoint";
-const ENDING: &str = "bin";
-/// A file begins with these bytes, a byte that counts formats, and the CRC-32 of all that follows,
-/// little-endian.
+/// The file name of the first stage without its extension; later stages append their number.
+const FILE_STEM: &str = "checkpoint";
+/// The extension of all checkpoint files.
+const FILE_EXTENSION: &str = "bin";
+/// A file starts with the magic bytes, one format byte, and the CRC-32 of the rest, little-endian.
 const MAGIC: [u8; 3] = *b"GLC";
 const FORMAT: u8 = b'3';
 const CHECKSUM: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
-/// The longest file that is read: hundreds of times the largest network's.
-const MOST_BYTES: u64 = 1 << 30;
+/// The maximum size of a file: hundreds of times that of the largest network.
+const MAX_BYTES: u64 = 1 << 30;
 
-/// Why a checkpoint cannot be written or read.
+/// A checkpoint cannot be written or read.
 #[derive(Debug, thiserror::Error)]
 pub enum CheckpointError {
-    /// The operating system refuses to write.
+    /// An I/O error on writing.
     #[error(
-        "cannot write the checkpoint {}: {source}; make room, or name a writable directory with \
+        "cannot write the checkpoint {}: {source}; free disk space, or choose a writable directory with \
          --checkpoint",
         path.display()
     )]
     Write {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// The I/O error.
         source: io::Error,
     },
-    /// The operating system refuses to read.
-    #[error("cannot read the checkpoint {}: {source}; remove it to start again", path.display())]
+    /// An I/O error on reading.
+    #[error("cannot read the checkpoint {}: {source}; delete it to start over", path.display())]
     Read {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// The I/O error.
         source: io::Error,
     },
-    /// Another version of this program wrote it.
+    /// The checkpoint has the format of another version of this program.
     #[error(
-        "{} is a checkpoint of another version of this program; resume with that version, or remove it to \
-         start again", path.display()
+        "{} was written by another version of this program; resume with that version, or delete it to \
+         start over", path.display()
     )]
     OtherVersion {
         /// The file.
         path: PathBuf,
     },
-    /// The bytes are not a checkpoint.
-    #[error("{} is not a whole checkpoint: {what}; remove it to start again", path.display())]
+    /// The file is not a complete checkpoint.
+    #[error("{} is not a complete checkpoint: {reason}; delete it to start over", path.display())]
     Damaged {
         /// The file.
         path: PathBuf,
-        /// In what way.
-        what: &'static str,
+        /// The defect.
+        reason: &'static str,
     },
-    /// It is of another training run.
+    /// The checkpoint belongs to another training run.
     #[error(
-        "{} belongs to another run ({found}, not {expected}); repeat that run's options, or remove it to \
-         start again", path.display()
+        "{} belongs to another run ({actual}, not {expected}); repeat that run's options, or delete it to \
+         start over", path.display()
     )]
     OtherRun {
         /// The file.
         path: PathBuf,
-        /// The run at hand.
+        /// The identity of the current run.
         expected: Box<RunIdentity>,
-        /// The run of the checkpoint.
-        found: Box<RunIdentity>,
+        /// The identity stored in the checkpoint.
+        actual: Box<RunIdentity>,
     },
-    /// The run cannot be written down.
-    #[error("the run cannot be recorded: {0}")]
+    /// The state cannot be serialized.
+    #[error("cannot serialize the checkpoint: {0}; report this as a bug")]
     Record(String),
 }
 
-/// A training run as it stands.
+/// The state of a training run, as saved to a file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Checkpoint {
     /// The identity of the run.
     pub run: RunIdentity,
-    /// How far it is.
+    /// The progress of the run.
     pub state: RunState,
     /// Meta-parameters and optimizer.
     pub record: Record,
 }
 
 impl Checkpoint {
-    /// The one of a stage in `directory`; the first stage is 0.
+    /// Returns the path of a stage's checkpoint in `directory`. The first stage is 0.
     #[must_use]
     pub fn path(directory: &Path, stage: usize) -> PathBuf {
         match stage {
-            0 => directory.join(format!("{FIRST}.{ENDING}")),
-            stage => directory.join(format!("{FIRST}-{stage}.{ENDING}")),
+            0 => directory.join(format!("{FILE_STEM}.{FILE_EXTENSION}")),
+            stage => directory.join(format!("{FILE_STEM}-{stage}.{FILE_EXTENSION}")),
         }
     }
 
-    /// Makes sure that this run can be saved in a file to its end.
+    /// Checks that this run can be saved to `path` until its end.
     ///
     /// # Errors
-    /// If not.
-    pub fn try_write(&self, path: &Path) -> Result<(), CheckpointError> {
-        // The optimizer and the best values will come to it, and the file that it replaces.
+    /// If the directory is not writable, or the disk has too little space.
+    pub fn check_writable(&self, path: &Path) -> Result<(), CheckpointError> {
+        // The file will also hold the optimizer's moments and the best values. The replaced file stays until the new
+        // one is complete.
         let bytes = 8 * self.bytes()?.len();
-        make_folder_of(path)
-            .and_then(|()| files::try_write(path, bytes))
+        create_parent_directory(path)
+            .and_then(|()| files::check_writable(path, bytes))
             .map_err(|source| CheckpointError::Write {
                 path: path.into(),
                 source,
             })
     }
 
-    /// True if there is one in `directory`.
+    /// Returns true if `directory` holds a checkpoint.
     #[must_use]
-    pub fn is_in(directory: &Path) -> bool {
+    pub fn exists_in(directory: &Path) -> bool {
         Self::path(directory, 0).exists()
     }
 
@@ -130,48 +131,52 @@ impl Checkpoint {
         Ok([&MAGIC[..], &[FORMAT], &checksum, &body].concat())
     }
 
-    /// Reads a file's bytes, all of which are covered by the checksum.
-    fn parse(bytes: &[u8]) -> Result<Self, Refusal> {
+    /// Parses a file. The checksum covers all bytes after it.
+    fn parse(bytes: &[u8]) -> Result<Self, ParseError> {
         let Some((format, rest)) = bytes.strip_prefix(&MAGIC).and_then(<[u8]>::split_first) else {
-            return Err(Refusal::Damaged("it does not begin as checkpoints do"));
+            return Err(ParseError::Damaged(
+                "its first bytes are not those of a checkpoint",
+            ));
         };
         if *format != FORMAT {
-            return Err(Refusal::OtherVersion);
+            return Err(ParseError::OtherVersion);
         }
         let Some((checksum, body)) = rest.split_first_chunk() else {
-            return Err(Refusal::Damaged("it is cut off"));
+            return Err(ParseError::Damaged("it is truncated"));
         };
         if CHECKSUM.checksum(body) != u32::from_le_bytes(*checksum) {
-            return Err(Refusal::Damaged("its checksum is wrong"));
+            return Err(ParseError::Damaged("its checksum does not match"));
         }
         match postcard::take_from_bytes(body) {
             Ok((checkpoint, [])) => Ok(checkpoint),
-            Ok(_) => Err(Refusal::Damaged("bytes follow its end")),
-            Err(_) => Err(Refusal::Damaged("its content does not follow the format")),
+            Ok(_) => Err(ParseError::Damaged("it has trailing bytes")),
+            Err(_) => Err(ParseError::Damaged(
+                "its content does not follow the format",
+            )),
         }
     }
 
-    /// Writes it into a file, replacing an older one in one step.
+    /// Writes the checkpoint to a file, atomically replacing an older one.
     ///
     /// # Errors
-    /// If it cannot be written; the older one is then still whole.
+    /// If the file cannot be written. An older file then remains intact.
     pub fn write(&self, path: &Path) -> Result<(), CheckpointError> {
         let bytes = self.bytes()?;
-        make_folder_of(path)
-            .and_then(|()| files::write_whole(path, &bytes))
+        create_parent_directory(path)
+            .and_then(|()| files::write_atomic(path, &bytes))
             .map_err(|source| CheckpointError::Write {
                 path: path.into(),
                 source,
             })
     }
 
-    /// Reads the one in a file, which must be of the run at hand; None if there is none.
+    /// Reads a checkpoint, which must have the identity `run`. Returns None if the file does not exist.
     ///
     /// # Errors
-    /// If it is damaged, or of another run.
+    /// If the file cannot be read, is damaged, or belongs to another run or program version.
     pub fn read(path: &Path, run: &RunIdentity) -> Result<Option<Self>, CheckpointError> {
         let path = path.to_owned();
-        let bytes = match read_at_most(&path, MOST_BYTES) {
+        let bytes = match read_at_most(&path, MAX_BYTES) {
             Ok(bytes) => bytes,
             Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
             Err(source) => return Err(CheckpointError::Read { path, source }),
@@ -181,16 +186,16 @@ impl Checkpoint {
             Ok(checkpoint) => Err(CheckpointError::OtherRun {
                 path,
                 expected: Box::new(*run),
-                found: Box::new(checkpoint.run),
+                actual: Box::new(checkpoint.run),
             }),
-            Err(Refusal::OtherVersion) => Err(CheckpointError::OtherVersion { path }),
-            Err(Refusal::Damaged(what)) => Err(CheckpointError::Damaged { path, what }),
+            Err(ParseError::OtherVersion) => Err(CheckpointError::OtherVersion { path }),
+            Err(ParseError::Damaged(reason)) => Err(CheckpointError::Damaged { path, reason }),
         }
     }
 
-    /// Removes those in `directory`, and the directory if nothing else is in it.
+    /// Removes all checkpoints in `directory`, and the directory if it is then empty.
     pub fn remove(directory: &Path) {
-        // Nothing is lost if any of it stays.
+        // Failures are harmless: a leftover file is only unused.
         for stage in 0.. {
             if fs::remove_file(Self::path(directory, stage)).is_err() {
                 break;
@@ -200,21 +205,21 @@ impl Checkpoint {
     }
 }
 
-/// The reason why bytes are refused.
-enum Refusal {
+/// The reason to reject a file.
+enum ParseError {
     OtherVersion,
     Damaged(&'static str),
 }
 
-fn make_folder_of(path: &Path) -> io::Result<()> {
-    path.parent().map_or(Ok(()), files::make_folder)
+fn create_parent_directory(path: &Path) -> io::Result<()> {
+    path.parent().map_or(Ok(()), files::ensure_dir)
 }
 
 #[cfg(test)]
 mod tests {
     use glimpse_core::model::ModelKind;
     use glimpse_core::recipe::{Effort, Parts, Schedule};
-    use glimpse_optimizer::{Groups, Optimization};
+    use glimpse_optimizer::{Groups, Optimizer};
 
     use super::*;
 
@@ -237,55 +242,55 @@ mod tests {
             pattern: vec![2.0; 3],
             ..Groups::default()
         };
-        let mut optimization = Optimization::new(values.clone());
+        let mut optimizer = Optimizer::new(values.clone());
         let rates = Groups {
             initial: 1e-3,
             hyperparameters: 1e-3,
             pattern: 1e-3,
             ..Groups::default()
         };
-        optimization.step(values, &rates);
+        optimizer.step(values, &rates);
         Checkpoint {
             run: RUN,
             state: RunState::default(),
-            record: optimization.record(),
+            record: optimizer.record(),
         }
     }
 
     #[test]
-    fn a_checkpoint_is_whole_or_damaged_and_not_another_one() {
-        let whole = checkpoint();
+    fn rejects_truncated_and_corrupted_checkpoints() {
+        let original = checkpoint();
         let scratch = tempfile::tempdir().expect("a temporary directory");
         let path = Checkpoint::path(scratch.path(), 0);
-        whole.write(&path).expect("it is written");
-        let found = Checkpoint::read(&path, &RUN).expect("it is whole");
-        assert_eq!(found, Some(whole));
-        let bytes = fs::read(&path).expect("it is there");
+        original.write(&path).expect("the file is written");
+        let read = Checkpoint::read(&path, &RUN).expect("the file is intact");
+        assert_eq!(read, Some(original));
+        let bytes = fs::read(&path).expect("the file exists");
         for length in 0..bytes.len() {
-            fs::write(&path, &bytes[..length]).expect("it is written");
-            let error = Checkpoint::read(&path, &RUN).expect_err("a part of it");
+            fs::write(&path, &bytes[..length]).expect("the file is written");
+            let error = Checkpoint::read(&path, &RUN).expect_err("the file is truncated");
             assert!(matches!(error, CheckpointError::Damaged { .. }), "{error}");
         }
-        for place in 0..bytes.len() {
+        for position in 0..bytes.len() {
             let mut other = bytes.clone();
-            other[place] ^= 0x40;
-            fs::write(&path, other).expect("it is written");
-            let error = Checkpoint::read(&path, &RUN).expect_err("another byte");
+            other[position] ^= 0x40;
+            fs::write(&path, other).expect("the file is written");
+            let error = Checkpoint::read(&path, &RUN).expect_err("a byte differs");
             let is_version = matches!(error, CheckpointError::OtherVersion { .. });
-            assert_eq!(is_version, place == MAGIC.len(), "{error}");
+            assert_eq!(is_version, position == MAGIC.len(), "{error}");
             let is_damaged = matches!(error, CheckpointError::Damaged { .. });
             assert_eq!(is_damaged, !is_version, "{error}");
         }
-        fs::write(&path, [&bytes[..], &[0]].concat()).expect("it is written");
-        let error = Checkpoint::read(&path, &RUN).expect_err("a byte more");
+        fs::write(&path, [&bytes[..], &[0]].concat()).expect("the file is written");
+        let error = Checkpoint::read(&path, &RUN).expect_err("the file has a trailing byte");
         assert!(matches!(error, CheckpointError::Damaged { .. }), "{error}");
     }
 
     #[test]
-    fn a_checkpoint_of_another_run_or_version_is_refused() {
+    fn rejects_checkpoint_of_another_run_or_version() {
         let scratch = tempfile::tempdir().expect("a temporary directory");
         let path = Checkpoint::path(scratch.path(), 0);
-        checkpoint().write(&path).expect("it is written");
+        checkpoint().write(&path).expect("the file is written");
         for other in [
             RunIdentity {
                 options_digest: 1,
@@ -297,19 +302,19 @@ mod tests {
             },
             RunIdentity { seed: 8, ..RUN },
         ] {
-            match Checkpoint::read(&path, &other).expect_err("another run") {
+            match Checkpoint::read(&path, &other).expect_err("the run differs") {
                 CheckpointError::OtherRun {
-                    expected, found, ..
+                    expected, actual, ..
                 } => {
-                    assert_eq!((*expected, *found), (other, RUN));
+                    assert_eq!((*expected, *actual), (other, RUN));
                 }
                 error => panic!("{error}"),
             }
         }
-        // As the version before wrote it: its run was a text.
+        // The previous format stored the run identity as text.
         let old = [&b"GLC2"[..], &[0; 40]].concat();
-        fs::write(&path, old).expect("it is written");
-        let error = Checkpoint::read(&path, &RUN).expect_err("another version");
+        fs::write(&path, old).expect("the file is written");
+        let error = Checkpoint::read(&path, &RUN).expect_err("the version differs");
         assert!(
             matches!(error, CheckpointError::OtherVersion { .. }),
             "{error}"

@@ -1,4 +1,4 @@
-//! Models that are fitted by descent, as a [`MetaObjective`]: initial parameters, step sizes, pattern.
+//! The [`MetaObjective`] of models fitted by gradient descent: initial parameters, step sizes and pattern.
 
 use std::marker::PhantomData;
 
@@ -13,34 +13,34 @@ use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
 use super::augmentation::Augmentation;
-use super::objective::{Expected, MetaObjective, RandomStreams, mean};
-use super::pattern::{Pattern, above_horizon};
+use super::objective::{LossEstimate, MetaObjective, RandomStreams, mean_gradient};
+use super::pattern::{Pattern, angles_above_horizon};
 use super::phase::{InnerSamples, OuterStep, Phase};
 use super::plan::{LossWeights, Plan};
-use super::pool::{Draw, Pool};
+use super::pool::{DrawnSamples, Pool};
 
-/// Materials, and their values at a pool of directions.
-pub struct Tasks<'a> {
+/// Materials, with their BRDF at a pool of directions.
+pub struct TaskSet<'a> {
     /// The materials.
     pub materials: &'a [Box<dyn Material>],
-    /// Their values.
+    /// The BRDFs.
     pub pool: Pool,
 }
 
-/// Lists of random samples that each material is learned on where fitness is of random samples.
-const RANDOM_LISTS: usize = 3;
+/// Lists of fixed random samples per material, averaged by the fitness.
+const FIXED_LISTS: usize = 3;
 
-/// A model that is fitted by descent.
+/// The objective of a model fitted by gradient descent.
 pub struct DescentObjective<'a, M: LaneModel> {
-    /// What it is trained on.
-    pub training: &'a Tasks<'a>,
-    /// What it is judged on.
-    pub validation: &'a Tasks<'a>,
-    /// The phases, and where they begin.
+    /// The training materials.
+    pub training: &'a TaskSet<'a>,
+    /// The materials of the validation loss.
+    pub validation: &'a TaskSet<'a>,
+    /// The phases and initial values.
     pub plan: &'a Plan,
     /// Inner steps, K.
     pub inner_steps: usize,
-    /// All random numbers.
+    /// The random number streams.
     pub streams: RandomStreams,
     /// The model.
     pub model: PhantomData<M>,
@@ -51,17 +51,20 @@ fn mean_loss(losses: &[f32]) -> f32 {
 }
 
 impl<M: LaneModel> MetaObjective for DescentObjective<'_, M> {
-    fn first_values(&self, guess: u64) -> Groups<Vec<f32>> {
-        let form = self.plan.step_size_form;
-        let (initial, step_sizes) = match &self.plan.known {
-            Some(known) => {
-                let values = known.step_sizes.iter().map(|alpha| form.value(*alpha));
-                (known.initial.clone(), values.collect())
+    fn initial_values(&self, guess: u64) -> Groups<Vec<f32>> {
+        let encoding = self.plan.step_size_encoding;
+        let (initial, step_sizes) = match &self.plan.pretrained {
+            Some(pretrained) => {
+                let values = pretrained
+                    .step_sizes
+                    .iter()
+                    .map(|alpha| encoding.encode(*alpha));
+                (pretrained.initial.clone(), values.collect())
             }
             None => {
-                let mut random = ChaCha8Rng::seed_from_u64(self.streams.guess(guess));
-                let initial = (self.plan.first_guess)(M::KIND, &mut random);
-                let step_size = form.value(self.plan.first_step_size);
+                let mut random = ChaCha8Rng::seed_from_u64(self.streams.guess_seed(guess));
+                let initial = (self.plan.initial_parameters)(M::KIND, &mut random);
+                let step_size = encoding.encode(self.plan.initial_step_size);
                 let step_sizes = vec![step_size; initial.len()];
                 (initial, step_sizes)
             }
@@ -70,7 +73,7 @@ impl<M: LaneModel> MetaObjective for DescentObjective<'_, M> {
         Groups {
             initial,
             hyperparameters: step_sizes,
-            pattern: self.streams.first_pattern(guess, samples),
+            pattern: self.streams.initial_pattern(guess, samples),
             ..Groups::default()
         }
     }
@@ -79,7 +82,7 @@ impl<M: LaneModel> MetaObjective for DescentObjective<'_, M> {
         let (inner_loop, step_sizes) = self.inner_loop(values);
         let pattern = Pattern::from_logits(&values.pattern);
         let tasks = self.training.materials.len();
-        let found: Vec<_> = self
+        let gradients: Vec<_> = self
             .streams
             .batch(at, tasks)
             .par_iter()
@@ -89,75 +92,75 @@ impl<M: LaneModel> MetaObjective for DescentObjective<'_, M> {
                 self.task_gradient(at.phase, &inner_loop, &pattern, *task, &mut random)
             })
             .collect();
-        let (loss, mut gradient) = mean(&found);
-        let form = self.plan.step_size_form;
-        form.chain(&mut gradient.hyperparameters, &step_sizes);
+        let (loss, mut gradient) = mean_gradient(&gradients);
+        let encoding = self.plan.step_size_encoding;
+        encoding.chain_rule(&mut gradient.hyperparameters, &step_sizes);
         (loss, gradient)
     }
 
     fn fitness(&self, values: &Groups<Vec<f32>>, phase: &Phase) -> f32 {
         let (inner_loop, _) = self.inner_loop(values);
         let pattern = Pattern::from_logits(&values.pattern);
-        let Tasks { materials, pool } = self.training;
+        let TaskSet { materials, pool } = self.training;
         let loss_of = |index: usize| {
-            let outer = pool.octets_from(index, 0, phase.outer);
-            let after = |inner: &Draw<'_>| M::fit(&inner_loop, &inner.octets());
-            let loss = match phase.inner {
+            let outer = pool.octets_from(index, 0, phase.outer_samples);
+            let after = |inner: &DrawnSamples<'_>| M::fit(&inner_loop, &inner.octets());
+            let loss = match phase.inner_samples {
                 InnerSamples::Pattern => {
                     let measured = pattern.measure(&*materials[index]);
                     M::loss(&M::fit(&inner_loop, &measured.octets()), &outer.octets())
                 }
-                InnerSamples::Fresh(count) | InnerSamples::Random(count) => {
-                    // Behind the outer samples, others for each material.
+                InnerSamples::Fresh(count) | InnerSamples::Fixed(count) => {
+                    // These follow the outer samples in the pool, and differ between materials.
                     let octets = count.div_ceil(WIDTH);
-                    let lists = (0..RANDOM_LISTS).map(|list| {
-                        let first = outer.len() + (index * RANDOM_LISTS + list) * octets;
+                    let lists = (0..FIXED_LISTS).map(|list| {
+                        let first = outer.len() + (index * FIXED_LISTS + list) * octets;
                         let inner = pool.octets_from(index, first, count);
                         M::loss(&after(&inner), &outer.octets())
                     });
-                    lists.sum::<f32>() / RANDOM_LISTS as f32
+                    lists.sum::<f32>() / FIXED_LISTS as f32
                 }
             };
-            self.plan.weighing.weight(pool.loss_of_black(index)) * loss
+            self.plan.loss_weights.weight(pool.loss_of_black(index)) * loss
         };
         let losses: f32 = (0..materials.len()).map(loss_of).sum();
-        let barrier = match phase.inner {
+        let barrier = match phase.inner_samples {
             InnerSamples::Pattern => pattern.barrier(),
             _ => 0.0,
         };
         losses / materials.len() as f32 + barrier
     }
 
-    fn judge(&self, values: &Groups<Vec<f32>>) -> f32 {
-        mean_loss(&self.validated(values, self.plan.weighing))
+    fn validation_loss(&self, values: &Groups<Vec<f32>>) -> f32 {
+        mean_loss(&self.validation_losses(values, self.plan.loss_weights))
     }
 
-    fn expected(&self, values: &Groups<Vec<f32>>) -> Expected {
-        let losses = self.validated(values, LossWeights::Equal);
-        Expected::new(mean_loss(&losses), losses.iter().copied().map(f64::from))
+    fn expected_loss(&self, values: &Groups<Vec<f32>>) -> LossEstimate {
+        let losses = self.validation_losses(values, LossWeights::Equal);
+        LossEstimate::new(mean_loss(&losses), losses.iter().copied().map(f64::from))
     }
 }
 
 impl<M: LaneModel> DescentObjective<'_, M> {
-    /// The inner_loop that meta-parameters describe, and its step sizes.
+    /// Returns the inner loop of given meta-parameters, and its step sizes.
     fn inner_loop(&self, values: &Groups<Vec<f32>>) -> (InnerLoop<M, f32>, Vec<f32>) {
-        let step_sizes = self.plan.step_size_form.step_sizes(&values.hyperparameters);
+        let step_sizes = self.plan.step_size_encoding.decode(&values.hyperparameters);
         let inner_loop = InnerLoop::new(&values.initial, &step_sizes, self.inner_steps);
         (inner_loop, step_sizes)
     }
 
-    /// The loss of each material held out.
-    fn validated(&self, values: &Groups<Vec<f32>>, weighing: LossWeights) -> Vec<f32> {
+    /// Returns the weighted loss of each validation material.
+    fn validation_losses(&self, values: &Groups<Vec<f32>>, loss_weights: LossWeights) -> Vec<f32> {
         let (inner_loop, _) = self.inner_loop(values);
-        let pattern = Pattern::new(above_horizon(&values.pattern));
-        let Tasks { materials, pool } = self.validation;
+        let pattern = Pattern::new(angles_above_horizon(&values.pattern));
+        let TaskSet { materials, pool } = self.validation;
         materials
             .par_iter()
             .enumerate()
             .map(|(index, material)| {
                 let parameters = M::fit(&inner_loop, &pattern.measure(&**material).octets());
                 let loss = M::loss(&parameters, &pool.all(index).octets());
-                weighing.weight(pool.loss_of_black(index)) * loss
+                loss_weights.weight(pool.loss_of_black(index)) * loss
             })
             .collect()
     }
@@ -170,26 +173,26 @@ impl<M: LaneModel> DescentObjective<'_, M> {
         task: usize,
         random: &mut ChaCha8Rng,
     ) -> (f32, Groups<Vec<f32>>) {
-        let Tasks { materials, pool } = self.training;
+        let TaskSet { materials, pool } = self.training;
         let partners = materials.len();
         let augmentation = phase
-            .gain
+            .augmentation_gain
             .map(|gain| Augmentation::random(gain, partners, random));
         let mut draw = |count| match &augmentation {
-            Some(augmentation) => pool.draw_varied(task, augmentation, count, random),
+            Some(augmentation) => pool.draw_augmented(task, augmentation, count, random),
             None => pool.draw(task, count, random),
         };
-        let outer = draw(phase.outer);
+        let outer = draw(phase.outer_samples);
         let outer = outer.octets();
         let mut by_pattern = vec![0.0; 3 * pattern.angles().len()];
-        let mut found = MetaGradient::<M, f32>::default();
-        let loss = match phase.inner {
+        let mut meta_gradient = MetaGradient::<M, f32>::default();
+        let loss = match phase.inner_samples {
             InnerSamples::Pattern => {
                 let material = &*materials[task];
                 let measured = match &augmentation {
                     Some(augmentation) => {
                         let partner = &*materials[augmentation.partner];
-                        pattern.measure_varied(material, partner, augmentation)
+                        pattern.measure_augmented(material, partner, augmentation)
                     }
                     None => pattern.measure(material),
                 };
@@ -197,7 +200,7 @@ impl<M: LaneModel> DescentObjective<'_, M> {
                 let mut derivatives = inner.zero_derivatives();
                 let list = [&inner];
                 let loss = M::meta_gradient(
-                    &mut found,
+                    &mut meta_gradient,
                     inner_loop,
                     &list,
                     &outer,
@@ -206,23 +209,26 @@ impl<M: LaneModel> DescentObjective<'_, M> {
                 by_pattern = measured.gradient_by_logits(&derivatives);
                 loss
             }
-            InnerSamples::Fresh(count) | InnerSamples::Random(count) => {
-                let lists = match phase.inner {
+            InnerSamples::Fresh(count) | InnerSamples::Fixed(count) => {
+                let lists = match phase.inner_samples {
                     InnerSamples::Fresh(_) => inner_loop.steps,
                     _ => 1,
                 };
-                let draws: Vec<Draw<'_>> = (0..lists).map(|_| draw(count)).collect();
-                let inner: Vec<_> = draws.iter().map(|draw| draw.octets().in_a_row()).collect();
+                let draws: Vec<DrawnSamples<'_>> = (0..lists).map(|_| draw(count)).collect();
+                let inner: Vec<_> = draws
+                    .iter()
+                    .map(|draw| draw.octets().back_to_back())
+                    .collect();
                 let inner: Vec<_> = inner.iter().collect();
-                M::meta_gradient(&mut found, inner_loop, &inner, &outer, None)
+                M::meta_gradient(&mut meta_gradient, inner_loop, &inner, &outer, None)
             }
         };
-        let weight = self.plan.weighing.weight_of(&outer);
-        let weighed = |entry: &f32| weight * entry;
+        let weight = self.plan.loss_weights.weight_of_samples(&outer);
+        let weighted = |entry: &f32| weight * entry;
         let gradients = Groups {
-            initial: found.initial.iter().map(weighed).collect(),
-            hyperparameters: found.step_sizes.iter().map(weighed).collect(),
-            pattern: by_pattern.iter().map(weighed).collect(),
+            initial: meta_gradient.initial.iter().map(weighted).collect(),
+            hyperparameters: meta_gradient.step_sizes.iter().map(weighted).collect(),
+            pattern: by_pattern.iter().map(weighted).collect(),
             ..Groups::default()
         };
         (weight * loss, gradients)

@@ -1,40 +1,41 @@
-//! Evolution of the covariance matrix (CMA-ES; Hansen, "The CMA Evolution Strategy: A Tutorial").
+//! The evolution strategy CMA-ES (Hansen, "The CMA Evolution Strategy: A Tutorial").
 //!
-//! The log loss of a fit knows of a measured value only on which side of the model's it is, and
-//! where a sample changes sides the fit's gradient jumps. Exact gradients see the slopes between
-//! the jumps, and nothing of the jumps; for the models of a few parameters, where eight samples
-//! make many jumps and few slopes, that is the smaller part. Evolution looks at the loss itself:
-//! it draws candidates about a mean and moves mean, spread and correlations towards the better
-//! half. It needs many evaluations, each of some 10 us a material. Of many meta-parameters it learns
-//! spreads only and no correlations (separable CMA-ES; Ros and Hansen 2008), which is less to learn.
+//! The gradient of a fit's log loss depends on a measured value only through the sign of model minus measurement, and
+//! jumps where that sign changes. Exact meta-gradients contain the slopes between the jumps, but not the jumps. Models
+//! of a few parameters have many jumps and few slopes on eight samples, so gradients miss most of the change.
+//!
+//! Evolution uses the loss only. It draws candidates around a mean, and moves mean, spread and correlations towards the
+//! better half. It needs many evaluations, each of about 10 us per material. With more than `MAX_CORRELATED`
+//! meta-parameters it learns spreads only (separable CMA-ES; Ros and Hansen 2008), which needs fewer evaluations.
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
-use super::start::standard_normal;
+use super::initialization::standard_normal;
 use glimpse_optimizer::Groups;
 
-/// An evolution as it stands. The groups' entries are in units of their first spread.
+/// The state of an evolution. The entries of each group are in units of its first standard deviation.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Evolution {
-    /// The values of all groups where it began; frozen ones stay so.
+    /// The initial values of all groups; frozen groups keep them.
     origin: Groups<Vec<f32>>,
-    /// The first standard deviation of each group; 0 freezes it.
+    /// The initial standard deviation of each group; 0 freezes the group.
     spreads: Groups<f64>,
     /// The mean, as an offset from the origin.
     mean: Vec<f64>,
     /// The step size sigma.
     sigma: f64,
-    /// The covariance matrix, column by column; its diagonal alone if it is separable.
+    /// The covariance matrix in column-major order; only its diagonal for separable CMA-ES.
     covariance: Vec<f64>,
-    /// The evolution path of the covariance, and the one of sigma.
+    /// The evolution path of the covariance.
     path: Vec<f64>,
+    /// The evolution path of sigma.
     sigma_path: Vec<f64>,
     generation: i32,
 }
 
-/// The strategy's constants; the names are the tutorial's.
+/// The constants of the strategy, named as in the tutorial.
 struct Constants {
     weights: Vec<f64>,
     mu_eff: f64,
@@ -46,8 +47,8 @@ struct Constants {
     chi: f64,
 }
 
-/// Most meta-parameters whose correlations are learned too.
-const CORRELATED: usize = 128;
+/// The maximum number of meta-parameters with learned correlations.
+const MAX_CORRELATED: usize = 128;
 
 impl Constants {
     fn new(dimensions: usize, population: usize) -> Self {
@@ -58,8 +59,8 @@ impl Constants {
         let weights: Vec<f64> = logarithms.map(|weight| weight / sum).collect();
         let mu_eff = 1.0 / weights.iter().map(|weight| weight * weight).sum::<f64>();
         let c_sigma = (mu_eff + 2.0) / (n + mu_eff + 5.0);
-        // A diagonal is learned faster.
-        let faster = match dimensions > CORRELATED {
+        // A diagonal covariance allows higher learning rates.
+        let faster = match dimensions > MAX_CORRELATED {
             true => (n + 2.0) / 3.0,
             false => 1.0,
         };
@@ -80,7 +81,7 @@ impl Constants {
 }
 
 impl Evolution {
-    /// Begins about some values, each group spread by a standard deviation.
+    /// Starts at `origin`, with a standard deviation for each group.
     #[must_use]
     pub fn new(origin: Groups<Vec<f32>>, spreads: Groups<f64>) -> Self {
         let free = |(values, spread): (&Vec<f32>, &f64)| match *spread > 0.0 {
@@ -96,7 +97,7 @@ impl Evolution {
         Self {
             mean: vec![0.0; dimensions],
             sigma: 1.0,
-            covariance: match dimensions > CORRELATED {
+            covariance: match dimensions > MAX_CORRELATED {
                 true => vec![1.0; dimensions],
                 false => DMatrix::<f64>::identity(dimensions, dimensions)
                     .as_slice()
@@ -110,7 +111,7 @@ impl Evolution {
         }
     }
 
-    /// The meta-parameters at the mean.
+    /// Returns the meta-parameters at the mean.
     #[must_use]
     pub fn values(&self) -> Groups<Vec<f32>> {
         self.at(&self.mean)
@@ -131,8 +132,8 @@ impl Evolution {
         values
     }
 
-    /// One generation: draws candidates, asks for the losses of all of them, and moves on. Returns
-    /// the least loss.
+    /// Runs one generation: draws candidates, evaluates their losses with `losses`, and updates the distribution.
+    /// Returns the smallest loss.
     pub fn advance(
         &mut self,
         population: usize,
@@ -140,7 +141,7 @@ impl Evolution {
         losses: impl FnOnce(&[Groups<Vec<f32>>]) -> Vec<f32>,
     ) -> f32 {
         let constants = Constants::new(self.mean.len(), population);
-        let root = Root::new(self.mean.len(), &self.covariance);
+        let root = CovarianceRoot::new(self.mean.len(), &self.covariance);
         let steps = self.draw(&root, population, random);
         let candidates: Vec<Groups<Vec<f32>>> =
             steps.iter().map(|step| self.candidate(step)).collect();
@@ -151,17 +152,22 @@ impl Evolution {
         };
         let mut order: Vec<usize> = (0..population).collect();
         order.sort_by(|a, b| loss(a).total_cmp(&loss(b)).then(a.cmp(b)));
-        let chosen: Vec<(f64, &DVector<f64>)> = order
+        let selected: Vec<(f64, &DVector<f64>)> = order
             .iter()
             .zip(&constants.weights)
             .map(|(index, weight)| (*weight, &steps[*index]))
             .collect();
-        self.learn(&constants, &root, &chosen);
+        self.update(&constants, &root, &selected);
         order.first().map_or(f32::NAN, loss)
     }
 
-    /// Steps from the mean, in units of sigma.
-    fn draw(&self, root: &Root, population: usize, random: &mut ChaCha8Rng) -> Vec<DVector<f64>> {
+    /// Draws steps from the mean, in units of sigma.
+    fn draw(
+        &self,
+        root: &CovarianceRoot,
+        population: usize,
+        random: &mut ChaCha8Rng,
+    ) -> Vec<DVector<f64>> {
         let dimensions = self.mean.len();
         (0..population)
             .map(|_| {
@@ -172,18 +178,23 @@ impl Evolution {
             .collect()
     }
 
-    /// The meta-parameters a step from the mean.
+    /// Returns the meta-parameters at a step from the mean.
     fn candidate(&self, step: &DVector<f64>) -> Groups<Vec<f32>> {
         let entries = self.mean.iter().zip(step.iter());
         let offset: Vec<f64> = entries.map(|(mean, y)| mean + self.sigma * y).collect();
         self.at(&offset)
     }
 
-    /// Moves mean, paths, covariance and sigma by the steps of the better half, each with its weight.
-    fn learn(&mut self, constants: &Constants, root: &Root, chosen: &[(f64, &DVector<f64>)]) {
+    /// Updates mean, paths, covariance and sigma with the weighted steps of the better half.
+    fn update(
+        &mut self,
+        constants: &Constants,
+        root: &CovarianceRoot,
+        selected: &[(f64, &DVector<f64>)],
+    ) {
         let n = self.mean.len();
         let mut step = DVector::zeros(n);
-        for (weight, y) in chosen {
+        for (weight, y) in selected {
             step.axpy(*weight, y, 1.0);
         }
         for (mean, y) in self.mean.iter_mut().zip(step.iter()) {
@@ -215,35 +226,35 @@ impl Evolution {
             &step,
             1.0 - c_c,
         );
-        self.learn_covariance(constants, moving, &path, chosen);
+        self.update_covariance(constants, moving, &path, selected);
         self.sigma *= ((c_sigma / damping) * (length / chi - 1.0)).exp();
         self.path = path.as_slice().to_vec();
         self.sigma_path = sigma_path.as_slice().to_vec();
     }
 
-    /// The covariance keeps a share of itself, and gains those of its path and of the chosen steps.
-    fn learn_covariance(
+    /// Updates the covariance with the outer products of its path and of the selected steps.
+    fn update_covariance(
         &mut self,
         constants: &Constants,
         moving: f64,
         path: &DVector<f64>,
-        chosen: &[(f64, &DVector<f64>)],
+        selected: &[(f64, &DVector<f64>)],
     ) {
         let Constants { c_c, c_1, c_mu, .. } = *constants;
         let n = self.mean.len();
-        let kept = 1.0 - c_1 - c_mu + c_1 * (1.0 - moving) * c_c * (2.0 - c_c);
-        let drawn = chosen.iter().map(|(weight, y)| (c_mu * weight, *y));
+        let decay = 1.0 - c_1 - c_mu + c_1 * (1.0 - moving) * c_c * (2.0 - c_c);
+        let drawn = selected.iter().map(|(weight, y)| (c_mu * weight, *y));
         let outer_products = [(c_1, path)].into_iter().chain(drawn);
         if self.covariance.len() == n {
             for (row, variance) in self.covariance.iter_mut().enumerate() {
                 let added = outer_products
                     .clone()
                     .map(|(share, y)| share * y[row] * y[row]);
-                *variance = kept * *variance + added.sum::<f64>();
+                *variance = decay * *variance + added.sum::<f64>();
             }
         } else {
             let mut covariance = DMatrix::from_column_slice(n, n, &self.covariance);
-            covariance *= kept;
+            covariance *= decay;
             for (share, y) in outer_products {
                 covariance.ger(share, y, y, 1.0);
             }
@@ -252,15 +263,15 @@ impl Evolution {
     }
 }
 
-/// The symmetric root of the covariance matrix. It is computed from what is saved, so that a resumed
-/// evolution draws the same.
-struct Root {
-    /// Columns; None if the matrix is a diagonal.
+/// The symmetric square root of the covariance matrix. It is computed from saved values only, so that a resumed
+/// evolution draws the same candidates.
+struct CovarianceRoot {
+    /// The eigenvectors as columns; None if the matrix is diagonal.
     eigenvectors: Option<DMatrix<f64>>,
     lengths: DVector<f64>,
 }
 
-impl Root {
+impl CovarianceRoot {
     fn new(n: usize, covariance: &[f64]) -> Self {
         let length = |variance: f64| variance.max(1e-20).sqrt();
         if covariance.len() == n {
@@ -269,23 +280,23 @@ impl Root {
                 lengths: DVector::from_column_slice(covariance).map(length),
             };
         }
-        let found = SymmetricEigen::new(DMatrix::from_column_slice(n, n, covariance));
+        let eigen = SymmetricEigen::new(DMatrix::from_column_slice(n, n, covariance));
         Self {
-            eigenvectors: Some(found.eigenvectors),
-            lengths: found.eigenvalues.map(length),
+            eigenvectors: Some(eigen.eigenvectors),
+            lengths: eigen.eigenvalues.map(length),
         }
     }
 
-    /// A draw of this covariance from one of standard normal numbers.
+    /// Returns a draw of this covariance, given standard normal numbers.
     fn color(&self, normal: &DVector<f64>) -> DVector<f64> {
-        let long = normal.component_mul(&self.lengths);
+        let scaled = normal.component_mul(&self.lengths);
         match &self.eigenvectors {
-            Some(eigenvectors) => eigenvectors * long,
-            None => long,
+            Some(eigenvectors) => eigenvectors * scaled,
+            None => scaled,
         }
     }
 
-    /// The other way round.
+    /// The inverse of [`CovarianceRoot::color`].
     fn whiten(&self, step: &DVector<f64>) -> DVector<f64> {
         match &self.eigenvectors {
             Some(eigenvectors) => {
@@ -301,7 +312,7 @@ mod tests {
     use super::*;
     use rand::SeedableRng;
 
-    /// A valley a hundred times as long as it is wide, across all three axes.
+    /// A valley a hundred times as long as wide, oblique to all three axes.
     fn valley(values: &Groups<Vec<f32>>) -> f32 {
         let [x, y] = values.initial[..] else {
             return f32::NAN;
@@ -310,7 +321,7 @@ mod tests {
         (x + y + z - 1.0).powi(2) * 1e4 + (x - y).powi(2) + (z - 2.0).powi(2)
     }
 
-    fn begin() -> Evolution {
+    fn evolution() -> Evolution {
         let origin = Groups {
             initial: vec![3.0, -2.0],
             hyperparameters: vec![7.0],
@@ -332,8 +343,8 @@ mod tests {
     }
 
     #[test]
-    fn it_finds_the_end_of_a_narrow_valley_and_leaves_frozen_groups_alone() {
-        let mut evolution = begin();
+    fn minimizes_narrow_valley_and_keeps_frozen_groups() {
+        let mut evolution = evolution();
         for step in 0..300 {
             generation(&mut evolution, step);
         }
@@ -344,9 +355,9 @@ mod tests {
     }
 
     #[test]
-    fn many_meta_parameters_have_spreads_of_their_own() {
-        // An ellipsoid along the axes, the longest of them ten times the shortest.
-        let count = CORRELATED + 20;
+    fn separable_evolution_learns_spread_per_axis() {
+        // An axis-aligned ellipsoid, with axes in a ratio of up to ten.
+        let count = MAX_CORRELATED + 20;
         let ellipsoid = |values: &Groups<Vec<f32>>| -> f32 {
             let entries = values.pattern.iter().enumerate();
             let axis = |index: usize| 1.0 + 9.0 * index as f32 / (count - 1) as f32;
@@ -379,9 +390,9 @@ mod tests {
     }
 
     #[test]
-    fn it_goes_on_from_what_is_saved_bit_for_bit() {
-        let mut one = begin();
-        let mut other = begin();
+    fn resumed_evolution_is_bit_identical() {
+        let mut one = evolution();
+        let mut other = evolution();
         for step in 0..40 {
             let bytes = postcard::to_stdvec(&other).unwrap();
             other = postcard::from_bytes(&bytes).unwrap();
@@ -392,12 +403,12 @@ mod tests {
     }
 
     #[test]
-    fn losses_that_are_no_numbers_are_the_worst() {
-        let mut evolution = begin();
+    fn nan_losses_rank_last() {
+        let mut evolution = evolution();
         for step in 0..300 {
             let mut random = ChaCha8Rng::seed_from_u64(step);
             evolution.advance(12, &mut random, |all| {
-                // A wall beside the beginning: about half of the first candidates are behind it.
+                // A wall close to the origin: it hides about half of the first candidates.
                 let losses = all.iter().map(|values| match values.initial[0] > 3.0 {
                     true => f32::NAN,
                     false => valley(values),

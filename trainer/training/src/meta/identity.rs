@@ -8,12 +8,12 @@ use serde::{Deserialize, Serialize};
 
 const CHECKSUM: crc::Crc<u64> = crc::Crc::<u64>::new(&crc::CRC_64_XZ);
 
-/// The identity of a training run: two runs with the same identity give the same bytes.
+/// The identity of a training run. Two runs with the same identity produce the same bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct RunIdentity {
     /// The model.
     pub model: ModelKind,
-    /// n.
+    /// The number of samples, n.
     pub samples: u32,
     /// The schedule.
     pub schedule: Schedule,
@@ -25,7 +25,7 @@ pub struct RunIdentity {
     pub seed: u64,
     /// The number of materials.
     pub materials: u32,
-    /// The digest of all options that decide the outcome, as recipes state it.
+    /// The digest of all options that affect the result, as recorded in recipes.
     pub options_digest: u64,
     /// The digest of the materials' names and BRDFs.
     pub materials_digest: u64,
@@ -51,7 +51,7 @@ impl fmt::Display for RunIdentity {
 
 /// Returns the CRC-64 of a value's postcard bytes.
 pub(super) fn digest(value: &impl Serialize) -> u64 {
-    // Numbers, texts, lists of known lengths and enums of them always have postcard bytes.
+    // Serialization of numbers, strings, slices of known length and enums of them cannot fail.
     let bytes = postcard::to_stdvec(value).unwrap_or_default();
     CHECKSUM.checksum(&bytes)
 }

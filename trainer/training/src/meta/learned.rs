@@ -1,4 +1,4 @@
-//! The result of a training run: everything that a recipe holds.
+//! The result of a training run: the content of a recipe.
 
 use glimpse_core::fit::coefficient_net::MissingPolicy;
 use glimpse_core::geometry::Angles;
@@ -8,20 +8,20 @@ use glimpse_kernels::completion::Shape;
 use glimpse_materials::Identity;
 
 use super::completion::loss_predictor::LossPredictor;
-use super::objective::Expected;
-use crate::linear::ReducedBasis;
+use super::objective::LossEstimate;
+use crate::linear::RecipeBasis;
 
 /// The result of a training run.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Learned {
-    /// The sample directions; both directions of each sample are above the horizon.
+pub struct LearnedRecipe {
+    /// The sample pattern. Both directions of each sample are above the horizon.
     pub pattern: Vec<Angles<f32>>,
     /// The fit from readings at those directions.
     pub fit: LearnedFit,
-    /// The predictor of the loss of a material's fit. None for a recipe that does not complete
-    /// readings, and for too few materials to leave some out.
-    pub prediction: Option<LossPredictor>,
-    /// The file of the whole basis, which belongs beside a recipe of the model Linear.
+    /// The predictor of a material's loss. None for a recipe without completed readings, and for too few materials to
+    /// form folds.
+    pub loss_predictor: Option<LossPredictor>,
+    /// The file of the full basis, which accompanies a recipe of the model Linear.
     pub basis: Option<Vec<u8>>,
     /// The expected loss on an unseen material.
     pub expected_loss: ValidatedLoss,
@@ -35,9 +35,9 @@ pub enum LearnedFit {
     /// SGD steps from learned parameters, for Phong, Cook-Torrance and Neural.
     Descent(LearnedDescent),
     /// A ridge solve, for Linear.
-    Ridge(ReducedBasis),
-    /// A completion to coefficients, for any model by schedule prior.
-    Completed(LearnedCompletion, CompletionTarget),
+    Ridge(RecipeBasis),
+    /// Completed coefficients, for any model with `--schedule prior`.
+    Completed(LearnedCoefficientNet, CompletionTarget),
 }
 
 /// SGD steps from learned parameters.
@@ -45,48 +45,48 @@ pub enum LearnedFit {
 pub struct LearnedDescent {
     /// The model.
     pub model: ModelKind,
-    /// K, the number of steps.
+    /// The number of inner steps, K.
     pub inner_steps: usize,
-    /// theta_0.
+    /// The initial parameters, theta_0.
     pub initial: Vec<f32>,
-    /// alpha, one for each parameter.
+    /// The step sizes, alpha, one per parameter.
     pub step_sizes: Vec<f32>,
 }
 
-/// A network from readings to coefficients of principal components.
+/// A network from readings to coefficients of principal components (core's CoefficientNet).
 #[derive(Clone, Debug, PartialEq)]
-pub struct LearnedCompletion {
-    /// The sizes of its layers, and of those of the start.
+pub struct LearnedCoefficientNet {
+    /// The layer sizes of this network and of the InitNet.
     pub shape: Shape,
-    /// The policy for missing readings that it was trained with.
+    /// The policy for missing readings used in training.
     pub missing: MissingPolicy,
-    /// The center of each sample's logarithm, n.
+    /// The mean of each sample's logarithm, n values.
     pub center: Vec<f32>,
-    /// The factor on centered logarithms.
+    /// The scale of centered logarithms.
     pub scale: f32,
-    /// Weights.
+    /// The weights of all layers.
     pub weights: Vec<f32>,
 }
 
-/// Use of a completion's coefficients.
+/// The use of completed coefficients.
 #[derive(Clone, Debug, PartialEq)]
 pub enum CompletionTarget {
-    /// They are the coefficients of the model Linear.
+    /// Coefficients of the model Linear.
     Linear {
-        /// The components at the pattern, n rows of m.
+        /// The components at the pattern, n rows of m values.
         rows: Vec<f32>,
         /// The CRC-32 of the file of the whole basis.
         basis_checksum: u32,
     },
-    /// They choose the start of a descent, by a network with these weights.
+    /// Inputs of an InitNet with these weights, which offsets the initial parameters of a descent.
     Descent(LearnedDescent, Vec<f32>),
 }
 
-/// The expected loss on an unseen material, and the materials that it was measured on.
+/// The expected loss on an unseen material, and the materials it was estimated on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ValidatedLoss {
-    /// The loss.
-    pub expected: Expected,
+    /// The estimate.
+    pub expected: LossEstimate,
     /// The materials.
     pub split: ValidationSplit,
 }

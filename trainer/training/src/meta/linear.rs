@@ -1,56 +1,54 @@
-//! The meta-gradient of the Linear model: by the pattern, and by the precision of each coefficient.
+//! The meta-gradient of the model Linear: by the pattern, and by the precision of each coefficient.
 //!
-//! Forward: the basis is looked up at the pattern, the ridge problem factorized; each material of
-//! a batch is measured there, mapped and solved for, and judged by the loss at random directions.
-//! Reverse: the loss's gradient by the coefficients goes through the solve (core's adjoint, two
-//! triangular solves) to the basis, the measurements and the precisions, and from there through
-//! the look-ups to the angles.
+//! Forward: the basis is evaluated at the pattern, and the ridge problem factorized. Each material of a batch is
+//! measured at the pattern, mapped and solved for. Its loss is the mean over random directions. Reverse: the gradient
+//! of the loss by the coefficients propagates through the solve (core's adjoint, two triangular solves) to the basis,
+//! the measurements and the precisions, and then through the interpolation to the angles.
 //!
-//! A material that is among the columns of its own basis looks easier than it is. So materials are
-//! dealt into folds, and each is learned on with the basis of all the others; the final basis has
-//! all of them.
+//! A material contained in its own basis has too small a loss. Materials are therefore split into folds, and each is
+//! trained with the basis of all other folds. The final basis contains all materials.
 
 mod task;
 
-pub use task::{Outer, OuterBasis, TaskGradient};
+pub use task::{OuterBasis, OuterSamples, TaskGradient};
 
 use glimpse_core::fit::ridge::{Factors, RidgeError};
 use glimpse_core::geometry::Angles;
 use glimpse_materials::Material;
-use glimpse_materials::basis::{ByAngles, widened};
+use glimpse_materials::basis::{AngleDual, angles_to_f64};
 use glimpse_materials::sampling::uniform_valid;
 use glimpse_optimizer::Groups;
 use rand::Rng;
 use rayon::prelude::*;
 
-use super::objective::{Expected, MetaObjective, RandomStreams};
-use super::pattern::{Pattern, above_horizon};
+use super::objective::{LossEstimate, MetaObjective, RandomStreams};
+use super::pattern::{Pattern, angles_above_horizon};
 use super::phase::{InnerSamples, OuterStep, Phase};
 use super::plan::Plan;
 use crate::linear::principal_components;
-use crate::linear::{Columns, Prior, Reduced};
+use crate::linear::{Columns, Prior, ReducedBasis};
 
-/// Folds that materials are dealt into.
+/// The number of folds.
 const FOLDS: usize = 5;
-/// Directions that the loss is drawn from.
+/// The number of pool directions from which the loss is sampled.
 const POOL: usize = 8_192;
 
-/// Where learned precisions begin.
-const FIRST_ETA: f64 = 4.0;
+/// The initial value of learned precisions.
+const INITIAL_ETA: f64 = 4.0;
 
-/// What the Linear model learns on.
+/// The objective of the model Linear.
 pub struct LinearObjective<'a> {
     plan: &'a Plan,
     streams: RandomStreams,
     prior: Prior,
     materials: &'a [Box<dyn Material>],
     folds: Vec<OuterBasis>,
-    /// The materials at the pool's directions.
+    /// The materials' BRDF at the pool's directions, sr⁻¹.
     values: Vec<Vec<[f32; 3]>>,
 }
 
 impl<'a> LinearObjective<'a> {
-    /// Tabulates the materials and computes the bases of all folds.
+    /// Evaluates the materials at the pool, and computes the basis of each fold.
     #[must_use]
     pub fn new(
         materials: &'a [Box<dyn Material>],
@@ -61,8 +59,8 @@ impl<'a> LinearObjective<'a> {
     ) -> Self {
         let angles = uniform_valid(POOL, seed);
         let folds = FOLDS.min(materials.len());
-        // A single material has nothing to be left out of.
-        let outside = |fold: usize| columns.of(|index| folds == 1 || index % folds != fold);
+        // A single material is trained with its own basis.
+        let outside = |fold: usize| columns.columns_of(|index| folds == 1 || index % folds != fold);
         let fewest = (0..folds).map(|fold| outside(fold).len()).min();
         let components = prior.components.min(fewest.unwrap_or(0).max(2) - 1);
         let folds = (0..folds)
@@ -91,18 +89,18 @@ impl<'a> LinearObjective<'a> {
         }
     }
 
-    /// m.
+    /// The number of components, m.
     #[must_use]
     pub fn components(&self) -> usize {
         self.folds.first().map_or(0, |fold| fold.basis.components())
     }
 
-    /// The mean loss of some materials, each at its directions of the pool, and its gradient by
-    /// logarithms of precisions and logits of the pattern; the barrier's part included.
+    /// Returns the mean loss of materials, each at given directions of the pool, and its gradient by the logarithms of
+    /// precisions and the logits of the pattern. The gradient includes the barrier, the loss does not.
     ///
     /// # Errors
-    /// If a ridge problem cannot be factorized, as with precisions that are not finite.
-    pub fn gradient_over(
+    /// If a ridge problem cannot be factorized, as with non-finite precisions.
+    pub fn batch_gradient(
         &self,
         pattern: &Pattern,
         log_precision: &[f32],
@@ -110,7 +108,7 @@ impl<'a> LinearObjective<'a> {
     ) -> Result<(f32, Groups<Vec<f32>>), RidgeError> {
         let places: Vec<Angles<f64>> = pattern
             .valid_angles()
-            .map(|angles| widened(&angles))
+            .map(|angles| angles_to_f64(&angles))
             .collect();
         let precision = precisions(log_precision);
         if places.is_empty() {
@@ -127,11 +125,11 @@ impl<'a> LinearObjective<'a> {
             .par_iter()
             .map(|(material, directions)| {
                 let fold = material % self.folds.len();
-                let measured: Vec<[ByAngles; 3]> = pattern
+                let measured: Vec<[AngleDual; 3]> = pattern
                     .valid_angles()
                     .map(|angles| measured(&*self.materials[*material], angles))
                     .collect();
-                let outer = Outer {
+                let outer = OuterSamples {
                     basis: &self.folds[fold],
                     directions,
                     values: &self.values[*material],
@@ -163,8 +161,8 @@ impl<'a> LinearObjective<'a> {
         Ok((mean.loss as f32, gradient))
     }
 
-    /// The same for a pattern all of whose samples are below the horizon, as a pattern of one can be
-    /// on its way: nothing is measured, so that all coefficients are 0, and only the barrier pulls.
+    /// Handles a pattern whose samples are all below the horizon, as can happen with one sample. Nothing is measured,
+    /// all coefficients are 0, and only the barrier has a gradient.
     fn without_samples(
         &self,
         pattern: &Pattern,
@@ -173,7 +171,7 @@ impl<'a> LinearObjective<'a> {
     ) -> (f32, Groups<Vec<f32>>) {
         let coefficients = [(); 3].map(|()| vec![0.0; components]);
         let losses = tasks.iter().map(|(material, directions)| {
-            let outer = Outer {
+            let outer = OuterSamples {
                 basis: &self.folds[material % self.folds.len()],
                 directions,
                 values: &self.values[*material],
@@ -190,17 +188,16 @@ impl<'a> LinearObjective<'a> {
         (loss as f32, gradient)
     }
 
-    /// The loss of each material over the whole pool, with the basis of others, for a valid
-    /// pattern.
+    /// Returns the loss of each material over the whole pool, with the basis of the other folds, for a valid pattern.
     ///
     /// # Errors
-    /// As [`LinearObjective::gradient_over`].
-    pub fn losses(
+    /// See [`LinearObjective::batch_gradient`].
+    pub fn pool_losses(
         &self,
         pattern: &[Angles<f32>],
         log_precision: &[f32],
     ) -> Result<Vec<f64>, RidgeError> {
-        let places: Vec<Angles<f64>> = pattern.iter().map(widened).collect();
+        let places: Vec<Angles<f64>> = pattern.iter().map(angles_to_f64).collect();
         let precision = precisions(log_precision);
         let reduced = self.reduced(&places);
         let directions: Vec<u32> = (0..POOL as u32).collect();
@@ -212,7 +209,7 @@ impl<'a> LinearObjective<'a> {
                     .iter()
                     .map(|angles| self.materials[material].brdf(*angles));
                 let measured: Vec<[f32; 3]> = brdf.collect();
-                let outer = Outer {
+                let outer = OuterSamples {
                     basis: &self.folds[fold],
                     directions: &directions,
                     values: &self.values[material],
@@ -222,17 +219,17 @@ impl<'a> LinearObjective<'a> {
             .collect()
     }
 
-    /// The loss of each material; no number where precisions have run away.
-    fn judged(&self, values: &Groups<Vec<f32>>) -> Vec<f64> {
-        let pattern = above_horizon(&values.pattern);
-        let losses = self.losses(&pattern, &values.hyperparameters);
+    /// Returns the loss of each material, or NaN for diverged precisions.
+    fn validation_losses(&self, values: &Groups<Vec<f32>>) -> Vec<f64> {
+        let pattern = angles_above_horizon(&values.pattern);
+        let losses = self.pool_losses(&pattern, &values.hyperparameters);
         losses.unwrap_or_else(|_| vec![f64::NAN; self.materials.len()])
     }
 
-    fn reduced(&self, places: &[Angles<f64>]) -> Vec<Reduced> {
+    fn reduced(&self, places: &[Angles<f64>]) -> Vec<ReducedBasis> {
         let folds = self.folds.par_iter();
         folds
-            .map(|fold| Reduced::new(&fold.basis, places))
+            .map(|fold| ReducedBasis::new(&fold.basis, places))
             .collect()
     }
 }
@@ -242,13 +239,13 @@ fn mean_loss(losses: &[f64]) -> f32 {
 }
 
 impl MetaObjective for LinearObjective<'_> {
-    fn first_values(&self, guess: u64) -> Groups<Vec<f32>> {
+    fn initial_values(&self, guess: u64) -> Groups<Vec<f32>> {
         let samples = self.plan.phases.first().map_or(1, |phase| phase.samples);
-        let eta = self.prior.eta.unwrap_or(FIRST_ETA);
+        let eta = self.prior.eta.unwrap_or(INITIAL_ETA);
         Groups {
             initial: Vec::new(),
             hyperparameters: vec![eta.ln() as f32; self.components()],
-            pattern: self.streams.first_pattern(guess, samples),
+            pattern: self.streams.initial_pattern(guess, samples),
             ..Groups::default()
         }
     }
@@ -261,52 +258,52 @@ impl MetaObjective for LinearObjective<'_> {
             .map(|(slot, material)| {
                 let mut random = self.streams.slot(at, slot + 1);
                 let draw = |_| random.random_range(0..POOL as u32);
-                (material, (0..phase.outer).map(draw).collect())
+                (material, (0..phase.outer_samples).map(draw).collect())
             })
             .collect();
-        let pattern = match phase.inner {
+        let pattern = match phase.inner_samples {
             InnerSamples::Pattern => Pattern::from_logits(&values.pattern),
-            InnerSamples::Fresh(count) | InnerSamples::Random(count) => {
+            InnerSamples::Fresh(count) | InnerSamples::Fixed(count) => {
                 let seed = self.streams.slot(at, phase.batch + 1).random();
                 Pattern::new(uniform_valid(count, seed))
             }
         };
-        let none = || Groups {
+        let zero = || Groups {
             initial: Vec::new(),
             hyperparameters: vec![0.0; values.hyperparameters.len()],
             pattern: vec![0.0; values.pattern.len()],
             ..Groups::default()
         };
-        match self.gradient_over(&pattern, &values.hyperparameters, &tasks) {
+        match self.batch_gradient(&pattern, &values.hyperparameters, &tasks) {
             Ok((loss, mut gradient)) => {
-                if phase.inner != InnerSamples::Pattern {
-                    gradient.pattern = none().pattern;
+                if phase.inner_samples != InnerSamples::Pattern {
+                    gradient.pattern = zero().pattern;
                 }
                 (loss, gradient)
             }
-            // Precisions that have run away: no best values come of a loss that is no number.
-            Err(_) => (f32::NAN, none()),
+            // Precisions have diverged. A NaN loss is never selected as the best.
+            Err(_) => (f32::NAN, zero()),
         }
     }
 
     fn fitness(&self, values: &Groups<Vec<f32>>, _: &Phase) -> f32 {
-        self.judge(values) + Pattern::from_logits(&values.pattern).barrier()
+        self.validation_loss(values) + Pattern::from_logits(&values.pattern).barrier()
     }
 
-    fn expected(&self, values: &Groups<Vec<f32>>) -> Expected {
-        let losses = self.judged(values);
-        Expected::new(mean_loss(&losses), losses.into_iter())
+    fn expected_loss(&self, values: &Groups<Vec<f32>>) -> LossEstimate {
+        let losses = self.validation_losses(values);
+        LossEstimate::new(mean_loss(&losses), losses.into_iter())
     }
 
-    fn judge(&self, values: &Groups<Vec<f32>>) -> f32 {
-        mean_loss(&self.judged(values))
+    fn validation_loss(&self, values: &Groups<Vec<f32>>) -> f32 {
+        mean_loss(&self.validation_losses(values))
     }
 }
 
-/// A material's BRDF with its derivatives.
-fn measured(material: &dyn Material, angles: Angles<f32>) -> [ByAngles; 3] {
+/// Returns a material's BRDF with its derivatives by the angles.
+fn measured(material: &dyn Material, angles: Angles<f32>) -> [AngleDual; 3] {
     let (brdf, derivatives) = material.brdf_with_derivative(angles);
-    [0, 1, 2].map(|channel| ByAngles {
+    [0, 1, 2].map(|channel| AngleDual {
         value: f64::from(brdf[channel]),
         tangent: derivatives[channel].map(f64::from),
     })

@@ -1,4 +1,4 @@
-//! Meta-learning: where to measure, from which parameters to start, and how far to step.
+//! Meta-learning of the sample pattern, the initial parameters and the step sizes.
 
 pub mod augmentation;
 pub mod checkpoint;
@@ -6,6 +6,7 @@ pub mod completion;
 pub mod descent;
 pub mod evolution;
 pub mod identity;
+pub mod initialization;
 pub mod learned;
 pub mod linear;
 pub mod objective;
@@ -17,5 +18,4 @@ pub mod plan;
 pub mod pool;
 pub mod run;
 pub mod schedules;
-pub mod start;
 pub mod state;

@@ -1,4 +1,4 @@
-//! What the outer loop trains, and its streams of random numbers.
+//! The objective of the outer loop, and its random number streams.
 
 use glimpse_materials::sampling::sobol_valid;
 use glimpse_optimizer::Groups;
@@ -6,49 +6,48 @@ use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
 
-use super::pattern::logits_of;
+use super::pattern::logits_from_angles;
 use super::phase::{OuterStep, Phase};
 
-/// What is meta-trained: how a batch of tasks changes with the meta-parameters.
+/// A differentiable function of the meta-parameters, evaluated on batches of tasks.
 pub trait MetaObjective: Sync {
-    /// The meta-parameters that a first guess begins with.
-    fn first_values(&self, guess: u64) -> Groups<Vec<f32>>;
+    /// Returns initial meta-parameters; `guess` numbers independent initializations.
+    fn initial_values(&self, guess: u64) -> Groups<Vec<f32>>;
 
-    /// The same meta-parameters, the samples in the order in which they tell most of a material that is
-    /// not read to the end; as they are where all of them are always read.
-    fn in_order(&self, values: Groups<Vec<f32>>) -> Groups<Vec<f32>> {
+    /// Returns meta-parameters with the samples sorted by importance, for scans that may end early. By default, the
+    /// order is kept.
+    fn reorder_samples(&self, values: Groups<Vec<f32>>) -> Groups<Vec<f32>> {
         values
     }
 
-    /// The mean outer loss over a step's batch of tasks, each weighed, and its gradient by the values
-    /// (the gradient includes the [barrier](super::pattern::Pattern::barrier); the loss does not).
+    /// Returns the weighted mean outer loss over a step's batch of tasks, and its gradient. The gradient includes the
+    /// [barrier](super::pattern::Pattern::barrier), the loss does not.
     fn gradient(&self, values: &Groups<Vec<f32>>, at: OuterStep<'_>) -> (f32, Groups<Vec<f32>>);
 
-    /// The mean loss over all materials of training, each [weighed](super::plan::LossWeights), always
-    /// at the same directions, and the barrier: what a phase of [evolution](super::evolution) goes
-    /// by.
+    /// Returns the mean loss over all training materials, [weighted](super::plan::LossWeights) and at fixed directions,
+    /// plus the barrier. Phases of [evolution](super::evolution) minimize it.
     fn fitness(&self, values: &Groups<Vec<f32>>, phase: &Phase) -> f32;
 
-    /// The mean loss on the materials held out, each weighed: what is kept goes by it.
-    fn judge(&self, values: &Groups<Vec<f32>>) -> f32;
+    /// Returns the weighted mean loss on the validation materials, by which the best meta-parameters are selected.
+    fn validation_loss(&self, values: &Groups<Vec<f32>>) -> f32;
 
-    /// The mean loss on the materials held out as it is: what to expect of an unseen one.
-    fn expected(&self, values: &Groups<Vec<f32>>) -> Expected;
+    /// Returns the unweighted mean loss on the validation materials: an estimate for an unseen material.
+    fn expected_loss(&self, values: &Groups<Vec<f32>>) -> LossEstimate;
 }
 
-/// The loss to expect on an unseen material, as it was found on some that stand for it.
+/// An estimate of the loss on an unseen material.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Expected {
+pub struct LossEstimate {
     /// The mean loss.
     pub loss: f32,
-    /// The standard error of that mean; None of a single material.
+    /// The standard error of the mean; None for a single material.
     pub standard_error: Option<f32>,
-    /// On how many materials.
+    /// The number of materials.
     pub materials: usize,
 }
 
-impl Expected {
-    /// A mean loss, of these of single materials.
+impl LossEstimate {
+    /// An estimate with a mean loss, and the standard error of the losses of single materials.
     #[must_use]
     pub fn new(loss: f32, losses: impl ExactSizeIterator<Item = f64> + Clone) -> Self {
         let count = losses.len() as f64;
@@ -63,40 +62,38 @@ impl Expected {
     }
 }
 
-/// The random numbers of a run: a stream of its own for each task of each step, so that neither
-/// threads nor a resumed run change what is drawn.
+/// The random number streams of a run, one for each task of each step. Neither threads nor a resumed run change the
+/// numbers drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RandomStreams {
-    /// The seed of all of them.
+    /// The seed of all streams.
     pub seed: u64,
 }
 
 impl RandomStreams {
-    /// The stream of a slot of a step: slot 0 orders tasks, task k of a batch draws from slot k + 1.
+    /// Returns the stream of a slot of a step. Slot 0 orders tasks; task k of a batch draws from slot k + 1.
     #[must_use]
     pub fn slot(self, at: OuterStep<'_>, slot: usize) -> ChaCha8Rng {
         let mut random = ChaCha8Rng::seed_from_u64(self.seed);
-        random.set_stream(((at.number as u64) << 56) | ((slot as u64) << 40) | at.step as u64);
+        random.set_stream(((at.phase_index as u64) << 56) | ((slot as u64) << 40) | at.step as u64);
         random
     }
 
-    /// The logits of the pattern that a first guess begins with: Sobol points, scrambled anew for
-    /// each guess.
+    /// Returns the logits of an initial pattern: Sobol points with a different scrambling for each guess.
     #[must_use]
-    pub fn first_pattern(self, guess: u64, samples: usize) -> Vec<f32> {
-        let seed = self.guess(guess);
+    pub fn initial_pattern(self, guess: u64, samples: usize) -> Vec<f32> {
+        let seed = self.guess_seed(guess);
         let pattern = sobol_valid(samples, (seed ^ (seed >> 32)) as u32);
-        pattern.into_iter().flat_map(logits_of).collect()
+        pattern.into_iter().flat_map(logits_from_angles).collect()
     }
 
-    /// The seed of a first guess.
+    /// Returns the seed of an initialization.
     #[must_use]
-    pub fn guess(self, guess: u64) -> u64 {
+    pub fn guess_seed(self, guess: u64) -> u64 {
         self.seed.wrapping_add(guess << 32)
     }
 
-    /// Which of so many tasks are in a step's batch: consecutive ones, in an order that is shuffled
-    /// anew each epoch.
+    /// Returns the tasks of a step's batch: consecutive entries of an order that is reshuffled each epoch.
     #[must_use]
     pub fn batch(self, at: OuterStep<'_>, tasks: usize) -> Vec<usize> {
         let size = at.phase.batch;
@@ -120,14 +117,13 @@ impl RandomStreams {
     }
 }
 
-/// The mean of a batch's losses and gradients, summed in the batch's order, whichever thread was
-/// first.
+/// Returns the mean of a batch's losses and gradients, summed in the batch's order, independent of threads.
 #[must_use]
-pub fn mean(found: &[(f32, Groups<Vec<f32>>)]) -> (f32, Groups<Vec<f32>>) {
-    let share = 1.0 / found.len() as f32;
+pub fn mean_gradient(tasks: &[(f32, Groups<Vec<f32>>)]) -> (f32, Groups<Vec<f32>>) {
+    let share = 1.0 / tasks.len() as f32;
     let mut loss = 0.0;
     let mut sum = Groups::<Vec<f32>>::default();
-    for (task_loss, gradients) in found {
+    for (task_loss, gradients) in tasks {
         loss += share * task_loss;
         for (sum, gradient) in sum.each_mut().into_iter().zip(gradients.each()) {
             sum.resize(gradient.len(), 0.0);

@@ -1,4 +1,4 @@
-//! What a training run is asked for.
+//! The options of a training run.
 
 use std::f32::consts::FRAC_1_PI;
 use std::fmt;
@@ -6,44 +6,44 @@ use std::fmt;
 use glimpse_core::gonio::{Limits, LimitsError};
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::{self, Noise, Origin, TrainingSource};
-use glimpse_materials::setting::{NamesSettings, Naming, Setting};
-use glimpse_materials::{Identity, Portion, display_with_setting_names};
+use glimpse_materials::setting::{Setting, SettingError, SettingNames};
+use glimpse_materials::{Identity, SourceShare, display_with_setting_names};
 use serde::Serialize;
 
 use super::identity::{RunIdentity, digest};
-use super::outer::Checkpoints;
+use super::outer::CheckpointOptions;
 use super::plan::{Effort, PretrainedInit, Schedule};
 use crate::linear::Prior;
 
-/// What to train.
+/// The options of a training run.
 #[derive(Clone, Debug)]
 pub struct Options {
     /// The model.
     pub model: ModelKind,
-    /// n.
+    /// The number of samples, n, 1 to 4,096.
     pub samples: usize,
-    /// How.
+    /// The schedule.
     pub schedule: Schedule,
-    /// How long.
+    /// The effort.
     pub effort: Effort,
-    /// What of it.
-    pub parts: Parts,
-    /// The prior of Linear's coefficients; other models have none.
+    /// The trained parts.
+    pub parts: TrainedParts,
+    /// The prior of Linear's coefficients; ignored by other models.
     pub prior: Prior,
-    /// What readings and materials a completion is trained on.
+    /// Options of schedule prior; ignored by other schedules.
     pub completion_options: CompletionOptions,
-    /// The sources of the materials, and how often a completion is trained on each. Where it is empty, the
-    /// sources are not known, and all materials count alike.
-    pub portions: Vec<Portion>,
-    /// Seed of all random numbers.
+    /// The sources of the materials, and the share of training tasks drawn from each. If empty, the sources are unknown
+    /// and all materials have equal shares.
+    pub source_shares: Vec<SourceShare>,
+    /// The seed of all random numbers.
     pub seed: u64,
-    /// Where the run is saved, if it is.
-    pub checkpoints: Option<Checkpoints>,
+    /// Checkpoints; None saves none.
+    pub checkpoints: Option<CheckpointOptions>,
 }
 
 impl Options {
-    /// Trains all parts for n = `samples`, 1 to 4,096, with a learned prior of Linear and
-    /// [`CompletionOptions::of`] so many samples; nothing is saved on the way.
+    /// Trains all parts for n = `samples`, 1 to 4,096, with a learned prior of Linear,
+    /// [`CompletionOptions::for_samples`], and no checkpoints.
     #[must_use]
     pub fn new(
         model: ModelKind,
@@ -57,31 +57,32 @@ impl Options {
             samples,
             schedule,
             effort,
-            parts: Parts::All,
+            parts: TrainedParts::All,
             prior: Prior::LEARNED,
-            completion_options: CompletionOptions::of(samples),
-            portions: Vec::new(),
+            completion_options: CompletionOptions::for_samples(samples),
+            source_shares: Vec::new(),
             seed,
             checkpoints: None,
         }
     }
 }
 
-/// What readings and materials a completion is trained on, besides those given.
+/// Simulated readings and additional materials in training with schedule prior.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct CompletionOptions {
-    /// The share of tasks with missing readings; 0 makes a recipe that needs them all.
+    /// The share of tasks with missing readings, 0 to 1; a recipe trained with 0 needs all readings.
     pub missing: f32,
-    /// Standard deviation of readings' noise, relative.
+    /// The relative standard deviation of multiplicative reading noise, 0 to 0.5.
     pub noise: f32,
-    /// The same besides, as a share of the BRDF of a white surface, 1/pi.
+    /// The standard deviation of additive reading noise, 0 to 0.5, as a share of the BRDF of a white diffuse surface,
+    /// 1/π.
     pub additive: f32,
-    /// How many levels the sensor tells apart between darkness and a white surface that faces the light;
-    /// 0 leaves that out of account.
+    /// The number of quantization levels of the sensor from darkness to a white surface facing the light; 0 disables
+    /// quantization.
     pub levels: u32,
-    /// The share of tasks that are procedural materials.
+    /// The share of tasks that are procedural materials, 0 to 0.99.
     pub procedural: f32,
-    /// The machine that the pattern is for.
+    /// The limits of the goniometer.
     pub limits: Limits,
 }
 
@@ -98,26 +99,27 @@ impl Default for CompletionOptions {
     }
 }
 
-/// Why nothing can be trained so.
+/// Invalid options of schedule prior.
 #[derive(Clone, Debug, PartialEq)]
 pub enum CompletionOptionsError {
-    /// A number is out of its range.
+    /// A number is out of range.
     Range {
-        /// The setting.
+        /// The option.
         field: Setting,
-        /// The largest that is taken.
-        most: f32,
-        /// What was given.
+        /// The maximum.
+        max: f32,
+        /// The value.
         value: f32,
     },
-    /// There is no such machine.
+    /// The goniometer limits are invalid.
     Limits(LimitsError),
-    /// The arms cannot keep so far apart within their limits. The largest separation in degrees.
+    /// The arms cannot reach the minimum separation within the limits of the polar angles. Holds the maximum possible
+    /// separation in degrees.
     Separation(f32),
 }
 
-impl NamesSettings for CompletionOptionsError {
-    fn message(&self, name: Naming) -> String {
+impl SettingError for CompletionOptionsError {
+    fn message(&self, name: SettingNames) -> String {
         let limits = [
             Setting::MaxThetaI,
             Setting::MaxThetaO,
@@ -125,15 +127,15 @@ impl NamesSettings for CompletionOptionsError {
         ];
         let [theta_i, theta_o, separation] = limits.map(name);
         match self {
-            Self::Range { field, most, value } => {
-                format!("{} must be 0 to {most}, not {value}", name(*field))
+            Self::Range { field, max, value } => {
+                format!("{} must be 0 to {max}, not {value}", name(*field))
             }
             Self::Limits(error) => {
-                format!("{theta_i}, {theta_o} and {separation} do not go together: {error}")
+                format!("{theta_i}, {theta_o} and {separation} are inconsistent: {error}")
             }
-            Self::Separation(most) => format!(
+            Self::Separation(max) => format!(
                 "{separation} must be at most twice the lesser of {theta_i} and {theta_o}, \
-                 {most:.1} degrees here"
+                 {max:.1} degrees here"
             ),
         }
     }
@@ -143,51 +145,55 @@ display_with_setting_names!(CompletionOptionsError);
 impl std::error::Error for CompletionOptionsError {}
 
 impl CompletionOptions {
-    /// The number of procedural materials that are mixed in, and the seed of their set.
-    pub const MIXED_IN: (usize, u64) = (400, 5);
-    /// Their label.
-    const MIXED_IN_LABEL: &str = "procedural:400:5";
+    /// The number of added procedural materials, and the seed of their set.
+    pub const PROCEDURAL_SET: (usize, u64) = (400, 5);
+    /// The label of that set.
+    const PROCEDURAL_LABEL: &str = "procedural:400:5";
 
-    /// Up to how many samples all of them are there in training, unless it is asked otherwise.
-    pub const ALL_THERE: usize = 32;
+    /// The maximum number of samples for which training uses complete readings by default.
+    pub const MAX_COMPLETE_SAMPLES: usize = 32;
 
-    /// The defaults, and beyond [`CompletionOptions::ALL_THERE`] samples a share of tasks with missing readings: a map that
-    /// always sees so many of them learns the training's materials by heart.
+    /// Returns the defaults for n samples. Above [`CompletionOptions::MAX_COMPLETE_SAMPLES`], half of the tasks have
+    /// missing readings: a network that always sees that many readings overfits the training materials.
     #[must_use]
-    pub fn of(samples: usize) -> Self {
+    pub fn for_samples(samples: usize) -> Self {
         Self {
-            missing: if samples > Self::ALL_THERE { 0.5 } else { 0.0 },
+            missing: if samples > Self::MAX_COMPLETE_SAMPLES {
+                0.5
+            } else {
+                0.0
+            },
             ..Self::default()
         }
     }
 
-    /// Makes sure that it can be trained.
+    /// Checks all ranges, and the consistency of the limits.
     ///
     /// # Errors
-    /// What is out of its range, or does not go together.
+    /// Returns the first invalid option.
     pub fn validate(&self) -> Result<(), CompletionOptionsError> {
-        for (field, value, most) in [
+        for (field, value, max) in [
             (Setting::Missing, self.missing, 1.0),
             (Setting::Noise, self.noise, 0.5),
             (Setting::Additive, self.additive, 0.5),
             (Setting::Procedural, self.procedural, 0.99),
         ] {
-            if !(0.0..=most).contains(&value) {
-                return Err(CompletionOptionsError::Range { field, most, value });
+            if !(0.0..=max).contains(&value) {
+                return Err(CompletionOptionsError::Range { field, max, value });
             }
         }
         self.limits
             .validate()
             .map_err(CompletionOptionsError::Limits)?;
-        // A pattern is brought within limits by bringing both arms to equal polar angles.
-        let most = 2.0 * self.limits.max_theta_i.min(self.limits.max_theta_o);
-        match self.limits.min_separation > most {
-            true => Err(CompletionOptionsError::Separation(most.to_degrees())),
+        // Training moves a sample within the limits by moving both arms to equal polar angles.
+        let max = 2.0 * self.limits.max_theta_i.min(self.limits.max_theta_o);
+        match self.limits.min_separation > max {
+            true => Err(CompletionOptionsError::Separation(max.to_degrees())),
             false => Ok(()),
         }
     }
 
-    /// The noise as recipes state it.
+    /// Returns the noise in the form of recipes: additive noise in sr⁻¹.
     #[must_use]
     pub fn noise(&self) -> Noise {
         Noise {
@@ -229,23 +235,23 @@ impl fmt::Display for CompletionOptions {
     }
 }
 
-/// What of a recipe is trained.
+/// The parts of a recipe that are trained.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Parts {
-    /// Start, step sizes and pattern.
+pub enum TrainedParts {
+    /// Initial parameters, step sizes and pattern.
     All,
-    /// All, and then start and step sizes once more, and the pattern once more.
+    /// All parts, then initial parameters and step sizes again, then the pattern again.
     AllTwice,
-    /// Start and step sizes, as the method Meta does.
+    /// Initial parameters and step sizes only, as in the method Meta.
     WithoutPattern,
-    /// The pattern, for a start and step sizes that are known. (Linear: as [`Parts::All`].)
+    /// The pattern only, for pretrained initial parameters and step sizes. (Linear: same as [`TrainedParts::All`].)
     PatternOnly(PretrainedInit),
 }
 
-impl Parts {
-    /// The parts as recipes state them.
+impl TrainedParts {
+    /// Returns the corresponding value in recipes.
     #[must_use]
-    pub fn stated(&self) -> recipe::Parts {
+    pub fn to_recipe(&self) -> recipe::Parts {
         match self {
             Self::All => recipe::Parts::All,
             Self::AllTwice => recipe::Parts::AllTwice,
@@ -255,43 +261,43 @@ impl Parts {
     }
 }
 
-/// All options that decide the outcome; those that have no effect are left out.
+/// The options that affect the result. Options without effect are omitted.
 #[derive(Serialize)]
-struct Decisive<'a> {
+struct DigestedOptions<'a> {
     model: ModelKind,
     samples: usize,
     schedule: recipe::Schedule,
     effort: recipe::Effort,
     parts: recipe::Parts,
-    known: Option<&'a PretrainedInit>,
+    pretrained: Option<&'a PretrainedInit>,
     prior: Option<Prior>,
     completion_options: Option<CompletionOptions>,
-    portions: &'a [Portion],
+    source_shares: &'a [SourceShare],
     seed: u64,
 }
 
 impl Options {
-    /// Returns the digest of all options that decide the outcome. Where they are saved does not.
+    /// Returns the digest of all options that affect the result. The checkpoint options are not among them.
     #[must_use]
     pub fn digest(&self) -> u64 {
-        digest(&Decisive {
+        digest(&DigestedOptions {
             model: self.model,
             samples: self.samples,
             schedule: self.schedule.into(),
             effort: self.effort.into(),
-            parts: self.parts.stated(),
-            known: match &self.parts {
-                Parts::PatternOnly(known) => Some(known),
-                Parts::All | Parts::AllTwice | Parts::WithoutPattern => None,
+            parts: self.parts.to_recipe(),
+            pretrained: match &self.parts {
+                TrainedParts::PatternOnly(pretrained) => Some(pretrained),
+                TrainedParts::All | TrainedParts::AllTwice | TrainedParts::WithoutPattern => None,
             },
             prior: Some(self.prior).filter(|_| self.model == ModelKind::Linear),
             completion_options: self.completion_options(),
-            portions: &self.portions,
+            source_shares: &self.source_shares,
             seed: self.seed,
         })
     }
 
-    /// Returns the identity of the run that trains on these materials.
+    /// Returns the identity of a run with these options and materials.
     #[must_use]
     pub fn identity(&self, materials: &[Identity]) -> RunIdentity {
         let list = materials.iter().map(|each| (&each.name[..], each.digest));
@@ -300,7 +306,7 @@ impl Options {
             samples: self.samples as u32,
             schedule: self.schedule.into(),
             effort: self.effort.into(),
-            parts: self.parts.stated(),
+            parts: self.parts.to_recipe(),
             seed: self.seed,
             materials: materials.len() as u32,
             options_digest: self.digest(),
@@ -308,30 +314,33 @@ impl Options {
         }
     }
 
-    /// Returns the sources of the training tasks as recipes state them: those of the materials, and the
-    /// procedural materials that are mixed in. Empty where the sources are not known.
+    /// Returns the sources of the training tasks for the recipe: those of the materials, and the added procedural
+    /// materials. Empty if the sources are unknown.
     #[must_use]
     pub fn sources(&self) -> Vec<TrainingSource<'_>> {
-        let mixed_in = self
+        let procedural_share = self
             .completion_options()
             .map_or(0.0, |each| each.procedural);
-        let own = self.portions.iter().map(|portion| TrainingSource {
-            label: &portion.label,
-            origin: portion.origin,
-            materials: portion.materials as u32,
-            share: portion.share * (1.0 - mixed_in),
-        });
+        let own = self
+            .source_shares
+            .iter()
+            .map(|source_share| TrainingSource {
+                label: &source_share.label,
+                origin: source_share.origin,
+                materials: source_share.materials as u32,
+                share: source_share.share * (1.0 - procedural_share),
+            });
         let procedural = TrainingSource {
-            label: CompletionOptions::MIXED_IN_LABEL,
+            label: CompletionOptions::PROCEDURAL_LABEL,
             origin: Origin::BuiltIn,
-            materials: CompletionOptions::MIXED_IN.0 as u32,
-            share: mixed_in,
+            materials: CompletionOptions::PROCEDURAL_SET.0 as u32,
+            share: procedural_share,
         };
-        let is_mixed_in = mixed_in > 0.0 && !self.portions.is_empty();
-        own.chain(is_mixed_in.then_some(procedural)).collect()
+        let has_procedural = procedural_share > 0.0 && !self.source_shares.is_empty();
+        own.chain(has_procedural.then_some(procedural)).collect()
     }
 
-    /// What a completion is trained on; None by schedules that train none.
+    /// Returns the options of schedule prior, or None for other schedules.
     fn completion_options(&self) -> Option<CompletionOptions> {
         Some(self.completion_options).filter(|_| self.schedule == Schedule::Prior)
     }
@@ -345,20 +354,20 @@ mod tests {
     use super::*;
     use glimpse_materials::Source;
 
-    fn known(first: f32) -> Parts {
-        Parts::PatternOnly(PretrainedInit {
+    fn pattern_only(first: f32) -> TrainedParts {
+        TrainedParts::PatternOnly(PretrainedInit {
             initial: vec![first; 7],
             step_sizes: vec![0.5; 7],
         })
     }
 
     fn options(model: ModelKind, schedule: Schedule) -> Options {
-        let source = |text: &str, share| Portion {
+        let source = |text: &str, share| SourceShare {
             share,
-            ..Portion::whole(&Source(text.into()), 12)
+            ..SourceShare::single(&Source(text.into()), 12)
         };
         Options {
-            portions: vec![source("MERL", 0.25), source("procedural:12", 0.75)],
+            source_shares: vec![source("MERL", 0.25), source("procedural:12", 0.75)],
             ..Options::new(model, 8, schedule, Effort::Quick, 0)
         }
     }
@@ -366,7 +375,7 @@ mod tests {
     type Change = fn(&mut Options);
 
     #[test]
-    fn each_option_that_decides_the_outcome_changes_the_digest() {
+    fn effective_options_change_digest() {
         let changes: &[Change] = &[
             |_| {},
             |o| o.model = ModelKind::Neural,
@@ -374,10 +383,10 @@ mod tests {
             |o| o.schedule = Schedule::Paper,
             |o| o.schedule = Schedule::Joint,
             |o| o.effort = Effort::Long,
-            |o| o.parts = Parts::AllTwice,
-            |o| o.parts = Parts::WithoutPattern,
-            |o| o.parts = known(0.5),
-            |o| o.parts = known(0.25),
+            |o| o.parts = TrainedParts::AllTwice,
+            |o| o.parts = TrainedParts::WithoutPattern,
+            |o| o.parts = pattern_only(0.5),
+            |o| o.parts = pattern_only(0.25),
             |o| o.prior.components = 5,
             |o| o.prior.eta = Some(40.0),
             |o| o.completion_options.missing = 0.5,
@@ -389,12 +398,12 @@ mod tests {
             |o| o.completion_options.limits.max_theta_o = 1.25,
             |o| o.completion_options.limits.min_separation = 0.25,
             |o| o.completion_options.limits.in_plane = true,
-            |o| o.portions.clear(),
-            |o| o.portions.reverse(),
-            |o| o.portions[0].label = "RGL".into(),
-            |o| o.portions[0].origin = Origin::BuiltIn,
-            |o| o.portions[0].materials = 13,
-            |o| o.portions[0].share = 0.5,
+            |o| o.source_shares.clear(),
+            |o| o.source_shares.reverse(),
+            |o| o.source_shares[0].label = "RGL".into(),
+            |o| o.source_shares[0].origin = Origin::BuiltIn,
+            |o| o.source_shares[0].materials = 13,
+            |o| o.source_shares[0].share = 0.5,
             |o| o.seed = 1,
         ];
         let digests: HashSet<u64> = changes
@@ -409,7 +418,7 @@ mod tests {
     }
 
     #[test]
-    fn an_option_without_effect_does_not_change_the_digest() {
+    fn ineffective_options_keep_digest() {
         let changes: [(ModelKind, Schedule, Change); 4] = [
             (ModelKind::Linear, Schedule::Prior, |_| {}),
             (ModelKind::Phong, Schedule::Prior, |o| {
@@ -419,9 +428,9 @@ mod tests {
                 o.completion_options.noise = 0.02;
             }),
             (ModelKind::Phong, Schedule::Prior, |o| {
-                o.checkpoints = Some(Checkpoints {
+                o.checkpoints = Some(CheckpointOptions {
                     directory: "elsewhere".into(),
-                    every: Duration::ZERO,
+                    interval: Duration::ZERO,
                     resume: true,
                 });
             }),
@@ -434,7 +443,7 @@ mod tests {
     }
 
     #[test]
-    fn an_identity_is_of_the_options_and_of_the_materials() {
+    fn identity_depends_on_options_and_materials() {
         let material = |name: &str, digest| Identity {
             name: name.into(),
             digest,
@@ -455,7 +464,7 @@ mod tests {
     }
 
     #[test]
-    fn shares_of_training_tasks_are_1_together() {
+    fn source_shares_sum_to_one() {
         for (schedule, shares) in [
             (Schedule::Joint, &[0.25, 0.75][..]),
             (Schedule::Prior, &[0.15, 0.45, 0.4]),
@@ -470,11 +479,11 @@ mod tests {
             let others = &sources[1..];
             assert!(others.iter().all(|each| each.origin == Origin::BuiltIn));
         }
-        let (count, seed) = CompletionOptions::MIXED_IN;
+        let (count, seed) = CompletionOptions::PROCEDURAL_SET;
         let label = format!("procedural:{count}:{seed}");
-        assert_eq!(CompletionOptions::MIXED_IN_LABEL, label);
+        assert_eq!(CompletionOptions::PROCEDURAL_LABEL, label);
         let unknown = Options {
-            portions: Vec::new(),
+            source_shares: Vec::new(),
             ..options(ModelKind::Phong, Schedule::Prior)
         };
         assert!(unknown.sources().is_empty());

@@ -1,14 +1,14 @@
-//! The sample pattern as meta-parameters: logits of coordinates scaled to their range.
+//! The sample pattern as meta-parameters: logits of angles scaled to their range.
 //!
-//! theta_h = pi/2 sigmoid(l_0), theta_d = pi/2 sigmoid(l_1), phi_d = pi sigmoid(l_2). A sample
-//! with a direction below the horizon is left out of the fit and pays the barrier
-//! 0.005 (theta_h^2 + theta_d^2), which pulls it back (paper, Eq. "barrier").
+//! theta_h = π/2 sigmoid(l_0), theta_d = π/2 sigmoid(l_1), phi_d = π sigmoid(l_2). A sample with a direction below the
+//! horizon is excluded from the fit. It adds the barrier 0.005 (theta_h² + theta_d²) to the loss, whose gradient moves
+//! it back above the horizon (paper, Eq. "barrier").
 
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::gonio::Limits;
 use glimpse_core::model::SampleGradient;
 use glimpse_kernels::Dual;
-use glimpse_kernels::lanes::{InstructionSet, Octet, OctetAt, WIDTH};
+use glimpse_kernels::lanes::{InstructionSet, Octet, OctetDirections, WIDTH};
 use glimpse_kernels::samples::{OctetRgb, transpose_rgb};
 use glimpse_kernels::samples::{SampleOctets, SampleWeights};
 use glimpse_materials::Material;
@@ -16,21 +16,21 @@ use glimpse_materials::sampling::RANGE;
 
 use super::augmentation::Augmentation;
 
-/// The barrier's weight.
+/// The weight of the barrier.
 const BARRIER: f32 = 0.005;
 
-/// Angles of a sample's three logits.
+/// Returns the angles of a sample's three logits.
 #[must_use]
-pub fn angles_of(logits: [f32; 3]) -> Angles<f32> {
+pub fn angles_from_logits(logits: [f32; 3]) -> Angles<f32> {
     angles_within(logits, &Limits::NONE)
 }
 
-/// The same within limits of a machine: light and sensor are at least as far apart as they have to be.
-/// (Whether its arms get there is another question.)
+/// Returns the angles within limits of a goniometer: light and sensor keep the minimum separation. The polar angles may
+/// still exceed their limits.
 fn angles_within(logits: [f32; 3], limits: &Limits) -> Angles<f32> {
-    let least = least_of(limits);
+    let min = min_angles(limits);
     let [theta_h, theta_d, phi_d] =
-        [0, 1, 2].map(|i| least[i] + (RANGE[i] - least[i]) / (1.0 + (-logits[i]).exp()));
+        [0, 1, 2].map(|i| min[i] + (RANGE[i] - min[i]) / (1.0 + (-logits[i]).exp()));
     Angles {
         theta_h,
         theta_d,
@@ -38,22 +38,22 @@ fn angles_within(logits: [f32; 3], limits: &Limits) -> Angles<f32> {
     }
 }
 
-/// The least angles within limits: light and sensor are twice theta_d apart.
-fn least_of(limits: &Limits) -> [f32; 3] {
+/// Returns the minimum angles within limits: light and sensor are 2 theta_d apart.
+fn min_angles(limits: &Limits) -> [f32; 3] {
     [0.0, 0.5 * limits.min_separation, 0.0]
 }
 
-/// Whether both directions are above the horizon, and where the arms get to.
-fn is_within(at: &HalfDifference<f32>, limits: &Limits) -> bool {
+/// Returns true if both directions are above the horizon and within the polar angle limits.
+fn is_valid_within(at: &HalfDifference<f32>, limits: &Limits) -> bool {
     at.is_valid()
         && (*limits == Limits::NONE
             || (at.cos_theta_i() >= limits.max_theta_i.cos()
                 && at.cos_theta_o() >= limits.max_theta_o.cos()))
 }
 
-/// Logits of a sample's angles. Angles at an end of their range come out a little inside.
+/// Returns the logits of a sample's angles. Angles at a bound of their range are moved inside by 0.1 % of the range.
 #[must_use]
-pub fn logits_of(angles: Angles<f32>) -> [f32; 3] {
+pub fn logits_from_angles(angles: Angles<f32>) -> [f32; 3] {
     let angles = [angles.theta_h, angles.theta_d, angles.phi_d];
     [0, 1, 2].map(|i| {
         let share = (angles[i] / RANGE[i]).clamp(1e-3, 1.0 - 1e-3);
@@ -61,68 +61,72 @@ pub fn logits_of(angles: Angles<f32>) -> [f32; 3] {
     })
 }
 
-/// The pattern's angles, pulled towards the pole where a direction is below the horizon or grazes
-/// it: a scanner cannot measure there.
+/// Returns the pattern's angles. Samples with a direction at or below the horizon are moved towards the pole, because a
+/// scanner cannot measure there.
 #[must_use]
-pub fn above_horizon(logits: &[f32]) -> Vec<Angles<f32>> {
-    reachable(logits, &Limits::NONE)
+pub fn angles_above_horizon(logits: &[f32]) -> Vec<Angles<f32>> {
+    reachable_angles(logits, &Limits::NONE)
 }
 
-/// The pattern's angles within limits of a machine, pulled towards the pole where its arms do not get
-/// to a direction. Light and sensor must be able to be as far apart as they have to be at equal polar
-/// angles.
+/// Returns the pattern's angles within the limits of a goniometer. Samples out of reach are moved towards the pole. The
+/// limits must allow the minimum separation at equal polar angles.
 #[must_use]
-pub fn reachable(logits: &[f32], limits: &Limits) -> Vec<Angles<f32>> {
-    const LEAST_COSINE: f32 = 1e-3;
-    let [_, least, _] = least_of(limits);
-    let mut angles = Pattern::within(logits, *limits).angles().to_vec();
+pub fn reachable_angles(logits: &[f32], limits: &Limits) -> Vec<Angles<f32>> {
+    const MIN_COSINE: f32 = 1e-3;
+    let [_, min_theta_d, _] = min_angles(limits);
+    let mut angles = Pattern::from_logits_within(logits, *limits)
+        .angles()
+        .to_vec();
     for angles in &mut angles {
         loop {
             let at = HalfDifference::from_angles(*angles);
-            let low = at.cos_theta_i().min(at.cos_theta_o()) <= LEAST_COSINE;
-            let at_least = angles.theta_h < 1e-6 && angles.theta_d <= least;
-            if (!low && is_within(&at, limits)) || at_least {
+            let is_low = at.cos_theta_i().min(at.cos_theta_o()) <= MIN_COSINE;
+            let is_minimal = angles.theta_h < 1e-6 && angles.theta_d <= min_theta_d;
+            if (!is_low && is_valid_within(&at, limits)) || is_minimal {
                 break;
             }
             angles.theta_h *= 0.99;
-            angles.theta_d = least + 0.99 * (angles.theta_d - least);
+            angles.theta_d = min_theta_d + 0.99 * (angles.theta_d - min_theta_d);
         }
     }
     angles
 }
 
-/// A pattern, ready to be measured on any material.
+/// A pattern, prepared for measuring materials.
 pub struct Pattern {
     limits: Limits,
     angles: Vec<Angles<f32>>,
-    places: Vec<HalfDifference<f32>>,
+    directions: Vec<HalfDifference<f32>>,
     valid: Vec<bool>,
-    at: Vec<OctetAt>,
+    at: Vec<OctetDirections>,
     weights: Vec<Octet>,
 }
 
-/// A pattern measured on one material.
+/// The measurement of one material at a pattern.
 pub struct MeasuredPattern<'p> {
     pattern: &'p Pattern,
     values: Vec<OctetRgb>,
 }
 
 impl Pattern {
-    /// From angles.
+    /// Creates a pattern from angles.
     #[must_use]
     pub fn new(angles: Vec<Angles<f32>>) -> Self {
-        Self::of(angles, Limits::NONE)
+        Self::with_limits(angles, Limits::NONE)
     }
 
-    fn of(angles: Vec<Angles<f32>>, limits: Limits) -> Self {
-        let places: Vec<_> = angles
+    fn with_limits(angles: Vec<Angles<f32>>, limits: Limits) -> Self {
+        let directions: Vec<_> = angles
             .iter()
             .copied()
             .map(HalfDifference::from_angles)
             .collect();
-        let valid: Vec<bool> = places.iter().map(|at| is_within(at, &limits)).collect();
-        let counted = valid.iter().filter(|valid| **valid).count().max(1);
-        let weight = 1.0 / (3.0 * counted as f32);
+        let valid: Vec<bool> = directions
+            .iter()
+            .map(|at| is_valid_within(at, &limits))
+            .collect();
+        let valid_count = valid.iter().filter(|valid| **valid).count().max(1);
+        let weight = 1.0 / (3.0 * valid_count as f32);
         let mut weights = vec![Octet::default(); angles.len().div_ceil(WIDTH)];
         for (index, valid) in valid.iter().enumerate() {
             if *valid {
@@ -131,47 +135,47 @@ impl Pattern {
         }
         Self {
             limits,
-            at: places.chunks(WIDTH).map(Octet::transpose).collect(),
-            places,
+            at: directions.chunks(WIDTH).map(Octet::transpose).collect(),
+            directions,
             angles,
             valid,
             weights,
         }
     }
 
-    /// From logits, three for each sample.
+    /// Creates a pattern from logits, three per sample.
     #[must_use]
     pub fn from_logits(logits: &[f32]) -> Self {
-        Self::within(logits, Limits::NONE)
+        Self::from_logits_within(logits, Limits::NONE)
     }
 
-    /// From logits, within limits of a machine: samples that its arms do not get to are not valid.
+    /// Creates a pattern from logits, within limits of a goniometer. Samples out of its reach are invalid.
     #[must_use]
-    pub fn within(logits: &[f32], limits: Limits) -> Self {
+    pub fn from_logits_within(logits: &[f32], limits: Limits) -> Self {
         let (logits, _) = logits.as_chunks();
         let angles = logits.iter().map(|logits| angles_within(*logits, &limits));
-        Self::of(angles.collect(), limits)
+        Self::with_limits(angles.collect(), limits)
     }
 
-    /// The angles.
+    /// Returns the angles of all samples.
     #[must_use]
     pub fn angles(&self) -> &[Angles<f32>] {
         &self.angles
     }
 
-    /// Half and difference vectors of the samples, eight by eight.
+    /// Returns the half and difference vectors of the samples, in octets.
     #[must_use]
-    pub fn octets_at(&self) -> &[OctetAt] {
+    pub fn octets_at(&self) -> &[OctetDirections] {
         &self.at
     }
 
-    /// Which samples are valid.
+    /// Returns the validity of each sample.
     #[must_use]
     pub fn valid(&self) -> &[bool] {
         &self.valid
     }
 
-    /// What invalid samples pay.
+    /// Returns the sum of the barrier over invalid samples.
     #[must_use]
     pub fn barrier(&self) -> f32 {
         let invalid = self
@@ -184,14 +188,14 @@ impl Pattern {
             .sum()
     }
 
-    /// The angles of the samples that are valid.
+    /// Returns the angles of the valid samples.
     pub fn valid_angles(&self) -> impl Iterator<Item = Angles<f32>> {
         let all = self.angles.iter().zip(&self.valid);
         all.filter(|(_, valid)| **valid).map(|(angles, _)| *angles)
     }
 
-    /// From derivatives by the angles of each valid sample, asked for by its index and in order, to the
-    /// gradient by the logits, the barrier's included.
+    /// Returns the gradient by the logits, including the barrier. `by_angles` is called in order with the index of each
+    /// valid sample, and returns the derivatives by its angles.
     #[must_use]
     pub fn gradient_by_logits(&self, mut by_angles: impl FnMut(usize) -> [f32; 3]) -> Vec<f32> {
         let mut by_logits = Vec::with_capacity(3 * self.angles.len());
@@ -203,18 +207,18 @@ impl Pattern {
                 [slope * angles.theta_h, slope * angles.theta_d, 0.0]
             };
             let angles = [angles.theta_h, angles.theta_d, angles.phi_d];
-            let ranges = least_of(&self.limits).into_iter().zip(RANGE);
-            for ((by_angle, angle), (least, most)) in by_angles.iter().zip(angles).zip(ranges) {
-                let above = angle - least;
-                by_logits.push(by_angle * above * (1.0 - above / (most - least)));
+            let ranges = min_angles(&self.limits).into_iter().zip(RANGE);
+            for ((by_angle, angle), (min, max)) in by_angles.iter().zip(angles).zip(ranges) {
+                let offset = angle - min;
+                by_logits.push(by_angle * offset * (1.0 - offset / (max - min)));
             }
         }
         by_logits
     }
 
-    /// From the gradient by samples' coordinates to the one by the angles of one of them.
+    /// Converts the gradient by samples' half and difference vectors to the gradient by the angles of one sample.
     #[must_use]
-    pub fn by_angles(&self, samples: &[SampleGradient<Octet>], index: usize) -> [f32; 3] {
+    pub fn gradient_by_angles(&self, samples: &[SampleGradient<Octet>], index: usize) -> [f32; 3] {
         let lane = index % WIDTH;
         let by = &samples[index / WIDTH].at;
         let at = HalfDifference::from_angles(Dual::<f32, 3>::variables(self.angles[index]));
@@ -233,9 +237,9 @@ impl Pattern {
         self.measured(&self.values(material))
     }
 
-    /// Measures a augmentation of a material with a partner.
+    /// Measures an augmented material at the pattern.
     #[must_use]
-    pub fn measure_varied(
+    pub fn measure_augmented(
         &self,
         material: &dyn Material,
         partner: &dyn Material,
@@ -248,10 +252,10 @@ impl Pattern {
         self.measured(&values)
     }
 
-    /// The BRDF of a material at all places, 0 at those that are not valid.
+    /// Returns the BRDF of a material at all samples, sr⁻¹, and 0 at invalid samples.
     fn values(&self, material: &dyn Material) -> Vec<[f32; 3]> {
-        let mut values = vec![[0.0; 3]; self.places.len()];
-        material.brdf_batch(&self.places, &mut values);
+        let mut values = vec![[0.0; 3]; self.directions.len()];
+        material.brdf_batch(&self.directions, &mut values);
         for (value, valid) in values.iter_mut().zip(&self.valid) {
             if !valid {
                 *value = [0.0; 3];
@@ -269,7 +273,7 @@ impl Pattern {
 }
 
 impl MeasuredPattern<'_> {
-    /// The samples, as kernels read them.
+    /// Returns the samples in the layout of the kernels.
     #[must_use]
     pub fn octets(&self) -> SampleOctets<'_> {
         SampleOctets {
@@ -277,19 +281,19 @@ impl MeasuredPattern<'_> {
             values: &self.values,
             order: None,
             weights: SampleWeights::Each(&self.pattern.weights),
-            instruction_set: InstructionSet::of_this_machine(),
-            in_a_row: false,
+            instruction_set: InstructionSet::detect(),
+            back_to_back: false,
         }
     }
 
-    /// From the gradient by samples' coordinates to the one by the pattern's logits, the
-    /// barrier's included.
+    /// Converts the gradient by samples' half and difference vectors to the gradient by the pattern's logits, including
+    /// the barrier.
     ///
-    /// A place changes the measured value too, but the log loss of a fit knows of that value only
-    /// on which side of the model's it is: its slope is 0, and plays no part here.
+    /// A sample's angles also change its measured value. The gradient of a fit's log loss depends on that value only
+    /// through the sign of model minus measurement, so the corresponding derivative is 0.
     #[must_use]
     pub fn gradient_by_logits(&self, samples: &[SampleGradient<Octet>]) -> Vec<f32> {
         self.pattern
-            .gradient_by_logits(|index| self.pattern.by_angles(samples, index))
+            .gradient_by_logits(|index| self.pattern.gradient_by_angles(samples, index))
     }
 }

@@ -1,125 +1,125 @@
-//! What a phase of training is; which phases there are, [`plan`](super::plan) says.
+//! A phase of training. [`plan`](super::plan) combines phases.
 
 use glimpse_optimizer::Groups;
 
-/// What the inner loop learns on.
+/// The samples of the inner loop.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum InnerSamples {
-    /// So many fresh uniform samples at every step.
+    /// A number of uniform samples, redrawn at every inner step.
     Fresh(usize),
-    /// So many uniform samples, the same at every step.
-    Random(usize),
-    /// The pattern's samples, the same at every step.
+    /// A number of uniform samples, the same at every inner step.
+    Fixed(usize),
+    /// The samples of the pattern, the same at every inner step.
     Pattern,
 }
 
-/// Where a phase's meta-parameters come from. All but [`Start::Previous`] reset Adam's moments.
+/// The initial meta-parameters of a phase. All variants except [`Initialization::Previous`] reset Adam's moments.
 ///
-/// Where the phase has more samples than those, some are [`AddedSamples`].
+/// If the phase has more samples than these meta-parameters, the rest are [`AddedSamples`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Start {
-    /// A first guess of its own, by this number.
+pub enum Initialization {
+    /// A new initialization with this number.
     Guess(u64),
-    /// The phase before.
+    /// The final meta-parameters of the previous phase.
     Previous,
     /// The best meta-parameters so far; see [`Selection`].
     Best,
-    /// The same, the samples in the order in which they tell most; see
-    /// [`MetaObjective::in_order`](super::objective::MetaObjective::in_order).
-    BestInOrder,
-    /// The phase before, but for the pattern: another random one at each epoch.
-    Patterns,
+    /// The best meta-parameters so far, with the samples sorted by importance; see
+    /// [`MetaObjective::reorder_samples`](super::objective::MetaObjective::reorder_samples).
+    BestReordered,
+    /// The final meta-parameters of the previous phase, but a new random pattern at each epoch.
+    RandomPatterns,
 }
 
-/// The samples that a phase has more than the one it begins with.
+/// The initial values of additional samples, in a phase with more samples than its initialization.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AddedSamples {
     /// Points of a Sobol sequence.
     Sobol,
-    /// Copies of those that there are. A pattern with every sample twice has the loss of the pattern
-    /// with each once, so that evolution begins from what was reached. It is not for gradients: two
-    /// equal samples have equal gradients, and would stay equal.
+    /// Copies of the existing samples. A pattern with every sample twice has the same loss, so evolution starts from
+    /// the loss already reached. Not for gradients: two equal samples have equal gradients, and would stay equal.
     Repeated,
-    /// Copies of those that there are, each moved at random by a degree or two: for gradients, which
-    /// then differ between a sample and its copy.
+    /// Copies of the existing samples, each randomly displaced by one or two degrees. For gradients, which then differ
+    /// between a sample and its copy.
     Jittered,
 }
 
-/// Which of a phase's meta-parameters are the best so far.
+/// The criterion for storing meta-parameters of a phase as the best so far.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Selection {
-    /// None of them: the best so far stays what it was.
-    Nothing,
-    /// Those with the best loss on materials held out, if it is better than before.
+    /// Never: the best so far is unchanged.
+    Unchanged,
+    /// The smallest loss on validation materials, if it is below the best so far.
     BestValidation,
-    /// Those of the epoch with the best training loss, barrier included, whatever there was before.
+    /// The smallest training loss over an epoch, including the barrier. Results of earlier phases are discarded.
     BestEpoch,
-    /// Those at its end.
+    /// The final meta-parameters.
     Last,
-    /// Those at its end, if their [fitness](super::objective::MetaObjective::fitness) is better than before.
-    Fittest,
+    /// The final meta-parameters, if their [fitness](super::objective::MetaObjective::fitness) is below the best loss
+    /// so far.
+    BestFitness,
 }
 
-/// How meta-parameters are looked for.
+/// The search for better meta-parameters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SearchMethod {
-    /// Steps of Adam along exact meta-gradients of batches.
+    /// Adam on exact meta-gradients of batches.
     Gradient,
-    /// [Evolution](super::evolution) by the loss of all materials. A step is a generation of so
-    /// many candidates, and [`Phase::rates`] are the standard deviations that it begins with.
+    /// [Evolution](super::evolution) with the loss of all materials. A step is a generation of this many candidates,
+    /// and [`Phase::rates`] are the initial standard deviations.
     Evolution(usize),
 }
 
 /// One stage of meta-training.
 #[derive(Clone, Debug)]
 pub struct Phase {
-    /// For progress reports.
+    /// The name in progress reports.
     pub name: &'static str,
-    /// Where it begins.
-    pub start: Start,
-    /// How it looks for better ones.
+    /// The initialization.
+    pub initialization: Initialization,
+    /// The search method.
     pub search: SearchMethod,
-    /// Which meta-parameters it hands on as the best.
-    pub keep: Selection,
-    /// How many samples the pattern has.
+    /// The selection of the best meta-parameters.
+    pub selection: Selection,
+    /// The number of samples of the pattern.
     pub samples: usize,
-    /// Those that it begins with.
-    pub added: AddedSamples,
-    /// Whether a scan that ends early has the first samples. Before samples are in order, it may have any
-    /// of them. (By schedule prior, where readings may be missing.)
-    pub in_order: bool,
-    /// Outer steps.
+    /// The initial values of additional samples.
+    pub added_samples: AddedSamples,
+    /// True if the samples are sorted, so that a scan that ends early has the first samples. If false, it may have any
+    /// of them. (Only for schedule prior, with missing readings.)
+    pub samples_ordered: bool,
+    /// The number of outer steps.
     pub steps: usize,
-    /// Tasks in each.
+    /// The number of tasks per outer step.
     pub batch: usize,
-    /// What to learn on.
-    pub inner: InnerSamples,
-    /// How many samples to judge by.
-    pub outer: usize,
-    /// Learning rates at its start; 0 freezes a group.
+    /// The samples of the inner loop.
+    pub inner_samples: InnerSamples,
+    /// The number of samples of the outer loss.
+    pub outer_samples: usize,
+    /// The initial learning rate of each group; 0 freezes a group.
     pub rates: Groups<f64>,
-    /// Learning rates at its end, as a share of those at its start (cosine annealing).
-    pub final_rate: f64,
-    /// Steps over which the rates rise to their start.
-    pub warm_up: usize,
-    /// Gradients of each group are scaled down to at most this norm.
-    pub largest_norm: f32,
-    /// Weight decay as in Adam with L2 regularisation: so much of a value is added to its gradient.
+    /// The final learning rates, as a share of the initial ones (cosine annealing).
+    pub final_rate_ratio: f64,
+    /// The number of steps of linear warm-up.
+    pub warm_up_steps: usize,
+    /// The maximum norm of the gradient of each group; longer gradients are scaled down.
+    pub max_gradient_norm: f32,
+    /// The weight decay of Adam with L2 regularization: the share of a value added to its gradient.
     pub weight_decay: f32,
-    /// Train on [random variations](super::augmentation::Augmentation::random) with this gain rather than on the
-    /// materials as they are.
-    pub gain: Option<f32>,
+    /// The gain of [random augmentations](super::augmentation::Augmentation::random). None trains on the unchanged
+    /// materials.
+    pub augmentation_gain: Option<f32>,
 }
 
 impl Phase {
-    /// The learning rates at a step.
+    /// Returns the learning rates at a step.
     #[must_use]
     pub fn rates_at(&self, step: usize) -> Groups<f64> {
-        let done = step as f64 / self.steps as f64;
-        let cosine = 0.5 * (1.0 + (std::f64::consts::PI * done).cos());
-        let annealed = self.final_rate + (1.0 - self.final_rate) * cosine;
-        let risen = ((step + 1) as f64 / self.warm_up.max(1) as f64).min(1.0);
-        let share = annealed * risen;
+        let progress = step as f64 / self.steps as f64;
+        let cosine = 0.5 * (1.0 + (std::f64::consts::PI * progress).cos());
+        let annealed = self.final_rate_ratio + (1.0 - self.final_rate_ratio) * cosine;
+        let warm_up = ((step + 1) as f64 / self.warm_up_steps.max(1) as f64).min(1.0);
+        let share = annealed * warm_up;
         self.rates.clone().map(|rate| rate * share)
     }
 }
@@ -127,44 +127,44 @@ impl Phase {
 /// One outer step of a plan.
 #[derive(Clone, Copy, Debug)]
 pub struct OuterStep<'p> {
-    /// The phase that it belongs to.
+    /// The phase.
     pub phase: &'p Phase,
-    /// Which of the plan's phases that is: it has random numbers of its own.
-    pub number: usize,
-    /// Which of the phase's steps it is.
+    /// The index of the phase in the plan; it selects the random numbers.
+    pub phase_index: usize,
+    /// The index of the step in the phase.
     pub step: usize,
 }
 
-/// What is optimized for the step sizes.
+/// The optimized encoding of the step sizes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum StepSizeForm {
+pub enum StepSizeEncoding {
     /// alpha itself, of any sign, as in the paper.
     Plain,
     /// ln alpha: alpha stays positive, and Adam's steps are relative.
     Logarithm,
 }
 
-impl StepSizeForm {
-    /// alpha of what is optimized.
+impl StepSizeEncoding {
+    /// Returns alpha, given encoded values.
     #[must_use]
-    pub fn step_sizes(self, values: &[f32]) -> Vec<f32> {
+    pub fn decode(self, values: &[f32]) -> Vec<f32> {
         match self {
             Self::Plain => values.to_vec(),
             Self::Logarithm => values.iter().map(|log| log.exp()).collect(),
         }
     }
 
-    /// What is optimized for an alpha.
+    /// Returns the encoded value of an alpha.
     #[must_use]
-    pub fn value(self, step_size: f32) -> f32 {
+    pub fn encode(self, step_size: f32) -> f32 {
         match self {
             Self::Plain => step_size,
             Self::Logarithm => step_size.ln(),
         }
     }
 
-    /// From the gradient by alpha to the one by what is optimized.
-    pub(super) fn chain(self, gradient: &mut [f32], step_sizes: &[f32]) {
+    /// Converts the gradient by alpha to the gradient by the encoded values.
+    pub(super) fn chain_rule(self, gradient: &mut [f32], step_sizes: &[f32]) {
         if self == Self::Logarithm {
             for (gradient, step_size) in gradient.iter_mut().zip(step_sizes) {
                 *gradient *= step_size;

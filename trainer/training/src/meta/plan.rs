@@ -1,25 +1,23 @@
-//! A plan: what is trained when, for how long, at which rates. [`schedules`](super::schedules) make
-//! them.
+//! A training plan: the phases of a run and its initial values. [`schedules`](super::schedules) create plans.
 
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe;
 use rand_chacha::ChaCha8Rng;
 use serde::Serialize;
 
-use super::phase::{OuterStep, Phase, StepSizeForm};
+use super::phase::{OuterStep, Phase, StepSizeEncoding};
 use glimpse_kernels::samples::SampleOctets;
 use glimpse_kernels::sums::loss_of_black;
 
-/// How the parts of a recipe are trained.
+/// The training schedule.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub enum Schedule {
-    /// Start, step sizes and pattern together, for the n at hand, from the best of several tries.
+    /// Initial parameters, step sizes and pattern together, for the given n, from the best of several initializations.
     Joint,
-    /// The paper's two stages: initialization and step sizes on fresh samples, then the pattern
-    /// alone.
+    /// The two stages of the paper: initial parameters and step sizes on fresh samples, then the pattern alone.
     Paper,
-    /// A learned prior: readings are completed by a small map, which is trained together with where
-    /// they are taken; a descent starts from what they are completed to.
+    /// A learned prior: a small network completes the readings, trained jointly with the pattern. A descent starts from
+    /// the completed coefficients.
     Prior,
 }
 
@@ -33,16 +31,16 @@ impl From<Schedule> for recipe::Schedule {
     }
 }
 
-/// How long to train.
+/// The training effort.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub enum Effort {
     /// Seconds: for a first look. (Schedule paper: 1/500 of the paper's steps.)
     Brief,
-    /// A minute or so: to try things out. (Schedule paper: 1/100.)
+    /// About a minute: for experiments. (Schedule paper: 1/100 of the paper's steps.)
     Quick,
-    /// Minutes: for use. (Schedule paper: 1/10.)
+    /// Minutes: for use. (Schedule paper: 1/10 of the paper's steps.)
     Standard,
-    /// An hour or so: for the last few per cent. (Schedule paper: all of the paper's steps.)
+    /// About an hour: for the last few percent. (Schedule paper: all of the paper's steps.)
     Long,
 }
 
@@ -57,33 +55,33 @@ impl From<Effort> for recipe::Effort {
     }
 }
 
-/// What the losses of materials count for in their mean.
+/// The weight of each material in the mean loss.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LossWeights {
-    /// As much as any other, as in the paper.
+    /// Equal weights, as in the paper.
     Equal,
-    /// About as much as they are a share of what black, f = 0, loses: a dark material, whose loss
-    /// is never large, has a shade of its own to be learned too, and in pictures it shows.
+    /// Weights approximately inverse to the loss of black (f = 0) on the material. The loss of a dark material is
+    /// always small, but its errors are visible in pictures.
     Relative,
 }
 
 impl LossWeights {
-    /// What a material counts for, on which black has this loss.
+    /// Returns the weight of a material, given the loss of black on it.
     #[must_use]
     pub fn weight(self, loss_of_black: f32) -> f32 {
-        /// Below it the loss of black is as good as none.
+        /// Losses of black below this value are negligible.
         const DARK: f32 = 0.005;
-        /// About the mean loss of black: weights are about 1.
-        const USUAL: f32 = 0.06;
+        /// About the mean loss of black, so that weights are about 1.
+        const MEAN: f32 = 0.06;
         match self {
             Self::Equal => 1.0,
-            Self::Relative => (USUAL + DARK) / (loss_of_black + DARK),
+            Self::Relative => (MEAN + DARK) / (loss_of_black + DARK),
         }
     }
 
-    /// What samples that were just drawn count for.
+    /// Returns the weight of drawn samples.
     #[must_use]
-    pub fn weight_of(self, samples: &SampleOctets<'_>) -> f32 {
+    pub fn weight_of_samples(self, samples: &SampleOctets<'_>) -> f32 {
         match self {
             Self::Equal => 1.0,
             Self::Relative => self.weight(loss_of_black(samples)),
@@ -91,50 +89,50 @@ impl LossWeights {
     }
 }
 
-/// A start and step sizes that are trained already.
+/// Pretrained initial parameters and step sizes.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct PretrainedInit {
-    /// theta_0.
+    /// The initial parameters, theta_0.
     pub initial: Vec<f32>,
-    /// alpha.
+    /// The step sizes, alpha.
     pub step_sizes: Vec<f32>,
 }
 
-/// A whole training run, but for the materials.
+/// A whole training run, without its materials.
 #[derive(Clone, Debug)]
 pub struct Plan {
-    /// The phases, in order. The last one trains for the n at hand.
+    /// The phases, in order. The last one trains the requested n.
     pub phases: Vec<Phase>,
-    /// How many materials there are to train on.
+    /// The number of training materials.
     pub tasks: usize,
-    /// Where initial parameters begin.
-    pub first_guess: fn(ModelKind, &mut ChaCha8Rng) -> Vec<f32>,
-    /// What is optimized for the step sizes.
-    pub step_size_form: StepSizeForm,
-    /// The step size that all parameters begin with.
-    pub first_step_size: f32,
-    /// What the losses of materials count for in their mean.
-    pub weighing: LossWeights,
-    /// Start and step sizes that are known already, instead of the first guess.
-    pub known: Option<PretrainedInit>,
+    /// The function that draws initial parameters.
+    pub initial_parameters: fn(ModelKind, &mut ChaCha8Rng) -> Vec<f32>,
+    /// The optimized encoding of the step sizes.
+    pub step_size_encoding: StepSizeEncoding,
+    /// The initial step size of all parameters.
+    pub initial_step_size: f32,
+    /// The weight of each material in the mean loss.
+    pub loss_weights: LossWeights,
+    /// Pretrained initial parameters and step sizes, in place of random ones.
+    pub pretrained: Option<PretrainedInit>,
 }
 
 impl Plan {
-    /// Outer steps of all phases.
+    /// Returns the number of outer steps of all phases.
     #[must_use]
     pub fn steps(&self) -> usize {
         self.phases.iter().map(|phase| phase.steps).sum()
     }
 
-    /// The step that comes after so many outer steps; None at the end.
+    /// Returns the outer step with this index over all phases; None at the end.
     #[must_use]
     pub fn at(&self, done: usize) -> Option<OuterStep<'_>> {
         let mut step = done;
-        for (number, phase) in self.phases.iter().enumerate() {
+        for (phase_index, phase) in self.phases.iter().enumerate() {
             if step < phase.steps {
                 return Some(OuterStep {
                     phase,
-                    number,
+                    phase_index,
                     step,
                 });
             }
@@ -149,7 +147,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_loss_of_a_dark_material_counts_for_more_but_not_without_limit() {
+    fn relative_weights_favor_dark_materials() {
         let weights = [0.0, 0.005, 0.06, 0.5].map(|black| LossWeights::Relative.weight(black));
         assert!(weights.is_sorted_by(|a, b| a > b));
         assert!((weights[2] - 1.0).abs() < 1e-6 && weights[0] < 20.0);

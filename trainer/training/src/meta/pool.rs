@@ -1,14 +1,13 @@
-//! Materials as tasks: each evaluated once at a pool of uniform valid directions.
+//! Training tasks from a pool: each material is evaluated once at many uniform valid directions.
 //!
-//! The pool's directions are the same for all materials and in random order, so that any few
-//! octets of it are a uniform random draw; training never evaluates a material elsewhere than in
-//! its pool and at the pattern's directions.
+//! The directions are the same for all materials and in random order, so any few octets are a uniform random draw.
+//! Training evaluates materials only in their pool and at the pattern.
 
 use std::borrow::Cow;
 use std::ops::Deref;
 
 use glimpse_core::geometry::HalfDifference;
-use glimpse_kernels::lanes::{InstructionSet, Octet, OctetAt, WIDTH};
+use glimpse_kernels::lanes::{InstructionSet, Octet, OctetDirections, WIDTH};
 use glimpse_kernels::samples::{OctetRgb, SampleOctets, SampleWeights, transpose_rgb};
 use glimpse_kernels::sums::loss_of_black;
 use glimpse_materials::Material;
@@ -19,16 +18,16 @@ use rayon::prelude::*;
 
 use super::augmentation::Augmentation;
 
-/// The pool of directions, and each material's BRDF there.
+/// The directions of the pool, and the BRDF of each material at them.
 pub struct Pool {
-    at: Vec<OctetAt>,
+    at: Vec<OctetDirections>,
     values: Vec<Vec<OctetRgb>>,
-    /// The loss of black, f = 0, on each material.
+    /// The loss of black (f = 0) on each material.
     black: Vec<f32>,
 }
 
 impl Pool {
-    /// Evaluates all materials at `size` (rounded up to octets) uniform valid directions.
+    /// Evaluates all materials at `size` uniform valid directions, rounded up to octets.
     #[must_use]
     pub fn new<'m, M>(materials: &[M], size: usize, seed: u64) -> Self
     where
@@ -36,7 +35,7 @@ impl Pool {
     {
         let octets = size.div_ceil(WIDTH);
         let angles = uniform_valid(octets * WIDTH, seed);
-        let at: Vec<OctetAt> = angles
+        let at: Vec<OctetDirections> = angles
             .chunks(WIDTH)
             .map(|angles| {
                 let at: Vec<_> = angles
@@ -68,35 +67,35 @@ impl Pool {
         pool
     }
 
-    /// The loss of black, f = 0, on a material, over all directions.
+    /// Returns the loss of black (f = 0) on a material, over all directions.
     #[must_use]
     pub fn loss_of_black(&self, material: usize) -> f32 {
         self.black[material]
     }
 
-    /// How many octets there are.
+    /// Returns the number of octets.
     #[must_use]
-    pub fn octets(&self) -> usize {
+    pub fn octet_count(&self) -> usize {
         self.at.len()
     }
 
-    /// Draws `count` samples of a material: whole octets, the last one filled up with weight 0.
+    /// Draws `count` samples of a material: whole octets, where unused lanes of the last one have weight 0.
     #[must_use]
-    pub fn draw(&self, material: usize, count: usize, random: &mut ChaCha8Rng) -> Draw<'_> {
+    pub fn draw(&self, material: usize, count: usize, random: &mut ChaCha8Rng) -> DrawnSamples<'_> {
         let last = self.at.len() as u32;
         let order = (0..count.div_ceil(WIDTH)).map(|_| random.random_range(0..last));
         self.ordered(material, order.collect(), count)
     }
 
-    /// The same of a augmentation of the material.
+    /// Draws `count` samples of an augmented material, as [`Pool::draw`] does.
     #[must_use]
-    pub fn draw_varied(
+    pub fn draw_augmented(
         &self,
         material: usize,
         augmentation: &Augmentation,
         count: usize,
         random: &mut ChaCha8Rng,
-    ) -> Draw<'_> {
+    ) -> DrawnSamples<'_> {
         let drawn = (0..count.div_ceil(WIDTH)).map(|_| random.random_range(0..self.at.len()));
         let (own, partner) = (&self.values[material], &self.values[augmentation.partner]);
         let (at, values): (Vec<_>, Vec<_>) = drawn
@@ -108,7 +107,7 @@ impl Pool {
                 (self.at[octet], transpose_rgb(&lanes))
             })
             .unzip();
-        Draw {
+        DrawnSamples {
             at: Cow::Owned(at),
             values: Cow::Owned(values),
             order: None,
@@ -116,26 +115,26 @@ impl Pool {
         }
     }
 
-    /// The first so many octets of a material, from one of them on: always the same samples, and
-    /// as random as any.
+    /// Returns `count` samples of a material from octet `first` on. They are always the same, and as random as any
+    /// draw.
     #[must_use]
-    pub fn octets_from(&self, material: usize, first: usize, count: usize) -> Draw<'_> {
+    pub fn octets_from(&self, material: usize, first: usize, count: usize) -> DrawnSamples<'_> {
         let octets = first..first + count.div_ceil(WIDTH);
         let order = octets.map(|octet| (octet % self.at.len()) as u32);
         self.ordered(material, order.collect(), count)
     }
 
-    /// All samples of a material.
+    /// Returns all samples of a material.
     #[must_use]
-    pub fn all(&self, material: usize) -> Draw<'_> {
-        Draw {
+    pub fn all(&self, material: usize) -> DrawnSamples<'_> {
+        DrawnSamples {
             order: None,
             ..self.ordered(material, Vec::new(), self.at.len() * WIDTH)
         }
     }
 
-    fn ordered(&self, material: usize, order: Vec<u32>, count: usize) -> Draw<'_> {
-        Draw {
+    fn ordered(&self, material: usize, order: Vec<u32>, count: usize) -> DrawnSamples<'_> {
+        DrawnSamples {
             at: Cow::Borrowed(&self.at),
             values: Cow::Borrowed(&self.values[material]),
             order: Some(order),
@@ -144,41 +143,41 @@ impl Pool {
     }
 }
 
-/// Some samples of one material, or of a augmentation of it, drawn from a pool.
-pub struct Draw<'p> {
-    at: Cow<'p, [OctetAt]>,
+/// Samples of one material, or of an augmentation of it, drawn from a pool.
+pub struct DrawnSamples<'p> {
+    at: Cow<'p, [OctetDirections]>,
     values: Cow<'p, [OctetRgb]>,
-    /// Which octets of those they are; all if there is no list.
+    /// The indices of the drawn octets; None for all.
     order: Option<Vec<u32>>,
     weights: [Octet; 2],
 }
 
-/// SampleWeights of octets in a mean over `count` samples and three channels: of all but the last, and
-/// of the last one, whose lanes past the end have none.
+/// Returns the weights of octets in a mean over `count` samples and three channels: that of all octets except the last
+/// one, and that of the last one, whose unused lanes have weight 0.
 fn weights(count: usize) -> [Octet; 2] {
     let weight = 1.0 / (3.0 * count as f32);
     let mut last = Octet::default();
-    let taken = count - (count.div_ceil(WIDTH) - 1) * WIDTH;
-    for lane in last.0.iter_mut().take(taken) {
+    let used = count - (count.div_ceil(WIDTH) - 1) * WIDTH;
+    for lane in last.0.iter_mut().take(used) {
         *lane = weight;
     }
     [Octet([weight; WIDTH]), last]
 }
 
-impl Draw<'_> {
-    /// How many octets there are.
+impl DrawnSamples<'_> {
+    /// Returns the number of octets.
     #[must_use]
     pub fn len(&self) -> usize {
         self.order.as_ref().map_or(self.at.len(), Vec::len)
     }
 
-    /// True if there are none.
+    /// Returns true if there are no octets.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// The samples, as kernels read them.
+    /// Returns the samples in the layout of the kernels.
     #[must_use]
     pub fn octets(&self) -> SampleOctets<'_> {
         SampleOctets {
@@ -186,8 +185,8 @@ impl Draw<'_> {
             values: &self.values,
             order: self.order.as_deref(),
             weights: SampleWeights::Mean(self.weights),
-            instruction_set: InstructionSet::of_this_machine(),
-            in_a_row: false,
+            instruction_set: InstructionSet::detect(),
+            back_to_back: false,
         }
     }
 }
@@ -208,35 +207,38 @@ mod tests {
         Pool::new(&materials, 256, 3)
     }
 
-    /// A varied draw is the same places as a plain one of the same random numbers, and at each of
-    /// them the augmentation of what is there.
+    /// With the same random numbers, an augmented draw has the directions of a plain draw, and the augmented BRDF at
+    /// each.
     #[test]
-    fn a_varied_draw_varies_what_a_plain_one_draws() {
+    fn draw_augmented_augments_plain_draw() {
         let pool = pool();
         let random = || ChaCha8Rng::seed_from_u64(5);
         let augmentation = Augmentation::random(2.0, 1, &mut random());
-        let varied = pool.draw_varied(1, &augmentation, 60, &mut random());
+        let augmented = pool.draw_augmented(1, &augmentation, 60, &mut random());
         let drawn: Vec<usize> = {
             let mut random = random();
             (0..8)
-                .map(|_| random.random_range(0..pool.octets()))
+                .map(|_| random.random_range(0..pool.octet_count()))
                 .collect()
         };
-        assert_eq!(varied.len(), drawn.len());
-        for (found, octet) in drawn.iter().enumerate() {
-            assert_eq!(varied.at[found], pool.at[*octet]);
+        assert_eq!(augmented.len(), drawn.len());
+        for (index, octet) in drawn.iter().enumerate() {
+            assert_eq!(augmented.at[index], pool.at[*octet]);
             for lane in 0..WIDTH {
                 let rgb = |values: &OctetRgb| values.each_ref().map(|octet| octet.0[lane]);
                 let [own, partner] =
                     [1, 0].map(|material: usize| rgb(&pool.values[material][*octet]));
-                assert_eq!(rgb(&varied.values[found]), augmentation.brdf(own, partner));
+                assert_eq!(
+                    rgb(&augmented.values[index]),
+                    augmentation.brdf(own, partner)
+                );
             }
         }
     }
 
-    /// Against ln(1 + y c), one by one.
+    /// Compares with ln(1 + y c), summed over samples.
     #[test]
-    fn black_loses_the_logarithm_of_what_there_is() {
+    fn loss_of_black_is_mean_logarithm() {
         let pool = pool();
         let angles: Vec<Angles<f32>> = uniform_valid(256, 3);
         for (index, material) in Procedural::set(2, 0).iter().enumerate() {
@@ -248,10 +250,10 @@ mod tests {
                     .sum::<f64>()
             });
             let expected = losses.sum::<f64>() / (3.0 * 256.0);
-            let found = f64::from(pool.loss_of_black(index));
+            let loss = f64::from(pool.loss_of_black(index));
             assert!(
-                (found - expected).abs() < 1e-5 * expected,
-                "{found} {expected}"
+                (loss - expected).abs() < 1e-5 * expected,
+                "{loss} {expected}"
             );
         }
     }

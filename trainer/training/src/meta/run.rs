@@ -1,4 +1,4 @@
-//! A whole training run: from materials to what a recipe holds.
+//! A complete training run, from materials to the content of a recipe.
 
 use std::marker::PhantomData;
 
@@ -7,63 +7,63 @@ use glimpse_core::recipe::{MAX_PRECISION, MIN_PRECISION, ValidationSplit};
 use glimpse_kernels::LaneModel;
 use glimpse_kernels::with_model;
 use glimpse_materials::basis::Basis;
-use glimpse_materials::{Identity, Material, Portion};
+use glimpse_materials::{Identity, Material, SourceShare};
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
 
 use super::checkpoint::CheckpointError;
-use super::completion::refinement::{Refinement, Steps};
-use super::completion::train::{STARTED_STEPS, train as complete};
-use super::descent::{DescentObjective, Tasks};
+use super::completion::refinement::{Refinement, SgdRefinement};
+use super::completion::train::{REFINEMENT_STEPS, train as complete};
+use super::descent::{DescentObjective, TaskSet};
 use super::identity::RunIdentity;
-use super::learned::{Learned, LearnedDescent, LearnedFit, ValidatedLoss};
+use super::learned::{LearnedDescent, LearnedFit, LearnedRecipe, ValidatedLoss};
 use super::linear::LinearObjective;
 use super::objective::{MetaObjective, RandomStreams};
-use super::options::{CompletionOptionsError, Options, Parts};
-use super::outer::{Observer, Outcome, Run, RunError};
-use super::pattern::above_horizon;
+use super::options::{CompletionOptionsError, Options, TrainedParts};
+use super::outer::{Observer, Outcome, OuterLoop, RunError};
+use super::pattern::angles_above_horizon;
 use super::plan::{Plan, Schedule};
 use super::pool::Pool;
 use crate::linear::principal_components;
-use crate::linear::{Columns, ReducedBasis};
+use crate::linear::{Columns, RecipeBasis};
 
-/// SGD steps of the inner loop (paper: 20).
+/// The number of SGD steps of the inner loop (paper: 20).
 pub const INNER_STEPS: usize = 20;
-/// Directions at which training materials are evaluated once.
+/// The number of pool directions of training materials.
 const POOL: usize = 32_768;
-/// The same for materials held out for validation.
+/// The number of pool directions of validation materials.
 const VALIDATION_POOL: usize = 4_096;
 
-/// Why a run ended without a result.
+/// The training ended without a result.
 #[derive(Debug, thiserror::Error)]
 pub enum TrainError {
-    /// Nothing to learn from.
+    /// The list of materials is empty.
     #[error("there are no materials to train on")]
     NoMaterials,
-    /// n is out of range.
+    /// The number of samples, n, is out of range.
     #[error("{0} samples are out of range: a pattern has 1 to {max}", max = glimpse_core::recipe::MAX_SAMPLES)]
     Samples(usize),
-    /// Portions are not those of the materials, or their shares not positive numbers of a sum of 1.
+    /// Source shares do not match the materials, or are not positive numbers with sum 1.
     #[error(
-        "portions of {portions} materials do not divide {materials}, each with a share above 0, 1 in all"
+        "source_shares of {source_shares} materials do not divide {materials}, each with a share above 0, 1 in all"
     )]
     Portions {
-        /// How many materials all portions have.
-        portions: usize,
-        /// How many there are.
+        /// The number of materials of all sources.
+        source_shares: usize,
+        /// The number of materials.
         materials: usize,
     },
-    /// What a completion is to be trained on is not what one can be trained on.
+    /// The options of schedule prior are invalid.
     #[error(transparent)]
     CompletionOptions(#[from] CompletionOptionsError),
-    /// A number of the finished recipe is no number.
+    /// A value of the finished recipe is not finite.
     #[error("training did not converge: {0}")]
     Diverged(#[from] glimpse_core::fit::ridge::RidgeError),
     /// A checkpoint cannot be written or read.
     #[error(transparent)]
     Checkpoint(#[from] CheckpointError),
-    /// The observer asked to stop; a checkpoint was written if there is a place for it.
+    /// The observer stopped the run. With checkpoints, the state was saved.
     #[error("stopped after {0} outer steps")]
     Stopped(usize),
 }
@@ -77,10 +77,10 @@ impl From<RunError> for TrainError {
     }
 }
 
-/// Trains, telling `observer` after every outer step.
+/// Trains a recipe, calling `observer` after each outer step.
 ///
-/// The outcome depends on the options and the materials only, not on the number of threads, nor
-/// on how often the run was stopped and resumed.
+/// The result depends only on the options and the materials. The number of threads, and stopping and resuming, do not
+/// change it.
 ///
 /// # Errors
 /// See [`TrainError`].
@@ -88,7 +88,7 @@ pub fn train(
     options: &Options,
     materials: Vec<Box<dyn Material>>,
     observer: &mut Observer<'_>,
-) -> Result<Learned, TrainError> {
+) -> Result<LearnedRecipe, TrainError> {
     if materials.is_empty() {
         return Err(TrainError::NoMaterials);
     }
@@ -96,11 +96,11 @@ pub fn train(
         return Err(TrainError::Samples(options.samples));
     }
     options.completion_options.validate()?;
-    check(&options.portions, materials.len())?;
-    // On one of rayon's own threads: each parallel loop would else be handed over to one.
+    check_portions(&options.source_shares, materials.len())?;
+    // On a thread of the rayon pool, since other threads would hand each parallel loop over to it.
     rayon::scope(|_| {
         if options.schedule == Schedule::Prior {
-            return completed(options, materials, observer);
+            return train_completion(options, materials, observer);
         }
         let session = Session::new(options, materials);
         with_model!(
@@ -111,48 +111,54 @@ pub fn train(
     })
 }
 
-/// Makes sure that every material is in a portion, and every portion is taken now and then.
-fn check(portions: &[Portion], materials: usize) -> Result<(), TrainError> {
-    let count: usize = portions.iter().map(|portion| portion.materials).sum();
-    let sum: f32 = portions.iter().map(|portion| portion.share).sum();
-    let each = |portion: &Portion| portion.materials > 0 && portion.share > 0.0;
-    let right = count == materials && (sum - 1.0).abs() < 1e-3 && portions.iter().all(each);
-    match right || portions.is_empty() {
+/// Checks that the sources cover all materials, and that each has a positive share.
+fn check_portions(source_shares: &[SourceShare], materials: usize) -> Result<(), TrainError> {
+    let count: usize = source_shares
+        .iter()
+        .map(|source_share| source_share.materials)
+        .sum();
+    let sum: f32 = source_shares
+        .iter()
+        .map(|source_share| source_share.share)
+        .sum();
+    let each = |source_share: &SourceShare| source_share.materials > 0 && source_share.share > 0.0;
+    let right = count == materials && (sum - 1.0).abs() < 1e-3 && source_shares.iter().all(each);
+    match right || source_shares.is_empty() {
         true => Ok(()),
         false => Err(TrainError::Portions {
-            portions: count,
+            source_shares: count,
             materials,
         }),
     }
 }
 
-/// Readings completed, and a descent from there.
-fn completed(
+/// Trains a recipe with schedule prior.
+fn train_completion(
     options: &Options,
     materials: Vec<Box<dyn Material>>,
     observer: &mut Observer<'_>,
-) -> Result<Learned, TrainError> {
+) -> Result<LearnedRecipe, TrainError> {
     let plan = plan_of(options, materials.len());
     let train = |refinement: Option<&dyn Refinement>| {
         complete(options, &plan, refinement, materials, observer)
     };
     let learned = with_model!(
         options.model,
-        M => train(Some(&Steps::<M>::new(STARTED_STEPS))),
+        M => train(Some(&SgdRefinement::<M>::new(REFINEMENT_STEPS))),
         _ => train(None),
     );
     Ok(learned?)
 }
 
-/// The plan of a run on so many materials.
+/// Returns the plan of a run on a number of materials.
 fn plan_of(options: &Options, materials: usize) -> Plan {
     let (schedule, effort) = (options.schedule, options.effort);
     let plan = Plan::new(schedule, effort, options.model, options.samples, materials);
     let plan = match &options.parts {
-        Parts::All => plan,
-        Parts::AllTwice => plan.twice(),
-        Parts::WithoutPattern => plan.without_pattern(options.samples),
-        Parts::PatternOnly(known) => plan.pattern_only(known.clone()),
+        TrainedParts::All => plan,
+        TrainedParts::AllTwice => plan.twice(),
+        TrainedParts::WithoutPattern => plan.without_pattern(options.samples),
+        TrainedParts::PatternOnly(pretrained) => plan.pattern_only(pretrained.clone()),
     };
     match options.model == ModelKind::Linear && options.prior.eta.is_some() {
         true => plan.without_step_sizes(),
@@ -160,12 +166,12 @@ fn plan_of(options: &Options, materials: usize) -> Plan {
     }
 }
 
-/// What the training by all other schedules needs.
+/// The state of a training with schedule joint or paper.
 struct Session<'o> {
     options: &'o Options,
     identity: RunIdentity,
     plan: Plan,
-    /// Of all materials, in their own order.
+    /// The identities of all materials, in the original order.
     identities: Vec<Identity>,
     training: Vec<Box<dyn Material>>,
     validation: Vec<Box<dyn Material>>,
@@ -173,8 +179,10 @@ struct Session<'o> {
 
 impl<'o> Session<'o> {
     fn new(options: &'o Options, materials: Vec<Box<dyn Material>>) -> Self {
-        let identities: Vec<Identity> =
-            materials.iter().map(|each| Identity::of(&**each)).collect();
+        let identities: Vec<Identity> = materials
+            .iter()
+            .map(|each| Identity::new(&**each))
+            .collect();
         let identity = options.identity(&identities);
         let (training, validation) = split(materials, options.seed);
         let plan = plan_of(options, training.len());
@@ -188,8 +196,8 @@ impl<'o> Session<'o> {
         }
     }
 
-    /// The materials held out, or those of training if none are.
-    fn judged(&self) -> &[Box<dyn Material>] {
+    /// Returns the materials held out, or the training materials if none are held out.
+    fn validation_materials(&self) -> &[Box<dyn Material>] {
         match self.validation.is_empty() {
             true => &self.training,
             false => &self.validation,
@@ -203,13 +211,13 @@ impl<'o> Session<'o> {
         }
     }
 
-    /// Trains; returns the best values and their loss.
-    fn finish(
+    /// Runs the outer loop. Returns the best values and their loss.
+    fn run(
         &self,
         objective: &dyn MetaObjective,
         observer: &mut Observer<'_>,
     ) -> Result<Outcome, TrainError> {
-        let run = Run {
+        let run = OuterLoop {
             objective,
             plan: &self.plan,
             identity: self.identity,
@@ -217,33 +225,36 @@ impl<'o> Session<'o> {
             checkpoints: self.options.checkpoints.clone(),
             stage: 0,
         };
-        Ok(run.finish(observer)?)
+        Ok(run.run(observer)?)
     }
 
-    fn descent<M: LaneModel>(&self, observer: &mut Observer<'_>) -> Result<Learned, TrainError> {
+    fn descent<M: LaneModel>(
+        &self,
+        observer: &mut Observer<'_>,
+    ) -> Result<LearnedRecipe, TrainError> {
         let seed = self.options.seed;
-        let tasks = |materials, size, seed| Tasks {
+        let tasks = |materials, size, seed| TaskSet {
             pool: Pool::new(materials, size, seed),
             materials,
         };
         let objective = DescentObjective::<M> {
             training: &tasks(&self.training, POOL, seed),
-            validation: &tasks(self.judged(), VALIDATION_POOL, !seed),
+            validation: &tasks(self.validation_materials(), VALIDATION_POOL, !seed),
             plan: &self.plan,
             inner_steps: INNER_STEPS,
             streams: RandomStreams { seed },
             model: PhantomData,
         };
-        let Outcome { expected, values } = self.finish(&objective, observer)?;
-        Ok(Learned {
-            pattern: above_horizon(&values.pattern),
+        let Outcome { expected, values } = self.run(&objective, observer)?;
+        Ok(LearnedRecipe {
+            pattern: angles_above_horizon(&values.pattern),
             fit: LearnedFit::Descent(LearnedDescent {
                 model: M::KIND,
                 inner_steps: INNER_STEPS,
                 initial: values.initial,
-                step_sizes: self.plan.step_size_form.step_sizes(&values.hyperparameters),
+                step_sizes: self.plan.step_size_encoding.decode(&values.hyperparameters),
             }),
-            prediction: None,
+            loss_predictor: None,
             basis: None,
             expected_loss: ValidatedLoss {
                 expected,
@@ -253,31 +264,31 @@ impl<'o> Session<'o> {
         })
     }
 
-    /// Linear holds no materials out: each is learned on with a basis of others.
-    fn ridge(mut self, observer: &mut Observer<'_>) -> Result<Learned, TrainError> {
+    /// Trains the model Linear. No materials are held out: each is trained with the basis of other folds.
+    fn ridge(mut self, observer: &mut Observer<'_>) -> Result<LearnedRecipe, TrainError> {
         self.training.append(&mut self.validation);
         let columns = Columns::new(&self.training);
         let (prior, seed) = (self.options.prior, self.options.seed);
         let objective = LinearObjective::new(&self.training, &columns, prior, &self.plan, seed);
-        let Outcome { expected, values } = self.finish(&objective, observer)?;
+        let Outcome { expected, values } = self.run(&objective, observer)?;
 
         let all: Vec<usize> = (0..columns.count()).collect();
         let basis = principal_components(&columns, &all, objective.components());
         let bytes = basis.to_bytes();
-        let pattern = above_horizon(&values.pattern);
-        let mut reduced = ReducedBasis::new(&basis, &pattern);
-        // A coefficient that is left free, or held at 0, may run out of what recipes hold.
+        let pattern = angles_above_horizon(&values.pattern);
+        let mut reduced = RecipeBasis::new(&basis, &pattern);
+        // The precision of an unconstrained or unused coefficient may exceed the range of recipes.
         let precision = |log: &f32| log.exp().clamp(MIN_PRECISION, MAX_PRECISION);
         reduced.precision = values.hyperparameters.iter().map(precision).collect();
         reduced.basis_checksum = Basis::checksum(&bytes);
-        Ok(Learned {
+        Ok(LearnedRecipe {
             pattern,
             fit: LearnedFit::Ridge(reduced),
-            prediction: None,
+            loss_predictor: None,
             basis: Some(bytes),
             expected_loss: ValidatedLoss {
                 expected,
-                // A single material has nothing to be left out of.
+                // A single material is trained with its own basis.
                 split: match self.identities.len() {
                     1 => ValidationSplit::Training,
                     _ => ValidationSplit::LeftOut,
@@ -288,7 +299,7 @@ impl<'o> Session<'o> {
     }
 }
 
-/// Holds out every tenth material of a shuffled order; none of fewer than ten.
+/// Holds out a tenth of the shuffled materials, rounded down.
 #[expect(clippy::type_complexity, reason = "two lists of materials")]
 fn split(
     mut materials: Vec<Box<dyn Material>>,

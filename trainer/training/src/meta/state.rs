@@ -1,30 +1,30 @@
-//! The state of a run, as a checkpoint holds it.
+//! The state of a run, as saved in a checkpoint.
 
 use glimpse_optimizer::Groups;
 use serde::{Deserialize, Serialize};
 
 use super::evolution::Evolution;
 
-/// Values of all groups, with the loss that they reached.
+/// The best values of all groups so far, with their loss.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Best {
-    /// The loss, of the kind that the phase keeps by.
+pub struct BestValues {
+    /// The loss, as defined by the phase's [`Selection`](super::phase::Selection).
     pub loss: f32,
     /// The values.
     pub values: Groups<Vec<f32>>,
 }
 
-/// How far a run is: all of its state but meta-parameters and optimizer.
+/// The state of a run, without meta-parameters and optimizer.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct RunState {
-    /// Outer steps done, over all phases.
+    /// The number of completed outer steps of all phases.
     pub done: usize,
     /// The smoothed outer loss.
     pub loss: f32,
-    /// The losses of this epoch's steps, added up, barriers included.
+    /// The sum of losses over the steps of the current epoch, barriers included.
     pub epoch: f32,
     /// The best values so far.
-    pub best: Option<Best>,
-    /// The evolution under way, in a phase of it.
+    pub best: Option<BestValues>,
+    /// The state of evolution, during a phase with [`SearchMethod::Evolution`](super::phase::SearchMethod::Evolution).
     pub evolution: Option<Evolution>,
 }

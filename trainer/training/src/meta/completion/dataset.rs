@@ -1,112 +1,119 @@
-//! Materials to train on, and what is known of them before training.
+//! The training materials with their BRDF at many directions, and subsets for cross-validation.
 
 use std::sync::Arc;
 
 use glimpse_kernels::components::ComponentTable;
 use glimpse_materials::Material;
 use glimpse_materials::basis::Basis;
-use glimpse_materials::sampling::{seen_on_spheres, uniform_valid};
+use glimpse_materials::sampling::{sphere_view_samples, uniform_valid};
 
-use super::draw::{AugmentationOptions, Group};
 use super::highlight_warp::HighlightWarp;
 use super::pool::WarpedPool;
+use super::task::{AugmentationOptions, MaterialGroup};
 use crate::linear::Columns;
 use crate::linear::principal_components;
 
-/// The share of directions that tasks are judged at as pictures see them; the others are uniform, as the
-/// loss has them.
-const SEEN: f32 = 0.25;
+/// The share of directions distributed as on rendered spheres; the others are uniform, as in the loss.
+const SPHERE_SHARE: f32 = 0.25;
 
-/// Materials to train on, with their BRDF at many directions.
+/// The training materials with their BRDF at many directions.
 pub struct Dataset {
-    /// The materials that are learned from, and then those that are only mixed in.
+    /// The training materials, followed by additional materials that only augment the tasks.
     pub materials: Arc<[Box<dyn Material>]>,
-    /// How many of them are learned from.
-    pub own: usize,
-    /// Which of them tasks are of.
-    pub groups: Vec<Group>,
-    /// How tasks are varied.
-    pub variety: AugmentationOptions,
-    /// Where tasks are judged in training; the materials of its own are there with every highlight warp.
+    /// The number of training materials.
+    pub training_count: usize,
+    /// The groups that tasks are drawn from.
+    pub groups: Vec<MaterialGroup>,
+    /// The augmentation of tasks.
+    pub augmentation_options: AugmentationOptions,
+    /// The directions of training tasks; the training materials have all highlight warps.
     pub pool: WarpedPool,
-    /// Where materials are judged as they are, at directions that training does not see.
-    pub fresh: WarpedPool,
+    /// The directions of validation, without warps; they do not occur in training.
+    pub validation_pool: WarpedPool,
     columns: Columns,
 }
 
 impl Dataset {
-    /// Materials at `size` directions, with each highlight warp, and at as many fresh ones. The first `own` are
-    /// learned from; the others are mixed in, as groups say.
+    /// Prepares materials at `size` directions for training, with all highlight warps, and at `size` other directions
+    /// for validation. The first `training_count` are training materials; groups also contain the others.
     #[must_use]
     pub fn new(
         materials: Vec<Box<dyn Material>>,
-        own: usize,
-        groups: Vec<Group>,
-        variety: AugmentationOptions,
+        training_count: usize,
+        groups: Vec<MaterialGroup>,
+        augmentation_options: AugmentationOptions,
         size: usize,
         seed: u64,
     ) -> Self {
         let materials: Arc<[Box<dyn Material>]> = materials.into();
-        let few = (SEEN * size as f32) as usize;
-        let places = [uniform_valid(size - few, seed), seen_on_spheres(few, seed)];
+        let sphere_count = (SPHERE_SHARE * size as f32) as usize;
+        let directions = [
+            uniform_valid(size - sphere_count, seed),
+            sphere_view_samples(sphere_count, seed),
+        ];
         Self {
-            columns: Columns::new(&materials[..own]),
-            pool: WarpedPool::new(Arc::clone(&materials), own, &variety.warps, places.concat()),
-            fresh: WarpedPool::new(
+            columns: Columns::new(&materials[..training_count]),
+            pool: WarpedPool::new(
+                Arc::clone(&materials),
+                training_count,
+                &augmentation_options.warps,
+                directions.concat(),
+            ),
+            validation_pool: WarpedPool::new(
                 Arc::clone(&materials),
                 0,
-                &[HighlightWarp::NONE],
+                &[HighlightWarp::IDENTITY],
                 uniform_valid(size, !seed),
             ),
             materials,
-            own,
+            training_count,
             groups,
-            variety,
+            augmentation_options,
         }
     }
 }
 
-/// What a training run sees of a dataset: all of it, or all but some materials.
-pub struct Part {
-    /// Principal components of the materials that it sees.
+/// The part of a dataset used by one run: all of it, or all but one fold.
+pub struct Subset {
+    /// The principal components of the training materials of this subset.
     pub basis: Basis,
-    /// The components where tasks are judged in training.
+    /// The components at the training directions.
     pub table: ComponentTable,
-    /// The components at the fresh directions.
-    pub fresh: ComponentTable,
-    /// Which materials tasks are of.
-    pub groups: Vec<Group>,
-    /// Which materials it is judged on: those left out, or all that are learned from.
-    pub judged: Vec<usize>,
+    /// The components at the validation directions.
+    pub validation_table: ComponentTable,
+    /// The groups that tasks are drawn from.
+    pub groups: Vec<MaterialGroup>,
+    /// The validation materials: those left out, or all training materials.
+    pub validation: Vec<usize>,
 }
 
-impl Part {
-    /// All of a dataset, with so many principal components.
+impl Subset {
+    /// Uses all of a dataset, with a number of principal components.
     #[must_use]
-    pub fn whole(dataset: &Dataset, components: usize) -> Self {
+    pub fn all(dataset: &Dataset, components: usize) -> Self {
         Self::without(dataset, components, &[])
     }
 
-    /// All but the materials that are left out.
+    /// Uses all materials except `left_out`.
     #[must_use]
     pub fn without(dataset: &Dataset, components: usize, left_out: &[usize]) -> Self {
-        let seen = |index: &usize| !left_out.contains(index);
-        let own: Vec<usize> = (0..dataset.own).collect();
-        let chosen = dataset.columns.of(|index| seen(&index));
-        // Coefficients of about 1, as a small map is best at.
-        let scale = 1.0 / (chosen.len() as f32).sqrt();
-        let basis = principal_components(&dataset.columns, &chosen, components).scaled(scale);
-        let groups = dataset.groups.iter().map(|group| Group {
-            materials: group.materials.iter().copied().filter(seen).collect(),
+        let is_used = |index: &usize| !left_out.contains(index);
+        let all: Vec<usize> = (0..dataset.training_count).collect();
+        let columns = dataset.columns.columns_of(|index| is_used(&index));
+        // Scaled to coefficients of about 1, which suit a small network.
+        let scale = 1.0 / (columns.len() as f32).sqrt();
+        let basis = principal_components(&dataset.columns, &columns, components).scaled(scale);
+        let groups = dataset.groups.iter().map(|group| MaterialGroup {
+            materials: group.materials.iter().copied().filter(is_used).collect(),
             share: group.share,
         });
         Self {
             table: dataset.pool.components(&basis),
-            fresh: dataset.fresh.components(&basis),
+            validation_table: dataset.validation_pool.components(&basis),
             groups: groups.filter(|group| !group.materials.is_empty()).collect(),
-            judged: match left_out {
-                [] => own,
-                some => some.to_vec(),
+            validation: match left_out {
+                [] => all,
+                left_out => left_out.to_vec(),
             },
             basis,
         }

@@ -1,65 +1,64 @@
-//! The error bar of a completion: from its coefficients to the loss that a fit is likely to have.
+//! The prediction of the loss of a fit from its completed coefficients.
 
 use glimpse_core::recipe::MAX_PREDICTION;
 use nalgebra::{DMatrix, DVector};
 
-/// What holds weights near 0, beside a mean square of 1 that features have.
+/// The ridge penalty of weights, relative to normalized features of mean square 1.
 const RIDGE: f64 = 0.01;
 
-/// What was completed of one material, and the loss of its fit by what was trained without it.
+/// The completed coefficients of a material, and the loss of a fit trained without it.
 #[derive(Clone, Debug)]
 pub struct HeldOutLoss {
-    /// The mean over channels of each coefficient.
+    /// The mean of each coefficient over channels.
     pub coefficients: Vec<f32>,
     /// The loss.
     pub loss: f32,
-    /// Whether it is a material as it is, and no augmentation of one.
+    /// True for a training material, false for an augmentation of one.
     pub plain: bool,
-    /// The fold that left it out.
+    /// The index of the fold that contains the material.
     pub fold: usize,
 }
 
-/// What says which loss is likely: the exponential of a bias and weighted coefficients.
+/// A log-linear predictor of the loss: the exponential of a bias plus weighted coefficients.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LossPredictor {
-    /// The bias, and a weight for each coefficient.
+    /// The bias, and one weight per coefficient.
     pub weights: Vec<f32>,
-    /// How well slopes that were found like these rank losses of materials that they were not found by:
-    /// Spearman's rank correlation, each fold's plain materials predicted by the witnesses of the others.
-    /// None for too few of them.
+    /// Spearman's rank correlation of predicted and actual losses on plain materials, each fold predicted by a
+    /// regression on the other folds. None for too few materials.
     pub rank_correlation: Option<f64>,
 }
 
 impl LossPredictor {
-    /// By ridge regression on logarithms of losses; the bias such that the plain materials of each fold,
-    /// predicted by the witnesses of the others, have the mean loss that is predicted. None if there is
-    /// nothing to go by, or if a weight is none that a recipe can have.
+    /// Fits the predictor by ridge regression on the logarithms of losses. The bias corrects the mean prediction for
+    /// plain materials, each fold predicted by a regression on the other folds. Returns None without data, or if a
+    /// weight exceeds the range of recipes.
     #[must_use]
-    pub fn new(witnesses: &[HeldOutLoss], folds: usize) -> Option<Self> {
-        let mut weights = regression(witnesses.iter())?;
-        let (unseen, found) = unseen(witnesses, folds)?;
-        let ratio = found.iter().sum::<f64>() / unseen.iter().sum::<f64>();
+    pub fn new(held_out: &[HeldOutLoss], folds: usize) -> Option<Self> {
+        let mut weights = regression(held_out.iter())?;
+        let (predicted, actual) = cross_validated(held_out, folds)?;
+        let ratio = actual.iter().sum::<f64>() / predicted.iter().sum::<f64>();
         weights[0] += ratio.ln() as f32;
-        let kept = |weight: &f32| weight.abs() <= MAX_PREDICTION;
-        weights.iter().all(kept).then(|| Self {
-            rank_correlation: rank_correlation(&unseen, &found),
+        let is_in_range = |weight: &f32| weight.abs() <= MAX_PREDICTION;
+        weights.iter().all(is_in_range).then(|| Self {
+            rank_correlation: rank_correlation(&predicted, &actual),
             weights,
         })
     }
 
-    /// The loss that it predicts.
+    /// Returns the predicted loss.
     #[must_use]
     pub fn loss(&self, coefficients: &[f32]) -> f64 {
         predicted(&self.weights, coefficients)
     }
 }
 
-/// Losses of plain materials as witnesses of the other folds predict them, and as they are.
-fn unseen(witnesses: &[HeldOutLoss], folds: usize) -> Option<(Vec<f64>, Vec<f64>)> {
+/// Returns the losses of plain materials, as predicted by a regression on the other folds, and the actual ones.
+fn cross_validated(held_out: &[HeldOutLoss], folds: usize) -> Option<(Vec<f64>, Vec<f64>)> {
     let mut pairs = Vec::new();
     for fold in 0..folds {
-        let weights = regression(witnesses.iter().filter(|each| each.fold != fold))?;
-        let own = witnesses
+        let weights = regression(held_out.iter().filter(|each| each.fold != fold))?;
+        let own = held_out
             .iter()
             .filter(|each| each.fold == fold && each.plain);
         pairs.extend(own.map(|each| {
@@ -70,17 +69,17 @@ fn unseen(witnesses: &[HeldOutLoss], folds: usize) -> Option<(Vec<f64>, Vec<f64>
     Some(pairs.into_iter().unzip())
 }
 
-/// The loss that weights predict.
+/// Returns the loss predicted by weights.
 fn predicted(weights: &[f32], coefficients: &[f32]) -> f64 {
     let products = weights[1..].iter().zip(coefficients);
     let sum: f64 = products.map(|(w, a)| f64::from(*w) * f64::from(*a)).sum();
     (f64::from(weights[0]) + sum).exp()
 }
 
-/// A bias and slopes by ridge regression on logarithms of losses; the bias such that the losses of the
-/// plain materials among the witnesses have the mean that is predicted.
-fn regression<'w>(witnesses: impl Iterator<Item = &'w HeldOutLoss>) -> Option<Vec<f32>> {
-    let rows: Vec<&HeldOutLoss> = witnesses.filter(|each| each.loss > 0.0).collect();
+/// Fits a bias and slopes by ridge regression on the logarithms of losses. The bias makes the mean prediction for plain
+/// materials unbiased.
+fn regression<'w>(held_out: impl Iterator<Item = &'w HeldOutLoss>) -> Option<Vec<f32>> {
+    let rows: Vec<&HeldOutLoss> = held_out.filter(|each| each.loss > 0.0).collect();
     let width = rows.first()?.coefficients.len();
     let count = rows.len() as f64;
     let mut features =
@@ -107,22 +106,21 @@ fn regression<'w>(witnesses: impl Iterator<Item = &'w HeldOutLoss>) -> Option<Ve
         .map(|w| w as f32)
         .collect();
     let plain = || rows.iter().filter(|each| each.plain);
-    let found: f64 = plain().map(|each| f64::from(each.loss)).sum();
-    let unbiased: f64 = plain()
+    let actual: f64 = plain().map(|each| f64::from(each.loss)).sum();
+    let uncorrected: f64 = plain()
         .map(|each| predicted(&weights, &each.coefficients))
         .sum();
-    weights[0] = (found / unbiased).ln() as f32;
+    weights[0] = (actual / uncorrected).ln() as f32;
     Some(weights)
 }
 
-/// Spearman's rank correlation of two lists of as many numbers; None if all of one are equal, or where
-/// there are none.
+/// Returns Spearman's rank correlation of two lists of equal length. None if a list is empty or constant.
 #[must_use]
 pub fn rank_correlation(one: &[f64], other: &[f64]) -> Option<f64> {
     correlation(&ranks(one), &ranks(other))
 }
 
-/// The place of each number among all, the least first.
+/// Returns the rank of each number, starting with 0 for the smallest.
 fn ranks(numbers: &[f64]) -> Vec<f64> {
     let mut order: Vec<usize> = (0..numbers.len()).collect();
     order.sort_by(|a, b| numbers[*a].total_cmp(&numbers[*b]));
@@ -148,19 +146,19 @@ fn correlation(one: &[f64], other: &[f64]) -> Option<f64> {
 mod tests {
     use super::*;
 
-    /// A loss that its coefficients tell, but for a share of chance.
-    fn witnesses(chance: f32) -> Vec<HeldOutLoss> {
-        witnesses_from(0, chance)
+    /// Held-out losses that depend on their coefficients, and on noise of amplitude `noise`.
+    fn held_out(noise: f32) -> Vec<HeldOutLoss> {
+        held_out_from(0, noise)
     }
 
-    fn witnesses_from(first: usize, chance: f32) -> Vec<HeldOutLoss> {
+    fn held_out_from(first: usize, noise: f32) -> Vec<HeldOutLoss> {
         let wave = |index: usize, by: f32| (by * index as f32).sin();
         (first..first + 400)
             .map(|index| {
                 let coefficients = vec![wave(index, 0.7), wave(index, 1.3), wave(index, 2.9)];
-                let told = 0.8 * coefficients[0] - 0.3 * coefficients[2] - 4.0;
+                let log_loss = 0.8 * coefficients[0] - 0.3 * coefficients[2] - 4.0;
                 HeldOutLoss {
-                    loss: (told + chance * wave(index, 37.1)).exp(),
+                    loss: (log_loss + noise * wave(index, 37.1)).exp(),
                     coefficients,
                     plain: index % 4 == 0,
                     fold: index / 4 % 4,
@@ -170,44 +168,44 @@ mod tests {
     }
 
     #[test]
-    fn what_coefficients_tell_is_predicted() {
-        let witnesses = witnesses(0.0);
-        let found = LossPredictor::new(&witnesses, 4).expect("there is something to go by");
-        for each in &witnesses {
-            let ratio = found.loss(&each.coefficients) / f64::from(each.loss);
+    fn predicts_loss_determined_by_coefficients() {
+        let held_out = held_out(0.0);
+        let predictor = LossPredictor::new(&held_out, 4).expect("there are enough materials");
+        for each in &held_out {
+            let ratio = predictor.loss(&each.coefficients) / f64::from(each.loss);
             assert!((0.97..1.03).contains(&ratio), "{ratio}");
         }
-        assert!(found.rank_correlation > Some(0.99), "{found:?}");
+        assert!(predictor.rank_correlation > Some(0.99), "{predictor:?}");
     }
 
     #[test]
-    fn the_mean_of_unseen_losses_is_right_where_single_ones_are_not() {
-        let witnesses = witnesses(0.6);
-        let found = LossPredictor::new(&witnesses, 4).expect("there is something to go by");
-        let (mut predicted, mut lost) = (0.0, 0.0);
-        // Others of the same kind.
-        for each in witnesses_from(400, 0.6) {
-            predicted += found.loss(&each.coefficients);
-            lost += f64::from(each.loss);
+    fn mean_prediction_is_unbiased_with_noise() {
+        let held_out = held_out(0.6);
+        let predictor = LossPredictor::new(&held_out, 4).expect("there are enough materials");
+        let (mut predicted, mut actual) = (0.0, 0.0);
+        // Other materials of the same distribution.
+        for each in held_out_from(400, 0.6) {
+            predicted += predictor.loss(&each.coefficients);
+            actual += f64::from(each.loss);
         }
         assert!(
-            (predicted / lost - 1.0).abs() < 0.1,
-            "{predicted} and {lost}"
+            (predicted / actual - 1.0).abs() < 0.1,
+            "{predicted} and {actual}"
         );
-        let rank = found.rank_correlation.expect("four folds");
+        let rank = predictor.rank_correlation.expect("four folds");
         assert!((0.6..0.95).contains(&rank), "{rank}");
     }
 
     #[test]
-    fn nothing_is_predicted_of_nothing() {
-        let mut wild = witnesses(0.0);
-        for each in &mut wild {
+    fn rejects_missing_data_and_excessive_weights() {
+        let mut tiny_features = held_out(0.0);
+        for each in &mut tiny_features {
             each.coefficients[0] *= 1e-6;
         }
         assert_eq!(
-            LossPredictor::new(&wild, 4),
+            LossPredictor::new(&tiny_features, 4),
             None,
-            "weights beyond a recipe's"
+            "weights exceed the range of recipes"
         );
         assert_eq!(LossPredictor::new(&[], 4), None);
         assert_eq!(ranks(&[3.0, 1.0, 2.0]), [2.0, 0.0, 1.0]);

@@ -1,20 +1,23 @@
-//! Schedule prior: what completes readings, trained together with where they are taken.
+//! Schedule prior: networks that complete readings, trained jointly with the pattern.
 //!
-//! A [task](draw::Task) is a material that is like one that was measured: filtered, mixed with another,
-//! its highlight [wider or narrower](highlight_warp::HighlightWarp), times a [smooth factor](field), read with some noise,
-//! some of it not at all. Completed coefficients are judged as the model Linear, and where a descent
-//! [starts from them](refinement), by what it comes to.
+//! A [task](task::Task) is an augmented training material: filtered, mixed with another material, with a [wider or
+//! narrower highlight](highlight_warp::HighlightWarp), and multiplied by a [smooth field](smooth_field). Its readings
+//! are noisy, and some may be missing.
+//!
+//! The CoefficientNet maps the readings to coefficients of principal components. Its loss is that of the model Linear
+//! with these coefficients. For models fitted by descent, an InitNet maps the coefficients to initial parameters, and
+//! the loss is taken after the [descent](refinement).
 
 pub mod dataset;
-pub mod draw;
-pub mod field;
-mod first_weights;
 pub mod highlight_warp;
+mod initial_weights;
 pub mod loss_predictor;
 pub mod objective;
-pub mod order;
 pub mod pool;
 pub mod reading;
 pub mod refinement;
+pub mod sample_order;
+pub mod smooth_field;
+pub mod task;
 pub mod train;
 mod weighted_loss;

@@ -1,108 +1,109 @@
-//! What completes readings, and starts descents, as a [`MetaObjective`].
+//! The [`MetaObjective`] of schedule prior: CoefficientNet, InitNet and pattern.
 
 use glimpse_core::gonio::Limits;
 use glimpse_kernels::completion::{Batch, CompletionWeights, Shape};
 use glimpse_kernels::components::ComponentTable;
-use glimpse_kernels::lanes::{InstructionSet, Octet, OctetAt, WIDTH};
+use glimpse_kernels::lanes::{InstructionSet, Octet, OctetDirections, WIDTH};
 use glimpse_kernels::samples::{OctetRgb, SampleOctets, SampleWeights};
 use glimpse_optimizer::Groups;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
-use super::dataset::{Dataset, Part};
-use super::draw::{Dropout, Task};
-use super::first_weights::first_weights;
-use super::order::{greedy_order, reorder};
+use super::dataset::{Dataset, Subset};
+use super::initial_weights::initial_weights;
 use super::pool::WarpedPool;
-use super::reading::{Present, Reading, ReadingCenters};
+use super::reading::{PresentReadings, Reading, Standardization};
 use super::refinement::{Refinement, RefinementGradient};
-use super::weighted_loss::{WeightedLoss, mean, mean_weighed};
-use crate::meta::objective::{Expected, MetaObjective, RandomStreams};
-use crate::meta::pattern::{Pattern, reachable};
-use crate::meta::phase::{OuterStep, Phase, StepSizeForm};
+use super::sample_order::{greedy_order, reorder};
+use super::task::{Dropout, Task};
+use super::weighted_loss::{WeightedLoss, mean, weighted_mean};
+use crate::meta::initialization::initial_guess;
+use crate::meta::objective::{LossEstimate, MetaObjective, RandomStreams};
+use crate::meta::pattern::{Pattern, reachable_angles};
+use crate::meta::phase::{OuterStep, Phase, StepSizeEncoding};
 use crate::meta::plan::LossWeights;
-use crate::meta::start::first_guess;
 
-/// Tasks that one thread takes at once.
+/// The number of tasks in a batch of one thread.
 const BATCH: usize = 16;
-/// Step sizes stay positive.
-const FORM: StepSizeForm = StepSizeForm::Logarithm;
-/// Of so many fresh octets of directions one is enough to put samples in order.
-const ORDERED_BY: usize = 8;
+/// Keeps step sizes positive.
+const ENCODING: StepSizeEncoding = StepSizeEncoding::Logarithm;
+/// The stride of validation octets for sorting samples; a subset suffices.
+const ORDER_OCTET_STRIDE: usize = 8;
 
-/// A completion of readings: by itself for the model Linear, else with the descent that it starts.
+/// The objective of schedule prior: the CoefficientNet alone for the model Linear, otherwise with the InitNet and its
+/// descent.
 pub struct CompletionObjective<'a> {
     /// The materials.
     pub dataset: &'a Dataset,
-    /// What of them is seen.
-    pub part: &'a Part,
-    /// How large the map is.
+    /// The subset used by this run.
+    pub subset: &'a Subset,
+    /// The layer sizes of both networks.
     pub shape: Shape,
-    /// What losses count for.
-    pub weighing: LossWeights,
-    /// All random numbers.
+    /// The weights of materials in the mean loss.
+    pub loss_weights: LossWeights,
+    /// The random number streams.
     pub streams: RandomStreams,
-    /// The descent that coefficients start; None for the model Linear.
+    /// The descent after the InitNet; None for the model Linear.
     pub refinement: Option<&'a dyn Refinement>,
-    /// What step sizes begin with.
-    pub first_step_size: f32,
-    /// What the loss of coefficients counts for where a descent follows.
-    pub auxiliary: f32,
-    /// The machine that the pattern is for.
+    /// The initial step size.
+    pub initial_step_size: f32,
+    /// The weight of the loss of coefficients in the gradient, for models fitted by descent.
+    pub auxiliary_weight: f32,
+    /// The limits of the goniometer.
     pub limits: Limits,
-    /// The pattern that all guesses begin with; each has one of its own where there is none.
+    /// The fixed initial pattern; None draws one per guess.
     pub pattern: Option<&'a [f32]>,
 }
 
-/// Directions to judge at.
+/// The directions of the loss, and the components at them.
 #[derive(Clone, Copy)]
 struct Directions<'a> {
     pool: &'a WarpedPool,
     table: &'a ComponentTable,
 }
 
-/// Meta-parameters, ready to be applied to tasks.
-struct Applied<'v> {
+/// Meta-parameters, prepared for tasks.
+struct PreparedParameters<'v> {
     values: &'v Groups<Vec<f32>>,
     weights: CompletionWeights<'v>,
     step_sizes: Vec<f32>,
     pattern: Pattern,
-    centers: ReadingCenters,
+    standardization: Standardization,
 }
 
-/// Some tasks that were read and completed.
-struct Completed {
+/// A batch of tasks with completed coefficients.
+struct CompletedBatch {
     batch: Batch,
     present: Vec<Vec<bool>>,
 }
 
-/// What becomes of one task.
-struct Outcome {
-    /// Weighed.
+/// The result of one task.
+struct TaskResult {
+    /// The weighted loss.
     loss: f32,
-    /// The task's weight.
+    /// The weight of the task.
     weight: f32,
     by_coefficients: Vec<f32>,
-    /// Not weighed.
+    /// The unweighted loss after the descent, with its gradient.
     refined: Option<RefinementGradient>,
 }
 
-/// Samples that each count the same.
-fn evenly<'s>(at: &'s [OctetAt], values: &'s [OctetRgb]) -> SampleOctets<'s> {
-    let weight = Octet([weight_of_each(values.len()); WIDTH]);
+/// Returns samples of equal weight.
+fn uniform_samples<'s>(at: &'s [OctetDirections], values: &'s [OctetRgb]) -> SampleOctets<'s> {
+    let weight = Octet([uniform_weight(values.len()); WIDTH]);
     SampleOctets {
         at,
         values,
         order: None,
         weights: SampleWeights::Mean([weight; 2]),
-        instruction_set: InstructionSet::of_this_machine(),
-        in_a_row: false,
+        instruction_set: InstructionSet::detect(),
+        back_to_back: false,
     }
 }
 
-/// What a value counts for in a mean over so many octets of directions.
-fn weight_of_each(octets: usize) -> f32 {
+/// Returns the weight of each value in a mean over octets of directions.
+fn uniform_weight(octets: usize) -> f32 {
     1.0 / (3 * WIDTH * octets) as f32
 }
 
@@ -114,112 +115,125 @@ fn add_scaled(sum: &mut [f32], factor: f32, vector: &[f32]) {
 }
 
 impl<'a> CompletionObjective<'a> {
-    fn in_training(&self) -> Directions<'a> {
+    fn training_directions(&self) -> Directions<'a> {
         Directions {
             pool: &self.dataset.pool,
-            table: &self.part.table,
+            table: &self.subset.table,
         }
     }
 
-    fn fresh(&self) -> Directions<'a> {
+    fn validation_directions(&self) -> Directions<'a> {
         Directions {
-            pool: &self.dataset.fresh,
-            table: &self.part.fresh,
+            pool: &self.dataset.validation_pool,
+            table: &self.subset.validation_table,
         }
     }
 
-    /// The pattern as a recipe has it.
-    fn reachable(&self, values: &Groups<Vec<f32>>) -> Pattern {
-        Pattern::new(reachable(&values.pattern, &self.limits))
+    /// Returns the pattern of the recipe, within the limits.
+    fn reachable_pattern(&self, values: &Groups<Vec<f32>>) -> Pattern {
+        Pattern::new(reachable_angles(&values.pattern, &self.limits))
     }
 
-    fn applied<'v>(&self, values: &'v Groups<Vec<f32>>, pattern: Pattern) -> Applied<'v> {
-        Applied {
+    fn prepare<'v>(
+        &self,
+        values: &'v Groups<Vec<f32>>,
+        pattern: Pattern,
+    ) -> PreparedParameters<'v> {
+        PreparedParameters {
             values,
             weights: CompletionWeights {
                 shape: self.shape,
-                completion: &values.completion,
-                start: &values.start,
+                coefficient_net: &values.coefficient_net,
+                init_net: &values.init_net,
             },
-            step_sizes: FORM.step_sizes(&values.hyperparameters),
-            centers: ReadingCenters::new(&self.part.basis, pattern.angles()),
+            step_sizes: ENCODING.decode(&values.hyperparameters),
+            standardization: Standardization::new(&self.subset.basis, pattern.angles()),
             pattern,
         }
     }
 
-    /// Reads a task wherever the pattern says, whatever is missing.
-    fn read(&self, by: &Applied<'_>, task: &Task) -> Vec<Reading> {
-        Reading::all(
+    /// Simulates all readings of a task, including missing ones.
+    fn read(&self, prepared: &PreparedParameters<'_>, task: &Task) -> Vec<Reading> {
+        Reading::read_task(
             task,
             &self.dataset.materials,
-            &self.dataset.variety,
-            by.pattern.angles(),
-            &by.centers,
+            &self.dataset.augmentation_options,
+            prepared.pattern.angles(),
+            &prepared.standardization,
         )
     }
 
-    fn read_all(&self, by: &Applied<'_>, tasks: &[Task]) -> Vec<Vec<Reading>> {
-        tasks.iter().map(|task| self.read(by, task)).collect()
+    fn read_all(&self, prepared: &PreparedParameters<'_>, tasks: &[Task]) -> Vec<Vec<Reading>> {
+        tasks.iter().map(|task| self.read(prepared, task)).collect()
     }
 
-    /// What readings are multiplied by that are there.
+    /// Returns the dropout gain of the present readings.
     fn gain(&self, present: &[bool]) -> f32 {
-        let missing = self.dataset.variety.where_missing();
+        let missing = self.dataset.augmentation_options.missing_policy();
         missing.dropout_gain(present.iter().copied())
     }
 
-    /// Completes readings of some tasks.
-    fn complete(&self, by: &Applied<'_>, tasks: &[Task], readings: &[Vec<Reading>]) -> Completed {
+    /// Computes the coefficients of tasks from their readings.
+    fn complete(
+        &self,
+        prepared: &PreparedParameters<'_>,
+        tasks: &[Task],
+        readings: &[Vec<Reading>],
+    ) -> CompletedBatch {
         let mut batch = Batch::new(self.shape, tasks.len());
-        let mut there = Vec::with_capacity(tasks.len());
+        let mut present_readings = Vec::with_capacity(tasks.len());
         for (index, (task, readings)) in tasks.iter().zip(readings).enumerate() {
-            let present = task.present.iter().zip(by.pattern.valid());
-            let present: Vec<bool> = present.map(|(there, valid)| *there && *valid).collect();
+            let present = task.present.iter().zip(prepared.pattern.valid());
+            let present: Vec<bool> = present.map(|(present, valid)| *present && *valid).collect();
             let gain = self.gain(&present);
             for (sample, reading) in readings.iter().enumerate() {
                 let values = reading.standardized.map(|dual| gain * dual.value);
                 batch.set(index, sample, present[sample].then_some(values));
             }
-            there.push(present);
+            present_readings.push(present);
         }
-        batch.complete(&by.weights);
-        Completed {
+        batch.complete(&prepared.weights);
+        CompletedBatch {
             batch,
-            present: there,
+            present: present_readings,
         }
     }
 
-    /// theta_0 of a task: what all share, and what the start adds.
-    fn start_of(by: &Applied<'_>, completed: &Completed, index: usize) -> Vec<f32> {
+    /// Returns theta_0 of a task: the shared initial parameters plus the output of the InitNet.
+    fn initial_parameters(
+        prepared: &PreparedParameters<'_>,
+        completed: &CompletedBatch,
+        index: usize,
+    ) -> Vec<f32> {
         let mut start = completed.batch.offsets(index);
-        add_scaled(&mut start, 1.0, &by.values.initial);
+        add_scaled(&mut start, 1.0, &prepared.values.initial);
         start
     }
 
-    /// The loss of one task, and its gradients.
-    fn outcome(
+    /// Returns the loss of one task, and its gradients.
+    fn task_result(
         &self,
-        by: &Applied<'_>,
-        completed: &Completed,
+        prepared: &PreparedParameters<'_>,
+        completed: &CompletedBatch,
         readings: &[Reading],
         index: usize,
         task: &Task,
         refinement: Option<&dyn Refinement>,
-    ) -> Outcome {
-        let Directions { pool, table } = self.in_training();
+    ) -> TaskResult {
+        let Directions { pool, table } = self.training_directions();
         let values = task.values(pool);
         let coefficients = completed.batch.coefficients(index);
         let mut by_coefficients = vec![0.0; coefficients.len()];
-        let [lost, black] = table.loss(
+        let [loss, black] = table.loss(
             &coefficients,
             &task.octets,
             &values,
-            weight_of_each(values.len()),
+            uniform_weight(values.len()),
             Some(&mut by_coefficients),
         );
-        let weight = self.weighing.weight(black) * task.weight_of_readings();
+        let weight = self.loss_weights.weight(black) * task.reading_weight();
         let share = match refinement {
-            Some(_) => self.auxiliary,
+            Some(_) => self.auxiliary_weight,
             None => 1.0,
         };
         for by in &mut by_coefficients {
@@ -228,55 +242,61 @@ impl<'a> CompletionObjective<'a> {
         let refined = refinement.map(|refinement| {
             let at = task.octets.iter().map(|octet| pool.at[*octet as usize]);
             let at: Vec<_> = at.collect();
-            let read = Present::new(readings, &completed.present[index]);
+            let read = PresentReadings::new(readings, &completed.present[index]);
             refinement.gradient(
-                &Self::start_of(by, completed, index),
-                &by.step_sizes,
-                &read.octets(&by.pattern),
-                &evenly(&at, &values),
+                &Self::initial_parameters(prepared, completed, index),
+                &prepared.step_sizes,
+                &read.octets(&prepared.pattern),
+                &uniform_samples(&at, &values),
             )
         });
-        Outcome {
-            loss: weight * refined.as_ref().map_or(lost, |refined| refined.loss),
+        TaskResult {
+            loss: weight * refined.as_ref().map_or(loss, |refined| refined.loss),
             weight,
             by_coefficients,
             refined,
         }
     }
 
-    /// The loss of some tasks, and its gradient; the one by the pattern as by the angles.
+    /// Returns the loss of tasks and its gradient. The gradient by the pattern is returned separately, by the angles.
     fn batch(
         &self,
-        by: &Applied<'_>,
+        prepared: &PreparedParameters<'_>,
         tasks: &[Task],
         refinement: Option<&dyn Refinement>,
     ) -> (f32, Groups<Vec<f32>>, Vec<[f32; 3]>) {
-        let readings = self.read_all(by, tasks);
-        let mut completed = self.complete(by, tasks, &readings);
+        let readings = self.read_all(prepared, tasks);
+        let mut completed = self.complete(prepared, tasks, &readings);
         let mut loss = 0.0;
-        let mut gradient = by.values.as_ref().map(|list| vec![0.0; list.len()]);
+        let mut gradient = prepared.values.as_ref().map(|list| vec![0.0; list.len()]);
         let mut by_angles = vec![[0.0; 3]; self.shape.samples];
         for (index, (task, readings)) in tasks.iter().zip(&readings).enumerate() {
-            let found = self.outcome(by, &completed, readings, index, task, refinement);
-            loss += found.loss;
+            let result = self.task_result(prepared, &completed, readings, index, task, refinement);
+            loss += result.loss;
             let batch = &mut completed.batch;
-            batch.set_gradient(index, &found.by_coefficients);
-            let (weight, Some(mut refined)) = (found.weight, found.refined) else {
+            batch.set_gradient(index, &result.by_coefficients);
+            let (weight, Some(mut refined)) = (result.weight, result.refined) else {
                 continue;
             };
-            FORM.chain(&mut refined.step_sizes, &by.step_sizes);
+            ENCODING.chain_rule(&mut refined.step_sizes, &prepared.step_sizes);
             add_scaled(&mut gradient.initial, weight, &refined.start);
             add_scaled(&mut gradient.hyperparameters, weight, &refined.step_sizes);
             batch.set_offset_gradient(index, refined.start.iter().map(|by| weight * by));
             for (sample, sum) in by_angles.iter_mut().enumerate() {
                 if completed.present[index][sample] {
-                    let by_sample = by.pattern.by_angles(&refined.samples, sample);
+                    let by_sample = prepared
+                        .pattern
+                        .gradient_by_angles(&refined.samples, sample);
                     add_scaled(sum, weight, &by_sample);
                 }
             }
         }
-        let Completed { mut batch, present } = completed;
-        batch.adjoint(&by.weights, &mut gradient.completion, &mut gradient.start);
+        let CompletedBatch { mut batch, present } = completed;
+        batch.adjoint(
+            &prepared.weights,
+            &mut gradient.coefficient_net,
+            &mut gradient.init_net,
+        );
         for (index, readings) in readings.iter().enumerate() {
             let gain = self.gain(&present[index]);
             let samples = readings.iter().zip(&present[index]).enumerate();
@@ -290,69 +310,78 @@ impl<'a> CompletionObjective<'a> {
         (loss, gradient, by_angles)
     }
 
-    /// The loss of some tasks, not weighed, and what each counts for; after the descent, or of the
+    /// Returns the unweighted loss and the weight of each task, after the descent or, without `refinement`, of the
     /// completed coefficients.
     fn losses(
         &self,
-        by: &Applied<'_>,
+        prepared: &PreparedParameters<'_>,
         tasks: &[Task],
         refinement: Option<&dyn Refinement>,
         at: Directions<'_>,
     ) -> Vec<WeightedLoss> {
-        let of_some = |tasks: &[Task]| {
-            let readings = self.read_all(by, tasks);
-            self.losses_of_read(by, tasks, &readings, refinement, at)
+        let of_chunk = |tasks: &[Task]| {
+            let readings = self.read_all(prepared, tasks);
+            self.losses_from_readings(prepared, tasks, &readings, refinement, at)
         };
-        tasks.par_chunks(BATCH).flat_map_iter(of_some).collect()
+        tasks.par_chunks(BATCH).flat_map_iter(of_chunk).collect()
     }
 
-    /// The same of tasks that were read.
-    fn losses_of_read(
+    /// Like [`CompletionObjective::losses`], for given readings.
+    fn losses_from_readings(
         &self,
-        by: &Applied<'_>,
+        prepared: &PreparedParameters<'_>,
         tasks: &[Task],
         readings: &[Vec<Reading>],
         refinement: Option<&dyn Refinement>,
         at: Directions<'_>,
     ) -> Vec<WeightedLoss> {
-        let completed = self.complete(by, tasks, readings);
+        let completed = self.complete(prepared, tasks, readings);
         let each = tasks.iter().zip(readings).enumerate();
         let each = each.map(|(index, (task, readings))| {
             let values = task.values(at.pool);
             let coefficients = completed.batch.coefficients(index);
-            let count = weight_of_each(values.len());
-            let [lost, black] = at
+            let count = uniform_weight(values.len());
+            let [loss, black] = at
                 .table
                 .loss(&coefficients, &task.octets, &values, count, None);
-            let weight = self.weighing.weight(black);
+            let weight = self.loss_weights.weight(black);
             let Some(refinement) = refinement else {
-                return WeightedLoss { loss: lost, weight };
+                return WeightedLoss { loss, weight };
             };
-            let start = Self::start_of(by, &completed, index);
-            let read = Present::new(readings, &completed.present[index]);
-            let parameters = refinement.fit(&start, &by.step_sizes, &read.octets(&by.pattern));
-            let places = task.octets.iter().map(|octet| at.pool.at[*octet as usize]);
-            let places: Vec<_> = places.collect();
-            let loss = refinement.loss(&parameters, &evenly(&places, &values));
+            let start = Self::initial_parameters(prepared, &completed, index);
+            let read = PresentReadings::new(readings, &completed.present[index]);
+            let parameters = refinement.fit(
+                &start,
+                &prepared.step_sizes,
+                &read.octets(&prepared.pattern),
+            );
+            let directions = task.octets.iter().map(|octet| at.pool.at[*octet as usize]);
+            let directions: Vec<_> = directions.collect();
+            let loss = refinement.loss(&parameters, &uniform_samples(&directions, &values));
             WeightedLoss { loss, weight }
         });
         each.collect()
     }
 
-    /// The loss of tasks, not weighed, where training judges them.
+    /// Returns the unweighted loss of tasks at the training directions.
     #[must_use]
-    pub fn losses_of(&self, values: &Groups<Vec<f32>>, tasks: &[Task]) -> Vec<f32> {
-        let by = self.applied(values, self.reachable(values));
-        let losses = self.losses(&by, tasks, self.refinement, self.in_training());
+    pub fn task_losses(&self, values: &Groups<Vec<f32>>, tasks: &[Task]) -> Vec<f32> {
+        let prepared = self.prepare(values, self.reachable_pattern(values));
+        let losses = self.losses(
+            &prepared,
+            tasks,
+            self.refinement,
+            self.training_directions(),
+        );
         losses.iter().map(|each| each.loss).collect()
     }
 
-    /// What readings of tasks are completed to: the mean over channels of each coefficient.
+    /// Returns the completed coefficients of each task, averaged over channels.
     #[must_use]
     pub fn mean_coefficients(&self, values: &Groups<Vec<f32>>, tasks: &[Task]) -> Vec<Vec<f32>> {
-        let by = self.applied(values, self.reachable(values));
-        let of_some = |tasks: &[Task]| -> Vec<Vec<f32>> {
-            let completed = self.complete(&by, tasks, &self.read_all(&by, tasks));
+        let prepared = self.prepare(values, self.reachable_pattern(values));
+        let of_chunk = |tasks: &[Task]| -> Vec<Vec<f32>> {
+            let completed = self.complete(&prepared, tasks, &self.read_all(&prepared, tasks));
             let components = self.shape.components;
             let each = (0..tasks.len()).map(|index| {
                 let all = completed.batch.coefficients(index);
@@ -361,77 +390,96 @@ impl<'a> CompletionObjective<'a> {
             });
             each.collect()
         };
-        tasks.par_chunks(BATCH).flat_map_iter(of_some).collect()
+        tasks.par_chunks(BATCH).flat_map_iter(of_chunk).collect()
     }
 
-    /// The loss of some of the materials that are learned from, as they are, at fresh directions.
+    /// Returns the unweighted loss of training materials at the validation directions, without augmentation.
     #[must_use]
-    pub fn losses_of_materials(&self, values: &Groups<Vec<f32>>, materials: &[usize]) -> Vec<f32> {
+    pub fn material_losses(&self, values: &Groups<Vec<f32>>, materials: &[usize]) -> Vec<f32> {
         let tasks = self.plain_tasks(materials);
-        let by = self.applied(values, self.reachable(values));
-        let judged = self.losses(&by, &tasks, self.refinement, self.fresh());
-        judged.iter().map(|each| each.loss).collect()
+        let prepared = self.prepare(values, self.reachable_pattern(values));
+        let losses = self.losses(
+            &prepared,
+            &tasks,
+            self.refinement,
+            self.validation_directions(),
+        );
+        losses.iter().map(|each| each.loss).collect()
     }
 
-    /// Materials as they are, at all fresh directions.
+    /// Returns tasks without augmentation, at all validation directions.
     fn plain_tasks(&self, materials: &[usize]) -> Vec<Task> {
-        let octets = self.fresh().pool.octets();
+        let octets = self.validation_directions().pool.octet_count();
         let plain = |material: &usize| Task::plain(*material, self.shape.samples, octets);
         materials.iter().map(plain).collect()
     }
 }
 
 impl MetaObjective for CompletionObjective<'_> {
-    fn first_values(&self, guess: u64) -> Groups<Vec<f32>> {
-        let mut random = ChaCha8Rng::seed_from_u64(self.streams.guess(guess));
-        let [completion, start] = first_weights(self.shape, &mut random);
+    fn initial_values(&self, guess: u64) -> Groups<Vec<f32>> {
+        let mut random = ChaCha8Rng::seed_from_u64(self.streams.guess_seed(guess));
+        let [coefficient_net, init_net] = initial_weights(self.shape, &mut random);
         let initial = match self.refinement {
-            Some(refinement) => first_guess(refinement.model(), &mut random),
+            Some(refinement) => initial_guess(refinement.model(), &mut random),
             None => Vec::new(),
         };
         Groups {
-            hyperparameters: vec![FORM.value(self.first_step_size); initial.len()],
+            hyperparameters: vec![ENCODING.encode(self.initial_step_size); initial.len()],
             initial,
             pattern: match self.pattern {
                 Some(pattern) => pattern.to_vec(),
-                None => self.streams.first_pattern(guess, self.shape.samples),
+                None => self.streams.initial_pattern(guess, self.shape.samples),
             },
-            completion,
-            start,
+            coefficient_net,
+            init_net,
         }
     }
 
-    /// By the completed coefficients of the materials judged.
-    fn in_order(&self, mut values: Groups<Vec<f32>>) -> Groups<Vec<f32>> {
-        if self.dataset.variety.missing == 0.0 {
+    /// Sorts by the loss of the completed coefficients of the validation materials.
+    fn reorder_samples(&self, mut values: Groups<Vec<f32>>) -> Groups<Vec<f32>> {
+        if self.dataset.augmentation_options.missing == 0.0 {
             return values;
         }
-        let by = self.applied(&values, self.reachable(&values));
-        let mut tasks = self.plain_tasks(&self.part.judged);
+        let prepared = self.prepare(&values, self.reachable_pattern(&values));
+        let mut tasks = self.plain_tasks(&self.subset.validation);
         for task in &mut tasks {
-            task.octets = task.octets.iter().copied().step_by(ORDERED_BY).collect();
+            task.octets = task
+                .octets
+                .iter()
+                .copied()
+                .step_by(ORDER_OCTET_STRIDE)
+                .collect();
         }
-        let readings = tasks.par_iter().map(|task| self.read(&by, task));
+        let readings = tasks.par_iter().map(|task| self.read(&prepared, task));
         let readings: Vec<Vec<Reading>> = readings.collect();
         let order = greedy_order(self.shape.samples, |present| {
             for task in &mut tasks {
                 task.present.copy_from_slice(present);
             }
-            let parts = tasks.par_chunks(BATCH).zip(readings.par_chunks(BATCH));
-            let judged = parts.flat_map_iter(|(tasks, readings)| {
-                self.losses_of_read(&by, tasks, readings, None, self.fresh())
+            let chunks = tasks.par_chunks(BATCH).zip(readings.par_chunks(BATCH));
+            let losses = chunks.flat_map_iter(|(tasks, readings)| {
+                self.losses_from_readings(
+                    &prepared,
+                    tasks,
+                    readings,
+                    None,
+                    self.validation_directions(),
+                )
             });
-            mean_weighed(&judged.collect::<Vec<_>>())
+            weighted_mean(&losses.collect::<Vec<_>>())
         });
         reorder(&mut values.pattern, 3, &order);
-        reorder(&mut values.completion, 3 * self.shape.rows(), &order);
+        reorder(&mut values.coefficient_net, 3 * self.shape.rows(), &order);
         values
     }
 
     fn gradient(&self, values: &Groups<Vec<f32>>, at: OuterStep<'_>) -> (f32, Groups<Vec<f32>>) {
-        let by = self.applied(values, Pattern::within(&values.pattern, self.limits));
-        let lost = match at.phase.in_order {
-            true => Dropout::LastOrFew,
+        let prepared = self.prepare(
+            values,
+            Pattern::from_logits_within(&values.pattern, self.limits),
+        );
+        let dropout = match at.phase.samples_ordered {
+            true => Dropout::TailOrFew,
             false => Dropout::Any,
         };
         let tasks: Vec<Task> = (0..at.phase.batch)
@@ -439,50 +487,52 @@ impl MetaObjective for CompletionObjective<'_> {
                 let mut random = self.streams.slot(at, slot + 1);
                 Task::random(
                     &self.dataset.pool,
-                    &self.part.groups,
-                    &self.dataset.variety,
-                    [self.shape.samples, at.phase.outer],
-                    lost,
+                    &self.subset.groups,
+                    &self.dataset.augmentation_options,
+                    [self.shape.samples, at.phase.outer_samples],
+                    dropout,
                     &mut random,
                 )
             })
             .collect();
-        let refinement = self.refinement.filter(|_| at.phase.rates.start > 0.0);
-        let found: Vec<_> = tasks
+        let refinement = self.refinement.filter(|_| at.phase.rates.init_net > 0.0);
+        let batches: Vec<_> = tasks
             .par_chunks(BATCH)
-            .map(|tasks| self.batch(&by, tasks, refinement))
+            .map(|tasks| self.batch(&prepared, tasks, refinement))
             .collect();
         let share = 1.0 / tasks.len() as f32;
         let mut loss = 0.0;
         let mut gradient = values.as_ref().map(|list| vec![0.0; list.len()]);
         let mut by_angles = vec![[0.0; 3]; self.shape.samples];
-        for (part, by, angles) in &found {
-            loss += share * part;
-            for (sum, by) in gradient.each_mut().into_iter().zip(by.each()) {
+        for (batch_loss, batch_gradient, angles) in &batches {
+            loss += share * batch_loss;
+            for (sum, by) in gradient.each_mut().into_iter().zip(batch_gradient.each()) {
                 add_scaled(sum, share, by);
             }
             for (sum, by) in by_angles.iter_mut().zip(angles) {
                 add_scaled(sum, share, by);
             }
         }
-        gradient.pattern = by.pattern.gradient_by_logits(|sample| by_angles[sample]);
+        gradient.pattern = prepared
+            .pattern
+            .gradient_by_logits(|sample| by_angles[sample]);
         (loss, gradient)
     }
 
     fn fitness(&self, values: &Groups<Vec<f32>>, _: &Phase) -> f32 {
-        self.judge(values)
+        self.validation_loss(values)
     }
 
-    /// Of the completed coefficients: a start is trained only after patterns were tried.
-    fn judge(&self, values: &Groups<Vec<f32>>) -> f32 {
-        let by = self.applied(values, self.reachable(values));
-        let tasks = self.plain_tasks(&self.part.judged);
-        mean_weighed(&self.losses(&by, &tasks, None, self.fresh()))
+    /// Uses the loss of the completed coefficients: the InitNet is trained only after the pattern search.
+    fn validation_loss(&self, values: &Groups<Vec<f32>>) -> f32 {
+        let prepared = self.prepare(values, self.reachable_pattern(values));
+        let tasks = self.plain_tasks(&self.subset.validation);
+        weighted_mean(&self.losses(&prepared, &tasks, None, self.validation_directions()))
     }
 
-    fn expected(&self, values: &Groups<Vec<f32>>) -> Expected {
-        let losses = self.losses_of_materials(values, &self.part.judged);
+    fn expected_loss(&self, values: &Groups<Vec<f32>>) -> LossEstimate {
+        let losses = self.material_losses(values, &self.subset.validation);
         let losses = losses.iter().copied();
-        Expected::new(mean(losses.clone()), losses.map(f64::from))
+        LossEstimate::new(mean(losses.clone()), losses.map(f64::from))
     }
 }

@@ -1,41 +1,41 @@
-//! Materials at many directions, also with other highlights, and principal components there.
+//! Materials at a pool of directions, with highlight warps, and principal components at those directions.
 //!
-//! A material is evaluated when it is first asked for: of thousands, or of large files, training begins
-//! before all were read. Values depend on nothing else, so that the order has no say in them.
+//! A material is evaluated on first use, so that training starts before thousands of materials or large files are read.
+//! The order of evaluation does not affect the values.
 
 use std::sync::{Arc, OnceLock};
 
 use glimpse_core::geometry::{Angles, HalfDifference};
-use glimpse_kernels::components::{ComponentTable, HEAD};
-use glimpse_kernels::lanes::{Octet, OctetAt, WIDTH};
+use glimpse_kernels::components::{ComponentTable, HEADER_OCTETS};
+use glimpse_kernels::lanes::{Octet, OctetDirections, WIDTH};
 use glimpse_kernels::samples::{OctetRgb, transpose_rgb};
 use glimpse_materials::Material;
-use glimpse_materials::basis::{Basis, widened};
+use glimpse_materials::basis::{Basis, angles_to_f64};
 use rayon::prelude::*;
 
-use super::field::{FIELD, field_at};
 use super::highlight_warp::HighlightWarp;
+use super::smooth_field::{FIELD_TERMS, field_terms};
 
-/// Materials at some directions, octet by octet.
+/// The BRDF of a material at the pool, in octets.
 type Values = Vec<OctetRgb>;
 
-/// Materials at uniform valid directions, each with every highlight warp.
+/// Materials at a pool of directions, each with every highlight warp.
 pub struct WarpedPool {
-    /// The directions, eight by eight.
-    pub at: Vec<OctetAt>,
+    /// The directions in octets.
+    pub at: Vec<OctetDirections>,
     angles: Vec<Angles<f32>>,
-    /// Smooth fields there.
-    pub fields: Vec<[Octet; FIELD]>,
+    /// The smooth field terms at the directions.
+    pub fields: Vec<[Octet; FIELD_TERMS]>,
     materials: Arc<[Box<dyn Material>]>,
-    /// Where materials are looked up for each highlight warp to appear at the directions.
-    places: Vec<Vec<HalfDifference<f32>>>,
-    /// The materials' BRDF, of each with each highlight warp, as far as it was asked for.
+    /// The directions at which unwarped materials are evaluated, for each highlight warp.
+    directions: Vec<Vec<HalfDifference<f32>>>,
+    /// The BRDF of each material with each highlight warp, evaluated on first use.
     values: Vec<Vec<OnceLock<Values>>>,
 }
 
 impl WarpedPool {
-    /// Materials at some directions, cut to octets: the first `warped` of them with every highlight warp, the
-    /// others with the first one alone.
+    /// Creates a pool of directions, truncated to whole octets. The first `warped` materials have every highlight warp,
+    /// the others only the first one.
     #[must_use]
     pub fn new(
         materials: Arc<[Box<dyn Material>]>,
@@ -44,7 +44,7 @@ impl WarpedPool {
         mut angles: Vec<Angles<f32>>,
     ) -> Self {
         angles.truncate(angles.len() / WIDTH * WIDTH);
-        let places: Vec<Vec<HalfDifference<f32>>> = warps
+        let directions: Vec<Vec<HalfDifference<f32>>> = warps
             .iter()
             .map(|highlight_warp| {
                 let warped = angles.iter().map(|angles| highlight_warp.angles(*angles).0);
@@ -52,18 +52,18 @@ impl WarpedPool {
             })
             .collect();
         let values = (0..materials.len()).map(|index| {
-            let count = if index < warped { places.len() } else { 1 };
+            let count = if index < warped { directions.len() } else { 1 };
             (0..count).map(|_| OnceLock::new()).collect()
         });
         let values = values.collect();
         let fields = angles
             .chunks(WIDTH)
             .map(|angles| {
-                let mut fields = [Octet::default(); FIELD];
+                let mut fields = [Octet::default(); FIELD_TERMS];
                 for (lane, angles) in angles.iter().enumerate() {
                     for (octet, value) in fields
                         .iter_mut()
-                        .zip(field_at(&HalfDifference::from_angles(*angles)))
+                        .zip(field_terms(&HalfDifference::from_angles(*angles)))
                     {
                         octet.0[lane] = value;
                     }
@@ -84,36 +84,37 @@ impl WarpedPool {
             angles,
             fields,
             materials,
-            places,
+            directions,
             values,
         }
     }
 
-    /// How many octets there are.
+    /// Returns the number of octets.
     #[must_use]
-    pub fn octets(&self) -> usize {
+    pub fn octet_count(&self) -> usize {
         self.at.len()
     }
 
-    /// With how many warps a material is there.
+    /// Returns the number of highlight warps of a material.
     #[must_use]
     pub fn warps(&self, material: usize) -> usize {
         self.values[material].len()
     }
 
-    /// A material with a highlight warp, octet by octet.
+    /// Returns the BRDF of a material with a highlight warp, in octets, sr⁻¹.
     #[must_use]
     pub fn values(&self, material: usize, highlight_warp: usize) -> &[OctetRgb] {
         self.values[material][highlight_warp].get_or_init(|| {
-            let (material, places) = (&self.materials[material], &self.places[highlight_warp]);
-            let mut brdf = vec![[0.0; 3]; places.len()];
-            material.brdf_batch(places, &mut brdf);
+            let (material, directions) =
+                (&self.materials[material], &self.directions[highlight_warp]);
+            let mut brdf = vec![[0.0; 3]; directions.len()];
+            material.brdf_batch(directions, &mut brdf);
             material.release();
             brdf.chunks(WIDTH).map(transpose_rgb).collect()
         })
     }
 
-    /// Principal components at its directions.
+    /// Returns the principal components at the directions.
     #[must_use]
     pub fn components(&self, basis: &Basis) -> ComponentTable {
         let components = basis.components();
@@ -121,17 +122,17 @@ impl WarpedPool {
             .angles
             .par_iter()
             .map(|angles| {
-                let found = basis.look_up(widened(angles));
+                let entry = basis.look_up(angles_to_f64(angles));
                 let at = HalfDifference::from_angles(*angles);
                 let cosine = at.cos_theta_i();
-                let [mean, ..] = found.center();
+                let [mean, ..] = entry.center();
                 let head = [cosine, cosine * at.cos_theta_o(), mean as f32];
-                let row = found.components.iter().map(|component| component[0] as f32);
+                let row = entry.components.iter().map(|component| component[0] as f32);
                 head.into_iter().chain(row).collect()
             })
             .collect();
         let octets = rows.chunks(WIDTH).flat_map(|rows| {
-            (0..HEAD + components)
+            (0..HEADER_OCTETS + components)
                 .map(move |entry| Octet(std::array::from_fn(|lane| rows[lane][entry])))
         });
         ComponentTable {

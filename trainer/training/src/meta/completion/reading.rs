@@ -1,4 +1,4 @@
-//! What a pattern reads of a task, and how that enters a completion.
+//! Simulated readings of tasks, and their standardization for the CoefficientNet.
 
 use glimpse_core::fit::coefficient_net::standardized;
 use glimpse_core::geometry::{Angles, HalfDifference};
@@ -7,40 +7,40 @@ use glimpse_core::numeric::Scalar;
 use glimpse_kernels::Dual;
 use glimpse_kernels::lanes::{InstructionSet, Octet, WIDTH};
 use glimpse_kernels::samples::{OctetRgb, SampleOctets, SampleWeights, transpose_rgb};
-use glimpse_materials::basis::{Basis, widened};
+use glimpse_materials::basis::{Basis, angles_to_f64};
 use glimpse_materials::{Material, quantized};
 
-use super::draw::{AugmentationOptions, Task};
-use super::field::field_at;
 use super::highlight_warp::HighlightWarp;
+use super::smooth_field::field_terms;
+use super::task::{AugmentationOptions, Task};
 use crate::meta::pattern::Pattern;
 
-/// What logarithms of readings are multiplied by, once centered.
-pub const SCALE: f32 = 0.5;
+/// The scale of centered logarithms.
+pub const LOG_SCALE: f32 = 0.5;
 
 /// A number with its derivatives by the three angles of its sample.
-type ByAngles = Dual<f32, 3>;
+type AngleDual = Dual<f32, 3>;
 
-/// What each sample's readings are weighed and centered by.
-pub struct ReadingCenters(Vec<Center>);
+/// The constants that standardize the readings of each sample.
+pub struct Standardization(Vec<SampleStandardization>);
 
 #[derive(Clone, Copy)]
-struct Center {
+struct SampleStandardization {
     /// cos(theta_i) cos(theta_o).
-    cosines: ByAngles,
+    cosines: AngleDual,
     cos_theta_i: f32,
     /// The mean of the basis's columns, as ln((f w + e) / e).
-    mean: ByAngles,
+    mean: AngleDual,
 }
 
-impl ReadingCenters {
-    /// Those of a pattern's samples.
+impl Standardization {
+    /// Computes the constants of a pattern's samples.
     #[must_use]
     pub fn new(basis: &Basis, angles: &[Angles<f32>]) -> Self {
         let all = angles.iter().map(|angles| {
-            let at = HalfDifference::from_angles(ByAngles::variables(*angles));
-            let [mean, by @ ..] = basis.look_up(widened(angles)).center();
-            Center {
+            let at = HalfDifference::from_angles(AngleDual::variables(*angles));
+            let [mean, by @ ..] = basis.look_up(angles_to_f64(angles)).center();
+            SampleStandardization {
                 cosines: at.cos_theta_i() * at.cos_theta_o(),
                 cos_theta_i: at.cos_theta_i().value,
                 mean: Dual {
@@ -52,39 +52,39 @@ impl ReadingCenters {
         Self(all.collect())
     }
 
-    /// The means alone.
+    /// Returns the mean of each sample.
     #[must_use]
     pub fn means(&self) -> Vec<f32> {
         self.0.iter().map(|center| center.mean.value).collect()
     }
 }
 
-/// What one sample reads.
+/// The reading of one sample.
 pub struct Reading {
-    /// The BRDF, sr^-1, noise included.
+    /// The BRDF, sr⁻¹, including noise.
     pub brdf: [f32; 3],
-    /// As it enters a completion, with derivatives by the sample's angles.
-    pub standardized: [ByAngles; 3],
+    /// The inputs of the CoefficientNet, with derivatives by the angles of the sample.
+    pub standardized: [AngleDual; 3],
 }
 
 impl Reading {
-    /// What each sample reads of a task.
+    /// Simulates the reading of each sample of a task.
     #[must_use]
-    pub fn all(
+    pub fn read_task(
         task: &Task,
         materials: &[Box<dyn Material>],
-        variety: &AugmentationOptions,
+        augmentation_options: &AugmentationOptions,
         angles: &[Angles<f32>],
-        centers: &ReadingCenters,
+        centers: &Standardization,
     ) -> Vec<Self> {
-        let warps = &variety.warps;
+        let warps = &augmentation_options.warps;
         let own = warped(&*materials[task.material], warps[task.warps[0]], angles);
-        let partner = (!task.is_alone())
+        let partner = (!task.has_no_partner())
             .then(|| warped(&*materials[task.partner], warps[task.warps[1]], angles));
         let all = own.iter().enumerate().map(|(sample, own)| {
             let partner = partner.as_ref().map(|list| &list[sample]);
             let factor = factor(task, angles[sample]);
-            let Center {
+            let SampleStandardization {
                 cosines,
                 cos_theta_i,
                 mean,
@@ -94,16 +94,16 @@ impl Reading {
                 let mut y = mixed(task, channel, own, partner) * factor;
                 if let Some([factor, added]) = task.noise.get(sample) {
                     y = y * Dual::from_value(factor[channel]) + Dual::from_value(added[channel]);
-                    // A fit brings up what is too far below 0.
-                    let least = -0.5 * EPSILON as f32 / cosines.value.max(1e-6);
-                    if y.value < least {
-                        y = Dual::from_value(least);
+                    // A fit also raises values that are too far below 0.
+                    let min = -0.5 * EPSILON as f32 / cosines.value.max(1e-6);
+                    if y.value < min {
+                        y = Dual::from_value(min);
                     }
                 }
-                // The sensor's steps are not seen by the derivative, which would be 0 or none.
-                y.value = quantized(y.value, cos_theta_i, variety.noise.levels);
+                // Quantization is not differentiated: its derivative is 0 or undefined.
+                y.value = quantized(y.value, cos_theta_i, augmentation_options.noise.levels);
                 brdf[channel] = y.value;
-                standardized(y, cosines, mean, Dual::from_value(SCALE))
+                standardized(y, cosines, mean, Dual::from_value(LOG_SCALE))
             });
             Self { brdf, standardized }
         });
@@ -111,46 +111,51 @@ impl Reading {
     }
 }
 
-/// A material's BRDF, and its derivatives by the angles, channel by channel.
-type Measured = ([f32; 3], [[f32; 3]; 3]);
+/// The BRDF of a material in each channel, and its derivatives by the angles.
+type BrdfWithDerivative = ([f32; 3], [[f32; 3]; 3]);
 
-/// A warped material at some angles.
+/// Evaluates a material with a highlight warp.
 fn warped(
     material: &dyn Material,
     highlight_warp: HighlightWarp,
     angles: &[Angles<f32>],
-) -> Vec<Measured> {
-    let (places, slopes): (Vec<_>, Vec<_>) = angles
+) -> Vec<BrdfWithDerivative> {
+    let (directions, slopes): (Vec<_>, Vec<_>) = angles
         .iter()
         .map(|angles| highlight_warp.angles(*angles))
         .unzip();
-    let mut found = vec![Default::default(); angles.len()];
-    material.brdf_batch_with_derivative(&places, &mut found);
-    for ((_, derivatives), [by_theta_h, by_theta_d, by_phi_d]) in found.iter_mut().zip(slopes) {
+    let mut brdf = vec![Default::default(); angles.len()];
+    material.brdf_batch_with_derivative(&directions, &mut brdf);
+    for ((_, derivatives), [by_theta_h, by_theta_d, by_phi_d]) in brdf.iter_mut().zip(slopes) {
         for [theta_h, theta_d, phi_d] in derivatives.iter_mut() {
             *theta_d += *theta_h * by_theta_d;
             *phi_d += *theta_h * by_phi_d;
             *theta_h *= by_theta_h;
         }
     }
-    found
+    brdf
 }
 
-/// The smooth field's factor.
-fn factor(task: &Task, angles: Angles<f32>) -> ByAngles {
-    if task.is_flat() {
+/// Returns the factor of the smooth field.
+fn factor(task: &Task, angles: Angles<f32>) -> AngleDual {
+    if task.has_no_field() {
         return Dual::from_value(1.0);
     }
-    let at = HalfDifference::from_angles(ByAngles::variables(angles));
-    let terms = field_at(&at).into_iter().zip(task.field);
-    let sum = terms.fold(Dual::from_value(0.0), |sum: ByAngles, (function, by)| {
+    let at = HalfDifference::from_angles(AngleDual::variables(angles));
+    let terms = field_terms(&at).into_iter().zip(task.field);
+    let sum = terms.fold(Dual::from_value(0.0), |sum: AngleDual, (function, by)| {
         sum + function * Dual::from_value(by)
     });
     sum.exp()
 }
 
-/// A channel of a material, filtered and mixed with a partner.
-fn mixed(task: &Task, channel: usize, own: &Measured, partner: Option<&Measured>) -> ByAngles {
+/// Returns a channel of a material, filtered and mixed with a partner.
+fn mixed(
+    task: &Task,
+    channel: usize,
+    own: &BrdfWithDerivative,
+    partner: Option<&BrdfWithDerivative>,
+) -> AngleDual {
     let (brdf, derivatives) = own;
     let from = task.channels[channel];
     let share = task.shares[channel];
@@ -168,14 +173,14 @@ fn mixed(task: &Task, channel: usize, own: &Measured, partner: Option<&Measured>
     y
 }
 
-/// The readings that are there, as a descent takes them.
-pub struct Present {
+/// The present readings, as inner samples of a descent.
+pub struct PresentReadings {
     values: Vec<OctetRgb>,
     weights: Vec<Octet>,
 }
 
-impl Present {
-    /// Of all readings those that are there; each counts the same.
+impl PresentReadings {
+    /// Selects the present readings, with equal weights.
     #[must_use]
     pub fn new(readings: &[Reading], present: &[bool]) -> Self {
         let brdf: Vec<[f32; 3]> = readings.iter().map(|reading| reading.brdf).collect();
@@ -190,7 +195,7 @@ impl Present {
         }
     }
 
-    /// As kernels read them.
+    /// Returns the readings in the layout of the kernels.
     #[must_use]
     pub fn octets<'s>(&'s self, pattern: &'s Pattern) -> SampleOctets<'s> {
         SampleOctets {
@@ -198,8 +203,8 @@ impl Present {
             values: &self.values,
             order: None,
             weights: SampleWeights::Each(&self.weights),
-            instruction_set: InstructionSet::of_this_machine(),
-            in_a_row: false,
+            instruction_set: InstructionSet::detect(),
+            back_to_back: false,
         }
     }
 }

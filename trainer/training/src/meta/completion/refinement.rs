@@ -1,4 +1,4 @@
-//! What becomes of completed coefficients, besides the model Linear: a descent that they start.
+//! Refinement of completed coefficients: a descent from initial parameters chosen by the InitNet.
 
 use std::marker::PhantomData;
 
@@ -8,21 +8,21 @@ use glimpse_kernels::inner_loop::{InnerLoop, MetaGradient};
 use glimpse_kernels::lanes::Octet;
 use glimpse_kernels::samples::SampleOctets;
 
-/// A descent from a start of each task's own.
+/// A descent from initial parameters of each task.
 pub trait Refinement: Sync {
-    /// The model.
+    /// Returns the model.
     fn model(&self) -> ModelKind;
 
-    /// K.
+    /// Returns the number of steps, K.
     fn steps(&self) -> usize;
 
-    /// Descends on `inner` from `start`; the parameters.
+    /// Descends on the `inner` samples from `start`, and returns the parameters.
     fn fit(&self, start: &[f32], step_sizes: &[f32], inner: &SampleOctets<'_>) -> Vec<f32>;
 
-    /// The loss of parameters.
+    /// Returns the loss of parameters on the `outer` samples.
     fn loss(&self, parameters: &[f32], outer: &SampleOctets<'_>) -> f32;
 
-    /// The loss after the descent, and its gradient.
+    /// Returns the loss after the descent, and its gradient.
     fn gradient(
         &self,
         start: &[f32],
@@ -36,22 +36,22 @@ pub trait Refinement: Sync {
 pub struct RefinementGradient {
     /// The loss.
     pub loss: f32,
-    /// By the parameters that it starts from.
+    /// The gradient by the initial parameters.
     pub start: Vec<f32>,
-    /// By the step sizes.
+    /// The gradient by the step sizes.
     pub step_sizes: Vec<f32>,
-    /// By the samples' places.
+    /// The gradient by the half and difference vectors of the inner samples.
     pub samples: Vec<SampleGradient<Octet>>,
 }
 
-/// So many steps of SGD.
-pub struct Steps<M> {
+/// A fixed number of steps of SGD.
+pub struct SgdRefinement<M> {
     steps: usize,
     model: PhantomData<M>,
 }
 
-impl<M> Steps<M> {
-    /// K of them.
+impl<M> SgdRefinement<M> {
+    /// Creates a descent of `steps` steps, K.
     #[must_use]
     pub fn new(steps: usize) -> Self {
         Self {
@@ -61,11 +61,11 @@ impl<M> Steps<M> {
     }
 }
 
-fn flat<M: LaneModel>(parameters: &M::Parameters<f32>) -> Vec<f32> {
+fn flatten<M: LaneModel>(parameters: &M::Parameters<f32>) -> Vec<f32> {
     parameters.iter().copied().collect()
 }
 
-impl<M: LaneModel> Refinement for Steps<M> {
+impl<M: LaneModel> Refinement for SgdRefinement<M> {
     fn model(&self) -> ModelKind {
         M::KIND
     }
@@ -76,7 +76,7 @@ impl<M: LaneModel> Refinement for Steps<M> {
 
     fn fit(&self, start: &[f32], step_sizes: &[f32], inner: &SampleOctets<'_>) -> Vec<f32> {
         let inner_loop = InnerLoop::<M, f32>::new(start, step_sizes, self.steps);
-        flat::<M>(&M::fit(&inner_loop, inner))
+        flatten::<M>(&M::fit(&inner_loop, inner))
     }
 
     fn loss(&self, parameters: &[f32], outer: &SampleOctets<'_>) -> f32 {
@@ -92,13 +92,19 @@ impl<M: LaneModel> Refinement for Steps<M> {
         outer: &SampleOctets<'_>,
     ) -> RefinementGradient {
         let inner_loop = InnerLoop::<M, f32>::new(start, step_sizes, self.steps);
-        let mut found = MetaGradient::<M, f32>::default();
+        let mut meta_gradient = MetaGradient::<M, f32>::default();
         let mut samples = inner.zero_derivatives();
-        let loss = M::meta_gradient(&mut found, &inner_loop, &[inner], outer, Some(&mut samples));
+        let loss = M::meta_gradient(
+            &mut meta_gradient,
+            &inner_loop,
+            &[inner],
+            outer,
+            Some(&mut samples),
+        );
         RefinementGradient {
             loss,
-            start: flat::<M>(&found.initial),
-            step_sizes: flat::<M>(&found.step_sizes),
+            start: flatten::<M>(&meta_gradient.initial),
+            step_sizes: flatten::<M>(&meta_gradient.step_sizes),
             samples,
         }
     }

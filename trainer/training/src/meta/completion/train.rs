@@ -1,4 +1,4 @@
-//! A training run of schedule prior: all materials, and then folds of them to judge by.
+//! Training with schedule prior: all materials, then folds for the expected loss.
 
 use std::ops::ControlFlow;
 
@@ -10,62 +10,71 @@ use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
 
-use super::dataset::{Dataset, Part};
-use super::draw::{AugmentationOptions, Dropout, Group, Task};
+use super::dataset::{Dataset, Subset};
 use super::loss_predictor::{HeldOutLoss, LossPredictor};
 use super::objective::CompletionObjective;
-use super::reading::{ReadingCenters, SCALE};
+use super::reading::{LOG_SCALE, Standardization};
 use super::refinement::Refinement;
-use crate::linear::ReducedBasis;
+use super::task::{AugmentationOptions, Dropout, MaterialGroup, Task};
+use crate::linear::RecipeBasis;
 use crate::meta::identity::RunIdentity;
 use crate::meta::learned::{
-    CompletionTarget, Learned, LearnedCompletion, LearnedDescent, LearnedFit, ValidatedLoss,
+    CompletionTarget, LearnedCoefficientNet, LearnedDescent, LearnedFit, LearnedRecipe,
+    ValidatedLoss,
 };
-use crate::meta::objective::{Expected, RandomStreams};
+use crate::meta::objective::{LossEstimate, RandomStreams};
 use crate::meta::options::{CompletionOptions, Options};
-use crate::meta::outer::{Observer, Outcome, Progress, Run, RunError};
-use crate::meta::pattern::reachable;
+use crate::meta::outer::{Observer, Outcome, OuterLoop, Progress, RunError};
+use crate::meta::pattern::reachable_angles;
 use crate::meta::plan::Plan;
 
-/// SGD steps from a completed start.
-pub const STARTED_STEPS: usize = 1;
-/// m of a completion.
+/// The number of SGD steps from the initial parameters of the InitNet.
+pub const REFINEMENT_STEPS: usize = 1;
+/// The number of coefficients, m.
 const COMPONENTS: usize = 24;
-/// h of a completion.
-const HIDDEN: usize = 64;
-/// g of a start.
-const UNITS: usize = 32;
-/// What the loss of completed coefficients counts for where a descent follows.
-const AUXILIARY: f32 = 0.3;
-/// Directions at which materials are evaluated once, with each highlight warp; for thousands of materials fewer,
-/// see [`pool_size`].
+/// The number of hidden units of the CoefficientNet, h.
+const HIDDEN_UNITS: usize = 64;
+/// The number of hidden units of the InitNet, g.
+const INIT_NET_UNITS: usize = 32;
+/// The weight of the loss of coefficients, for models fitted by descent.
+const AUXILIARY_WEIGHT: f32 = 0.3;
+/// The maximum number of pool directions. Thousands of materials have fewer; see [`pool_size`].
 const POOL: usize = 8_192;
-/// How many bytes the values there may take: all of up to 4,096 materials.
+/// The maximum memory of the pool in bytes; up to 4,096 materials have all directions.
 const POOL_BYTES: usize = 3 << 30;
-/// Into how many folds materials are divided, and how many there are at least for that.
+/// The number of folds.
 const FOLDS: usize = 4;
-const LEAST_TO_FOLD: usize = 10;
-/// How many variations of each fold's materials a prediction goes by, and at how many directions each
-/// of them is judged.
-const VARIED: usize = 1_024;
-const VARIED_OUTER: usize = 1_024;
+/// The minimum number of materials to form folds.
+const MIN_MATERIALS_FOR_FOLDS: usize = 10;
+/// The number of augmented tasks per fold for the loss predictor.
+const AUGMENTED_TASKS: usize = 1_024;
+/// The number of outer samples of each augmented task.
+const AUGMENTED_OUTER: usize = 1_024;
 
-/// Trains on all materials; then, to know what to expect of unseen ones, on all but each fold.
+/// Trains on all materials, then on all but each fold, to estimate the expected loss on unseen materials.
 ///
 /// # Errors
-/// If it is stopped, or cannot be saved.
+/// If the run is stopped, or a checkpoint cannot be read or written.
 pub fn train(
     options: &Options,
     plan: &Plan,
     refinement: Option<&dyn Refinement>,
     materials: Vec<Box<dyn Material>>,
     observer: &mut Observer<'_>,
-) -> Result<Learned, RunError> {
-    let identities: Vec<Identity> = materials.iter().map(|each| Identity::of(&**each)).collect();
+) -> Result<LearnedRecipe, RunError> {
+    let identities: Vec<Identity> = materials
+        .iter()
+        .map(|each| Identity::new(&**each))
+        .collect();
     let identity = options.identity(&identities);
     let dataset = dataset(materials, options);
-    let folds = folds(dataset.own, options.seed);
-    let fold_plan = Plan::of_a_fold(options.effort, options.model, options.samples, dataset.own);
+    let folds = folds(dataset.training_count, options.seed);
+    let fold_plan = Plan::for_fold(
+        options.effort,
+        options.model,
+        options.samples,
+        dataset.training_count,
+    );
     let mut session = Session {
         options,
         identity,
@@ -76,44 +85,48 @@ pub fn train(
         observer,
     };
 
-    let whole = Part::whole(&dataset, COMPONENTS);
-    let (objective, Outcome { expected, values }) = session.run(&whole, plan, None, 0)?;
+    let all = Subset::all(&dataset, COMPONENTS);
+    let (objective, Outcome { expected, values }) = session.run(&all, plan, None, 0)?;
     let shape = objective.shape;
-    let own: Vec<usize> = (0..dataset.own).collect();
-    let of_all = objective.losses_of_materials(&values, &own);
-    let mut witnesses = Vec::new();
-    let mut seen = Level::default();
+    let own: Vec<usize> = (0..dataset.training_count).collect();
+    let full_losses = objective.material_losses(&values, &own);
+    let mut held_out_losses = Vec::new();
+    let mut correction = FoldCorrection::default();
     for (index, fold) in folds.iter().enumerate() {
-        let part = Part::without(&dataset, COMPONENTS, fold);
-        let (without, outcome) =
-            session.run(&part, &fold_plan, Some(&values.pattern), index + 1)?;
+        let subset = Subset::without(&dataset, COMPONENTS, fold);
+        let (fold_objective, outcome) =
+            session.run(&subset, &fold_plan, Some(&values.pattern), index + 1)?;
         let others: Vec<usize> = own
             .iter()
             .copied()
             .filter(|at| !fold.contains(at))
             .collect();
-        seen.add(
-            others.iter().map(|index| of_all[*index]),
-            without.losses_of_materials(&outcome.values, &others),
+        correction.add(
+            others.iter().map(|index| full_losses[*index]),
+            fold_objective.material_losses(&outcome.values, &others),
         );
         let plain = fold
             .iter()
             .map(|each| Task::plain(*each, options.samples, 0));
         let plain: Vec<Task> = plain.collect();
-        let varied = varied(&dataset, fold, index, options);
+        let augmented = augmented(&dataset, fold, index, options);
         for (tasks, losses, plain) in [
             (
                 &plain,
-                without.losses_of_materials(&outcome.values, fold),
+                fold_objective.material_losses(&outcome.values, fold),
                 true,
             ),
-            (&varied, without.losses_of(&outcome.values, &varied), false),
+            (
+                &augmented,
+                fold_objective.task_losses(&outcome.values, &augmented),
+                false,
+            ),
         ] {
             let each = objective
                 .mean_coefficients(&values, tasks)
                 .into_iter()
                 .zip(losses);
-            witnesses.extend(each.map(|(coefficients, loss)| HeldOutLoss {
+            held_out_losses.extend(each.map(|(coefficients, loss)| HeldOutLoss {
                 coefficients,
                 loss,
                 plain,
@@ -121,113 +134,114 @@ pub fn train(
             }));
         }
     }
-    for witness in &mut witnesses {
-        witness.loss *= seen.ratio();
+    for held_out_loss in &mut held_out_losses {
+        held_out_loss.loss *= correction.ratio();
     }
-    let expected_loss = expected_loss(expected, &witnesses);
-    let pattern = reachable(&values.pattern, &options.completion_options.limits);
-    let centers = ReadingCenters::new(&whole.basis, &pattern);
-    let completion = LearnedCompletion {
+    let expected_loss = expected_loss(expected, &held_out_losses);
+    let pattern = reachable_angles(&values.pattern, &options.completion_options.limits);
+    let centers = Standardization::new(&all.basis, &pattern);
+    let completion = LearnedCoefficientNet {
         shape,
-        missing: dataset.variety.where_missing(),
+        missing: dataset.augmentation_options.missing_policy(),
         center: centers.means(),
-        scale: SCALE,
-        weights: values.completion,
+        scale: LOG_SCALE,
+        weights: values.coefficient_net,
     };
     let mut basis = None;
     let target = match refinement {
         None => CompletionTarget::Linear {
-            rows: ReducedBasis::new(&whole.basis, &pattern).basis,
-            basis_checksum: Basis::checksum(basis.insert(whole.basis.to_bytes())),
+            rows: RecipeBasis::new(&all.basis, &pattern).basis,
+            basis_checksum: Basis::checksum(basis.insert(all.basis.to_bytes())),
         },
         Some(refinement) => {
             let descent = LearnedDescent {
                 model: options.model,
                 inner_steps: refinement.steps(),
                 initial: values.initial,
-                step_sizes: plan.step_size_form.step_sizes(&values.hyperparameters),
+                step_sizes: plan.step_size_encoding.decode(&values.hyperparameters),
             };
-            CompletionTarget::Descent(descent, values.start)
+            CompletionTarget::Descent(descent, values.init_net)
         }
     };
-    Ok(Learned {
+    Ok(LearnedRecipe {
         pattern,
         fit: LearnedFit::Completed(completion, target),
-        prediction: LossPredictor::new(&witnesses, FOLDS),
+        loss_predictor: LossPredictor::new(&held_out_losses, FOLDS),
         basis,
         expected_loss,
         materials: identities,
     })
 }
 
-/// How much less the whole training loses than shorter ones of folds do, on materials that both saw: what
-/// losses of those that folds did not see are multiplied by.
+/// The ratio of losses between the full training and the shorter training of folds, on materials that both used. Losses
+/// on materials outside the folds are multiplied by it.
 #[derive(Default)]
-struct Level {
-    of_all: f32,
-    of_folds: f32,
+struct FoldCorrection {
+    full: f32,
+    folds: f32,
 }
 
-impl Level {
-    fn add(&mut self, of_all: impl Iterator<Item = f32>, of_fold: Vec<f32>) {
-        self.of_all += of_all.sum::<f32>();
-        self.of_folds += of_fold.iter().sum::<f32>();
+impl FoldCorrection {
+    fn add(&mut self, full: impl Iterator<Item = f32>, fold: Vec<f32>) {
+        self.full += full.sum::<f32>();
+        self.folds += fold.iter().sum::<f32>();
     }
 
     fn ratio(&self) -> f32 {
-        match self.of_folds > 0.0 {
-            true => self.of_all / self.of_folds,
+        match self.folds > 0.0 {
+            true => self.full / self.folds,
             false => 1.0,
         }
     }
 }
 
-/// Variations of a fold's materials.
-fn varied(dataset: &Dataset, fold: &[usize], index: usize, options: &Options) -> Vec<Task> {
-    let group = Group {
+/// Draws augmented tasks of a fold's materials.
+fn augmented(dataset: &Dataset, fold: &[usize], index: usize, options: &Options) -> Vec<Task> {
+    let group = MaterialGroup {
         materials: fold.to_vec(),
         share: 1.0,
     };
     let mut random = ChaCha8Rng::seed_from_u64(options.seed);
     random.set_stream(u64::MAX - 1 - index as u64);
-    let sizes = [options.samples, VARIED_OUTER];
+    let sizes = [options.samples, AUGMENTED_OUTER];
     let one = |_| {
         let groups = std::slice::from_ref(&group);
-        let (pool, variety) = (&dataset.pool, &dataset.variety);
+        let (pool, augmentation_options) = (&dataset.pool, &dataset.augmentation_options);
         Task::random(
             pool,
             groups,
-            variety,
+            augmentation_options,
             sizes,
-            Dropout::LastOrFew,
+            Dropout::TailOrFew,
             &mut random,
         )
     };
-    (0..VARIED).map(one).collect()
+    (0..AUGMENTED_TASKS).map(one).collect()
 }
 
-/// What to expect: the mean over the materials that were left out, or, without folds, over all.
-fn expected_loss(of_training: Expected, witnesses: &[HeldOutLoss]) -> ValidatedLoss {
-    let plain = witnesses.iter().filter(|each| each.plain);
+/// Returns the mean loss over materials in the folds that left them out, or, without folds, over all training
+/// materials.
+fn expected_loss(training_loss: LossEstimate, held_out_losses: &[HeldOutLoss]) -> ValidatedLoss {
+    let plain = held_out_losses.iter().filter(|each| each.plain);
     let losses: Vec<f64> = plain.map(|each| f64::from(each.loss)).collect();
     if losses.is_empty() {
         return ValidatedLoss {
-            expected: of_training,
+            expected: training_loss,
             split: ValidationSplit::Training,
         };
     }
     let mean = losses.iter().sum::<f64>() / losses.len() as f64;
     ValidatedLoss {
-        expected: Expected::new(mean as f32, losses.iter().copied()),
+        expected: LossEstimate::new(mean as f32, losses.iter().copied()),
         split: ValidationSplit::Folds,
     }
 }
 
-/// The materials at hand, and procedural ones.
+/// Returns the dataset of the given and procedural materials.
 fn dataset(mut materials: Vec<Box<dyn Material>>, options: &Options) -> Dataset {
     let completion_options = &options.completion_options;
     let own = materials.len();
-    let parts = match &options.portions[..] {
+    let sources = match &options.source_shares[..] {
         [] => vec![(own, 1.0)],
         some => some
             .iter()
@@ -236,45 +250,52 @@ fn dataset(mut materials: Vec<Box<dyn Material>>, options: &Options) -> Dataset 
     };
     let mut groups = Vec::new();
     let mut first = 0;
-    for (materials, share) in parts {
-        groups.push(Group {
+    for (materials, share) in sources {
+        groups.push(MaterialGroup {
             materials: (first..first + materials).collect(),
             share: share * (1.0 - completion_options.procedural),
         });
         first += materials;
     }
     if completion_options.procedural > 0.0 {
-        let (count, seed) = CompletionOptions::MIXED_IN;
+        let (count, seed) = CompletionOptions::PROCEDURAL_SET;
         let set = Procedural::set(count, seed).into_iter();
         materials.extend(set.map(|each| Box::new(each) as Box<dyn Material>));
-        groups.push(Group {
+        groups.push(MaterialGroup {
             materials: (own..materials.len()).collect(),
             share: completion_options.procedural,
         });
     }
-    let variety = AugmentationOptions {
+    let augmentation_options = AugmentationOptions {
         missing: completion_options.missing,
         noise: completion_options.noise(),
         ..AugmentationOptions::default()
     };
-    let size = pool_size(own, variety.warps.len());
-    Dataset::new(materials, own, groups, variety, size, options.seed)
+    let size = pool_size(own, augmentation_options.warps.len());
+    Dataset::new(
+        materials,
+        own,
+        groups,
+        augmentation_options,
+        size,
+        options.seed,
+    )
 }
 
-/// At how many directions so many materials are evaluated, with so many warps and once more as they
-/// are: at half as many, and again half, until the values fit into [`POOL_BYTES`].
+/// Returns the number of pool directions, for all warps and the validation pool. It is halved until the values fit into
+/// [`POOL_BYTES`].
 fn pool_size(materials: usize, warps: usize) -> usize {
-    const LEAST: usize = 512;
+    const MIN_SIZE: usize = 512;
     let mut size = POOL;
-    while size > LEAST && materials * (warps + 1) * size * size_of::<[f32; 3]>() > POOL_BYTES {
+    while size > MIN_SIZE && materials * (warps + 1) * size * size_of::<[f32; 3]>() > POOL_BYTES {
         size /= 2;
     }
     size
 }
 
-/// Which materials are left out together; no folds of too few materials.
+/// Returns the materials of each fold; no folds for too few materials.
 fn folds(materials: usize, seed: u64) -> Vec<Vec<usize>> {
-    if materials < LEAST_TO_FOLD {
+    if materials < MIN_MATERIALS_FOR_FOLDS {
         return Vec::new();
     }
     let mut random = ChaCha8Rng::seed_from_u64(seed);
@@ -285,14 +306,15 @@ fn folds(materials: usize, seed: u64) -> Vec<Vec<usize>> {
     (0..FOLDS).map(fold).collect()
 }
 
-/// Several runs that an observer sees as one.
+/// Several runs, reported to the observer as one.
 struct Session<'s, 'o> {
     options: &'s Options,
     identity: RunIdentity,
     refinement: Option<&'s dyn Refinement>,
     dataset: &'s Dataset,
-    /// Outer steps of all runs, and of those that are done.
+    /// The number of outer steps of all runs.
     total: usize,
+    /// The number of completed outer steps.
     done: usize,
     observer: &'s mut Observer<'o>,
 }
@@ -300,7 +322,7 @@ struct Session<'s, 'o> {
 impl<'s> Session<'s, '_> {
     fn run<'a>(
         &mut self,
-        part: &'a Part,
+        subset: &'a Subset,
         plan: &Plan,
         pattern: Option<&'a [f32]>,
         stage: usize,
@@ -314,23 +336,23 @@ impl<'s> Session<'s, '_> {
             .map_or(0, |by| by.model().parameters().unwrap_or(0));
         let objective = CompletionObjective {
             dataset: self.dataset,
-            part,
+            subset,
             shape: Shape {
                 samples: self.options.samples,
-                components: part.basis.components(),
-                hidden: HIDDEN,
-                units: if parameters > 0 { UNITS } else { 0 },
+                components: subset.basis.components(),
+                hidden: HIDDEN_UNITS,
+                units: if parameters > 0 { INIT_NET_UNITS } else { 0 },
                 parameters,
             },
-            weighing: plan.weighing,
+            loss_weights: plan.loss_weights,
             streams: RandomStreams { seed },
             refinement: self.refinement,
-            first_step_size: plan.first_step_size,
-            auxiliary: AUXILIARY,
+            initial_step_size: plan.initial_step_size,
+            auxiliary_weight: AUXILIARY_WEIGHT,
             limits: self.options.completion_options.limits,
             pattern,
         };
-        let run = Run {
+        let run = OuterLoop {
             objective: &objective,
             plan,
             identity: self.identity,
@@ -340,14 +362,14 @@ impl<'s> Session<'s, '_> {
         };
         let (before, total) = (self.done, self.total);
         let observer = &mut *self.observer;
-        let mut of_all = |progress: &Progress| -> ControlFlow<()> {
+        let mut combined = |progress: &Progress| -> ControlFlow<()> {
             observer(&Progress {
                 done: before + progress.done,
                 total,
                 ..*progress
             })
         };
-        let outcome = match run.finish(&mut of_all) {
+        let outcome = match run.run(&mut combined) {
             Err(RunError::Stopped(done)) => Err(RunError::Stopped(before + done)),
             outcome => outcome,
         }?;
@@ -361,7 +383,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn only_of_thousands_of_materials_fewer_directions_are_kept() {
+    fn pool_shrinks_for_thousands_of_materials() {
         let sizes = [1, 100, 4_096, 4_097, 10_000, 1_000_000].map(|count| pool_size(count, 7));
         assert_eq!(sizes, [8_192, 8_192, 8_192, 4_096, 2_048, 512]);
     }

@@ -1,17 +1,16 @@
-//! One task of Linear's outer loop: a material is solved for, its loss taken at some directions, and
-//! differentiated.
+//! The outer loss of one task of the model Linear, and its gradient through the solve.
 
 use glimpse_core::fit::ridge::{Factors, RidgeError, RidgeGradient, scratch_length};
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::linear::unmap;
 use glimpse_core::model::loss::cosine_weighted_log_error;
 use glimpse_kernels::Dual;
-use glimpse_materials::basis::{Basis, ByAngles, Coefficients, widened};
+use glimpse_materials::basis::{AngleDual, Basis, Coefficients, angles_to_f64};
 use rayon::prelude::*;
 
-use crate::linear::Reduced;
+use crate::linear::ReducedBasis;
 
-/// A basis, looked up where the loss is taken.
+/// A basis, evaluated at the directions of the outer loss.
 pub struct OuterBasis {
     pub(super) basis: Basis,
     at: Vec<HalfDifference<f64>>,
@@ -21,15 +20,15 @@ pub struct OuterBasis {
 }
 
 impl OuterBasis {
-    /// Looks a basis up at angles in radians.
+    /// Evaluates a basis at angles in radians.
     #[must_use]
     pub fn new(basis: Basis, angles: &[Angles<f32>]) -> Self {
-        let places: Vec<Angles<f64>> = angles.iter().map(widened).collect();
-        let blocks: Vec<Reduced> = places
+        let places: Vec<Angles<f64>> = angles.iter().map(angles_to_f64).collect();
+        let blocks: Vec<ReducedBasis> = places
             .par_chunks(256)
-            .map(|places| Reduced::new(&basis, places))
+            .map(|places| ReducedBasis::new(&basis, places))
             .collect();
-        let all = |list: fn(&Reduced) -> &Vec<ByAngles>| {
+        let all = |list: fn(&ReducedBasis) -> &Vec<AngleDual>| {
             let values = blocks.iter().flat_map(list);
             values.map(|dual| dual.value).collect::<Vec<f64>>()
         };
@@ -47,18 +46,18 @@ impl OuterBasis {
     }
 }
 
-/// The outer loss of one material, a function of its coefficients.
-pub struct Outer<'a> {
-    /// Where it can be taken.
+/// The outer samples of one material; they define its loss as a function of coefficients.
+pub struct OuterSamples<'a> {
+    /// The basis at all directions of the pool.
     pub basis: &'a OuterBasis,
-    /// Which of these directions it is taken at.
+    /// The directions of the loss, as indices into the pool.
     pub directions: &'a [u32],
-    /// The material's BRDF at all of them, sr^-1.
+    /// The material's BRDF at all directions of the pool, sr⁻¹.
     pub values: &'a [[f32; 3]],
 }
 
-impl Outer<'_> {
-    /// The mean loss of some coefficients; its derivatives by them are added to `lambda`.
+impl OuterSamples<'_> {
+    /// Returns the mean loss of given coefficients, and adds its derivatives by them to `lambda`.
     #[must_use]
     pub fn loss(&self, coefficients: &Coefficients, mut lambda: Option<&mut Coefficients>) -> f64 {
         let outer = self.basis;
@@ -71,7 +70,7 @@ impl Outer<'_> {
             let at = &outer.at[index];
             let weight = Dual::from_value(at.cos_theta_i() * at.cos_theta_o());
             let median = Dual::from_value(outer.median[index]);
-            // Dual numbers, so that the formula of the mapping is core's.
+            // Dual numbers reuse the mapping of core.
             let modeled: [Dual<f64>; 3] = coefficients.each_ref().map(|coefficients| {
                 let products = row.iter().zip(coefficients);
                 let sum: f64 = products.map(|(a, c)| f64::from(*a) * c).sum();
@@ -81,17 +80,18 @@ impl Outer<'_> {
                 };
                 unmap(mapped, median, weight)
             });
-            let found = cosine_weighted_log_error(
+            let weighted = cosine_weighted_log_error(
                 self.values[index].map(f64::from),
                 modeled.map(|brdf| brdf.value),
                 at.cos_theta_i(),
                 share,
             );
-            loss += found.error.value();
+            loss += weighted.error.value();
             let Some(lambda) = &mut lambda else {
                 continue;
             };
-            for ((lambda, by_brdf), brdf) in lambda.iter_mut().zip(found.by_modeled).zip(modeled) {
+            for ((lambda, by_brdf), brdf) in lambda.iter_mut().zip(weighted.by_modeled).zip(modeled)
+            {
                 let slope = by_brdf * brdf.tangent[0];
                 for (entry, a) in lambda.iter_mut().zip(row) {
                     *entry += slope * f64::from(*a);
@@ -102,33 +102,33 @@ impl Outer<'_> {
     }
 }
 
-/// The outer loss of one material, and its gradient.
+/// The outer samples of one material; they define its loss as a function of coefficients.
 #[derive(Clone, Debug)]
 pub struct TaskGradient {
     /// The loss.
     pub loss: f64,
-    /// By theta_h, theta_d and phi_d of each sample.
+    /// Derivatives by theta_h, theta_d and phi_d of each sample.
     pub by_angles: Vec<[f64; 3]>,
-    /// By the precision of each coefficient.
+    /// Derivatives by the precision of each coefficient.
     pub by_precision: Vec<f64>,
 }
 
 impl TaskGradient {
-    /// Solves for a material that was measured at the pattern, and differentiates its loss.
+    /// Solves for a material measured at the pattern, and differentiates its loss.
     ///
     /// # Errors
-    /// If lengths do not fit.
+    /// If lengths differ.
     pub fn new(
-        reduced: &Reduced,
+        reduced: &ReducedBasis,
         factors: &Factors<'_, '_, f64, f64>,
-        measured: &[[ByAngles; 3]],
-        outer: &Outer<'_>,
+        measured: &[[AngleDual; 3]],
+        outer: &OuterSamples<'_>,
     ) -> Result<Self, RidgeError> {
         let samples = reduced.samples();
         let components = factors.problem().components();
         let mut scratch = vec![0.0; scratch_length(samples, components)];
-        let none = || [(); 3].map(|()| vec![0.0; components]);
-        let mapped: [Vec<ByAngles>; 3] = [0, 1, 2].map(|channel| {
+        let zeros = || [(); 3].map(|()| vec![0.0; components]);
+        let mapped: [Vec<AngleDual>; 3] = [0, 1, 2].map(|channel| {
             let brdf = measured.iter().map(|brdf| brdf[channel]).enumerate();
             brdf.map(|(sample, brdf)| reduced.mapped(sample, brdf))
                 .collect()
@@ -136,11 +136,11 @@ impl TaskGradient {
         let values: [Vec<f64>; 3] = mapped
             .each_ref()
             .map(|mapped| mapped.iter().map(|mapped| mapped.value).collect());
-        let mut coefficients = none();
+        let mut coefficients = zeros();
         for (values, coefficients) in values.iter().zip(&mut coefficients) {
             factors.coefficients(values, coefficients, &mut scratch)?;
         }
-        let mut lambda = none();
+        let mut lambda = zeros();
         let loss = outer.loss(&coefficients, Some(&mut lambda));
 
         let mut by_angles = vec![[0.0; 3]; samples];

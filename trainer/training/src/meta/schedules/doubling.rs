@@ -1,12 +1,12 @@
-//! Patterns of many samples, from those of few.
+//! Large patterns, built by doubling small ones.
 
-/// Patterns of more samples are doubled from those.
-pub(super) const UNDOUBLED: usize = 16;
+/// The maximum number of samples that is trained without doubling.
+pub(super) const MAX_UNDOUBLED: usize = 16;
 
-/// How many samples there are after each doubling, from `first` until there are those `wanted`.
-pub(super) fn doubled(first: usize, wanted: usize) -> impl Iterator<Item = usize> {
+/// Returns the number of samples after each doubling, from `first` up to `target`.
+pub(super) fn doubled(first: usize, target: usize) -> impl Iterator<Item = usize> {
     std::iter::successors(Some(first), move |n| {
-        (*n < wanted).then_some((2 * n).min(wanted))
+        (*n < target).then_some((2 * n).min(target))
     })
     .skip(1)
 }

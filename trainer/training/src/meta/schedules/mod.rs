@@ -1,19 +1,19 @@
-//! Schedules: which phases there are, one file each.
+//! Training schedules: the phases of each, one file per schedule.
 
-mod changes;
 mod doubling;
-mod joint;
-mod linear;
+mod joint_linear;
+mod joint_neural;
+mod joint_small;
 mod paper;
 mod prior;
-mod small;
+mod variants;
 
 use glimpse_core::model::ModelKind;
 
 use super::plan::{Effort, Plan, Schedule};
 
 impl Plan {
-    /// The plan for a model and a number of samples; `tasks` is the number of materials.
+    /// Returns the plan of a schedule. `tasks` is the number of materials.
     #[must_use]
     pub fn new(
         schedule: Schedule,
@@ -23,37 +23,42 @@ impl Plan {
         tasks: usize,
     ) -> Self {
         match schedule {
-            Schedule::Joint if model == ModelKind::Linear => linear::plan(effort, samples, tasks),
-            Schedule::Joint if model == ModelKind::Neural => joint::plan(effort, samples, tasks),
-            Schedule::Joint => small::plan(effort, samples, tasks),
+            Schedule::Joint if model == ModelKind::Linear => {
+                joint_linear::plan(effort, samples, tasks)
+            }
+            Schedule::Joint if model == ModelKind::Neural => {
+                joint_neural::plan(effort, samples, tasks)
+            }
+            Schedule::Joint => joint_small::plan(effort, samples, tasks),
             Schedule::Paper => paper::plan(effort, model, samples, tasks),
             Schedule::Prior => prior::plan(effort, model, samples, tasks),
         }
     }
 
-    /// The plan for a completion of a fold: at a pattern that stays, for others to be judged by.
+    /// Returns the plan of one fold of schedule prior, at a fixed pattern. Its losses on the materials of the fold
+    /// estimate the expected loss.
     #[must_use]
-    pub fn of_a_fold(effort: Effort, model: ModelKind, samples: usize, tasks: usize) -> Self {
+    pub fn for_fold(effort: Effort, model: ModelKind, samples: usize, tasks: usize) -> Self {
         prior::fold(effort, model, samples, tasks)
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::doubling::UNDOUBLED;
+    use super::doubling::MAX_UNDOUBLED;
     use super::*;
-    use crate::meta::phase::{InnerSamples, Selection, Start};
+    use crate::meta::phase::{Initialization, InnerSamples, Selection};
     use crate::meta::plan::PretrainedInit;
 
     #[test]
-    fn the_paper_s_stages() {
+    fn paper_schedule_has_stages_of_paper() {
         let tasks = 80;
         let plan = Plan::new(Schedule::Paper, Effort::Long, ModelKind::Neural, 5, tasks);
         let [first, guesses, patterns @ ..] = &plan.phases[..] else {
             panic!("{plan:?}");
         };
         assert_eq!(
-            (first.steps, first.inner),
+            (first.steps, first.inner_samples),
             (800_000, InnerSamples::Fresh(512))
         );
         assert_eq!((guesses.steps, guesses.samples), (50 * tasks, 1));
@@ -61,48 +66,53 @@ mod tests {
         assert_eq!(samples, [1, 2, 4, 5]);
         for phase in patterns {
             assert_eq!(
-                (phase.start, phase.keep),
-                (Start::Best, Selection::BestEpoch)
+                (phase.initialization, phase.selection),
+                (Initialization::Best, Selection::BestEpoch)
             );
             assert_eq!(phase.steps, 500 * tasks);
             assert!(phase.rates_at(0).pattern == 5e-4);
-            // Meta and Ours have the same start and step sizes.
+            // The methods Meta and Ours share initial parameters and step sizes.
             assert!(phase.rates.initial == 0.0 && phase.rates.hyperparameters == 0.0);
             let last = phase.rates_at(phase.steps).pattern;
             assert!((last - 1e-4).abs() < 1e-9, "{last}");
         }
-        let at = |done| plan.at(done).map(|at| (at.number, at.step));
+        let at = |done| plan.at(done).map(|at| (at.phase_index, at.step));
         assert_eq!(at(0), Some((0, 0)));
         assert_eq!(at(800_000), Some((1, 0)));
         assert_eq!(at(plan.steps() - 1), Some((5, 500 * tasks - 1)));
         assert_eq!(at(plan.steps()), None);
         assert_eq!(plan.clone().without_pattern(5).phases.len(), 1);
 
-        // Both stages once more: the first one on the pattern, and no guesses.
-        let [.., again, pattern] = &plan.clone().twice().phases[..] else {
+        // Both stages again: the first one on the pattern, and no random patterns.
+        let [.., first, pattern] = &plan.clone().twice().phases[..] else {
             panic!("{plan:?}");
         };
         assert_eq!(
-            (again.start, again.inner),
-            (Start::Best, InnerSamples::Pattern)
+            (first.initialization, first.inner_samples),
+            (Initialization::Best, InnerSamples::Pattern)
         );
-        assert_eq!((again.steps, again.samples), (800_000, 5));
-        assert!(again.rates.initial > 0.0 && again.rates.pattern == 0.0);
+        assert_eq!((first.steps, first.samples), (800_000, 5));
+        assert!(first.rates.initial > 0.0 && first.rates.pattern == 0.0);
         assert_eq!(
-            (pattern.start, pattern.keep),
-            (Start::Best, Selection::BestEpoch)
+            (pattern.initialization, pattern.selection),
+            (Initialization::Best, Selection::BestEpoch)
         );
         assert!(pattern.rates.initial == 0.0 && pattern.rates.pattern > 0.0);
 
-        let known = PretrainedInit {
+        let pretrained = PretrainedInit {
             initial: vec![1.0],
             step_sizes: vec![0.5],
         };
-        let alone = plan.pattern_only(known);
-        assert_eq!(alone.phases.len(), 5);
-        assert!(alone.phases.iter().all(|phase| phase.rates.initial == 0.0));
+        let pattern_only = plan.pattern_only(pretrained);
+        assert_eq!(pattern_only.phases.len(), 5);
+        assert!(
+            pattern_only
+                .phases
+                .iter()
+                .all(|phase| phase.rates.initial == 0.0)
+        );
 
-        // Nothing of Linear is learned but the pattern; a tenth of the steps.
+        // Only the pattern of Linear is trained; a tenth of the steps.
         let plan = Plan::new(
             Schedule::Paper,
             Effort::Standard,
@@ -115,19 +125,23 @@ mod tests {
     }
 
     #[test]
-    fn many_samples_of_neural_come_from_doubling() {
+    fn neural_doubles_large_patterns() {
         let plan = Plan::new(Schedule::Joint, Effort::Quick, ModelKind::Neural, 100, 64);
         let few = Plan::new(
             Schedule::Joint,
             Effort::Quick,
             ModelKind::Neural,
-            UNDOUBLED,
+            MAX_UNDOUBLED,
             64,
         );
         let samples: Vec<_> = plan.phases.iter().map(|phase| phase.samples).collect();
-        let (same, doubled) = samples.split_at(few.phases.len());
-        assert!(same.iter().all(|samples| *samples == UNDOUBLED));
+        let (undoubled, doubled) = samples.split_at(few.phases.len());
+        assert!(undoubled.iter().all(|samples| *samples == MAX_UNDOUBLED));
         assert_eq!(doubled, [32, 64, 100]);
-        assert!(few.phases.iter().all(|phase| phase.samples == UNDOUBLED));
+        assert!(
+            few.phases
+                .iter()
+                .all(|phase| phase.samples == MAX_UNDOUBLED)
+        );
     }
 }

@@ -1,22 +1,22 @@
-//! The paper's schedule.
+//! The schedule of the paper.
 
 use glimpse_core::model::ModelKind;
 
 use super::doubling::doubled;
+use crate::meta::initialization::random_initialization;
 use crate::meta::phase::{
-    AddedSamples, InnerSamples, Phase, SearchMethod, Selection, Start, StepSizeForm,
+    AddedSamples, Initialization, InnerSamples, Phase, SearchMethod, Selection, StepSizeEncoding,
 };
 use crate::meta::plan::{Effort, LossWeights, Plan};
-use crate::meta::start::random_start;
 use glimpse_optimizer::Groups;
 
-/// Of so many random patterns of one sample the best begins stage 2.
-const GUESSES: usize = 50;
+/// The number of random patterns of one sample; the best one starts stage 2.
+const RANDOM_PATTERNS: usize = 50;
 
 impl Effort {
-    /// The paper's number of steps divided by that of schedule paper at this effort.
+    /// Returns the divisor of the paper's number of steps at this effort of schedule paper.
     #[must_use]
-    pub fn divisor_of_the_paper_s_steps(self) -> usize {
+    pub fn paper_step_divisor(self) -> usize {
         match self {
             Self::Brief => 500,
             Self::Quick => 100,
@@ -26,62 +26,61 @@ impl Effort {
     }
 }
 
-/// The paper's settings. Stage 1: initialization and step sizes, 10,000 epochs. Stage 2: the
-/// pattern, from the best of random guesses at n = 1, doubled until it has the n asked for, and
-/// each n trained for 500 epochs. All of them with one task a step.
+/// The settings of the paper, with one task per step. Stage 1: initial parameters and step sizes, 10,000 epochs. Stage
+/// 2: the pattern, from the best random pattern at n = 1, doubled until the requested n; 500 epochs for each n.
 pub(super) fn plan(effort: Effort, model: ModelKind, samples: usize, tasks: usize) -> Plan {
-    let share = effort.divisor_of_the_paper_s_steps();
-    let (rate, final_rate) = match model {
+    let share = effort.paper_step_divisor();
+    let (rate, final_rate_ratio) = match model {
         ModelKind::Linear => (1e-3, 0.5),
         _ => (5e-4, 0.2),
     };
     let mut phases = Vec::new();
     let first = Phase {
-        name: "start and step sizes",
-        start: Start::Guess(0),
+        name: "initial parameters and step sizes",
+        initialization: Initialization::Guess(0),
         search: SearchMethod::Gradient,
-        keep: Selection::Last,
-        // No pattern yet, but Meta is judged on one.
+        selection: Selection::Last,
+        // This stage has no pattern, but the method Meta is evaluated on one.
         samples,
-        added: AddedSamples::Sobol,
-        in_order: false,
+        added_samples: AddedSamples::Sobol,
+        samples_ordered: false,
         steps: 10_000 / share * tasks,
         batch: 1,
-        inner: InnerSamples::Fresh(512),
-        outer: 512,
+        inner_samples: InnerSamples::Fresh(512),
+        outer_samples: 512,
         rates: Groups {
             initial: 1e-4,
             hyperparameters: 1e-4,
             pattern: 0.0,
             ..Groups::default()
         },
-        final_rate: 1.0,
-        warm_up: 0,
-        largest_norm: f32::INFINITY,
+        final_rate_ratio: 1.0,
+        warm_up_steps: 0,
+        max_gradient_norm: f32::INFINITY,
         weight_decay: 1e-6,
-        gain: None,
+        augmentation_gain: None,
     };
     let guesses = Phase {
-        name: "guesses",
-        start: Start::Patterns,
-        keep: Selection::BestEpoch,
+        name: "random patterns",
+        initialization: Initialization::RandomPatterns,
+        selection: Selection::BestEpoch,
         samples: 1,
-        steps: GUESSES * tasks,
-        inner: InnerSamples::Pattern,
-        outer: 25_000,
+        steps: RANDOM_PATTERNS * tasks,
+        inner_samples: InnerSamples::Pattern,
+        outer_samples: 25_000,
         rates: Groups::default(),
         weight_decay: 0.0,
         ..first.clone()
     };
     let pattern = Phase {
         name: "pattern",
-        start: Start::Best,
+        initialization: Initialization::Best,
         steps: 500 / share * tasks,
         rates: Groups {
             pattern: rate,
             ..Groups::default()
         },
-        final_rate,
+        final_rate_ratio,
         ..guesses.clone()
     };
     if model != ModelKind::Linear {
@@ -96,10 +95,10 @@ pub(super) fn plan(effort: Effort, model: ModelKind, samples: usize, tasks: usiz
     Plan {
         phases,
         tasks,
-        first_guess: random_start,
-        step_size_form: StepSizeForm::Plain,
-        first_step_size: 1e-3,
-        weighing: LossWeights::Equal,
-        known: None,
+        initial_parameters: random_initialization,
+        step_size_encoding: StepSizeEncoding::Plain,
+        initial_step_size: 1e-3,
+        loss_weights: LossWeights::Equal,
+        pretrained: None,
     }
 }

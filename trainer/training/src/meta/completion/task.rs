@@ -1,5 +1,4 @@
-//! What a training task is: a material that is like one that was measured, read with some noise, some
-//! of it not at all.
+//! Training tasks: augmented materials with noisy and missing readings.
 
 use glimpse_core::fit::coefficient_net::MissingPolicy;
 use glimpse_core::recipe::Noise;
@@ -9,41 +8,43 @@ use rand::Rng;
 use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
 
-use super::field::FIELD;
 use super::highlight_warp::HighlightWarp;
 use super::pool::WarpedPool;
+use super::smooth_field::FIELD_TERMS;
 use crate::meta::augmentation::Augmentation;
-use crate::meta::start::standard_normal;
+use crate::meta::initialization::standard_normal;
 
-/// How much materials are varied in training, and readings spoilt.
+/// The augmentation of materials, and the noise of readings.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AugmentationOptions {
-    /// The largest gain of a filter.
+    /// The range of filter gains; see [`Augmentation::random`].
     pub gain: f32,
-    /// Warps that highlights may have; the first one is none.
+    /// The highlight warps; the first one is the identity.
     pub warps: Vec<HighlightWarp>,
-    /// How much the partner's share differs between channels.
-    pub colored: f32,
-    /// Standard deviation of the smooth fields' logarithms.
-    pub field: f32,
+    /// The maximum deviation of the partner's share between channels.
+    pub share_spread: f32,
+    /// The standard deviation of the coefficients of smooth fields.
+    pub field_deviation: f32,
     /// The share of tasks with missing readings.
     pub missing: f32,
-    /// Noise of readings.
+    /// The noise of readings.
     pub noise: Noise,
 }
 
 impl Default for AugmentationOptions {
-    /// What does best on materials that were not trained on.
+    /// The values with the smallest loss on materials outside the training set.
     fn default() -> Self {
-        // From 0.67 to 1.5 times as wide as they are.
+        // Widths from 0.67 to 1.5 times the original.
         let others = [-1.0_f32, -0.67, -0.33, 0.33, 0.67, 1.0].map(|share| HighlightWarp {
             stretch: (0.4 * share).exp(),
         });
         Self {
             gain: 1.5,
-            warps: std::iter::once(HighlightWarp::NONE).chain(others).collect(),
-            colored: 0.3,
-            field: 0.1,
+            warps: std::iter::once(HighlightWarp::IDENTITY)
+                .chain(others)
+                .collect(),
+            share_spread: 0.3,
+            field_deviation: 0.1,
             missing: 0.0,
             noise: Noise {
                 multiplicative: 0.0,
@@ -55,9 +56,9 @@ impl Default for AugmentationOptions {
 }
 
 impl AugmentationOptions {
-    /// What is learned to do where readings are missing.
+    /// Returns the policy for missing readings in the recipe.
     #[must_use]
-    pub fn where_missing(&self) -> MissingPolicy {
+    pub fn missing_policy(&self) -> MissingPolicy {
         match self.missing > 0.0 {
             true => MissingPolicy::CountForMore,
             false => MissingPolicy::NoFit,
@@ -65,92 +66,93 @@ impl AugmentationOptions {
     }
 }
 
-/// Some materials, and their share of all tasks.
+/// A group of materials, and its share of all tasks.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Group {
-    /// Which materials; one at least.
+pub struct MaterialGroup {
+    /// The indices of the materials, at least one.
     pub materials: Vec<usize>,
-    /// Their share; all shares together are 1.
+    /// The share of tasks; the shares of all groups sum to 1.
     pub share: f32,
 }
 
-/// A material of a group that is chosen by its share.
-fn any_of(groups: &[Group], random: &mut ChaCha8Rng) -> usize {
-    let mut left: f32 = random.random();
-    let mut chosen: &[usize] = &[];
+/// Draws a group by its share, and a material of it.
+fn draw_material(groups: &[MaterialGroup], random: &mut ChaCha8Rng) -> usize {
+    let mut rest: f32 = random.random();
+    let mut materials: &[usize] = &[];
     for group in groups {
-        chosen = &group.materials;
-        left -= group.share;
-        if left < 0.0 {
+        materials = &group.materials;
+        rest -= group.share;
+        if rest < 0.0 {
             break;
         }
     }
-    chosen[random.random_range(0..chosen.len())]
+    materials[random.random_range(0..materials.len())]
 }
 
-/// Which readings are lost, where some are.
+/// The distribution of missing readings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Dropout {
-    /// Any number of any of them: samples have no order yet.
+    /// Any number of arbitrary readings: the samples are not sorted yet.
     Any,
-    /// Two times in three those after the first few, as the scan ended early; else one or two were lost.
-    LastOrFew,
+    /// In two of three cases all readings after the first few, as in a scan that ends early; otherwise one or two
+    /// readings.
+    TailOrFew,
 }
 
-/// In how many scans that end early half of the readings are there: one recipe is to serve in place of that of
-/// half as many samples, and a length that is one among many is hardly learned.
-const HALVED: f32 = 0.2;
+/// The share of early ends that leave exactly half of the readings. One recipe shall also replace that of half as many
+/// samples, and a single length among many is hardly learned.
+const HALF_SHARE: f32 = 0.2;
 
-/// Which readings are there; some are missing in a share `missing` of all tasks.
-fn present(samples: usize, missing: f32, which: Dropout, random: &mut ChaCha8Rng) -> Vec<bool> {
+/// Draws the present readings. A share `missing` of all tasks has missing readings.
+fn present(samples: usize, missing: f32, dropout: Dropout, random: &mut ChaCha8Rng) -> Vec<bool> {
     let mut present = vec![true; samples];
     if samples < 2 || random.random::<f32>() >= missing {
         return present;
     }
-    if which == Dropout::LastOrFew && random.random_range(0..3) == 0 {
+    if dropout == Dropout::TailOrFew && random.random_range(0..3) == 0 {
         for _ in 0..random.random_range(1..=2.min(samples - 1)) {
             present[random.random_range(0..samples)] = false;
         }
         return present;
     }
-    let first = match which == Dropout::LastOrFew && random.random::<f32>() < HALVED {
+    let first = match dropout == Dropout::TailOrFew && random.random::<f32>() < HALF_SHARE {
         true => samples / 2,
         false => random.random_range(1..samples),
     };
     present[first..].fill(false);
-    if which == Dropout::Any {
+    if dropout == Dropout::Any {
         present.shuffle(random);
     }
     present
 }
 
-/// A task.
+/// A training task.
 #[derive(Clone, Debug)]
 pub struct Task {
-    /// The material's index.
+    /// The index of the material.
     pub material: usize,
-    /// Which channel of the material each channel is.
+    /// The source channel of each channel.
     pub channels: [usize; 3],
-    /// What it is multiplied by.
+    /// The gain of each channel.
     pub gains: [f32; 3],
-    /// The index of the material that it is mixed with.
+    /// The index of the partner material.
     pub partner: usize,
     /// The partner's share in each channel.
     pub shares: [f32; 3],
-    /// The warps of the material and of the partner, by number.
+    /// The indices of the highlight warps of material and partner.
     pub warps: [usize; 2],
-    /// Coefficients of the smooth field.
-    pub field: [f32; FIELD],
-    /// Which readings are there.
+    /// The coefficients of the smooth field.
+    pub field: [f32; FIELD_TERMS],
+    /// True for each present reading.
     pub present: Vec<bool>,
-    /// What each reading is multiplied by, and what is added to it.
+    /// A factor and an offset (sr⁻¹) for each reading and channel; empty without noise.
     pub noise: Vec<[[f32; 3]; 2]>,
-    /// Octets of directions that it is judged at.
+    /// The octets of directions of the loss.
     pub octets: Vec<u32>,
 }
 
 impl Task {
-    /// A material as it is, all readings taken, judged everywhere.
+    /// Creates a task without augmentation, noise or missing readings, with the loss at all directions.
     #[must_use]
     pub fn plain(material: usize, samples: usize, octets: usize) -> Self {
         Self {
@@ -160,43 +162,45 @@ impl Task {
             partner: material,
             shares: [0.0; 3],
             warps: [0; 2],
-            field: [0.0; FIELD],
+            field: [0.0; FIELD_TERMS],
             present: vec![true; samples],
             noise: Vec::new(),
             octets: (0..octets as u32).collect(),
         }
     }
 
-    /// A random one.
+    /// Draws a task.
     #[must_use]
     pub fn random(
         pool: &WarpedPool,
-        groups: &[Group],
-        variety: &AugmentationOptions,
+        groups: &[MaterialGroup],
+        augmentation_options: &AugmentationOptions,
         [samples, outer]: [usize; 2],
-        lost: Dropout,
+        dropout: Dropout,
         random: &mut ChaCha8Rng,
     ) -> Self {
-        let octets = pool.octets();
-        let [material, partner] = [(); 2].map(|()| any_of(groups, random));
+        let octets = pool.octet_count();
+        let [material, partner] = [(); 2].map(|()| draw_material(groups, random));
         let Augmentation {
             order: channels,
             gains,
             share,
             ..
-        } = Augmentation::random(variety.gain, 1, random);
+        } = Augmentation::random(augmentation_options.gain, 1, random);
         let warps = [material, partner].map(|index| random.random_range(0..pool.warps(index)));
         let shares = [(); 3].map(|()| {
-            let apart = variety.colored * (2.0 * random.random::<f32>() - 1.0);
-            (share + apart).clamp(0.0, 1.0)
+            let deviation =
+                augmentation_options.share_spread * (2.0 * random.random::<f32>() - 1.0);
+            (share + deviation).clamp(0.0, 1.0)
         });
-        let field = [(); FIELD].map(|()| variety.field * standard_normal(random));
-        let present = present(samples, variety.missing, lost, random);
+        let field = [(); FIELD_TERMS]
+            .map(|()| augmentation_options.field_deviation * standard_normal(random));
+        let present = present(samples, augmentation_options.missing, dropout, random);
         let Noise {
             multiplicative,
             additive,
             ..
-        } = variety.noise;
+        } = augmentation_options.noise;
         let noise = match multiplicative + additive > 0.0 {
             true => (0..samples)
                 .map(|_| {
@@ -206,7 +210,8 @@ impl Task {
                 .collect(),
             false => Vec::new(),
         };
-        let judged = (0..outer.div_ceil(WIDTH)).map(|_| random.random_range(0..octets as u32));
+        let octets_of_loss =
+            (0..outer.div_ceil(WIDTH)).map(|_| random.random_range(0..octets as u32));
         Self {
             material,
             channels,
@@ -217,31 +222,31 @@ impl Task {
             field,
             present,
             noise,
-            octets: judged.collect(),
+            octets: octets_of_loss.collect(),
         }
     }
 
-    /// What it counts for by its readings: the square root of the share that is taken. Fewer of them leave
-    /// a larger loss, and the gradient would be mostly theirs.
+    /// Returns the square root of the share of present readings, as a weight of the loss. Fewer readings cause a larger
+    /// loss, which would dominate the gradient.
     #[must_use]
-    pub fn weight_of_readings(&self) -> f32 {
-        let taken = self.present.iter().filter(|present| **present).count();
-        (taken as f32 / self.present.len() as f32).sqrt()
+    pub fn reading_weight(&self) -> f32 {
+        let count = self.present.iter().filter(|present| **present).count();
+        (count as f32 / self.present.len() as f32).sqrt()
     }
 
-    /// True if there is no smooth field.
+    /// Returns true if the smooth field is 1 everywhere.
     #[must_use]
-    pub fn is_flat(&self) -> bool {
-        self.field == [0.0; FIELD]
+    pub fn has_no_field(&self) -> bool {
+        self.field == [0.0; FIELD_TERMS]
     }
 
-    /// True if nothing of a partner is in it.
+    /// Returns true if the partner has no share.
     #[must_use]
-    pub fn is_alone(&self) -> bool {
+    pub fn has_no_partner(&self) -> bool {
         self.shares == [0.0; 3]
     }
 
-    /// The BRDF at the directions that it is judged at.
+    /// Returns the BRDF at the directions of the loss, sr⁻¹.
     #[must_use]
     pub fn values(&self, pool: &WarpedPool) -> Vec<OctetRgb> {
         let own = pool.values(self.material, self.warps[0]);
@@ -250,7 +255,7 @@ impl Task {
             let (own, partner) = (&own[*octet as usize], &partner[*octet as usize]);
             let mut values = OctetRgb::default();
             let mut factor = [1.0; WIDTH];
-            if !self.is_flat() {
+            if !self.has_no_field() {
                 let fields = &pool.fields[*octet as usize];
                 for (lane, factor) in factor.iter_mut().enumerate() {
                     let terms = self.field.iter().zip(fields);
@@ -281,9 +286,9 @@ mod tests {
 
     const SAMPLES: usize = 12;
 
-    fn drawn(missing: f32, which: Dropout) -> Vec<Vec<bool>> {
+    fn draw_many(missing: f32, dropout: Dropout) -> Vec<Vec<bool>> {
         let mut random = ChaCha8Rng::seed_from_u64(1);
-        let one = |_| present(SAMPLES, missing, which, &mut random);
+        let one = |_| present(SAMPLES, missing, dropout, &mut random);
         (0..6_000).map(one).collect()
     }
 
@@ -292,9 +297,9 @@ mod tests {
     }
 
     #[test]
-    fn scans_end_early_or_lose_a_reading_or_two() {
+    fn tail_or_few_drops_tail_or_one_or_two_readings() {
         let mut first = [0; SAMPLES + 1];
-        for present in drawn(1.0, Dropout::LastOrFew) {
+        for present in draw_many(1.0, Dropout::TailOrFew) {
             let there = present.iter().filter(|there| **there).count();
             match is_first_few(&present) {
                 true => first[there] += 1,
@@ -302,8 +307,8 @@ mod tests {
             }
         }
         // 4,000 times in all: a fifth of them at half of the samples, and the others at any number.
-        let others = (4_000.0 * (1.0 - HALVED) / 11.0) as i32;
-        let halved = (4_000.0 * HALVED) as i32 + others;
+        let others = (4_000.0 * (1.0 - HALF_SHARE) / 11.0) as i32;
+        let halved = (4_000.0 * HALF_SHARE) as i32 + others;
         assert_eq!((first[0], first[SAMPLES]), (0, 0));
         for (there, times) in first.into_iter().enumerate().take(10).skip(1) {
             let expected = if there == SAMPLES / 2 { halved } else { others };
@@ -313,21 +318,21 @@ mod tests {
     }
 
     #[test]
-    fn any_may_be_missing_as_often_as_is_asked_for() {
+    fn any_drops_each_reading_equally_often() {
         let all = |there: &Vec<bool>| there.iter().all(|there| *there);
-        let whole = drawn(0.25, Dropout::Any)
+        let whole = draw_many(0.25, Dropout::Any)
             .iter()
             .filter(|each| all(each))
             .count();
         assert!((4_300..4_700).contains(&whole), "{whole}");
         let mut there = [0; SAMPLES];
-        for present in drawn(1.0, Dropout::Any) {
+        for present in draw_many(1.0, Dropout::Any) {
             assert!(present.contains(&true) && present.contains(&false));
             for (count, present) in there.iter_mut().zip(present) {
                 *count += i32::from(present);
             }
         }
-        // Half of them in the mean, wherever they are.
+        // Each reading is missing in half of the tasks.
         assert!(
             there.iter().all(|count| (count - 3_000).abs() < 200),
             "{there:?}"

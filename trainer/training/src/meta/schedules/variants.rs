@@ -1,0 +1,79 @@
+//! Variants of plans that train fewer or more parts of a recipe.
+
+use glimpse_optimizer::Groups;
+
+use crate::meta::phase::{Initialization, InnerSamples, Phase};
+use crate::meta::plan::{Plan, PretrainedInit};
+
+impl Plan {
+    /// Removes the pattern, as in the method Meta. Phases that train initial parameters and step sizes on the pattern
+    /// use `samples` fixed random samples instead.
+    #[must_use]
+    pub fn without_pattern(mut self, samples: usize) -> Self {
+        self.phases.retain(|phase| {
+            let Groups {
+                initial,
+                hyperparameters,
+                ..
+            } = phase.rates;
+            phase.inner_samples != InnerSamples::Pattern || initial > 0.0 || hyperparameters > 0.0
+        });
+        for phase in &mut self.phases {
+            if phase.inner_samples == InnerSamples::Pattern {
+                phase.inner_samples = InnerSamples::Fixed(samples);
+                phase.rates.pattern = 0.0;
+            }
+        }
+        self
+    }
+
+    /// Trains the pattern only. The pretrained initial parameters and step sizes stay constant.
+    #[must_use]
+    pub fn pattern_only(mut self, pretrained: PretrainedInit) -> Self {
+        let mut removed = None;
+        self.phases.retain_mut(|phase| {
+            if phase.inner_samples != InnerSamples::Pattern {
+                removed = removed.or(Some(phase.initialization));
+                return false;
+            }
+            // A removed phase passes its initialization to its successor.
+            if let Some(initialization) = removed.take()
+                && phase.initialization == Initialization::Previous
+            {
+                phase.initialization = initialization;
+            }
+            phase.rates.initial = 0.0;
+            phase.rates.hyperparameters = 0.0;
+            true
+        });
+        self.pretrained = Some(pretrained);
+        self
+    }
+
+    /// Appends the last stages again: initial parameters and step sizes, now on the trained pattern, and then the
+    /// pattern (paper, "Convergence").
+    #[must_use]
+    pub fn twice(mut self) -> Self {
+        let samples = self.phases.last().map_or(0, |phase| phase.samples);
+        let trains_parameters = |phase: &&Phase| phase.rates.initial > 0.0;
+        let first = self.phases.iter().rfind(trains_parameters).cloned();
+        let pattern = self.phases.last().cloned();
+        self.phases
+            .extend(first.into_iter().chain(pattern).map(|phase| Phase {
+                initialization: Initialization::Best,
+                inner_samples: InnerSamples::Pattern,
+                samples,
+                ..phase
+            }));
+        self
+    }
+
+    /// Keeps the initial step sizes (Linear: precisions) constant.
+    #[must_use]
+    pub fn without_step_sizes(mut self) -> Self {
+        for phase in &mut self.phases {
+            phase.rates.hyperparameters = 0.0;
+        }
+        self
+    }
+}
