@@ -1,78 +1,85 @@
 //! The compact basis: a whole basis on a coarser grid, in bytes that core reads in place.
 //!
-//! The grid is core's ([`Nodes`]), and so are the shares of nodes in an interpolation. The values
-//! at the nodes are not those of the whole basis there but those whose interpolation comes nearest
-//! to it in between, which is worth several times as many nodes.
+//! The grid ([`Nodes`]) and the interpolation weights are core's. The values at the nodes are a least-squares fit of the
+//! interpolation to the whole basis. Sampling the whole basis at the nodes would need several times as many of them.
 
 use std::f64::consts::TAU;
 
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::linear::Nodes;
 use glimpse_core::model::linear::format::{MAGIC, VERSION, checksum_of};
-use glimpse_materials::basis::{Basis, widened};
+use glimpse_materials::basis::{Basis, angles_to_f64};
 use glimpse_materials::sampling::uniform_valid;
 use rayon::prelude::*;
 
 use super::least_squares::LeastSquares;
 
-/// Components of a compact basis, where nothing else is asked for.
+/// The default number of components of a compact basis.
 pub const COMPACT_COMPONENTS: usize = 24;
-/// The nodes of a compact basis. `core/docs/basis.md` has the figures of others.
+/// The default nodes of a compact basis. `core/docs/basis.md` compares other numbers of nodes.
 pub const COMPACT_NODES: Nodes = Nodes {
     theta_h: 24,
     theta_d: 31,
     phi_d: 9,
 };
-/// Directions that values at nodes are fitted at: always the same ones.
+/// The number of random directions of the least-squares fit; the seed is fixed.
 const DIRECTIONS: usize = 1 << 18;
 const SEED: u64 = 0x6261_7369;
-/// The weight of a difference between neighbors, beside that of the directions that a node has in
-/// the mean.
+/// The weight of a squared difference between neighbors, relative to the weight of the average number of directions per
+/// node.
 const SMOOTHNESS: f64 = 1e-3;
-/// The largest entries of a row, of a row's scale and of a mean.
-const ENTRY: f64 = 127.0;
-const ROW_SCALE: f64 = 65_535.0;
-const MEAN: f64 = 32_767.0;
+/// The largest quantized entry of a row.
+const MAX_ENTRY: f64 = 127.0;
+/// The largest quantized scale of a row.
+const MAX_ROW_SCALE: f64 = 65_535.0;
+/// The largest quantized mean.
+const MAX_MEAN: f64 = 32_767.0;
 
-/// Returns the file of a compact basis of the first components, or of all if there are fewer;
-/// [`glimpse_core::model::linear::Basis`] reads it.
+/// Returns the file of a compact basis with the first components, or with all if the basis has fewer.
+/// [`glimpse_core::model::linear::Basis`] reads the file.
 ///
-/// The same bytes whenever it is made of the same basis. `nodes` are two at least along each
-/// axis.
+/// The bytes are deterministic. `nodes` must be at least two along each axis.
 #[must_use]
-pub fn compact(basis: &Basis, components: usize, nodes: Nodes) -> Vec<u8> {
+pub fn to_compact_bytes(basis: &Basis, components: usize, nodes: Nodes) -> Vec<u8> {
     let components = components.clamp(1, basis.components());
     let columns = columns_at_nodes(basis, components, nodes);
-    pack(basis.named_by(), nodes, &columns)
+    pack(basis.whole_checksum(), nodes, &columns)
 }
 
-/// The mean of ln(1 + f w / e), then components, each at all nodes.
+/// Returns the mean of ln(1 + f w / e), then the components, each at all nodes.
 fn columns_at_nodes(basis: &Basis, components: usize, nodes: Nodes) -> Vec<Vec<f64>> {
-    let places = Places::new(nodes);
+    let unknowns = Unknowns::new(nodes);
     let angles = uniform_valid(DIRECTIONS, SEED);
     let rows = angles.iter().map(|angles| {
         let corners = nodes.corners(&HalfDifference::from_angles(*angles));
-        corners.map(|corner| (places.of(corner.node), corner.share))
+        corners.map(|corner| (unknowns.of_node(corner.node), corner.share))
     });
-    let smoothness = SMOOTHNESS * DIRECTIONS as f64 / places.count() as f64;
-    let system = LeastSquares::new(places.count(), rows.collect(), places.pairs(), smoothness);
+    let smoothness = SMOOTHNESS * DIRECTIONS as f64 / unknowns.count() as f64;
+    let system = LeastSquares::new(
+        unknowns.count(),
+        rows.collect(),
+        unknowns.neighbors(),
+        smoothness,
+    );
 
     let values: Vec<Vec<f32>> = angles
         .par_iter()
-        .map(|angles| mirrored(basis, &widened(angles), components))
+        .map(|angles| mirrored(basis, &angles_to_f64(angles), components))
         .collect();
     (0..=components)
         .into_par_iter()
         .map(|column| {
-            let known: Vec<f32> = values.iter().map(|row| row[column]).collect();
-            let found = system.solve(&known);
-            let nodes = 0..places.count();
-            nodes.map(|node| found[places.of(node) as usize]).collect()
+            let targets: Vec<f32> = values.iter().map(|row| row[column]).collect();
+            let solution = system.solve(&targets);
+            let nodes = 0..unknowns.count();
+            nodes
+                .map(|node| solution[unknowns.of_node(node) as usize])
+                .collect()
         })
         .collect()
 }
 
-/// Returns the columns at some angles, averaged with their mirror image.
+/// Returns the mean and the components at angles, averaged with their mirror image.
 fn mirrored(basis: &Basis, angles: &Angles<f64>, components: usize) -> Vec<f32> {
     let both =
         [angles.phi_d, TAU - angles.phi_d].map(|phi_d| basis.look_up(Angles { phi_d, ..*angles }));
@@ -91,22 +98,22 @@ fn mirrored(basis: &Basis, angles: &Angles<f64>, components: usize) -> Vec<f32> 
         .collect()
 }
 
-/// A compact basis's file: the checksum of what it was made of, and the mean of ln(1 + f w / e), then
-/// components, each at all nodes.
-pub(super) fn pack(of: u32, nodes: Nodes, columns: &[Vec<f64>]) -> Vec<u8> {
+/// Returns the file of a compact basis. `columns` are the mean of ln(1 + f w / e) and the components, each at all nodes.
+/// `source_checksum` is the checksum of the whole basis.
+pub(super) fn pack(source_checksum: u32, nodes: Nodes, columns: &[Vec<f64>]) -> Vec<u8> {
     let (means, columns) = columns.split_at(1);
-    let largest = |values: &[f64]| values.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
-    let mean_scale = (largest(&means[0]) / MEAN) as f32;
+    let largest = |values: &[f64]| values.iter().fold(0.0_f64, |max, x| max.max(x.abs()));
+    let mean_scale = (largest(&means[0]) / MAX_MEAN) as f32;
     let spans: Vec<f64> = columns.iter().map(|column| largest(column)).collect();
 
-    let mut body = of.to_le_bytes().to_vec();
+    let mut body = source_checksum.to_le_bytes().to_vec();
     let shape = [nodes.theta_h, nodes.theta_d, nodes.phi_d];
     for count in [columns.len() as u16].iter().chain(&shape) {
         body.extend(count.to_le_bytes());
     }
     body.extend(mean_scale.to_le_bytes());
     for span in &spans {
-        body.extend(((span / (ENTRY * ROW_SCALE)) as f32).to_le_bytes());
+        body.extend(((span / (MAX_ENTRY * MAX_ROW_SCALE)) as f32).to_le_bytes());
     }
     for (node, mean) in means[0].iter().enumerate() {
         let mean = ratio(*mean, f64::from(mean_scale)).round() as i16;
@@ -115,12 +122,12 @@ pub(super) fn pack(of: u32, nodes: Nodes, columns: &[Vec<f64>]) -> Vec<u8> {
             .zip(&spans)
             .map(|(column, span)| ratio(column[node], *span))
             .collect();
-        // Rounded up, so that no entry is cut.
-        let scale = (largest(&row) * ROW_SCALE).ceil().min(ROW_SCALE);
+        // Rounded up, so that no entry is clipped.
+        let scale = (largest(&row) * MAX_ROW_SCALE).ceil().min(MAX_ROW_SCALE);
         body.extend(mean.to_le_bytes());
         body.extend((scale as u16).to_le_bytes());
         for entry in row {
-            let entry = ratio(entry * ENTRY * ROW_SCALE, scale).round() as i8;
+            let entry = ratio(entry * MAX_ENTRY * MAX_ROW_SCALE, scale).round() as i8;
             body.push(entry.cast_unsigned());
         }
     }
@@ -133,18 +140,18 @@ pub(super) fn pack(of: u32, nodes: Nodes, columns: &[Vec<f64>]) -> Vec<u8> {
     bytes
 }
 
-/// Which nodes stand for the same place: where the half vector is the normal, or both directions
-/// are the half vector, phi_d means nothing.
-struct Places {
+/// The unknowns of the least-squares fit: one per node, except that nodes with the same direction share one. At
+/// theta_h = 0 or theta_d = 0, phi_d has no effect on the direction.
+struct Unknowns {
     nodes: Nodes,
 }
 
-impl Places {
+impl Unknowns {
     fn new(nodes: Nodes) -> Self {
         Self { nodes }
     }
 
-    /// How many nodes there are.
+    /// Returns the number of nodes, which bounds the indices of unknowns.
     fn count(&self) -> usize {
         self.nodes.count().unwrap_or_default()
     }
@@ -158,8 +165,8 @@ impl Places {
         [self.nodes.theta_h, self.nodes.theta_d, self.nodes.phi_d].map(usize::from)
     }
 
-    /// The first node at the same place.
-    fn of(&self, node: usize) -> u32 {
+    /// Returns the unknown of a node: the index of the first node with the same direction.
+    fn of_node(&self, node: usize) -> u32 {
         let [_, rows, columns] = self.shape();
         let (u, v) = (node / (rows * columns), node / columns % rows);
         let first = if u == 0 || v == 0 {
@@ -170,8 +177,8 @@ impl Places {
         first as u32
     }
 
-    /// Places beside each other.
-    fn pairs(&self) -> Vec<(u32, u32)> {
+    /// Returns the pairs of unknowns of adjacent nodes.
+    fn neighbors(&self) -> Vec<(u32, u32)> {
         let shape = self.shape();
         let mut pairs = Vec::new();
         for node in 0..self.count() {
@@ -184,7 +191,7 @@ impl Places {
             for axis in 0..3 {
                 let mut next = at;
                 next[axis] += 1;
-                let (one, other) = (self.of(node), self.of(self.index(next)));
+                let (one, other) = (self.of_node(node), self.of_node(self.index(next)));
                 if next[axis] < shape[axis] && one != other {
                     pairs.push((one, other));
                 }
@@ -194,7 +201,7 @@ impl Places {
     }
 }
 
-/// a / b, or 0 where b is 0 (and a with it).
+/// Returns a / b, or 0 if b is 0 (a is 0 too then).
 fn ratio(a: f64, b: f64) -> f64 {
     if b == 0.0 { 0.0 } else { a / b }
 }

@@ -1,20 +1,22 @@
-//! Principal components of materials, tabulated.
+//! Tabulated principal components of materials.
 
 use glimpse_core::model::linear::EPSILON;
-use glimpse_materials::basis::{Basis, Grid, HEAD};
+use glimpse_materials::basis::{Basis, Grid, NODE_HEADER};
 use nalgebra::{DMatrix, SymmetricEigen};
 use rayon::prelude::*;
 
 use super::Columns;
 
-/// Returns the first m principal components of some columns about their mean, scaled by their singular
-/// values; at most one less than there are columns.
+/// Returns the first principal components of the selected columns about their mean, scaled by their singular values. Their
+/// number is at most the number of columns minus one.
 #[must_use]
-pub fn principal_components(columns: &Columns, chosen: &[usize], components: usize) -> Basis {
-    let count = chosen.len();
+pub fn principal_components(columns: &Columns, selected: &[usize], components: usize) -> Basis {
+    let count = selected.len();
     let components = components.min(count.saturating_sub(1)).max(1);
-    // The products of centered columns, from those of the columns as they are.
-    let raw = DMatrix::from_fn(count, count, |i, j| columns.product(chosen[i], chosen[j]));
+    // The products of centered columns, from those of the uncentered columns.
+    let raw = DMatrix::from_fn(count, count, |i, j| {
+        columns.product(selected[i], selected[j])
+    });
     let row_means: Vec<f64> = (0..count).map(|i| raw.row(i).mean()).collect();
     let mean = raw.mean();
     let centered = DMatrix::from_fn(count, count, |i, j| {
@@ -23,31 +25,31 @@ pub fn principal_components(columns: &Columns, chosen: &[usize], components: usi
     let eigen = SymmetricEigen::new(centered);
     let mut order: Vec<usize> = (0..count).collect();
     order.sort_by(|a, b| eigen.eigenvalues[*b].total_cmp(&eigen.eigenvalues[*a]));
-    // X v = (singular value) u: a component scaled by its singular value. Its sign is free.
+    // X v = (singular value) u: a component scaled by its singular value. The sign is arbitrary.
     let mut vectors = vec![0.0_f32; count * components];
     for (k, index) in order.into_iter().take(components).enumerate() {
         let vector = eigen.eigenvectors.column(index);
         let largest = vector
             .iter()
-            .fold(0.0_f64, |most, entry| match entry.abs() > most.abs() {
+            .fold(0.0_f64, |max, entry| match entry.abs() > max.abs() {
                 true => *entry,
-                false => most,
+                false => max,
             });
         for (column, entry) in vector.iter().enumerate() {
             vectors[column * components + k] = (entry * largest.signum()) as f32;
         }
     }
-    let row = HEAD + components;
+    let row = NODE_HEADER + components;
     let mut table = vec![0.0_f32; Grid::LEN * row];
     table
         .par_chunks_mut(row)
         .enumerate()
         .for_each(|(node, entries)| {
-            let all = columns.at(node);
-            let mut values: Vec<f32> = chosen.iter().map(|index| all[*index]).collect();
+            let all = columns.at_node(node);
+            let mut values: Vec<f32> = selected.iter().map(|index| all[*index]).collect();
             let sum: f64 = values.iter().copied().map(f64::from).sum();
             let mean = (sum / count as f64) as f32;
-            let (head, sums) = entries.split_at_mut(HEAD);
+            let (head, sums) = entries.split_at_mut(NODE_HEADER);
             for (value, vector) in values.iter().zip(vectors.chunks(components)) {
                 for (sum, entry) in sums.iter_mut().zip(vector) {
                     *sum += (value - mean) * entry;
@@ -56,10 +58,10 @@ pub fn principal_components(columns: &Columns, chosen: &[usize], components: usi
             let median = median(&mut values);
             head.copy_from_slice(&[mean - median, median + EPSILON.ln() as f32]);
         });
-    Basis::of_table(table, components)
+    Basis::from_table(table, components)
 }
 
-/// The median of some values, whose order it changes.
+/// Returns the median of the values, and reorders them.
 fn median(values: &mut [f32]) -> f32 {
     let (below, upper, _) = values.select_nth_unstable_by(values.len() / 2, f32::total_cmp);
     let upper = *upper;

@@ -1,31 +1,31 @@
-//! Values at nodes whose interpolation comes nearest to what is known in between.
+//! Least-squares fit of values at nodes to known values of their interpolation.
 
-/// A linear system in the sense of least squares: known is what an interpolation of the unknowns
-/// gives, and that neighbors differ little where nothing else is said of them.
+/// A sparse linear least-squares system. Each row is an interpolation of unknowns with a known value. A smoothness term
+/// penalizes differences between neighbors.
 pub(super) struct LeastSquares {
-    /// The unknowns of each interpolation, and their shares.
+    /// The unknowns of each interpolation, with their weights.
     rows: Vec<[(u32, f32); 8]>,
-    /// Neighbors.
-    pairs: Vec<(u32, u32)>,
-    /// The weight of a pair beside that of a row.
+    /// Pairs of neighboring unknowns.
+    neighbors: Vec<(u32, u32)>,
+    /// The weight of a pair of neighbors, relative to a row.
     smoothness: f64,
-    /// The diagonal of the normal equations; 1 where it would be 0.
+    /// The diagonal of the normal equations, with zeros replaced by 1.
     diagonal: Vec<f64>,
 }
 
-/// Steps of conjugate gradients at most; a few dozen are enough.
-const STEPS: usize = 200;
-/// What is left of the residual's norm, squared, when they end.
-const LEFT: f64 = 1e-10;
+/// The largest number of conjugate gradient steps; a few dozen are usually enough.
+const MAX_STEPS: usize = 200;
+/// The relative squared norm of the residual at which the steps end.
+const TOLERANCE: f64 = 1e-10;
 
 impl LeastSquares {
     pub(super) fn new(
         unknowns: usize,
         rows: Vec<[(u32, f32); 8]>,
-        pairs: Vec<(u32, u32)>,
+        neighbors: Vec<(u32, u32)>,
         smoothness: f64,
     ) -> Self {
-        // As many equal unknowns as there may be in a row count together.
+        // A row may contain an unknown several times; its weights then add up.
         let mut diagonal = vec![0.0; unknowns];
         for row in &rows {
             for (one, share) in row {
@@ -36,7 +36,7 @@ impl LeastSquares {
                 }
             }
         }
-        for (one, other) in &pairs {
+        for (one, other) in &neighbors {
             diagonal[*one as usize] += smoothness;
             diagonal[*other as usize] += smoothness;
         }
@@ -47,14 +47,14 @@ impl LeastSquares {
         }
         Self {
             rows,
-            pairs,
+            neighbors,
             smoothness,
             diagonal,
         }
     }
 
-    /// The unknowns, for a known value in each row: by conjugate gradients on the normal
-    /// equations, their diagonal as preconditioner. An unknown that nothing is said of is 0.
+    /// Returns the unknowns, given the value of each row. Runs conjugate gradients on the normal equations with their
+    /// diagonal as preconditioner. An unknown without rows and neighbors is 0.
     pub(super) fn solve(&self, known: &[f32]) -> Vec<f64> {
         let mut unknowns = vec![0.0; self.diagonal.len()];
         let mut residual = unknowns.clone();
@@ -63,12 +63,12 @@ impl LeastSquares {
         }
         let mut direction = self.preconditioned(&residual);
         let mut norm = dot(&residual, &direction);
-        let enough = LEFT * norm;
-        for _ in 0..STEPS {
+        let enough = TOLERANCE * norm;
+        for _ in 0..MAX_STEPS {
             if norm <= enough {
                 break;
             }
-            let product = self.product(&direction);
+            let product = self.multiply(&direction);
             let step = norm / dot(&direction, &product);
             for (entry, along) in unknowns.iter_mut().zip(&direction) {
                 *entry += step * along;
@@ -91,8 +91,8 @@ impl LeastSquares {
         pairs.map(|(entry, diagonal)| entry / diagonal).collect()
     }
 
-    /// The normal equations' matrix times a vector.
-    fn product(&self, vector: &[f64]) -> Vec<f64> {
+    /// Returns the product of the normal equations' matrix and a vector.
+    fn multiply(&self, vector: &[f64]) -> Vec<f64> {
         let mut product = vec![0.0; vector.len()];
         for row in &self.rows {
             let terms = row
@@ -100,7 +100,7 @@ impl LeastSquares {
                 .map(|(unknown, share)| f64::from(*share) * vector[*unknown as usize]);
             scatter(row, terms.sum(), &mut product);
         }
-        for (one, other) in &self.pairs {
+        for (one, other) in &self.neighbors {
             let (one, other) = (*one as usize, *other as usize);
             let pull = self.smoothness * (vector[one] - vector[other]);
             product[one] += pull;
@@ -110,7 +110,7 @@ impl LeastSquares {
     }
 }
 
-/// sum += row * factor
+/// Adds a row times a factor to `sum`.
 fn scatter(row: &[(u32, f32); 8], factor: f64, sum: &mut [f64]) {
     for (unknown, share) in row {
         sum[*unknown as usize] += f64::from(*share) * factor;
@@ -125,34 +125,34 @@ fn dot(one: &[f64], other: &[f64]) -> f64 {
 mod tests {
     use super::*;
 
-    /// Rows that see one unknown each.
-    fn sees(unknown: u32) -> [(u32, f32); 8] {
+    /// Returns a row of a single unknown.
+    fn single(unknown: u32) -> [(u32, f32); 8] {
         let mut row = [(unknown, 0.0); 8];
         row[0].1 = 1.0;
         row
     }
 
     #[test]
-    fn what_is_said_twice_is_averaged_and_what_is_not_said_is_between_its_neighbors() {
-        let rows = vec![sees(0), sees(0), sees(2)];
+    fn solve_averages_repeated_rows_and_interpolates_unknowns_without_rows() {
+        let rows = vec![single(0), single(0), single(2)];
         let system = LeastSquares::new(4, rows, vec![(0, 1), (1, 2)], 1e-9);
-        let found = system.solve(&[1.0, 3.0, 6.0]);
-        for (found, expected) in found.into_iter().zip([2.0, 4.0, 6.0, 0.0]) {
+        let solution = system.solve(&[1.0, 3.0, 6.0]);
+        for (actual, expected) in solution.into_iter().zip([2.0, 4.0, 6.0, 0.0]) {
             assert!(
-                (found - expected).abs() < 1e-6,
-                "{found} and not {expected}"
+                (actual - expected).abs() < 1e-6,
+                "{actual} instead of {expected}"
             );
         }
     }
 
     #[test]
-    fn an_interpolation_is_undone() {
-        // Between unknowns k and k + 1, at many places; unknown 5 is unknown 4 again.
+    fn solve_inverts_interpolation() {
+        // Interpolations between unknowns k and k + 1 at many positions; unknown 4 is also its own neighbor.
         let values = [1.0, -2.0, 0.5, 4.0, 3.0_f32];
         let (mut rows, mut known) = (Vec::new(), Vec::new());
-        for place in 0..40 {
-            let along = place as f32 * 0.13;
-            let (low, share) = (along as u32, along.fract());
+        for index in 0..40 {
+            let position = index as f32 * 0.13;
+            let (low, share) = (position as u32, position.fract());
             let [low, high] = [low.min(4), (low + 1).min(4)];
             let mut row = [(low, 0.0); 8];
             row[0].1 = 1.0 - share;
@@ -160,11 +160,11 @@ mod tests {
             rows.push(row);
             known.push(values[low as usize] * (1.0 - share) + values[high as usize] * share);
         }
-        let found = LeastSquares::new(5, rows, Vec::new(), 0.0).solve(&known);
-        for (found, expected) in found.iter().zip(values) {
+        let solution = LeastSquares::new(5, rows, Vec::new(), 0.0).solve(&known);
+        for (actual, expected) in solution.iter().zip(values) {
             assert!(
-                (found - f64::from(expected)).abs() < 1e-4,
-                "{found} and not {expected}"
+                (actual - f64::from(expected)).abs() < 1e-4,
+                "{actual} instead of {expected}"
             );
         }
     }

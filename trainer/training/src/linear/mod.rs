@@ -1,11 +1,10 @@
-//! The Linear model on the host: principal components of mapped materials, and the training of
-//! where to sample them (Nielsen et al. 2015; paper, "Models: Linear").
+//! The Linear model on the host: principal components of mapped materials, and sample directions for them (Nielsen et
+//! al. 2015; paper, "Models: Linear").
 //!
-//! Materials are tabulated on a [`Grid`] as l = ln(brdf w + e), w = cos(theta_i) cos(theta_o); what
-//! the paper maps, ln((brdf w + e) / (median w + e)), differs from l by the same number in every
-//! column, so that its principal components are those of l. A [`Basis`] holds them, and is what
-//! turns the device's coefficients into a BRDF again; its file lies beside the recipe, as it is
-//! far too large for a device. The ridge solve and its adjoint are core's.
+//! Materials are tabulated on a [`Grid`] as l = ln(brdf w + e), w = cos(theta_i) cos(theta_o). The paper's mapping,
+//! ln((brdf w + e) / (median w + e)), differs from l by the same number in every column, so both have the same principal
+//! components. A [`Basis`] holds the components and converts the device's coefficients to a BRDF. Its file is stored next
+//! to the recipe, because it is too large for a device. The ridge solve and its adjoint are in core.
 //!
 //! [`Basis`]: glimpse_materials::basis::Basis
 //! [`Grid`]: glimpse_materials::basis::Grid
@@ -15,16 +14,16 @@ mod compact;
 mod components;
 mod condition;
 mod least_squares;
+mod material_basis;
 mod prior;
 mod recipe_basis;
-mod reduced;
-mod single;
+mod reduced_basis;
 
-pub use columns::{Columns, MOST_TABULATED};
-pub use compact::{COMPACT_COMPONENTS, COMPACT_NODES, compact};
+pub use columns::{Columns, MAX_TABULATED};
+pub use compact::{COMPACT_COMPONENTS, COMPACT_NODES, to_compact_bytes};
 pub use components::principal_components;
-pub use condition::least_condition;
+pub use condition::min_condition_pattern;
+pub use material_basis::{CHANNEL_COEFFICIENTS, MATERIAL_NODES, material_basis};
 pub use prior::Prior;
-pub use recipe_basis::ReducedBasis;
-pub use reduced::Reduced;
-pub use single::{CHANNELS, SINGLE_NODES, single_material};
+pub use recipe_basis::RecipeBasis;
+pub use reduced_basis::ReducedBasis;

@@ -1,23 +1,23 @@
-//! What is assumed of coefficients before anything was measured.
+//! The Gaussian prior of the Linear model's coefficients.
 
 use serde::Serialize;
 
 /// The prior of the coefficients.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Prior {
-    /// m, the number of components; fewer where there are too few materials.
+    /// m, the number of components; reduced if there are too few materials.
     pub components: usize,
-    /// The paper's eta: the precision of every coefficient. None: it is learned for each.
+    /// The paper's eta, the precision of all coefficients. None if one precision per coefficient is learned.
     pub eta: Option<f64>,
 }
 
 impl Prior {
-    /// Five components and eta = 40 (paper, after Nielsen et al.).
+    /// The paper's prior, after Nielsen et al.: five components, eta = 40.
     pub const PAPER: Self = Self {
         components: 5,
         eta: Some(40.0),
     };
-    /// What does best on materials that were not trained on.
+    /// The prior with the lowest loss on materials held out of training.
     pub const LEARNED: Self = Self {
         components: 60,
         eta: None,

@@ -1,40 +1,40 @@
 //! The part of a basis that a recipe holds.
 
 use glimpse_core::geometry::Angles;
-use glimpse_materials::basis::{Basis, ByAngles, widened};
+use glimpse_materials::basis::{AngleDual, Basis, angles_to_f64};
 
-use super::Reduced;
+use super::ReducedBasis;
 
-/// The model Linear, reduced to the directions that are measured.
+/// The basis of the model Linear at the directions of a pattern.
 #[derive(Clone, Debug, PartialEq)]
-pub struct ReducedBasis {
-    /// The components there, n rows of m: principal components of the mapped training columns,
-    /// scaled as the precisions ask for.
+pub struct RecipeBasis {
+    /// The components, n rows of m: principal components of the mapped training columns. Their scale matches the
+    /// precisions.
     pub basis: Vec<f32>,
-    /// The mean of the mapped training columns there, n.
+    /// The mean of the mapped training columns, n.
     pub mean: Vec<f32>,
-    /// The median BRDF of the training columns there, sr^-1 (not times a cosine), n.
+    /// The median BRDF of the training columns, sr^-1 (not times the cosine), n.
     pub median: Vec<f32>,
-    /// cos(theta_i) cos(theta_o) there, n.
+    /// cos(theta_i) cos(theta_o), n.
     pub weight: Vec<f32>,
-    /// The precision of each coefficient, m (the paper's eta, m times).
+    /// The precision of each coefficient, m (the paper's eta).
     pub precision: Vec<f32>,
-    /// The CRC-32 of the file of the whole basis; 0 if there is none.
+    /// The CRC-32 of the whole basis's file; 0 without a file.
     pub basis_checksum: u32,
 }
 
-impl ReducedBasis {
-    /// Evaluates a basis at a pattern; precisions and checksum are left open.
+impl RecipeBasis {
+    /// Evaluates a basis at a pattern. Precisions are empty, and the checksum is 0.
     #[must_use]
     pub fn new(basis: &Basis, pattern: &[Angles<f32>]) -> Self {
-        let places: Vec<Angles<f64>> = pattern.iter().map(widened).collect();
-        let found = Reduced::new(basis, &places);
-        let values = |list: &[ByAngles]| list.iter().map(|dual| dual.value as f32).collect();
+        let angles: Vec<Angles<f64>> = pattern.iter().map(angles_to_f64).collect();
+        let reduced = ReducedBasis::new(basis, &angles);
+        let values = |list: &[AngleDual]| list.iter().map(|dual| dual.value as f32).collect();
         Self {
-            basis: found.basis.iter().map(|value| *value as f32).collect(),
-            mean: values(&found.mean),
-            median: values(&found.median),
-            weight: values(&found.weight),
+            basis: reduced.basis.iter().map(|value| *value as f32).collect(),
+            mean: values(&reduced.mean),
+            median: values(&reduced.median),
+            weight: values(&reduced.weight),
             precision: Vec::new(),
             basis_checksum: 0,
         }

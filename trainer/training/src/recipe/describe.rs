@@ -1,4 +1,4 @@
-//! The recipe of a training run: what was learned, and where it came from.
+//! The recipe of a training run: the learned fit and its provenance.
 
 use glimpse_core::gonio::Limits;
 use glimpse_core::model::ModelKind;
@@ -8,29 +8,29 @@ use glimpse_core::recipe::{
 };
 
 use super::file::RecipeFile;
-use super::pack::{packed, packed_fit, packed_pattern};
+use super::pack::{pack_fit, pack_pattern, pack_values};
 use crate::linear::Prior;
-use crate::meta::learned::{Learned, ValidatedLoss};
-use crate::meta::options::{Options, Parts};
+use crate::meta::learned::{LearnedRecipe, ValidatedLoss};
+use crate::meta::options::{Options, TrainedParts};
 use crate::meta::plan::Schedule;
 
-/// What was learned cannot be written down.
+/// An error of a training result that is not a valid recipe.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("training did not converge to a recipe")]
-pub struct DescribeError(#[from] RecipeError);
+pub struct PackError(#[from] RecipeError);
 
-/// Writes down what was learned, with where it came from: `data` is what the materials are called.
+/// Packs a training result and its provenance as a recipe. `data` is the name of the training materials.
 ///
 /// # Errors
-/// If it is no recipe, as when a number is not finite.
-pub fn recipe_of(
-    learned: &Learned,
+/// Fails if the result is not a valid recipe, for example if a number is not finite.
+pub fn pack_recipe(
+    learned: &LearnedRecipe,
     options: &Options,
     data: &str,
-) -> Result<RecipeFile, DescribeError> {
+) -> Result<RecipeFile, PackError> {
     let schedule = schedule_of(options);
     let ValidatedLoss { expected, split } = learned.expected_loss;
-    let on = format!("materials of {data} {}", split_in_words(split));
+    let on = format!("materials of {data} {}", describe_split(split));
     let sources = options.sources();
     let materials: Vec<(&str, u32)> = learned
         .materials
@@ -40,11 +40,11 @@ pub fn recipe_of(
     let completion_options = &options.completion_options;
     let completes = options.schedule == Schedule::Prior;
     let prediction = learned
-        .prediction
+        .loss_predictor
         .as_ref()
-        .map(|each| packed(&each.weights));
-    let pattern = packed_pattern(&learned.pattern);
-    let file = packed_fit(&learned.fit, |fit| {
+        .map(|each| pack_values(&each.weights));
+    let pattern = pack_pattern(&learned.pattern);
+    let file = pack_fit(&learned.fit, |fit| {
         RecipeFile::write(&RecipeParts {
             limits: Some(completion_options.limits)
                 .filter(|limits| completes && *limits != Limits::NONE),
@@ -61,7 +61,7 @@ pub fn recipe_of(
             training: Some(Training {
                 schedule: options.schedule.into(),
                 effort: options.effort.into(),
-                parts: options.parts.stated(),
+                parts: options.parts.to_recipe(),
                 split,
                 digest: options.digest(),
                 sources: TrainingSources::new(&sources),
@@ -76,9 +76,9 @@ fn is_none(noise: &Noise) -> bool {
     noise.multiplicative + noise.additive == 0.0 && noise.levels == 0
 }
 
-/// Returns words for the materials that a loss was found on; they follow "materials of" and a source.
+/// Describes the materials of a validation loss in words that follow "materials of" and a source.
 #[must_use]
-pub fn split_in_words(split: ValidationSplit) -> &'static str {
+pub fn describe_split(split: ValidationSplit) -> &'static str {
     match split {
         ValidationSplit::HeldOut => "held out of training",
         ValidationSplit::Training => "that it was trained on",
@@ -88,7 +88,7 @@ pub fn split_in_words(split: ValidationSplit) -> &'static str {
     }
 }
 
-/// The provenance of a recipe that is trained with these options.
+/// Returns the provenance of a recipe that is trained with these options.
 fn provenance<'a>(
     options: &Options,
     data: &'a str,
@@ -102,15 +102,15 @@ fn provenance<'a>(
         schedule,
         seed: options.seed,
         options: match options.parts {
-            Parts::All => "all parts",
-            Parts::AllTwice => "all parts twice",
-            Parts::WithoutPattern => "start and step sizes only",
-            Parts::PatternOnly(_) => "pattern only",
+            TrainedParts::All => "all parts",
+            TrainedParts::AllTwice => "all parts twice",
+            TrainedParts::WithoutPattern => "start and step sizes only",
+            TrainedParts::PatternOnly(_) => "pattern only",
         },
     }
 }
 
-/// A schedule in words, with the prior of Linear.
+/// Describes a schedule in words, with the prior of Linear.
 fn schedule_of(options: &Options) -> String {
     let schedule = format!("{:?} {:?}", options.schedule, options.effort).to_lowercase();
     if options.schedule == Schedule::Prior {
@@ -125,17 +125,21 @@ fn schedule_of(options: &Options) -> String {
     }
 }
 
-/// Describes a training with these options to people.
+/// Describes the training with these options in one line of text.
 #[must_use]
 pub fn describe_options(options: &Options, data: &str) -> String {
-    let materials = options.portions.iter().map(|each| each.materials).sum();
+    let materials = options
+        .source_shares
+        .iter()
+        .map(|each| each.materials)
+        .sum();
     let schedule = schedule_of(options);
     let provenance = provenance(options, data, materials, &schedule);
     let (model, samples) = (options.model, options.samples);
     describe_training(model, samples, &provenance, options.digest())
 }
 
-/// Describes a recipe's training to people.
+/// Describes a recipe's training in one line of text.
 #[must_use]
 pub fn describe_training(
     model: ModelKind,

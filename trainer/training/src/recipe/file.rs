@@ -1,4 +1,4 @@
-//! Recipes as files.
+//! Recipe files.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -10,15 +10,15 @@ use glimpse_materials::basis::{Basis, BasisError};
 use glimpse_materials::untrusted::read_at_most;
 use self_cell::self_cell;
 
-/// Why a recipe file cannot be used.
+/// An error of a recipe file.
 #[derive(Debug, thiserror::Error)]
 pub enum RecipeFileError {
-    /// The operating system refuses.
+    /// The file cannot be read.
     #[error("cannot read the recipe {}: {source}", path.display())]
     Read {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// The cause.
         source: io::Error,
     },
     /// The bytes are not a recipe.
@@ -26,23 +26,23 @@ pub enum RecipeFileError {
     Damaged {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// The cause.
         source: RecipeError,
     },
-    /// The basis that belongs to it cannot be used.
+    /// The basis of the recipe cannot be used.
     #[error(transparent)]
     Basis(#[from] BasisError),
 }
 
-/// The longest recipe file that is read: four times the format's largest list, the basis of a ridge problem. The
-/// rest is for names of materials.
-const MOST_BYTES: u64 = 4 * (MAX_SAMPLES * MAX_COMPONENTS * size_of::<f32>()) as u64;
+/// The largest size of a recipe file: four times the format's largest list, the basis of a ridge problem. The rest leaves
+/// room for names of materials.
+const MAX_BYTES: u64 = 4 * (MAX_SAMPLES * MAX_COMPONENTS * size_of::<f32>()) as u64;
 
-/// A recipe, and what it states about itself.
+/// A recipe and its metadata.
 #[derive(Debug)]
 struct Parsed<'a> {
     recipe: Recipe<'a>,
-    statements: Metadata<'a>,
+    metadata: Metadata<'a>,
 }
 
 self_cell! {
@@ -63,9 +63,9 @@ impl RecipeFile {
     /// Reads and checks a recipe file.
     ///
     /// # Errors
-    /// If it cannot be read or is not a recipe.
+    /// Fails if the file cannot be read or is not a recipe.
     pub fn read(path: &Path) -> Result<Self, RecipeFileError> {
-        let bytes = read_at_most(path, MOST_BYTES).map_err(|source| RecipeFileError::Read {
+        let bytes = read_at_most(path, MAX_BYTES).map_err(|source| RecipeFileError::Read {
             path: path.into(),
             source,
         })?;
@@ -75,26 +75,26 @@ impl RecipeFile {
         })
     }
 
-    /// Reads a recipe file and, for the model Linear, the basis that was written beside it.
+    /// Reads a recipe file and, for the model Linear, the basis next to it.
     ///
     /// # Errors
-    /// If one of them cannot be read, or they do not belong together.
+    /// Fails if one of them cannot be read, or if the basis is not the one of the recipe.
     pub fn read_with_basis(path: &Path) -> Result<(Self, Option<Basis>), RecipeFileError> {
         let file = Self::read(path)?;
         let checksum = file.recipe().method().basis_checksum();
-        let basis = checksum.map(|checksum| Basis::read(&Basis::beside(path), checksum));
+        let basis = checksum.map(|checksum| Basis::read(&Basis::path_for(path), checksum));
         Ok((file, basis.transpose()?))
     }
 
     /// Parses a recipe's bytes.
     ///
     /// # Errors
-    /// If they are not a recipe, or one of its statements is damaged.
+    /// Fails if the bytes are not a recipe, or if its metadata is damaged.
     pub fn new(bytes: Vec<u8>) -> Result<Self, RecipeError> {
         let owned = Owned::try_new(bytes, |bytes| {
             let recipe = Recipe::parse(bytes)?;
-            let statements = recipe.metadata()?;
-            Ok::<_, RecipeError>(Parsed { recipe, statements })
+            let metadata = recipe.metadata()?;
+            Ok::<_, RecipeError>(Parsed { recipe, metadata })
         });
         owned.map(Self)
     }
@@ -102,7 +102,7 @@ impl RecipeFile {
     /// Writes a recipe.
     ///
     /// # Errors
-    /// If a list has a wrong length, a number is not finite, or another rule of the format is broken.
+    /// Fails if a list has a wrong length, a number is not finite, or another rule of the format is broken.
     pub fn write(parts: &RecipeParts<'_>) -> Result<Self, RecipeError> {
         let mut buffer = vec![0; 1 << 14];
         loop {
@@ -125,16 +125,16 @@ impl RecipeFile {
         self.0.borrow_dependent().recipe
     }
 
-    /// Returns the statements of the recipe about itself.
+    /// Returns the metadata of the recipe.
     #[must_use]
     pub fn metadata(&self) -> Metadata<'_> {
-        self.0.borrow_dependent().statements
+        self.0.borrow_dependent().metadata
     }
 
-    /// Returns the recipe without the names of its materials, as flash holds it.
+    /// Returns the recipe without the names of its materials, in the form stored in flash.
     ///
     /// # Errors
-    /// None: the recipe was parsed.
+    /// Never fails in practice, because the recipe was parsed.
     pub fn stripped(&self) -> Result<Self, RecipeError> {
         let mut buffer = vec![0; self.bytes().len()];
         let bytes = self

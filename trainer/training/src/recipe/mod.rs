@@ -1,10 +1,10 @@
-//! Recipe files, and the recipe of a training run.
+//! Recipe files, and conversion of training results to recipes.
 
 mod describe;
 mod file;
 mod pack;
 mod quantize;
 
-pub use describe::{DescribeError, describe_options, describe_training, recipe_of, split_in_words};
+pub use describe::{PackError, describe_options, describe_split, describe_training, pack_recipe};
 pub use file::{RecipeFile, RecipeFileError};
-pub use pack::{packed_fit, packed_pattern};
+pub use pack::{pack_fit, pack_pattern};

@@ -1,4 +1,4 @@
-//! The one conversion of what was learned to the bytes of a recipe.
+//! The conversion of a learned fit to the bytes of a recipe.
 
 use glimpse_core::geometry::Angles;
 use glimpse_core::recipe::{
@@ -7,43 +7,44 @@ use glimpse_core::recipe::{
 };
 use glimpse_kernels::completion::split_lists;
 
-use super::quantize::quantized;
-use crate::linear::ReducedBasis;
-use crate::meta::learned::{CompletionTarget, LearnedCompletion, LearnedDescent, LearnedFit};
+use super::quantize::quantize;
+use crate::linear::RecipeBasis;
+use crate::meta::learned::{CompletionTarget, LearnedCoefficientNet, LearnedDescent, LearnedFit};
 
-/// Packs a learned fit, and passes it to `write`.
+/// Packs a learned fit and passes it to `write`.
 ///
 /// # Errors
-/// If a count is more than the format holds, and those of `write`.
-pub fn packed_fit<T>(
+/// Fails if a count exceeds the format's limit, or if `write` fails.
+pub fn pack_fit<T>(
     fit: &LearnedFit,
     write: impl FnOnce(PackedMethod<'_>) -> Result<T, RecipeError>,
 ) -> Result<T, RecipeError> {
     match fit {
         LearnedFit::Descent(learned) => {
-            packed_descent(learned, |descent| write(PackedMethod::Descent(descent)))
+            pack_descent(learned, |descent| write(PackedMethod::Descent(descent)))
         }
         LearnedFit::Ridge(reduced) => {
-            packed_ridge(reduced, |ridge| write(PackedMethod::Ridge(ridge)))
+            pack_ridge(reduced, |ridge| write(PackedMethod::Ridge(ridge)))
         }
-        LearnedFit::Completed(completion, target) => packed_completion(completion, target, write),
+        LearnedFit::Completed(completion, target) => pack_completed(completion, target, write),
     }
 }
 
-/// Packs a pattern.
+/// Packs a pattern as little-endian bytes: theta_h, theta_d and phi_d of each sample, in radians.
 #[must_use]
-pub fn packed_pattern(pattern: &[Angles<f32>]) -> Vec<u8> {
+pub fn pack_pattern(pattern: &[Angles<f32>]) -> Vec<u8> {
     let coordinates = pattern
         .iter()
         .flat_map(|angles| [angles.theta_h, angles.theta_d, angles.phi_d]);
     coordinates.flat_map(f32::to_le_bytes).collect()
 }
 
-pub(super) fn packed(values: &[f32]) -> Vec<u8> {
+/// Packs numbers as little-endian bytes.
+pub(super) fn pack_values(values: &[f32]) -> Vec<u8> {
     values.iter().copied().flat_map(f32::to_le_bytes).collect()
 }
 
-fn packed_descent<T>(
+fn pack_descent<T>(
     learned: &LearnedDescent,
     write: impl FnOnce(PackedDescent<'_>) -> Result<T, RecipeError>,
 ) -> Result<T, RecipeError> {
@@ -51,41 +52,41 @@ fn packed_descent<T>(
         model: learned.model,
         inner_steps: u16::try_from(learned.inner_steps)
             .map_err(|_| RecipeError::Count(Field::InnerSteps))?,
-        initial: &packed(&learned.initial),
-        step_sizes: &packed(&learned.step_sizes),
+        initial: &pack_values(&learned.initial),
+        step_sizes: &pack_values(&learned.step_sizes),
     })
 }
 
-fn packed_ridge<T>(
-    reduced: &ReducedBasis,
+fn pack_ridge<T>(
+    reduced: &RecipeBasis,
     write: impl FnOnce(PackedRidge<'_>) -> Result<T, RecipeError>,
 ) -> Result<T, RecipeError> {
     write(PackedRidge {
         components: u16::try_from(reduced.precision.len())
             .map_err(|_| RecipeError::Count(Field::Components))?,
-        basis: &packed(&reduced.basis),
-        mean: &packed(&reduced.mean),
-        median: &packed(&reduced.median),
-        weight: &packed(&reduced.weight),
-        precision: &packed(&reduced.precision),
+        basis: &pack_values(&reduced.basis),
+        mean: &pack_values(&reduced.mean),
+        median: &pack_values(&reduced.median),
+        weight: &pack_values(&reduced.weight),
+        precision: &pack_values(&reduced.precision),
         basis_checksum: reduced.basis_checksum,
     })
 }
 
-fn packed_completion<T>(
-    learned: &LearnedCompletion,
+fn pack_completed<T>(
+    learned: &LearnedCoefficientNet,
     target: &CompletionTarget,
     write: impl FnOnce(PackedMethod<'_>) -> Result<T, RecipeError>,
 ) -> Result<T, RecipeError> {
     let shape = learned.shape;
     let (rows, components) = (shape.rows(), shape.components);
-    let [readings, bias, output] = split_lists(&learned.weights, shape.completion_lengths());
-    let (readings, reading_scales) = quantized(readings, rows, |index| index % rows);
+    let [readings, bias, output] = split_lists(&learned.weights, shape.coefficient_net_lengths());
+    let (readings, reading_scales) = quantize(readings, rows, |index| index % rows);
     let hidden = shape.hidden.max(1);
-    let (output, output_scales) = quantized(output, components, |index| index / hidden);
+    let (output, output_scales) = quantize(output, components, |index| index / hidden);
     let [center, reading_scales, bias, output_scales] =
-        [&learned.center[..], &reading_scales, bias, &output_scales].map(packed);
-    let completion = PackedCoefficientNet {
+        [&learned.center[..], &reading_scales, bias, &output_scales].map(pack_values);
+    let coefficient_net = PackedCoefficientNet {
         components: u16::try_from(components).map_err(|_| RecipeError::Count(Field::Components))?,
         missing: learned.missing as u8,
         center: &center,
@@ -104,33 +105,35 @@ fn packed_completion<T>(
             rows,
             basis_checksum,
         } => {
-            let (rows, scales) = quantized(rows, components, |index| index % components);
-            let completion = PackedCoefficientNet {
+            let (rows, scales) = quantize(rows, components, |index| index % components);
+            let coefficient_net = PackedCoefficientNet {
                 rows: &rows,
-                row_scales: &packed(&scales),
+                row_scales: &pack_values(&scales),
                 basis_checksum: *basis_checksum,
-                ..completion
+                ..coefficient_net
             };
-            write(PackedMethod::Completed(completion, None))
+            write(PackedMethod::Completed(coefficient_net, None))
         }
-        CompletionTarget::Descent(descent, start) => {
-            let [hidden, bias, output] = split_lists(start, shape.start_lengths());
+        CompletionTarget::Descent(descent, init_net) => {
+            let [hidden, bias, output] = split_lists(init_net, shape.init_net_lengths());
             let inputs = 3 * components;
-            let (hidden, hidden_scales) = quantized(hidden, shape.units, |index| index / inputs);
+            let (hidden, hidden_scales) = quantize(hidden, shape.units, |index| index / inputs);
             let units = shape.units;
-            let (output, output_scales) =
-                quantized(output, shape.parameters, |index| index / units);
+            let (output, output_scales) = quantize(output, shape.parameters, |index| index / units);
             let [hidden_scales, bias, output_scales] =
-                [&hidden_scales[..], bias, &output_scales].map(packed);
-            let start = PackedInitNet {
+                [&hidden_scales[..], bias, &output_scales].map(pack_values);
+            let init_net = PackedInitNet {
                 hidden: &hidden,
                 hidden_scales: &hidden_scales,
                 bias: &bias,
                 output: &output,
                 output_scales: &output_scales,
             };
-            packed_descent(descent, |descent| {
-                write(PackedMethod::Completed(completion, Some((descent, start))))
+            pack_descent(descent, |descent| {
+                write(PackedMethod::Completed(
+                    coefficient_net,
+                    Some((descent, init_net)),
+                ))
             })
         }
     }

@@ -1,10 +1,10 @@
-//! Weights as bytes.
+//! Quantization of weights to bytes.
 
-/// Weights as signed bytes, with a scale for each of their rows: `row_of` says which row a weight is in.
+/// Quantizes weights to signed bytes, with one scale per row. `row_of` maps the index of a weight to its row.
 ///
-/// The largest weight of a row is 127 times its scale, so that none is off by more than a half of it.
+/// The largest weight of a row is 127 times its scale. The error of a weight is at most half the scale.
 #[must_use]
-pub(super) fn quantized(
+pub(super) fn quantize(
     weights: &[f32],
     rows: usize,
     row_of: impl Fn(usize) -> usize,
@@ -28,16 +28,16 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_weight_is_off_by_half_a_step_at_most_and_the_largest_by_nothing() {
+    fn quantization_error_is_at_most_half_a_step_and_largest_weight_is_exact() {
         let weights = [0.5, -1.27, 0.004, 0.0, 0.0, 0.0, 3.0, -0.1];
-        let (bytes, scales) = quantized(&weights, 3, |index| index / 3);
+        let (bytes, scales) = quantize(&weights, 3, |index| index / 3);
         assert_eq!(scales[1], 0.0);
         for (index, (byte, weight)) in bytes.iter().zip(weights).enumerate() {
             let scale = scales[index / 3];
-            let found = f32::from(byte.cast_signed()) * scale;
+            let restored = f32::from(byte.cast_signed()) * scale;
             assert!(
-                (found - weight).abs() <= 0.5001 * scale,
-                "{found} and not {weight}"
+                (restored - weight).abs() <= 0.5001 * scale,
+                "{restored} instead of {weight}"
             );
         }
         assert_eq!(bytes[1].cast_signed(), -127);

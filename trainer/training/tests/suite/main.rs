@@ -1,6 +1,6 @@
-//! The results of training: tables of the model Linear, meta-gradients, and the same by an independent program.
+//! Tests of training: tables of the model Linear, meta-gradients, and an independent implementation of both.
 
-mod burn_witness;
+mod burn_reference;
 mod linear;
 mod meta_gradient;
 mod problem;

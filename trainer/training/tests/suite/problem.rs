@@ -1,4 +1,4 @@
-//! A random inner loop and what judges it, in f64.
+//! Random inner loops with outer samples, in f64.
 
 use std::ops::Range;
 
@@ -10,7 +10,7 @@ use proptest::prelude::*;
 use glimpse_gradcheck::cases::{Variables, sample, variables};
 use glimpse_gradcheck::{Traced, parameters};
 
-/// An inner loop and what judges it.
+/// An inner loop with inner and outer samples.
 #[derive(Clone, Debug)]
 pub(crate) struct Problem {
     pub(crate) initial: Vec<f64>,
@@ -20,11 +20,11 @@ pub(crate) struct Problem {
     pub(crate) outer: Vec<Variables>,
 }
 
-/// The logarithm's range of step sizes that neither stand still nor run away.
+/// Range of ln(step size) for Phong in which steps have an effect and do not diverge.
 pub(crate) const PHONG_STEPS: Range<f64> = -4.0..0.0;
-/// The same for Cook-Torrance, whose highlights are more curved where alpha is small.
+/// Range of ln(step size) for Cook-Torrance, whose highlights have a higher curvature at small alpha.
 pub(crate) const COOK_TORRANCE_STEPS: Range<f64> = -5.0..-2.0;
-/// The same for Neural.
+/// Range of ln(step size) for Neural.
 pub(crate) const NEURAL_STEPS: Range<f64> = -6.0..-3.0;
 
 /// Random problems with random initial parameters and step sizes.
@@ -47,47 +47,47 @@ pub(crate) fn problems<M: Model>(
     })
 }
 
-/// Samples in equal weights: the mean over samples and channels.
+/// Converts variables to samples of equal weight, for the mean over samples and channels.
 fn samples<S: Scalar>(list: &[Variables]) -> Vec<Sample<S>> {
     let weight = 1.0 / (3.0 * list.len() as f64);
     list.iter().map(|each| sample(*each, weight)).collect()
 }
 
 impl Problem {
-    /// The outer loss, every branch on the way recorded.
+    /// Returns the outer loss, and records each branch that the computation takes.
     pub(crate) fn loss<M: Model>(&self) -> Traced {
         let traced = |list: &[f64]| -> Vec<Traced> { list.iter().copied().map(Traced).collect() };
         let initial = traced(&self.initial);
         let inner_loop =
             InnerLoop::<M, Traced>::new(&initial, &traced(&self.step_sizes), self.steps);
-        let learned = inner_loop.fit(&samples(&self.inner)[..]);
+        let fitted = inner_loop.fit(&samples(&self.inner)[..]);
         let zero = Traced(0.0);
         let mut gradient = parameters([], zero);
         samples(&self.outer).iter().fold(zero, |sum, sample| {
-            sum + M::accumulate_gradient::<Traced, false>(&learned, sample, &mut gradient).loss()
+            sum + M::accumulate_gradient::<Traced, false>(&fitted, sample, &mut gradient).loss()
         })
     }
 
-    /// The meta-gradient under test.
-    pub(crate) fn meta_gradient<M: Model>(&self) -> Found<f64, SampleGradient<f64>> {
+    /// Returns the meta-gradient under test.
+    pub(crate) fn meta_gradient<M: Model>(&self) -> LossGradient<f64, SampleGradient<f64>> {
         let inner_loop = InnerLoop::<M, f64>::new(&self.initial, &self.step_sizes, self.steps);
         let inner = samples(&self.inner);
         let outer = samples(&self.outer);
-        let none = vec![SampleGradient::zero(); inner.len()];
-        Found::compute(&inner_loop, &[&inner[..]], &outer[..], none)
+        let by_samples = vec![SampleGradient::zero(); inner.len()];
+        LossGradient::compute(&inner_loop, &[&inner[..]], &outer[..], by_samples)
     }
 }
 
-/// A loss and its gradients, flat.
-pub(crate) struct Found<R, G> {
+/// A loss and its gradients as flat lists.
+pub(crate) struct LossGradient<R, G> {
     pub(crate) loss: R,
     pub(crate) initial: Vec<R>,
     pub(crate) step_sizes: Vec<R>,
     pub(crate) samples: Vec<G>,
 }
 
-impl<R: Real, G> Found<R, G> {
-    /// The meta-gradient; `samples` begins as zeros, and is empty if it is not wanted.
+impl<R: Real, G> LossGradient<R, G> {
+    /// Computes the meta-gradient. `samples` contains zeros; an empty list omits the gradient by samples.
     pub(crate) fn compute<M: Model, I, O>(
         inner_loop: &InnerLoop<M, R>,
         inner: &[&I],
@@ -98,24 +98,26 @@ impl<R: Real, G> Found<R, G> {
         I: SampleList<M, R, Derivatives = G> + ?Sized,
         O: SampleList<M, R> + ?Sized,
     {
-        let mut found = MetaGradient::<M, R>::default();
+        let mut meta_gradient = MetaGradient::<M, R>::default();
         let derivatives = Some(&mut samples[..]).filter(|derivatives| !derivatives.is_empty());
-        let loss = found.compute(inner_loop, inner, outer, derivatives);
+        let loss = meta_gradient.compute(inner_loop, inner, outer, derivatives);
         Self {
             loss,
-            initial: found.initial.iter().copied().collect(),
-            step_sizes: found.step_sizes.iter().copied().collect(),
+            initial: meta_gradient.initial.iter().copied().collect(),
+            step_sizes: meta_gradient.step_sizes.iter().copied().collect(),
             samples,
         }
     }
 }
 
-/// The meta-gradient by the inner samples' variables, sample by sample.
+/// Returns the meta-gradient by the variables of each inner sample.
 ///
-/// Of these the ones by measured values are 0: the inner loss is an absolute difference of
-/// logarithms, so its gradient by the parameters knows of a measured value only its side.
-pub(crate) fn by_variables(found: &Found<f64, SampleGradient<f64>>) -> Vec<Variables> {
-    let list = found.samples.iter().map(|by| {
+/// The entries by measured values are 0. The inner loss is an absolute difference of logarithms, so its gradient by the
+/// parameters depends on a measured value only by the sign of the difference.
+pub(crate) fn gradient_by_variables(
+    gradient: &LossGradient<f64, SampleGradient<f64>>,
+) -> Vec<Variables> {
+    let list = gradient.samples.iter().map(|by| {
         let [red, green, blue] = by.measured;
         let at = by.at;
         [at.hx, at.hz, at.dx, at.dy, at.dz, red, green, blue]

@@ -14,7 +14,7 @@ use super::{SET, basis, rows};
 fn centered() -> DMatrix<f64> {
     let count = SET.columns.count();
     let mut matrix = DMatrix::from_fn(Grid::LEN, count, |node, column| {
-        f64::from(SET.columns.at(node)[column])
+        f64::from(SET.columns.at_node(node)[column])
     });
     for mut row in matrix.row_iter_mut() {
         let mean = row.mean();
@@ -47,7 +47,7 @@ fn columns_hold_the_mapped_materials() {
             let at = [0.0, PI].map(|turn| half_difference(angles, turn));
             material.brdf_batch(&at, found);
         }
-        for (column, value) in SET.columns.at(node).iter().enumerate() {
+        for (column, value) in SET.columns.at_node(node).iter().enumerate() {
             let [one, other] = found[column / 3].map(|brdf| f64::from(brdf[column % 3]));
             let expected = (0.5 * (one + other) * weight / EPSILON).ln_1p();
             let error = (f64::from(*value) - expected).abs();
@@ -65,7 +65,7 @@ fn mean_and_median_are_those_of_the_columns() {
     for (node, row) in rows(&basis(5)).iter().enumerate() {
         let mut values: Vec<f64> = SET
             .columns
-            .at(node)
+            .at_node(node)
             .iter()
             .copied()
             .map(f64::from)

@@ -5,9 +5,9 @@ use std::sync::LazyLock;
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::linear::{self, EPSILON};
 use glimpse_materials::Brdf;
-use glimpse_materials::basis::{Basis, CountError, widened};
+use glimpse_materials::basis::{Basis, CoefficientCountError, angles_to_f64};
 use glimpse_materials::sampling::uniform_valid;
-use glimpse_training::linear::{COMPACT_NODES, Reduced, compact};
+use glimpse_training::linear::{COMPACT_NODES, ReducedBasis, to_compact_bytes};
 
 use super::{SET, basis};
 
@@ -19,15 +19,16 @@ const HEAD: usize = 14 + 16 + 4 * COMPONENTS;
 const NODE: usize = 4 + COMPONENTS;
 
 static WHOLE: LazyLock<Basis> = LazyLock::new(|| basis(COMPONENTS));
-static COMPACT: LazyLock<Vec<u8>> = LazyLock::new(|| compact(&WHOLE, COMPONENTS, COMPACT_NODES));
+static COMPACT: LazyLock<Vec<u8>> =
+    LazyLock::new(|| to_compact_bytes(&WHOLE, COMPONENTS, COMPACT_NODES));
 
 /// The coefficients of a material that was measured at many directions, m for each channel.
 fn coefficients(material: usize) -> Vec<f32> {
     let angles = uniform_valid(2000, 5);
-    let places: Vec<Angles<f64>> = angles.iter().map(widened).collect();
+    let places: Vec<Angles<f64>> = angles.iter().map(angles_to_f64).collect();
     let material = &SET.materials[material];
     let measured: Vec<[f32; 3]> = angles.iter().map(|angles| material.brdf(*angles)).collect();
-    let found = Reduced::new(&WHOLE, &places)
+    let found = ReducedBasis::new(&WHOLE, &places)
         .fit(&[4.0; COMPONENTS], &measured)
         .expect("there is a solution");
     found.iter().flatten().map(|value| *value as f32).collect()
@@ -73,7 +74,7 @@ fn a_compact_basis_says_what_the_whole_one_says() {
 /// The host looks a compact basis up as a device does: the same BRDF of these values.
 fn assert_looked_up_alike(compact: &[u8], values: &[f32]) {
     let device = linear::Basis::parse(compact).expect("it is a basis");
-    let basis = Basis::of_compact(compact).expect("it is a basis");
+    let basis = Basis::from_compact_bytes(compact).expect("it is a basis");
     let mut channels = values.chunks(basis.components());
     let channels = [(); 3].map(|()| channels.next().expect("three channels"));
     let host = basis.reconstruct_values(values).expect("3 m values");
@@ -98,7 +99,7 @@ fn a_compact_basis_is_looked_up_as_on_a_device() {
 /// Of 24 components, and trained: the first ones count for most, as those of a material do.
 #[test]
 fn the_basis_that_comes_along_is_looked_up_as_on_a_device() {
-    let components = Basis::of_compact(BASIS)
+    let components = Basis::from_compact_bytes(BASIS)
         .expect("it is a basis")
         .components();
     assert_eq!(components, 24);
@@ -112,9 +113,9 @@ fn the_basis_that_comes_along_is_looked_up_as_on_a_device() {
 /// Its slopes add up to what changes on the way.
 #[test]
 fn slopes_over_a_compact_basis_add_up() {
-    let basis = Basis::of_compact(&COMPACT).expect("it is a basis");
+    let basis = Basis::from_compact_bytes(&COMPACT).expect("it is a basis");
     assert_eq!(basis.to_bytes(), *COMPACT);
-    assert_eq!(basis.named_by(), WHOLE.named_by());
+    assert_eq!(basis.whole_checksum(), WHOLE.whole_checksum());
     let host = basis
         .reconstruct_values(&coefficients(2))
         .expect("3 m values");
@@ -154,7 +155,7 @@ fn slopes_over_a_compact_basis_add_up() {
 
 #[test]
 fn left_out_components_are_missed() {
-    let fewer = compact(&WHOLE, 2, COMPACT_NODES);
+    let fewer = to_compact_bytes(&WHOLE, 2, COMPACT_NODES);
     assert_eq!(
         linear::Basis::parse(&fewer).map(|basis| basis.components()),
         Ok(2)
@@ -209,7 +210,7 @@ fn a_device_s_values_are_three_runs() {
     let expected = WHOLE.reconstruct(&[channel(0), channel(1), channel(2)]);
     assert_eq!(WHOLE.reconstruct_values(&values), Ok(expected));
     for count in [0, COMPONENTS, 3 * COMPONENTS - 1] {
-        let error = CountError {
+        let error = CoefficientCountError {
             expected: 3 * COMPONENTS,
             found: count,
         };

@@ -1,17 +1,17 @@
 //! The method NJR15.
 
 use glimpse_core::geometry::{Angles, HalfDifference};
-use glimpse_materials::basis::{Basis, widened};
+use glimpse_materials::basis::{Basis, angles_to_f64};
 use glimpse_materials::sampling::uniform_valid;
-use glimpse_training::linear::{Reduced, least_condition};
+use glimpse_training::linear::{ReducedBasis, min_condition_pattern};
 use nalgebra::DMatrix;
 
 use super::basis;
 
 /// The ratio of largest to smallest singular value of a reduced basis.
 fn condition(basis: &Basis, pattern: &[Angles<f32>]) -> f64 {
-    let places: Vec<Angles<f64>> = pattern.iter().map(widened).collect();
-    let reduced = Reduced::new(basis, &places);
+    let places: Vec<Angles<f64>> = pattern.iter().map(angles_to_f64).collect();
+    let reduced = ReducedBasis::new(basis, &places);
     let (samples, components) = (pattern.len(), basis.components());
     let matrix = DMatrix::from_row_slice(samples, components, &reduced.basis);
     let values = matrix.singular_values();
@@ -24,7 +24,7 @@ fn its_patterns_are_better_conditioned_than_random_ones() {
     for (samples, components) in [(3, 5), (5, 5), (8, 5), (8, 12), (16, 12)] {
         let basis = basis(components);
         for seed in 0..3 {
-            let pattern = least_condition(&basis, samples, seed);
+            let pattern = min_condition_pattern(&basis, samples, seed);
             assert_eq!(pattern.len(), samples);
             let places = pattern.iter().copied().map(HalfDifference::from_angles);
             assert!(places.into_iter().all(|at| at.is_valid()));
@@ -43,12 +43,12 @@ fn its_patterns_are_better_conditioned_than_random_ones() {
 #[test]
 fn a_seed_gives_the_same_pattern_each_time() {
     let basis = basis(5);
-    let found = least_condition(&basis, 8, 4);
-    assert_eq!(found, least_condition(&basis, 8, 4));
-    assert_ne!(found, least_condition(&basis, 8, 5));
+    let found = min_condition_pattern(&basis, 8, 4);
+    assert_eq!(found, min_condition_pattern(&basis, 8, 4));
+    assert_ne!(found, min_condition_pattern(&basis, 8, 5));
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build();
     let alone = pool
         .expect("threads start")
-        .install(|| least_condition(&basis, 8, 4));
+        .install(|| min_condition_pattern(&basis, 8, 4));
     assert_eq!(found, alone);
 }

@@ -15,10 +15,14 @@ fn refusal(bytes: &[u8], checksum: u32) -> &'static str {
     let path = scratch.path().join("some.basis");
     fs::write(&path, bytes).expect("it is written");
     let error = Basis::read(&path, checksum).expect_err("it is refused");
-    let BasisError::Damaged { path: named, what } = error else {
+    let BasisError::Damaged {
+        path: angles_from_array,
+        what,
+    } = error
+    else {
         panic!("{error}");
     };
-    assert_eq!(named, path);
+    assert_eq!(angles_from_array, path);
     what
 }
 
@@ -53,7 +57,7 @@ fn a_missing_file_is_named() {
         scratch.path().to_path_buf(),
     ] {
         let error = Basis::read(&path, 1).expect_err("there is none");
-        assert!(matches!(&error, BasisError::Read { path: named, .. } if *named == path));
+        assert!(matches!(&error, BasisError::Read { path: actual, .. } if *actual == path));
     }
 }
 

@@ -3,15 +3,15 @@
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use glimpse_core::geometry::Angles;
-use glimpse_materials::basis::{Grid, Tabulated};
+use glimpse_materials::basis::{BasisValues, Grid};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::{basis, rows};
-use crate::support::named;
+use crate::support::angles_from_array;
 
 /// All numbers of a look-up, each with its slopes.
-fn all(found: Tabulated) -> Vec<[f64; 4]> {
+fn all(found: BasisValues) -> Vec<[f64; 4]> {
     let mut list = vec![found.mean, found.log_median];
     list.extend(found.components);
     list
@@ -64,7 +64,7 @@ fn weights_add_up_to_one_and_their_slopes_to_nothing() {
     let ends = [[0.0; 3], [FRAC_PI_2, FRAC_PI_2, PI], [2.0, -0.1, -1e-300]];
     let places = (0..10_000).map(|_| random_angles(&mut random)).chain(ends);
     for angles in places.collect::<Vec<_>>() {
-        let corners = Grid::corners(named(angles));
+        let corners = Grid::corners(angles_from_array(angles));
         let sum: f64 = corners.iter().map(|corner| corner.weight).sum();
         assert!((sum - 1.0).abs() < 1e-14, "{sum} at {angles:?}");
         assert!(corners.iter().all(|corner| corner.node < Grid::LEN));
@@ -86,8 +86,8 @@ fn slopes_agree_with_differences() {
     let (mut compared, mut crossed, mut largest) = (0, 0, 0.0_f64);
     for _ in 0..3_000 {
         let angles = random_angles(&mut random);
-        let cell = Grid::corners(named(angles))[0].node;
-        let middle = all(basis.look_up(named(angles)));
+        let cell = Grid::corners(angles_from_array(angles))[0].node;
+        let middle = all(basis.look_up(angles_from_array(angles)));
         for axis in 0..3 {
             // Along theta_h nodes lie ever denser towards 0, and so do the points of a difference.
             let denser = match axis {
@@ -98,7 +98,7 @@ fn slopes_agree_with_differences() {
             let at = |offset: f64| {
                 let mut angles = angles;
                 angles[axis] += offset;
-                named(angles)
+                angles_from_array(angles)
             };
             let places = [-2.0, -1.0, 1.0, 2.0].map(|place| at(place * step));
             // Beyond the ends of the thetas it is constant.
@@ -134,9 +134,10 @@ fn phi_d_has_period_pi() {
     let mut random = ChaCha8Rng::seed_from_u64(3);
     for _ in 0..1_000 {
         let [theta_h, theta_d, phi_d] = random_angles(&mut random);
-        let expected = all(basis.look_up(named([theta_h, theta_d, phi_d])));
+        let expected = all(basis.look_up(angles_from_array([theta_h, theta_d, phi_d])));
         for turns in [-2.0, -1.0, 1.0, 2.0] {
-            let found = all(basis.look_up(named([theta_h, theta_d, phi_d + turns * PI])));
+            let found =
+                all(basis.look_up(angles_from_array([theta_h, theta_d, phi_d + turns * PI])));
             for (found, expected) in found.as_flattened().iter().zip(expected.as_flattened()) {
                 let error = (found - expected).abs();
                 assert!(
@@ -146,8 +147,8 @@ fn phi_d_has_period_pi() {
             }
         }
         // Across the seam there is no jump.
-        let before = all(basis.look_up(named([theta_h, theta_d, PI - 1e-12])));
-        let after = all(basis.look_up(named([theta_h, theta_d, 1e-12])));
+        let before = all(basis.look_up(angles_from_array([theta_h, theta_d, PI - 1e-12])));
+        let after = all(basis.look_up(angles_from_array([theta_h, theta_d, 1e-12])));
         for (before, after) in before.iter().zip(&after) {
             assert!(
                 (before[0] - after[0]).abs() < 1e-8,

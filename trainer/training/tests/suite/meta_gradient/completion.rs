@@ -14,21 +14,21 @@ use glimpse_kernels::completion::{Batch, CompletionWeights, Shape};
 use glimpse_kernels::scan::scan;
 use glimpse_materials::{Material, Procedural};
 use glimpse_optimizer::Groups;
-use glimpse_training::meta::completion::dataset::{Dataset, Part};
-use glimpse_training::meta::completion::draw::{AugmentationOptions, Group};
+use glimpse_training::meta::completion::dataset::{Dataset, Subset};
 use glimpse_training::meta::completion::objective::CompletionObjective;
-use glimpse_training::meta::completion::refinement::{Refinement, Steps};
+use glimpse_training::meta::completion::refinement::{Refinement, SgdRefinement};
+use glimpse_training::meta::completion::task::{AugmentationOptions, MaterialGroup};
 use glimpse_training::meta::learned::LearnedFit;
 use glimpse_training::meta::objective::{MetaObjective, RandomStreams};
 use glimpse_training::meta::options::{CompletionOptions, Options};
-use glimpse_training::meta::outer::{Checkpoints, Run, RunError};
+use glimpse_training::meta::outer::{CheckpointOptions, OuterLoop, RunError};
 use glimpse_training::meta::pattern::Pattern;
-use glimpse_training::meta::phase::{OuterStep, Start};
+use glimpse_training::meta::phase::{Initialization, OuterStep};
 use glimpse_training::meta::plan::{Effort, LossWeights, Plan, Schedule};
 use glimpse_training::meta::run::{TrainError, train};
-use glimpse_training::recipe::recipe_of;
+use glimpse_training::recipe::pack_recipe;
 
-use crate::support::{bits_of, procedural, same_on_any_number_of_threads};
+use crate::support::{assert_independent_of_threads, procedural, run_bits};
 
 const SAMPLES: usize = 5;
 const STEPS: usize = 4;
@@ -43,7 +43,7 @@ const MODELS: [ModelKind; 4] = [
 
 /// Calls a function with a small objective of a model, and a plan of a few steps.
 fn with_objective<T>(model: ModelKind, of: impl FnOnce(&CompletionObjective<'_>, &Plan) -> T) -> T {
-    let variety = AugmentationOptions {
+    let augmentation_options = AugmentationOptions {
         missing: 0.5,
         noise: Noise {
             multiplicative: 0.02,
@@ -53,15 +53,18 @@ fn with_objective<T>(model: ModelKind, of: impl FnOnce(&CompletionObjective<'_>,
         },
         ..AugmentationOptions::default()
     };
-    let group = |materials: Range<usize>, share| Group {
+    let group = |materials: Range<usize>, share| MaterialGroup {
         materials: materials.collect(),
         share,
     };
     let groups = vec![group(0..8, 0.7), group(8..12, 0.3)];
-    let dataset = Dataset::new(procedural(12, 3), 8, groups, variety, 512, 5);
-    let part = Part::whole(&dataset, 6);
-    let (phong, cook_torrance) = (Steps::<Phong>::new(2), Steps::<CookTorrance>::new(2));
-    let neural = Steps::<Neural>::new(2);
+    let dataset = Dataset::new(procedural(12, 3), 8, groups, augmentation_options, 512, 5);
+    let subset = Subset::all(&dataset, 6);
+    let (phong, cook_torrance) = (
+        SgdRefinement::<Phong>::new(2),
+        SgdRefinement::<CookTorrance>::new(2),
+    );
+    let neural = SgdRefinement::<Neural>::new(2);
     let refinement: Option<&dyn Refinement> = match model {
         ModelKind::Phong => Some(&phong),
         ModelKind::CookTorrance => Some(&cook_torrance),
@@ -70,23 +73,23 @@ fn with_objective<T>(model: ModelKind, of: impl FnOnce(&CompletionObjective<'_>,
     };
     let mut plan = Plan::new(Schedule::Prior, Effort::Quick, model, SAMPLES, 12);
     for phase in &mut plan.phases {
-        (phase.steps, phase.batch, phase.outer) = (STEPS, 40, 512);
+        (phase.steps, phase.batch, phase.outer_samples) = (STEPS, 40, 512);
     }
     let objective = CompletionObjective {
         dataset: &dataset,
-        part: &part,
+        subset: &subset,
         shape: Shape {
             samples: SAMPLES,
-            components: part.basis.components(),
+            components: subset.basis.components(),
             hidden: 7,
             units: if refinement.is_some() { 5 } else { 0 },
             parameters: model.parameters().unwrap_or(0),
         },
-        weighing: LossWeights::Relative,
+        loss_weights: LossWeights::Relative,
         streams: RandomStreams { seed: 11 },
         refinement,
-        first_step_size: plan.first_step_size,
-        auxiliary: 0.0,
+        initial_step_size: plan.initial_step_size,
+        auxiliary_weight: 0.0,
         limits: Limits {
             max_theta_i: 1.4,
             min_separation: 0.2,
@@ -108,18 +111,18 @@ fn raise(values: &mut Groups<Vec<f32>>) {
 /// Along the gradient of each group by itself, the loss changes as fast as the gradient is long.
 fn gradient_is_that_of_the_loss(model: ModelKind) {
     with_objective(model, |objective, plan| {
-        let number = plan.phases.len() - 1;
+        let phase_index = plan.phases.len() - 1;
         let at = OuterStep {
-            phase: &plan.phases[number],
-            number,
+            phase: &plan.phases[phase_index],
+            phase_index,
             step: 1,
         };
-        let mut values = objective.first_values(0);
+        let mut values = objective.initial_values(0);
         // A start that hears of the readings: steps by themselves jump where a sample changes sides.
-        values.start.iter_mut().for_each(|weight| *weight *= 5.0);
+        values.init_net.iter_mut().for_each(|weight| *weight *= 5.0);
         // All samples where the arms get to: the barrier is in the gradient and not in the loss.
         raise(&mut values);
-        let pattern = Pattern::within(&values.pattern, objective.limits);
+        let pattern = Pattern::from_logits_within(&values.pattern, objective.limits);
         assert!(pattern.valid().iter().all(|valid| *valid));
         let mut compared = 0;
         for group in [0, 1, 3, 4, PATTERN] {
@@ -181,9 +184,9 @@ fn neural_s_gradient_is_that_of_the_loss() {
 #[test]
 fn samples_in_order_say_together_what_they_said_before() {
     with_objective(ModelKind::Linear, |objective, _| {
-        let mut values = objective.first_values(0);
+        let mut values = objective.initial_values(0);
         raise(&mut values);
-        let ordered = objective.in_order(values.clone());
+        let ordered = objective.reorder_samples(values.clone());
         assert_ne!(ordered.pattern, values.pattern);
         let places = |values: &Groups<Vec<f32>>| {
             let mut places: Vec<[u32; 3]> = values
@@ -197,10 +200,13 @@ fn samples_in_order_say_together_what_they_said_before() {
             places
         };
         assert_eq!(places(&ordered), places(&values));
-        let (before, after) = (objective.judge(&values), objective.judge(&ordered));
+        let (before, after) = (
+            objective.validation_loss(&values),
+            objective.validation_loss(&ordered),
+        );
         assert!((after / before - 1.0).abs() < 1e-4, "{before} and {after}");
         // What comes first is what tells most by itself, and once in order they stay so.
-        assert_eq!(objective.in_order(ordered.clone()), ordered);
+        assert_eq!(objective.reorder_samples(ordered.clone()), ordered);
     });
 }
 
@@ -210,9 +216,9 @@ fn run<'a>(
     plan: &'a Plan,
     model: ModelKind,
     directory: Option<&Path>,
-) -> Run<'a> {
+) -> OuterLoop<'a> {
     let options = Options::new(model, SAMPLES, Schedule::Prior, Effort::Brief, 11);
-    Run {
+    OuterLoop {
         objective,
         plan,
         identity: options.identity(&[]),
@@ -223,10 +229,10 @@ fn run<'a>(
 }
 
 /// Checkpoints that are written where a run is stopped only.
-fn checkpoints(directory: &Path) -> Checkpoints {
-    Checkpoints {
+fn checkpoints(directory: &Path) -> CheckpointOptions {
+    CheckpointOptions {
         directory: directory.to_owned(),
-        every: Duration::from_secs(3600),
+        interval: Duration::from_secs(3600),
         resume: true,
     }
 }
@@ -234,10 +240,10 @@ fn checkpoints(directory: &Path) -> Checkpoints {
 #[test]
 fn every_model_trains_the_same_on_any_number_of_threads() {
     for model in MODELS {
-        let bits = same_on_any_number_of_threads(model.name(), || {
+        let bits = assert_independent_of_threads(model.name(), || {
             with_objective(model, |objective, plan| {
                 let run = run(objective, plan, model, None);
-                bits_of(&run)
+                run_bits(&run)
             })
         });
         assert!(bits.len() > 100 && bits.iter().all(|bits| f32::from_bits(*bits).is_finite()));
@@ -279,10 +285,13 @@ fn a_resumed_run_comes_to_the_same_numbers() {
 fn a_run_resumed_where_samples_are_put_in_order_comes_to_the_same_numbers() {
     with_objective(ModelKind::Linear, |objective, plan| {
         let tried = plan.phases.len() - 1;
-        assert!(plan.phases[tried].start == Start::BestInOrder && plan.phases[tried].in_order);
+        assert!(
+            plan.phases[tried].initialization == Initialization::BestReordered
+                && plan.phases[tried].samples_ordered
+        );
         let run = |directory: Option<&Path>, until| {
             let run = run(objective, plan, ModelKind::Linear, directory);
-            run.finish(&mut |progress| match progress.done == until {
+            run.run(&mut |progress| match progress.done == until {
                 true => ControlFlow::Break(()),
                 false => ControlFlow::Continue(()),
             })
@@ -308,7 +317,7 @@ fn a_recipe_completes_as_what_was_trained() {
         ControlFlow::Continue(())
     });
     let learned = learned.expect("it is trained");
-    let file = recipe_of(&learned, &options, "procedural:12:3");
+    let file = pack_recipe(&learned, &options, "procedural:12:3");
     let file = file.expect("it is a recipe");
     let recipe = file.recipe();
     let LearnedFit::Completed(completion, _) = &learned.fit else {
@@ -328,8 +337,8 @@ fn a_recipe_completes_as_what_was_trained() {
         }
         batch.complete(&CompletionWeights {
             shape: completion.shape,
-            completion: &completion.weights,
-            start: &[],
+            coefficient_net: &completion.weights,
+            init_net: &[],
         });
         let expected = batch.coefficients(0);
         assert_eq!(found.values.len(), expected.len());

@@ -5,60 +5,60 @@ use std::marker::PhantomData;
 use glimpse_core::model::{CookTorrance, Neural, Phong};
 use glimpse_kernels::LaneModel;
 use glimpse_optimizer::Groups;
-use glimpse_training::meta::descent::{DescentObjective, Tasks};
+use glimpse_training::meta::descent::{DescentObjective, TaskSet};
+use glimpse_training::meta::initialization::initial_guess;
 use glimpse_training::meta::objective::RandomStreams;
 use glimpse_training::meta::options::Options;
-use glimpse_training::meta::outer::Run;
+use glimpse_training::meta::outer::OuterLoop;
 use glimpse_training::meta::phase::{
-    AddedSamples, InnerSamples, Phase, SearchMethod, Selection, Start, StepSizeForm,
+    AddedSamples, Initialization, InnerSamples, Phase, SearchMethod, Selection, StepSizeEncoding,
 };
 use glimpse_training::meta::plan::{Effort, LossWeights, Plan, Schedule};
 use glimpse_training::meta::pool::Pool;
-use glimpse_training::meta::start::first_guess;
 
-use crate::support::{bits_of, procedural, same_on_any_number_of_threads};
+use crate::support::{assert_independent_of_threads, procedural, run_bits};
 
 const STEPS: usize = 5;
 
 /// The bits of each step's loss, and of what is learned in the end.
-fn train<M: LaneModel>(inner: InnerSamples) -> Vec<u32> {
+fn train<M: LaneModel>(inner_samples: InnerSamples) -> Vec<u32> {
     let materials = procedural(12, 3);
-    let tasks = Tasks {
+    let tasks = TaskSet {
         pool: Pool::new(&materials, 1024, 5),
         materials: &materials,
     };
     let phase = Phase {
         name: "test",
-        start: Start::Previous,
+        initialization: Initialization::Previous,
         search: SearchMethod::Gradient,
-        keep: Selection::BestValidation,
+        selection: Selection::BestValidation,
         samples: 8,
-        added: AddedSamples::Sobol,
-        in_order: false,
+        added_samples: AddedSamples::Sobol,
+        samples_ordered: false,
         steps: STEPS,
         batch: 9,
-        inner,
-        outer: 64,
+        inner_samples,
+        outer_samples: 64,
         rates: Groups {
             initial: 1e-3,
             hyperparameters: 1e-2,
             pattern: 1e-2,
             ..Groups::default()
         },
-        final_rate: 0.2,
-        warm_up: 2,
-        largest_norm: 1.0,
+        final_rate_ratio: 0.2,
+        warm_up_steps: 2,
+        max_gradient_norm: 1.0,
         weight_decay: 0.0,
-        gain: Some(1.5),
+        augmentation_gain: Some(1.5),
     };
     let plan = Plan {
         phases: vec![phase],
         tasks: materials.len(),
-        first_guess,
-        step_size_form: StepSizeForm::Logarithm,
-        first_step_size: 0.02,
-        weighing: LossWeights::Relative,
-        known: None,
+        initial_parameters: initial_guess,
+        step_size_encoding: StepSizeEncoding::Logarithm,
+        initial_step_size: 0.02,
+        loss_weights: LossWeights::Relative,
+        pretrained: None,
     };
     let objective = DescentObjective::<M> {
         training: &tasks,
@@ -68,7 +68,7 @@ fn train<M: LaneModel>(inner: InnerSamples) -> Vec<u32> {
         streams: RandomStreams { seed: 11 },
         model: PhantomData,
     };
-    let run = Run {
+    let run = OuterLoop {
         objective: &objective,
         plan: &plan,
         identity: Options::new(M::KIND, 8, Schedule::Joint, Effort::Brief, 11).identity(&[]),
@@ -76,7 +76,7 @@ fn train<M: LaneModel>(inner: InnerSamples) -> Vec<u32> {
         checkpoints: None,
         stage: 0,
     };
-    bits_of(&run)
+    run_bits(&run)
 }
 
 fn trains_the_same_on_any_number_of_threads<M: LaneModel>() {
@@ -85,9 +85,9 @@ fn trains_the_same_on_any_number_of_threads<M: LaneModel>() {
         InnerSamples::Fresh(20),
         // So many that threads share one list.
         InnerSamples::Fresh(600),
-        InnerSamples::Random(8),
+        InnerSamples::Fixed(8),
     ] {
-        let bits = same_on_any_number_of_threads(&format!("{inner:?}"), || train::<M>(inner));
+        let bits = assert_independent_of_threads(&format!("{inner:?}"), || train::<M>(inner));
         let losses = bits[..STEPS].iter().copied().map(f32::from_bits);
         for loss in losses {
             assert!(loss > 0.0 && loss.is_finite(), "{inner:?}: {loss}");

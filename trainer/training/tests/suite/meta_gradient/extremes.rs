@@ -15,10 +15,10 @@ use glimpse_gradcheck::parameters;
 fn everything(theta: &CookTorranceParameters<Dual<f32>>, samples: &SampleOctets<'_>) -> Vec<f32> {
     let mut gradient = CookTorranceParameters::filled(0.0);
     let values = parameters(theta.iter().map(|dual| dual.value), 0.0);
-    let loss = CookTorrance::gradient_of(&values, samples, 0..1, &mut gradient);
+    let loss = CookTorrance::partial_gradient(&values, samples, 0..1, &mut gradient);
     let mut product = CookTorranceParameters::filled(0.0);
     let mut derivatives = samples.zero_derivatives();
-    CookTorrance::product_of(theta, samples, 0..1, &mut product, Some(&mut derivatives));
+    CookTorrance::partial_product(theta, samples, 0..1, &mut product, Some(&mut derivatives));
     let derivatives = derivatives.iter().flat_map(|by| {
         let [red, green, blue] = by.measured;
         let at = by.at;
@@ -59,7 +59,7 @@ fn cook_torrance_stays_finite_at_extremes() {
         let weights = Octet(at.map(|at| f32::from(u8::from(at.is_valid()))));
         judged += at.iter().filter(|at| at.is_valid()).count();
         let measured = [0; 3].map(|_| Octet([random.random_range(-12.0..12.0f32).exp(); WIDTH]));
-        let best = InstructionSet::of_this_machine();
+        let best = InstructionSet::detect();
         for instruction_set in [best, InstructionSet::Portable] {
             let found = everything(
                 &parameters(list, Dual::from_value(0.0)),
@@ -69,7 +69,7 @@ fn cook_torrance_stays_finite_at_extremes() {
                     order: None,
                     weights: SampleWeights::Each(&[weights]),
                     instruction_set,
-                    in_a_row: false,
+                    back_to_back: false,
                 },
             );
             assert!(

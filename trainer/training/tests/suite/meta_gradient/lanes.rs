@@ -4,19 +4,19 @@ use glimpse_core::geometry::HalfDifference;
 use glimpse_core::model::{CookTorrance, Model, Neural, Phong, Sample, SampleGradient};
 use glimpse_kernels::LaneModel;
 use glimpse_kernels::inner_loop::InnerLoop;
-use glimpse_kernels::lanes::{InstructionSet, Lanes, MOST_OCTETS, Octet, PortableLanes, WIDTH};
+use glimpse_kernels::lanes::{InstructionSet, Lanes, MAX_OCTETS, Octet, PortableLanes, WIDTH};
 use glimpse_kernels::samples::SampleOctets;
 use glimpse_materials::Material;
 use glimpse_materials::sampling::sobol_valid;
 use glimpse_training::meta::augmentation::Augmentation;
+use glimpse_training::meta::initialization::initial_guess;
 use glimpse_training::meta::pattern::Pattern;
-use glimpse_training::meta::pool::{Draw, Pool};
-use glimpse_training::meta::start::first_guess;
+use glimpse_training::meta::pool::{DrawnSamples, Pool};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use crate::problem::Found;
-use crate::support::{double, procedural};
+use crate::problem::LossGradient;
+use crate::support::{procedural, to_f64};
 
 /// Largest distance of a gradient in f32 from the one in f64, relative to its length.
 const TOLERANCE: f64 = 1e-4;
@@ -33,7 +33,7 @@ pub(crate) fn unpack(samples: &SampleOctets<'_>) -> Vec<Sample<f64>> {
             weight,
         } = samples.read::<PortableLanes>(octet);
         let stored = |lanes: PortableLanes| {
-            let mut octets = [Octet::default(); MOST_OCTETS];
+            let mut octets = [Octet::default(); MAX_OCTETS];
             lanes.store(&mut octets);
             octets[0]
         };
@@ -64,15 +64,15 @@ fn exact<M: Model>(
     setting: &Setting,
     inner: &[Vec<Sample<f64>>],
     outer: &[Sample<f64>],
-) -> Found<f64, SampleGradient<f64>> {
+) -> LossGradient<f64, SampleGradient<f64>> {
     let lists: Vec<&[Sample<f64>]> = inner.iter().map(Vec::as_slice).collect();
-    let (initial, step_sizes) = (double(&setting.initial), double(&setting.step_sizes));
+    let (initial, step_sizes) = (to_f64(&setting.initial), to_f64(&setting.step_sizes));
     let inner_loop = InnerLoop::<M, f64>::new(&initial, &step_sizes, STEPS);
     let none = match inner {
         [single] => vec![SampleGradient::zero(); single.len()],
         _ => Vec::new(),
     };
-    Found::compute(&inner_loop, &lists, outer, none)
+    LossGradient::compute(&inner_loop, &lists, outer, none)
 }
 
 /// The distance of `found` from `exact`, relative to the length of `exact`.
@@ -112,7 +112,7 @@ impl Setting {
         Self {
             materials,
             pool,
-            initial: first_guess(M::KIND, &mut random),
+            initial: initial_guess(M::KIND, &mut random),
             step_sizes: (0..M::PARAMETERS)
                 .map(|_| random.random_range(-7.0..-3.0f32).exp())
                 .collect(),
@@ -132,13 +132,13 @@ struct Distances([f64; 4]);
 impl Distances {
     fn add(
         &mut self,
-        found: &Found<f32, SampleGradient<Octet>>,
-        exact: &Found<f64, SampleGradient<f64>>,
+        found: &LossGradient<f32, SampleGradient<Octet>>,
+        exact: &LossGradient<f64, SampleGradient<f64>>,
     ) {
         let mut distances = [
             (f64::from(found.loss) - exact.loss).abs() / exact.loss,
-            distance(&double(&found.initial), &exact.initial),
-            distance(&double(&found.step_sizes), &exact.step_sizes),
+            distance(&to_f64(&found.initial), &exact.initial),
+            distance(&to_f64(&found.step_sizes), &exact.step_sizes),
             0.0,
         ];
         if !found.samples.is_empty() {
@@ -168,7 +168,7 @@ impl Distances {
 
 /// All that this machine has, each once.
 fn instruction_sets() -> Vec<InstructionSet> {
-    let best = InstructionSet::of_this_machine();
+    let best = InstructionSet::detect();
     let all = [
         InstructionSet::Portable,
         InstructionSet::Avx2,
@@ -204,13 +204,14 @@ fn compare_patterns<M: LaneModel>() {
                 panic!("two materials");
             };
             let augmentation = Augmentation::random(2.0, 1, &mut setting.random);
-            let inner = pattern.measure_varied(&**material, &**partner, &augmentation);
+            let inner = pattern.measure_augmented(&**material, &**partner, &augmentation);
             let pool = &setting.pool;
-            let outer = pool.draw_varied(1, &augmentation, 250, &mut setting.random);
+            let outer = pool.draw_augmented(1, &augmentation, 250, &mut setting.random);
             let [inner, outer] = [inner.octets(), outer.octets()].map(|samples| on(set, samples));
             let exact = exact::<M>(&setting, &[unpack(&inner)], &unpack(&outer));
             let inner_loop = setting.inner_loop::<M>();
-            let found = Found::compute(&inner_loop, &[&inner], &outer, inner.zero_derivatives());
+            let found =
+                LossGradient::compute(&inner_loop, &[&inner], &outer, inner.zero_derivatives());
             distances.add(&found, &exact);
         }
         distances.report(&format!("{}, pattern, {}", M::KIND.name(), set.name()));
@@ -228,13 +229,13 @@ fn compare_draws<M: LaneModel>() {
             let counts = [[30, 250], [270, 2_000]][seed as usize / 5];
             let mut draw = |count| setting.pool.draw(2, count, &mut setting.random);
             let outer = draw(counts[1]);
-            let draws: Vec<Draw<'_>> = (0..lists).map(|_| draw(counts[0])).collect();
+            let draws: Vec<DrawnSamples<'_>> = (0..lists).map(|_| draw(counts[0])).collect();
             let outer = on(set, outer.octets());
             let lists: Vec<_> = draws.iter().map(|draw| on(set, draw.octets())).collect();
             let samples: Vec<_> = lists.iter().map(unpack).collect();
             let inner_loop = setting.inner_loop::<M>();
             let inner: Vec<_> = lists.iter().collect();
-            let found = Found::compute(&inner_loop, &inner, &outer, Vec::new());
+            let found = LossGradient::compute(&inner_loop, &inner, &outer, Vec::new());
             let exact = exact::<M>(&setting, &samples, &unpack(&outer));
             distances.add(&found, &exact);
         }

@@ -6,18 +6,18 @@ use std::sync::LazyLock;
 
 use glimpse_core::geometry::Angles;
 use glimpse_core::model::ModelKind;
-use glimpse_materials::basis::widened;
+use glimpse_materials::basis::angles_to_f64;
 use glimpse_materials::sampling::uniform_valid;
 use glimpse_materials::{Material, NeuralBrdf};
 use glimpse_training::linear::{Columns, Prior, principal_components};
-use glimpse_training::meta::linear::{LinearObjective, Outer, OuterBasis};
-use glimpse_training::meta::pattern::{Pattern, logits_of};
+use glimpse_training::meta::linear::{LinearObjective, OuterBasis, OuterSamples};
+use glimpse_training::meta::pattern::{Pattern, logits_from_angles};
 use glimpse_training::meta::plan::{Effort, Plan, Schedule};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::pattern::{BARRIER, logits_with_one_below};
-use crate::support::{boxed, double, network, task_gradient};
+use crate::support::{boxed, network, task_gradient, to_f64};
 
 /// The number of materials, each of which has three columns.
 pub(super) const MATERIALS: usize = 6;
@@ -49,7 +49,7 @@ fn plan(schedule: Schedule, samples: usize) -> Plan {
 fn assert_close(what: &str, found: &[f32], expected: &[f64]) {
     assert_eq!(found.len(), expected.len(), "{what}");
     let largest = expected.iter().fold(0.0_f64, |most, by| most.max(by.abs()));
-    for (index, (found, expected)) in double(found).iter().zip(expected).enumerate() {
+    for (index, (found, expected)) in to_f64(found).iter().zip(expected).enumerate() {
         // Written so that a NaN fails as well.
         let is_close = (found - expected).abs() <= 1e-4 * largest;
         assert!(is_close, "{what} {index}: {found} and not {expected}");
@@ -91,7 +91,10 @@ fn a_batch_has_the_mean_of_its_tasks_gradients_and_the_barrier() {
         let count = if seed % 2 == 0 { 7 } else { 3 };
         let logits = logits_with_one_below(count, &mut random);
         let pattern = Pattern::from_logits(logits.as_flattened());
-        let places: Vec<Angles<f64>> = pattern.valid_angles().map(|at| widened(&at)).collect();
+        let places: Vec<Angles<f64>> = pattern
+            .valid_angles()
+            .map(|at| angles_to_f64(&at))
+            .collect();
         assert_eq!(places.len(), count);
         let range = 0.5_f32.ln()..100.0_f32.ln();
         let log_precision = [0.0; COMPONENTS].map(|_| random.random_range(range.clone()));
@@ -103,7 +106,7 @@ fn a_batch_has_the_mean_of_its_tasks_gradients_and_the_barrier() {
                 (random.random_range(0..MATERIALS), directions)
             })
             .collect();
-        let found = objective.gradient_over(&pattern, &log_precision, &tasks);
+        let found = objective.batch_gradient(&pattern, &log_precision, &tasks);
         let (found, gradient) = found.expect("it can be factorized");
         assert!(gradient.initial.is_empty());
 
@@ -111,7 +114,7 @@ fn a_batch_has_the_mean_of_its_tasks_gradients_and_the_barrier() {
         let mut by_angles = vec![[0.0; 3]; count];
         for (material, directions) in &tasks {
             let (basis, of_fold) = &folds[material % FOLDS];
-            let outer = Outer {
+            let outer = OuterSamples {
                 basis,
                 directions,
                 values: &values[*material],
@@ -168,12 +171,12 @@ fn linear_without_a_sample_above_the_horizon_is_the_mean_and_is_pulled_back() {
         theta_d: 1.5,
         phi_d: 0.1,
     };
-    let pattern = Pattern::from_logits(&logits_of(below));
+    let pattern = Pattern::from_logits(&logits_from_angles(below));
     assert_eq!(pattern.valid_angles().count(), 0);
     let log_precision = vec![1.0; objective.components()];
     let tasks = [(0, vec![0, 1, 2]), (1, vec![3])];
     let (loss, gradient) = objective
-        .gradient_over(&pattern, &log_precision, &tasks)
+        .batch_gradient(&pattern, &log_precision, &tasks)
         .expect("it is no error");
     assert!(loss.is_finite() && loss > 0.0, "{loss}");
     assert!(gradient.hyperparameters.iter().all(|slope| *slope == 0.0));

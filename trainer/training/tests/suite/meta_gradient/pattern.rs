@@ -4,16 +4,16 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::SampleGradient;
-use glimpse_kernels::lanes::{Octet, OctetAt, WIDTH};
+use glimpse_kernels::lanes::{Octet, OctetDirections, WIDTH};
 use glimpse_materials::sampling::sobol_valid;
 use glimpse_materials::{Material, Procedural};
 use glimpse_training::meta::augmentation::Augmentation;
-use glimpse_training::meta::pattern::{Pattern, angles_of, logits_of};
+use glimpse_training::meta::pattern::{Pattern, angles_from_logits, logits_from_angles};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::lanes::unpack;
-use crate::support::{double, named, network};
+use crate::support::{angles_from_array, network, to_f64};
 
 pub(crate) const BARRIER: f64 = 0.005;
 
@@ -24,7 +24,7 @@ fn angles(logits: [f64; 3]) -> [f64; 3] {
 }
 
 fn at(logits: [f64; 3]) -> HalfDifference<f64> {
-    HalfDifference::from_angles(named(angles(logits)))
+    HalfDifference::from_angles(angles_from_array(angles(logits)))
 }
 
 fn is_valid(logits: [f64; 3]) -> bool {
@@ -54,7 +54,7 @@ fn varied(
 /// Valid samples and one whose directions are below the horizon, as logits.
 pub(crate) fn logits_with_one_below(valid: usize, random: &mut ChaCha8Rng) -> Vec<[f32; 3]> {
     let places = sobol_valid(valid, random.random()).into_iter();
-    let mut logits: Vec<_> = places.map(logits_of).collect();
+    let mut logits: Vec<_> = places.map(logits_from_angles).collect();
     let below = [
         random.random_range(1.5..2.5),
         random.random_range(1.5..2.5),
@@ -74,7 +74,7 @@ fn a_varied_measurement_has_the_values_of_the_variation_in_equal_weights() {
         let logits = logits_with_one_below(7, &mut random);
         let pattern = Pattern::from_logits(logits.as_flattened());
         let augmentation = Augmentation::random(2.0, 2, &mut random);
-        let measured = pattern.measure_varied(materials[0], materials[1], &augmentation);
+        let measured = pattern.measure_augmented(materials[0], materials[1], &augmentation);
         let samples = unpack(&measured.octets());
 
         let wide = logits.iter().map(|each| each.map(f64::from));
@@ -101,7 +101,7 @@ fn a_varied_measurement_has_the_values_of_the_variation_in_equal_weights() {
 fn random_gradient(random: &mut ChaCha8Rng) -> SampleGradient<Octet> {
     let mut octet = || Octet(std::array::from_fn(|_| random.random_range(-1.0..1.0)));
     SampleGradient {
-        at: OctetAt {
+        at: OctetDirections {
             hx: octet(),
             hz: octet(),
             dx: octet(),
@@ -119,7 +119,7 @@ fn an_invalid_sample_has_the_barrier_s_slope_and_nothing_else() {
     let pattern = Pattern::from_logits(logits.as_flattened());
     let measured = pattern.measure(&Procedural::new(0, 0));
     // Whatever the gradient by the samples is.
-    let by_logits = double(&measured.gradient_by_logits(&[random_gradient(&mut random)]));
+    let by_logits = to_f64(&measured.gradient_by_logits(&[random_gradient(&mut random)]));
     let mut places = logits.iter().map(|each| each.map(f64::from));
     let index = places.clone().position(|logits| !is_valid(logits));
     let index = index.expect("a sample is below the horizon");
@@ -144,7 +144,7 @@ fn the_chain_carries_places() {
         let pattern = Pattern::from_logits(logits.as_flattened());
         let by = random_gradient(&mut random);
         let measured = pattern.measure(&network(&mut random));
-        let found = double(&measured.gradient_by_logits(&[by]));
+        let found = to_f64(&measured.gradient_by_logits(&[by]));
 
         let found = found.as_chunks::<3>().0.iter();
         for (lane, (found, logits)) in found.zip(&logits).enumerate() {
@@ -181,8 +181,8 @@ fn the_chain_carries_places() {
 #[test]
 fn angles_and_logits_are_each_other_s_inverse() {
     for place in sobol_valid(1000, 1) {
-        let logits = logits_of(place);
-        let found = angles_of(logits);
+        let logits = logits_from_angles(place);
+        let found = angles_from_logits(logits);
         let expected = angles(logits.map(f64::from));
         let found = [found.theta_h, found.theta_d, found.phi_d];
         let place = [place.theta_h, place.theta_d, place.phi_d];

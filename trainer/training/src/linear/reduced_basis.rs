@@ -3,27 +3,27 @@
 use glimpse_core::fit::ridge::{Factors, Problem, RidgeError, factor_length, scratch_length};
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::linear::map;
-use glimpse_materials::basis::{Basis, ByAngles, Coefficients, median_of};
+use glimpse_materials::basis::{AngleDual, Basis, Coefficients, median_brdf};
 
-/// The rows of a basis at n directions.
+/// The rows of a basis at n directions, with derivatives by the angles.
 #[derive(Clone, Debug)]
-pub struct Reduced {
-    /// Where, in radians.
+pub struct ReducedBasis {
+    /// The directions, angles in radians.
     pub angles: Vec<Angles<f64>>,
     /// A: n rows of m.
     pub basis: Vec<f64>,
     /// The derivatives of A's entries by the angles of their row.
     pub derivatives: Vec<[f64; 3]>,
     /// The mean of the mapped columns, n.
-    pub mean: Vec<ByAngles>,
-    /// The median BRDF of the columns, sr^-1, n.
-    pub median: Vec<ByAngles>,
+    pub mean: Vec<AngleDual>,
+    /// The median BRDF of the columns, sr^-1 (not times the cosine), n.
+    pub median: Vec<AngleDual>,
     /// cos(theta_i) cos(theta_o), n.
-    pub weight: Vec<ByAngles>,
+    pub weight: Vec<AngleDual>,
 }
 
-impl Reduced {
-    /// Looks the basis up at angles in radians, which have to be valid.
+impl ReducedBasis {
+    /// Evaluates the basis at angles in radians, which must be valid.
     #[must_use]
     pub fn new(basis: &Basis, pattern: &[Angles<f64>]) -> Self {
         let mut reduced = Self {
@@ -35,39 +35,39 @@ impl Reduced {
             weight: Vec::new(),
         };
         for angles in pattern {
-            let found = basis.look_up(*angles);
-            for [value, derivatives @ ..] in found.components {
+            let row = basis.look_up(*angles);
+            for [value, derivatives @ ..] in row.components {
                 reduced.basis.push(value);
                 reduced.derivatives.push(derivatives);
             }
-            let dual = |[value, tangent @ ..]: [f64; 4]| ByAngles { value, tangent };
-            let at = HalfDifference::from_angles(ByAngles::variables(*angles));
+            let dual = |[value, tangent @ ..]: [f64; 4]| AngleDual { value, tangent };
+            let at = HalfDifference::from_angles(AngleDual::variables(*angles));
             let weight = at.cos_theta_i() * at.cos_theta_o();
-            reduced.mean.push(dual(found.mean));
+            reduced.mean.push(dual(row.mean));
             reduced
                 .median
-                .push(median_of(dual(found.log_median), weight));
+                .push(median_brdf(dual(row.log_median), weight));
             reduced.weight.push(weight);
         }
         reduced
     }
 
-    /// n.
+    /// Returns n, the number of directions.
     #[must_use]
     pub fn samples(&self) -> usize {
         self.mean.len()
     }
 
-    /// t: a measured BRDF of a sample, mapped, minus the mean.
+    /// Returns t: the mapped BRDF of a sample minus the mean.
     #[must_use]
-    pub fn mapped(&self, sample: usize, brdf: ByAngles) -> ByAngles {
+    pub fn mapped(&self, sample: usize, brdf: AngleDual) -> AngleDual {
         map(brdf, self.median[sample], self.weight[sample]) - self.mean[sample]
     }
 
-    /// The ridge problem's factors, in `buffer`.
+    /// Factorizes the ridge problem in `buffer`.
     ///
     /// # Errors
-    /// If the system has no solution.
+    /// Fails if the system has no solution.
     pub fn factorize<'a, 'b>(
         &'a self,
         precision: &'a [f64],
@@ -78,10 +78,10 @@ impl Reduced {
         Problem::new(&self.basis[..], precision)?.factorize(buffer, &mut scratch)
     }
 
-    /// The coefficients of what was measured (BRDF in linear RGB, sr^-1), sample by sample.
+    /// Returns the coefficients of measured values, one per sample (BRDF in linear RGB, sr^-1, not times the cosine).
     ///
     /// # Errors
-    /// If the system has no solution.
+    /// Fails if the system has no solution.
     pub fn fit(
         &self,
         precision: &[f64],
@@ -97,7 +97,7 @@ impl Reduced {
                 .iter()
                 .enumerate()
                 .map(|(sample, brdf)| {
-                    let brdf = ByAngles::from_value(f64::from(brdf[channel]));
+                    let brdf = AngleDual::from_value(f64::from(brdf[channel]));
                     self.mapped(sample, brdf).value
                 })
                 .collect();

@@ -1,12 +1,11 @@
-//! An independent witness of the meta-gradient: the inner loop (the ridge solve, for the model
-//! Linear; a completion of the readings, and the start that it leads to) as a program of tensor
-//! operations, written from the formulas without the crates under test, and differentiated by burn.
+//! Independent reference implementation of the meta-gradient in tensor operations, differentiated by burn.
 //!
-//! burn's autodiff is first-order, so the gradient that the inner loop steps along is written out
-//! by hand; burn then differentiates the steps, and the outer loss, which it reads as plain
-//! formulas. All of it runs in f64, except where burn does not: it computes sigmoids, and slopes
-//! through a division by a number, in f32, so neither is used. Every tensor is asked for in f64:
-//! otherwise burn settles once in each process whether tensors are in f32 or f64.
+//! It covers the inner loop, the ridge solve of the model Linear, the coefficient net and the init net. It is written from
+//! the formulas, without the crates under test.
+//!
+//! burn's autodiff is first-order, so the gradient of the inner loop is derived by hand. burn differentiates the steps and
+//! the outer loss. All computations are in f64. burn computes sigmoids and derivatives of a division by a number in f32, so
+//! neither is used. Every tensor requests f64 explicitly: otherwise burn fixes one precision for the whole process.
 
 mod completion;
 mod linear;
@@ -24,14 +23,14 @@ use proptest::prelude::*;
 use proptest::test_runner::{TestCaseError, TestRunner};
 
 use crate::problem::{
-    COOK_TORRANCE_STEPS, NEURAL_STEPS, PHONG_STEPS, Problem, by_variables, problems,
+    COOK_TORRANCE_STEPS, NEURAL_STEPS, PHONG_STEPS, Problem, gradient_by_variables, problems,
 };
 use glimpse_gradcheck::cases::{Variables, cook_torrance, neural, phong};
 
-type B = Autodiff<NdArray<f64>>;
-type Matrix = Tensor<B, 2>;
+type AutodiffBackend = Autodiff<NdArray<f64>>;
+type Matrix = Tensor<AutodiffBackend, 2>;
 
-/// Largest error, relative to the largest slope of the same kind.
+/// The largest permitted error, relative to the largest derivative of the same kind.
 const TOLERANCE: f64 = 1e-10;
 
 fn matrix(values: &[f64], shape: [usize; 2]) -> Matrix {
@@ -39,18 +38,18 @@ fn matrix(values: &[f64], shape: [usize; 2]) -> Matrix {
     Tensor::from_data(data, (&NdArrayDevice::Cpu, DType::F64))
 }
 
-/// All entries, row by row.
+/// Returns all entries, row by row.
 fn list<B: Backend>(matrix: Tensor<B, 2>) -> Vec<f64> {
     matrix.into_data().iter::<f64>().collect()
 }
 
-/// 1 where positive, else 0.
+/// Returns 1 for positive entries, else 0.
 fn positive(values: &Matrix) -> Matrix {
     let is_positive = values.clone().greater_elem(0.0);
     is_positive.float().cast(DType::F64)
 }
 
-/// 1 / (1 + exp(-x)).
+/// Returns 1 / (1 + exp(-x)).
 fn sigmoid(values: Matrix) -> Matrix {
     (-values).exp().add_scalar(1.0).recip()
 }
@@ -77,12 +76,12 @@ impl Columns {
         self.angles.clone().narrow(1, column, 1)
     }
 
-    /// The half vector (x and z; its y is 0).
+    /// Returns the half vector (x and z; y is 0).
     fn half(&self) -> [Matrix; 2] {
         [self.angle(0).sin(), self.angle(0).cos()]
     }
 
-    /// The difference vector.
+    /// Returns the difference vector.
     fn difference(&self) -> [Matrix; 3] {
         let sin = self.angle(1).sin();
         [
@@ -92,7 +91,7 @@ impl Columns {
         ]
     }
 
-    /// w_i: the difference vector turned by theta_h.
+    /// Returns w_i: the difference vector rotated by theta_h.
     fn incoming(&self) -> [Matrix; 3] {
         let [hx, hz] = self.half();
         let [dx, dy, dz] = self.difference();
@@ -103,20 +102,20 @@ impl Columns {
         ]
     }
 
-    /// max(cos theta_i, 0).
+    /// Returns max(cos theta_i, 0).
     fn cosine(&self) -> Matrix {
         let [_, _, z] = self.incoming();
         relu(z)
     }
 
-    /// The mean of |ln(1 + y c) - ln(1 + f c)| over samples and channels.
-    fn loss(&self, modeled: Matrix) -> Tensor<B, 1> {
+    /// Returns the mean of |ln(1 + y c) - ln(1 + f c)| over samples and channels.
+    fn loss(&self, modeled: Matrix) -> Tensor<AutodiffBackend, 1> {
         let logarithm = |values: Matrix| (values * self.cosine()).add_scalar(1.0).log();
         let error = logarithm(self.measured.clone()) - logarithm(modeled);
         error.abs().mean()
     }
 
-    /// The loss's derivative by the modeled values, by hand.
+    /// Returns the loss's derivative by the modeled values, derived by hand.
     fn by_modeled(&self, modeled: &Matrix) -> Matrix {
         let above = modeled.clone() - self.measured.clone();
         let sign = positive(&above) - positive(&-above);
@@ -125,22 +124,22 @@ impl Columns {
     }
 }
 
-/// The angles of half and difference vector.
+/// Returns the angles of the half and the difference vector.
 fn angles_of([hx, hz, dx, dy, dz, ..]: Variables) -> [f64; 3] {
     [hx.atan2(hz), dx.hypot(dy).atan2(dz), dy.atan2(dx)]
 }
 
-/// A model in tensors. Parameters are a list of matrices, in the order of the model under test.
-trait Program {
+/// A model in tensor operations. Its parameters are matrices, in the order of the model under test.
+trait TensorModel {
     const SHAPES: &[[usize; 2]];
-    /// f.
+    /// Returns the BRDF f.
     fn modeled(theta: &[Matrix], at: &Columns) -> Matrix;
-    /// The gradient of the mean loss by each of the parameters, by hand.
+    /// Returns the gradient of the mean loss by each parameter, derived by hand.
     fn gradient(theta: &[Matrix], at: &Columns) -> Vec<Matrix>;
 }
 
 /// 6-21-21-3, ReLU; f = max(exp(z) - 1, 0).
-impl Program for Neural {
+impl TensorModel for Neural {
     const SHAPES: &[[usize; 2]] = &[[6, 21], [1, 21], [21, 21], [1, 21], [21, 3], [1, 3]];
 
     fn modeled(theta: &[Matrix], at: &Columns) -> Matrix {
@@ -166,7 +165,7 @@ impl Program for Neural {
     }
 }
 
-/// The network's input: half and difference vector.
+/// Returns the network's input: half and difference vector.
 fn input(at: &Columns) -> Matrix {
     let [hx, hz] = at.half();
     let [dx, dy, dz] = at.difference();
@@ -174,7 +173,7 @@ fn input(at: &Columns) -> Matrix {
     Tensor::cat(vec![hx, hy, hz, dx, dy, dz], 1)
 }
 
-/// What each layer computes, before its activation.
+/// Returns the output of each layer before its activation.
 fn layers(theta: &[Matrix], at: &Columns) -> (Matrix, Matrix, Matrix) {
     let affine = |values: Matrix, layer: usize| {
         values.matmul(theta[2 * layer].clone()) + theta[2 * layer + 1].clone()
@@ -186,7 +185,7 @@ fn layers(theta: &[Matrix], at: &Columns) -> (Matrix, Matrix, Matrix) {
 }
 
 /// f = k_d / pi + k_s (q + 2) / (2 pi) (max(<w_o, r>, 0) + 1e-5)^q.
-impl Program for Phong {
+impl TensorModel for Phong {
     const SHAPES: &[[usize; 2]] = &[[1, 3], [1, 3], [1, 1]];
 
     fn modeled(theta: &[Matrix], at: &Columns) -> Matrix {
@@ -217,7 +216,7 @@ impl Program for Phong {
     }
 }
 
-/// max(<w_o, r>, 0) + 1e-5, r the mirror direction of w_i.
+/// Returns max(<w_o, r>, 0) + 1e-5, where r is the mirror direction of w_i.
 fn base(at: &Columns) -> Matrix {
     let [hx, hz] = at.half();
     let [ix, iy, iz] = at.incoming();
@@ -230,14 +229,14 @@ fn base(at: &Columns) -> Matrix {
     relu(oz * iz - ox * ix - oy * iy).add_scalar(1e-5)
 }
 
-/// (q + 2) / (2 pi) base^q, q = exp(exponent).
+/// Returns (q + 2) / (2 pi) base^q, q = exp(exponent).
 fn lobe(exponent: &Matrix, base: &Matrix) -> Matrix {
     let q = exponent.clone().exp();
     (base.clone().log() * q.clone()).exp() * q.add_scalar(2.0) * (0.5 * FRAC_1_PI)
 }
 
 /// f = k_d / pi + k_s D G F / (pi cos_i cos_o).
-impl Program for CookTorrance {
+impl TensorModel for CookTorrance {
     const SHAPES: &[[usize; 2]] = &[[1, 3], [1, 3], [1, 1], [1, 1]];
 
     fn modeled(theta: &[Matrix], at: &Columns) -> Matrix {
@@ -265,14 +264,14 @@ impl Program for CookTorrance {
     }
 }
 
-/// What Cook-Torrance's denominators are offset by.
+/// The offset of Cook-Torrance's denominators.
 const EPSILON: f64 = 1e-6;
 
 fn square(values: Matrix) -> Matrix {
     values.clone() * values
 }
 
-/// D = exp(-tan^2 theta_h / alpha^2) / (alpha^2 cos^4 theta_h), and dD/dalpha.
+/// Returns D = exp(-tan^2 theta_h / alpha^2) / (alpha^2 cos^4 theta_h), and dD/dalpha.
 fn beckmann(at: &Columns, alpha: &Matrix) -> (Matrix, Matrix) {
     let [sin, cos] = at.half().map(square);
     let below_sin = (square(alpha.clone()) * cos.clone()).add_scalar(EPSILON);
@@ -282,7 +281,7 @@ fn beckmann(at: &Columns, alpha: &Matrix) -> (Matrix, Matrix) {
     (d.clone(), d * slope * alpha.clone() * 2.0)
 }
 
-/// F = F0 + (1 - F0) (1 - cos theta_d)^5, and dF/dF0.
+/// Returns F = F0 + (1 - F0) (1 - cos theta_d)^5, and dF/dF0.
 fn fresnel(at: &Columns, f_0: &Matrix) -> (Matrix, Matrix) {
     let [_, _, dz] = at.difference();
     let opposite = (-dz).add_scalar(1.0);
@@ -291,7 +290,7 @@ fn fresnel(at: &Columns, f_0: &Matrix) -> (Matrix, Matrix) {
     (f_0.clone() * rest.clone() + fifth, rest)
 }
 
-/// G / (pi cos_i cos_o), G = min(1, 2 cos theta_h min(cos_i, cos_o) / cos theta_d).
+/// Returns G / (pi cos_i cos_o), G = min(1, 2 cos theta_h min(cos_i, cos_o) / cos theta_d).
 fn geometry(at: &Columns) -> Matrix {
     let [hx, hz] = at.half();
     let [dx, _, dz] = at.difference();
@@ -304,8 +303,8 @@ fn geometry(at: &Columns) -> Matrix {
     g / (incoming * outgoing * PI).add_scalar(EPSILON)
 }
 
-/// The outer loss and its slopes, as burn finds them.
-struct Witnessed {
+/// The outer loss and its gradients by the reference implementation.
+struct Gradients {
     loss: f64,
     initial: Vec<f64>,
     step_sizes: Vec<f64>,
@@ -313,12 +312,12 @@ struct Witnessed {
     measured: Vec<f64>,
 }
 
-/// burn 0.21 loses gradients when two threads build or differentiate graphs at once
-/// (tracel-ai/burn#5573), so they take turns.
-static TURN: Mutex<()> = Mutex::new(());
+/// Serializes tests: burn 0.21 loses gradients if two threads build or differentiate graphs at the same time
+/// (tracel-ai/burn#5573).
+static BURN_LOCK: Mutex<()> = Mutex::new(());
 
-fn witness<P: Program>(problem: &Problem) -> Witnessed {
-    let _turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
+fn reference<P: TensorModel>(problem: &Problem) -> Gradients {
+    let _lock = BURN_LOCK.lock().unwrap_or_else(PoisonError::into_inner);
     let matrices = |list: &[f64]| -> Vec<Matrix> {
         let mut rest = list;
         let shapes = P::SHAPES.iter();
@@ -339,35 +338,35 @@ fn witness<P: Program>(problem: &Problem) -> Witnessed {
     let mut theta = initial.clone();
     for _ in 0..problem.steps {
         let gradient = P::gradient(&theta, &inner);
-        for ((theta, step_size), slope) in theta.iter_mut().zip(&step_sizes).zip(gradient) {
-            *theta = theta.clone() - step_size.clone() * slope;
+        for ((theta, step_size), entry) in theta.iter_mut().zip(&step_sizes).zip(gradient) {
+            *theta = theta.clone() - step_size.clone() * entry;
         }
     }
     let outer = Columns::new(&problem.outer);
     let loss = outer.loss(P::modeled(&theta, &outer));
 
     let gradients = loss.backward();
-    let slopes = |tensors: &[Matrix]| -> Vec<f64> {
+    let gradient = |tensors: &[Matrix]| -> Vec<f64> {
         let lists = tensors.iter().map(|tensor| match tensor.grad(&gradients) {
-            Some(slopes) => list(slopes),
-            // burn leaves out what the loss does not depend on.
+            Some(gradient) => list(gradient),
+            // burn omits tensors that the loss does not depend on.
             None => vec![0.0; tensor.dims().iter().product()],
         });
         lists.collect::<Vec<_>>().concat()
     };
-    Witnessed {
+    Gradients {
         loss: loss.into_scalar(),
-        initial: slopes(&initial),
-        step_sizes: slopes(&step_sizes),
-        angles: slopes(&[inner.angles]),
-        measured: slopes(&[inner.measured]),
+        initial: gradient(&initial),
+        step_sizes: gradient(&step_sizes),
+        angles: gradient(&[inner.angles]),
+        measured: gradient(&[inner.measured]),
     }
 }
 
-/// From slopes by the coordinates of half and difference vector to slopes by the angles.
-fn by_angles(variables: Variables, slopes: Variables) -> [f64; 3] {
+/// Converts derivatives by the coordinates of half and difference vector to derivatives by the angles.
+fn gradient_by_angles(variables: Variables, gradient: Variables) -> [f64; 3] {
     let [hx, hz, dx, dy, dz, ..] = variables;
-    let [by_hx, by_hz, by_dx, by_dy, by_dz, ..] = slopes;
+    let [by_hx, by_hz, by_dx, by_dy, by_dz, ..] = gradient;
     let [_, theta_d, phi_d] = angles_of(variables);
     let (sin, cos) = phi_d.sin_cos();
     [
@@ -377,18 +376,18 @@ fn by_angles(variables: Variables, slopes: Variables) -> [f64; 3] {
     ]
 }
 
-/// The largest difference of two lists, relative to the largest entry.
-fn disagreement(found: &[f64], witnessed: &[f64]) -> f64 {
-    assert_eq!(found.len(), witnessed.len());
-    let largest = witnessed
+/// Returns the largest difference between two lists, relative to the largest expected entry. NaN if a difference is NaN.
+fn relative_error(actual: &[f64], expected: &[f64]) -> f64 {
+    assert_eq!(actual.len(), expected.len());
+    let largest = expected
         .iter()
-        .fold(0.0_f64, |most, slope| most.max(slope.abs()));
-    let differences = found.iter().zip(witnessed).map(|(a, b)| (a - b).abs());
-    let difference = differences.fold(0.0, |most: f64, difference| {
+        .fold(0.0_f64, |max, entry| max.max(entry.abs()));
+    let differences = actual.iter().zip(expected).map(|(a, b)| (a - b).abs());
+    let difference = differences.fold(0.0, |max: f64, difference| {
         if difference.is_nan() {
             difference
         } else {
-            most.max(difference)
+            max.max(difference)
         }
     });
     if difference == 0.0 {
@@ -398,33 +397,35 @@ fn disagreement(found: &[f64], witnessed: &[f64]) -> f64 {
     }
 }
 
-fn compare<M: Model + Program>(problem: &Problem) -> Result<[f64; 4], String> {
-    let found = problem.meta_gradient::<M>();
-    let witnessed = witness::<M>(problem);
-    if (found.loss - witnessed.loss).abs() > 1e-12 {
+fn compare<M: Model + TensorModel>(problem: &Problem) -> Result<[f64; 4], String> {
+    let actual = problem.meta_gradient::<M>();
+    let expected = reference::<M>(problem);
+    if (actual.loss - expected.loss).abs() > 1e-12 {
         return Err(format!(
-            "the loss is {} and not {}",
-            found.loss, witnessed.loss
+            "the loss is {} instead of {}",
+            actual.loss, expected.loss
         ));
     }
-    let slopes = by_variables(&found);
-    let pairs = problem.inner.iter().zip(&slopes);
-    let angles: Vec<f64> = pairs.flat_map(|(at, by)| by_angles(*at, *by)).collect();
-    let measured: Vec<f64> = slopes.iter().flat_map(|by| by[5..].to_vec()).collect();
-    let disagreements = [
-        disagreement(&found.initial, &witnessed.initial),
-        disagreement(&found.step_sizes, &witnessed.step_sizes),
-        disagreement(&angles, &witnessed.angles),
-        disagreement(&measured, &witnessed.measured),
+    let by_samples = gradient_by_variables(&actual);
+    let pairs = problem.inner.iter().zip(&by_samples);
+    let angles: Vec<f64> = pairs
+        .flat_map(|(at, by)| gradient_by_angles(*at, *by))
+        .collect();
+    let measured: Vec<f64> = by_samples.iter().flat_map(|by| by[5..].to_vec()).collect();
+    let errors = [
+        relative_error(&actual.initial, &expected.initial),
+        relative_error(&actual.step_sizes, &expected.step_sizes),
+        relative_error(&angles, &expected.angles),
+        relative_error(&measured, &expected.measured),
     ];
-    // Written so that a NaN fails as well.
-    if !disagreements.iter().all(|error| *error <= TOLERANCE) {
-        return Err(format!("disagreements: {disagreements:?}"));
+    // This form also fails for NaN.
+    if !errors.iter().all(|error| *error <= TOLERANCE) {
+        return Err(format!("relative errors: {errors:?}"));
     }
-    Ok(disagreements)
+    Ok(errors)
 }
 
-fn compare_many<M: Model + Program>(cases: u32, problems: impl Strategy<Value = Problem>) {
+fn compare_many<M: Model + TensorModel>(cases: u32, problems: impl Strategy<Value = Problem>) {
     let largest = std::cell::Cell::new([0.0_f64; 4]);
     let config = ProptestConfig {
         cases,
@@ -432,13 +433,13 @@ fn compare_many<M: Model + Program>(cases: u32, problems: impl Strategy<Value = 
         failure_persistence: None,
         ..ProptestConfig::default()
     };
-    let outcome = TestRunner::new(config).run(&problems, |problem| {
-        let found = compare::<M>(&problem).map_err(TestCaseError::fail)?;
-        let so_far = largest.get();
-        largest.set(std::array::from_fn(|i| so_far[i].max(found[i])));
+    let result = TestRunner::new(config).run(&problems, |problem| {
+        let errors = compare::<M>(&problem).map_err(TestCaseError::fail)?;
+        let previous = largest.get();
+        largest.set(std::array::from_fn(|i| previous[i].max(errors[i])));
         Ok(())
     });
-    if let Err(error) = outcome {
+    if let Err(error) = result {
         panic!("{error}");
     }
     let [initial, step_sizes, angles, measured] = largest.get();
@@ -450,17 +451,17 @@ fn compare_many<M: Model + Program>(cases: u32, problems: impl Strategy<Value = 
 }
 
 #[test]
-fn phong_agrees_with_burn() {
+fn phong_meta_gradient_matches_burn() {
     compare_many::<Phong>(60, problems::<Phong>(phong(), PHONG_STEPS, 20, [8, 40]));
 }
 
 #[test]
-fn cook_torrance_agrees_with_burn() {
+fn cook_torrance_meta_gradient_matches_burn() {
     let problems = problems::<CookTorrance>(cook_torrance(), COOK_TORRANCE_STEPS, 20, [8, 40]);
     compare_many::<CookTorrance>(60, problems);
 }
 
 #[test]
-fn neural_agrees_with_burn() {
+fn neural_meta_gradient_matches_burn() {
     compare_many::<Neural>(60, problems::<Neural>(neural(), NEURAL_STEPS, 20, [8, 40]));
 }

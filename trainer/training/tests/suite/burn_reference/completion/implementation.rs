@@ -1,5 +1,5 @@
-//! The same of the code under test: of core's forward pass and adjoint, material by material in either
-//! precision, and of the trainer's batches, on lanes.
+//! The outcome by the code under test: core's forward pass and adjoint in f32 and f64, one material after the other, and
+//! the trainer's batches on lanes.
 
 use glimpse_core::fit::coefficient_net::{
     CoefficientNet, CoefficientNetGradient, InitNet, InitNetGradient, Input, Plain, standardized,
@@ -11,84 +11,84 @@ use glimpse_kernels::completion::{Batch, CompletionWeights};
 use super::Outcome;
 use super::case::Case;
 
-/// A reading as it enters, or none.
-fn entering<S: Scalar>(case: &Case, material: usize, sample: usize) -> Option<[S; 3]> {
-    let reading = case.readings[material * case.size.samples + sample]?;
+/// Returns a standardized reading, or None if it is missing.
+fn standardized_reading<S: Scalar>(case: &Case, material: usize, sample: usize) -> Option<[S; 3]> {
+    let reading = case.readings[material * case.shape.samples + sample]?;
     let [weight, center, scale] =
         [case.cosines[sample], case.center[sample], case.scale].map(S::constant);
     Some(reading.map(|value| standardized(S::constant(value), weight, center, scale)))
 }
 
 fn inputs<S: Scalar>(case: &Case, material: usize) -> Vec<Input<S>> {
-    let inputs = (0..case.size.samples).map(|sample| {
-        let entering = entering(case, material, sample);
+    let inputs = (0..case.shape.samples).map(|sample| {
+        let reading = standardized_reading(case, material, sample);
         Input {
-            missing: S::constant(if entering.is_none() { 1.0 } else { 0.0 }),
-            channels: entering.unwrap_or([S::constant(0.0); 3]),
+            missing: S::constant(if reading.is_none() { 1.0 } else { 0.0 }),
+            channels: reading.unwrap_or([S::constant(0.0); 3]),
         }
     });
     inputs.collect()
 }
 
-/// From slopes by what enters to those by the readings of each channel.
+/// Converts derivatives by the standardized readings to derivatives by the readings of each channel.
 fn by_readings(case: &Case, by_inputs: &[[f64; 3]]) -> [Vec<f64>; 3] {
-    let mut slopes = [const { Vec::new() }; 3];
-    for (place, by_input) in by_inputs.iter().enumerate() {
-        let sample = place % case.size.samples;
+    let mut by_readings = [const { Vec::new() }; 3];
+    for (index, by_input) in by_inputs.iter().enumerate() {
+        let sample = index % case.shape.samples;
         let [weight, center, scale] =
             [case.cosines[sample], case.center[sample], case.scale].map(Dual::from_value);
-        let reading = case.readings[place].unwrap_or_default();
-        for ((value, by_input), slopes) in reading.iter().zip(by_input).zip(&mut slopes) {
+        let reading = case.readings[index].unwrap_or_default();
+        for ((value, by_input), by_reading) in reading.iter().zip(by_input).zip(&mut by_readings) {
             let value = Dual {
                 value: *value,
                 tangent: [1.0],
             };
-            let entering: Dual<f64, 1> = standardized(value, weight, center, scale);
-            slopes.push(by_input * entering.tangent[0]);
+            let standardized: Dual<f64, 1> = standardized(value, weight, center, scale);
+            by_reading.push(by_input * standardized.tangent[0]);
         }
     }
-    slopes
+    by_readings
 }
 
-fn wide<S: Scalar + Into<f64>>(list: &[S]) -> Vec<f64> {
+fn to_f64<S: Scalar + Into<f64>>(list: &[S]) -> Vec<f64> {
     list.iter().map(|number| (*number).into()).collect()
 }
 
-/// Core's, one material after the other.
-pub(super) fn one_by_one<S>(case: &Case) -> Outcome
+/// Computes the outcome by core, one material after the other.
+pub(super) fn core<S>(case: &Case) -> Outcome
 where
     S: Scalar<Parameter = S, Sum = S> + Into<f64>,
 {
-    let size = case.size;
+    let shape = case.shape;
     let constants = |list: &Vec<f64>| -> Vec<S> { list.iter().copied().map(S::constant).collect() };
     let zeros = |length: usize| vec![S::constant(0.0); length];
     let weights = case.weights.each_ref().map(constants);
     let mut by_weights = case.weights.each_ref().map(|list| zeros(list.len()));
-    let completion = CoefficientNet::<S, Plain> {
-        components: size.components,
+    let coefficient_net = CoefficientNet::<S, Plain> {
+        components: shape.components,
         readings: &weights[0],
         scales: &[],
         bias: &weights[1],
         output: &weights[2],
         output_scales: &[],
     };
-    let start = InitNet::<S, Plain> {
+    let init_net = InitNet::<S, Plain> {
         hidden: &weights[3],
         hidden_scales: &[],
         bias: &weights[4],
         output: &weights[5],
         output_scales: &[],
     };
-    let (rows, m) = (size.rows(), size.components);
+    let (rows, m) = (shape.rows(), shape.components);
     let (mut all, mut initial, mut by_inputs) = (Vec::new(), Vec::new(), Vec::new());
     for material in 0..case.materials {
         let inputs = inputs::<S>(case, material);
-        let mut state = zeros(completion.words());
-        completion.compute(&inputs, &mut state);
-        let coefficients = completion.coefficients(&state);
-        let scores = case.by_coefficients.chunks_exact(3 * m).nth(material);
-        let scores = scores.expect("each material has its own").chunks_exact(m);
-        let mut by_state = zeros(completion.words());
+        let mut state = zeros(coefficient_net.words());
+        coefficient_net.compute(&inputs, &mut state);
+        let coefficients = coefficient_net.coefficients(&state);
+        let scores = case.score_of_coefficients.chunks_exact(3 * m).nth(material);
+        let scores = scores.expect("each material has scores").chunks_exact(m);
+        let mut by_state = zeros(coefficient_net.words());
         for ((by, values), scores) in by_state.chunks_mut(rows).zip(coefficients).zip(scores) {
             for ((by, value), score) in by.iter_mut().zip(values).zip(scores) {
                 *by = S::constant(*score) * *value;
@@ -96,25 +96,25 @@ where
         }
         all.extend(coefficients.concat());
 
-        let [readings, bias, output, of_start @ ..] = &mut by_weights;
-        if size.units > 0 {
-            let mut units = zeros(size.units);
-            start.activate(coefficients, &mut units);
+        let [readings, bias, output, init_net_gradient @ ..] = &mut by_weights;
+        if shape.units > 0 {
+            let mut units = zeros(shape.units);
+            init_net.activate(coefficients, &mut units);
             let mut by_parameters = Vec::new();
             for (parameter, value) in case.initial.iter().enumerate() {
-                let value = S::constant(*value) + start.offset(parameter, &units);
-                let score = case.by_initial[material * size.parameters + parameter];
+                let value = S::constant(*value) + init_net.offset(parameter, &units);
+                let score = case.score_of_initial[material * shape.parameters + parameter];
                 by_parameters.push(S::constant(score) * value);
                 initial.push(value);
             }
-            let [hidden, bias, output] = of_start;
+            let [hidden, bias, output] = init_net_gradient;
             let (red, rest) = by_state.split_at_mut(rows);
             let (green, blue) = rest.split_at_mut(rows);
-            start.adjoint(
+            init_net.adjoint(
                 coefficients,
                 &units,
                 &by_parameters,
-                &mut zeros(size.units),
+                &mut zeros(shape.units),
                 &mut InitNetGradient {
                     hidden,
                     bias,
@@ -123,8 +123,8 @@ where
                 [red, green, blue].map(|list| &mut list[..m]),
             );
         }
-        let mut by_channels = vec![[S::constant(0.0); 3]; size.samples];
-        completion.adjoint(
+        let mut by_channels = vec![[S::constant(0.0); 3]; shape.samples];
+        coefficient_net.adjoint(
             &inputs,
             &state,
             &mut by_state,
@@ -138,45 +138,49 @@ where
         by_inputs.extend(by_channels.iter().map(|by| by.map(Into::into)));
     }
     Outcome {
-        coefficients: wide(&all),
-        initial: wide(&initial),
-        by_weights: by_weights.each_ref().map(|list| wide(list)),
+        coefficients: to_f64(&all),
+        initial: to_f64(&initial),
+        by_weights: by_weights.each_ref().map(|list| to_f64(list)),
         by_readings: case.by_logarithms(&by_readings(case, &by_inputs)),
     }
 }
 
-/// The trainer's, many materials at once.
-pub(super) fn side_by_side(case: &Case) -> Outcome {
-    let size = case.size;
-    let narrow = |lists: &[Vec<f64>]| -> Vec<f32> {
+/// Computes the outcome by the trainer's batches on lanes.
+pub(super) fn lanes(case: &Case) -> Outcome {
+    let shape = case.shape;
+    let to_f32 = |lists: &[Vec<f64>]| -> Vec<f32> {
         let numbers = lists.iter().flatten();
         numbers.map(|number| *number as f32).collect()
     };
-    let (completion_options, starting) = case.weights.split_at(3);
-    let (completion_options, starting) = (narrow(completion_options), narrow(starting));
+    let (coefficient_net, init_net) = case.weights.split_at(3);
+    let (coefficient_net, init_net) = (to_f32(coefficient_net), to_f32(init_net));
     let weights = CompletionWeights {
-        shape: size,
-        completion: &completion_options,
-        start: &starting,
+        shape,
+        coefficient_net: &coefficient_net,
+        init_net: &init_net,
     };
-    let mut batch = Batch::new(size, case.materials);
+    let mut batch = Batch::new(shape, case.materials);
     for material in 0..case.materials {
-        for sample in 0..size.samples {
-            batch.set(material, sample, entering(case, material, sample));
+        for sample in 0..shape.samples {
+            batch.set(
+                material,
+                sample,
+                standardized_reading(case, material, sample),
+            );
         }
     }
     batch.complete(&weights);
     let (mut coefficients, mut initial) = (Vec::new(), Vec::new());
     for material in 0..case.materials {
-        let found = batch.coefficients(material);
-        let scores = &case.by_coefficients[material * found.len()..];
-        let by: Vec<f32> = found
+        let values = batch.coefficients(material);
+        let scores = &case.score_of_coefficients[material * values.len()..];
+        let by: Vec<f32> = values
             .iter()
             .zip(scores)
             .map(|(value, score)| value * *score as f32)
             .collect();
         batch.set_gradient(material, &by);
-        coefficients.extend(found);
+        coefficients.extend(values);
 
         let offsets = batch.offsets(material);
         let values: Vec<f32> = offsets
@@ -184,28 +188,28 @@ pub(super) fn side_by_side(case: &Case) -> Outcome {
             .zip(&case.initial)
             .map(|(offset, initial)| *initial as f32 + offset)
             .collect();
-        let scores = &case.by_initial[material * size.parameters..];
+        let scores = &case.score_of_initial[material * shape.parameters..];
         let by = values.iter().zip(scores);
         batch.set_offset_gradient(material, by.map(|(value, score)| value * *score as f32));
         initial.extend(values);
     }
-    let mut by_completing = vec![0.0; completion_options.len()];
-    let mut by_starting = vec![0.0; starting.len()];
-    batch.adjoint(&weights, &mut by_completing, &mut by_starting);
+    let mut by_coefficient_net = vec![0.0; coefficient_net.len()];
+    let mut by_init_net = vec![0.0; init_net.len()];
+    batch.adjoint(&weights, &mut by_coefficient_net, &mut by_init_net);
 
-    let (by_completing, by_starting) = (wide(&by_completing), wide(&by_starting));
-    let mut flat = by_completing.iter().chain(&by_starting).copied();
+    let (by_coefficient_net, by_init_net) = (to_f64(&by_coefficient_net), to_f64(&by_init_net));
+    let mut flat = by_coefficient_net.iter().chain(&by_init_net).copied();
     let lengths = case.weights.each_ref().map(Vec::len);
     let by_weights = lengths.map(|length| flat.by_ref().take(length).collect());
     let mut by_inputs = Vec::new();
     for material in 0..case.materials {
-        for sample in 0..size.samples {
+        for sample in 0..shape.samples {
             by_inputs.push(batch.by_reading(material, sample).map(f64::from));
         }
     }
     Outcome {
-        coefficients: wide(&coefficients),
-        initial: wide(&initial),
+        coefficients: to_f64(&coefficients),
+        initial: to_f64(&initial),
         by_weights,
         by_readings: case.by_logarithms(&by_readings(case, &by_inputs)),
     }

@@ -7,7 +7,7 @@ use proptest::prelude::*;
 use proptest::test_runner::{TestCaseError, TestRunner};
 
 use crate::problem::{
-    COOK_TORRANCE_STEPS, NEURAL_STEPS, PHONG_STEPS, Problem, by_variables, problems,
+    COOK_TORRANCE_STEPS, NEURAL_STEPS, PHONG_STEPS, Problem, gradient_by_variables, problems,
 };
 use glimpse_gradcheck::cases::{NAMES, cook_torrance, is_too_steep, neural, phong};
 use glimpse_gradcheck::{Differences, scale_of};
@@ -50,7 +50,7 @@ impl Compared {
                 })?;
         }
 
-        let by_samples = by_variables(&found);
+        let by_samples = gradient_by_variables(&found);
         let scale = scale_of(by_samples.as_flattened());
         for (index, slopes) in by_samples.iter().enumerate() {
             if is_too_steep(M::KIND, problem.inner[index]) {
@@ -106,7 +106,7 @@ fn compare_many<M: Model>(
     } = compared.into_inner();
     initial.conclude(&format!("{name} by initial parameters"), cases * count / 4);
     step_sizes.conclude(&format!("{name} by step sizes"), cases * count / 4);
-    // Of eight variables the three measured values have no slope; see `problem::by_variables`.
+    // Of eight variables the three measured values have no slope; see `problem::gradient_by_variables`.
     // Nor has Cook-Torrance by dy, which it does not read.
     let least = match M::KIND {
         ModelKind::CookTorrance => 3,

@@ -1,6 +1,5 @@
-//! The model Linear as a program of tensor operations: sigmoids of logits, trilinear look-ups in
-//! the basis's file, the measured network, the mapping, normal equations eliminated step by step,
-//! the loss. And the barrier of samples below the horizon.
+//! The model Linear in tensor operations: sigmoids of logits, trilinear lookups in the basis file, the measured network, the
+//! mapping, elimination of the normal equations, and the loss. Also the barrier of samples below the horizon.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::{LazyLock, PoisonError};
@@ -9,32 +8,34 @@ use burn::tensor::Tensor;
 use burn::tensor::activation::relu;
 use glimpse_core::geometry::Angles;
 use glimpse_core::model::{Neural, ParameterSet};
-use glimpse_materials::basis::{Basis, widened};
+use glimpse_materials::basis::{Basis, angles_to_f64};
 use glimpse_materials::sampling::uniform_valid;
 use glimpse_materials::{Material, NeuralBrdf};
-use glimpse_training::linear::Columns as Tables;
-use glimpse_training::linear::principal_components;
-use glimpse_training::meta::linear::{Outer, OuterBasis};
+use glimpse_training::linear::{self, principal_components};
+use glimpse_training::meta::linear::{OuterBasis, OuterSamples};
 use glimpse_training::meta::pattern::Pattern;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use super::{Columns, Matrix, Program, TOLERANCE, TURN, disagreement, list, matrix, sigmoid};
-use crate::support::{boxed, double, named, network, task_gradient};
+use super::{
+    BURN_LOCK, Columns, Matrix, TOLERANCE, TensorModel, list, matrix, relative_error, sigmoid,
+};
+use crate::support::{angles_from_array, boxed, network, task_gradient, to_f64};
 
-/// e of the mapping.
+/// e, the offset of the mapping.
 const EPSILON: f64 = 1e-3;
+/// The ranges of theta_h, theta_d and phi_d.
 const RANGES: [f64; 3] = [FRAC_PI_2, FRAC_PI_2, PI];
-/// m.
+/// m, the number of components.
 const COMPONENTS: usize = 5;
-/// Words before a file's table.
-const HEADER: usize = 6;
+/// The number of words in a basis file before its table.
+const HEADER_WORDS: usize = 6;
 
-/// Networks, and a basis of them.
+/// Networks and their basis.
 struct Set {
     networks: Vec<NeuralBrdf>,
     basis: Basis,
-    /// The file of the basis, as its format is documented.
+    /// The shape and the table of the basis file, read by the documented format.
     shape: [usize; 3],
     table: Vec<f64>,
 }
@@ -42,11 +43,11 @@ struct Set {
 static SET: LazyLock<Set> = LazyLock::new(|| {
     let mut random = ChaCha8Rng::seed_from_u64(21);
     let networks: Vec<NeuralBrdf> = (0..5).map(|_| network(&mut random)).collect();
-    let columns = Tables::new(&boxed(networks.clone()));
+    let columns = linear::Columns::new(&boxed(networks.clone()));
     let all: Vec<usize> = (0..columns.count()).collect();
     let basis = principal_components(&columns, &all, COMPONENTS);
     let bytes = basis.to_bytes();
-    let (header, table) = bytes.split_at(4 * HEADER);
+    let (header, table) = bytes.split_at(4 * HEADER_WORDS);
     let header: Vec<usize> = header
         .as_chunks::<4>()
         .0
@@ -65,47 +66,51 @@ static SET: LazyLock<Set> = LazyLock::new(|| {
     }
 });
 
-/// Angles of logits.
+/// Returns the angles of logits.
 fn angles(logits: &Matrix) -> Matrix {
     sigmoid(logits.clone()) * matrix(&RANGES, [1, 3])
 }
 
-/// What the basis is at some angles: mean, ln(median w + e), components; a row each.
+/// Evaluates the basis: mean, ln(median w + e) and components, one row per direction.
 fn look_up(angles: &Matrix) -> [Matrix; 3] {
     let set = &*SET;
     let [count, _] = angles.dims();
     let [h, d, p] = set.shape;
-    // Places along the axes, in nodes: quadratic in theta_h, cyclic in phi_d.
+    // Positions along the axes in units of nodes: quadratic in theta_h, cyclic in phi_d.
     let axis = |index: usize| angles.clone().narrow(1, index, 1) * (1.0 / RANGES[index]);
-    let places = [
+    let positions = [
         axis(0).sqrt() * (h - 1) as f64,
         axis(1) * (d - 1) as f64,
         axis(2) * p as f64,
     ];
-    let lows = places.each_ref().map(|place| -> Vec<usize> {
-        list(place.clone())
+    let lower_nodes = positions.each_ref().map(|position| -> Vec<usize> {
+        list(position.clone())
             .iter()
-            .map(|place| place.floor() as usize)
+            .map(|position| position.floor() as usize)
             .collect()
     });
-    let shares: [Matrix; 3] = std::array::from_fn(|axis| {
-        let lows: Vec<f64> = lows[axis].iter().map(|low| *low as f64).collect();
-        places[axis].clone() - matrix(&lows, [count, 1])
+    let fractions: [Matrix; 3] = std::array::from_fn(|axis| {
+        let lower_nodes: Vec<f64> = lower_nodes[axis].iter().map(|node| *node as f64).collect();
+        positions[axis].clone() - matrix(&lower_nodes, [count, 1])
     });
     let length = 2 + COMPONENTS;
     let mut sum = matrix(&vec![0.0; count * length], [count, length]);
     for corner in 0..8_usize {
         let steps = [corner & 1, corner >> 1 & 1, corner >> 2];
         let mut weight = matrix(&vec![1.0; count], [count, 1]);
-        for (share, step) in shares.iter().zip(steps) {
+        for (fraction, step) in fractions.iter().zip(steps) {
             weight = weight
                 * match step {
-                    1 => share.clone(),
-                    _ => (-share.clone()).add_scalar(1.0),
+                    1 => fraction.clone(),
+                    _ => (-fraction.clone()).add_scalar(1.0),
                 };
         }
         let mut values = Vec::new();
-        for ((i, j), k) in lows[0].iter().zip(&lows[1]).zip(&lows[2]) {
+        for ((i, j), k) in lower_nodes[0]
+            .iter()
+            .zip(&lower_nodes[1])
+            .zip(&lower_nodes[2])
+        {
             let [i, j, k] = [i + steps[0], j + steps[1], k + steps[2]];
             let node = (i * d + j) * p + k % p;
             values.extend_from_slice(&set.table[node * length..][..length]);
@@ -115,7 +120,7 @@ fn look_up(angles: &Matrix) -> [Matrix; 3] {
     [(0, 1), (1, 1), (2, COMPONENTS)].map(|(start, length)| sum.clone().narrow(1, start, length))
 }
 
-/// cos(theta_i) cos(theta_o).
+/// Returns cos(theta_i) cos(theta_o).
 fn weight(at: &Columns) -> Matrix {
     let [hx, hz] = at.half();
     let [dx, _, dz] = at.difference();
@@ -130,7 +135,7 @@ fn columns(angles: Matrix) -> Columns {
     }
 }
 
-/// (A'A + diag p)^-1 A't, by Gauss and Jordan's elimination; no pivoting is needed.
+/// Returns (A'A + diag p)^-1 A't, by Gauss-Jordan elimination without pivoting.
 fn ridge(a: &Matrix, t: Matrix, precision: &Matrix) -> Matrix {
     let unit = |k: usize| -> Vec<f64> {
         (0..COMPONENTS)
@@ -140,30 +145,35 @@ fn ridge(a: &Matrix, t: Matrix, precision: &Matrix) -> Matrix {
     let identity: Vec<f64> = (0..COMPONENTS).flat_map(unit).collect();
     let diagonal = matrix(&identity, [COMPONENTS; 2]) * precision.clone();
     let normal = a.clone().transpose().matmul(a.clone()) + diagonal;
-    let mut both = Tensor::cat(vec![normal, a.clone().transpose().matmul(t)], 1);
+    let mut augmented = Tensor::cat(vec![normal, a.clone().transpose().matmul(t)], 1);
     for k in 0..COMPONENTS {
-        let row = both.clone().narrow(0, k, 1);
+        let row = augmented.clone().narrow(0, k, 1);
         let row = row.clone() / row.narrow(1, k, 1);
-        let column = both.clone().narrow(1, k, 1) - matrix(&unit(k), [COMPONENTS, 1]);
-        both = both - column * row;
+        let column = augmented.clone().narrow(1, k, 1) - matrix(&unit(k), [COMPONENTS, 1]);
+        augmented = augmented - column * row;
     }
-    both.narrow(1, COMPONENTS, 3)
+    augmented.narrow(1, COMPONENTS, 3)
 }
 
-/// Directions that judge, and the material there.
-struct Judging {
+/// The directions of the outer loss, and the material's BRDF at them.
+struct Outer {
     directions: Vec<Angles<f32>>,
     values: Vec<[f32; 3]>,
 }
 
-/// Loss, and its gradient by logits and logarithms of precisions.
-struct Found {
+/// The loss, and its gradients by the logits and by ln of the precisions.
+struct LossGradient {
     loss: f64,
     by_logits: Vec<f64>,
     by_precision: Vec<f64>,
 }
 
-fn witness(network: &[Matrix], logits: &[f64], log_precision: &[f64], judging: &Judging) -> Found {
+fn reference(
+    network: &[Matrix],
+    logits: &[f64],
+    log_precision: &[f64],
+    outer: &Outer,
+) -> LossGradient {
     let logits = matrix(logits, [logits.len() / 3, 3]).require_grad();
     let log_precision = matrix(log_precision, [1, COMPONENTS]).require_grad();
 
@@ -176,28 +186,28 @@ fn witness(network: &[Matrix], logits: &[f64], log_precision: &[f64], judging: &
     let t = logarithm(measured) - logarithm(median) - mean;
     let coefficients = ridge(&a, t, &log_precision.clone().exp());
 
-    let outer: Vec<f64> = judging
+    let outer_angles: Vec<f64> = outer
         .directions
         .iter()
-        .map(widened)
+        .map(angles_to_f64)
         .flat_map(|angles| [angles.theta_h, angles.theta_d, angles.phi_d])
         .collect();
-    let count = judging.directions.len();
-    // Their azimuths go all the way round, the table's half of it.
-    let folded: Vec<f64> = outer
+    let count = outer.directions.len();
+    // phi_d covers 2 pi here, and pi in the table.
+    let folded: Vec<f64> = outer_angles
         .chunks(3)
         .flat_map(|angles| [angles[0], angles[1], angles[2] % PI])
         .collect();
     let [mean, log_median, rows] = look_up(&matrix(&folded, [count, 3]));
-    // Training keeps these rows in single precision.
+    // Training stores these rows in single precision.
     let rounded: Vec<f64> = list(rows)
         .into_iter()
         .map(|entry| f64::from(entry as f32))
         .collect();
     let rows = matrix(&rounded, [count, COMPONENTS]);
-    let values = double(judging.values.as_flattened());
+    let values = to_f64(outer.values.as_flattened());
     let at = Columns {
-        angles: matrix(&outer, [count, 3]),
+        angles: matrix(&outer_angles, [count, 3]),
         measured: matrix(&values, [count, 3]),
     };
     let w = weight(&at);
@@ -208,60 +218,69 @@ fn witness(network: &[Matrix], logits: &[f64], log_precision: &[f64], judging: &
     let loss = at.loss(modeled);
 
     let gradients = loss.backward();
-    let slopes = |tensor: &Matrix| list(tensor.grad(&gradients).expect("the loss depends on it"));
-    Found {
-        by_logits: slopes(&logits),
-        by_precision: slopes(&log_precision),
+    let gradient = |tensor: &Matrix| list(tensor.grad(&gradients).expect("the loss depends on it"));
+    LossGradient {
+        by_logits: gradient(&logits),
+        by_precision: gradient(&log_precision),
         loss: loss.into_scalar(),
     }
 }
 
-/// The same of the code under test, in double precision.
-fn found(network: &NeuralBrdf, logits: &[f64], log_precision: &[f64], judging: &Judging) -> Found {
+/// Computes the loss and its gradients by the code under test, in double precision.
+fn implementation(
+    network: &NeuralBrdf,
+    logits: &[f64],
+    log_precision: &[f64],
+    outer: &Outer,
+) -> LossGradient {
     let basis = &SET.basis;
-    let places: Vec<Angles<f64>> = logits
+    let pattern: Vec<Angles<f64>> = logits
         .chunks(3)
-        .map(|logits| named([0, 1, 2].map(|i| RANGES[i] / (1.0 + (-logits[i]).exp()))))
+        .map(|logits| angles_from_array([0, 1, 2].map(|i| RANGES[i] / (1.0 + (-logits[i]).exp()))))
         .collect();
     let precision: Vec<f64> = log_precision.iter().map(|log| log.exp()).collect();
-    let directions: Vec<u32> = (0..judging.directions.len() as u32).collect();
-    let outer = Outer {
-        basis: &OuterBasis::new(basis.clone(), &judging.directions),
+    let directions: Vec<u32> = (0..outer.directions.len() as u32).collect();
+    let samples = OuterSamples {
+        basis: &OuterBasis::new(basis.clone(), &outer.directions),
         directions: &directions,
-        values: &judging.values,
+        values: &outer.values,
     };
-    let found = task_gradient(network, basis, &places, &precision, &outer);
-    let by_logits = found.by_angles.iter().zip(&places).flat_map(|(by, at)| {
-        let at = [at.theta_h, at.theta_d, at.phi_d];
-        [0, 1, 2].map(|i| by[i] * at[i] * (1.0 - at[i] / RANGES[i]))
-    });
-    let by_precision = found.by_precision.iter().zip(&precision);
-    Found {
-        loss: found.loss,
+    let gradient = task_gradient(network, basis, &pattern, &precision, &samples);
+    let by_logits = gradient
+        .by_angles
+        .iter()
+        .zip(&pattern)
+        .flat_map(|(by, at)| {
+            let at = [at.theta_h, at.theta_d, at.phi_d];
+            [0, 1, 2].map(|i| by[i] * at[i] * (1.0 - at[i] / RANGES[i]))
+        });
+    let by_precision = gradient.by_precision.iter().zip(&precision);
+    LossGradient {
+        loss: gradient.loss,
         by_logits: by_logits.collect(),
         by_precision: by_precision.map(|(by, p)| by * p).collect(),
     }
 }
 
-/// Compares many problems of n samples.
+/// Compares many random problems of n samples.
 fn compare(samples: usize) {
-    let _turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
+    let _lock = BURN_LOCK.lock().unwrap_or_else(PoisonError::into_inner);
     let mut largest = [0.0_f64; 3];
     for seed in 0..40 {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let network = &SET.networks[seed as usize % SET.networks.len()];
         let directions = uniform_valid(64, random.random());
         let values = directions.iter().map(|angles| network.brdf(*angles));
-        let judging = Judging {
+        let outer = Outer {
             values: values.collect(),
             directions,
         };
         let logits: Vec<f64> = uniform_valid(samples, random.random())
             .iter()
-            .map(widened)
+            .map(angles_to_f64)
             .flat_map(|angles| {
-                let shares = [angles.theta_h, angles.theta_d, angles.phi_d % PI];
-                [0, 1, 2].map(|i| (shares[i] / (RANGES[i] - shares[i])).ln())
+                let fractions = [angles.theta_h, angles.theta_d, angles.phi_d % PI];
+                [0, 1, 2].map(|i| (fractions[i] / (RANGES[i] - fractions[i])).ln())
             })
             .collect();
         let log_precision: Vec<f64> = (0..COMPONENTS)
@@ -275,17 +294,17 @@ fn compare(samples: usize) {
                 matrix(&values, *shape)
             })
             .collect();
-        let found = found(network, &logits, &log_precision, &judging);
-        let witnessed = witness(&tensors, &logits, &log_precision, &judging);
+        let actual = implementation(network, &logits, &log_precision, &outer);
+        let expected = reference(&tensors, &logits, &log_precision, &outer);
         let errors = [
-            (found.loss - witnessed.loss).abs(),
-            disagreement(&found.by_logits, &witnessed.by_logits),
-            disagreement(&found.by_precision, &witnessed.by_precision),
+            (actual.loss - expected.loss).abs(),
+            relative_error(&actual.by_logits, &expected.by_logits),
+            relative_error(&actual.by_precision, &expected.by_precision),
         ];
-        // Written so that a NaN fails as well.
+        // This form also fails for NaN.
         assert!(
             errors.iter().all(|error| *error <= TOLERANCE),
-            "seed {seed}: disagreements {errors:?}"
+            "seed {seed}: relative errors {errors:?}"
         );
         largest = std::array::from_fn(|i| largest[i].max(errors[i]));
     }
@@ -297,31 +316,31 @@ fn compare(samples: usize) {
 }
 
 #[test]
-fn linear_agrees_with_burn_where_samples_are_few_or_many() {
+fn linear_gradient_matches_burn_for_few_and_many_samples() {
     for samples in [3, COMPONENTS, 8] {
         compare(samples);
     }
 }
 
 #[test]
-fn the_barrier_agrees_with_burn() {
-    let _turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
+fn barrier_gradient_matches_burn() {
+    let _lock = BURN_LOCK.lock().unwrap_or_else(PoisonError::into_inner);
     let (mut below, mut largest) = (0, 0.0_f64);
     for seed in 0..40 {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
-        // About half of them below the horizon.
+        // About half of the samples are below the horizon.
         let logits: Vec<f32> = (0..24).map(|_| random.random_range(-2.0..3.0)).collect();
         let by: Vec<[f32; 3]> = (0..8)
             .map(|_| [(); 3].map(|()| random.random_range(-0.01..0.01)))
             .collect();
         let pattern = Pattern::from_logits(&logits);
 
-        let tensor = matrix(&double(&logits), [8, 3]).require_grad();
+        let tensor = matrix(&to_f64(&logits), [8, 3]).require_grad();
         let angles = angles(&tensor);
         let at = columns(angles.clone());
         let [hx, hz] = at.half();
         let [dx, _, dz] = at.difference();
-        // Both cosines are positive where hz dz > |hx dx|.
+        // Both cosines are positive if hz dz > |hx dx|.
         let valid: Vec<f64> = list(hz * dz - (hx * dx).abs())
             .iter()
             .map(|lower| f64::from(u8::from(*lower > 0.0)))
@@ -331,21 +350,21 @@ fn the_barrier_agrees_with_burn() {
         let [theta_h, theta_d] = [0, 1].map(|i| angles.clone().narrow(1, i, 1));
         let squares = theta_h.clone() * theta_h + theta_d.clone() * theta_d;
         let barrier = (squares * invalid * 0.005).sum();
-        let slopes = double(by.as_flattened());
-        let others = (angles * matrix(&slopes, [8, 3]) * matrix(&valid, [8, 1])).sum();
-        let gradients = (barrier.clone() + others).backward();
-        let witnessed = tensor.grad(&gradients).expect("the barrier depends on it");
-        let witnessed = list(witnessed);
+        let slopes = to_f64(by.as_flattened());
+        let valid_terms = (angles * matrix(&slopes, [8, 3]) * matrix(&valid, [8, 1])).sum();
+        let gradients = (barrier.clone() + valid_terms).backward();
+        let expected = tensor.grad(&gradients).expect("the barrier depends on it");
+        let expected = list(expected);
 
-        let mut asked = Vec::new();
-        let found = pattern.gradient_by_logits(|index| {
-            asked.push(index);
+        let mut queried = Vec::new();
+        let actual = pattern.gradient_by_logits(|index| {
+            queried.push(index);
             by[index]
         });
         let valid: Vec<usize> = (0..8).filter(|index| valid[*index] == 1.0).collect();
-        assert_eq!(asked, valid);
-        let error = disagreement(&double(&found), &witnessed);
-        // What is under test is in single precision.
+        assert_eq!(queried, valid);
+        let error = relative_error(&to_f64(&actual), &expected);
+        // The code under test runs in single precision.
         assert!(error < 1e-6, "seed {seed}: {error}");
         largest = largest.max(error);
         let barrier: f64 = barrier.into_scalar();

@@ -1,5 +1,5 @@
-//! A single material as a compact basis, whose components are its color channels: core evaluates it as it
-//! does a scan by the model Linear, where the material itself cannot go.
+//! A single material as a compact basis whose components are its color channels. Core can evaluate it like a fit of the
+//! model Linear, without the material itself.
 
 use std::f64::consts::{FRAC_PI_2, PI, SQRT_2, TAU};
 
@@ -10,20 +10,21 @@ use rayon::prelude::*;
 
 use super::compact::pack;
 
-/// The nodes of a single material's table: 302 kB. Twice as many along any axis gain little.
-pub const SINGLE_NODES: Nodes = Nodes {
+/// The nodes of a material's basis of 302 kB. Twice as many along any axis improve it little.
+pub const MATERIAL_NODES: Nodes = Nodes {
     theta_h: 90,
     theta_d: 60,
     phi_d: 8,
 };
-/// The coefficients of red, green and blue by which the table gives the material back.
-pub const CHANNELS: [&[f32]; 3] = [&[1.0], &[0.0, 1.0], &[0.0, 0.0, 1.0]];
+/// The coefficients of red, green and blue that reproduce the material.
+pub const CHANNEL_COEFFICIENTS: [&[f32]; 3] = [&[1.0], &[0.0, 1.0], &[0.0, 0.0, 1.0]];
 
-/// A material as a compact basis of three components, for [`CHANNELS`]. It is averaged with its mirror
-/// image and with light and sensor exchanged, as the table cannot tell these apart; where it has no
-/// finite value it is black.
+/// Returns a material as the file of a compact basis with three components, for [`CHANNEL_COEFFICIENTS`].
+///
+/// The material is averaged over its mirror image and over exchange of light and sensor, because a basis has these
+/// symmetries. Non-finite values are replaced by 0.
 #[must_use]
-pub fn single_material(material: &dyn Material, nodes: Nodes) -> Vec<u8> {
+pub fn material_basis(material: &dyn Material, nodes: Nodes) -> Vec<u8> {
     let [rows, columns] = [nodes.theta_d, nodes.phi_d].map(usize::from);
     let values: Vec<[f64; 3]> = (0..nodes.count().unwrap_or_default())
         .into_par_iter()
@@ -36,20 +37,20 @@ pub fn single_material(material: &dyn Material, nodes: Nodes) -> Vec<u8> {
             mapped(material, angles_at(nodes, at))
         })
         .collect();
-    // In the middle of the channels, so that what is left for the components is least.
-    let middle = |value: &[f64; 3]| {
+    // The center of the range of channels, which minimizes the largest component.
+    let center = |value: &[f64; 3]| {
         let [red, green, blue] = *value;
         0.5 * (red.min(green).min(blue) + red.max(green).max(blue))
     };
-    let means = values.iter().map(middle).collect();
+    let means = values.iter().map(center).collect();
     let channel = |index: usize| {
         let values = values.iter();
-        values.map(|value| value[index] - middle(value)).collect()
+        values.map(|value| value[index] - center(value)).collect()
     };
     pack(0, nodes, &[means, channel(0), channel(1), channel(2)])
 }
 
-/// Where a node is: the inverse of the coordinates that `core/docs/basis.md` gives.
+/// Returns the angles of a node: the inverse of the coordinates in `core/docs/basis.md`.
 fn angles_at(nodes: Nodes, at: [usize; 3]) -> Angles<f64> {
     let shape = [nodes.theta_h, nodes.theta_d, nodes.phi_d];
     let [u, v, p] = [0, 1, 2].map(|axis| at[axis] as f64 / f64::from(shape[axis] - 1));
@@ -63,7 +64,7 @@ fn angles_at(nodes: Nodes, at: [usize; 3]) -> Angles<f64> {
     }
 }
 
-/// ln(1 + f w / e) of each channel, in the mean over what should be the same.
+/// Returns ln(1 + f w / e) of each channel, averaged over equivalent directions.
 fn mapped(material: &dyn Material, at: Angles<f64>) -> [f64; 3] {
     let cosines = {
         let across = at.theta_h.sin() * at.theta_d.sin() * at.phi_d.cos();
@@ -99,7 +100,7 @@ mod tests {
     use glimpse_materials::Procedural;
 
     #[test]
-    fn nodes_are_where_core_looks_for_them() {
+    fn node_angles_match_core_interpolation() {
         let nodes = Nodes {
             theta_h: 9,
             theta_d: 8,
@@ -117,7 +118,7 @@ mod tests {
                 theta_d: theta_d as f32,
                 phi_d: phi_d as f32,
             });
-            // Light and sensor at the very horizon, or an azimuth that means nothing.
+            // Skip light or sensor at the horizon, and nodes at which phi_d has no effect.
             if node / 40 == 0 || node / 5 % 8 == 0 || at.cos_theta_i().min(at.cos_theta_o()) < 1e-4
             {
                 continue;
@@ -133,16 +134,18 @@ mod tests {
     }
 
     #[test]
-    fn a_table_gives_its_material_back() {
+    fn material_basis_reproduces_material() {
         for material in Procedural::set(5, 3) {
-            let bytes = single_material(&material, SINGLE_NODES);
-            let table = Basis::parse(&bytes).expect("it is a compact basis");
-            // Over directions spread evenly: of those drawn at random, a few near a highlight decide.
-            let found = |at: &HalfDifference<f32>| {
-                table.brdf(CHANNELS, at).expect("it is above the horizon")
+            let bytes = material_basis(&material, MATERIAL_NODES);
+            let basis = Basis::parse(&bytes).expect("the bytes are a compact basis");
+            // Over evenly spread directions: with random ones, a few near a highlight dominate.
+            let tabulated = |at: &HalfDifference<f32>| {
+                basis
+                    .brdf(CHANNEL_COEFFICIENTS, at)
+                    .expect("the directions are above the horizon")
             };
-            let mean = glimpse_materials::loss::loss_between(&found, &material);
-            assert!(mean < 1.5e-3, "{}: {mean}", material.name());
+            let loss = glimpse_materials::loss::loss_between(&tabulated, &material);
+            assert!(loss < 1.5e-3, "{}: {loss}", material.name());
         }
     }
 }

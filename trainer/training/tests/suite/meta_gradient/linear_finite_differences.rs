@@ -8,16 +8,16 @@ use glimpse_core::model::{Model, Neural, NeuralParameters, ParameterSet};
 use glimpse_core::numeric::Scalar;
 use glimpse_gradcheck::{Differences, Traced, parameters, scale_of};
 use glimpse_materials::NeuralBrdf;
-use glimpse_materials::basis::{Basis, Grid, widened};
+use glimpse_materials::basis::{Basis, Grid, angles_to_f64};
 use glimpse_materials::sampling::uniform_valid;
 use glimpse_training::linear::principal_components;
-use glimpse_training::meta::linear::{Outer, OuterBasis};
+use glimpse_training::meta::linear::{OuterBasis, OuterSamples};
 use nalgebra::{DMatrix, DVector};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::linear::{MATERIALS, SET};
-use crate::support::{named, task_gradient};
+use crate::support::{angles_from_array, task_gradient};
 
 /// A network's BRDF, every branch on the way recorded.
 fn brdf(network: &NeuralBrdf, at: &HalfDifference<Traced>) -> [Traced; 3] {
@@ -50,9 +50,9 @@ struct Place {
 
 fn place(basis: &Basis, angles: [f64; 3]) -> Place {
     // The cell that the place is in: interpolation has kinks at its faces.
-    record(Grid::corners(named(angles))[0].node);
-    let found = basis.look_up(named(angles));
-    let at = traced(HalfDifference::from_angles(named(angles)));
+    record(Grid::corners(angles_from_array(angles))[0].node);
+    let found = basis.look_up(angles_from_array(angles));
+    let at = traced(HalfDifference::from_angles(angles_from_array(angles)));
     let weight = at.cos_theta_i() * at.cos_theta_o();
     // ln(median w + e) undone.
     let above = Traced(found.log_median[0]).exp() - Traced(EPSILON);
@@ -88,7 +88,7 @@ impl Task<'_> {
             .iter()
             .zip(&places)
             .map(|(angles, place)| {
-                let at = traced(HalfDifference::from_angles(named(*angles)));
+                let at = traced(HalfDifference::from_angles(angles_from_array(*angles)));
                 brdf(self.network, &at)
                     .map(|brdf| (map(brdf, place.median, place.weight) - place.mean).0)
             })
@@ -102,7 +102,7 @@ impl Task<'_> {
         let mut loss = Traced(0.0);
         for direction in self.directions {
             let index = *direction as usize;
-            let angles = widened(&self.outer[index]);
+            let angles = angles_to_f64(&self.outer[index]);
             let at = traced(HalfDifference::from_angles(angles));
             let place = place(self.basis, [angles.theta_h, angles.theta_d, angles.phi_d]);
             let modeled = [0, 1, 2].map(|channel| {
@@ -157,13 +157,13 @@ fn compare(samples: usize, components: usize) {
         };
         let pattern: Vec<[f64; 3]> = uniform_valid(samples, random.random())
             .iter()
-            .map(widened)
+            .map(angles_to_f64)
             .map(|angles| [angles.theta_h, angles.theta_d, angles.phi_d])
             .collect();
 
-        let places: Vec<Angles<f64>> = pattern.iter().copied().map(named).collect();
+        let places: Vec<Angles<f64>> = pattern.iter().copied().map(angles_from_array).collect();
         let judge = OuterBasis::new(basis.clone(), &outer);
-        let judged = Outer {
+        let judged = OuterSamples {
             basis: &judge,
             directions: &directions,
             values: &values,
