@@ -1,18 +1,19 @@
-//! A BRDF, whatever it comes from.
+//! The interface of every BRDF: materials, fits and functions.
 
 use glimpse_core::geometry::{Angles, HalfDifference};
 
 use crate::Material;
 use crate::basis::{Reconstruction, angles_of};
 
-/// A BRDF that can be looked up at many places at once, as metrics and pictures do: a material, what
-/// a fit has found, or a function of one place.
+/// A BRDF that metrics and pictures evaluate at many directions in one call.
 pub trait Brdf: Sync {
-    /// The BRDF in linear RGB, sr^-1 (not times the cosine), at each of `at`; `brdf` is as long.
+    /// Evaluates the BRDF in linear RGB, sr^-1 (not times the cosine), at each element of `at`. `brdf` has the same
+    /// length.
     fn evaluate(&self, at: &[HalfDifference<f32>], brdf: &mut [[f32; 3]]);
 
-    /// The same at angles in radians. (Where a table has values that no pair of directions tells
-    /// apart, as at theta_d = 0, these do.)
+    /// Returns the BRDF in linear RGB, sr^-1 (not times the cosine), at angles in radians.
+    ///
+    /// Angles distinguish some table nodes that pairs of directions do not, such as those at theta_d = 0.
     fn at_angles(&self, angles: Angles<f32>) -> [f32; 3] {
         let mut brdf = [[0.0; 3]];
         self.evaluate(&[HalfDifference::from_angles(angles)], &mut brdf);

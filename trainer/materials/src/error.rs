@@ -1,4 +1,4 @@
-//! Why a material cannot be had.
+//! Errors of reading and writing materials.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -6,101 +6,100 @@ use std::path::{Path, PathBuf};
 use glimpse_core::geometry::Angles;
 
 /// The largest COUNT of `procedural:COUNT`.
-pub(super) const MOST_PROCEDURAL: usize = 100_000;
+pub(super) const MAX_PROCEDURAL: usize = 100_000;
 
-/// Why materials cannot be read or written.
+/// An error of reading or writing materials.
 #[derive(Debug, thiserror::Error)]
 pub enum SourceError {
-    /// The operating system refuses to read.
+    /// The operating system cannot read a path.
     #[error("cannot read {}: {source}", path.display())]
     Read {
         /// The file or directory.
         path: PathBuf,
-        /// Why.
+        /// The cause.
         source: io::Error,
     },
-    /// It could not be written.
+    /// The operating system cannot write a file.
     #[error("cannot write {}: {source}", path.display())]
     Write {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// The cause.
         source: io::Error,
     },
-    /// A file is not what its name says, or of a kind that is not read.
+    /// A file is damaged, or of an unsupported kind.
     #[error("{}: {what}", path.display())]
     Damaged {
         /// The file.
         path: PathBuf,
-        /// What is wrong with it, and the remedy.
+        /// The defect, and what to do.
         what: String,
     },
-    /// Neither a file nor a directory.
+    /// No file or directory has this path.
     #[error(
-        "{} does not exist: give a directory of materials, a single one (MERL *.binary, RGL \
-         *_rgb.bsdf, NBRDF NAME_fc1.npy or a fitted material.json), or procedural[:COUNT[:SEED]]", .0.display()
+        "{} does not exist; give a directory of materials, a single file (MERL *.binary, RGL *_rgb.bsdf, NBRDF \
+         NAME_fc1.npy or a fitted material.json), or procedural[:COUNT[:SEED]]", .0.display()
     )]
     NotFound(PathBuf),
-    /// A file of no known kind.
+    /// A file has no known format.
     #[error(
-        "{} is no material: expected MERL (*.binary), RGL (*_rgb.bsdf), NBRDF (NAME_fc1.npy and \
-         its five siblings), a fitted material.json, a directory of those, or procedural[:COUNT[:SEED]]", .0.display()
+        "{} is not a material; give a MERL (*.binary), RGL (*_rgb.bsdf) or NBRDF (NAME_fc1.npy and its five siblings) \
+         file, a fitted material.json, a directory of those, or procedural[:COUNT[:SEED]]", .0.display()
     )]
     UnknownFormat(PathBuf),
     /// Two materials of a directory have the same name.
     #[error(
-        "{} and {} are both named {name}: rename one of them, or take it away", first.display(),
-        second.display()
+        "{} and {} both hold a material named {name}; rename or remove one of them", first.display(), second.display()
     )]
     DuplicateName {
         /// The name.
         name: String,
-        /// One file.
+        /// The first file.
         first: PathBuf,
-        /// The other one.
+        /// The second file.
         second: PathBuf,
     },
     /// Two sources hold a material of the same name.
     #[error(
-        "{first} and {second} both hold a material named {name}: take it away from one of them"
+        "{first} and {second} both hold a material named {name}; rename it in one of them, or remove it there"
     )]
     DuplicateAcrossSources {
         /// The name.
         name: String,
-        /// One source.
+        /// The first source.
         first: String,
-        /// The other one.
+        /// The second source.
         second: String,
     },
     /// A directory without materials.
     #[error(
-        "{} holds no materials: expected MERL (*.binary), RGL (*_rgb.bsdf) or NBRDF (NAME_fc1.npy \
-         and its five siblings) in it, or the material.json of a fit", .0.display()
+        "{} holds no materials; put MERL (*.binary), RGL (*_rgb.bsdf) or NBRDF (NAME_fc1.npy and its five siblings) \
+         files or a fitted material.json into it", .0.display()
     )]
     Empty(PathBuf),
-    /// `procedural:...` with something that is not a number.
+    /// A source `procedural:...` whose COUNT or SEED is invalid.
     #[error(
-        "`{0}` is not understood: write procedural, procedural:COUNT or procedural:COUNT:SEED \
-         with a COUNT of 1 to {MOST_PROCEDURAL}"
+        "`{0}` is not a valid source; write procedural, procedural:COUNT or procedural:COUNT:SEED, with a COUNT of 1 to \
+         {MAX_PROCEDURAL}"
     )]
     InvalidProcedural(String),
 }
 
-/// Why a BRDF cannot be written as a material: it is infinite or no number somewhere.
+/// A BRDF cannot be written as a material because it is infinite or NaN at some direction.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error(
-    "the BRDF is {} at theta_h {:.2}, theta_d {:.2} and phi_d {:.2} degrees, and only a finite one \
-     can be written; fit it again, or from other readings", .value, .angles[0], .angles[1], .angles[2]
+    "the BRDF is {} at theta_h {:.2}, theta_d {:.2} and phi_d {:.2} degrees, and only finite values can be written; fit \
+     it again, or from other readings", .value, .angles[0], .angles[1], .angles[2]
 )]
 pub struct NotFinite {
-    /// What it is there.
+    /// The value.
     pub value: f32,
     /// theta_h, theta_d and phi_d, in degrees.
     pub angles: [f32; 3],
 }
 
 impl NotFinite {
-    /// Looks at a BRDF's value at angles in radians.
+    /// Checks a BRDF's value at angles in radians.
     pub(super) fn check(angles: Angles<f32>, brdf: [f32; 3]) -> Result<(), Self> {
         let Some(value) = brdf.into_iter().find(|value| !value.is_finite()) else {
             return Ok(());
@@ -113,8 +112,8 @@ impl NotFinite {
     }
 }
 
-/// What becomes of the operating system's refusal to read a path.
-pub(super) fn refused(path: &Path) -> impl Fn(io::Error) -> SourceError {
+/// Returns a function that makes a [`SourceError::Read`] of an I/O error at a path.
+pub(super) fn read_error(path: &Path) -> impl Fn(io::Error) -> SourceError {
     move |source| SourceError::Read {
         path: path.into(),
         source,

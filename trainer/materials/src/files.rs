@@ -1,4 +1,4 @@
-//! Files written whole or not at all, and through to what is no regular file.
+//! Atomic writes of files, and writes to pipes and devices.
 
 use std::fs::{self, OpenOptions};
 use std::io::{self, Write as _};
@@ -6,23 +6,21 @@ use std::path::{Path, PathBuf};
 
 use tempfile::NamedTempFile;
 
-/// Writes a file so that, whatever happens, a reader finds the old content or all of the new.
+/// Writes a file atomically: a reader finds either the old content or all of the new.
 ///
-/// The bytes go to a temporary file in the same directory, which then takes the name and the
-/// permissions of the old one. A link stays a link: what it leads to is written. What writes of the
-/// same file that were killed have left there is removed. A pipe or a device is not replaced by a
-/// file but written to.
+/// The bytes go to a temporary file in the same directory, which then takes the name and the permissions of the old file.
+/// A symbolic link is kept, and its target is written. Temporary files that killed writes of the same file left are
+/// removed. A pipe or a device is written to directly.
 ///
 /// # Errors
-/// If the operating system refuses, the file is read-only, or its directory is not there; nothing
-/// is left behind then.
+/// If the operating system refuses, the file is read-only, or its directory does not exist. No temporary file remains.
 pub fn write_atomic(path: &Path, bytes: &[u8]) -> io::Result<()> {
     let path = match Target::of(path)? {
         Target::Stream => return OpenOptions::new().append(true).open(path)?.write_all(bytes),
         Target::File(path) => path,
     };
-    remove_unfinished(&path)?;
-    let mut file = unfinished(&path)?;
+    remove_temporary_files(&path)?;
+    let mut file = temporary_file(&path)?;
     if let Ok(old) = fs::metadata(&path) {
         file.as_file().set_permissions(old.permissions())?;
     }
@@ -32,81 +30,80 @@ pub fn write_atomic(path: &Path, bytes: &[u8]) -> io::Result<()> {
     Ok(())
 }
 
-/// The same for a file at a relative path below a folder, whose own folders are made; `folder` must
-/// be there.
+/// Writes a file atomically at a relative path below a directory. `directory` must exist; missing directories below it are
+/// created.
 ///
 /// # Errors
 /// As [`write_atomic`].
-pub fn write_atomic_below(folder: &Path, relative: &Path, bytes: &[u8]) -> io::Result<()> {
-    let path = folder.join(relative);
-    require_parent_dir(&folder.join("file"))?;
+pub fn write_atomic_below(directory: &Path, relative: &Path, bytes: &[u8]) -> io::Result<()> {
+    let path = directory.join(relative);
+    require_parent_dir(&directory.join("file"))?;
     ensure_dir_all(directory_of(&path))?;
     write_atomic(&path, bytes)
 }
 
-/// Makes sure, before hours are spent, that a file of so many bytes could be written: tries it
-/// under another name, and leaves nothing. Whether a pipe or a device will take them is not known
-/// before.
+/// Checks that a file of `bytes` bytes can be written, before a long computation. Writes a temporary file and removes it.
+/// Pipes and devices are not checked.
 ///
 /// # Errors
-/// If it could not.
+/// If the file cannot be written.
 pub fn check_writable(path: &Path, bytes: usize) -> io::Result<()> {
     let Target::File(path) = Target::of(path)? else {
         return Ok(());
     };
-    let mut file = unfinished(&path)?;
+    let mut file = temporary_file(&path)?;
     file.write_all(&vec![0xa5; bytes])?;
     file.as_file().sync_all()
 }
 
-/// Makes a directory, unless it exists. Its parent must exist.
+/// Creates a directory unless it exists. Its parent must exist.
 ///
 /// # Errors
-/// If it cannot be made. The kind is [`io::ErrorKind::NotADirectory`] if a file has this path.
+/// If it cannot be created. The kind is [`io::ErrorKind::NotADirectory`] if a file has this path.
 pub fn ensure_dir(path: &Path) -> io::Result<()> {
     if path.is_dir() {
         return Ok(());
     }
-    refuse_file_above(path)?;
+    reject_file_in_path(path)?;
     require_parent_dir(path)?;
     fs::create_dir(path)
 }
 
-/// Makes a directory and all above it, unless they exist.
+/// Creates a directory and its parents unless they exist.
 ///
 /// # Errors
 /// As [`ensure_dir`].
 pub fn ensure_dir_all(path: &Path) -> io::Result<()> {
-    refuse_file_above(path)?;
+    reject_file_in_path(path)?;
     fs::create_dir_all(path)
 }
 
-/// Makes sure that the directory of a file exists.
+/// Checks that the directory of a file exists.
 ///
 /// # Errors
-/// If it does not. The kind is [`io::ErrorKind::NotADirectory`] if it is a file.
+/// If it does not exist. The kind is [`io::ErrorKind::NotADirectory`] if it is a file.
 pub fn require_parent_dir(path: &Path) -> io::Result<()> {
-    let folder = directory_of(path);
-    refuse_file_above(folder)?;
-    match folder.exists() {
+    let directory = directory_of(path);
+    reject_file_in_path(directory)?;
+    match directory.exists() {
         true => Ok(()),
-        false => Err(missing(folder)),
+        false => Err(missing(directory)),
     }
 }
 
 /// Returns true if a file holds exactly these bytes.
 #[must_use]
 pub fn has_content(path: &Path, bytes: &[u8]) -> bool {
-    let has_length = |found: fs::Metadata| found.len() == bytes.len() as u64;
-    fs::metadata(path).is_ok_and(has_length) && fs::read(path).is_ok_and(|found| found == bytes)
+    let has_length = |metadata: fs::Metadata| metadata.len() == bytes.len() as u64;
+    fs::metadata(path).is_ok_and(has_length) && fs::read(path).is_ok_and(|content| content == bytes)
 }
 
-/// Refuses a path that is a file, or leads through one, where a directory is needed.
-fn refuse_file_above(path: &Path) -> io::Result<()> {
+/// Returns an error if a directory's path is a file or leads through one.
+fn reject_file_in_path(path: &Path) -> io::Result<()> {
     match path.ancestors().find(|part| part.exists()) {
         Some(part) if !part.is_dir() => {
             let what = format!(
-                "{} is a file, and a directory is needed here; give the path of a directory",
+                "{} is a file where a directory is needed; give the path of a directory",
                 part.display()
             );
             Err(io::Error::new(io::ErrorKind::NotADirectory, what))
@@ -115,17 +112,17 @@ fn refuse_file_above(path: &Path) -> io::Result<()> {
     }
 }
 
-/// True of a pipe, a device or a socket: what is written to and never replaced.
+/// Returns true if a path is a pipe, a device or a socket, which is written to and never replaced.
 #[must_use]
 pub fn is_stream(path: &Path) -> bool {
     matches!(Target::of(path), Ok(Target::Stream))
 }
 
-/// What a path leads to.
+/// The target of a write.
 enum Target {
-    /// A regular file, there or not yet, by its own name and not by that of a link to it.
+    /// A regular file, which may not exist yet. The path is free of symbolic links.
     File(PathBuf),
-    /// What is written through to.
+    /// A pipe, a device or a socket.
     Stream,
 }
 
@@ -146,24 +143,24 @@ impl Target {
         if metadata.is_dir() {
             return Err(io::ErrorKind::IsADirectory.into());
         }
-        // `/dev/stdout` may lead to a regular file, which the shell has opened already.
+        // `/dev/stdout` may lead to a regular file that the shell has already opened.
         let opened = ["/dev/stdout", "/dev/stderr", "/dev/fd", "/proc"];
         if !metadata.is_file() || opened.iter().any(|opened| path.starts_with(opened)) {
             return Ok(Self::Stream);
         }
         if metadata.permissions().readonly() {
-            let what = "the file is read-only";
+            let what = "the file is read-only; make it writable, or write to another path";
             return Err(io::Error::new(io::ErrorKind::PermissionDenied, what));
         }
         fs::canonicalize(path).map(Self::File)
     }
 }
 
-/// What is at the end of links of which the last leads nowhere.
+/// Follows symbolic links to a target that does not exist.
 fn end_of_links(path: &Path) -> PathBuf {
-    const MOST: usize = 40;
+    const MAX_LINKS: usize = 40;
     let mut end = path.to_owned();
-    for _ in 0..MOST {
+    for _ in 0..MAX_LINKS {
         match fs::read_link(&end) {
             Ok(next) => end = directory_of(&end).join(next),
             Err(_) => break,
@@ -172,8 +169,11 @@ fn end_of_links(path: &Path) -> PathBuf {
     end
 }
 
-fn missing(folder: &Path) -> io::Error {
-    let what = format!("there is no folder {}; make it first", folder.display());
+fn missing(directory: &Path) -> io::Error {
+    let what = format!(
+        "the directory {} does not exist; create it first",
+        directory.display()
+    );
     io::Error::new(io::ErrorKind::NotFound, what)
 }
 
@@ -184,25 +184,25 @@ fn directory_of(path: &Path) -> &Path {
     }
 }
 
-/// How names of temporary files begin.
+/// Returns the prefix of the names of a file's temporary files.
 fn prefix(path: &Path) -> String {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     format!(".unfinished-{name}-")
 }
 
-/// A temporary file beside `path`; gone when dropped.
-fn unfinished(path: &Path) -> io::Result<NamedTempFile> {
+/// Creates a temporary file in the directory of `path`. It is removed when dropped.
+fn temporary_file(path: &Path) -> io::Result<NamedTempFile> {
     let prefix = prefix(path);
     let mut builder = tempfile::Builder::new();
     builder.prefix(&prefix);
-    // Temporary files are private; this one is about to become an ordinary file.
+    // Temporary files are private by default, and this one becomes an ordinary file.
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
     builder.tempfile_in(directory_of(path))
 }
 
-/// Removes the temporary files of `path` that killed writes have left.
-fn remove_unfinished(path: &Path) -> io::Result<()> {
+/// Removes temporary files of `path` that killed writes have left.
+fn remove_temporary_files(path: &Path) -> io::Result<()> {
     let prefix = prefix(path);
     for entry in fs::read_dir(directory_of(path))? {
         let entry = entry?;
@@ -218,27 +218,27 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_file_is_replaced_and_nothing_else_is_left() {
+    fn replaces_a_file_and_leaves_no_temporary_file() {
         let scratch = tempfile::tempdir().unwrap();
         let path = scratch.path().join("file");
         write_atomic(&path, b"one").unwrap();
         write_atomic(&path, b"two").unwrap();
         assert_eq!(std::fs::read(&path).unwrap(), b"two");
-        let beside = std::fs::read_dir(path.parent().unwrap()).unwrap();
-        assert_eq!(beside.count(), 1);
+        let entries = std::fs::read_dir(path.parent().unwrap()).unwrap();
+        assert_eq!(entries.count(), 1);
     }
 
     #[test]
-    fn no_folder_is_made_above_the_one_that_is_named() {
+    fn does_not_create_parent_directories() {
         let scratch = tempfile::tempdir().unwrap();
         let none = scratch.path().join("none");
-        for refused in [
+        for result in [
             write_atomic(&none.join("file"), b"one"),
             check_writable(&none.join("file"), 1),
             write_atomic_below(&none, Path::new("file"), b"one"),
             ensure_dir(&none.join("deeper")),
         ] {
-            assert_eq!(refused.unwrap_err().kind(), io::ErrorKind::NotFound);
+            assert_eq!(result.unwrap_err().kind(), io::ErrorKind::NotFound);
         }
         assert!(!none.exists());
         ensure_dir(&none).unwrap();
@@ -249,18 +249,18 @@ mod tests {
     }
 
     #[test]
-    fn a_file_in_place_of_a_directory_is_named() {
+    fn error_names_a_file_in_place_of_a_directory() {
         let scratch = tempfile::tempdir().unwrap();
         let file = scratch.path().join("file");
         std::fs::write(&file, "kept").unwrap();
-        for refused in [
+        for result in [
             ensure_dir(&file),
             ensure_dir(&file.join("deeper")),
             write_atomic(&file.join("deeper"), b"one"),
             check_writable(&file.join("deeper"), 1),
             write_atomic_below(scratch.path(), Path::new("file/deeper"), b"one"),
         ] {
-            let error = refused.unwrap_err();
+            let error = result.unwrap_err();
             assert_eq!(error.kind(), io::ErrorKind::NotADirectory);
             let named = file.display().to_string();
             assert!(error.to_string().contains(&named), "{error}");
@@ -274,7 +274,7 @@ mod tests {
 
     #[cfg(unix)]
     #[test]
-    fn links_are_followed_and_permissions_kept() {
+    fn follows_links_and_keeps_permissions() {
         use std::os::unix::fs::{PermissionsExt, symlink};
 
         let scratch = tempfile::tempdir().unwrap();
@@ -296,22 +296,22 @@ mod tests {
         assert_eq!(kept.mode() & 0o777, 0o640);
 
         mode(0o444).unwrap();
-        for refused in [
+        for result in [
             write_atomic(&at("link"), b"four"),
             check_writable(&at("link"), 1),
         ] {
-            assert_eq!(refused.unwrap_err().kind(), io::ErrorKind::PermissionDenied);
+            assert_eq!(result.unwrap_err().kind(), io::ErrorKind::PermissionDenied);
         }
         assert_eq!(std::fs::read(at("folder/new")).unwrap(), b"three");
         assert_eq!(std::fs::read_dir(at("folder")).unwrap().count(), 1);
     }
 
     #[test]
-    fn what_a_killed_write_left_is_removed_by_the_next() {
+    fn removes_temporary_files_of_killed_writes() {
         let scratch = tempfile::tempdir().unwrap();
         let path = scratch.path().join("file");
-        let (_, left) = unfinished(&path).unwrap().keep().unwrap();
-        let (_, other) = unfinished(&scratch.path().join("other"))
+        let (_, left) = temporary_file(&path).unwrap().keep().unwrap();
+        let (_, other) = temporary_file(&scratch.path().join("other"))
             .unwrap()
             .keep()
             .unwrap();
@@ -321,7 +321,7 @@ mod tests {
     }
 
     #[test]
-    fn a_try_leaves_nothing_behind() {
+    fn check_leaves_no_file() {
         let scratch = tempfile::tempdir().unwrap();
         check_writable(&scratch.path().join("file"), 100).unwrap();
         assert_eq!(std::fs::read_dir(scratch.path()).unwrap().count(), 0);
@@ -329,7 +329,7 @@ mod tests {
     }
 
     #[test]
-    fn a_refusal_leaves_nothing_behind() {
+    fn failed_write_leaves_no_file() {
         let scratch = tempfile::tempdir().unwrap();
         let directory = scratch.path().join("taken");
         std::fs::create_dir_all(directory.join("inside")).unwrap();

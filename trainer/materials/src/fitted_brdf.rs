@@ -9,19 +9,18 @@ use glimpse_kernels::{LaneModel, with_model};
 use crate::Brdf;
 use crate::basis::{Basis, Coefficients, Reconstruction};
 
-/// The BRDF of a fit: a model and its values.
+/// The BRDF of a fit: a model and its parameters.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FittedBrdf {
     model: ModelKind,
     values: Vec<f32>,
-    /// The BRDF of Linear's coefficients with their basis; None for other models.
+    /// The tabulated BRDF of the model Linear. None for other models.
     reconstruction: Option<Reconstruction>,
 }
 
 impl FittedBrdf {
-    /// Makes a BRDF of a model's parameters in its order, or of Linear's coefficients (m for red, m for
-    /// green, m for blue) with their basis. Returns None if the model or the basis has another number of
-    /// values, or Linear has no basis.
+    /// Makes a BRDF of a model's parameters, or of Linear's coefficients (m for red, m for green, m for blue) and their
+    /// basis. Returns None if the number of values is wrong, or if the model is Linear and `basis` is None.
     #[must_use]
     pub fn new(model: ModelKind, values: Vec<f32>, basis: Option<&Basis>) -> Option<Self> {
         let reconstruction = match model.parameters() {
@@ -36,7 +35,7 @@ impl FittedBrdf {
         })
     }
 
-    /// Makes a BRDF of Linear's coefficients in double precision.
+    /// Makes a BRDF of Linear's coefficients in f64.
     #[must_use]
     pub fn linear(basis: &Basis, coefficients: &Coefficients) -> Self {
         Self {
@@ -72,15 +71,14 @@ impl FittedBrdf {
         })
     }
 
-    /// Returns the BRDF at angles in radians, and its derivative by theta_h, theta_d and phi_d for each
-    /// channel.
+    /// Returns the BRDF at angles in radians, and for each channel its derivatives by theta_h, theta_d and phi_d.
     #[must_use]
     pub fn with_derivative(&self, angles: Angles<f32>) -> ([f32; 3], [[f32; 3]; 3]) {
         if let Some(reconstruction) = &self.reconstruction {
             let mut brdf = [[0.0; 3]];
             reconstruction.evaluate(&[HalfDifference::from_angles(angles)], &mut brdf);
-            let found = reconstruction.brdf_with_derivative(&angles);
-            let slopes = found.map(|dual| dual.tangent.map(|slope| slope as f32));
+            let duals = reconstruction.brdf_with_derivative(&angles);
+            let slopes = duals.map(|dual| dual.tangent.map(|slope| slope as f32));
             return (brdf[0], slopes);
         }
         with_model!(self.model, M => {

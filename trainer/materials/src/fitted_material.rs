@@ -1,4 +1,4 @@
-//! A material that a scan has found, as a file: `material.json`.
+//! Fitted materials and their file, `material.json`.
 
 use std::path::{Path, PathBuf};
 
@@ -7,21 +7,21 @@ use glimpse_core::model::{ModelKind, NeuralParameters};
 use serde::{Deserialize, Serialize};
 
 use crate::basis::Basis;
-use crate::error::refused;
+use crate::error::read_error;
 use crate::fitted_brdf::FittedBrdf;
 use crate::name::is_name;
 use crate::untrusted::{escaped, escaped_json_error, read_at_most};
 use crate::{Brdf, Material, SourceError};
 
-/// What such a file says it is.
+/// The value of the field `format`.
 const FORMAT: &str = "glimpse-material";
-/// The version of the format that is written, and the only one that is read.
+/// The only version of the format that is written and read.
 const VERSION: u32 = 1;
-/// The longest file that is read: many times what `trainer fit` writes.
-const MOST_BYTES: u64 = 1 << 26;
-/// The name that a directory is searched for.
-const FILE: &str = "material.json";
-/// All models, by which a file's is found.
+/// The length limit of a file, far above that of files from `trainer fit`.
+const MAX_BYTES: u64 = 1 << 26;
+/// The file name of a fitted material in a directory.
+const FILE_NAME: &str = "material.json";
+/// All models that a file may name.
 const MODELS: [ModelKind; 4] = [
     ModelKind::Phong,
     ModelKind::CookTorrance,
@@ -29,17 +29,17 @@ const MODELS: [ModelKind; 4] = [
     ModelKind::Linear,
 ];
 
-/// The file of a whole basis.
+/// A reference to the file of a whole basis.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct BasisFile {
-    /// Where it is, as seen from the folder of the material's file.
+    /// The path, relative to the directory of the material's file.
     pub file: String,
-    /// The CRC-32 of its bytes, eight digits of hex.
+    /// The CRC-32 of its bytes, as eight hexadecimal digits.
     pub checksum: String,
 }
 
 impl BasisFile {
-    /// Of a basis by its checksum.
+    /// Makes a reference from a path and a checksum.
     #[must_use]
     pub fn new(file: String, checksum: u32) -> Self {
         let checksum = format!("{checksum:08x}");
@@ -47,7 +47,7 @@ impl BasisFile {
     }
 }
 
-/// The meaning of the numbers that a file or an answer holds, for other programs.
+/// The meaning of BRDF values in JSON output, for other programs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct Convention {
     /// The quantity: `brdf`.
@@ -61,7 +61,7 @@ pub struct Convention {
 }
 
 impl Convention {
-    /// The only one that this program writes: the BRDF in linear RGB, sr^-1, not times the cosine.
+    /// The convention of all output of this program: the BRDF in linear RGB, sr^-1, not times the cosine.
     pub const BRDF: Self = Self {
         quantity: "brdf",
         unit: "sr^-1",
@@ -70,25 +70,25 @@ impl Convention {
     };
 }
 
-/// What a file says it is, whatever else a version has in it.
+/// The fields that all versions of the format have.
 #[derive(Deserialize)]
-struct Kind {
+struct FormatHeader {
     format: String,
     version: u32,
 }
 
-/// The fields that make the material. All others report on the fit.
+/// The fields that define the material. The other fields of a file report on the fit.
 #[derive(Deserialize)]
-struct Contents {
+struct MaterialFields {
     name: String,
     model: String,
     values: Vec<f32>,
     basis: Option<BasisFile>,
 }
 
-/// The same, to be written, with all else.
+/// All fields of a file, for writing.
 #[derive(Serialize)]
-struct Written<'a, A: Serialize> {
+struct FileFields<'a, A: Serialize> {
     format: &'a str,
     version: u32,
     name: &'a str,
@@ -96,12 +96,12 @@ struct Written<'a, A: Serialize> {
     #[serde(flatten)]
     convention: Convention,
     #[serde(flatten)]
-    about: A,
+    metadata: A,
     basis: Option<&'a BasisFile>,
     values: &'a [f32],
 }
 
-/// A material that a scan has found: a name, and the BRDF of a fit.
+/// A material from a fit: a name and a BRDF.
 #[derive(Clone, Debug)]
 pub struct FittedMaterial {
     name: String,
@@ -109,130 +109,128 @@ pub struct FittedMaterial {
 }
 
 impl FittedMaterial {
-    /// Names a fit. Returns None if one of its values is not finite.
+    /// Makes a material of a fitted BRDF. Returns None if one of its values is not finite.
     #[must_use]
     pub fn new(name: String, fitted: FittedBrdf) -> Option<Self> {
         let is_finite = fitted.values().iter().all(|value| value.is_finite());
         is_finite.then_some(Self { name, fitted })
     }
 
-    /// Returns the fit.
+    /// Returns the fitted BRDF.
     #[must_use]
     pub fn fitted(&self) -> &FittedBrdf {
         &self.fitted
     }
 
-    /// The text of its file: values with digits enough to get the same 32-bit floats back, the
-    /// file of the basis if there is one, and the entries of `about`, a map or a struct.
+    /// Returns the text of the file: the values with enough digits to restore the same 32-bit floats, the reference to the
+    /// basis if there is one, and the entries of `metadata`.
     ///
     /// # Errors
-    /// If `about` is neither.
+    /// If `metadata` is neither a map nor a struct.
     pub fn to_json(
         &self,
         basis: Option<&BasisFile>,
-        about: impl Serialize,
+        metadata: impl Serialize,
     ) -> Result<String, serde_json::Error> {
-        let written = Written {
+        let fields = FileFields {
             format: FORMAT,
             version: VERSION,
             name: &self.name,
             model: self.fitted.model().name(),
             convention: Convention::BRDF,
-            about,
+            metadata,
             basis,
             values: self.fitted.values(),
         };
-        Ok(serde_json::to_string_pretty(&written)? + "\n")
+        Ok(serde_json::to_string_pretty(&fields)? + "\n")
     }
 
-    /// Reads a file, and the basis that it names.
+    /// Reads a file, and the basis that it refers to.
     ///
     /// # Errors
-    /// If a file is missing or damaged, or they do not belong together.
+    /// If a file is missing or damaged, or the basis has another checksum.
     pub fn read(path: &Path) -> Result<Self, SourceError> {
         let damaged = damaged(path);
-        let contents = contents(path)?;
-        let name = contents.name;
+        let fields = read_fields(path)?;
+        let name = fields.name;
         if !is_name(&name) {
             return Err(damaged(format!(
-                "its `name` is `{}`, and should be the name of a material, without slashes; correct \
-                 it",
+                "its `name` is `{}`, and must be the name of a material, without slashes; correct it",
                 escaped(&name)
             )));
         }
         let model = MODELS
             .into_iter()
-            .find(|model| model.name() == contents.model);
+            .find(|model| model.name() == fields.model);
         let Some(model) = model else {
             return Err(damaged(format!(
-                "its `model` is `{}`, which is none of phong, cook-torrance, neural and linear; use \
-                 the trainer that wrote it",
-                escaped(&contents.model)
+                "its `model` is `{}`, and must be phong, cook-torrance, neural or linear; use the trainer version that \
+                 wrote it",
+                escaped(&fields.model)
             )));
         };
-        let basis = match (model, &contents.basis) {
-            (ModelKind::Linear, Some(named)) => Some(read_basis(path, named)?),
+        let basis = match (model, &fields.basis) {
+            (ModelKind::Linear, Some(reference)) => Some(read_basis(path, reference)?),
             _ => None,
         };
-        if let Some(index) = contents.values.iter().position(|value| !value.is_finite()) {
+        if let Some(index) = fields.values.iter().position(|value| !value.is_finite()) {
             return Err(damaged(format!(
                 "number {index} of its `values` is not finite as a 32-bit float; write it again \
                  with `trainer fit`"
             )));
         }
-        let count = contents.values.len();
-        let fitted = FittedBrdf::new(model, contents.values, basis.as_ref());
+        let count = fields.values.len();
+        let fitted = FittedBrdf::new(model, fields.values, basis.as_ref());
         fitted.and_then(|fitted| Self::new(name, fitted)).ok_or_else(|| {
             let expected = match (model.parameters(), &basis) {
                 (Some(count), _) => count,
                 (None, Some(basis)) => 3 * basis.components(),
                 (None, None) => {
                     return damaged(
-                        "it names no `basis`, which makes a BRDF of the model linear's \
-                         coefficients; write it again with `trainer fit`"
+                        "it has no `basis`, which the model linear needs; write it again with `trainer fit`"
                             .into(),
                     );
                 }
             };
             damaged(format!(
-                "its `values` should be {expected} finite numbers, and it has {count}; write it \
-                 again with `trainer fit`"
+                "its `values` must be {expected} finite numbers, and it has {count}; write it again with `trainer fit`"
             ))
         })
     }
 
-    /// True if a path may be such a file: its name ends in `.json`.
+    /// Returns true if the extension of a path is `json`, so that it may be a fitted material.
     #[must_use]
     pub fn is_json_file(path: &Path) -> bool {
-        path.extension().is_some_and(|ending| ending == "json")
+        path.extension()
+            .is_some_and(|extension| extension == "json")
     }
 
-    /// True if a file is one, whatever its name.
+    /// Returns true if a file is a fitted material, whatever its name.
     #[must_use]
     pub fn is_fitted_file(path: &Path) -> bool {
-        contents(path).is_ok()
+        read_fields(path).is_ok()
     }
 
-    /// The file of a fitted material that a directory holds under its own name, or None.
-    pub(super) fn within(directory: &Path) -> Option<PathBuf> {
-        let path = directory.join(FILE);
+    /// Returns the path of `material.json` in a directory, or None if there is no such file.
+    pub(super) fn find_in(directory: &Path) -> Option<PathBuf> {
+        let path = directory.join(FILE_NAME);
         path.is_file().then_some(path)
     }
 
-    /// The name that a file has for its material.
-    pub(super) fn name_in(path: &Path) -> Result<String, SourceError> {
-        Ok(contents(path)?.name)
+    /// Reads the name of the material in a file.
+    pub(super) fn read_name(path: &Path) -> Result<String, SourceError> {
+        Ok(read_fields(path)?.name)
     }
 
-    /// The file, and that of the basis which it names, as far as it can be read.
+    /// Returns the path itself, and that of the basis if the file can be read and refers to one.
     pub(super) fn files_of(path: &Path) -> Vec<PathBuf> {
-        let named = contents(path).ok().and_then(|contents| contents.basis);
-        let basis = named.map(|named| path.with_file_name(named.file));
+        let reference = read_fields(path).ok().and_then(|fields| fields.basis);
+        let basis = reference.map(|reference| path.with_file_name(reference.file));
         [path.to_owned()].into_iter().chain(basis).collect()
     }
 }
 
-/// What becomes of something that is wrong with a file.
+/// Returns a function that makes a [`SourceError::Damaged`] of a description.
 fn damaged(path: &Path) -> impl Fn(String) -> SourceError {
     move |what| SourceError::Damaged {
         path: path.into(),
@@ -240,42 +238,39 @@ fn damaged(path: &Path) -> impl Fn(String) -> SourceError {
     }
 }
 
-fn contents(path: &Path) -> Result<Contents, SourceError> {
-    let bytes = read_at_most(path, MOST_BYTES).map_err(refused(path))?;
-    let unlike = |error: serde_json::Error| {
+fn read_fields(path: &Path) -> Result<MaterialFields, SourceError> {
+    let bytes = read_at_most(path, MAX_BYTES).map_err(read_error(path))?;
+    let invalid = |error: serde_json::Error| {
         damaged(path)(format!(
-            "it is no fitted material as `trainer fit` writes it ({}); write it again",
+            "it is not a valid fitted material ({}); write it again with `trainer fit`",
             escaped_json_error(&error)
         ))
     };
-    let Kind { format, version } = serde_json::from_slice(&bytes).map_err(unlike)?;
+    let FormatHeader { format, version } = serde_json::from_slice(&bytes).map_err(invalid)?;
     match (format.as_str(), version) {
-        (FORMAT, VERSION) => serde_json::from_slice(&bytes).map_err(unlike),
-        (FORMAT, newer) => Err(damaged(path)(format!(
-            "it is of version {newer}, and this trainer reads version {VERSION}; use the trainer \
-             that wrote it"
+        (FORMAT, VERSION) => serde_json::from_slice(&bytes).map_err(invalid),
+        (FORMAT, other) => Err(damaged(path)(format!(
+            "its `version` is {other}, and this trainer reads version {VERSION}; use the trainer version that wrote it"
         ))),
         _ => Err(damaged(path)(format!(
-            "its `format` should be `{FORMAT}`, and is `{}`; give a file of `trainer fit`",
+            "its `format` is `{}`, and must be `{FORMAT}`; give a file from `trainer fit`",
             escaped(&format)
         ))),
     }
 }
 
-fn read_basis(path: &Path, named: &BasisFile) -> Result<Basis, SourceError> {
-    let checksum = u32::from_str_radix(&named.checksum, 16).map_err(|_| {
+fn read_basis(path: &Path, reference: &BasisFile) -> Result<Basis, SourceError> {
+    let checksum = u32::from_str_radix(&reference.checksum, 16).map_err(|_| {
         damaged(path)(format!(
-            "the `checksum` of its `basis` should be eight digits of hex, and is `{}`; write it \
-             again with `trainer fit`",
-            escaped(&named.checksum)
+            "the `checksum` of its `basis` is `{}`, and must be eight hexadecimal digits; write it again with `trainer fit`",
+            escaped(&reference.checksum)
         ))
     })?;
-    let basis = path.with_file_name(&named.file);
-    if named.file.is_empty() || named.file.contains(char::is_control) {
+    let basis = path.with_file_name(&reference.file);
+    if reference.file.is_empty() || reference.file.contains(char::is_control) {
         return Err(damaged(path)(format!(
-            "the `file` of its `basis` is `{}`, and should be where that is; write it again with \
-             `trainer fit`",
-            escaped(&named.file)
+            "the `file` of its `basis` is `{}`, and must be a path; write it again with `trainer fit`",
+            escaped(&reference.file)
         )));
     }
     Basis::read(&basis, checksum).map_err(|error| damaged(path)(error.to_string()))

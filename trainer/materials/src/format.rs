@@ -1,31 +1,31 @@
-//! Formats of materials' files, told by what is in them.
+//! Material file formats, detected from the content of a file.
 
 use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
-use crate::error::refused;
+use crate::error::read_error;
 use crate::pab;
 use crate::{MerlTable, NeuralBrdf, RglMeasurement, SourceError};
 
-/// How many bytes of a file are looked at.
-const HEAD: u64 = 2048;
+/// Bytes at the start of a file that detection reads.
+const HEAD_BYTES: u64 = 2048;
 
-/// A format that materials are read and written in.
+/// A file format that materials are read from and written to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Format {
-    /// MERL: a table of 90 x 90 x 180 measurements.
+    /// MERL: a table of 90 x 90 x 180 values per channel.
     Merl,
     /// RGL: a tensor file, in RGB.
     Rgl,
-    /// NBRDF: a network in six arrays of NumPy's.
+    /// NBRDF: a network in six NumPy arrays.
     Nbrdf,
-    /// PAB-Opto's text, a file for each incoming direction.
+    /// PAB-Opto text, one file per incoming direction.
     Pab,
 }
 
 impl Format {
-    /// In a word: merl, rgl, nbrdf or pab.
+    /// Returns the name: merl, rgl, nbrdf or pab.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -36,12 +36,12 @@ impl Format {
         }
     }
 
-    /// By the first bytes of a file, whatever it is called. One that begins like none of them is taken
-    /// at its ending's word, so that its reader says what is wrong with it. (Arrays of a network
-    /// belong together by their names alone.)
+    /// Detects the format of a file from its first bytes. NBRDF arrays are recognized by their names.
+    ///
+    /// If the bytes match no format, the extension decides, so that the reader reports the error in the file.
     ///
     /// # Errors
-    /// If the file cannot be read, or is none of these.
+    /// If the file cannot be read or has none of these formats.
     pub fn detect(path: &Path) -> Result<Self, SourceError> {
         if NeuralBrdf::name_of(path).is_some() {
             return Ok(Self::Nbrdf);
@@ -50,20 +50,20 @@ impl Format {
             return Err(SourceError::UnknownFormat(path.into()));
         }
         let mut head = Vec::new();
-        let file = File::open(path).map_err(refused(path))?;
-        file.take(HEAD)
+        let file = File::open(path).map_err(read_error(path))?;
+        file.take(HEAD_BYTES)
             .read_to_end(&mut head)
-            .map_err(refused(path))?;
-        if RglMeasurement::begins(&head) {
+            .map_err(read_error(path))?;
+        if RglMeasurement::has_signature(&head) {
             return Ok(Self::Rgl);
         }
-        if MerlTable::begins(&head) {
+        if MerlTable::has_signature(&head) {
             return Ok(Self::Merl);
         }
-        if pab::begins(&head) {
+        if pab::has_signature(&head) {
             return Ok(Self::Pab);
         }
-        if let Some(what) = dialect(&head) {
+        if let Some(what) = unsupported_format(&head) {
             return Err(SourceError::Damaged {
                 path: path.into(),
                 what: what.to_owned(),
@@ -77,22 +77,24 @@ impl Format {
     }
 }
 
-/// What a file is that is known and not read, and the remedy.
-fn dialect(head: &[u8]) -> Option<&'static str> {
+/// Recognizes formats that are not supported. Returns what the file is and what to do.
+fn unsupported_format(head: &[u8]) -> Option<&'static str> {
     if head.starts_with(b"SCATFUN") {
         return Some(
-            "it is a Fourier series as layerlab writes and pbrt reads, a .bsdf of another kind than \
-             RGL's, and is not read; tabulate it there as MERL's NAME.binary",
+            "it is a Fourier BSDF (layerlab, pbrt) and not an RGL .bsdf, and is not supported; convert it to a MERL \
+             table NAME.binary",
         );
     }
     if head.starts_with(b"\x93NUMPY") {
         return Some(
-            "it is an array of NumPy's that is not named as one of a network's six; name them \
-             NAME_fc1.npy, _b1, _fc2, _b2, _fc3 and _b3",
+            "it is a NumPy array whose name is not that of an NBRDF network; name the six arrays NAME_fc1.npy, _b1, \
+             _fc2, _b2, _fc3 and _b3",
         );
     }
     if head.starts_with(b"\x89HDF") {
-        return Some("it is an HDF5 file, which is not read; tabulate it as MERL's NAME.binary");
+        return Some(
+            "it is an HDF5 file, which is not supported; convert it to a MERL table NAME.binary",
+        );
     }
     let text = head
         .strip_prefix(b"\xef\xbb\xbf")
@@ -100,15 +102,13 @@ fn dialect(head: &[u8]) -> Option<&'static str> {
         .trim_ascii_start();
     if text.starts_with(b"<") {
         return Some(
-            "it is XML, as Radiance and WINDOW have BSDFs, which is not read; tabulate it as MERL's \
-             NAME.binary",
+            "it is an XML BSDF (Radiance, WINDOW), which is not supported; convert it to a MERL table NAME.binary",
         );
     }
-    // Comments may come before the line that says where it was measured.
+    // Comments may precede the line `Source  Measured`.
     let mut lines = text.split(|byte| *byte == b'\n').map(<[u8]>::trim_ascii);
     let first = lines.find(|line| !line.is_empty() && !line.starts_with(b"#"))?;
     first.starts_with(b"Source").then_some(
-        "it is a text as Zemax reads, a .bsdf of another kind than RGL's, and is not read; tabulate \
-         it as MERL's NAME.binary",
+        "it is a Zemax BSDF and not an RGL .bsdf, and is not supported; convert it to a MERL table NAME.binary",
     )
 }

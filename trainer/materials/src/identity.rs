@@ -1,4 +1,4 @@
-//! Which material it is: a name, and a digest of its BRDF.
+//! Identity of a material: its name and a digest of its BRDF.
 
 use std::f32::consts::{FRAC_PI_2, PI};
 
@@ -6,20 +6,20 @@ use glimpse_core::geometry::Angles;
 
 use crate::Material;
 
-/// Steps of each angle at which a digest looks.
+/// Sampled values of each angle.
 const STEPS: usize = 4;
 
-/// A material by its name and the digest of its BRDF, as recipes list those that they learned from.
+/// The name of a material and the digest of its BRDF. Recipes list the identities of their training materials.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Identity {
-    /// Its name.
+    /// The name.
     pub name: String,
-    /// See [`digest`].
+    /// The digest of the BRDF; see [`digest`].
     pub digest: u32,
 }
 
 impl Identity {
-    /// Of a material.
+    /// Returns the identity of a material.
     #[must_use]
     pub fn new(material: &dyn Material) -> Self {
         Self {
@@ -29,12 +29,11 @@ impl Identity {
     }
 }
 
-/// The CRC-32 (ISO-HDLC) of a material's BRDF at 64 fixed directions, three little-endian f32 for
-/// each. So a table, a network and a formula all have one, and two materials of one name that are
-/// not the same are told apart.
+/// Returns the CRC-32 (ISO-HDLC) of a material's BRDF at 64 fixed directions, three little-endian f32 each.
 ///
-/// It is of bits: another mathematical library than this machine's may give a network or a formula
-/// another digest.
+/// Tables, networks and formulas all have a digest. It distinguishes different materials of the same name.
+///
+/// The digest covers every bit: networks and formulas may have another digest with another math library.
 #[must_use]
 pub fn digest(material: &dyn Material) -> u32 {
     let bytes: Vec<u8> = directions()
@@ -45,8 +44,9 @@ pub fn digest(material: &dyn Material) -> u32 {
     crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC).checksum(&bytes)
 }
 
-/// All of theta_h, dense where highlights are; theta_d up to where theta_h + theta_d would be at the
-/// horizon; half a turn of phi_d.
+/// Returns the 64 directions, all above the horizon.
+///
+/// theta_h covers its range with more values at highlights, theta_d ends at pi/2 - theta_h, and phi_d ends at pi.
 fn directions() -> impl Iterator<Item = Angles<f32>> {
     let middle = |step: usize| (step as f32 + 0.5) / STEPS as f32;
     (0..STEPS.pow(3)).map(move |index| {
@@ -71,22 +71,22 @@ mod tests {
     use crate::Procedural;
 
     #[test]
-    fn a_digest_looks_at_64_places_above_the_horizon() {
-        let places: HashSet<[u32; 3]> = directions()
+    fn directions_are_distinct_and_above_the_horizon() {
+        let distinct: HashSet<[u32; 3]> = directions()
             .map(|angles| {
                 assert!(HalfDifference::from_angles(angles).is_valid());
                 [angles.theta_h, angles.theta_d, angles.phi_d].map(f32::to_bits)
             })
             .collect();
-        assert_eq!(places.len(), 64);
+        assert_eq!(distinct.len(), 64);
     }
 
-    /// A BRDF that is the same everywhere.
-    struct Flat(f32);
+    /// A constant BRDF.
+    struct Constant(f32);
 
-    impl Material for Flat {
+    impl Material for Constant {
         fn name(&self) -> &str {
-            "flat"
+            "constant"
         }
         fn brdf(&self, _: Angles<f32>) -> [f32; 3] {
             [self.0; 3]
@@ -97,11 +97,11 @@ mod tests {
     }
 
     #[test]
-    fn a_digest_is_of_what_a_material_is_and_not_of_its_name() {
-        // 768 bytes 0, whose CRC-32 anybody can compute.
+    fn digest_depends_on_the_brdf_alone() {
+        // 64 directions of three f32 each: 768 zero bytes.
         let zeros = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC).checksum(&[0; 768]);
-        assert_eq!(digest(&Flat(0.0)), zeros);
-        assert_ne!(digest(&Flat(f32::from_bits(1))), zeros);
+        assert_eq!(digest(&Constant(0.0)), zeros);
+        assert_ne!(digest(&Constant(f32::from_bits(1))), zeros);
 
         let set = Procedural::set(50, 0);
         let digests: HashSet<u32> = set.iter().map(|material| digest(material)).collect();

@@ -1,12 +1,11 @@
-//! Sources of BRDFs, and the loss between two of them.
+//! Sources of BRDFs, and the loss between two BRDFs.
 //!
-//! [`Source`] reads MERL tables, RGL measurements, NBRDF networks, PAB-Opto files, fitted materials and
-//! the built-in procedural set; each is a [`Material`]. [`Format`] names the formats that one can be
-//! written in.
+//! [`Source`] reads MERL tables, RGL measurements, NBRDF networks, PAB-Opto files, fitted materials and the built-in
+//! procedural set. Every material implements [`Material`]. [`Format`] lists the formats that can be written.
 //!
-//! Below the materials are [`untrusted`] and [`files`] (reading and writing), [`setting`] (names in errors),
-//! and [`basis`] (Linear's coefficients become a BRDF). Above them are [`sampling`] (directions) and [`loss`]
-//! (the paper's loss of a whole BRDF).
+//! The materials build on [`untrusted`] and [`files`] (reading and writing), [`setting`] (settings in errors) and
+//! [`basis`] (from coefficients of the model Linear to a BRDF). [`sampling`] (directions) and [`loss`] (the paper's
+//! loss of a whole BRDF) build on the materials.
 
 pub mod basis;
 pub mod files;

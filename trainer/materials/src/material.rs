@@ -5,47 +5,46 @@ use glimpse_core::model::NeuralParameters;
 
 use crate::basis::angles_of;
 
-/// A measured material: a BRDF that can be looked up anywhere, with its derivative.
+/// A material: a named BRDF with derivatives, defined for all directions.
 pub trait Material: Send + Sync {
-    /// Its name: the stem of the file it was read from.
+    /// Returns the name: the stem of the file that the material was read from.
     fn name(&self) -> &str;
 
-    /// The BRDF in linear RGB, sr^-1 (not times the cosine), at angles in radians.
+    /// Returns the BRDF in linear RGB, sr^-1 (not times the cosine), at angles in radians.
     fn brdf(&self, angles: Angles<f32>) -> [f32; 3];
 
-    /// The BRDF, and its derivative by theta_h, theta_d and phi_d for each channel.
+    /// Returns the BRDF, and for each channel its derivatives by theta_h, theta_d and phi_d.
     fn brdf_with_derivative(&self, angles: Angles<f32>) -> ([f32; 3], [[f32; 3]; 3]);
 
-    /// The same at many angles at once; `found` is as long as `angles`.
+    /// Evaluates [`Material::brdf_with_derivative`] at many angles. `results` has the length of `angles`.
     fn brdf_batch_with_derivative(
         &self,
         angles: &[Angles<f32>],
-        found: &mut [([f32; 3], [[f32; 3]; 3])],
+        results: &mut [([f32; 3], [[f32; 3]; 3])],
     ) {
-        for (angles, found) in angles.iter().zip(found) {
-            *found = self.brdf_with_derivative(*angles);
+        for (angles, result) in angles.iter().zip(results) {
+            *result = self.brdf_with_derivative(*angles);
         }
     }
 
-    /// True if the BRDF is the same, but for rounding, wherever light and sensor are exchanged: at
-    /// phi_d + pi.
+    /// Returns true if exchanging light and sensor (phi_d + pi) changes the BRDF by no more than rounding errors.
     fn is_reciprocal(&self) -> bool {
         false
     }
 
-    /// The weights, if it is a network of the model Neural, which files of networks hold to the bit.
+    /// Returns the weights if the material is a network of the model Neural. NBRDF files store them without loss.
     fn network(&self) -> Option<NeuralParameters<f32>> {
         None
     }
 
-    /// The BRDF at many places at once, for pictures and metrics.
+    /// Evaluates the BRDF at many directions, for pictures and metrics. `brdf` has the length of `at`.
     fn brdf_batch(&self, at: &[HalfDifference<f32>], brdf: &mut [[f32; 3]]) {
         for (at, brdf) in at.iter().zip(brdf) {
             *brdf = self.brdf(angles_of(at));
         }
     }
 
-    /// Lets go of what of its file lies in memory, after a look at many places; it is read again
-    /// where it is needed again. Most materials are small, and do nothing.
+    /// Releases the pages of a mapped file from memory. The next look-up reads them again. Materials that are held in
+    /// memory do nothing.
     fn release(&self) {}
 }

@@ -1,26 +1,26 @@
-//! What a material in one file is called.
+//! Names of materials, derived from file names.
 
 use std::path::Path;
 
-/// Endings of files with one material each.
-const ENDINGS: [&str; 2] = [".binary", ".bsdf"];
+/// Extensions of files that hold one material each.
+const EXTENSIONS: [&str; 2] = [".binary", ".bsdf"];
 
-/// `NAME` of a path `.../NAME.binary` or `.../NAME.bsdf`; None for any other.
-pub(super) fn name_by_ending(path: &Path) -> Option<String> {
+/// Returns `NAME` of a path `.../NAME.binary` or `.../NAME.bsdf`, or None for any other path.
+pub(super) fn name_by_extension(path: &Path) -> Option<String> {
     let name = path.file_name()?.to_str()?;
-    let name = ENDINGS
+    let name = EXTENSIONS
         .iter()
-        .find_map(|ending| name.strip_suffix(ending))?;
+        .find_map(|extension| name.strip_suffix(extension))?;
     (!name.is_empty()).then(|| name.to_owned())
 }
 
-/// The same, and of any other path the whole name of the file; None if it is no UTF-8.
+/// Returns `NAME` of a path `.../NAME.binary` or `.../NAME.bsdf`, and otherwise the whole file name. Returns None if
+/// the file name is not UTF-8.
 pub(super) fn name_of(path: &Path) -> Option<String> {
-    let whole = || Some(path.file_name()?.to_str()?.to_owned());
-    name_by_ending(path).or_else(whole)
+    name_by_extension(path).or_else(|| Some(path.file_name()?.to_str()?.to_owned()))
 }
 
-/// True of what a file may call its material: files may be named by it.
+/// Returns true if a material may have this name: it must be usable as a file name.
 pub(super) fn is_name(name: &str) -> bool {
     !name.is_empty() && !name.contains(|c: char| c.is_control() || "/\\".contains(c))
 }

@@ -1,19 +1,18 @@
-//! What a sensor makes of a BRDF.
+//! Quantization of BRDF readings by a sensor.
 
 use std::f32::consts::PI;
 
-/// The BRDF that is read by a sensor which tells so many levels apart between darkness and a white
-/// surface (of BRDF 1/pi) that faces the light, and brighter ones by the same step; 0 levels are as many
-/// as one likes.
+/// Returns the BRDF that a sensor with a given number of levels reads.
 ///
-/// What it senses is the BRDF times the cosine of the light.
+/// The sensor measures the BRDF times cos(theta_i). It resolves `levels` equal steps between darkness and a white surface
+/// (BRDF 1/pi) that faces the light, and continues with the same step above. With 0 levels there is no quantization.
 #[must_use]
 pub fn quantized(brdf: f32, cos_theta_i: f32, levels: u32) -> f32 {
     if levels == 0 {
         return brdf;
     }
-    let of_one = levels as f32 * PI * cos_theta_i.max(1e-6);
-    (brdf * of_one).round() / of_one
+    let levels_per_unit = levels as f32 * PI * cos_theta_i.max(1e-6);
+    (brdf * levels_per_unit).round() / levels_per_unit
 }
 
 #[cfg(test)]
@@ -21,7 +20,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn there_are_as_many_levels_as_are_asked_for() {
+    fn resolves_the_given_number_of_levels() {
         for (levels, cosine) in [(1_u32, 1.0_f32), (100, 1.0), (100, 0.3)] {
             let white = PI.recip();
             let read =
@@ -36,7 +35,7 @@ mod tests {
     }
 
     #[test]
-    fn the_error_is_at_most_half_a_step() {
+    fn error_is_at_most_half_a_step() {
         for step in 0..1000 {
             let (brdf, cosine) = (0.01 * step as f32, 0.4);
             let error = (quantized(brdf, cosine, 64) - brdf).abs() * cosine;

@@ -1,12 +1,12 @@
-//! Settings that errors name.
+//! Settings in error messages.
 //!
-//! The library does not know what a front end calls a setting: the command line has options, Python has
-//! parameters. An error therefore holds a [`Setting`], and the front end puts in the name.
+//! The name of a setting depends on the front end: the command line has options, Python has parameters. An error
+//! therefore holds a [`Setting`], and the front end inserts its own name.
 
-/// A setting that an error is about.
+/// A setting that an error message refers to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Setting {
-    /// Additive noise that training prepares for.
+    /// Additive noise in training.
     Additive,
     /// Sources of training materials.
     Materials,
@@ -14,26 +14,26 @@ pub enum Setting {
     MaxThetaI,
     /// The largest polar angle of the sensor.
     MaxThetaO,
-    /// The method that is evaluated.
+    /// The evaluated method.
     Method,
-    /// The least angle between light and sensor.
+    /// The smallest angle between light and sensor.
     MinSeparation,
     /// The share of training tasks with missing readings.
     Missing,
-    /// Relative noise that training prepares for.
+    /// Relative noise in training.
     Noise,
     /// The share of procedural materials.
     Procedural,
-    /// The recipe that is evaluated.
+    /// The evaluated recipe.
     Recipe,
-    /// The schedule of training.
+    /// The training schedule.
     Schedule,
-    /// The proportions of several sources.
+    /// The shares of several sources in training.
     Share,
 }
 
 impl Setting {
-    /// Its name where no front end gives it another one.
+    /// Returns the default name, for callers without a front end.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -53,16 +53,16 @@ impl Setting {
     }
 }
 
-/// The name that a front end gives to a setting.
+/// A function that returns a front end's name of a setting.
 pub type SettingNames = fn(Setting) -> &'static str;
 
-/// An error that names settings.
+/// An error whose message names settings.
 pub trait SettingError {
-    /// The message, with the names of a front end.
+    /// Returns the message with the setting names of a front end.
     fn message(&self, name: SettingNames) -> String;
 }
 
-/// Implements `Display` for an error that names settings: by the names of [`Setting::name`].
+/// Implements `Display` for a [`SettingError`](crate::setting::SettingError) with the names of [`Setting::name`].
 #[macro_export]
 macro_rules! display_with_setting_names {
     ($error:ty) => {

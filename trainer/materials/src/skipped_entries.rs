@@ -1,117 +1,121 @@
-//! What a directory of materials holds and is not read, though somebody may have meant it to be.
+//! Entries of a directory that look like materials and are not read.
 
 use std::ffi::OsStr;
 use std::fmt;
 use std::path::Path;
 
-use crate::error::refused;
-use crate::name::name_by_ending;
+use crate::error::read_error;
+use crate::name::name_by_extension;
 use crate::{FittedMaterial, NeuralBrdf, SourceError};
 
-/// How the names of materials' files end.
-const ENDINGS: [&str; 3] = ["binary", "bsdf", "npy"];
-/// How many names are shown.
-const SHOWN: usize = 3;
+/// Extensions of material files.
+const EXTENSIONS: [&str; 3] = ["binary", "bsdf", "npy"];
+/// Names that a message lists for each kind.
+const MAX_NAMES: usize = 3;
 
-/// What is not read of a directory. Files of other kinds, such as a README, are none of it.
+/// Entries of a directory that are not read. Other kinds of files, such as a README, are not listed.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct SkippedEntries {
-    /// Directories within it: they are not entered, but for the `material.json` of a fit.
+    /// Subdirectories. They are not searched, except for the `material.json` of a fit.
     pub directories: Vec<String>,
-    /// Files whose names are no UTF-8, as far as they can be shown.
+    /// Files with non-UTF-8 names, converted lossily.
     pub not_utf8: Vec<String>,
-    /// Files whose names end like a material's but for capital letters.
-    pub capitals: Vec<String>,
-    /// Files whose names end like a material's, and which are none: arrays that are not one of a
-    /// network's six, or nothing before the ending.
-    pub unnamed: Vec<String>,
+    /// Files with a material's extension in capital letters.
+    pub uppercase: Vec<String>,
+    /// Files with a material's extension and another name: arrays that are not one of a network's six, or names without
+    /// a stem.
+    pub unrecognized: Vec<String>,
 }
 
 impl SkippedEntries {
-    /// Looks at a directory's names.
+    /// Lists the skipped entries of a directory.
     pub(super) fn scan(directory: &Path) -> Result<Self, SourceError> {
         let mut all = Self::default();
-        for entry in directory.read_dir().map_err(refused(directory))? {
-            let path = entry.map_err(refused(directory))?.path();
+        for entry in directory.read_dir().map_err(read_error(directory))? {
+            let path = entry.map_err(read_error(directory))?.path();
             let name = path.file_name().unwrap_or_default();
-            let shown = name.to_string_lossy().into_owned();
+            let text = name.to_string_lossy().into_owned();
             if path.is_dir() {
-                if FittedMaterial::within(&path).is_none() {
-                    all.directories.push(shown);
+                if FittedMaterial::find_in(&path).is_none() {
+                    all.directories.push(text);
                 }
                 continue;
             }
-            let ending = ending(name);
-            let known = ENDINGS
+            let extension = extension(name);
+            let known = EXTENSIONS
                 .iter()
-                .find(|known| known.eq_ignore_ascii_case(&ending));
+                .find(|known| known.eq_ignore_ascii_case(&extension));
             let Some(known) = known else {
                 continue;
             };
             if name.to_str().is_none() {
-                all.not_utf8.push(shown);
-            } else if ending != *known {
-                all.capitals.push(shown);
-            } else if NeuralBrdf::name_of(&path).is_none() && name_by_ending(&path).is_none() {
-                all.unnamed.push(shown);
+                all.not_utf8.push(text);
+            } else if extension != *known {
+                all.uppercase.push(text);
+            } else if NeuralBrdf::name_of(&path).is_none() && name_by_extension(&path).is_none() {
+                all.unrecognized.push(text);
             }
         }
         for list in [
             &mut all.directories,
             &mut all.not_utf8,
-            &mut all.capitals,
-            &mut all.unnamed,
+            &mut all.uppercase,
+            &mut all.unrecognized,
         ] {
             list.sort();
         }
         Ok(all)
     }
 
-    /// True if nothing is.
+    /// Returns true if no entries are skipped.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         *self == Self::default()
     }
 }
 
-/// What follows the last dot of a name; that need not be UTF-8.
-fn ending(name: &OsStr) -> String {
+/// Returns the text after the last dot of a name, converted lossily from non-UTF-8 names.
+fn extension(name: &OsStr) -> String {
     let name = name.to_string_lossy();
-    let ending = name.rsplit_once('.').map(|(_, ending)| ending);
-    ending.unwrap_or_default().to_owned()
+    let extension = name.rsplit_once('.').map(|(_, extension)| extension);
+    extension.unwrap_or_default().to_owned()
 }
 
-/// In words, each kind with its reason.
 impl fmt::Display for SkippedEntries {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let mut joint = "";
-        for (names, one, many, why) in [
-            (&self.directories, "folder", "folders", "not entered"),
-            (&self.not_utf8, "file", "files", "a name must be UTF-8"),
+        let mut separator = "";
+        for (names, singular, plural, reason) in [
             (
-                &self.capitals,
+                &self.directories,
+                "directory",
+                "directories",
+                "not searched",
+            ),
+            (&self.not_utf8, "file", "files", "the name must be UTF-8"),
+            (
+                &self.uppercase,
                 "file",
                 "files",
-                "endings must be small letters",
+                "the extension must be lowercase",
             ),
             (
-                &self.unnamed,
+                &self.unrecognized,
                 "file",
                 "files",
-                "not the name of a material's file",
+                "not the name of a material file",
             ),
         ] {
             let noun = match names.len() {
                 0 => continue,
-                1 => one,
-                _ => many,
+                1 => singular,
+                _ => plural,
             };
-            let shown = names.iter().take(SHOWN);
-            let shown: Vec<&str> = shown.map(String::as_str).collect();
-            let more = if names.len() > SHOWN { ", ..." } else { "" };
-            let (count, shown) = (names.len(), shown.join(", "));
-            write!(f, "{joint}{count} {noun} ({shown}{more}: {why})")?;
-            joint = ", ";
+            let listed = names.iter().take(MAX_NAMES);
+            let listed: Vec<&str> = listed.map(String::as_str).collect();
+            let more = if names.len() > MAX_NAMES { ", ..." } else { "" };
+            let (count, listed) = (names.len(), listed.join(", "));
+            write!(f, "{separator}{count} {noun} ({listed}{more}: {reason})")?;
+            separator = ", ";
         }
         Ok(())
     }
@@ -122,7 +126,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_may_have_been_meant_is_told_and_nothing_else() {
+    fn lists_skipped_entries_by_kind() {
         let scratch = tempfile::tempdir().unwrap();
         let at = |name: &str| scratch.path().join(name);
         for name in ["README.md", "a.binary", "a_fc1.npy", "no-ending"] {
@@ -140,11 +144,11 @@ mod tests {
         let expected = SkippedEntries {
             directories: ["s1", "s2", "s3", "s4.binary"].map(str::to_owned).into(),
             not_utf8: Vec::new(),
-            capitals: ["B.BSDF", "c.Binary"].map(str::to_owned).into(),
-            unnamed: [".bsdf", "mean.npy"].map(str::to_owned).into(),
+            uppercase: ["B.BSDF", "c.Binary"].map(str::to_owned).into(),
+            unrecognized: [".bsdf", "mean.npy"].map(str::to_owned).into(),
         };
         assert_eq!(found(), expected);
-        // No more names than a line holds.
+        // The fourth directory exceeds `MAX_NAMES`.
         let text = found().to_string();
         for name in ["s1", "s2", "s3", "B.BSDF", "c.Binary", ".bsdf", "mean.npy"] {
             assert!(text.contains(name), "no {name} in {text}");
@@ -154,7 +158,7 @@ mod tests {
 
     #[cfg(target_os = "linux")]
     #[test]
-    fn names_that_are_no_utf8_are_told() {
+    fn lists_non_utf8_names() {
         use std::os::unix::ffi::OsStrExt;
 
         let scratch = tempfile::tempdir().unwrap();

@@ -1,4 +1,4 @@
-//! Several sources of materials, to train on all of them.
+//! Several sources of training materials, and the share of each.
 
 use std::collections::HashMap;
 
@@ -10,29 +10,29 @@ use crate::error::SourceError;
 use crate::setting::{Setting, SettingError, SettingNames};
 use crate::{Material, Source};
 
-/// Sources of materials, and how much of training each of them gets.
+/// Sources of materials, and the share of training tasks that each gets.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sources {
     sources: Vec<Source>,
-    /// One for each source, 1 together; None if all materials count alike.
+    /// One share for each source, with sum 1. None if all materials have equal weight.
     shares: Option<Vec<f32>>,
 }
 
-/// The materials of one source, which lie in a row, and how often training takes one of them.
+/// The materials of one source and their share of the training tasks. They are consecutive in the list of all materials.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SourceShare {
     /// The source's label.
     pub label: String,
     /// The origin of the materials.
     pub origin: Origin,
-    /// How many they are.
+    /// The number of materials.
     pub materials: usize,
-    /// Their share of all tasks that are given ones; those of all source_shares are 1 together.
+    /// The share of training tasks, without those of added procedural materials. The shares of all sources have sum 1.
     pub share: f32,
 }
 
 impl SourceShare {
-    /// All materials of a source, which training takes alike.
+    /// Returns the share of a single source: all tasks.
     #[must_use]
     pub fn single(source: &Source, materials: usize) -> Self {
         Self {
@@ -47,20 +47,20 @@ impl SourceShare {
     }
 }
 
-/// Materials of several sources, and which source_share of them each source is.
+/// Materials of several sources, and the share of each source.
 pub type MaterialsAndShares = (Vec<Box<dyn Material>>, Vec<SourceShare>);
 
-/// Why sources and shares do not go together.
+/// Shares that do not fit the sources.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ShareError {
-    /// There are more or fewer shares than sources.
+    /// The number of shares differs from that of sources.
     Count {
-        /// How many sources there are.
+        /// The number of sources.
         sources: usize,
-        /// How many shares.
+        /// The number of shares.
         shares: usize,
     },
-    /// A source of a share of 0 need not be given.
+    /// A share is not a positive finite number.
     NotPositive(f32),
 }
 
@@ -69,12 +69,10 @@ impl SettingError for ShareError {
         let [share, data] = [Setting::Share, Setting::Materials].map(name);
         match self {
             Self::Count { sources, shares } => {
-                format!(
-                    "{share} needs one number for each of {data}: {shares} for {sources} of them"
-                )
+                format!("{share} has {shares} numbers for {sources} of {data}; give one for each")
             }
             Self::NotPositive(value) => {
-                format!("{share} must be above 0, and not {value}: leave out that one of {data}")
+                format!("{share} has {value}, and must be above 0; leave out that one of {data}")
             }
         }
     }
@@ -84,10 +82,10 @@ display_with_setting_names!(ShareError);
 impl std::error::Error for ShareError {}
 
 impl Sources {
-    /// Sources in proportion to the numbers given, or, without any, to how many materials each has.
+    /// Combines sources in proportion to `shares`. Without shares, each source is weighted by its number of materials.
     ///
     /// # Errors
-    /// If there is not one positive number for each.
+    /// If there are shares, and not one positive finite number for each source.
     pub fn new(sources: Vec<Source>, shares: &[f32]) -> Result<Self, ShareError> {
         if let Some(share) = shares
             .iter()
@@ -98,7 +96,7 @@ impl Sources {
         let sum: f32 = shares.iter().sum();
         let shares = match shares {
             [] => None,
-            some if some.len() == sources.len() => Some(some.iter().map(|s| s / sum).collect()),
+            each if each.len() == sources.len() => Some(each.iter().map(|s| s / sum).collect()),
             _ => {
                 return Err(ShareError::Count {
                     sources: sources.len(),
@@ -109,13 +107,13 @@ impl Sources {
         Ok(Self { sources, shares })
     }
 
-    /// All of them.
+    /// Returns the sources.
     #[must_use]
     pub fn as_slice(&self) -> &[Source] {
         &self.sources
     }
 
-    /// Their names, without directories, and their shares, if any were given.
+    /// Returns the labels of the sources, with their shares if any were given.
     #[must_use]
     pub fn label(&self) -> String {
         let labels = self.sources.iter().map(Source::label);
@@ -130,19 +128,19 @@ impl Sources {
         labels.join(" and ")
     }
 
-    /// Reads all of them, one source after the other.
+    /// Reads the materials of all sources.
     ///
     /// # Errors
-    /// If one cannot be read, or two hold a material of the same name.
+    /// If a source cannot be read, or two sources hold a material of the same name.
     pub fn load(&self) -> Result<MaterialsAndShares, SourceError> {
         let lists = self.sources.iter().map(Source::load);
         self.join(lists.collect::<Result<_, _>>()?)
     }
 
-    /// Joins what each source holds.
+    /// Joins the materials of each source.
     ///
     /// # Errors
-    /// If two of them hold a material of the same name.
+    /// If two sources hold a material of the same name.
     pub fn join(
         &self,
         lists: Vec<Vec<Box<dyn Material>>>,
@@ -164,7 +162,7 @@ impl Sources {
         Ok((lists.into_iter().flatten().collect(), source_shares))
     }
 
-    /// The source_share of each source, given the number of its materials.
+    /// Returns the share of each source, given the number of materials of each.
     #[must_use]
     pub fn source_shares(&self, counts: &[usize]) -> Vec<SourceShare> {
         let total: usize = counts.iter().sum();
@@ -190,10 +188,10 @@ mod tests {
 
     #[test]
     fn shares_are_in_proportion() {
-        let given = sources(&["procedural:30:1", "procedural:10:2"]);
+        let list = sources(&["procedural:30:1", "procedural:10:2"]);
         for (shares, expected) in [(&[][..], 0.75), (&[1.0, 3.0][..], 0.25)] {
-            let sources = Sources::new(given.clone(), shares).expect("shares are right");
-            let (materials, source_shares) = sources.load().expect("names differ");
+            let sources = Sources::new(list.clone(), shares).expect("valid shares");
+            let (materials, source_shares) = sources.load().expect("distinct names");
             assert_eq!(materials.len(), 40);
             assert_eq!(
                 [source_shares[0].materials, source_shares[1].materials],
@@ -204,7 +202,7 @@ mod tests {
                 [expected, 1.0 - expected]
             );
         }
-        let sources = Sources::new(given, &[1.0, 3.0]).expect("shares are right");
+        let sources = Sources::new(list, &[1.0, 3.0]).expect("valid shares");
         assert_eq!(
             sources.label(),
             "procedural:30:1 (0.250) and procedural:10:2 (0.750)"
@@ -212,13 +210,13 @@ mod tests {
     }
 
     #[test]
-    fn what_does_not_go_together_is_refused() {
-        let given = sources(&["procedural:3", "procedural:4"]);
+    fn rejects_wrong_shares_and_duplicate_names() {
+        let list = sources(&["procedural:3", "procedural:4"]);
         for shares in [&[1.0][..], &[1.0, 1.0, 1.0], &[1.0, 0.0], &[1.0, f32::NAN]] {
-            Sources::new(given.clone(), shares).expect_err("shares are wrong");
+            Sources::new(list.clone(), shares).expect_err("invalid shares");
         }
-        let sources = Sources::new(given, &[]).expect("none are needed");
-        let error = sources.load().err().expect("three names are the same");
+        let sources = Sources::new(list, &[]).expect("no shares");
+        let error = sources.load().err().expect("duplicate names");
         assert!(
             matches!(&error, SourceError::DuplicateAcrossSources { name, .. } if name.starts_with("procedural-000")),
             "{error}"

@@ -1,46 +1,47 @@
-//! The directions of the loss: always the same, uniform in the Rusinkiewicz angles over the valid region.
+//! The fixed directions of the loss, uniform in the Rusinkiewicz angles over the valid region.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 use glimpse_core::geometry::{Angles, HalfDifference};
 
-/// How many directions a fit is compared with its material at.
+/// The number of directions of the loss.
 pub const DIRECTIONS: usize = 40_503;
-/// Places among which those are valid.
-const PLACES: u32 = 65_536;
-/// The root of x^3 = x + 1, whose powers 1/x and 1/x^2 are the steps of the two-dimensional additive
-/// recurrence that fills the unit square most evenly.
+/// The number of candidates, of which [`DIRECTIONS`] are valid.
+const CANDIDATES: u32 = 65_536;
+/// The plastic ratio: the root x of x^3 = x + 1. 1/x and 1/x^2 are the steps of an additive recurrence that fills the unit
+/// square evenly (the R2 sequence).
 const RATIO: f64 = 1.324_717_957_244_746;
 
-/// Returns [`DIRECTIONS`] Rusinkiewicz angles in radians, uniform in (theta_h, theta_d, phi_d) over the
-/// valid region: both directions above the horizon; phi_d in \[0, 2 pi). They are not uniform over the
-/// hemisphere: highlights, at small theta_h, count for more. `trainer/docs/losses.md` defines the loss.
+/// Returns [`DIRECTIONS`] Rusinkiewicz angles in radians, uniform in (theta_h, theta_d, phi_d) over the valid region: both
+/// directions are above the horizon, and phi_d is in \[0, 2 pi). They are not uniform over the hemisphere: highlights, at
+/// small theta_h, have more weight. `trainer/docs/losses.md` defines the loss.
 ///
-/// They do not depend on a seed. A mean over as many directions drawn at random moves by several
-/// per cent from draw to draw, since most of the loss of a glossy material lies at a theta_h of
-/// very few degrees: how many of the directions come to lie there, and where, decides. Here theta_h
-/// rises in equal steps, and theta_d and phi_d follow a recurrence that fills any range of theta_h
-/// evenly. Shifted sets of this kind agree within half a per cent, mean by mean.
+/// The directions do not depend on a seed. Means over the same number of random directions vary by several percent, because
+/// most of the loss of a glossy material is at a theta_h of very few degrees. Here theta_h increases in equal steps, and
+/// theta_d and phi_d follow a recurrence that fills every range of theta_h evenly. Means over shifted sets of this kind
+/// agree within 0.5 percent.
 #[must_use]
 pub fn directions() -> Vec<Angles<f32>> {
-    among(PLACES)
+    valid_directions(CANDIDATES)
 }
 
-/// A quarter as many, for who cannot afford more: means over them are up to some per cent off.
+/// Returns about a quarter of the number of [`directions`], for cheap estimates. Means over them deviate by up to some
+/// percent.
 #[must_use]
 pub fn coarse_directions() -> Vec<Angles<f32>> {
-    among(PLACES / 4)
+    valid_directions(CANDIDATES / 4)
 }
 
-fn among(places: u32) -> Vec<Angles<f32>> {
-    (0..places)
+/// Returns the valid ones among a given number of candidates.
+fn valid_directions(candidates: u32) -> Vec<Angles<f32>> {
+    (0..candidates)
         .map(f64::from)
         .map(|index| {
-            let share = |power: i32| (0.5 + index / RATIO.powi(power)).fract();
+            let fraction = |power: i32| (0.5 + index / RATIO.powi(power)).fract();
             Angles {
-                theta_h: (FRAC_PI_2 * (index + 0.5) / f64::from(places)) as f32,
-                theta_d: (FRAC_PI_2 * share(1)) as f32,
-                phi_d: (TAU * share(2)) as f32,
+                theta_h: (FRAC_PI_2 * (index + 0.5) / f64::from(candidates)) as f32,
+                theta_d: (FRAC_PI_2 * fraction(1)) as f32,
+                phi_d: (TAU * fraction(2)) as f32,
             }
         })
         .filter(|angles| HalfDifference::from_angles(*angles).is_valid())
@@ -52,10 +53,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_part_of_the_valid_region_has_its_share() {
+    fn directions_are_uniform_over_the_valid_region() {
         let all = directions();
         assert_eq!(all.len(), DIRECTIONS);
-        // The share of boxes of the valid region, against a fine grid of midpoints.
+        // The fraction of points in boxes of the valid region, compared with a fine grid of midpoints.
         let grid: Vec<[f64; 3]> = {
             const SIDE: usize = 64;
             let middle = |index: usize| (index as f64 + 0.5) / SIDE as f64;
@@ -71,7 +72,7 @@ mod tests {
                 })
                 .collect()
         };
-        let found: Vec<[f64; 3]> = all
+        let points: Vec<[f64; 3]> = all
             .iter()
             .map(|angles| {
                 [
@@ -87,11 +88,11 @@ mod tests {
             [1.0, 1.0, 0.25],
             [0.25, 0.25, 0.25],
         ] {
-            let share = |points: &[[f64; 3]]| {
+            let fraction = |points: &[[f64; 3]]| {
                 let inside = |point: &&[f64; 3]| point.iter().zip(corner).all(|(x, end)| *x < end);
                 points.iter().filter(inside).count() as f64 / points.len() as f64
             };
-            let (found, expected) = (share(&found), share(&grid));
+            let (found, expected) = (fraction(&points), fraction(&grid));
             assert!(
                 (found - expected).abs() < 0.02 * expected,
                 "{corner:?}: {found}, {expected}"

@@ -1,6 +1,6 @@
-//! The paper's loss of a whole BRDF: mean cosine-weighted logarithmic error over many directions.
+//! The paper's loss of a whole BRDF: the mean cosine-weighted logarithmic error over many directions.
 //!
-//! `trainer/docs/losses.md` defines it; [`directions`] are the directions of every evaluation.
+//! `trainer/docs/losses.md` defines the loss. [`directions`] returns the directions of every evaluation.
 
 mod directions;
 
@@ -11,15 +11,14 @@ use glimpse_core::model::loss::cosine_weighted_log_error;
 
 use crate::{Brdf, Material};
 
-/// Directions that are evaluated in one call.
+/// The number of directions that one call evaluates.
 const BATCH: usize = 4096;
 
-/// Mean over directions and channels of |ln(1 + y c) - ln(1 + f c)|, c = cos(theta_i) clamped to
-/// \[0, 1\].
+/// Returns the mean over directions and channels of |ln(1 + y c) - ln(1 + f c)|, with c = cos(theta_i) clamped to \[0, 1\].
 ///
-/// `brdf` is f, the fitted BRDF; `reference` holds y, the measured BRDF at each of `at`. Both are in
-/// linear RGB, sr^-1, not times the cosine. The mean is taken in f64. If the lists differ in length the longer one is cut. No samples have
-/// mean 0; a value that is not a number makes the mean one that is none either.
+/// `brdf` is f, the fitted BRDF. `reference` holds y, the measured BRDF at each element of `at`. Both are in linear RGB,
+/// sr^-1, not times the cosine. The mean is computed in f64. If the lists differ in length, the longer one is truncated. The
+/// mean of no samples is 0. A NaN value makes the mean NaN.
 pub fn mean_log_error(
     brdf: &(impl Brdf + ?Sized),
     at: &[HalfDifference<f32>],
@@ -37,7 +36,7 @@ pub fn mean_log_error(
     sum / (3 * count.max(1)) as f64
 }
 
-/// The same of a fitted BRDF by its values at each of `at`.
+/// Returns [`mean_log_error`] of a fitted BRDF given by its values at each element of `at`.
 #[must_use]
 pub fn mean_log_error_of_values(
     fitted: &[[f32; 3]],
@@ -48,7 +47,7 @@ pub fn mean_log_error_of_values(
     sum_of_errors(at, reference, fitted) / (3 * count.max(1)) as f64
 }
 
-/// Sum over directions and channels.
+/// Returns the sum of errors over directions and channels.
 fn sum_of_errors(at: &[HalfDifference<f32>], reference: &[[f32; 3]], fitted: &[[f32; 3]]) -> f64 {
     let each = at.iter().zip(reference).zip(fitted);
     let errors = each.map(|((at, measured), fitted)| {
@@ -80,25 +79,25 @@ mod tests {
 
     use super::*;
 
-    fn straight_down(count: usize) -> Vec<HalfDifference<f32>> {
+    fn normal_incidence(count: usize) -> Vec<HalfDifference<f32>> {
         vec![HalfDifference::from_angles(Angles::default()); count]
     }
 
     #[test]
-    fn the_mean_is_over_samples_and_channels() {
-        // Two batches and a bit. By hand: ln 2, ln 3 and 0 for the channels of every sample.
-        let at = straight_down(2 * BATCH + 5);
+    fn averages_over_samples_and_channels() {
+        // More than two batches. The errors of each sample's channels are ln 2, ln 3 and 0.
+        let at = normal_incidence(2 * BATCH + 5);
         let reference = vec![[1.0, 0.0, 0.5]; at.len()];
         let brdf = |_: &HalfDifference<f32>| [0.0, 2.0, 0.5];
         let expected = 6.0_f64.ln() / 3.0;
         assert!((mean_log_error(&brdf, &at, &reference) - expected).abs() < 1e-7);
         let fitted = vec![[0.0, 2.0, 0.5]; at.len()];
-        let of_values = mean_log_error_of_values(&fitted, &at, &reference);
-        assert!((of_values - expected).abs() < 1e-7);
+        let from_values = mean_log_error_of_values(&fitted, &at, &reference);
+        assert!((from_values - expected).abs() < 1e-7);
     }
 
     #[test]
-    fn values_are_weighted_by_the_cosine_of_the_incoming_direction() {
+    fn weights_by_cosine_of_incoming_direction() {
         let angles = Angles {
             theta_h: 0.4,
             theta_d: 0.3,
@@ -112,9 +111,9 @@ mod tests {
     }
 
     #[test]
-    fn nothing_has_no_error_and_broken_values_are_not_hidden() {
-        let broken = |_: &HalfDifference<f32>| [f32::NAN; 3];
-        assert_eq!(mean_log_error(&broken, &[], &[]), 0.0);
-        assert!(mean_log_error(&broken, &straight_down(2), &[[1.0; 3]; 2]).is_nan());
+    fn mean_of_no_samples_is_0_and_nan_propagates() {
+        let nan = |_: &HalfDifference<f32>| [f32::NAN; 3];
+        assert_eq!(mean_log_error(&nan, &[], &[]), 0.0);
+        assert!(mean_log_error(&nan, &normal_incidence(2), &[[1.0; 3]; 2]).is_nan());
     }
 }

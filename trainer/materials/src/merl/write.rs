@@ -1,4 +1,4 @@
-//! MERL's tables, written: any BRDF at the table's nodes.
+//! Writing of MERL tables: any BRDF at the table's nodes.
 
 use std::io;
 use std::path::Path;
@@ -11,12 +11,13 @@ use super::{FILE_BYTES, NODES, NOT_MEASURED, SCALE, degrees, theta_h};
 use crate::files::write_atomic;
 use crate::{Brdf, Material, NotFinite, SourceError};
 
-/// Tabulates a BRDF at MERL's nodes: the bytes of a `NAME.binary`.
+/// Tabulates a BRDF at MERL's nodes. Returns the bytes of a `NAME.binary`.
 ///
-/// Below the horizon stands "not measured", and 0 for what is less than 0, which would read as that.
+/// Nodes below the horizon are marked as not measured. Negative values are written as 0, because they would mean "not
+/// measured".
 ///
 /// # Errors
-/// If the BRDF is not finite at some node.
+/// If the BRDF is not finite at a node.
 pub fn to_merl(brdf: &(impl Brdf + ?Sized)) -> Result<Vec<u8>, NotFinite> {
     let rows: Vec<Vec<[f64; 3]>> = (0..NODES[0] * NODES[1])
         .into_par_iter()
@@ -32,23 +33,21 @@ pub fn to_merl(brdf: &(impl Brdf + ?Sized)) -> Result<Vec<u8>, NotFinite> {
     Ok(bytes)
 }
 
-/// Writes what [`to_merl`] makes of a material.
-///
-/// The file appears whole or not at all.
+/// Tabulates a material with [`to_merl`] and writes the file atomically.
 ///
 /// # Errors
-/// If the material is not finite somewhere, or the file cannot be written.
+/// If the material is not finite at a node, or the file cannot be written.
 pub fn write_merl(path: &Path, material: &dyn Material) -> Result<(), SourceError> {
-    let fail = |source| SourceError::Write {
+    let write_error = |source| SourceError::Write {
         path: path.into(),
         source,
     };
     let bytes = to_merl(material)
-        .map_err(|error| fail(io::Error::new(io::ErrorKind::InvalidData, error)))?;
-    write_atomic(path, &bytes).map_err(fail)
+        .map_err(|error| write_error(io::Error::new(io::ErrorKind::InvalidData, error)))?;
+    write_atomic(path, &bytes).map_err(write_error)
 }
 
-/// A BRDF's stored values at all phi_d.
+/// Returns the stored values of a BRDF at all phi_d.
 fn tabulate_row(
     brdf: &(impl Brdf + ?Sized),
     theta_h: f64,

@@ -1,9 +1,9 @@
-//! One file: a header, and values by outgoing direction.
+//! One PAB-Opto file: a header, and values by outgoing direction.
 
-use super::{FROM_XYZ, times};
+use super::{FROM_XYZ, product};
 use crate::untrusted::escaped;
 
-/// What a line of the header may begin with; others are passed over.
+/// Beginnings of header lines that identify the format.
 const KEYS: [&str; 4] = [
     "#format: theta phi",
     "#intheta",
@@ -11,24 +11,24 @@ const KEYS: [&str; 4] = [
     "#colorimetry:",
 ];
 
-/// Where the header says how many lines of values follow, and all theta_i of the set, in degrees. They
-/// are this program's own.
-pub(super) const VALUES: &str = "#values";
-pub(super) const SET: &str = "#set_intheta";
+/// The header key of the number of value lines. Only this program writes it.
+pub(super) const VALUE_COUNT: &str = "#values";
+/// The header key of all theta_i of the set, in degrees. Only this program writes it.
+pub(super) const SET_THETA_I: &str = "#set_intheta";
 
-/// True of bytes that begin as such a file does.
-pub(crate) fn begins(head: &[u8]) -> bool {
+/// Returns true if the first bytes of a file hold a header key of the format.
+pub(crate) fn has_signature(head: &[u8]) -> bool {
     let text = String::from_utf8_lossy(head);
     text.starts_with('#') && KEYS.iter().any(|key| text.contains(key))
 }
 
-/// The name of the sample that a file says it is of.
-pub(super) fn sample_of(text: &str) -> Option<&str> {
-    entry_of(text, "#sample_name")
+/// Returns the name of the sample in a file's header.
+pub(super) fn sample_name(text: &str) -> Option<&str> {
+    header_value(text, "#sample_name")
 }
 
-/// What follows a key in a file's header.
-fn entry_of<'a>(text: &'a str, key: &str) -> Option<&'a str> {
+/// Returns the text after a key in a file's header.
+fn header_value<'a>(text: &'a str, key: &str) -> Option<&'a str> {
     let lines = text.lines().take_while(|line| line.starts_with('#'));
     lines
         .filter_map(|line| line.strip_prefix(key))
@@ -36,39 +36,41 @@ fn entry_of<'a>(text: &'a str, key: &str) -> Option<&'a str> {
         .next()
 }
 
-/// theta_o and phi_o in degrees, and the BRDF in linear RGB, sr^-1.
+/// theta_o and phi_o in degrees, and the BRDF in linear RGB, sr^-1 (not times the cosine).
 pub(super) type Value = ([f64; 2], [f32; 3]);
 
-/// What was measured at one incoming direction.
+/// The measurement at one incoming direction.
 pub(super) struct Incidence {
     /// Degrees.
     pub(super) theta_i: f64,
+    /// Degrees.
     pub(super) phi_i: f64,
     pub(super) values: Vec<Value>,
-    /// All theta_i of its set, if it says them: this program's files do.
-    pub(super) set: Option<Vec<f64>>,
+    /// All theta_i of the set in degrees, if the header lists them.
+    pub(super) set_theta_i: Option<Vec<f64>>,
 }
 
-/// Numbers of a line beside its angles.
+/// The color space of a line's values.
 #[derive(Clone, Copy)]
-enum Colors {
-    Gray,
+enum Colorimetry {
+    /// CIE Y: one value.
+    Y,
+    /// CIE XYZ: three values.
     Xyz,
 }
 
 impl Incidence {
     /// Reads a file's text.
     pub(super) fn parse(text: &str) -> Result<Self, String> {
-        // What is cut in a number is a number still.
+        // A number that is cut short may still be a valid number.
         if !text.ends_with('\n') {
             let last = text.lines().last().unwrap_or_default();
             return Err(format!(
-                "its last line, `{}`, has no end: it was cut short; get it again, or end the line if \
-                 it is whole",
+                "its last line, `{}`, has no line break, so that it may be cut short; get it again, or end the line",
                 escaped(last)
             ));
         }
-        let (mut colors, mut times_cosine) = (Colors::Gray, None);
+        let (mut colorimetry, mut times_cosine) = (Colorimetry::Y, None);
         let (mut theta_i, mut phi_i) = (None, None);
         let header = text.lines().take_while(|line| line.starts_with('#'));
         for line in header.clone() {
@@ -77,12 +79,12 @@ impl Incidence {
             let words: Vec<&str> = words.collect();
             match (key, &words[..]) {
                 ("colorimetry:", [kind]) => {
-                    colors = match kind.to_ascii_uppercase().as_str() {
-                        "CIE-XYZ" => Colors::Xyz,
-                        "CIE-Y" => Colors::Gray,
+                    colorimetry = match kind.to_ascii_uppercase().as_str() {
+                        "CIE-XYZ" => Colorimetry::Xyz,
+                        "CIE-Y" => Colorimetry::Y,
                         _ => {
                             return Err(format!(
-                                "its colorimetry is {}, and CIE-XYZ and CIE-Y are read; convert its values",
+                                "its colorimetry is {}, and must be CIE-XYZ or CIE-Y; convert its values",
                                 escaped(kind)
                             ));
                         }
@@ -94,7 +96,7 @@ impl Incidence {
                         "DSF" => Some(true),
                         _ => {
                             return Err(format!(
-                                "its format is {}, and BRDF, BSDF and DSF are read; take it away",
+                                "its format is {}, and must be BRDF, BSDF or DSF; remove the file",
                                 escaped(kind)
                             ));
                         }
@@ -109,13 +111,13 @@ impl Incidence {
                 _ => {}
             }
         }
-        let lacks = |what: &str| format!("its header has no line {what}; add it");
-        let times_cosine = times_cosine.ok_or_else(|| lacks("#format: theta phi BRDF"))?;
-        let theta_i = theta_i.ok_or_else(|| lacks("#intheta DEGREES"))?;
-        let phi_i = phi_i.ok_or_else(|| lacks("#inphi DEGREES"))?;
+        let missing_line = |line: &str| format!("its header has no line {line}; add it");
+        let times_cosine = times_cosine.ok_or_else(|| missing_line("#format: theta phi BRDF"))?;
+        let theta_i = theta_i.ok_or_else(|| missing_line("#intheta DEGREES"))?;
+        let phi_i = phi_i.ok_or_else(|| missing_line("#inphi DEGREES"))?;
         if !(0.0..90.0).contains(&theta_i) {
             return Err(format!(
-                "its intheta is {theta_i}, and light from 0 up to 90 degrees is read; take it away"
+                "its intheta is {theta_i}, and must be at least 0 and below 90 degrees; remove the file"
             ));
         }
         let mut values = Vec::new();
@@ -124,7 +126,7 @@ impl Incidence {
             if line.trim().is_empty() {
                 continue;
             }
-            let value = value(line, colors, times_cosine)
+            let value = parse_value(line, colorimetry, times_cosine)
                 .map_err(|what| format!("line {}: {what}", index + 1))?;
             values.extend(value);
         }
@@ -136,52 +138,56 @@ impl Incidence {
             .skip(first)
             .filter(|line| !line.trim().is_empty())
             .count();
-        if let Some(promised) = entry_of(text, VALUES)
-            && promised != lines.to_string()
+        if let Some(stated) = header_value(text, VALUE_COUNT)
+            && stated != lines.to_string()
         {
             return Err(format!(
-                "it has {lines} lines of values where its {VALUES} says {}: it was cut short or \
-                 added to; get it again",
-                escaped(promised)
+                "it has {lines} lines of values, and its {VALUE_COUNT} is {}: lines are missing or were added; get it \
+                 again",
+                escaped(stated)
             ));
         }
-        let set = entry_of(text, SET).map(|set| {
-            let each = set.split_whitespace();
-            each.map(|word| number(SET, word)).collect()
+        let set_theta_i = header_value(text, SET_THETA_I).map(|list| {
+            let words = list.split_whitespace();
+            words.map(|word| number(SET_THETA_I, word)).collect()
         });
         Ok(Self {
             theta_i,
             phi_i,
             values,
-            set: set.transpose()?,
+            set_theta_i: set_theta_i.transpose()?,
         })
     }
 }
 
-/// A finite number.
+/// Parses a finite number.
 fn number(what: &str, word: &str) -> Result<f64, String> {
     let number = word.parse().ok().filter(|number: &f64| number.is_finite());
     number.ok_or_else(|| {
         format!(
-            "{what} is `{}`, which is no finite number; get it again",
+            "{what} is `{}`, and must be a finite number; get it again",
             escaped(word)
         )
     })
 }
 
-/// Angles and BRDF of a line; None where it is of light that goes through.
-fn value(line: &str, colors: Colors, times_cosine: bool) -> Result<Option<Value>, String> {
+/// Parses the angles and the BRDF of a line. Returns None for transmitted light.
+fn parse_value(
+    line: &str,
+    colorimetry: Colorimetry,
+    times_cosine: bool,
+) -> Result<Option<Value>, String> {
     let words: Vec<&str> = line.split_whitespace().collect();
-    let (theta, phi, xyz) = match (colors, &words[..]) {
-        (Colors::Gray, [theta, phi, y]) => (theta, phi, [y; 3]),
-        (Colors::Xyz, [theta, phi, x, y, z]) => (theta, phi, [x, y, z]),
+    let (theta, phi, xyz) = match (colorimetry, &words[..]) {
+        (Colorimetry::Y, [theta, phi, y]) => (theta, phi, [y; 3]),
+        (Colorimetry::Xyz, [theta, phi, x, y, z]) => (theta, phi, [x, y, z]),
         _ => {
-            let expected = match colors {
-                Colors::Gray => "theta, phi and 1 value",
-                Colors::Xyz => "theta, phi and 3 values",
+            let expected = match colorimetry {
+                Colorimetry::Y => "theta, phi and 1 value",
+                Colorimetry::Xyz => "theta, phi and 3 values",
             };
             return Err(format!(
-                "it has {} words where its header promises {expected}; get it again",
+                "it has {} words, and must have {expected}; get it again",
                 words.len()
             ));
         }
@@ -194,15 +200,15 @@ fn value(line: &str, colors: Colors, times_cosine: bool) -> Result<Option<Value>
     if !(0.0..90.0).contains(&theta) {
         return Ok(None);
     }
-    if let Colors::Xyz = colors {
-        brdf = times(&FROM_XYZ, brdf);
+    if let Colorimetry::Xyz = colorimetry {
+        brdf = product(&FROM_XYZ, brdf);
     }
     let cosine = if times_cosine {
         theta.to_radians().cos()
     } else {
         1.0
     };
-    // Colors outside of the triangle of RGB have no place there.
+    // Colors outside of the RGB gamut have negative components.
     let brdf = brdf.map(|value| (value / cosine).clamp(0.0, f64::from(f32::MAX)) as f32);
     Ok(Some(([theta, phi], brdf)))
 }

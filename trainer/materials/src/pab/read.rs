@@ -1,4 +1,4 @@
-//! A set of files, read: scattered directions become the functions of a tensor file.
+//! Reading of PAB-Opto files: scattered directions are resampled to a tensor file.
 
 use std::fs::File;
 use std::io::{self, Read};
@@ -7,25 +7,24 @@ use std::path::{Path, PathBuf};
 use glimpse_core::geometry::HalfDifference;
 
 use super::direction;
-use super::file::{Incidence, SET, sample_of};
-use crate::error::refused;
+use super::file::{Incidence, SET_THETA_I, sample_name};
+use crate::error::read_error;
 use crate::name::{is_name, name_of};
 use crate::untrusted::{escaped, read_at_most};
 use crate::{Brdf, RglMeasurement, SourceError, to_rgl};
 
-/// Cells of the plane in each direction; see [`Scattered`].
+/// Cells along each axis of the plane; see [`ScatteredValues`].
 const CELLS: usize = 60;
-/// Of so many nearest values the mean is taken.
+/// The number of nearest values that are averaged.
 const NEAREST: usize = 4;
-/// Degrees within which two phi_i, or two theta_i, are the same.
-const SAME: f64 = 0.01;
-/// The longest file that is read: a million directions and more. This program's have 300 kB.
-const MOST_BYTES: u64 = 1 << 26;
-/// Where the header of another file beside it, which says its sample, ends at the latest.
-const HEAD: u64 = 1 << 14;
+/// The tolerance in degrees within which two phi_i or two theta_i are equal.
+const ANGLE_TOLERANCE: f64 = 0.01;
+/// The length limit of a file, for more than a million directions. Files from this program have 300 kB.
+const MAX_BYTES: u64 = 1 << 26;
+/// Bytes of another file in the directory that are read to find the name of its sample.
+const HEAD_BYTES: u64 = 1 << 14;
 
-/// Reads the material of whose files `path` is one, as [`PabSet::read`] does: all of it is tabulated as
-/// [`to_rgl`] does, and looked up there.
+/// Reads a material with [`PabSet::read`] and resamples it with [`to_rgl`]. `path` is any of its files.
 ///
 /// # Errors
 /// As [`PabSet::read`].
@@ -35,7 +34,7 @@ pub fn read_pab(path: &Path) -> Result<RglMeasurement, SourceError> {
     RglMeasurement::parse(set.sample, &bytes).map_err(damaged(path))
 }
 
-/// What becomes of something that is wrong with a file.
+/// Returns a function that makes a [`SourceError::Damaged`] of a description.
 fn damaged(path: &Path) -> impl Fn(String) -> SourceError {
     move |what| SourceError::Damaged {
         path: path.into(),
@@ -43,56 +42,67 @@ fn damaged(path: &Path) -> impl Fn(String) -> SourceError {
     }
 }
 
-/// A material at the directions that it was measured at.
+/// A material at its measured directions.
 ///
-/// What lies between them is interpolated: between outgoing ones the nearest four by their distance,
-/// between two theta_i at the same half vector.
+/// Between outgoing directions, the four nearest values are averaged with inverse squared distances as weights. Between
+/// two theta_i, the BRDF is interpolated linearly at the same half vector.
 pub struct PabSet {
     sample: String,
-    /// By increasing theta_i in degrees.
-    slices: Vec<(f64, Scattered)>,
+    /// theta_i in degrees, in increasing order, and the values there.
+    slices: Vec<(f64, ScatteredValues)>,
 }
 
 impl PabSet {
-    /// Reads the material of whose files `path` is one: those beside it of the same ending that name
-    /// the same sample. It is named by that.
+    /// Reads a material. `path` is any of its files. The others are those in the same directory with the same extension and
+    /// the same sample name, which becomes the name of the material.
     ///
     /// # Errors
-    /// If a file cannot be read or is damaged, light came from more than one phi_i, or a file is
-    /// missing of a set that says which it has.
+    /// If a file cannot be read or is damaged, the files have more than one phi_i, or a theta_i that a header lists is
+    /// missing.
     pub fn read(path: &Path) -> Result<Self, SourceError> {
-        let (sample, files) = set_of(path)?;
-        let mut slices: Vec<(f64, Scattered)> = Vec::new();
+        let (sample, files) = sample_files(path)?;
+        let mut slices: Vec<(f64, ScatteredValues)> = Vec::new();
         let mut phi_i = None;
-        let mut promised = None;
+        let mut set_theta_i = None;
         for file in &files {
-            let incidence = Incidence::parse(&text_of(file)?).map_err(damaged(file))?;
-            if incidence.theta_i > SAME {
+            let incidence = Incidence::parse(&read_text(file)?).map_err(damaged(file))?;
+            if incidence.theta_i > ANGLE_TOLERANCE {
                 let first = *phi_i.get_or_insert(incidence.phi_i);
-                if (incidence.phi_i - first).abs() > SAME {
+                if (incidence.phi_i - first).abs() > ANGLE_TOLERANCE {
                     return Err(damaged(file)(format!(
-                        "its inphi is {}, and {first} in others of {}: it may be anisotropic, and \
-                         only isotropic materials (one inphi) are read; take it away",
+                        "its inphi is {}, and that of other files of {} is {first}; only isotropic materials (one inphi) \
+                         are supported; remove the file",
                         incidence.phi_i,
                         escaped(&sample)
                     )));
                 }
             }
-            slices.push((incidence.theta_i, Scattered::of(&incidence)));
-            promised = promised.or(incidence.set);
+            slices.push((incidence.theta_i, ScatteredValues::new(&incidence)));
+            set_theta_i = set_theta_i.or(incidence.set_theta_i);
         }
         slices.sort_by(|(a, _), (b, _)| a.total_cmp(b));
-        if let Some([(theta, _), _]) = slices.array_windows().find(|[a, b]| b.0 - a.0 < SAME) {
+        if let Some([(theta, _), _]) = slices
+            .array_windows()
+            .find(|[a, b]| b.0 - a.0 < ANGLE_TOLERANCE)
+        {
             return Err(damaged(path)(format!(
-                "two files of {} have an intheta of {theta}; take one away",
+                "two files of {} have the intheta {theta}; remove one",
                 escaped(&sample)
             )));
         }
-        let is_there = |theta: &f64| slices.iter().any(|(other, _)| (other - theta).abs() < SAME);
-        if let Some(theta) = promised.iter().flatten().find(|theta| !is_there(theta)) {
+        let is_present = |theta: &f64| {
+            slices
+                .iter()
+                .any(|(other, _)| (other - theta).abs() < ANGLE_TOLERANCE)
+        };
+        if let Some(theta) = set_theta_i
+            .iter()
+            .flatten()
+            .find(|theta| !is_present(theta))
+        {
             return Err(damaged(path)(format!(
-                "its {SET} names an intheta of {theta}, and of the {} files of {} beside it none \
-                 has that; put the missing one back",
+                "its {SET_THETA_I} lists the intheta {theta}, and none of the {} files of {} has it; restore the missing \
+                 file",
                 files.len(),
                 escaped(&sample)
             )));
@@ -101,42 +111,46 @@ impl PabSet {
     }
 }
 
-/// The files of the material of which `path` is one.
+/// Returns the files of a material. `path` is one of them.
 pub(crate) fn files_of(path: &Path) -> Result<Vec<PathBuf>, SourceError> {
-    Ok(set_of(path)?.1)
+    Ok(sample_files(path)?.1)
 }
 
-/// Its name, and its files in order.
-fn set_of(path: &Path) -> Result<(String, Vec<PathBuf>), SourceError> {
-    let own = text_of(path)?;
-    let sample = sample_of(&own);
-    let folder = match path.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => folder,
+/// Returns the name of a material and its files in order. `path` is one of them.
+fn sample_files(path: &Path) -> Result<(String, Vec<PathBuf>), SourceError> {
+    let text = read_text(path)?;
+    let sample = sample_name(&text);
+    let directory = match path.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent,
         _ => Path::new("."),
     };
     let mut files = Vec::new();
-    for entry in folder.read_dir().map_err(refused(folder))? {
-        let entry = entry.map_err(refused(folder))?;
-        let beside = path.with_file_name(entry.file_name());
-        if beside.extension() != path.extension() || !beside.is_file() {
+    for entry in directory.read_dir().map_err(read_error(directory))? {
+        let entry = entry.map_err(read_error(directory))?;
+        let other = path.with_file_name(entry.file_name());
+        if other.extension() != path.extension() || !other.is_file() {
             continue;
         }
-        // What is no text is not of the set either.
-        let of_same = head_of(&beside)
-            .is_ok_and(|text| super::begins(text.as_bytes()) && sample_of(&text) == sample);
-        if of_same || beside == path {
-            files.push(beside);
+        // Binary files have no signature.
+        let has_same_sample = read_head(&other).is_ok_and(|text| {
+            super::has_signature(text.as_bytes()) && sample_name(&text) == sample
+        });
+        if has_same_sample || other == path {
+            files.push(other);
         }
     }
     files.sort();
-    let named = sample.map(|name| name.trim_matches('"').to_owned());
-    if let Some(name) = named.iter().find(|name| !name.is_empty() && !is_name(name)) {
+    let stated_name = sample.map(|name| name.trim_matches('"').to_owned());
+    if let Some(name) = stated_name
+        .iter()
+        .find(|name| !name.is_empty() && !is_name(name))
+    {
         return Err(damaged(path)(format!(
-            "its sample_name is {}, and should be a name without slashes; correct it",
+            "its sample_name is {}, and must be a name without slashes; correct it",
             escaped(name)
         )));
     }
-    let name = named
+    let name = stated_name
         .filter(|name| !name.is_empty())
         .or_else(|| name_of(path));
     Ok((
@@ -145,89 +159,92 @@ fn set_of(path: &Path) -> Result<(String, Vec<PathBuf>), SourceError> {
     ))
 }
 
-fn text_of(path: &Path) -> Result<String, SourceError> {
-    let bytes = read_at_most(path, MOST_BYTES).map_err(refused(path))?;
+fn read_text(path: &Path) -> Result<String, SourceError> {
+    let bytes = read_at_most(path, MAX_BYTES).map_err(read_error(path))?;
     String::from_utf8(bytes).map_err(|error| {
         damaged(path)(format!(
-            "it is no text: byte {} is none of UTF-8; get it again",
+            "it is not UTF-8 text at byte {}; get it again",
             error.utf8_error().valid_up_to()
         ))
     })
 }
 
-/// How a file begins that may be of the same set, or a film of a holiday.
-fn head_of(path: &Path) -> io::Result<String> {
+/// Reads the first bytes of a file, which may have any format and length.
+fn read_head(path: &Path) -> io::Result<String> {
     let mut head = Vec::new();
-    File::open(path)?.take(HEAD).read_to_end(&mut head)?;
+    File::open(path)?.take(HEAD_BYTES).read_to_end(&mut head)?;
     Ok(String::from_utf8_lossy(&head).into_owned())
 }
 
-/// Values at scattered outgoing directions, found by place: theta_o (cos phi, sin phi) in units of 90
-/// degrees, phi less that of the incoming direction.
-struct Scattered {
+/// Values at scattered outgoing directions, sorted into square cells of a plane.
+///
+/// A direction has the position theta_o (cos phi, sin phi) in the plane, in units of 90 degrees. phi is the azimuth relative
+/// to the incoming direction.
+struct ScatteredValues {
     cells: Vec<Vec<([f64; 2], [f32; 3])>>,
 }
 
-impl Scattered {
-    fn of(incidence: &Incidence) -> Self {
+impl ScatteredValues {
+    fn new(incidence: &Incidence) -> Self {
         let mut cells = vec![Vec::new(); CELLS * CELLS];
         for ([theta, phi], brdf) in &incidence.values {
             let (sin, cos) = (phi - incidence.phi_i).to_radians().sin_cos();
-            let place = [theta / 90.0 * cos, theta / 90.0 * sin];
-            let [column, row] = place.map(cell);
-            cells[column + CELLS * row].push((place, *brdf));
+            let position = [theta / 90.0 * cos, theta / 90.0 * sin];
+            let [column, row] = position.map(cell);
+            cells[column + CELLS * row].push((position, *brdf));
         }
         Self { cells }
     }
 
-    /// The mean of the nearest values, by their distance's inverse square.
-    fn at(&self, [x, y, z]: [f64; 3]) -> [f64; 3] {
+    /// Returns the mean of the nearest values, weighted by inverse squared distance.
+    fn interpolate(&self, [x, y, z]: [f64; 3]) -> [f64; 3] {
         let across = x.hypot(y);
         let scale = if across > 0.0 {
             across.atan2(z).to_degrees() / 90.0 / across
         } else {
             0.0
         };
-        let place = [x * scale, y * scale];
-        let mut found: Vec<(f64, [f32; 3])> = Vec::new();
-        let [column, row] = place.map(cell);
-        // One ring of cells more than that in which there are enough: it may hold nearer ones.
-        let mut last = CELLS;
+        let position = [x * scale, y * scale];
+        let mut nearest: Vec<(f64, [f32; 3])> = Vec::new();
+        let [column, row] = position.map(cell);
+        // After enough values are found, one more ring of cells is searched, because it may hold nearer ones.
+        let mut last_ring = CELLS;
         for ring in 0..CELLS {
-            if ring > last {
+            if ring > last_ring {
                 break;
             }
-            for (cell_row, cell_column) in on_ring(column, row, ring) {
+            for (cell_row, cell_column) in cells_on_ring(column, row, ring) {
                 for (other, brdf) in &self.cells[cell_column + CELLS * cell_row] {
-                    let square = (other[0] - place[0]).powi(2) + (other[1] - place[1]).powi(2);
-                    found.push((square, *brdf));
+                    let square =
+                        (other[0] - position[0]).powi(2) + (other[1] - position[1]).powi(2);
+                    nearest.push((square, *brdf));
                 }
             }
-            if found.len() >= NEAREST && last == CELLS {
-                last = ring + 1;
+            if nearest.len() >= NEAREST && last_ring == CELLS {
+                last_ring = ring + 1;
             }
         }
-        found.sort_by(|(a, _), (b, _)| a.total_cmp(b));
-        found.truncate(NEAREST);
-        let (mut sum, mut whole) = ([0.0; 3], 0.0);
-        for (square, brdf) in found {
+        nearest.sort_by(|(a, _), (b, _)| a.total_cmp(b));
+        nearest.truncate(NEAREST);
+        let (mut sum, mut total_weight) = ([0.0; 3], 0.0);
+        for (square, brdf) in nearest {
             let weight = 1.0 / (square + 1e-12);
-            whole += weight;
+            total_weight += weight;
             for (sum, value) in sum.iter_mut().zip(brdf) {
                 *sum += weight * f64::from(value);
             }
         }
-        sum.map(|sum| sum / whole)
+        sum.map(|sum| sum / total_weight)
     }
 }
 
-/// The cell of a coordinate of \[-1, 1\].
+/// Returns the cell index of a coordinate in \[-1, 1\].
 fn cell(coordinate: f64) -> usize {
     ((0.5 * (coordinate + 1.0) * CELLS as f64) as usize).min(CELLS - 1)
 }
 
-/// Rows and columns that are so many away.
-fn on_ring(column: usize, row: usize, ring: usize) -> impl Iterator<Item = (usize, usize)> {
+/// Returns row and column of the cells at Chebyshev distance `ring` from a cell.
+fn cells_on_ring(column: usize, row: usize, ring: usize) -> impl Iterator<Item = (usize, usize)> {
     let range = move |at: usize| at.saturating_sub(ring)..=(at + ring).min(CELLS - 1);
     range(row)
         .flat_map(move |r| range(column).map(move |c| (r, c)))
@@ -246,7 +263,7 @@ impl PabSet {
     fn value(&self, at: &HalfDifference<f32>) -> [f64; 3] {
         let [x, y, z] = at.directions().incoming.map(f64::from);
         let theta_i = x.hypot(y).atan2(z);
-        // The half vector, as seen with the incoming direction at phi = 0.
+        // The half vector, rotated so that the incoming direction has phi = 0.
         let (sin_h, cos_h) = (f64::from(at.hx), f64::from(at.hz));
         let phi = -y.atan2(x);
         let half = [sin_h * phi.cos(), sin_h * phi.sin(), cos_h];
@@ -255,7 +272,7 @@ impl PabSet {
             let incoming = direction(*degrees, 0.0);
             let cosine: f64 = incoming.iter().zip(half).map(|(a, b)| a * b).sum();
             let [x, y, z]: [f64; 3] = std::array::from_fn(|i| 2.0 * cosine * half[i] - incoming[i]);
-            scattered.at([x, y, z.max(0.0)])
+            scattered.interpolate([x, y, z.max(0.0)])
         };
         let degrees = theta_i.to_degrees();
         let after = self.slices.partition_point(|(theta, _)| *theta <= degrees);

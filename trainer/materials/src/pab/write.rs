@@ -1,4 +1,4 @@
-//! A BRDF at the directions of a goniophotometer, as text.
+//! Writing of PAB-Opto text: a BRDF at the directions of a goniophotometer.
 
 use std::f64::consts::PI;
 use std::fmt::Write;
@@ -6,29 +6,32 @@ use std::fmt::Write;
 use glimpse_core::geometry::{Directions, HalfDifference};
 use rayon::prelude::*;
 
-use super::file::{SET, VALUES};
-use super::{TO_XYZ, direction, times};
+use super::file::{SET_THETA_I, VALUE_COUNT};
+use super::{TO_XYZ, direction, product};
 use crate::{Brdf, NotFinite, angles_of};
 
 /// theta_i, degrees.
 const THETA_I: [u32; 11] = [0, 10, 20, 30, 40, 50, 60, 70, 75, 80, 85];
-/// Degrees between outgoing directions, and the largest theta_o.
+/// Degrees between outgoing directions.
 const THETA_O_STEP: usize = 2;
 const PHI_O_STEP: usize = 3;
-const LARGEST_THETA_O: usize = 88;
-/// Around the mirror direction highlights are sharp: circles of so many more, at these angles from it.
-const AROUND_MIRROR: [f64; 9] = [0.0, 0.25, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0, 4.0];
+/// The largest theta_o, degrees.
+const MAX_THETA_O: usize = 88;
+/// Angles in degrees between the mirror direction and circles of more directions around it, for sharp highlights.
+const MIRROR_CIRCLES: [f64; 9] = [0.0, 0.25, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0, 4.0];
+/// Directions on each circle.
 const ON_CIRCLE: usize = 24;
-/// What follows NAME in the files' names, one for each incoming direction.
+
+/// Returns the suffixes after NAME in the file names, one for each incoming direction.
 pub fn pab_suffixes() -> impl Iterator<Item = String> {
     THETA_I.iter().map(|theta_i| format!("_in{theta_i:02}.txt"))
 }
 
-/// Tabulates a BRDF, with the light at phi_i = 0 always, so that it is taken to be isotropic: the text of
-/// each file, in the order of [`pab_suffixes`]. What has the same name is the same sample.
+/// Tabulates an isotropic BRDF, with the light at phi_i = 0. Returns the text of each file, in the order of
+/// [`pab_suffixes`]. Files with the same name belong to the same sample.
 ///
 /// # Errors
-/// If the BRDF is not finite in some direction.
+/// If the BRDF is not finite at a direction.
 pub fn to_pab(name: &str, brdf: &(impl Brdf + ?Sized)) -> Result<Vec<String>, NotFinite> {
     let texts = THETA_I.par_iter().map(|theta_i| text(name, brdf, *theta_i));
     texts.collect()
@@ -41,7 +44,7 @@ fn text(name: &str, brdf: &(impl Brdf + ?Sized), theta_i: u32) -> Result<String,
     let set = THETA_I.map(|theta_i| theta_i.to_string()).join(" ");
     let mut text = format!(
         "#sample_name \"{name}\"\n#colorimetry: CIE-XYZ\n#format: theta phi BRDF\n#intheta {theta_i}\n\
-         #inphi 0\n#upphi 0\n{SET} {set}\n{VALUES} {}\n",
+         #inphi 0\n#upphi 0\n{SET_THETA_I} {set}\n{VALUE_COUNT} {}\n",
         outgoing.len()
     );
     let narrow = |theta: f64, phi: f64| direction(theta, phi).map(|value| value as f32);
@@ -51,22 +54,22 @@ fn text(name: &str, brdf: &(impl Brdf + ?Sized), theta_i: u32) -> Result<String,
             incoming,
             outgoing: narrow(theta_o, phi_o),
         };
-        // Never opposite: both are above the horizon.
+        // Both directions are above the horizon, so that they are never opposite.
         let at = HalfDifference::from_directions(&directions).unwrap_or_default();
         let mut rgb = [[0.0; 3]];
         brdf.evaluate(&[at], &mut rgb);
         NotFinite::check(angles_of(&at), rgb[0])?;
-        let [x, y, z] = times(&TO_XYZ, rgb[0].map(f64::from));
-        // To a string, which takes whatever it is given.
+        let [x, y, z] = product(&TO_XYZ, rgb[0].map(f64::from));
+        // Writing to a string never fails.
         let _ = writeln!(text, "{theta_o:.3} {phi_o:.3} {x:.6e} {y:.6e} {z:.6e}");
     }
     Ok(text)
 }
 
-/// theta_o and phi_o, degrees, of a file's lines.
+/// Returns theta_o and phi_o of a file's lines, in degrees.
 fn outgoing(theta_i: f64) -> Vec<[f64; 2]> {
     let mut all = vec![[0.0, 0.0]];
-    for theta in (THETA_O_STEP..=LARGEST_THETA_O).step_by(THETA_O_STEP) {
+    for theta in (THETA_O_STEP..=MAX_THETA_O).step_by(THETA_O_STEP) {
         all.extend(
             (0..360)
                 .step_by(PHI_O_STEP)
@@ -74,17 +77,17 @@ fn outgoing(theta_i: f64) -> Vec<[f64; 2]> {
         );
     }
     let (sin, cos) = theta_i.to_radians().sin_cos();
-    for away in AROUND_MIRROR {
+    for away in MIRROR_CIRCLES {
         let count = if away > 0.0 { ON_CIRCLE } else { 1 };
         let (sin_away, cos_away) = away.to_radians().sin_cos();
         all.extend((0..count).filter_map(|step| {
             let turn = 2.0 * PI * step as f64 / ON_CIRCLE as f64;
             let (along, across) = (sin_away * turn.cos(), sin_away * turn.sin());
-            // Around the z axis, tilted to the mirror direction (-sin, 0, cos).
+            // A circle around the z axis, rotated to the mirror direction (-sin, 0, cos).
             let (x, z) = (along * cos - cos_away * sin, along * sin + cos_away * cos);
             let theta = x.hypot(across).atan2(z).to_degrees();
             let phi = across.atan2(x).to_degrees().rem_euclid(360.0);
-            (theta <= LARGEST_THETA_O as f64).then_some([theta, phi])
+            (theta <= MAX_THETA_O as f64).then_some([theta, phi])
         }));
     }
     all

@@ -78,7 +78,7 @@ impl RglMeasurement {
 
     /// True of bytes that begin as a tensor file does.
     #[must_use]
-    pub fn begins(bytes: &[u8]) -> bool {
+    pub fn has_signature(bytes: &[u8]) -> bool {
         bytes.starts_with(tensor_file::MAGIC)
     }
 }

@@ -8,16 +8,17 @@ use crate::Material;
 
 /// Cells along theta_h, theta_d and phi_d.
 const CELLS: [usize; 3] = [48, 48, 24];
-/// Cells of all phi_d, and of all theta_d and phi_d.
+/// Cells along phi_d.
 const ROW: usize = CELLS[2];
+/// Cells along theta_d and phi_d.
 const SLAB: usize = CELLS[1] * CELLS[2];
-/// Keeps the logarithm of black finite, sr^-1.
-const BLACK: f32 = 1e-4;
+/// An offset that keeps the logarithm of a black BRDF finite, sr^-1.
+const LOG_OFFSET: f32 = 1e-4;
 
-/// The logarithmic mean of materials, times the cosine, as a density over (theta_h, theta_d, phi_d);
-/// 0 where a direction is below the horizon. It is constant within each of 48 x 48 x 24 cells.
+/// The geometric mean of materials' BRDFs times cos(theta_i), as a density over (theta_h, theta_d, phi_d). It is constant in
+/// each of 48 x 48 x 24 cells, and 0 where a direction is below the horizon.
 pub struct MeanBrdf {
-    /// The cells' shares, not normalized: theta_h slowest, phi_d fastest.
+    /// The density of each cell, not normalized. theta_h varies slowest, phi_d fastest.
     density: Vec<f64>,
 }
 
@@ -34,7 +35,7 @@ impl MeanBrdf {
             let logarithms = materials.iter().flat_map(|material| {
                 material
                     .brdf(angles)
-                    .map(|f| f64::from(f.max(0.0) + BLACK).ln())
+                    .map(|f| f64::from(f.max(0.0) + LOG_OFFSET).ln())
             });
             let mean = logarithms.sum::<f64>() / (3 * materials.len()).max(1) as f64;
             mean.exp() * f64::from(at.cos_theta_i())
@@ -44,8 +45,8 @@ impl MeanBrdf {
         }
     }
 
-    /// So many valid samples: points of an Owen-scrambled Sobol sequence through the inverse of the
-    /// distribution, coordinate by coordinate.
+    /// Returns `count` valid samples: points of an Owen-scrambled Sobol sequence, transformed by the inverse distribution of
+    /// each coordinate.
     #[must_use]
     pub fn samples(&self, count: usize, seed: u32) -> Vec<Angles<f32>> {
         (0..1 << 16)
@@ -53,13 +54,13 @@ impl MeanBrdf {
                 let point = [0, 1, 2].map(|axis| sobol_burley::sample(index, axis, seed));
                 self.invert(point)
             })
-            // A cell at the border may be valid at its center only.
+            // A cell at the border of the valid region contains invalid angles.
             .filter(|angles| HalfDifference::from_angles(*angles).is_valid())
             .take(count)
             .collect()
     }
 
-    /// The angles below which lie these shares of the distribution, coordinate by coordinate.
+    /// Transforms a point of the unit cube by the inverse distribution of each coordinate.
     fn invert(&self, point: [f32; 3]) -> Angles<f32> {
         let slabs = self.density.chunks(SLAB).map(|slab| slab.iter().sum());
         let (h, in_h) = inverse(slabs, point[0]);
@@ -71,23 +72,23 @@ impl MeanBrdf {
     }
 }
 
-/// The cell in which a share of the sum of all of them is reached, and how far within it.
-fn inverse(shares: impl Iterator<Item = f64> + Clone, point: f32) -> (usize, f32) {
-    let mut rest = f64::from(point) * shares.clone().sum::<f64>();
+/// Returns the cell at which the cumulated distribution reaches `point` in \[0, 1\], and the position within the cell.
+fn inverse(densities: impl Iterator<Item = f64> + Clone, point: f32) -> (usize, f32) {
+    let mut rest = f64::from(point) * densities.clone().sum::<f64>();
     let mut last = (0, 0.5);
-    for (index, share) in shares.enumerate() {
-        if share > 0.0 {
-            if rest < share {
-                return (index, (rest / share) as f32);
+    for (index, density) in densities.enumerate() {
+        if density > 0.0 {
+            if rest < density {
+                return (index, (rest / density) as f32);
             }
             last = (index, 1.0);
         }
-        rest -= share;
+        rest -= density;
     }
     last
 }
 
-/// The angles at a place within a cell.
+/// Returns the angles at a position within a cell, each coordinate in \[0, 1\].
 fn angles(cell: [usize; 3], within: [f32; 3]) -> Angles<f32> {
     let [theta_h, theta_d, phi_d] =
         [0, 1, 2].map(|axis| RANGE[axis] * (cell[axis] as f32 + within[axis]) / CELLS[axis] as f32);
@@ -104,7 +105,7 @@ mod tests {
     use crate::Procedural;
 
     #[test]
-    fn samples_gather_where_the_mean_is_bright() {
+    fn samples_follow_the_density() {
         let materials: Vec<Box<dyn Material>> = Procedural::set(5, 3)
             .into_iter()
             .map(|material| Box::new(material) as Box<dyn Material>)
@@ -113,7 +114,7 @@ mod tests {
         let samples = mean.samples(4_096, 1);
         assert_eq!(samples.len(), 4_096);
         let low = |angles: &&Angles<f32>| angles.theta_h < 0.5 * RANGE[0];
-        let found = samples.iter().filter(low).count() as f64 / 4_096.0;
+        let fraction = samples.iter().filter(low).count() as f64 / 4_096.0;
         let slabs: Vec<f64> = mean
             .density
             .chunks(SLAB)
@@ -121,8 +122,8 @@ mod tests {
             .collect();
         let expected = slabs[..CELLS[0] / 2].iter().sum::<f64>() / slabs.iter().sum::<f64>();
         assert!(
-            (found - expected).abs() < 0.02,
-            "{found} instead of {expected}"
+            (fraction - expected).abs() < 0.02,
+            "{fraction} instead of {expected}"
         );
         assert!(
             expected > 0.6,
@@ -132,7 +133,7 @@ mod tests {
     }
 
     #[test]
-    fn a_distribution_is_inverted_cell_by_cell() {
+    fn inverts_a_distribution_with_empty_cells() {
         let shares = [0.0, 1.0, 0.0, 3.0];
         let at = |point| inverse(shares.into_iter(), point);
         assert_eq!(at(0.0), (1, 0.0));

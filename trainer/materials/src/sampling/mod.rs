@@ -1,5 +1,4 @@
-//! Where to sample: uniformly over the valid directions, as pictures see them, along a low-discrepancy
-//! sequence, or by the importance of the mean BRDF.
+//! Sampling of directions: uniform, as on rendered spheres, low-discrepancy, or by importance of the mean BRDF.
 
 mod mean_brdf;
 mod range;
@@ -15,8 +14,8 @@ use rand_chacha::ChaCha8Rng;
 
 use crate::angles_of;
 
-/// `count` angles, uniform in (theta_h, theta_d, phi_d) over the valid region, by rejection;
-/// phi_d in \[0, 2 pi).
+/// Returns `count` angles that are uniform in (theta_h, theta_d, phi_d) over the valid region, by rejection. phi_d is in
+/// \[0, 2 pi).
 #[must_use]
 pub fn uniform_valid(count: usize, seed: u64) -> Vec<Angles<f32>> {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
@@ -35,14 +34,14 @@ pub fn uniform_valid(count: usize, seed: u64) -> Vec<Angles<f32>> {
     angles
 }
 
-/// `count` angles as pictures of a sphere see them: any of its points, seen from far away, and light from
-/// any part of the sky above; phi_d in \[0, 2 pi).
+/// Returns `count` angles distributed as in a picture of a sphere that is seen from far away under a uniform sky. phi_d is
+/// in \[0, 2 pi).
 #[must_use]
 pub fn sphere_view_samples(count: usize, seed: u64) -> Vec<Angles<f32>> {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let mut angles = Vec::with_capacity(count);
     while angles.len() < count {
-        // A disc is seen: sin^2(theta_o) is uniform. So is the cosine of a light in the sky.
+        // The picture is a disc, so that sin^2(theta_o) is uniform. Under a uniform sky, cos(theta_i) is uniform.
         let [sin_squared, cos_theta_i, turn]: [f32; 3] = random.random();
         let (sin_phi, cos_phi) = (TAU * turn).sin_cos();
         let sin_theta_i = (1.0 - cos_theta_i * cos_theta_i).sqrt();
@@ -56,8 +55,8 @@ pub fn sphere_view_samples(count: usize, seed: u64) -> Vec<Angles<f32>> {
     angles
 }
 
-/// The first `count` valid points of the three-dimensional Sobol sequence (Owen-scrambled by
-/// `seed`), scaled to the range of a pattern: phi_d in \[0, pi).
+/// Returns the first `count` valid points of the three-dimensional Sobol sequence, Owen-scrambled with `seed` and scaled to
+/// the range of a pattern. phi_d is in \[0, pi).
 #[must_use]
 pub fn sobol_valid(count: usize, seed: u32) -> Vec<Angles<f32>> {
     let [theta_h, theta_d, phi_d] = RANGE;
@@ -77,15 +76,15 @@ mod tests {
     use super::*;
 
     #[test]
-    fn of_a_sphere_half_of_its_disc_is_seen_within_45_degrees() {
+    fn sphere_views_follow_disc_and_sky() {
         let angles = sphere_view_samples(20_000, 7);
-        let share = |of: &dyn Fn(&HalfDifference<f32>) -> bool| {
-            let places = angles.iter().copied().map(HalfDifference::from_angles);
-            places.filter(of).count() as f32 / angles.len() as f32
+        let fraction = |condition: &dyn Fn(&HalfDifference<f32>) -> bool| {
+            let directions = angles.iter().copied().map(HalfDifference::from_angles);
+            directions.filter(condition).count() as f32 / angles.len() as f32
         };
-        let near = share(&|at| at.cos_theta_o() > 0.5_f32.sqrt());
-        // A quarter of the sky is as high as that.
-        let high = share(&|at| at.cos_theta_i() > 0.75);
+        let near = fraction(&|at| at.cos_theta_o() > 0.5_f32.sqrt());
+        // Half of the disc is within 45 degrees of its center, and a quarter of the sky has cos(theta_i) above 0.75.
+        let high = fraction(&|at| at.cos_theta_i() > 0.75);
         assert!((near - 0.5).abs() < 0.02, "{near}");
         assert!((high - 0.25).abs() < 0.02, "{high}");
         assert!(

@@ -1,6 +1,6 @@
-//! What angles of a sample can be.
+//! Ranges of a sample's angles.
 
 use std::f32::consts::{FRAC_PI_2, PI};
 
-/// Upper ends of theta_h, theta_d and phi_d; the lower ends are 0.
+/// Upper limits of theta_h, theta_d and phi_d, radians. The lower limits are 0.
 pub const RANGE: [f32; 3] = [FRAC_PI_2, FRAC_PI_2, PI];
