@@ -17,7 +17,7 @@ pub struct Augmentation {
     pub gains: [f32; 3],
     /// The index of the partner.
     pub partner: usize,
-    /// The partner's weight in the mean, in \[0, 1\].
+    /// The partner's weight, in \[0, 1\].
     pub share: f32,
 }
 

@@ -106,15 +106,15 @@ impl<'a> LinearObjective<'a> {
         log_precision: &[f32],
         tasks: &[(usize, Vec<u32>)],
     ) -> Result<(f32, Groups<Vec<f32>>), RidgeError> {
-        let places: Vec<Angles<f64>> = pattern
+        let sample_angles: Vec<Angles<f64>> = pattern
             .valid_angles()
             .map(|angles| angles_to_f64(&angles))
             .collect();
         let precision = precisions(log_precision);
-        if places.is_empty() {
+        if sample_angles.is_empty() {
             return Ok(self.without_samples(pattern, precision.len(), tasks));
         }
-        let reduced = self.reduced(&places);
+        let reduced = self.reduced(&sample_angles);
         let mut buffers = vec![Vec::new(); self.folds.len()];
         let factors: Vec<Factors<'_, '_, f64, f64>> = reduced
             .iter()
@@ -140,7 +140,7 @@ impl<'a> LinearObjective<'a> {
 
         let mut mean = TaskGradient {
             loss: 0.0,
-            by_angles: vec![[0.0; 3]; places.len()],
+            by_angles: vec![[0.0; 3]; sample_angles.len()],
             by_precision: vec![0.0; precision.len()],
         };
         for derivatives in &derivatives {
@@ -197,9 +197,9 @@ impl<'a> LinearObjective<'a> {
         pattern: &[Angles<f32>],
         log_precision: &[f32],
     ) -> Result<Vec<f64>, RidgeError> {
-        let places: Vec<Angles<f64>> = pattern.iter().map(angles_to_f64).collect();
+        let sample_angles: Vec<Angles<f64>> = pattern.iter().map(angles_to_f64).collect();
         let precision = precisions(log_precision);
-        let reduced = self.reduced(&places);
+        let reduced = self.reduced(&sample_angles);
         let directions: Vec<u32> = (0..POOL as u32).collect();
         (0..self.materials.len())
             .into_par_iter()
@@ -226,10 +226,10 @@ impl<'a> LinearObjective<'a> {
         losses.unwrap_or_else(|_| vec![f64::NAN; self.materials.len()])
     }
 
-    fn reduced(&self, places: &[Angles<f64>]) -> Vec<ReducedBasis> {
+    fn reduced(&self, sample_angles: &[Angles<f64>]) -> Vec<ReducedBasis> {
         let folds = self.folds.par_iter();
         folds
-            .map(|fold| ReducedBasis::new(&fold.basis, places))
+            .map(|fold| ReducedBasis::new(&fold.basis, sample_angles))
             .collect()
     }
 }

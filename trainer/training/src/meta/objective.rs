@@ -47,7 +47,7 @@ pub struct LossEstimate {
 }
 
 impl LossEstimate {
-    /// An estimate with a mean loss, and the standard error of the losses of single materials.
+    /// Creates an estimate from a mean loss and the losses of single materials.
     #[must_use]
     pub fn new(loss: f32, losses: impl ExactSizeIterator<Item = f64> + Clone) -> Self {
         let count = losses.len() as f64;
@@ -97,7 +97,7 @@ impl RandomStreams {
     #[must_use]
     pub fn batch(self, at: OuterStep<'_>, tasks: usize) -> Vec<usize> {
         let size = at.phase.batch;
-        let mut chosen = Vec::with_capacity(size);
+        let mut batch = Vec::with_capacity(size);
         let mut shuffled: Option<(usize, Vec<usize>)> = None;
         for position in at.step * size..(at.step + 1) * size {
             let epoch = position / tasks;
@@ -110,10 +110,10 @@ impl RandomStreams {
                     order
                 }
             };
-            chosen.push(order[position % tasks]);
+            batch.push(order[position % tasks]);
             shuffled = Some((epoch, order));
         }
-        chosen
+        batch
     }
 }
 

@@ -55,7 +55,7 @@ impl From<Effort> for recipe::Effort {
     }
 }
 
-/// The weight of each material in the mean loss.
+/// The weighting of material losses.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LossWeights {
     /// Equal weights, as in the paper.
@@ -111,7 +111,7 @@ pub struct Plan {
     pub step_size_encoding: StepSizeEncoding,
     /// The initial step size of all parameters.
     pub initial_step_size: f32,
-    /// The weight of each material in the mean loss.
+    /// The weighting of material losses.
     pub loss_weights: LossWeights,
     /// Pretrained initial parameters and step sizes, in place of random ones.
     pub pretrained: Option<PretrainedInit>,

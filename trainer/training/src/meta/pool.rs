@@ -171,7 +171,7 @@ impl DrawnSamples<'_> {
         self.order.as_ref().map_or(self.at.len(), Vec::len)
     }
 
-    /// Returns true if there are no octets.
+    /// Returns true if the draw is empty.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.len() == 0

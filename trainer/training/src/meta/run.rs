@@ -39,16 +39,17 @@ const VALIDATION_POOL: usize = 4_096;
 #[derive(Debug, thiserror::Error)]
 pub enum TrainError {
     /// The list of materials is empty.
-    #[error("there are no materials to train on")]
+    #[error("the list of training materials is empty; name at least one material")]
     NoMaterials,
     /// The number of samples, n, is out of range.
-    #[error("{0} samples are out of range: a pattern has 1 to {max}", max = glimpse_core::recipe::MAX_SAMPLES)]
+    #[error("the number of samples is {0}; choose 1 to {max}", max = glimpse_core::recipe::MAX_SAMPLES)]
     Samples(usize),
     /// Source shares do not match the materials, or are not positive numbers with sum 1.
     #[error(
-        "source_shares of {source_shares} materials do not divide {materials}, each with a share above 0, 1 in all"
+        "the source shares cover {source_shares} materials, but {materials} were given; list each source with its number of \
+         materials and a share above 0, with a sum of 1"
     )]
-    Portions {
+    SourceShares {
         /// The number of materials of all sources.
         source_shares: usize,
         /// The number of materials.
@@ -58,7 +59,7 @@ pub enum TrainError {
     #[error(transparent)]
     CompletionOptions(#[from] CompletionOptionsError),
     /// A value of the finished recipe is not finite.
-    #[error("training did not converge: {0}")]
+    #[error("training did not converge: {0}; train with another seed")]
     Diverged(#[from] glimpse_core::fit::ridge::RidgeError),
     /// A checkpoint cannot be written or read.
     #[error(transparent)]
@@ -96,7 +97,7 @@ pub fn train(
         return Err(TrainError::Samples(options.samples));
     }
     options.completion_options.validate()?;
-    check_portions(&options.source_shares, materials.len())?;
+    check_source_shares(&options.source_shares, materials.len())?;
     // On a thread of the rayon pool, since other threads would hand each parallel loop over to it.
     rayon::scope(|_| {
         if options.schedule == Schedule::Prior {
@@ -112,7 +113,7 @@ pub fn train(
 }
 
 /// Checks that the sources cover all materials, and that each has a positive share.
-fn check_portions(source_shares: &[SourceShare], materials: usize) -> Result<(), TrainError> {
+fn check_source_shares(source_shares: &[SourceShare], materials: usize) -> Result<(), TrainError> {
     let count: usize = source_shares
         .iter()
         .map(|source_share| source_share.materials)
@@ -122,10 +123,10 @@ fn check_portions(source_shares: &[SourceShare], materials: usize) -> Result<(),
         .map(|source_share| source_share.share)
         .sum();
     let each = |source_share: &SourceShare| source_share.materials > 0 && source_share.share > 0.0;
-    let right = count == materials && (sum - 1.0).abs() < 1e-3 && source_shares.iter().all(each);
-    match right || source_shares.is_empty() {
+    let is_valid = count == materials && (sum - 1.0).abs() < 1e-3 && source_shares.iter().all(each);
+    match is_valid || source_shares.is_empty() {
         true => Ok(()),
-        false => Err(TrainError::Portions {
+        false => Err(TrainError::SourceShares {
             source_shares: count,
             materials,
         }),
@@ -217,7 +218,7 @@ impl<'o> Session<'o> {
         objective: &dyn MetaObjective,
         observer: &mut Observer<'_>,
     ) -> Result<Outcome, TrainError> {
-        let run = OuterLoop {
+        let outer_loop = OuterLoop {
             objective,
             plan: &self.plan,
             identity: self.identity,
@@ -225,7 +226,7 @@ impl<'o> Session<'o> {
             checkpoints: self.options.checkpoints.clone(),
             stage: 0,
         };
-        Ok(run.run(observer)?)
+        Ok(outer_loop.run(observer)?)
     }
 
     fn descent<M: LaneModel>(

@@ -40,7 +40,7 @@ pub struct CompletionObjective<'a> {
     pub subset: &'a Subset,
     /// The layer sizes of both networks.
     pub shape: Shape,
-    /// The weights of materials in the mean loss.
+    /// The weighting of material losses.
     pub loss_weights: LossWeights,
     /// The random number streams.
     pub streams: RandomStreams,
@@ -205,9 +205,9 @@ impl<'a> CompletionObjective<'a> {
         completed: &CompletedBatch,
         index: usize,
     ) -> Vec<f32> {
-        let mut start = completed.batch.offsets(index);
-        add_scaled(&mut start, 1.0, &prepared.values.initial);
-        start
+        let mut initial = completed.batch.offsets(index);
+        add_scaled(&mut initial, 1.0, &prepared.values.initial);
+        initial
     }
 
     /// Returns the loss of one task, and its gradients.
@@ -242,11 +242,11 @@ impl<'a> CompletionObjective<'a> {
         let refined = refinement.map(|refinement| {
             let at = task.octets.iter().map(|octet| pool.at[*octet as usize]);
             let at: Vec<_> = at.collect();
-            let read = PresentReadings::new(readings, &completed.present[index]);
+            let inner = PresentReadings::new(readings, &completed.present[index]);
             refinement.gradient(
                 &Self::initial_parameters(prepared, completed, index),
                 &prepared.step_sizes,
-                &read.octets(&prepared.pattern),
+                &inner.octets(&prepared.pattern),
                 &uniform_samples(&at, &values),
             )
         });
@@ -279,9 +279,9 @@ impl<'a> CompletionObjective<'a> {
                 continue;
             };
             ENCODING.chain_rule(&mut refined.step_sizes, &prepared.step_sizes);
-            add_scaled(&mut gradient.initial, weight, &refined.start);
+            add_scaled(&mut gradient.initial, weight, &refined.initial);
             add_scaled(&mut gradient.hyperparameters, weight, &refined.step_sizes);
-            batch.set_offset_gradient(index, refined.start.iter().map(|by| weight * by));
+            batch.set_offset_gradient(index, refined.initial.iter().map(|by| weight * by));
             for (sample, sum) in by_angles.iter_mut().enumerate() {
                 if completed.present[index][sample] {
                     let by_sample = prepared
@@ -319,11 +319,14 @@ impl<'a> CompletionObjective<'a> {
         refinement: Option<&dyn Refinement>,
         at: Directions<'_>,
     ) -> Vec<WeightedLoss> {
-        let of_chunk = |tasks: &[Task]| {
+        let evaluate_chunk = |tasks: &[Task]| {
             let readings = self.read_all(prepared, tasks);
             self.losses_from_readings(prepared, tasks, &readings, refinement, at)
         };
-        tasks.par_chunks(BATCH).flat_map_iter(of_chunk).collect()
+        tasks
+            .par_chunks(BATCH)
+            .flat_map_iter(evaluate_chunk)
+            .collect()
     }
 
     /// Like [`CompletionObjective::losses`], for given readings.
@@ -348,12 +351,12 @@ impl<'a> CompletionObjective<'a> {
             let Some(refinement) = refinement else {
                 return WeightedLoss { loss, weight };
             };
-            let start = Self::initial_parameters(prepared, &completed, index);
-            let read = PresentReadings::new(readings, &completed.present[index]);
+            let initial = Self::initial_parameters(prepared, &completed, index);
+            let inner = PresentReadings::new(readings, &completed.present[index]);
             let parameters = refinement.fit(
-                &start,
+                &initial,
                 &prepared.step_sizes,
-                &read.octets(&prepared.pattern),
+                &inner.octets(&prepared.pattern),
             );
             let directions = task.octets.iter().map(|octet| at.pool.at[*octet as usize]);
             let directions: Vec<_> = directions.collect();
@@ -380,7 +383,7 @@ impl<'a> CompletionObjective<'a> {
     #[must_use]
     pub fn mean_coefficients(&self, values: &Groups<Vec<f32>>, tasks: &[Task]) -> Vec<Vec<f32>> {
         let prepared = self.prepare(values, self.reachable_pattern(values));
-        let of_chunk = |tasks: &[Task]| -> Vec<Vec<f32>> {
+        let evaluate_chunk = |tasks: &[Task]| -> Vec<Vec<f32>> {
             let completed = self.complete(&prepared, tasks, &self.read_all(&prepared, tasks));
             let components = self.shape.components;
             let each = (0..tasks.len()).map(|index| {
@@ -390,7 +393,10 @@ impl<'a> CompletionObjective<'a> {
             });
             each.collect()
         };
-        tasks.par_chunks(BATCH).flat_map_iter(of_chunk).collect()
+        tasks
+            .par_chunks(BATCH)
+            .flat_map_iter(evaluate_chunk)
+            .collect()
     }
 
     /// Returns the unweighted loss of training materials at the validation directions, without augmentation.

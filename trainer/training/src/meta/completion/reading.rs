@@ -24,6 +24,7 @@ type AngleDual = Dual<f32, 3>;
 /// The constants that standardize the readings of each sample.
 pub struct Standardization(Vec<SampleStandardization>);
 
+/// The constants of one sample.
 #[derive(Clone, Copy)]
 struct SampleStandardization {
     /// cos(theta_i) cos(theta_o).
@@ -55,7 +56,7 @@ impl Standardization {
     /// Returns the mean of each sample.
     #[must_use]
     pub fn means(&self) -> Vec<f32> {
-        self.0.iter().map(|center| center.mean.value).collect()
+        self.0.iter().map(|sample| sample.mean.value).collect()
     }
 }
 
@@ -75,7 +76,7 @@ impl Reading {
         materials: &[Box<dyn Material>],
         augmentation_options: &AugmentationOptions,
         angles: &[Angles<f32>],
-        centers: &Standardization,
+        standardization: &Standardization,
     ) -> Vec<Self> {
         let warps = &augmentation_options.warps;
         let own = warped(&*materials[task.material], warps[task.warps[0]], angles);
@@ -88,7 +89,7 @@ impl Reading {
                 cosines,
                 cos_theta_i,
                 mean,
-            } = centers.0[sample];
+            } = standardization.0[sample];
             let mut brdf = [0.0; 3];
             let standardized = std::array::from_fn(|channel| {
                 let mut y = mixed(task, channel, own, partner) * factor;

@@ -16,8 +16,8 @@ pub trait Refinement: Sync {
     /// Returns the number of steps, K.
     fn steps(&self) -> usize;
 
-    /// Descends on the `inner` samples from `start`, and returns the parameters.
-    fn fit(&self, start: &[f32], step_sizes: &[f32], inner: &SampleOctets<'_>) -> Vec<f32>;
+    /// Descends on the `inner` samples from `initial`, and returns the parameters.
+    fn fit(&self, initial: &[f32], step_sizes: &[f32], inner: &SampleOctets<'_>) -> Vec<f32>;
 
     /// Returns the loss of parameters on the `outer` samples.
     fn loss(&self, parameters: &[f32], outer: &SampleOctets<'_>) -> f32;
@@ -25,7 +25,7 @@ pub trait Refinement: Sync {
     /// Returns the loss after the descent, and its gradient.
     fn gradient(
         &self,
-        start: &[f32],
+        initial: &[f32],
         step_sizes: &[f32],
         inner: &SampleOctets<'_>,
         outer: &SampleOctets<'_>,
@@ -37,7 +37,7 @@ pub struct RefinementGradient {
     /// The loss.
     pub loss: f32,
     /// The gradient by the initial parameters.
-    pub start: Vec<f32>,
+    pub initial: Vec<f32>,
     /// The gradient by the step sizes.
     pub step_sizes: Vec<f32>,
     /// The gradient by the half and difference vectors of the inner samples.
@@ -74,8 +74,8 @@ impl<M: LaneModel> Refinement for SgdRefinement<M> {
         self.steps
     }
 
-    fn fit(&self, start: &[f32], step_sizes: &[f32], inner: &SampleOctets<'_>) -> Vec<f32> {
-        let inner_loop = InnerLoop::<M, f32>::new(start, step_sizes, self.steps);
+    fn fit(&self, initial: &[f32], step_sizes: &[f32], inner: &SampleOctets<'_>) -> Vec<f32> {
+        let inner_loop = InnerLoop::<M, f32>::new(initial, step_sizes, self.steps);
         flatten::<M>(&M::fit(&inner_loop, inner))
     }
 
@@ -86,12 +86,12 @@ impl<M: LaneModel> Refinement for SgdRefinement<M> {
 
     fn gradient(
         &self,
-        start: &[f32],
+        initial: &[f32],
         step_sizes: &[f32],
         inner: &SampleOctets<'_>,
         outer: &SampleOctets<'_>,
     ) -> RefinementGradient {
-        let inner_loop = InnerLoop::<M, f32>::new(start, step_sizes, self.steps);
+        let inner_loop = InnerLoop::<M, f32>::new(initial, step_sizes, self.steps);
         let mut meta_gradient = MetaGradient::<M, f32>::default();
         let mut samples = inner.zero_derivatives();
         let loss = M::meta_gradient(
@@ -103,7 +103,7 @@ impl<M: LaneModel> Refinement for SgdRefinement<M> {
         );
         RefinementGradient {
             loss,
-            start: flatten::<M>(&meta_gradient.initial),
+            initial: flatten::<M>(&meta_gradient.initial),
             step_sizes: flatten::<M>(&meta_gradient.step_sizes),
             samples,
         }

@@ -67,8 +67,8 @@ mod tests {
     fn only_first_samples_are_sorted() {
         let samples = CANDIDATES + 3;
         let loss = |present: &[bool]| {
-            let there = present.iter().enumerate().filter(|(_, there)| **there);
-            -there.map(|(at, _)| at as f32).sum::<f32>()
+            let samples = present.iter().enumerate().filter(|(_, present)| **present);
+            -samples.map(|(sample, _)| sample as f32).sum::<f32>()
         };
         let order = greedy_order(samples, loss);
         // Each step adds one candidate.

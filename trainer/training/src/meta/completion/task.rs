@@ -288,54 +288,53 @@ mod tests {
 
     fn draw_many(missing: f32, dropout: Dropout) -> Vec<Vec<bool>> {
         let mut random = ChaCha8Rng::seed_from_u64(1);
-        let one = |_| present(SAMPLES, missing, dropout, &mut random);
-        (0..6_000).map(one).collect()
+        let draw = |_| present(SAMPLES, missing, dropout, &mut random);
+        (0..6_000).map(draw).collect()
     }
 
-    fn is_first_few(present: &[bool]) -> bool {
+    fn is_prefix(present: &[bool]) -> bool {
         present.is_sorted_by(|one, next| one >= next)
     }
 
     #[test]
     fn tail_or_few_drops_tail_or_one_or_two_readings() {
-        let mut first = [0; SAMPLES + 1];
+        let mut tails = [0; SAMPLES + 1];
         for present in draw_many(1.0, Dropout::TailOrFew) {
-            let there = present.iter().filter(|there| **there).count();
-            match is_first_few(&present) {
-                true => first[there] += 1,
-                false => assert!(there + 2 >= SAMPLES, "{present:?}"),
+            let count = present.iter().filter(|present| **present).count();
+            match is_prefix(&present) {
+                true => tails[count] += 1,
+                false => assert!(count + 2 >= SAMPLES, "{present:?}"),
             }
         }
-        // 4,000 times in all: a fifth of them at half of the samples, and the others at any number.
+        // About 4,000 of 6,000 scans end early: a fifth at half of the samples, the others at any number.
         let others = (4_000.0 * (1.0 - HALF_SHARE) / 11.0) as i32;
         let halved = (4_000.0 * HALF_SHARE) as i32 + others;
-        assert_eq!((first[0], first[SAMPLES]), (0, 0));
-        for (there, times) in first.into_iter().enumerate().take(10).skip(1) {
-            let expected = if there == SAMPLES / 2 { halved } else { others };
+        assert_eq!((tails[0], tails[SAMPLES]), (0, 0));
+        for (count, times) in tails.into_iter().enumerate().take(10).skip(1) {
+            let expected = if count == SAMPLES / 2 { halved } else { others };
             let error = f64::from((times - expected).abs());
-            assert!(error < 4.0 * f64::from(expected).sqrt(), "{there}: {times}");
+            assert!(error < 4.0 * f64::from(expected).sqrt(), "{count}: {times}");
         }
     }
 
     #[test]
     fn any_drops_each_reading_equally_often() {
-        let all = |there: &Vec<bool>| there.iter().all(|there| *there);
-        let whole = draw_many(0.25, Dropout::Any)
+        let complete = draw_many(0.25, Dropout::Any)
             .iter()
-            .filter(|each| all(each))
+            .filter(|present| !present.contains(&false))
             .count();
-        assert!((4_300..4_700).contains(&whole), "{whole}");
-        let mut there = [0; SAMPLES];
+        assert!((4_300..4_700).contains(&complete), "{complete}");
+        let mut counts = [0; SAMPLES];
         for present in draw_many(1.0, Dropout::Any) {
             assert!(present.contains(&true) && present.contains(&false));
-            for (count, present) in there.iter_mut().zip(present) {
+            for (count, present) in counts.iter_mut().zip(present) {
                 *count += i32::from(present);
             }
         }
         // Each reading is missing in half of the tasks.
         assert!(
-            there.iter().all(|count| (count - 3_000).abs() < 200),
-            "{there:?}"
+            counts.iter().all(|count| (count - 3_000).abs() < 200),
+            "{counts:?}"
         );
         assert!(present(1, 1.0, Dropout::Any, &mut ChaCha8Rng::seed_from_u64(1))[0]);
     }

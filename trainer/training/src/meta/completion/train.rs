@@ -36,7 +36,7 @@ const COMPONENTS: usize = 24;
 const HIDDEN_UNITS: usize = 64;
 /// The number of hidden units of the InitNet, g.
 const INIT_NET_UNITS: usize = 32;
-/// The weight of the loss of coefficients, for models fitted by descent.
+/// The weight of the loss of coefficients in the gradient, for models fitted by descent.
 const AUXILIARY_WEIGHT: f32 = 0.3;
 /// The maximum number of pool directions. Thousands of materials have fewer; see [`pool_size`].
 const POOL: usize = 8_192;
@@ -139,11 +139,11 @@ pub fn train(
     }
     let expected_loss = expected_loss(expected, &held_out_losses);
     let pattern = reachable_angles(&values.pattern, &options.completion_options.limits);
-    let centers = Standardization::new(&all.basis, &pattern);
-    let completion = LearnedCoefficientNet {
+    let standardization = Standardization::new(&all.basis, &pattern);
+    let coefficient_net = LearnedCoefficientNet {
         shape,
         missing: dataset.augmentation_options.missing_policy(),
-        center: centers.means(),
+        center: standardization.means(),
         scale: LOG_SCALE,
         weights: values.coefficient_net,
     };
@@ -165,7 +165,7 @@ pub fn train(
     };
     Ok(LearnedRecipe {
         pattern,
-        fit: LearnedFit::Completed(completion, target),
+        fit: LearnedFit::Completed(coefficient_net, target),
         loss_predictor: LossPredictor::new(&held_out_losses, FOLDS),
         basis,
         expected_loss,
@@ -173,8 +173,8 @@ pub fn train(
     })
 }
 
-/// The ratio of losses between the full training and the shorter training of folds, on materials that both used. Losses
-/// on materials outside the folds are multiplied by it.
+/// The ratio of losses between the full training and the shorter training of folds, on materials that both used.
+/// Held-out losses are multiplied by it.
 #[derive(Default)]
 struct FoldCorrection {
     full: f32,
@@ -219,8 +219,8 @@ fn augmented(dataset: &Dataset, fold: &[usize], index: usize, options: &Options)
     (0..AUGMENTED_TASKS).map(one).collect()
 }
 
-/// Returns the mean loss over materials in the folds that left them out, or, without folds, over all training
-/// materials.
+/// Returns the mean of held-out losses, each from the run without its fold. Without folds, returns the mean loss on all
+/// training materials.
 fn expected_loss(training_loss: LossEstimate, held_out_losses: &[HeldOutLoss]) -> ValidatedLoss {
     let plain = held_out_losses.iter().filter(|each| each.plain);
     let losses: Vec<f64> = plain.map(|each| f64::from(each.loss)).collect();
@@ -352,7 +352,7 @@ impl<'s> Session<'s, '_> {
             limits: self.options.completion_options.limits,
             pattern,
         };
-        let run = OuterLoop {
+        let outer_loop = OuterLoop {
             objective: &objective,
             plan,
             identity: self.identity,
@@ -369,7 +369,7 @@ impl<'s> Session<'s, '_> {
                 ..*progress
             })
         };
-        let outcome = match run.run(&mut combined) {
+        let outcome = match outer_loop.run(&mut combined) {
             Err(RunError::Stopped(done)) => Err(RunError::Stopped(before + done)),
             outcome => outcome,
         }?;

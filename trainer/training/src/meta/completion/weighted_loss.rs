@@ -1,6 +1,6 @@
 //! Losses of tasks with their weights.
 
-/// The loss of a task, and its weight in the mean.
+/// The loss of a task, with its weight.
 #[derive(Clone, Copy)]
 pub(super) struct WeightedLoss {
     pub(super) loss: f32,

@@ -23,10 +23,10 @@ impl OuterBasis {
     /// Evaluates a basis at angles in radians.
     #[must_use]
     pub fn new(basis: Basis, angles: &[Angles<f32>]) -> Self {
-        let places: Vec<Angles<f64>> = angles.iter().map(angles_to_f64).collect();
-        let blocks: Vec<ReducedBasis> = places
+        let angles: Vec<Angles<f64>> = angles.iter().map(angles_to_f64).collect();
+        let blocks: Vec<ReducedBasis> = angles
             .par_chunks(256)
-            .map(|places| ReducedBasis::new(&basis, places))
+            .map(|angles| ReducedBasis::new(&basis, angles))
             .collect();
         let all = |list: fn(&ReducedBasis) -> &Vec<AngleDual>| {
             let values = blocks.iter().flat_map(list);
@@ -34,7 +34,7 @@ impl OuterBasis {
         };
         let components = blocks.iter().flat_map(|block| &block.basis);
         Self {
-            at: places
+            at: angles
                 .into_iter()
                 .map(HalfDifference::from_angles)
                 .collect(),
@@ -102,7 +102,7 @@ impl OuterSamples<'_> {
     }
 }
 
-/// The outer samples of one material; they define its loss as a function of coefficients.
+/// The outer loss of one material, and its gradient.
 #[derive(Clone, Debug)]
 pub struct TaskGradient {
     /// The loss.
