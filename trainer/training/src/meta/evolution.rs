@@ -5,7 +5,7 @@
 //! of a few parameters have many jumps and few slopes on eight samples, so gradients miss most of the change.
 //!
 //! Evolution uses the loss only. It draws candidates around a mean, and moves mean, spread and correlations towards the
-//! better half. It needs many evaluations, each of about 10 us per material. With more than `MAX_CORRELATED`
+//! better half. It needs many evaluations, each of about 10 µs per material. With more than `MAX_CORRELATED`
 //! meta-parameters it learns spreads only (separable CMA-ES; Ros and Hansen 2008), which needs fewer evaluations.
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};

@@ -1,8 +1,8 @@
 //! The sample pattern as meta-parameters: logits of angles scaled to their range.
 //!
 //! theta_h = π/2 sigmoid(l_0), theta_d = π/2 sigmoid(l_1), phi_d = π sigmoid(l_2). A sample with a direction below the
-//! horizon is excluded from the fit. It adds the barrier 0.005 (theta_h² + theta_d²) to the loss, whose gradient moves
-//! it back above the horizon (paper, Eq. "barrier").
+//! horizon is excluded from the fit. It adds the barrier 0.005 (theta_h² + theta_d²) to the objective, whose gradient
+//! moves it back above the horizon (paper, Eq. "barrier").
 
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::gonio::Limits;

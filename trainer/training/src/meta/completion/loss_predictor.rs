@@ -6,7 +6,7 @@ use nalgebra::{DMatrix, DVector};
 /// The ridge penalty of weights, relative to normalized features of mean square 1.
 const RIDGE: f64 = 0.01;
 
-/// The completed coefficients of a material, and the loss of a fit trained without it.
+/// The completed coefficients of a material, and the loss of its fit by a recipe trained without it.
 #[derive(Clone, Debug)]
 pub struct HeldOutLoss {
     /// The mean of each coefficient over channels.
