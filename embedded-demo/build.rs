@@ -1,5 +1,5 @@
-//! Puts the chip's memory where the linker looks for `memory.x`, names the linker scripts, and
-//! reads in the recipe which model is fitted.
+//! Passes the chip's memory layout and the linker scripts to the linker, and generates the constants of
+//! `src/recipe.rs`.
 
 use std::error::Error;
 use std::path::{Path, PathBuf};
@@ -8,16 +8,15 @@ use std::{env, fs};
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::Recipe;
 
-/// What to measure and how to fit it, as the trainer wrote it. For another recipe, of any model,
-/// name its file here (or in the environment, as `GLIMPSE_RECIPE`). To train one, from the
-/// repository's root:
-/// `cargo run --release -- train --model neural --samples 8 --out trainer/recipes/neural-n8.recipe`
+/// The recipe's file: the samples and the fit, as written by the trainer. For another recipe, of any model, change this
+/// path or set the environment variable `GLIMPSE_RECIPE`. To train a recipe, from the repository's root: `cargo run
+/// --release -- train --model neural --samples 8 --out trainer/recipes/neural-n8.recipe`
 const RECIPE: &str = "../trainer/recipes/neural-n8.recipe";
-/// For another chip name its file here.
+/// The memory layout; for another chip, its file.
 const MEMORY: &str = "memory/stm32f405.x";
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let out = PathBuf::from(env::var_os("OUT_DIR").ok_or("cargo runs this")?);
+    let out = PathBuf::from(env::var_os("OUT_DIR").ok_or("OUT_DIR is not set: build with cargo")?);
     println!("cargo::rerun-if-changed=build.rs");
 
     println!("cargo::rerun-if-env-changed=GLIMPSE_RECIPE");
@@ -30,28 +29,34 @@ fn main() -> Result<(), Box<dyn Error>> {
     println!("cargo::rustc-link-search={}", out.display());
     println!("cargo::rustc-link-arg-bins=-Tlink.x");
     println!("cargo::rustc-link-arg-bins=-Tdefmt.x");
-    // Addresses of sections in flash need no padding to 64 KiB pages.
+    // Sections in flash need no padding to 64 KiB pages.
     println!("cargo::rustc-link-arg-bins=--nmagic");
     Ok(())
 }
 
-/// The recipe and its model, as `src/recipe.rs` includes them.
+/// Returns the source of the constants that `src/recipe.rs` includes: the recipe and its model.
 fn constants(path: &Path) -> Result<String, Box<dyn Error>> {
-    let refused = |error: &dyn Error| format!("{}: {error}", path.display());
-    let path = fs::canonicalize(path).map_err(|error| refused(&error))?;
+    let with_path = |error: &dyn Error| format!("{}: {error}", path.display());
+    let path = fs::canonicalize(path).map_err(|error| with_path(&error))?;
     let bytes = fs::read(&path)?;
-    let recipe = Recipe::parse(&bytes).map_err(|error| refused(&error))?;
+    let recipe = Recipe::parse(&bytes).map_err(|error| with_path(&error))?;
     let model = match recipe.model() {
         ModelKind::Phong => "model::Phong",
         ModelKind::CookTorrance => "model::CookTorrance",
         ModelKind::Neural => "model::Neural",
         ModelKind::Linear => "fit::Linear",
-        model => return Err(format!("{}: the model {model} is unknown", path.display()).into()),
+        model => {
+            return Err(format!(
+                "{}: the model {model} is unknown: update build.rs",
+                path.display()
+            )
+            .into());
+        }
     };
     Ok(format!(
-        "/// The recipe, as the trainer wrote it.\n\
+        "/// The recipe, as written by the trainer.\n\
          pub static RECIPE: &[u8] = include_bytes!({path:?});\n\
-         /// The model that it is for.\n\
+         /// The model of the recipe.\n\
          pub type Model = glimpse_core::{model};\n"
     ))
 }

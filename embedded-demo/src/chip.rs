@@ -1,42 +1,41 @@
-//! What the chip says of itself.
+//! Identification of the chip and its reset cause.
 
 use defmt::Format;
 
 use crate::register::{DBGMCU_IDCODE, RCC_CSR, ROM_TABLE_CIDR0};
 
-/// True in an emulator, which has neither an identity of the chip nor CoreSight's ROM table.
+/// Returns true in an emulator, which has neither a chip identity nor CoreSight's ROM table.
 pub fn is_emulated() -> bool {
     DBGMCU_IDCODE.read() == 0 && ROM_TABLE_CIDR0.read() == 0
 }
 
-/// Why the chip started anew.
+/// Cause of a reset.
 #[derive(Clone, Copy, Format)]
 pub enum ResetCause {
-    /// The supply came.
+    /// The supply was turned on.
     PowerOn,
-    /// The supply was too low for a moment.
+    /// The supply voltage dropped for a moment.
     BrownOut,
     /// The reset button, or a debug probe.
     Pin,
-    /// The firmware itself: after a panic or a fault, such as a stack that overflowed.
+    /// The firmware itself, after a panic or a fault such as a stack overflow.
     Software,
-    /// The watchdog that this firmware starts was not fed: the main loop hung.
+    /// The independent watchdog: the main loop hung and did not feed it.
     IndependentWatchdog,
-    /// The other watchdog, which this firmware does not start.
+    /// The window watchdog, which this firmware does not start.
     WindowWatchdog,
-    /// Stop or standby, which are forbidden by the option bytes.
+    /// Stop or standby mode, although the option bytes forbid it.
     LowPower,
-    /// No cause is recorded. An emulator has none.
+    /// No recorded cause, as in an emulator.
     Unknown,
 }
 
 impl ResetCause {
-    /// Reads what the reset recorded, and clears it for the next one.
+    /// Reads the recorded cause, and clears it for the next reset.
     pub fn take() -> Self {
         let flags = RCC_CSR.read();
         RCC_CSR.modify(0, 1 << 24);
-        // Every reset pulls the pin too, and a supply that comes was too low before; so those are
-        // looked for last.
+        // Every reset sets the pin's flag, and power-on also sets the brown-out flag. Check these last.
         [
             (31, Self::LowPower),
             (30, Self::WindowWatchdog),

@@ -1,10 +1,10 @@
-//! Logs: defmt over semihosting, where somebody takes them; else silence.
+//! Log: defmt over semihosting. Without a debugger or an emulator it is discarded.
 //!
-//! A semihosting call is a breakpoint. QEMU and debuggers serve it; on a board by itself it
-//! would be a fault, so it is left out there. (Features that name a board log by RTT instead.)
+//! A semihosting call is a breakpoint, which QEMU and debuggers handle. On a board without a debugger it would be a
+//! fault, so the call is left out. (Features that name a board log over RTT instead.)
 //!
-//! Interrupts are masked while a line is written, so that whoever logs, and from wherever, has the
-//! line to himself. In QEMU no time passes meanwhile; a debugger halts the core anyway.
+//! Interrupts are masked while a line is written, so each line has one writer. In QEMU no time passes meanwhile, and a
+//! debugger halts the core anyway.
 
 use core::cell::UnsafeCell;
 
@@ -15,21 +15,21 @@ use heapless::Vec;
 
 use crate::chip;
 
-/// True if somebody takes semihosting calls. Without, they are faults.
+/// Returns true if semihosting calls are handled. Otherwise they are faults.
 fn has_semihosting() -> bool {
     DCB::is_debugger_attached() || chip::is_emulated()
 }
 
-/// Collects a line, so that it costs one semihosting call.
-struct Line {
+/// A buffered log line, which takes one semihosting call.
+struct LineBuffer {
     encoder: defmt::Encoder,
     bytes: Vec<u8, 128>,
     output: Option<HostStream>,
-    /// Whether interrupts were masked before the line began.
+    /// State of the interrupt mask before the line began.
     masked_before: RestoreState,
 }
 
-impl Line {
+impl LineBuffer {
     fn write(&mut self, bytes: &[u8]) {
         let Self {
             encoder,
@@ -70,12 +70,12 @@ fn append(line: &mut Vec<u8, 128>, output: &mut Option<HostStream>, encoded: &[u
         if line.is_full() {
             flush(line, output);
         }
-        let _ = line.push(*byte); // there is room
+        let _ = line.push(*byte); // never full here
     }
 }
 
 fn flush(line: &mut Vec<u8, 128>, output: &mut Option<HostStream>) {
-    // The debugger may have gone since the last line.
+    // The debugger may have been detached since the last line.
     if let Some(output) = output
         && has_semihosting()
     {
@@ -85,15 +85,15 @@ fn flush(line: &mut Vec<u8, 128>, output: &mut Option<HostStream>) {
 }
 
 struct Logger {
-    line: UnsafeCell<Line>,
+    line: UnsafeCell<LineBuffer>,
 }
 
-// SAFETY: defmt's calls come in the order acquire, write, release. There is one core, and from
-// acquire to release its interrupts are masked, so the line has one user at a time.
+// SAFETY: defmt calls acquire, write, release in this order. The only core masks interrupts from acquire to release, so
+// the line has one user at a time.
 unsafe impl Sync for Logger {}
 
 static LOGGER: Logger = Logger {
-    line: UnsafeCell::new(Line {
+    line: UnsafeCell::new(LineBuffer {
         encoder: defmt::Encoder::new(),
         bytes: Vec::new(),
         output: None,
@@ -102,9 +102,8 @@ static LOGGER: Logger = Logger {
 };
 
 impl Logger {
-    fn with_line(&self, act: impl FnOnce(&mut Line)) {
-        // SAFETY: one user at a time, see `Sync`; the reference ends with `act`, which cannot
-        // come back here.
+    fn with_line(&self, act: impl FnOnce(&mut LineBuffer)) {
+        // SAFETY: one user at a time, see `Sync`. The reference ends with `act`, which cannot call this function.
         act(unsafe { &mut *self.line.get() });
     }
 }
@@ -112,10 +111,10 @@ impl Logger {
 #[defmt::global_logger]
 struct Defmt;
 
-// SAFETY: from acquire to release interrupts are masked, so that nobody else acquires it.
+// SAFETY: from acquire to release interrupts are masked, so no other code acquires it.
 unsafe impl defmt::Logger for Defmt {
     fn acquire() {
-        // SAFETY: `release` follows, and gives back this very state.
+        // SAFETY: `release` follows and restores this state.
         let masked_before = unsafe { critical_section::acquire() };
         LOGGER.with_line(|line| {
             line.masked_before = masked_before;
@@ -135,7 +134,7 @@ unsafe impl defmt::Logger for Defmt {
             line.end();
             masked_before = line.masked_before;
         });
-        // SAFETY: `acquire` has left it there.
+        // SAFETY: `acquire` stored this state.
         unsafe { critical_section::release(masked_before) };
     }
 }

@@ -1,4 +1,4 @@
-//! The recipe, its model, and the sizes that follow from it. `build.rs` names the recipe's file.
+//! The recipe, its model, and the sizes that follow from it. `build.rs` has the path of the recipe.
 
 use glimpse_core::recipe::{max_samples, memory_words};
 
@@ -6,5 +6,5 @@ include!(concat!(env!("OUT_DIR"), "/recipe.rs"));
 
 /// Number of samples.
 pub const SAMPLES: usize = max_samples(&[RECIPE]);
-/// Length of the memory for readings and fit.
+/// Words of memory for readings and fit.
 pub const MEMORY_WORDS: usize = memory_words(&[RECIPE]);

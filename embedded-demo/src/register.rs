@@ -1,22 +1,22 @@
-//! Registers of the STM32F405. What is unsafe about hardware is in this file.
+//! Registers of the STM32F405. This file contains the unsafe access to hardware.
 //!
-//! Reference manual RM0090, sections 3.9 (flash), 7.3 (clocks), 8.4 (pins), 18.4 (timers), 21.4
-//! (watchdog), 30.6 (USART), 38.6 (debug).
+//! Reference manual RM0090, sections 3.9 (flash), 7.3 (clocks), 8.4 (pins), 18.4 (timers), 21.4 (watchdog), 30.6
+//! (USART), 38.6 (debug).
 
 /// A 32-bit register at a fixed address.
 #[derive(Clone, Copy)]
 pub struct Register(*mut u32);
 
 impl Register {
-    /// Its value.
+    /// Reads the value.
     pub fn read(self) -> u32 {
-        // SAFETY: by `register` there is one here.
+        // SAFETY: `register` is only called with addresses of registers.
         unsafe { self.0.read_volatile() }
     }
 
-    /// Changes its value.
+    /// Writes a value.
     pub fn write(self, value: u32) {
-        // SAFETY: by `register` there is one here, and writing to it leaves memory alone.
+        // SAFETY: `register` is only called with addresses of registers, and this write changes no memory.
         unsafe { self.0.write_volatile(value) }
     }
 
@@ -49,10 +49,10 @@ pub const USART1: Usart = usart(0x4001_1000);
 pub const USART2: Usart = usart(0x4000_4400);
 pub const USART3: Usart = usart(0x4000_4800);
 
-/// A port of sixteen pins.
+/// A GPIO port of sixteen pins.
 #[derive(Clone, Copy)]
 pub struct Port {
-    /// Bit of its clock in AHB1ENR.
+    /// Bit of the port's clock in AHB1ENR.
     pub clock: u32,
     pub mode: Register,
     pub pull: Register,
@@ -61,10 +61,10 @@ pub struct Port {
     pub high_functions: Register,
 }
 
-/// A timer whose counter has 32 bits.
+/// A timer with a 32-bit counter.
 #[derive(Clone, Copy)]
 pub struct Timer {
-    /// Bit of its clock in APB1ENR.
+    /// Bit of the timer's clock in APB1ENR.
     pub clock: u32,
     pub control: Register,
     pub event: Register,
@@ -112,9 +112,8 @@ const fn usart(address: usize) -> Usart {
     }
 }
 
-/// The register at `address`. Only the constants above call it, all of them registers of the
-/// STM32F405 or of its core; none of them starts a DMA, so that writing to them changes no memory
-/// that Rust knows of.
+/// Returns the register at `address`. Only the constants above call this function, with registers of the STM32F405 or
+/// of its core. None of them starts a DMA, so a write changes no memory of Rust's.
 const fn register(address: usize) -> Register {
     Register(address as *mut u32)
 }

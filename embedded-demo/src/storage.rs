@@ -1,8 +1,9 @@
 //! Memory that survives a reset: the readings of the scan, and a boot counter.
 //!
-//! A scan that a reset interrupts (the watchdog's, the button's, a dip of the supply) continues where it was. RAM
-//! loses its content when power is off for longer than a moment; core's checksum detects that. For a board whose
-//! memory survives that too, name it in `memory/`: the STM32F405 has 4 KiB of backup SRAM, if a battery is at VBAT.
+//! After a reset (by the watchdog, the button, or a dip of the supply) an interrupted scan continues with its saved
+//! readings. RAM loses its content when power is off for longer than a moment; core's checksum detects that. If a board
+//! has memory that survives a power cut, name it in `memory/`: the STM32F405 has 4 KiB of backup SRAM, if a battery is
+//! at VBAT.
 
 use core::sync::atomic::{AtomicU8, Ordering};
 
@@ -13,24 +14,23 @@ use crate::recipe::SAMPLES;
 
 /// Bytes that `memory/` reserves: enough for 62 samples.
 const MEMORY_BYTES: usize = 1024;
-/// Bytes of the boot counter, at the end.
+/// Bytes of the boot counter, at the end of the memory.
 const COUNTER_BYTES: usize = 4;
 const SAVED_BYTES: usize = Saved::<SAMPLES>::BYTES;
 const _: () = assert!(
     SAVED_BYTES + COUNTER_BYTES <= MEMORY_BYTES,
-    "reserve more memory"
+    "reserve more memory in MEMORY_BYTES and memory/"
 );
 
-// SAFETY: the linker script reserves these bytes for it alone, and any bytes are an `AtomicU8`.
+// SAFETY: the linker script reserves these bytes for this static alone, and any bytes are valid `AtomicU8`s.
 unsafe extern "C" {
-    /// Start-up code does not touch it. Atomic, because a static that is written has to be; what is
-    /// written relaxed may arrive in any order, and late. That does no harm: the readings end with a
-    /// CRC over all of them, so half-written readings are not taken.
-    #[link_name = "_kept"]
+    /// Memory that start-up code does not initialize. Atomic, because a mutable static must be. Relaxed writes may
+    /// arrive in any order, and late: a CRC at the end of the readings detects half-written ones.
+    #[link_name = "_retained"]
     safe static MEMORY: [AtomicU8; MEMORY_BYTES];
 }
 
-/// Counts this boot, and returns the count. After a loss of power it begins anywhere.
+/// Counts this boot, and returns the count. After a loss of power it starts from an arbitrary value.
 pub fn count_boot() -> u32 {
     let counter = MEMORY.iter().skip(MEMORY_BYTES - COUNTER_BYTES);
     let mut bytes = [0; COUNTER_BYTES];
@@ -44,14 +44,14 @@ pub fn count_boot() -> u32 {
     count
 }
 
-/// The readings of the scan under way, in memory that survives a reset.
+/// The readings of the current scan, in memory that survives a reset.
 pub struct Storage {
     saved: Saved<SAMPLES>,
 }
 
 impl Storage {
-    /// Reads the readings by this recipe that survived a reset.
-    pub fn find(recipe: &Recipe<'_>) -> Self {
+    /// Loads the readings by this recipe that survived a reset.
+    pub fn load(recipe: &Recipe<'_>) -> Self {
         let mut bytes = [0; MEMORY_BYTES];
         for (byte, stored) in bytes.iter_mut().zip(&MEMORY) {
             *byte = stored.load(Ordering::Relaxed);
@@ -64,7 +64,7 @@ impl Storage {
         Self { saved }
     }
 
-    /// The readings, with their indices in the recipe's pattern.
+    /// Returns the readings, with their indices in the recipe's pattern.
     pub fn readings(&self) -> &[(u16, Reading)] {
         self.saved.readings()
     }
@@ -86,7 +86,7 @@ impl Storage {
 
     fn write(&self) {
         let mut buffer = [0; SAVED_BYTES];
-        let bytes = self.saved.write(&mut buffer).unwrap_or_default(); // there is room
+        let bytes = self.saved.write(&mut buffer).unwrap_or_default(); // SAVED_BYTES are enough
         for (stored, byte) in MEMORY.iter().zip(bytes) {
             stored.store(*byte, Ordering::Relaxed);
         }

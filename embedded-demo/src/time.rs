@@ -1,8 +1,8 @@
-//! Time: microseconds by a timer that runs freely, and sleep that ends in time.
+//! Time in microseconds by a free-running timer, and sleep until an interrupt.
 //!
-//! TIM2 counts to 2^32 without anybody's help, so no time is lost while interrupts are masked, the
-//! fit runs, or a debugger takes a log. SysTick only wakes a core that sleeps, so it does no harm
-//! that QEMU leaves out every second of its interrupts with `-icount sleep=off`.
+//! TIM2 counts to 2^32 in hardware, so no time is lost while interrupts are masked, the fit runs, or a debugger reads a
+//! log. SysTick only wakes a sleeping core. QEMU leaves out every second SysTick interrupt with `-icount sleep=off`,
+//! which does no harm here.
 
 use cortex_m::peripheral::SYST;
 use cortex_m::peripheral::syst::SystClkSource;
@@ -19,21 +19,21 @@ const _: () = assert!(
             .timer_hz()
             .is_multiple_of(MICROSECONDS_HZ)
 );
-/// How often a sleeping core is woken in a second: often enough to send a request again in time.
+/// Wake-ups of a sleeping core per second: enough to retransmit a request in time.
 const WAKES_HZ: u32 = 100;
 
-/// Time since the start.
+/// Clock of the time since the start.
 pub struct Clock {
     /// Milliseconds at the last call of [`Clock::now_ms`].
     now_ms: u64,
-    /// The timer's microseconds at the last whole millisecond.
+    /// The timer's value at the last whole millisecond, us.
     last: u32,
 }
 
 impl Clock {
-    /// Starts at zero, and SysTick with it.
+    /// Starts the clock at 0, and SysTick.
     pub fn start(clocks: Clocks, mut systick: SYST) -> Self {
-        run_freely(TIM2, clocks.timer_hz() / MICROSECONDS_HZ);
+        start_free_running(TIM2, clocks.timer_hz() / MICROSECONDS_HZ);
         systick.set_clock_source(SystClkSource::Core);
         systick.set_reload(clocks.core_hz() / WAKES_HZ - 1);
         systick.clear_current();
@@ -45,7 +45,7 @@ impl Clock {
         }
     }
 
-    /// Returns the milliseconds since the start. It is called at least once an hour, since the timer wraps around.
+    /// Returns the milliseconds since the start. Call it at least once an hour, because the timer wraps around.
     pub fn now_ms(&mut self) -> u64 {
         let passed = microseconds().wrapping_sub(self.last) / 1000;
         self.last = self.last.wrapping_add(1000 * passed);
@@ -54,11 +54,10 @@ impl Clock {
     }
 }
 
-/// Sleeps until there is an interrupt: SysTick's comes soon. Does not sleep if there is something to
-/// do already.
+/// Sleeps until the next interrupt, at the latest that of SysTick. Returns at once if there is work.
 pub fn sleep(has_work: impl Fn() -> bool) {
-    // Masked, so that nothing can come between the look and the sleep. An interrupt wakes the core
-    // all the same, and is handled right after.
+    // Interrupts are masked, so none is handled between the check and the sleep. A pending interrupt still wakes the
+    // core, and is handled right after.
     interrupt::free(|_| {
         if !has_work() {
             asm::wfi();
@@ -66,21 +65,21 @@ pub fn sleep(has_work: impl Fn() -> bool) {
     });
 }
 
-/// Has a timer count from now on, once in so many of its clock's cycles, and never stop.
-pub fn run_freely(timer: Timer, divider: u32) {
-    clocks::turn_on(RCC_APB1ENR, timer.clock);
+/// Starts a timer that counts once in `divider` cycles of its clock, and never stops.
+pub fn start_free_running(timer: Timer, divider: u32) {
+    clocks::enable_clock(RCC_APB1ENR, timer.clock);
     timer.prescaler.write(divider - 1);
     timer.reload.write(u32::MAX);
-    timer.event.write(1); // takes over what was written
+    timer.event.write(1); // loads the values above
     timer.control.write(1);
 }
 
-/// Microseconds since the start; wraps around after 71 minutes.
+/// Returns the microseconds since the start. Wraps around after 71 minutes.
 pub fn microseconds() -> u32 {
     TIM2.counter.read()
 }
 
-/// A sleeping core wakes at each interrupt, and that is all that this one is for.
+/// Wakes a sleeping core; there is nothing more to do.
 #[exception]
 fn SysTick() {}
 

@@ -1,7 +1,6 @@
-//! A USART of the STM32F4. Neither reading nor writing ever waits.
+//! A USART of the STM32F4 that never waits.
 //!
-//! An interrupt puts each byte that comes into a [`Queue`], so that none is lost while a slice of
-//! the fit runs.
+//! An interrupt puts each received byte into a [`Queue`], so none is lost during a step of the fit.
 
 use core::cell::Cell;
 use core::sync::atomic::{AtomicU32, Ordering};
@@ -11,35 +10,35 @@ use heapless::spsc::{Consumer, Producer, Queue};
 
 use crate::register::Usart;
 
-/// Status: overrun, received, ready to transmit.
+/// Status bits: overrun, received, ready to transmit.
 const OVERRUN: u32 = 1 << 3;
 const RECEIVED: u32 = 1 << 5;
 const READY: u32 = 1 << 7;
-/// Control: enable, interrupt when received, transmitter on, receiver on.
+/// Control bits: enable, interrupt when received, transmitter on, receiver on.
 const ENABLE: u32 = 1 << 13 | 1 << 5 | 1 << 3 | 1 << 2;
 
-/// Places of the queue, of which one stays free: room for the bytes of 22 ms at 115,200 baud.
-const PLACES: usize = 256;
+/// Capacity of the queue plus one: the bytes of 22 ms at 115,200 baud.
+const QUEUE_BYTES: usize = 256;
 
-/// The interrupt's end of the queue, once the UART is on.
-static BYTES: Mutex<Cell<Option<Producer<'static, u8>>>> = Mutex::new(Cell::new(None));
-/// Bytes that came when there was no room, or that the interrupt was too late for.
-static LOST: AtomicU32 = AtomicU32::new(0);
+/// The interrupt's end of the queue, once the UART is started.
+static PRODUCER: Mutex<Cell<Option<Producer<'static, u8>>>> = Mutex::new(Cell::new(None));
+/// Bytes lost, because the queue was full or the interrupt was late.
+static LOST_BYTES: AtomicU32 = AtomicU32::new(0);
 
-/// The UART that leads to the scanner: 8 bits, no parity, one stop bit. There is one.
+/// The UART of the scanner: 8 bits, no parity, one stop bit. A singleton.
 pub struct Uart {
     usart: Usart,
     bytes: Consumer<'static, u8>,
-    /// How many lost bytes were reported.
+    /// Number of lost bytes already reported.
     reported: u32,
 }
 
 impl Uart {
-    /// Turns it on; `clock_hz` is its clock, `baud` its speed in bits a second. None if it is on already.
+    /// Starts the UART. `clock_hz` is its clock, `baud` its speed in bit/s. Returns None if it is already started.
     pub fn start(usart: Usart, clock_hz: u32, baud: u32) -> Option<Self> {
-        let queue = cortex_m::singleton!(: Queue<u8, PLACES> = Queue::new())?;
+        let queue = cortex_m::singleton!(: Queue<u8, QUEUE_BYTES> = Queue::new())?;
         let (producer, bytes) = queue.split();
-        critical_section::with(|section| BYTES.borrow(section).set(Some(producer)));
+        critical_section::with(|section| PRODUCER.borrow(section).set(Some(producer)));
         usart.baud.write(divider(clock_hz, baud));
         usart.control.write(ENABLE);
         Some(Self {
@@ -49,17 +48,17 @@ impl Uart {
         })
     }
 
-    /// The next byte, if one has come.
+    /// Returns the next received byte, if there is one.
     pub fn read(&mut self) -> Option<u8> {
-        let lost = LOST.load(Ordering::Relaxed);
+        let lost = LOST_BYTES.load(Ordering::Relaxed);
         if lost != self.reported {
-            defmt::warn!("the UART has lost {=u32} bytes so far", lost);
+            defmt::warn!("the UART has lost {=u32} bytes", lost);
             self.reported = lost;
         }
         self.bytes.dequeue()
     }
 
-    /// Sends a byte; false if the one before is still on its way.
+    /// Sends a byte. Returns false if the transmitter is busy.
     pub fn write(&mut self, byte: u8) -> bool {
         let ready = self.usart.status.read() & READY != 0;
         if ready {
@@ -68,21 +67,21 @@ impl Uart {
         ready
     }
 
-    /// True if a byte has come.
+    /// Returns true if a byte was received.
     pub fn has_byte(&self) -> bool {
         self.bytes.ready()
     }
 }
 
-/// The nearest divider of a clock for a speed.
+/// Returns the nearest divider of a clock for a speed.
 pub const fn divider(clock_hz: u32, baud: u32) -> u32 {
     (clock_hz + baud / 2) / baud
 }
 
-/// Adds a byte to the queue; false if it has no room. For the interrupt's handler.
+/// Adds a byte to the queue; called by the interrupt handler. Returns false if the queue is full.
 fn enqueue(byte: u8) -> bool {
     critical_section::with(|section| {
-        let end = BYTES.borrow(section);
+        let end = PRODUCER.borrow(section);
         let mut producer = end.take();
         let added = producer
             .as_mut()
@@ -92,20 +91,20 @@ fn enqueue(byte: u8) -> bool {
     })
 }
 
-/// Takes the byte that has come. For the interrupt's handler.
+/// Reads the received byte; called by the interrupt handler.
 pub fn receive(usart: Usart) {
     let status = usart.status.read();
     if status & (RECEIVED | OVERRUN) == 0 {
         return;
     }
-    // Reading the data after the status also ends an overrun, which would block receiving.
+    // Reading the data after the status also clears an overrun, which would block the receiver.
     let byte = usart.data.read() as u8;
     let overrun = status & OVERRUN != 0;
     let dropped = status & RECEIVED != 0 && !enqueue(byte);
     let lost = u32::from(overrun) + u32::from(dropped);
-    // No other handler writes it: to load and to store is enough.
-    LOST.store(
-        LOST.load(Ordering::Relaxed).wrapping_add(lost),
+    // No other handler writes it, so a separate load and store are enough.
+    LOST_BYTES.store(
+        LOST_BYTES.load(Ordering::Relaxed).wrapping_add(lost),
         Ordering::Relaxed,
     );
 }

@@ -1,14 +1,14 @@
 //! The independent watchdog: resets the chip when the main loop hangs.
 //!
-//! Only the main loop feeds it, at every turn. No interrupt handler may, because interrupts go on
-//! when the main loop does not.
+//! Only the main loop feeds it, in every iteration. Interrupt handlers must not, because they still run when the main
+//! loop hangs.
 
 use crate::register::{DBGMCU_APB1_FZ, IWDG_KR, IWDG_PR, IWDG_RLR};
 
-/// Resets the chip unless [`feed`] is called in time: nominally every 4.1 s (32 kHz / 32 / 4096);
-/// its oscillator may have from 17 to 47 kHz, so at least every 2.7 s.
+/// Starts the watchdog, which resets the chip unless [`feed`] is called in time: every 4.1 s nominally (32 kHz / 32 /
+/// 4096). Its oscillator has 17 to 47 kHz, so call it at least every 2.7 s.
 pub fn start() {
-    DBGMCU_APB1_FZ.modify(0, 1 << 12); // not while a debugger halts the core
+    DBGMCU_APB1_FZ.modify(0, 1 << 12); // stopped while a debugger halts the core
     IWDG_KR.write(0xCCCC);
     IWDG_KR.write(0x5555);
     IWDG_PR.write(3);
@@ -16,7 +16,7 @@ pub fn start() {
     feed();
 }
 
-/// The main loop is alive.
+/// Restarts the watchdog's timeout.
 pub fn feed() {
     IWDG_KR.write(0xAAAA);
 }

@@ -1,13 +1,13 @@
-//! Which pins lead to the scanner. For another board change this file.
+//! Pins of the scanner's UART. Change this file for another board.
 
 use crate::clocks::{self, Clocks};
 use crate::register::{
     GPIOA, GPIOB, Port, RCC_APB1ENR, RCC_APB2ENR, USART1, USART2, USART3, Usart,
 };
 
-/// The UART that leads to the scanner.
+/// The UART of the scanner.
 pub const WIRING: Wiring = if cfg!(feature = "feather") {
-    // Adafruit Feather STM32F405 Express: its pins TX and RX.
+    // Adafruit Feather STM32F405 Express: pins TX and RX.
     Wiring {
         usart: USART3,
         interrupt: 39,
@@ -17,7 +17,7 @@ pub const WIRING: Wiring = if cfg!(feature = "feather") {
         receive: 11,
     }
 } else if cfg!(feature = "nucleo") {
-    // Nucleo-64 with an STM32F446: its ST-LINK makes a serial port of it on the USB cable.
+    // Nucleo-64 with an STM32F446: its ST-LINK provides this UART as a serial port over USB.
     Wiring {
         usart: USART2,
         interrupt: 38,
@@ -27,7 +27,7 @@ pub const WIRING: Wiring = if cfg!(feature = "feather") {
         receive: 3,
     }
 } else {
-    // QEMU's netduinoplus2, and whatever board leads these pins out.
+    // QEMU's netduinoplus2, and any board with these pins on a header.
     Wiring {
         usart: USART1,
         interrupt: 37,
@@ -38,7 +38,7 @@ pub const WIRING: Wiring = if cfg!(feature = "feather") {
     }
 };
 
-/// A USART, and the pins that it is led out to; their alternate function is 7.
+/// A USART and its pins, with alternate function 7.
 pub struct Wiring {
     pub usart: Usart,
     pub interrupt: u16,
@@ -48,23 +48,23 @@ pub struct Wiring {
     pub receive: u32,
 }
 
-/// The bus that a USART is on, and the bit that turns on its clock there.
-#[allow(dead_code)] // a board has its UART on one of them
+/// The bus of a USART, and the bit that enables its clock there.
+#[allow(dead_code)] // each board uses one of them
 pub enum Bus {
     Apb1 { clock: u32 },
     Apb2 { clock: u32 },
 }
 
 impl Bus {
-    /// Turns the USART's clock on, and returns it in Hz.
+    /// Enables the USART's clock, and returns it in Hz.
     pub fn start(&self, clocks: Clocks) -> u32 {
         match self {
             Self::Apb1 { clock } => {
-                clocks::turn_on(RCC_APB1ENR, *clock);
+                clocks::enable_clock(RCC_APB1ENR, *clock);
                 clocks.apb1_hz()
             }
             Self::Apb2 { clock } => {
-                clocks::turn_on(RCC_APB2ENR, *clock);
+                clocks::enable_clock(RCC_APB2ENR, *clock);
                 clocks.apb2_hz()
             }
         }

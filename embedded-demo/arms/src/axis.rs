@@ -1,11 +1,10 @@
-//! One arm: a stepper driver's step and direction pins, and a normally closed switch at one end of
-//! the travel.
+//! One arm: a stepper driver's step and direction pins, and a normally closed switch at one end of the travel.
 //!
-//! An axis never waits. [`Axis::poll`] takes the time that has passed and makes at most one edge on
-//! the step pin, so a caller that is late makes an arm slower and never makes it skip.
+//! An axis never waits. [`Axis::poll`] takes the elapsed time and makes at most one edge on the step pin. A late caller
+//! makes an arm slower, but loses no steps.
 //!
-//! Every motion toward the switch is bounded: by the axis' travel if its position is unknown, else
-//! by its distance and a tenth of the travel. The switch is read before each step.
+//! Every motion toward the switch is bounded: by the travel of the axis if its position is unknown, else by its
+//! distance and a tenth of the travel. The switch is read before each step.
 
 mod error;
 mod settings;
@@ -18,44 +17,44 @@ use embedded_hal::digital::{InputPin, OutputPin};
 
 use switch::Switch;
 
-/// Microseconds for which the step pin stays high at least. Every common driver takes 2.
-const PULSE_MICROSECONDS: u32 = 2;
+/// Minimum time for which the step pin stays high, us. Common drivers need 2 us.
+const MIN_PULSE_US: u32 = 2;
 
-/// Whether an arm has arrived.
+/// State of a motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Motion {
-    /// Not yet: go on polling.
+    /// The arm is moving: call [`Axis::poll`] again.
     Moving,
-    /// It stands where it was sent.
+    /// The arm is at its target.
     Arrived,
 }
 
-/// The motion of an arm.
+/// Task of an arm.
 #[derive(Clone, Copy, Debug)]
 enum Task {
-    Standing,
-    /// From one step to another.
+    Idle,
+    /// Move from one position to another.
     Traveling {
         from: i32,
         to: i32,
     },
-    /// Near the switch, fast; it stands where the switch opens.
+    /// Move near the switch at full speed. The arm stops if the switch opens.
     Returning {
         from: i32,
         to: i32,
     },
-    /// Off the switch, slowly; steps since it began.
+    /// Leave the switch slowly; steps so far.
     Releasing {
-        taken: u32,
+        steps: u32,
     },
-    /// Onto the switch, slowly; steps that are left.
+    /// Approach the switch slowly; steps left.
     Approaching {
-        left: u32,
+        steps_left: u32,
     },
 }
 
-/// An arm.
+/// An arm with its pins.
 #[derive(Debug)]
 pub struct Axis<S, D, H> {
     step: S,
@@ -63,42 +62,41 @@ pub struct Axis<S, D, H> {
     switch: Switch<H>,
     settings: Settings,
     task: Task,
-    /// Where it is by count of its steps; 0 is the angle 0.
+    /// Position by step count; 0 is the angle 0.
     position: i32,
     homed: bool,
-    /// Steps by which the count was off when the switch opened last.
+    /// Error of the step count when the switch opened last, steps.
     slip: i32,
     /// The step pin is high.
-    pulse: bool,
-    /// The direction pin's state.
+    is_step_high: bool,
+    /// State of the direction pin.
     upwards: Option<bool>,
-    /// Microseconds since the last step.
-    since: u32,
-    /// Microseconds from the last step to the next one.
-    interval: u32,
+    /// Time since the last step, us.
+    since_step_us: u32,
+    /// Time from the last step to the next one, us.
+    interval_us: u32,
 }
 
 impl<S: OutputPin, D: OutputPin, H: InputPin> Axis<S, D, H> {
-    /// An arm at an unknown position. The switch pulls its pin low while it is closed; the arm opens
-    /// it.
+    /// Creates an arm at an unknown position. The switch pulls its pin low while it is closed; the arm opens it.
     pub fn new(step: S, direction: D, switch: H, settings: Settings) -> Self {
         Self {
             step,
             direction,
             switch: Switch::new(switch),
             settings,
-            task: Task::Standing,
+            task: Task::Idle,
             position: 0,
             homed: false,
             slip: 0,
-            pulse: false,
+            is_step_high: false,
             upwards: None,
-            since: 0,
-            interval: 0,
+            since_step_us: 0,
+            interval_us: 0,
         }
     }
 
-    /// The position by count of its steps.
+    /// Returns the position by step count.
     pub fn position(&self) -> i32 {
         self.position
     }
@@ -108,23 +106,22 @@ impl<S: OutputPin, D: OutputPin, H: InputPin> Axis<S, D, H> {
         self.homed
     }
 
-    /// The angle by count of its steps, radians.
+    /// Returns the angle by step count, radians.
     pub fn angle(&self) -> f32 {
         self.settings.angle(self.position)
     }
 
-    /// The settings.
+    /// Returns the settings.
     pub fn settings(&self) -> &Settings {
         &self.settings
     }
 
-    /// Steps by which the count was off when the arm came home the last time: the lost steps. None
-    /// if they are within the tolerance.
+    /// Returns the error of the step count at the last visit home: the lost steps. None within the tolerance.
     pub fn slip(&self) -> Option<i32> {
         (self.slip.unsigned_abs() > self.settings.tolerance).then_some(self.slip)
     }
 
-    /// Assumes a count from before a reset. The next visit home checks it.
+    /// Assumes a step count from before a reset. The next visit home checks it.
     pub fn assume(&mut self, position: i32) {
         self.position = position;
         self.homed = true;
@@ -135,20 +132,20 @@ impl<S: OutputPin, D: OutputPin, H: InputPin> Axis<S, D, H> {
     /// # Errors
     /// [`AxisError::OutOfReach`].
     pub fn check(&self, angle: f32) -> Result<(), AxisError> {
-        if (self.settings.least..=self.settings.largest).contains(&angle) {
+        if (self.settings.min_angle..=self.settings.max_angle).contains(&angle) {
             Ok(())
         } else {
             Err(AxisError::OutOfReach { angle })
         }
     }
 
-    /// Checks that the arm may go to an angle in radians. Outside of the limits it may only stay
-    /// where it is, or go to [`Settings::near_home`].
+    /// Checks that the arm may move to an angle, radians. Beyond its limits it may only stay at its position, or move
+    /// to [`Settings::near_home`].
     ///
     /// # Errors
-    /// If it is not homed, or cannot reach the angle.
+    /// If the arm is not homed, or cannot reach the angle.
     #[inline(never)] // smaller: loops over the arms are unrolled
-    pub fn can_go_to(&self, angle: f32) -> Result<(), AxisError> {
+    pub fn check_move(&self, angle: f32) -> Result<(), AxisError> {
         let to = self.settings.steps(angle);
         if to != self.position && to != self.settings.near_home_steps() {
             self.check(angle)?;
@@ -163,9 +160,9 @@ impl<S: OutputPin, D: OutputPin, H: InputPin> Axis<S, D, H> {
     /// Sends the arm to an angle in radians; [`Axis::poll`] moves it.
     ///
     /// # Errors
-    /// If it moves, or may not go there; see [`Axis::can_go_to`].
+    /// If the arm is moving, or may not move there; see [`Axis::check_move`].
     pub fn go_to(&mut self, angle: f32) -> Result<(), AxisError> {
-        self.can_go_to(angle)?;
+        self.check_move(angle)?;
         let (from, to) = (self.position, self.settings.steps(angle));
         self.begin(match to == self.settings.near_home_steps() {
             true => Task::Returning { from, to },
@@ -173,42 +170,42 @@ impl<S: OutputPin, D: OutputPin, H: InputPin> Axis<S, D, H> {
         })
     }
 
-    /// Sends the arm onto its home switch, slowly; [`Axis::poll`] moves it. Afterwards
-    /// [`Axis::slip`] returns the lost steps.
+    /// Sends the arm onto its home switch, slowly; [`Axis::poll`] moves it. Afterwards [`Axis::slip`] returns the lost
+    /// steps.
     ///
     /// # Errors
-    /// If it moves.
+    /// If the arm is moving.
     pub fn go_home(&mut self) -> Result<(), AxisError> {
-        // Off the switch if it is open, and onto it.
-        self.begin(Task::Releasing { taken: 0 })?;
+        // If the switch is open, the arm first leaves it.
+        self.begin(Task::Releasing { steps: 0 })?;
         self.slip = 0;
         Ok(())
     }
 
     #[inline(never)] // smaller: loops over the arms are unrolled
     fn begin(&mut self, task: Task) -> Result<(), AxisError> {
-        if !matches!(self.task, Task::Standing) {
+        if !matches!(self.task, Task::Idle) {
             return Err(AxisError::Moving);
         }
         self.task = task;
-        self.interval = 0;
+        self.interval_us = 0;
         self.switch.restart();
         Ok(())
     }
 
-    /// Stops the arm where it is. Its position is unknown afterwards.
+    /// Stops the arm at once. Its position is unknown afterwards.
     #[inline(never)] // smaller: loops over the arms are unrolled
     pub fn stop(&mut self) {
-        self.task = Task::Standing;
+        self.task = Task::Idle;
         self.homed = false;
     }
 
-    /// Moves the arm, `elapsed` microseconds after the last call.
+    /// Moves the arm, `elapsed_us` after the last call.
     ///
     /// # Errors
-    /// The arm's error; it stands then, and has to be sent home.
-    pub fn poll(&mut self, elapsed: u32) -> Result<Motion, AxisError> {
-        let motion = self.advance(elapsed);
+    /// The error of the arm. It is stopped and must be homed again.
+    pub fn poll(&mut self, elapsed_us: u32) -> Result<Motion, AxisError> {
+        let motion = self.advance(elapsed_us);
         if motion.is_err() {
             self.stop();
         }
@@ -216,38 +213,38 @@ impl<S: OutputPin, D: OutputPin, H: InputPin> Axis<S, D, H> {
     }
 
     #[inline(never)] // smaller: loops over the arms are unrolled
-    fn advance(&mut self, elapsed: u32) -> Result<Motion, AxisError> {
-        self.since = self.since.saturating_add(elapsed);
+    fn advance(&mut self, elapsed_us: u32) -> Result<Motion, AxisError> {
+        self.since_step_us = self.since_step_us.saturating_add(elapsed_us);
         let is_open = match self.task {
-            Task::Standing => None,
-            _ => self.switch.poll(elapsed)?,
+            Task::Idle => None,
+            _ => self.switch.poll(elapsed_us)?,
         };
-        if self.pulse {
-            if self.since >= PULSE_MICROSECONDS {
+        if self.is_step_high {
+            if self.since_step_us >= MIN_PULSE_US {
                 self.step.set_low().map_err(|_| AxisError::Pin)?;
-                self.pulse = false;
+                self.is_step_high = false;
             }
             return Ok(Motion::Moving);
         }
-        if matches!(self.task, Task::Standing) {
+        if matches!(self.task, Task::Idle) {
             return Ok(Motion::Arrived);
         }
-        if self.since >= self.interval {
-            match self.next(is_open)? {
+        if self.since_step_us >= self.interval_us {
+            match self.next_step(is_open)? {
                 Some(upwards) => self.step(upwards)?,
-                None if matches!(self.task, Task::Standing) => return Ok(Motion::Arrived),
+                None if matches!(self.task, Task::Idle) => return Ok(Motion::Arrived),
                 None => {}
             }
         }
         Ok(Motion::Moving)
     }
 
-    /// Returns the direction of the next step, and sets its time in `interval`. None if the task is
-    /// done, was changed for the next one, or waits for a contact that bounces.
-    fn next(&mut self, is_open: Option<bool>) -> Result<Option<bool>, AxisError> {
+    /// Returns the direction of the next step, and sets its time in `interval_us`. None if the task is complete, has
+    /// changed to its next phase, or waits for a bouncing contact.
+    fn next_step(&mut self, is_open: Option<bool>) -> Result<Option<bool>, AxisError> {
         let away = self.settings.is_home_low();
         match self.task {
-            Task::Standing => Ok(None),
+            Task::Idle => Ok(None),
             Task::Traveling { from, .. } | Task::Returning { from, .. }
                 if is_open.is_none() && self.position == from =>
             {
@@ -255,40 +252,40 @@ impl<S: OutputPin, D: OutputPin, H: InputPin> Axis<S, D, H> {
             }
             Task::Traveling { from, to } => {
                 let steps = self.settings.distance(self.position);
-                // On the way out it closes later than it opened on the way home.
-                let still_open = match (to > self.position) == away {
+                // On the way out the switch closes later than it opened on the way home.
+                let max_open_distance = match (to > self.position) == away {
                     true => self.settings.clearance(),
                     false => self.settings.tolerance as i32,
                 };
-                if is_open == Some(true) && steps > still_open {
+                if is_open == Some(true) && steps > max_open_distance {
                     return Err(AxisError::SwitchOpened { steps });
                 }
-                Ok(self.next_of_ramp(from, to))
+                Ok(self.next_ramp_step(from, to))
             }
             Task::Returning { from, to } => {
                 if is_open == Some(true) {
-                    // Sooner than it should: the slip is taken where it opens slowly.
-                    self.task = Task::Standing;
+                    // Earlier than expected. The slow approach measures the slip.
+                    self.task = Task::Idle;
                     return Ok(None);
                 }
-                Ok(self.next_of_ramp(from, to))
+                Ok(self.next_ramp_step(from, to))
             }
-            Task::Releasing { taken } => match is_open {
+            Task::Releasing { steps } => match is_open {
                 None => Ok(None),
                 Some(false) => {
-                    let left = self.max_approach(taken);
-                    self.task = Task::Approaching { left };
+                    let steps_left = self.max_approach(steps);
+                    self.task = Task::Approaching { steps_left };
                     Ok(None)
                 }
-                Some(true) if taken >= self.settings.max_release() => Err(AxisError::HomeStuck),
+                Some(true) if steps >= self.settings.max_release() => Err(AxisError::HomeStuck),
                 Some(true) => {
-                    let taken = taken.saturating_add(1);
-                    self.task = Task::Releasing { taken };
-                    self.interval = interval(self.settings.homing_speed);
+                    let steps = steps.saturating_add(1);
+                    self.task = Task::Releasing { steps };
+                    self.interval_us = interval_us(self.settings.homing_speed);
                     Ok(Some(away))
                 }
             },
-            Task::Approaching { left } => match is_open {
+            Task::Approaching { steps_left } => match is_open {
                 None => Ok(None),
                 Some(true) => {
                     let home = self.settings.steps(self.settings.home);
@@ -297,20 +294,20 @@ impl<S: OutputPin, D: OutputPin, H: InputPin> Axis<S, D, H> {
                     }
                     self.position = home;
                     self.homed = true;
-                    self.task = Task::Standing;
+                    self.task = Task::Idle;
                     Ok(None)
                 }
                 Some(false) => {
-                    let left = left.checked_sub(1).ok_or(AxisError::HomeNotFound)?;
-                    self.task = Task::Approaching { left };
-                    self.interval = interval(self.settings.homing_speed);
+                    let steps_left = steps_left.checked_sub(1).ok_or(AxisError::HomeNotFound)?;
+                    self.task = Task::Approaching { steps_left };
+                    self.interval_us = interval_us(self.settings.homing_speed);
                     Ok(Some(!away))
                 }
             },
         }
     }
 
-    /// Steps within which the switch has to open, `released` steps after the arm was on it.
+    /// Returns the steps within which the switch must open, `released` steps after the arm left it.
     fn max_approach(&self, released: u32) -> u32 {
         let distance = self.settings.distance(self.position).max(0).unsigned_abs();
         let clearance = self.settings.clearance().unsigned_abs();
@@ -321,21 +318,22 @@ impl<S: OutputPin, D: OutputPin, H: InputPin> Axis<S, D, H> {
         }
     }
 
-    /// A trapezoid: `k` steps from standing still the speed is that of constant acceleration.
-    fn next_of_ramp(&mut self, from: i32, to: i32) -> Option<bool> {
-        let left = to.saturating_sub(self.position);
-        if left == 0 {
-            self.task = Task::Standing;
+    /// Returns the next step of a trapezoidal speed profile: `k` steps from standstill the speed is that of constant
+    /// acceleration.
+    fn next_ramp_step(&mut self, from: i32, to: i32) -> Option<bool> {
+        let steps_left = to.saturating_sub(self.position);
+        if steps_left == 0 {
+            self.task = Task::Idle;
             return None;
         }
         let done = self.position.saturating_sub(from).unsigned_abs();
-        let k = done.min(left.unsigned_abs().saturating_sub(1)) as f32;
+        let k = done.min(steps_left.unsigned_abs().saturating_sub(1)) as f32;
         let ramp = libm::sqrtf(self.settings.acceleration * (2.0 * k + 1.0));
-        self.interval = interval(ramp.min(self.settings.speed));
-        Some(left > 0)
+        self.interval_us = interval_us(ramp.min(self.settings.speed));
+        Some(steps_left > 0)
     }
 
-    /// Raises the step pin; or turns the direction pin, and the step comes with the next poll.
+    /// Raises the step pin. If the direction changes, only sets the direction pin: the step follows in the next poll.
     fn step(&mut self, upwards: bool) -> Result<(), AxisError> {
         if self.upwards != Some(upwards) {
             let level = upwards != self.settings.reversed;
@@ -346,14 +344,14 @@ impl<S: OutputPin, D: OutputPin, H: InputPin> Axis<S, D, H> {
             return Ok(());
         }
         self.step.set_high().map_err(|_| AxisError::Pin)?;
-        self.pulse = true;
-        self.since = 0;
+        self.is_step_high = true;
+        self.since_step_us = 0;
         self.position = self.position.saturating_add(if upwards { 1 } else { -1 });
         Ok(())
     }
 }
 
-/// Microseconds from one step to the next, at a speed in steps/s.
-fn interval(speed: f32) -> u32 {
-    (1e6 / speed) as u32 // of a speed that makes no sense: as large or as small as it gets
+/// Returns the time between two steps at a speed in steps/s, us.
+fn interval_us(speed: f32) -> u32 {
+    (1e6 / speed) as u32 // saturates for invalid speeds
 }

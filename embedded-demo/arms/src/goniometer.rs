@@ -1,6 +1,6 @@
-//! The arms together: they travel at the same time, and find their switches one after the other.
+//! A goniometer: several arms that move at the same time, and visit their home switches one after the other.
 //!
-//! A goniometer does not know which angles are safe together; [`crate::route`] does.
+//! [`crate::route`] ensures that lamp and sensor do not collide.
 
 use core::fmt;
 
@@ -12,9 +12,9 @@ use crate::axis::{Axis, AxisError, Motion};
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ArmError {
-    /// The arm, in the order that [`Goniometer::new`] was given.
+    /// Number of the arm, in the order of [`Goniometer::new`].
     pub arm: u8,
-    /// Its error.
+    /// Error of the arm.
     pub error: AxisError,
 }
 
@@ -26,42 +26,42 @@ impl fmt::Display for ArmError {
 
 impl core::error::Error for ArmError {}
 
-/// Steps that an arm had lost when it came home.
+/// Steps that an arm has lost before a visit home.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct LostSteps {
-    /// The arm.
+    /// Number of the arm.
     pub arm: u8,
-    /// Steps by which its count was ahead of its position.
+    /// Steps by which its count is ahead of its position.
     pub steps: i32,
 }
 
-/// `ARMS` arms. The scan's are theta_i, phi_i, theta_o, phi_o.
+/// `ARMS` arms. Those of a scan are theta_i, phi_i, theta_o, phi_o.
 #[derive(Debug)]
 pub struct Goniometer<S, D, H, const ARMS: usize> {
     arms: [Axis<S, D, H>; ARMS],
-    /// The order in which arms go home, and the place in it of the one that does.
+    /// Homing order of the arms, and the index of the present arm in it.
     homing: Option<([usize; ARMS], usize)>,
 }
 
 impl<S: OutputPin, D: OutputPin, H: InputPin, const ARMS: usize> Goniometer<S, D, H, ARMS> {
-    /// Arms at unknown positions.
+    /// Creates a goniometer whose arms are at unknown positions.
     pub fn new(arms: [Axis<S, D, H>; ARMS]) -> Self {
         Self { arms, homing: None }
     }
 
-    /// The arms.
+    /// Returns the arms.
     pub fn arms(&self) -> &[Axis<S, D, H>; ARMS] {
         &self.arms
     }
 
-    /// Their positions by count of their steps; None while one of them is unknown.
+    /// Returns the positions by step count. None while one of them is unknown.
     pub fn positions(&self) -> Option<[i32; ARMS]> {
         let homed = self.arms.iter().all(Axis::is_homed);
         homed.then(|| self.arms.each_ref().map(|arm| arm.position()))
     }
 
-    /// Assumes counts from before a reset. The next visit home checks them.
+    /// Assumes step counts from before a reset. The next visit home checks them.
     pub fn assume(&mut self, positions: [i32; ARMS]) {
         for (arm, position) in self.arms.iter_mut().zip(positions) {
             arm.assume(position);
@@ -71,10 +71,10 @@ impl<S: OutputPin, D: OutputPin, H: InputPin, const ARMS: usize> Goniometer<S, D
     /// Checks that a sample's angles, radians, are within the limits of each axis.
     ///
     /// # Errors
-    /// The first arm whose angle is not.
+    /// The first arm whose angle is out of its limits.
     pub fn check(&self, angles: [f32; ARMS]) -> Result<(), ArmError> {
         for ((number, arm), angle) in (0..).zip(&self.arms).zip(angles) {
-            arm.check(angle).map_err(of(number))?;
+            arm.check(angle).map_err(at_arm(number))?;
         }
         Ok(())
     }
@@ -82,10 +82,10 @@ impl<S: OutputPin, D: OutputPin, H: InputPin, const ARMS: usize> Goniometer<S, D
     /// Sends the arms to angles in radians, all at the same time; see [`Axis::go_to`].
     ///
     /// # Errors
-    /// If one of them moves, is not homed, or cannot reach its angle; then none of them moves.
+    /// If an arm is moving, is not homed, or cannot reach its angle. No arm moves then.
     pub fn go_to(&mut self, angles: [f32; ARMS]) -> Result<(), ArmError> {
         for ((number, arm), angle) in (0..).zip(&self.arms).zip(angles) {
-            arm.can_go_to(angle).map_err(of(number))?;
+            arm.check_move(angle).map_err(at_arm(number))?;
         }
         for ((number, arm), angle) in (0..).zip(&mut self.arms).zip(angles) {
             if let Err(error) = arm.go_to(angle) {
@@ -96,30 +96,30 @@ impl<S: OutputPin, D: OutputPin, H: InputPin, const ARMS: usize> Goniometer<S, D
         Ok(())
     }
 
-    /// Sends the arms onto their home switches, one after the other in an order of their numbers.
+    /// Sends the arms onto their home switches, one after the other in this order.
     ///
     /// # Errors
-    /// If an arm moves.
+    /// If an arm is moving.
     pub fn go_home(&mut self, order: [usize; ARMS]) -> Result<(), ArmError> {
         self.homing = Some((order, 0));
         self.send_home(order, 0)
     }
 
-    fn send_home(&mut self, order: [usize; ARMS], place: usize) -> Result<(), ArmError> {
-        let number = order.get(place).copied().unwrap_or(ARMS);
+    fn send_home(&mut self, order: [usize; ARMS], index: usize) -> Result<(), ArmError> {
+        let number = order.get(index).copied().unwrap_or(ARMS);
         match self.arms.get_mut(number) {
-            Some(arm) => arm.go_home().map_err(of(number as u8)),
+            Some(arm) => arm.go_home().map_err(at_arm(number as u8)),
             None => Ok(()),
         }
     }
 
-    /// Steps that the arms had lost when they came home the last time.
+    /// Returns the steps that the arms have lost before the last visit home.
     pub fn lost_steps(&self) -> impl Iterator<Item = LostSteps> + '_ {
         let slips = (0..).zip(self.arms.iter().map(Axis::slip));
         slips.filter_map(|(arm, slip)| slip.map(|steps| LostSteps { arm, steps }))
     }
 
-    /// Stops all arms. They have to be sent home then.
+    /// Stops all arms. They must be homed again.
     pub fn stop(&mut self) {
         self.homing = None;
         for arm in &mut self.arms {
@@ -127,17 +127,17 @@ impl<S: OutputPin, D: OutputPin, H: InputPin, const ARMS: usize> Goniometer<S, D
         }
     }
 
-    /// Moves the arms, `elapsed` microseconds after the last call.
+    /// Moves the arms, `elapsed_us` after the last call.
     ///
     /// # Errors
-    /// The error of one of them; all of them stand then, and have to be sent home.
-    pub fn poll(&mut self, elapsed: u32) -> Result<Motion, ArmError> {
+    /// The error of one arm. All arms are stopped and must be homed again.
+    pub fn poll(&mut self, elapsed_us: u32) -> Result<Motion, ArmError> {
         let mut motion = Motion::Arrived;
         for number in 0..ARMS as u8 {
             let Some(arm) = self.arms.get_mut(usize::from(number)) else {
                 break;
             };
-            match arm.poll(elapsed) {
+            match arm.poll(elapsed_us) {
                 Ok(Motion::Arrived) => {}
                 Ok(Motion::Moving) => motion = Motion::Moving,
                 Err(error) => {
@@ -146,8 +146,8 @@ impl<S: OutputPin, D: OutputPin, H: InputPin, const ARMS: usize> Goniometer<S, D
                 }
             }
         }
-        if let (Motion::Arrived, Some((order, place))) = (motion, self.homing) {
-            let next = place.saturating_add(1);
+        if let (Motion::Arrived, Some((order, index))) = (motion, self.homing) {
+            let next = index.saturating_add(1);
             if next < ARMS {
                 self.homing = Some((order, next));
                 self.send_home(order, next)?;
@@ -160,6 +160,6 @@ impl<S: OutputPin, D: OutputPin, H: InputPin, const ARMS: usize> Goniometer<S, D
     }
 }
 
-fn of(arm: u8) -> impl Fn(AxisError) -> ArmError {
+fn at_arm(arm: u8) -> impl Fn(AxisError) -> ArmError {
     move |error| ArmError { arm, error }
 }

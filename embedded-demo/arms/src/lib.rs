@@ -1,8 +1,8 @@
-//! A scanner that moves its own arms: step and direction pins, home switches, a sensor, and a flash
-//! that keeps what was read.
+//! Firmware of a scanner that moves its own arms: stepper drivers, home switches, a sensor, and a flash for readings
+//! and recipes.
 //!
-//! Generic over the traits of `embedded-hal` and `embedded-storage`, free of any chip; the binaries
-//! say what it runs on. The README beside this folder is the way in.
+//! The library is generic over the traits of `embedded-hal` and `embedded-storage` and independent of the chip. The
+//! binaries in `src/bin` add a chip or a simulation. Start with the README in the folder above.
 
 #![cfg_attr(not(test), no_std)]
 #![forbid(unsafe_code)]
@@ -26,13 +26,13 @@ pub mod store;
 
 use glimpse_core::fit::AnyModel;
 
-/// The model that the recipe names: a host may send a recipe for another model. A firmware that names one model
-/// instead, such as `Neural`, is smaller.
+/// The model that the recipe names: a host may send a recipe for another model. The firmware is smaller with one model,
+/// such as `Neural`.
 pub type Model = AnyModel;
 
 /// Words of the memory of scan and fit: 8 KiB.
 ///
 /// The memory cannot grow when a host sends a larger recipe, so it is larger than the bundled recipe needs: 1,423 words
 /// by [`memory_words`](glimpse_core::recipe::memory_words). It is enough for every recipe in `trainer/recipes`; the
-/// largest needs 1,639 words. The firmware refuses a recipe that needs more and keeps the present one.
+/// largest needs 1,639 words. The firmware rejects a recipe that needs more and keeps the present one.
 pub const MEMORY_WORDS: usize = 2048;

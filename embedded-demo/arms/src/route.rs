@@ -1,17 +1,15 @@
-//! Safe ways of the arms: lamp and sensor stay apart at home, on the way, and where they read.
+//! Safe routes of the arms: lamp and sensor never collide, at home, on the way, or at a sample.
 //!
-//! A [`Route`] is a list of waypoints. Between two of them the axes move at the same time, at speeds
-//! that nobody relies on, so a route is safe if every combination of angles between two waypoints
-//! is. [`Space::route`] tries these in turn:
+//! A [`Route`] is a list of waypoints. Between two waypoints the axes move at the same time, at unknown relative
+//! speeds. A route is therefore safe if every combination of angles between two waypoints is safe. [`Space::route`]
+//! tries in turn:
 //!
 //! 1. all axes at once;
 //! 2. some axes first, then the others;
-//! 3. over the home configuration: azimuths to opposite sides, one arm to the horizon, the other one
-//!    to the normal, azimuths, and the same backwards. If the azimuths turn freely, this leads from
-//!    every safe configuration to every other one.
+//! 3. via home: azimuths to opposite sides, one arm to the horizon, the other one to the normal, azimuths, and the same
+//!    in reverse. If the azimuths turn freely, this connects all safe configurations.
 //!
-//! At home one arm is near the normal and the other one near the horizon, so that no azimuth brings
-//! them together.
+//! At home one arm is near the normal and the other one near the horizon, so they are apart at any azimuths.
 
 mod separation;
 
@@ -22,28 +20,28 @@ use core::fmt;
 
 use glimpse_core::gonio::Limits;
 
-/// The angles of the axes, radians: theta_i, phi_i, theta_o, phi_o.
+/// Angles of the axes, radians: theta_i, phi_i, theta_o, phi_o.
 pub type AxisAngles = [f32; 4];
 
-/// The most legs of a route.
-const LEGS: usize = 7;
-/// Groups of axes that move first. The empty group is the first one: all axes move at once.
-const GROUPS: usize = 15;
-/// Differences of the azimuths on a way over home; None leaves them as they are.
-const SIDES: [Option<f32>; 3] = [None, Some(PI), Some(-PI)];
+/// Maximum number of legs of a route.
+const MAX_LEGS: usize = 7;
+/// Number of groups of axes that move first. The first group is empty: all axes move at once.
+const AXIS_GROUPS: usize = 15;
+/// Azimuth differences that are tried on a route via home, radians. None keeps the azimuths.
+const AZIMUTH_DIFFERENCES: [Option<f32>; 3] = [None, Some(PI), Some(-PI)];
 
-/// The reason why the arms do not move.
+/// The reason why there is no route.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum RouteError {
-    /// At home, with some azimuths, lamp and sensor are nearer to each other than `min_separation`.
+    /// At home, lamp and sensor are closer than `min_separation` at some azimuths.
     HomeTooClose {
-        /// Their least separation, radians.
+        /// Their minimum separation, radians.
         separation: f32,
     },
     /// A home switch lies beyond `max_theta_i` or `max_theta_o`.
     HomeBeyondLimits,
-    /// No known way keeps lamp and sensor apart.
+    /// No route keeps lamp and sensor apart.
     NoSafeRoute,
 }
 
@@ -52,13 +50,13 @@ impl fmt::Display for RouteError {
         match self {
             Self::HomeTooClose { separation } => write!(
                 f,
-                "at home lamp and sensor are {separation} rad apart, less than `min_separation`: put one home switch near the normal, the other one near the horizon"
+                "at home lamp and sensor are {separation} rad apart, less than `min_separation`: place one home switch near the normal and the other one near the horizon"
             ),
             Self::HomeBeyondLimits => f.write_str(
                 "a home switch lies beyond `max_theta_i` or `max_theta_o`: move the switch, or raise the limit",
             ),
             Self::NoSafeRoute => f.write_str(
-                "no known way there keeps lamp and sensor apart: check the limits of the azimuths",
+                "no route keeps lamp and sensor apart: check the limits of the azimuths",
             ),
         }
     }
@@ -66,27 +64,27 @@ impl fmt::Display for RouteError {
 
 impl core::error::Error for RouteError {}
 
-/// The configurations that the arms may take.
+/// The configuration space of the arms.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Space {
-    /// The smallest angle of each axis at a sample.
-    pub least: AxisAngles,
-    /// The largest angle of each axis at a sample.
-    pub largest: AxisAngles,
-    /// The angles at which the home switches open.
+    /// Smallest angle of each axis at a sample, radians.
+    pub min_angles: AxisAngles,
+    /// Largest angle of each axis at a sample, radians.
+    pub max_angles: AxisAngles,
+    /// Angles at which the home switches open, radians.
     pub home: AxisAngles,
-    /// The angles near the switches, where the slow approach begins.
+    /// Angles near the switches at which the slow approach begins, radians.
     pub near_home: AxisAngles,
-    /// The limits; `in_plane` applies to samples only.
+    /// Limits of the machine; `in_plane` applies to samples only.
     pub limits: Limits,
-    /// Radians by which a separation may be smaller: the rounding to steps.
+    /// Tolerance of separations for the rounding to steps, radians.
     pub tolerance: f32,
 }
 
-/// Waypoints that are still to come.
+/// A route: an iterator over its waypoints.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Route {
-    waypoints: [Option<AxisAngles>; LEGS],
+    waypoints: [Option<AxisAngles>; MAX_LEGS],
     next: usize,
 }
 
@@ -101,7 +99,7 @@ impl Iterator for Route {
 }
 
 impl Space {
-    /// Checks that home is within the limits, and safe with all azimuths.
+    /// Checks that home is within the limits, and safe at all azimuths.
     ///
     /// # Errors
     /// [`RouteError::HomeTooClose`] or [`RouteError::HomeBeyondLimits`].
@@ -121,9 +119,9 @@ impl Space {
         Ok(())
     }
 
-    /// The order in which arms at unknown positions go home: first the arm whose home is nearer to
-    /// the horizon. Afterwards no motion of the other one brings them nearer than they are or than
-    /// at home; azimuths come last.
+    /// Returns the homing order of arms at unknown positions: first the arm whose home is nearer to the horizon, then
+    /// the other one, then the azimuths. Once the first arm is home, a motion of the second one brings them no closer
+    /// than they are, or than they are at home.
     #[must_use]
     pub fn homing_order(&self) -> [usize; 4] {
         if self.is_sensor_outer() {
@@ -133,13 +131,13 @@ impl Space {
         }
     }
 
-    /// Plans a safe way.
+    /// Plans a safe route.
     ///
     /// # Errors
     /// [`RouteError::NoSafeRoute`].
     #[inline(never)] // smaller: there are several calls of it
     pub fn route(&self, from: AxisAngles, to: AxisAngles) -> Result<Route, RouteError> {
-        for candidate in 0..GROUPS + SIDES.len() * SIDES.len() {
+        for candidate in 0..AXIS_GROUPS + AZIMUTH_DIFFERENCES.len() * AZIMUTH_DIFFERENCES.len() {
             if let Some(waypoints) = self.candidate(from, to, candidate)
                 && self.is_safe(from, &waypoints)
             {
@@ -152,40 +150,40 @@ impl Space {
         Err(RouteError::NoSafeRoute)
     }
 
-    /// The waypoints of a way by its number, in the order in which they are tried.
+    /// Returns the waypoints of a candidate route by its number, in the order of the attempts.
     fn candidate(
         &self,
         from: AxisAngles,
         to: AxisAngles,
         number: usize,
-    ) -> Option<[AxisAngles; LEGS]> {
-        let Some(number) = number.checked_sub(GROUPS) else {
-            // Each bit is an axis that moves first; without any, all move at once.
+    ) -> Option<[AxisAngles; MAX_LEGS]> {
+        let Some(number) = number.checked_sub(AXIS_GROUPS) else {
+            // Each bit is an axis that moves first. Without any, all axes move at once.
             let first = merge(from, to, |axis| number >> axis & 1 == 1);
             return Some([first, to, to, to, to, to, to]);
         };
-        let before = *SIDES.get(number / SIDES.len())?;
-        let after = *SIDES.get(number % SIDES.len())?;
-        self.over_home(from, to, before, after)
+        let before = *AZIMUTH_DIFFERENCES.get(number / AZIMUTH_DIFFERENCES.len())?;
+        let after = *AZIMUTH_DIFFERENCES.get(number % AZIMUTH_DIFFERENCES.len())?;
+        self.via_home(from, to, before, after)
     }
 
-    /// The waypoints over home, with azimuths that differ by `before` and `after` while one of the
-    /// arms moves; None of these leaves them as they are.
-    fn over_home(
+    /// Returns the waypoints via home. The azimuths differ by `before` and `after` while one of the arms moves; None
+    /// keeps them.
+    fn via_home(
         &self,
         from: AxisAngles,
         to: AxisAngles,
         before: Option<f32>,
         after: Option<f32>,
-    ) -> Option<[AxisAngles; LEGS]> {
+    ) -> Option<[AxisAngles; MAX_LEGS]> {
         let [home_i, phi_i, home_o, phi_o] = self.home;
-        let [least, largest] = [self.least, self.largest];
-        let [least_i, _, least_o, _] = least;
-        let [largest_i, _, largest_o, _] = largest;
+        let [min, max] = [self.min_angles, self.max_angles];
+        let [min_i, _, min_o, _] = min;
+        let [max_i, _, max_o, _] = max;
         let home = [
-            home_i.max(least_i).min(largest_i),
+            home_i.max(min_i).min(max_i),
             phi_i,
-            home_o.max(least_o).min(largest_o),
+            home_o.max(min_o).min(max_o),
             phi_o,
         ];
         let (outer, inner) = if self.is_sensor_outer() {
@@ -193,30 +191,31 @@ impl Space {
         } else {
             (0, 2)
         };
-        let spread = self.spread(from, before)?;
+        let spread = self.spread_azimuths(from, before)?;
         let at_horizon = merge(spread, home, |axis| axis == outer);
         let at_home = merge(at_horizon, home, |axis| axis == inner);
-        let turned = merge(at_home, self.spread(to, after)?, |axis| axis % 2 == 1);
+        let turned = merge(at_home, self.spread_azimuths(to, after)?, |axis| {
+            axis % 2 == 1
+        });
         let back = merge(turned, to, |axis| axis == inner);
         let all_back = merge(back, to, |axis| axis == outer);
         Some([spread, at_horizon, at_home, turned, back, all_back, to])
     }
 
-    /// The same polar angles with azimuths that differ by `apart`, if both axes reach them.
-    fn spread(&self, angles: AxisAngles, apart: Option<f32>) -> Option<AxisAngles> {
-        let Some(apart) = apart else {
+    /// Returns the same polar angles with azimuths that differ by `difference`, if both axes reach them.
+    fn spread_azimuths(&self, angles: AxisAngles, difference: Option<f32>) -> Option<AxisAngles> {
+        let Some(difference) = difference else {
             return Some(angles);
         };
         let [theta_i, _, theta_o, phi_o] = angles;
-        let [_, least_i, _, least_o] = self.least;
-        let [_, largest_i, _, largest_o] = self.largest;
+        let [_, min_i, _, min_o] = self.min_angles;
+        let [_, max_i, _, max_o] = self.max_angles;
         let phi_o = phi_o
-            .max(least_o.max(least_i + apart))
-            .min(largest_o.min(largest_i + apart));
-        let phi_i = phi_o - apart;
-        let is_within = |angle, least, largest| least <= angle && angle <= largest;
-        let is_reached =
-            is_within(phi_i, least_i, largest_i) && is_within(phi_o, least_o, largest_o);
+            .max(min_o.max(min_i + difference))
+            .min(max_o.min(max_i + difference));
+        let phi_i = phi_o - difference;
+        let is_within = |angle, min, max| min <= angle && angle <= max;
+        let is_reached = is_within(phi_i, min_i, max_i) && is_within(phi_o, min_o, max_o);
         is_reached.then_some([theta_i, phi_i, theta_o, phi_o])
     }
 
@@ -227,7 +226,7 @@ impl Space {
         legs.all(|(from, to)| self.is_far_enough(separation_between(*from, *to)))
     }
 
-    /// Returns false for NaN.
+    /// Returns true if a separation is large enough. Returns false for NaN.
     fn is_far_enough(&self, separation: f32) -> bool {
         separation >= self.limits.min_separation - self.tolerance
     }
@@ -238,7 +237,7 @@ impl Space {
     }
 }
 
-/// The angles of `to` for the axes of a group, and of `from` for the others.
+/// Returns the angles of `to` for the axes of a group, and those of `from` for the others.
 fn merge(from: AxisAngles, to: AxisAngles, is_moved: impl Fn(usize) -> bool) -> AxisAngles {
     let mut merged = from;
     for (axis, (merged, to)) in merged.iter_mut().zip(to).enumerate() {
@@ -249,13 +248,16 @@ fn merge(from: AxisAngles, to: AxisAngles, is_moved: impl Fn(usize) -> bool) -> 
     merged
 }
 
-/// The waypoints without those that equal the one before.
-fn without_repeats(from: AxisAngles, waypoints: [AxisAngles; LEGS]) -> [Option<AxisAngles>; LEGS] {
+/// Returns the waypoints without consecutive repeats.
+fn without_repeats(
+    from: AxisAngles,
+    waypoints: [AxisAngles; MAX_LEGS],
+) -> [Option<AxisAngles>; MAX_LEGS] {
     let mut last = from;
     let mut moves = waypoints.into_iter().filter(|waypoint| {
         let is_move = *waypoint != last;
         last = *waypoint;
         is_move
     });
-    [(); LEGS].map(|()| moves.next())
+    [(); MAX_LEGS].map(|()| moves.next())
 }

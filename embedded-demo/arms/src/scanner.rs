@@ -1,28 +1,28 @@
-//! One scan, from the home switches to the fitted material.
+//! A scan, from the home switches to the fitted material.
 //!
-//! [`Scanner::scan`] is the loop of the firmware: the station moves and reads, the flash keeps, and
-//! core's [`Driver`] fits and talks with a host, if there is one. Whatever else a firmware does has
-//! its turn in each round, by [`Platform`].
+//! [`Scanner::scan`] is the main loop of the firmware. The station moves the arms and reads the sensor, the flash
+//! stores readings, and core's [`Driver`] fits and communicates with a host, if there is one. [`Platform`] connects the
+//! rest of the firmware.
 //!
-//! A reading is kept as soon as it was taken, but the scan takes it only once the arms have come
-//! home without having lost a step since. If they had, what was read on the way is read again. What
-//! cannot be a reading is not kept, and read again at once.
+//! Each reading is saved immediately. The scan uses it once the arms have come home without lost steps. After lost
+//! steps, the samples since the last visit home are read again. An invalid reading is not saved, and its sample is read
+//! again immediately.
 
 mod button;
 mod clock;
-mod course;
-mod end;
-mod line;
-mod news;
+mod event;
+mod link;
+mod outcome;
 mod platform;
 mod seeds;
+mod state;
 mod steps;
 
 pub use button::{Button, Command};
-pub use end::{End, ScannerError, Start};
-pub use news::News;
+pub use event::Event;
 #[cfg(feature = "defmt")]
-pub use news::log_values;
+pub use event::log_values;
+pub use outcome::{Outcome, ScannerError, StartMode};
 pub use platform::Platform;
 pub use seeds::Seeds;
 
@@ -39,35 +39,37 @@ use crate::station::{Station, StationError};
 use crate::store::readings::Readings;
 use crate::store::recipes::{Recipes, ReplaceError};
 use clock::Clock;
-use course::Course;
+use state::ScanState;
 
-/// A host has so many microseconds to say a first word before a scan goes on without.
-const GREETING: u32 = 2_000_000;
+/// Time for the first reply of a host, us. Afterwards a scan continues without a host.
+const HOST_TIMEOUT_US: u32 = 2_000_000;
 
-/// A scanner: what moves and reads, and what it keeps in flash.
+/// A scanner: the machine and its storage.
 pub struct Scanner<S, D, H, A, L, F> {
     /// Arms, lamp and sensor.
     pub station: Station<S, D, H, A, L>,
     /// The flash.
     pub flash: F,
-    /// The readings in it.
+    /// The readings in the flash.
     pub readings: Readings,
-    /// The recipes in it.
+    /// The recipes in the flash.
     pub recipes: Recipes,
     /// Seeds of the link's sequence numbers.
     pub seeds: Seeds,
 }
 
-/// The next scan's host and start. The arms move without a command only for a scan that has begun
-/// since power-up.
-fn after(end: End) -> (Host, Start) {
-    match end {
-        End::Alone | End::Silent { started: true } => (Host::Absent, Start::Now),
-        End::Waiting
-        | End::Finished
-        | End::Failed(_)
-        | End::Silent { started: false }
-        | End::Stored { .. } => (Host::Listens, Start::OnCommand),
+/// Returns host and start mode of the next scan. The arms move without a command only for a scan that was started since
+/// power-up.
+fn next_scan(outcome: Outcome) -> (Host, StartMode) {
+    match outcome {
+        Outcome::NoHost | Outcome::HostLost { started: true } => {
+            (Host::Absent, StartMode::Immediate)
+        }
+        Outcome::NotStarted
+        | Outcome::Finished
+        | Outcome::Failed(_)
+        | Outcome::HostLost { started: false }
+        | Outcome::RecipeStored { .. } => (Host::Listens, StartMode::OnCommand),
     }
 }
 
@@ -80,59 +82,57 @@ where
     L: OutputPin,
     F: NorFlash,
 {
-    /// Scans one material after the other, for ever.
+    /// Scans materials, one after the other, forever.
     ///
-    /// The recipe is the one in force in the flash, or the `factory`'s if there is none; `buffer` has
-    /// room for it. A host that listens hears of the scan and may send another recipe; without one
-    /// the firmware does as well.
+    /// The recipe is the active one in the flash, or `bundled` if the flash has none. `buffer` has room for it. A host
+    /// is optional: it receives progress and results, and may send another recipe.
     pub fn serve<K: Fitter>(
         &mut self,
-        factory: &[u8],
+        bundled: &[u8],
         buffer: &mut [u8],
         memory: &mut [f32],
         platform: &mut impl Platform,
     ) -> ! {
-        let mut next = (Host::Listens, Start::OnCommand);
-        let mut has_asked = false;
+        let mut next = (Host::Listens, StartMode::OnCommand);
+        let mut has_reported = false;
         loop {
             let (host, start) = next;
             let recipe = match self.recipes.load(&mut self.flash, buffer) {
-                Ok(recipe) => recipe.unwrap_or(factory),
-                Err(_) => factory,
+                Ok(recipe) => recipe.unwrap_or(bundled),
+                Err(_) => bundled,
             };
-            if start == Start::OnCommand && !has_asked {
-                self.ask(recipe, platform);
+            if start == StartMode::OnCommand && !has_reported {
+                self.report_saved(recipe, platform);
             }
-            let end = self.scan::<K>(recipe, memory, host, start, platform);
-            has_asked = end == End::Waiting;
-            if end != End::Waiting {
-                platform.tell(News::End(end));
+            let outcome = self.scan::<K>(recipe, memory, host, start, platform);
+            has_reported = outcome == Outcome::NotStarted;
+            if outcome != Outcome::NotStarted {
+                platform.report(Event::Ended(outcome));
             }
-            if let End::Stored { bytes, checksum } = end {
+            if let Outcome::RecipeStored { bytes, checksum } = outcome {
                 let installed = self.install::<K>(bytes, checksum, buffer, memory.len());
-                platform.tell(News::Recipe(installed));
+                platform.report(Event::RecipeUpdate(installed));
             }
-            next = after(end);
+            next = next_scan(outcome);
         }
     }
 
-    /// Reports the saved readings of a scan by this recipe that has not ended: somebody has to decide
-    /// between them and a new material.
-    fn ask(&mut self, recipe: &[u8], platform: &mut impl Platform) {
+    /// Reports the saved readings of an interrupted scan by this recipe. The user then chooses between them and a new
+    /// material.
+    fn report_saved(&mut self, recipe: &[u8], platform: &mut impl Platform) {
         let Ok(recipe) = Recipe::parse(recipe) else {
-            return; // the scan reports it
+            return; // the scan reports the error
         };
         let samples = recipe.samples() as u16;
         if self.readings.is_under_way(recipe.checksum(), samples) {
             let (readings, flash) = (&self.readings, &mut self.flash);
             let is_saved = |index: &u16| matches!(readings.get(flash, *index), Ok(Some(_)));
             let readings = (0..samples).filter(is_saved).count() as u16;
-            platform.tell(News::Saved { readings });
+            platform.report(Event::Saved { readings });
         }
     }
 
-    /// Puts the recipe in force that a host has sent, if a scan can do with it. If not, it is not
-    /// fetched again.
+    /// Installs the recipe that a host has sent, if a scan can use it. Otherwise it is not fetched again.
     fn install<K: Fitter>(
         &mut self,
         bytes: u32,
@@ -144,7 +144,7 @@ where
             true => Scan::<K>::accept(&recipe, memory_words)
                 .map(|_| ())
                 .map_err(ReplaceError::Scan),
-            false => Err(ReplaceError::Other),
+            false => Err(ReplaceError::Mismatch),
         };
         let flash = &mut self.flash;
         let installed = self.recipes.install(flash, bytes, buffer, accepts);
@@ -155,16 +155,15 @@ where
         installed
     }
 
-    /// Scans one material by a recipe. With [`Host::Listens`] a host may send another recipe
-    /// instead.
+    /// Scans one material by a recipe. With [`Host::Listens`] a host may send another recipe instead.
     pub fn scan<K: Fitter>(
         &mut self,
         recipe: &[u8],
         memory: &mut [f32],
         host: Host,
-        start: Start,
+        start: StartMode,
         platform: &mut impl Platform,
-    ) -> End {
+    ) -> Outcome {
         let scan = Recipe::parse(recipe).map_err(Failure::Recipe);
         let scan = scan.and_then(|recipe| Scan::new(recipe, memory).map_err(Failure::Scan));
         let config = self.config(host);
@@ -172,98 +171,97 @@ where
             Ok(scan) => Driver::new(scan, config),
             Err(failure) => Driver::without_scan(failure, config),
         };
-        // Each scan has a driver of its own.
+        // Every scan has a new driver, which does not know the declined recipe yet.
         if let Some(checksum) = self.recipes.declined() {
             driver.decline(checksum);
         }
         let mut clock = Clock::default();
-        match self.lead(&mut driver, host, start, &mut clock, platform) {
-            Ok(end) => end,
+        match self.run(&mut driver, host, start, &mut clock, platform) {
+            Ok(outcome) => outcome,
             Err(error) => {
                 self.station.stop();
-                platform.remember(self.station.arms().positions());
-                let error = self.keep_what_holds(error);
+                platform.save_positions(self.station.arms().positions());
+                let error = self.delete_invalid_readings(error);
                 match error {
-                    ScannerError::Scan(_) => {} // the driver knows
+                    ScannerError::Scan(_) => {} // the driver has reported it
                     _ => driver.fail(Failure::Machine),
                 }
                 if let Some(checksum) = driver.declined() {
                     self.recipes.decline(checksum);
                 }
                 if host == Host::Listens {
-                    line::complain(&mut driver, &mut clock, platform);
+                    link::report_failure(&mut driver, &mut clock, platform);
                 }
-                End::Failed(error)
+                Outcome::Failed(error)
             }
         }
     }
 
-    /// Options of the next driver.
+    /// Returns the options of the next driver.
     fn config(&mut self, host: Host) -> Config {
         let mut config = Config::new(host);
-        // Samples out of reach fail the scan, or are skipped, before the first move.
+        // Samples out of reach are skipped, or fail the scan, before the first move.
         config.limits = Some(self.station.limits());
-        config.recipe_bytes = self.recipes.room();
-        // The count of boots is in the flash, so that seeds differ after a reset and after a power cut.
+        config.recipe_bytes = self.recipes.capacity();
+        // The flash counts boots, so seeds differ after a reset and after a power cut.
         config.sequence_seed = self.seeds.next();
         config
     }
 
-    fn lead<K: Fitter>(
+    fn run<K: Fitter>(
         &mut self,
         driver: &mut Driver<'_, K>,
         host: Host,
-        start: Start,
+        start: StartMode,
         clock: &mut Clock,
         platform: &mut impl Platform,
-    ) -> Result<End, ScannerError> {
-        let mut course = Course::new(start == Start::Now);
-        let (mut waited, mut heard) = (0_u32, host != Host::Listens);
+    ) -> Result<Outcome, ScannerError> {
+        let mut state = ScanState::new(start == StartMode::Immediate);
+        let (mut waited_us, mut has_replied) = (0_u32, host != Host::Listens);
         let mut finished = false;
         loop {
-            let elapsed = platform.elapsed();
-            waited = waited.saturating_add(elapsed);
+            let elapsed_us = platform.elapsed_us();
+            waited_us = waited_us.saturating_add(elapsed_us);
             match platform.command() {
-                Some(Command::NewScan) if !course.started => {
+                Some(Command::NewScan) if !state.started => {
                     self.readings.end(&mut self.flash)?;
-                    course.started = true;
+                    state.started = true;
                 }
-                Some(Command::Continue) if !course.started => {
-                    course.started = self.is_under_way(driver);
-                    platform.tell(match course.started {
-                        true => News::GoesOn,
-                        false => News::NothingSaved,
+                Some(Command::Continue) if !state.started => {
+                    state.started = self.is_under_way(driver);
+                    platform.report(match state.started {
+                        true => Event::Resumed,
+                        false => Event::NothingSaved,
                     });
                 }
                 _ => {}
             }
-            line::exchange(driver, platform);
-            if let Some(done) = self.station.poll(elapsed)? {
-                self.take_up(done, driver, &mut course, platform)?;
+            link::exchange(driver, platform);
+            if let Some(result) = self.station.poll(elapsed_us)? {
+                self.handle_result(result, driver, &mut state, platform)?;
             }
-            platform.remember(self.station.arms().positions());
+            platform.save_positions(self.station.arms().positions());
 
-            let action = driver.poll(clock.advance(elapsed));
-            // A driver that greets only waits; anything else means that it has understood a reply.
-            // Bytes alone may be noise.
-            heard |= !matches!(action, Action::Wait);
-            if course.started && !heard && waited >= GREETING {
-                return Ok(End::Alone);
+            let action = driver.poll(clock.advance(elapsed_us));
+            // Until the first valid reply the driver only waits. Received bytes alone may be noise.
+            has_replied |= !matches!(action, Action::Wait);
+            if state.started && !has_replied && waited_us >= HOST_TIMEOUT_US {
+                return Ok(Outcome::NoHost);
             }
             match action {
-                Action::Measure { .. } if course.started && self.station.is_idle() => {
-                    self.next(driver, &mut course)?;
+                Action::Measure { .. } if state.started && self.station.is_idle() => {
+                    self.begin_next_task(driver, &mut state)?;
                 }
-                // A host is greeted anew from time to time: it may have another recipe.
-                Action::Measure { .. } if !course.started && waited >= GREETING => {
-                    return Ok(End::Waiting);
+                // The next driver greets the host again, which may have another recipe by then.
+                Action::Measure { .. } if !state.started && waited_us >= HOST_TIMEOUT_US => {
+                    return Ok(Outcome::NotStarted);
                 }
                 Action::Store { offset, bytes } => {
                     let bytes = bytes.as_slice();
                     self.recipes.store(&mut self.flash, offset, bytes)?;
                 }
                 Action::Install { bytes, checksum } => {
-                    return Ok(End::Stored { bytes, checksum });
+                    return Ok(Outcome::RecipeStored { bytes, checksum });
                 }
                 Action::Finished(residual) => {
                     if let Some(fitted) = driver.scan().ok().and_then(Scan::fitted) {
@@ -273,16 +271,16 @@ where
                 }
                 Action::Forget if finished => {
                     self.readings.end(&mut self.flash)?;
-                    return Ok(End::Finished);
+                    return Ok(Outcome::Finished);
                 }
                 Action::Forget => self.readings.end(&mut self.flash)?,
-                // The arms stand still while a host is asked something.
+                // The arms do not move while the driver waits for a reply.
                 Action::Failed(Failure::NoReply) => {
-                    let started = course.started;
-                    return Ok(End::Silent { started });
+                    let started = state.started;
+                    return Ok(Outcome::HostLost { started });
                 }
-                Action::Failed(failure) => return Err(course.error(failure)),
-                // Readings were kept when they were taken, and this is no time to sleep.
+                Action::Failed(failure) => return Err(state.error(failure)),
+                // Readings are already saved, and the loop must not sleep while arms move.
                 Action::Save { .. } | Action::Measure { .. } => {}
                 Action::Wait | Action::Continue => {}
                 _ => {} // actions of a newer driver
@@ -290,19 +288,18 @@ where
         }
     }
 
-    /// Forgets the readings that a failure makes useless, and keeps all others, so that the scan can
-    /// be continued.
-    fn keep_what_holds(&mut self, error: ScannerError) -> ScannerError {
-        let kept = match error {
-            // They would fail in the same way again.
+    /// Deletes the readings that a failure makes invalid. All others stay, so the scan can be continued.
+    fn delete_invalid_readings(&mut self, error: ScannerError) -> ScannerError {
+        let deleted = match error {
+            // The same readings would fail again.
             ScannerError::Scan(Failure::Reading { .. } | Failure::Fit(_) | Failure::Diverged) => {
                 self.readings.end(&mut self.flash)
             }
-            // The arm has stopped, and nobody can check where its last readings were taken.
+            // The arm has stopped, so the positions of its last readings cannot be checked.
             ScannerError::Station(StationError::Arm(_)) => self.readings.discard(&mut self.flash),
             _ => Ok(()),
         };
-        kept.map_or_else(ScannerError::Store, |()| error)
+        deleted.map_or_else(ScannerError::Store, |()| error)
     }
 
     fn is_under_way<K: Fitter>(&self, driver: &Driver<'_, K>) -> bool {

@@ -1,4 +1,4 @@
-//! The sensor behind the arms: three channels of counts, and a lamp that can be turned off.
+//! The sensor: three channels of counts, and a lamp that can be switched.
 
 use core::fmt;
 
@@ -7,36 +7,36 @@ use glimpse_core::geometry::Directions;
 use glimpse_core::gonio::{Calibration, CalibrationError, Footprint, Repeated};
 use glimpse_core::scan::Reading;
 
-/// A sensor of three channels. (embedded-hal 1.0 has no trait for converters.) One of one channel
-/// gives the same count three times.
+/// A sensor of three channels. (embedded-hal 1.0 has no trait for converters.) A sensor with one channel returns the
+/// same count three times.
 pub trait Sensor {
-    /// What the converter may fail with.
+    /// The error of the converter.
     type Error;
 
-    /// Counts of red, green and blue, now.
+    /// Returns the present counts of red, green and blue.
     ///
     /// # Errors
     /// If the converter fails.
     fn read(&mut self) -> Result<[u16; 3], Self::Error>;
 }
 
-/// What is known of the sensor: read once, off a white tile.
+/// Calibration of the sensor by one reading of a white tile.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct White {
-    /// Counts above dark that the tile gave.
+pub struct WhiteTile {
+    /// Counts of the tile, minus those in the dark.
     pub counts: [f32; 3],
-    /// The tile's reflectance, a fraction.
+    /// Reflectance of the tile, 0 to 1.
     pub reflectance: [f32; 3],
-    /// Where lamp and sensor were.
-    pub at: Directions<f32>,
-    /// Whose spot on the sample is the larger one.
+    /// Directions of lamp and sensor at the tile.
+    pub directions: Directions<f32>,
+    /// The larger of the two spots on the sample: the lamp's or the sensor's.
     pub footprint: Footprint,
-    /// The largest count that the converter gives.
+    /// The maximum count of the converter.
     pub full_scale: u16,
 }
 
-/// What went wrong with a reading.
+/// An error of the sensor or the lamp.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum SensorError {
@@ -44,15 +44,19 @@ pub enum SensorError {
     Converter,
     /// The lamp's pin could not be written.
     Lamp,
-    /// Its counts are no BRDF.
+    /// The counts cannot be converted to a BRDF.
     Calibration(CalibrationError),
 }
 
 impl fmt::Display for SensorError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Converter => f.write_str("the sensor's converter failed"),
-            Self::Lamp => f.write_str("the lamp's pin could not be written"),
+            Self::Converter => {
+                f.write_str("the sensor's converter failed: check its wires and supply")
+            }
+            Self::Lamp => {
+                f.write_str("the lamp's pin could not be written: check the pin's configuration")
+            }
             Self::Calibration(error) => error.fmt(f),
         }
     }
@@ -60,21 +64,20 @@ impl fmt::Display for SensorError {
 
 impl core::error::Error for SensorError {}
 
-/// Sensor and lamp.
+/// A photometer: sensor and lamp.
 #[derive(Debug)]
 pub struct Photometer<A, L> {
     sensor: A,
     lamp: L,
-    white: White,
-    /// How often the sensor is read for one reading.
+    white: WhiteTile,
+    /// Number of sensor readings that are averaged to one reading.
     repeats: u16,
     dark: Repeated,
 }
 
 impl<A: Sensor, L: OutputPin> Photometer<A, L> {
-    /// A sensor that is read `repeats` times for each reading, and a lamp that is on when its pin is
-    /// high.
-    pub fn new(sensor: A, lamp: L, white: White, repeats: u16) -> Self {
+    /// Creates a photometer whose sensor is read `repeats` times for each reading. The lamp is on when its pin is high.
+    pub fn new(sensor: A, lamp: L, white: WhiteTile, repeats: u16) -> Self {
         Self {
             sensor,
             lamp,
@@ -84,17 +87,17 @@ impl<A: Sensor, L: OutputPin> Photometer<A, L> {
         }
     }
 
-    /// Turns the lamp on or off. It takes its time to settle, which is the caller's.
+    /// Turns the lamp on or off. The caller waits until the lamp is steady.
     ///
     /// # Errors
     /// [`SensorError::Lamp`].
-    pub fn light(&mut self, on: bool) -> Result<(), SensorError> {
+    pub fn set_lamp(&mut self, on: bool) -> Result<(), SensorError> {
         self.lamp
             .set_state(on.into())
             .map_err(|_| SensorError::Lamp)
     }
 
-    /// Reads darkness, which is subtracted from what is read in light next. The lamp is off.
+    /// Reads the dark counts, which are subtracted from the next reading. The lamp must be off.
     ///
     /// # Errors
     /// If the converter fails.
@@ -103,15 +106,15 @@ impl<A: Sensor, L: OutputPin> Photometer<A, L> {
         Ok(())
     }
 
-    /// Reads the sample. The lamp is on, and lamp and sensor are `at` these directions. Whether the
-    /// reading can be one at all is the scan's to say, which tries more than once.
+    /// Reads the sample with the lamp on, and lamp and sensor at these directions. The result may still be an invalid
+    /// reading, which the scan checks.
     ///
     /// # Errors
-    /// If the converter fails, or its counts are no BRDF.
-    pub fn read_lit(&mut self, at: &Directions<f32>) -> Result<Reading, SensorError> {
+    /// If the converter fails, or the counts cannot be converted to a BRDF.
+    pub fn read_lit(&mut self, directions: &Directions<f32>) -> Result<Reading, SensorError> {
         let counts = self.counts()?;
         let dark = self.dark.mean().unwrap_or_default();
-        self.calibrate(dark, counts, at)
+        self.calibrate(dark, counts, directions)
             .map_err(SensorError::Calibration)
     }
 
@@ -119,34 +122,34 @@ impl<A: Sensor, L: OutputPin> Photometer<A, L> {
         &self,
         dark: [f32; 3],
         counts: Repeated,
-        at: &Directions<f32>,
+        directions: &Directions<f32>,
     ) -> Result<Reading, CalibrationError> {
-        let White {
-            counts: above,
+        let WhiteTile {
+            counts: white,
             reflectance,
-            at: reference,
+            directions: reference,
             footprint,
             ..
         } = self.white;
         let [r, g, b] = dark;
-        let [white_r, white_g, white_b] = above;
+        let [white_r, white_g, white_b] = white;
         let white = [r + white_r, g + white_g, b + white_b];
         let calibrated = Calibration::new(dark, white, reflectance)?
             .read_once_at(&reference, footprint)?
-            .brdf(counts.mean().unwrap_or_default(), at)?;
+            .brdf(counts.mean().unwrap_or_default(), directions)?;
         Ok(Reading {
             brdf: calibrated.brdf,
             saturated: counts.saturated() || self.dark.saturated(),
         })
     }
 
-    /// Counts as they are now, averaged.
+    /// Returns the averaged present counts.
     fn counts(&mut self) -> Result<Repeated, SensorError> {
         let mut counts = Repeated::new();
         for _ in 0..self.repeats {
             let read = self.sensor.read().map_err(|_| SensorError::Converter)?;
             let saturated = read.iter().any(|count| *count >= self.white.full_scale);
-            // Counts are finite.
+            // Counts are always finite.
             let _ = counts.add(read.map(f32::from), saturated);
         }
         Ok(counts)

@@ -1,8 +1,7 @@
-//! A simulated scanner: arms that see edges on their pins only, and a sensor that sees the sample
-//! from where the arms **are**, not from where they should be.
+//! A simulated scanner. Its arms respond to edges on their pins only. Its sensor reads the sample from the true
+//! positions of the arms, not from their step counts.
 //!
-//! All of its state is plain numbers in cells, so that it may lie in memory that a reset leaves
-//! alone, as a machine does.
+//! The state consists of plain numbers in cells, so it can lie in memory that survives a reset, like a real machine.
 
 mod pins;
 
@@ -18,36 +17,36 @@ use crate::axis::{self, Axis};
 use crate::goniometer::Goniometer;
 use crate::route::AxisAngles;
 use crate::scanner::Command;
-use crate::sensor::{Photometer, White};
+use crate::sensor::{Photometer, WhiteTile};
 use crate::station::{self, ARMS, Station};
 
 /// A simulated arm.
 #[derive(Debug, Default)]
 #[repr(C)]
 pub struct Arm {
-    /// Steps from its switch, which is open at 0 and below.
+    /// Distance from its switch, steps. The switch is open at 0 and below.
     position: Cell<i32>,
     /// Levels of its pins, 0 or 1.
     step: Cell<u32>,
     direction: Cell<u32>,
-    /// Edges that it will not follow.
+    /// Number of next steps that the motor misses.
     stalled: Cell<u32>,
-    /// The switch's wires; see [`Wiring`].
+    /// State of the switch's wires; see [`Wiring`].
     wiring: Cell<u32>,
-    /// 1 if the switch was open when it was read last.
+    /// 1 if the switch was open at the last read.
     open: Cell<u32>,
-    /// Reads for which its contact bounces.
+    /// Number of next reads for which the contact bounces.
     bounces: Cell<u32>,
 }
 
-/// The wires of a simulated switch.
+/// Wires of a simulated switch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Wiring {
-    /// Whole.
+    /// Intact.
     Whole = 0,
-    /// One is broken, so that the switch reads as open.
+    /// A wire is broken: the switch reads as open.
     Broken = 1,
-    /// They touch each other, so that the switch reads as closed.
+    /// The wires are short-circuited: the switch reads as closed.
     Shorted = 2,
 }
 
@@ -57,14 +56,14 @@ pub enum Wiring {
 pub struct World {
     arms: [Arm; ARMS],
     lamp: Cell<u32>,
-    /// State of the sensor's noise.
+    /// State of the noise generator.
     noise: Cell<u32>,
-    /// 1 for a short press of the button, 2 for a long one.
+    /// 1 after a short press of the button, 2 after a long one.
     button: Cell<u32>,
 }
 
-/// A made-up material: a diffuse color, and a highlight of two widths; sr^-1, linear RGB. (That of
-/// `glimpse-bench`, whose fit is counted.)
+/// BRDF of a synthetic material in linear RGB, sr^-1: a diffuse color, and a highlight of two widths. The same as in
+/// `glimpse-bench`.
 fn brdf(theta_h: f32, theta_d: f32) -> [f32; 3] {
     let lobe = |sharpness: f32| {
         let falloff = 1.0 + sharpness * theta_h * theta_h;
@@ -75,7 +74,7 @@ fn brdf(theta_h: f32, theta_d: f32) -> [f32; 3] {
     [0.12 + highlight, 0.05 + highlight, 0.03 + 0.9 * highlight]
 }
 
-/// The angles theta_h and theta_d, radians; None below the horizon.
+/// Returns the angles theta_h and theta_d, radians. None below the horizon.
 fn half_angles(directions: &Directions<f32>) -> Option<[f32; 2]> {
     let Directions { incoming, outgoing } = *directions;
     let [[_, _, cos_i], [_, _, cos_o]] = [incoming, outgoing];
@@ -91,29 +90,29 @@ fn half_angles(directions: &Directions<f32>) -> Option<[f32; 2]> {
     Some([libm::atan2f(across, z), theta_d])
 }
 
-/// Counts that the sensor gives in the dark.
+/// Counts of the sensor in the dark.
 const DARK: f32 = 96.0;
-/// Counts above them of a white tile of reflectance 1, lit from the normal.
+/// Counts of a white tile of reflectance 1, lit from the normal, minus those in the dark.
 const WHITE: f32 = 1200.0;
-/// The largest count: 12 bits.
+/// Maximum count: 12 bits.
 const FULL_SCALE: u16 = 4095;
-/// Steps to a radian: 1.8 degrees, 16 microsteps, a gear of 1:4.
+/// Steps per radian: 1.8 degrees per step, 16 microsteps, a gear of 1:4.
 const STEPS_PER_RADIAN: f32 = 200.0 * 16.0 * 4.0 / TAU;
-/// The switches of all arms but the sensor's polar one open a few degrees below the smallest angle.
+/// Distance of a switch from the smallest angle of its axis, radians; not for the sensor's polar axis.
 const HOME_BELOW: f32 = 0.05;
-/// The least angle between lamp and sensor, radians: a little less than in the bundled recipes.
+/// Minimum angle between lamp and sensor, radians: a little less than in the bundled recipes.
 const MIN_SEPARATION: f32 = 0.08;
 
 impl World {
-    /// All arms at these steps from their switches.
+    /// Creates a scanner whose arms are at these distances from their switches, in steps.
     pub fn new(positions: [i32; ARMS]) -> Self {
         let world = Self::default();
-        world.place(positions);
+        world.reset(positions);
         world
     }
 
-    /// Puts the arms somewhere by hand; nobody holds or lights anything.
-    pub fn place(&self, positions: [i32; ARMS]) {
+    /// Moves the arms to these positions, repairs all faults, and turns lamp and button off.
+    pub fn reset(&self, positions: [i32; ARMS]) {
         for (arm, position) in self.arms.iter().zip(positions) {
             arm.position.set(position);
             arm.stalled.set(0);
@@ -134,21 +133,21 @@ impl World {
         }
     }
 
-    /// Changes the wires of an arm's switch.
-    pub fn wire(&self, arm: usize, wiring: Wiring) {
+    /// Sets the state of a switch's wires.
+    pub fn set_wiring(&self, arm: usize, wiring: Wiring) {
         if let Some(arm) = self.arms.get(arm) {
             arm.wiring.set(wiring as u32);
         }
     }
 
-    /// Lets the contact of an arm's switch bounce for a number of reads from now.
+    /// Lets the contact of a switch bounce for the next reads.
     pub fn bounce(&self, arm: usize, reads: u32) {
         if let Some(arm) = self.arms.get(arm) {
             arm.bounces.set(reads);
         }
     }
 
-    /// Gives a command; [`World::take_command`] returns it once.
+    /// Gives a command. [`World::take_command`] returns it once.
     pub fn command(&self, command: Command) {
         self.button.set(match command {
             Command::NewScan => 1,
@@ -156,7 +155,7 @@ impl World {
         });
     }
 
-    /// The command that was given since the last call.
+    /// Returns the command that was given since the last call.
     pub fn take_command(&self) -> Option<Command> {
         match self.button.replace(0) {
             1 => Some(Command::NewScan),
@@ -165,17 +164,17 @@ impl World {
         }
     }
 
-    /// Positions of the arms, in steps from their switches.
+    /// Returns the distances of the arms from their switches, in steps.
     pub fn positions(&self) -> [i32; ARMS] {
         self.arms.each_ref().map(|arm| arm.position.get())
     }
 
-    /// The arms' angles, radians: theta_i, phi_i, theta_o, phi_o.
+    /// Returns the angles of the arms, radians: theta_i, phi_i, theta_o, phi_o.
     pub fn angles(&self) -> AxisAngles {
         core::array::from_fn(|arm| {
             let settings = settings(arm);
             let steps = self.arms.get(arm).map_or(0, |arm| arm.position.get());
-            let away = if settings.home < settings.least {
+            let away = if settings.home < settings.min_angle {
                 1
             } else {
                 -1
@@ -188,7 +187,7 @@ impl World {
         })
     }
 
-    /// The directions of lamp and sensor.
+    /// Returns the directions of lamp and sensor.
     pub fn directions(&self) -> Directions<f32> {
         let [theta_i, phi_i, theta_o, phi_o] = self.angles();
         let at = |theta, phi| Spherical { theta, phi };
@@ -199,7 +198,7 @@ impl World {
         arms.directions()
     }
 
-    /// The arms as a firmware sees them.
+    /// Returns the arms with their pins.
     pub fn goniometer(&self) -> Goniometer<StepPin<'_>, DirectionPin<'_>, Switch<'_>, ARMS> {
         let mut numbers = 0..;
         Goniometer::new(self.arms.each_ref().map(|arm| {
@@ -208,26 +207,26 @@ impl World {
         }))
     }
 
-    /// The whole machine as a firmware sees it.
+    /// Returns the station with default limits.
     pub fn station(
         &self,
     ) -> Station<StepPin<'_>, DirectionPin<'_>, Switch<'_>, Photodiode<'_>, Lamp<'_>> {
-        self.station_within(Limits {
+        self.station_with_limits(Limits {
             min_separation: MIN_SEPARATION,
             ..Limits::NONE
         })
     }
 
-    /// The whole machine with these limits.
-    pub fn station_within(
+    /// Returns the station with these limits.
+    pub fn station_with_limits(
         &self,
         limits: Limits,
     ) -> Station<StepPin<'_>, DirectionPin<'_>, Switch<'_>, Photodiode<'_>, Lamp<'_>> {
         let normal = [0.0, 0.0, 1.0];
-        let white = White {
+        let white = WhiteTile {
             counts: [WHITE; 3],
             reflectance: [1.0; 3],
-            at: Directions {
+            directions: Directions {
                 incoming: normal,
                 outgoing: normal,
             },
@@ -249,13 +248,13 @@ impl World {
         };
         let settings = station::Settings {
             machine,
-            arms_settle: 20_000,
-            lamp_settles: 5_000,
+            arm_settling_us: 20_000,
+            lamp_settling_us: 5_000,
         };
         Station::new(self.goniometer(), photometer, settings)
     }
 
-    /// A number from -1 to 1, nearly normal: the mean of four.
+    /// Returns a random number from -1 to 1, nearly normally distributed: the mean of four uniform ones.
     fn noise(&self) -> f32 {
         let mut sum = 0.0;
         for _ in 0..4 {
@@ -267,10 +266,10 @@ impl World {
     }
 }
 
-/// Settings of an arm; 0 and 2 are polar angles, 1 and 3 azimuths. The lamp's home is near the
-/// normal, the sensor's near the horizon, where its motor turns the other way round.
+/// Returns the settings of an arm; 0 and 2 are polar angles, 1 and 3 azimuths. The home of the lamp is near the normal,
+/// that of the sensor near the horizon, where its motor is reversed.
 pub fn settings(arm: usize) -> axis::Settings {
-    let (home, least, largest) = match arm {
+    let (home, min_angle, max_angle) = match arm {
         0 => (-HOME_BELOW, 0.0, FRAC_PI_2),
         2 => (FRAC_PI_2 - 0.01, 0.0, FRAC_PI_2 - 0.03),
         _ => (-PI - HOME_BELOW, -PI, PI),
@@ -281,8 +280,8 @@ pub fn settings(arm: usize) -> axis::Settings {
         acceleration: 20_000.0,
         homing_speed: 1000.0,
         home,
-        least,
-        largest,
+        min_angle,
+        max_angle,
         tolerance: 1,
         reversed: arm == 2,
     }

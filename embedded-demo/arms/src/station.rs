@@ -1,5 +1,5 @@
-//! Arms, lamp and sensor as one machine: it goes to a sample by a safe [`Route`], and reads. It never
-//! waits.
+//! The station: arms, lamp and sensor as one machine. It moves to a sample along a safe [`Route`], and reads it. It
+//! never waits.
 
 use core::f32::consts::TAU;
 use core::fmt;
@@ -14,30 +14,30 @@ use crate::goniometer::{ArmError, Goniometer, LostSteps};
 use crate::route::{AxisAngles, Route, RouteError, Space};
 use crate::sensor::{Photometer, Sensor, SensorError};
 
-/// theta_i, phi_i, theta_o, phi_o.
+/// Number of arms: theta_i, phi_i, theta_o, phi_o.
 pub const ARMS: usize = 4;
 
 /// Settings of a station.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Settings {
-    /// The arms' speeds and limits, and which samples are near.
+    /// Speeds and limits of the arms, which also determine the nearest sample.
     pub machine: Machine,
-    /// Microseconds until the arms hang still, the lamp off.
-    pub arms_settle: u32,
-    /// Microseconds until the lamp is steady.
-    pub lamp_settles: u32,
+    /// Time until the arms stop vibrating, with the lamp off, us.
+    pub arm_settling_us: u32,
+    /// Time until the lamp is steady, us.
+    pub lamp_settling_us: u32,
 }
 
-/// An error of the machine.
+/// An error of the station.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum StationError {
-    /// An arm's error.
+    /// An error of an arm.
     Arm(ArmError),
     /// An error of sensor or lamp.
     Sensor(SensorError),
-    /// No safe way; nothing has moved.
+    /// No safe route. The arms have not moved.
     Route(RouteError),
 }
 
@@ -71,42 +71,42 @@ impl From<RouteError> for StationError {
     }
 }
 
-/// A task that a station has done.
+/// The result of a task of the station.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Done {
-    /// All arms are home; the first loss of steps, if an arm had lost any.
-    Home(Option<LostSteps>),
+pub enum TaskResult {
+    /// All arms are home. The value is the first loss of steps, if there is one.
+    Homed(Option<LostSteps>),
     /// A sample was read.
     Read {
-        /// Its index in the recipe's pattern.
+        /// Index of the sample in the recipe's pattern.
         index: u16,
-        /// Its reading.
+        /// The reading.
         reading: Reading,
     },
     /// The sensor could not be read at a sample.
-    Unread {
-        /// The index of the sample in the recipe's pattern.
+    ReadFailed {
+        /// Index of the sample in the recipe's pattern.
         index: u16,
-        /// The sensor's error.
+        /// The error of the sensor.
         error: SensorError,
     },
 }
 
-/// The present task.
+/// The current task of the station.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Doing {
-    Nothing,
-    /// On its way to the home switches.
-    GoingHome,
-    /// At the home switches, one arm after the other.
+enum Task {
+    Idle,
+    /// Moving near the home switches.
+    MovingHome,
+    /// Homing, one arm after the other.
     Homing,
-    /// On its way to a sample.
-    Going(Sample),
-    /// There, the lamp off, for so many microseconds.
-    Still(Sample, u32),
-    /// There, the lamp on, for so many microseconds.
-    Lit(Sample, u32),
+    /// Moving to a sample.
+    MovingToSample(Sample),
+    /// At the sample with the lamp off; time left, us.
+    SettlingArms(Sample, u32),
+    /// At the sample with the lamp on; time left, us.
+    SettlingLamp(Sample, u32),
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -115,14 +115,14 @@ struct Sample {
     directions: Directions<f32>,
 }
 
-/// Arms, lamp and sensor.
+/// A station: arms, lamp and sensor.
 #[derive(Debug)]
 pub struct Station<S, D, H, A, L> {
     arms: Goniometer<S, D, H, ARMS>,
     photometer: Photometer<A, L>,
     settings: Settings,
-    doing: Doing,
-    /// The legs of the way that have not begun.
+    task: Task,
+    /// The remaining waypoints.
     route: Route,
 }
 
@@ -134,7 +134,7 @@ where
     A: Sensor,
     L: OutputPin,
 {
-    /// A station that does nothing yet; its arms have to be sent home first.
+    /// Creates an idle station. Its arms must be homed first.
     pub fn new(
         arms: Goniometer<S, D, H, ARMS>,
         photometer: Photometer<A, L>,
@@ -144,55 +144,55 @@ where
             arms,
             photometer,
             settings,
-            doing: Doing::Nothing,
+            task: Task::Idle,
             route: Route::default(),
         }
     }
 
-    /// The arms.
+    /// Returns the arms.
     pub fn arms(&self) -> &Goniometer<S, D, H, ARMS> {
         &self.arms
     }
 
-    /// Limits of the samples that the arms reach: those of the machine, and the ends of the polar axes.
+    /// Returns the limits of reachable samples: those of the machine, and the ends of the polar axes.
     pub fn limits(&self) -> Limits {
         let limits = self.settings.machine.limits;
         let [theta_i, _, theta_o, _] = self.arms.arms().each_ref().map(Axis::settings);
         Limits {
-            max_theta_i: limits.max_theta_i.min(theta_i.largest),
-            max_theta_o: limits.max_theta_o.min(theta_o.largest),
+            max_theta_i: limits.max_theta_i.min(theta_i.max_angle),
+            max_theta_o: limits.max_theta_o.min(theta_o.max_angle),
             ..limits
         }
     }
 
-    /// Assumes counts from before a reset. The next visit home checks them.
+    /// Assumes step counts from before a reset. The next visit home checks them.
     pub fn assume(&mut self, positions: [i32; ARMS]) {
         self.arms.assume(positions);
     }
 
-    /// Returns true if it has no task.
+    /// Returns true if the station has no task.
     pub fn is_idle(&self) -> bool {
-        self.doing == Doing::Nothing
+        self.task == Task::Idle
     }
 
-    /// Sends the arms home: by a safe route if their positions are known, else in the order of
+    /// Sends the arms home: along a safe route if their positions are known, else in the order of
     /// [`Space::homing_order`].
     ///
     /// # Errors
-    /// If one of them moves, home is not safe, or no safe route is known.
+    /// If an arm is moving, the home position is not safe, or no safe route exists.
     pub fn go_home(&mut self) -> Result<(), StationError> {
-        self.photometer.light(false)?;
+        self.photometer.set_lamp(false)?;
         let space = self.space();
         space.check_home()?;
         self.route = match self.arms.positions() {
             Some(_) => space.route(self.angles(), space.near_home)?,
             None => Route::default(),
         };
-        self.doing = Doing::GoingHome;
+        self.task = Task::MovingHome;
         Ok(())
     }
 
-    /// The nearest of these samples; None if none is within reach.
+    /// Returns the nearest of these samples. None if none is within reach.
     pub fn nearest(&self, pending: impl Iterator<Item = (u16, Directions<f32>)>) -> Option<Move> {
         let [theta_i, phi_i, theta_o, phi_o] = self.angles();
         let at = |theta, phi| Spherical { theta, phi };
@@ -203,37 +203,38 @@ where
         self.settings.machine.nearest(pending, &from)
     }
 
-    /// Sends the arms to a sample by a safe route, to read it.
+    /// Sends the arms to a sample along a safe route, and reads it.
     ///
     /// # Errors
-    /// If an arm is not homed or does not reach the sample, no safe route is known, or the lamp
-    /// cannot be switched.
+    /// If an arm is not homed or does not reach the sample, no safe route exists, or the lamp cannot be switched.
     pub fn read(&mut self, to: Move, directions: Directions<f32>) -> Result<(), StationError> {
-        self.photometer.light(false)?;
-        let angles = self.within(to.arms);
+        self.photometer.set_lamp(false)?;
+        let angles = self.axis_angles(to.arms);
         self.arms.check(angles)?;
-        self.route = self.space().route(self.angles(), self.at_steps(angles))?;
+        self.route = self
+            .space()
+            .route(self.angles(), self.round_to_steps(angles))?;
         let index = to.index;
-        self.doing = Doing::Going(Sample { index, directions });
+        self.task = Task::MovingToSample(Sample { index, directions });
         Ok(())
     }
 
-    /// Stops the arms and drops the task. They have to be sent home then.
+    /// Stops the arms and drops the task. The arms must be homed again.
     pub fn stop(&mut self) {
         self.arms.stop();
-        self.doing = Doing::Nothing;
+        self.task = Task::Idle;
         self.route = Route::default();
-        // The lamp's pin may be what failed.
-        let _ = self.photometer.light(false);
+        // The lamp's pin may be the reason for the stop.
+        let _ = self.photometer.set_lamp(false);
     }
 
-    /// The arms' angles by count of their steps, radians.
+    /// Returns the angles of the arms by step count, radians.
     fn angles(&self) -> AxisAngles {
         self.arms.arms().each_ref().map(Axis::angle)
     }
 
-    /// The angles at the steps that are nearest to these.
-    fn at_steps(&self, angles: AxisAngles) -> AxisAngles {
+    /// Rounds angles to the nearest steps.
+    fn round_to_steps(&self, angles: AxisAngles) -> AxisAngles {
         let mut angles = angles.into_iter();
         self.arms.arms().each_ref().map(|arm| {
             let settings = arm.settings();
@@ -241,24 +242,24 @@ where
         })
     }
 
-    /// The configurations that the arms may take.
+    /// Returns the configuration space of the arms.
     #[inline(never)] // smaller: there are several calls of it
     fn space(&self) -> Space {
         let settings = self.arms.arms().each_ref().map(Axis::settings);
-        let half_a_step = |settings: &axis::Settings| 0.5 / settings.steps_per_radian;
+        let half_step = |settings: &axis::Settings| 0.5 / settings.steps_per_radian;
         Space {
-            least: settings.map(|settings| settings.least),
-            largest: settings.map(|settings| settings.largest),
+            min_angles: settings.map(|settings| settings.min_angle),
+            max_angles: settings.map(|settings| settings.max_angle),
             home: settings.map(|settings| settings.home),
             near_home: settings.map(axis::Settings::near_home),
             limits: self.settings.machine.limits,
-            tolerance: Limits::TOLERANCE + settings.into_iter().map(half_a_step).sum::<f32>(),
+            tolerance: Limits::TOLERANCE + settings.into_iter().map(half_step).sum::<f32>(),
         }
     }
 
-    /// The arms' angles, azimuths turned round until they are between the axes' limits, if they can
-    /// be.
-    fn within(&self, at: ArmAngles) -> [f32; ARMS] {
+    /// Returns the axis angles of arms. Azimuths are turned by full turns until they are within the limits of their
+    /// axis, if possible.
+    fn axis_angles(&self, at: ArmAngles) -> [f32; ARMS] {
         let angles = [
             at.incoming.theta,
             at.incoming.phi,
@@ -268,91 +269,99 @@ where
         let [axis_i, phi_i, axis_o, phi_o] = self.arms.arms();
         let [theta_i, i, theta_o, o] = angles;
         let turned = |angle: f32, check: &dyn Fn(f32) -> bool| {
-            let ways = [angle, angle - TAU, angle + TAU];
-            ways.into_iter().find(|way| check(*way)).unwrap_or(angle)
+            let turns = [angle, angle - TAU, angle + TAU];
+            turns
+                .into_iter()
+                .find(|angle| check(*angle))
+                .unwrap_or(angle)
         };
-        // A sample on a limit may be a rounding error beyond the end of its axis.
-        let polar = |angle: f32, largest: f32| match angle <= largest + Limits::TOLERANCE {
-            true => angle.min(largest),
+        // A sample on a limit may be beyond the end of its axis by a rounding error.
+        let polar = |angle: f32, max_angle: f32| match angle <= max_angle + Limits::TOLERANCE {
+            true => angle.min(max_angle),
             false => angle,
         };
         [
-            polar(theta_i, axis_i.settings().largest),
+            polar(theta_i, axis_i.settings().max_angle),
             turned(i, &|angle| phi_i.check(angle).is_ok()),
-            polar(theta_o, axis_o.settings().largest),
+            polar(theta_o, axis_o.settings().max_angle),
             turned(o, &|angle| phi_o.check(angle).is_ok()),
         ]
     }
 
-    /// Goes on, `elapsed` microseconds after the last call. Returns the task if it is done.
+    /// Advances the task, `elapsed_us` after the last call. Returns its result if it is complete.
     ///
     /// # Errors
-    /// The machine's error. It stands then, and has to be sent home.
-    pub fn poll(&mut self, elapsed: u32) -> Result<Option<Done>, StationError> {
-        let done = self.advance(elapsed);
-        if done.is_err() {
+    /// The error of the station. It is stopped and must be homed again.
+    pub fn poll(&mut self, elapsed_us: u32) -> Result<Option<TaskResult>, StationError> {
+        let result = self.advance(elapsed_us);
+        if result.is_err() {
             self.stop();
         }
-        done
+        result
     }
 
-    fn advance(&mut self, elapsed: u32) -> Result<Option<Done>, StationError> {
-        let motion = self.arms.poll(elapsed)?;
-        match self.doing {
-            Doing::Nothing => {}
-            Doing::GoingHome | Doing::Homing | Doing::Going(_) if motion == Motion::Moving => {}
-            Doing::GoingHome => {
+    fn advance(&mut self, elapsed_us: u32) -> Result<Option<TaskResult>, StationError> {
+        let motion = self.arms.poll(elapsed_us)?;
+        match self.task {
+            Task::Idle => {}
+            Task::MovingHome | Task::Homing | Task::MovingToSample(_)
+                if motion == Motion::Moving => {}
+            Task::MovingHome => {
                 if let Some(angles) = self.route.next() {
                     self.arms.go_to(angles)?;
                 } else {
                     self.arms.go_home(self.space().homing_order())?;
-                    self.doing = Doing::Homing;
+                    self.task = Task::Homing;
                 }
             }
-            Doing::Homing => {
-                self.doing = Doing::Nothing;
-                return Ok(Some(Done::Home(self.arms.lost_steps().next())));
+            Task::Homing => {
+                self.task = Task::Idle;
+                return Ok(Some(TaskResult::Homed(self.arms.lost_steps().next())));
             }
-            Doing::Going(sample) => match self.route.next() {
+            Task::MovingToSample(sample) => match self.route.next() {
                 Some(angles) => self.arms.go_to(angles)?,
-                None => self.doing = Doing::Still(sample, self.settings.arms_settle),
+                None => self.task = Task::SettlingArms(sample, self.settings.arm_settling_us),
             },
-            Doing::Still(sample, 0) => {
+            Task::SettlingArms(sample, 0) => {
                 if let Err(error) = self.photometer.read_dark() {
-                    return self.unread(sample, error);
+                    return self.fail_reading(sample, error);
                 }
-                self.photometer.light(true)?;
-                self.doing = Doing::Lit(sample, self.settings.lamp_settles);
+                self.photometer.set_lamp(true)?;
+                self.task = Task::SettlingLamp(sample, self.settings.lamp_settling_us);
             }
-            Doing::Still(sample, left) => {
-                self.doing = Doing::Still(sample, left.saturating_sub(elapsed));
+            Task::SettlingArms(sample, left) => {
+                self.task = Task::SettlingArms(sample, left.saturating_sub(elapsed_us));
             }
-            Doing::Lit(sample, 0) => {
+            Task::SettlingLamp(sample, 0) => {
                 let reading = match self.photometer.read_lit(&sample.directions) {
                     Ok(reading) => reading,
-                    Err(error) => return self.unread(sample, error),
+                    Err(error) => return self.fail_reading(sample, error),
                 };
-                self.photometer.light(false)?;
-                self.doing = Doing::Nothing;
+                self.photometer.set_lamp(false)?;
+                self.task = Task::Idle;
                 let index = sample.index;
-                return Ok(Some(Done::Read { index, reading }));
+                return Ok(Some(TaskResult::Read { index, reading }));
             }
-            Doing::Lit(sample, left) => {
-                self.doing = Doing::Lit(sample, left.saturating_sub(elapsed));
+            Task::SettlingLamp(sample, left) => {
+                self.task = Task::SettlingLamp(sample, left.saturating_sub(elapsed_us));
             }
         }
         Ok(None)
     }
 
-    /// Ends the reading of a sample by an error of the converter, which may be gone in the next attempt. Other errors
-    /// would come again.
-    fn unread(&mut self, sample: Sample, error: SensorError) -> Result<Option<Done>, StationError> {
+    /// Ends the reading of a sample. An error of the converter is returned as a result, because a new attempt may
+    /// succeed. Other errors are permanent.
+    fn fail_reading(
+        &mut self,
+        sample: Sample,
+        error: SensorError,
+    ) -> Result<Option<TaskResult>, StationError> {
         if error != SensorError::Converter {
             return Err(error.into());
         }
-        self.photometer.light(false)?;
-        self.doing = Doing::Nothing;
+        self.photometer.set_lamp(false)?;
+        self.task = Task::Idle;
         let index = sample.index;
-        Ok(Some(Done::Unread { index, error }))
+        Ok(Some(TaskResult::ReadFailed { index, error }))
     }
 }

@@ -1,9 +1,8 @@
-//! What outlasts a power cut: the readings of the scan under way, and recipes that were replaced in
-//! the field.
+//! Storage that survives a power cut: the readings of the current scan, and recipes that a host has sent.
 //!
-//! Both are generic over [`NorFlash`](embedded_storage::nor_flash::NorFlash). Whenever the power
-//! goes, what is found afterwards is the state before the interrupted call or the one after it;
-//! `tests/suite/power_cuts.rs` cuts it in each write and each erase.
+//! Both are generic over [`NorFlash`](embedded_storage::nor_flash::NorFlash). After a power cut at any time, the flash
+//! has the state before the interrupted call or the state after it. `tests/suite/power_cuts.rs` cuts the power in each
+//! write and each erase.
 
 mod journal;
 pub mod readings;
@@ -13,10 +12,10 @@ use core::fmt;
 
 use embedded_storage::nor_flash::NorFlash;
 
-/// The largest word of a flash, bytes.
+/// Maximum word of a flash, bytes.
 const MAX_WORD_BYTES: usize = 32;
 
-/// The word of a flash in bytes: it reads and writes whole words only.
+/// Returns the word of a flash in bytes. A flash reads and writes whole words only.
 const fn word_bytes<F: NorFlash>() -> usize {
     const {
         let word = if F::WRITE_SIZE > F::READ_SIZE {
@@ -26,31 +25,35 @@ const fn word_bytes<F: NorFlash>() -> usize {
         };
         assert!(
             word.is_power_of_two() && word <= MAX_WORD_BYTES,
-            "a flash has words of 1, 2, 4, 8, 16 or 32 bytes"
+            "the word of a flash must be 1, 2, 4, 8, 16 or 32 bytes"
         );
         word
     }
 }
 
-/// What went wrong with the flash.
+/// An error of the storage.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum StoreError {
-    /// It could not be read, written or erased.
+    /// The flash could not be read, written or erased.
     Flash,
-    /// There is no room for it.
+    /// The flash or a buffer is too small.
     Full,
-    /// A part of a recipe does not follow the part before.
+    /// A part of a recipe does not follow the previous part.
     OutOfOrder,
-    /// No scan is under way that a reading could belong to.
+    /// No scan is under way, or the scan has no sample with this index.
     NoScan,
 }
 
 impl fmt::Display for StoreError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            Self::Flash => "the flash could not be read, written or erased",
-            Self::Full => "the flash has no room for it: give it larger sectors",
+            Self::Flash => {
+                "the flash could not be read, written or erased: check the addresses of its sectors"
+            }
+            Self::Full => {
+                "the flash or the buffer is too small: increase the sectors or the buffer"
+            }
             Self::OutOfOrder => {
                 "a part of the recipe is missing: send the recipe again from its start"
             }

@@ -7,7 +7,7 @@ pub(crate) const FINISHED: &str = "finished";
 pub(crate) const NO_HOST: &str = "no host";
 pub(crate) const NEW_RECIPE: &str = "a new recipe";
 pub(crate) const SAVED: &str = "saved readings";
-pub(crate) const RESUMED: &str = "goes on";
+pub(crate) const RESUMED: &str = "scan resumed";
 
 /// A reading, as the log has it.
 #[derive(Clone, Copy, Debug)]

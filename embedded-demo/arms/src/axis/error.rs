@@ -6,25 +6,25 @@ use core::fmt;
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum AxisError {
-    /// The arm was not sent home since power-up or since its last error.
+    /// The arm was not homed since power-up or since its last error.
     NotHomed,
-    /// The arm moves.
+    /// The arm is moving.
     Moving,
     /// The angle is NaN or beyond the axis' limits.
     OutOfReach {
-        /// Radians.
+        /// The angle, radians.
         angle: f32,
     },
-    /// The switch did not open within the travel that the axis can have left.
+    /// The switch did not open within the remaining travel.
     HomeNotFound,
     /// The switch did not close when the arm left it: it is stuck, or its wire is broken.
     HomeStuck,
     /// The switch opened during a move, far from home.
     SwitchOpened {
-        /// Steps from the switch by count.
+        /// Distance from the switch by step count.
         steps: i32,
     },
-    /// The switch's contact does not settle.
+    /// The contact of the switch does not settle.
     SwitchBounces,
     /// A pin could not be read or written.
     Pin,
@@ -33,9 +33,9 @@ pub enum AxisError {
 impl fmt::Display for AxisError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::NotHomed => f.write_str("its position is unknown: send it home first"),
-            Self::Moving => f.write_str("it moves: wait until it has arrived"),
-            Self::OutOfReach { angle } => write!(f, "{angle} rad is beyond its limits"),
+            Self::NotHomed => f.write_str("its position is unknown: home it first"),
+            Self::Moving => f.write_str("it is moving: wait until it has arrived"),
+            Self::OutOfReach { angle } => write!(f, "the angle {angle} rad is beyond its limits: change the sample, or `min_angle` and `max_angle`"),
             Self::HomeNotFound => f.write_str(
                 "its home switch does not open within its travel: check the motor, the driver's supply, and the switch's wires for a short circuit",
             ),
@@ -49,7 +49,7 @@ impl fmt::Display for AxisError {
             Self::SwitchBounces => f.write_str(
                 "its home switch does not settle: check its contact, and shield its wires",
             ),
-            Self::Pin => f.write_str("one of its pins could not be read or written"),
+            Self::Pin => f.write_str("one of its pins could not be read or written: check the pins' configuration"),
         }
     }
 }

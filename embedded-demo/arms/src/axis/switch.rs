@@ -4,22 +4,22 @@ use embedded_hal::digital::InputPin;
 
 use super::AxisError;
 
-/// Microseconds for which a contact has to read the same. Contacts of microswitches bounce for less.
-const DEBOUNCE: u32 = 5_000;
-/// Microseconds that one poll counts for at most: a late caller has to read the contact as often.
-const MAX_ELAPSED: u32 = 1_000;
-/// Microseconds after which a contact that still bounces is broken.
-const MAX_BOUNCING: u32 = 100_000;
+/// Time for which the contact must be stable, us. Contacts of microswitches bounce for less.
+const DEBOUNCE_US: u32 = 5_000;
+/// Maximum time that one poll counts, us. A late caller has to read the contact as often as others.
+const MAX_ELAPSED_US: u32 = 1_000;
+/// Time after which a bouncing contact is an error, us.
+const MAX_BOUNCE_US: u32 = 100_000;
 
-/// A switch whose pin is pulled up, and low while the switch is closed. The arm opens it at the end
-/// of its travel; a broken wire reads the same.
+/// A switch with a pull-up: the pin is low while the switch is closed. The arm opens it at the end of its travel. A
+/// broken wire reads as open.
 #[derive(Debug)]
 pub(super) struct Switch<H> {
     pin: H,
     level: Option<bool>,
-    /// Microseconds since the level changed.
+    /// Time since the level changed, us.
     stable: u32,
-    /// Microseconds since the contact was stable.
+    /// Time since the contact was stable, us.
     bouncing: u32,
 }
 
@@ -33,29 +33,28 @@ impl<H: InputPin> Switch<H> {
         }
     }
 
-    /// Forgets what was read: a motion begins with a stable contact.
+    /// Discards the state: a motion begins with a stable contact.
     pub(super) fn restart(&mut self) {
         self.level = None;
         self.bouncing = 0;
     }
 
-    /// Reads the contact, `elapsed` microseconds after the last call. Returns true if it is open,
-    /// and None while it bounces.
-    pub(super) fn poll(&mut self, elapsed: u32) -> Result<Option<bool>, AxisError> {
-        let elapsed = elapsed.min(MAX_ELAPSED);
+    /// Reads the contact, `elapsed_us` after the last call. Returns true if it is open, and None while it bounces.
+    pub(super) fn poll(&mut self, elapsed_us: u32) -> Result<Option<bool>, AxisError> {
+        let elapsed_us = elapsed_us.min(MAX_ELAPSED_US);
         let is_open = self.pin.is_high().map_err(|_| AxisError::Pin)?;
         if self.level == Some(is_open) {
-            self.stable = self.stable.saturating_add(elapsed);
+            self.stable = self.stable.saturating_add(elapsed_us);
         } else {
             self.level = Some(is_open);
             self.stable = 0;
         }
-        if self.stable >= DEBOUNCE {
+        if self.stable >= DEBOUNCE_US {
             self.bouncing = 0;
             return Ok(self.level);
         }
-        self.bouncing = self.bouncing.saturating_add(elapsed);
-        if self.bouncing >= MAX_BOUNCING {
+        self.bouncing = self.bouncing.saturating_add(elapsed_us);
+        if self.bouncing >= MAX_BOUNCE_US {
             return Err(AxisError::SwitchBounces);
         }
         Ok(None)

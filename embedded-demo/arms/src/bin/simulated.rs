@@ -1,9 +1,9 @@
-//! The firmware in QEMU: netduinoplus2 has a UART, but no arms, no ADC, no clocks and no flash
-//! controller. The scanner is simulated, and it and the flash lie where a reset leaves them alone.
+//! The firmware in QEMU. netduinoplus2 has a UART, but no arms, ADC, clocks or flash controller. The scanner is
+//! simulated. The scanner and the flash lie in memory that survives a reset.
 //!
-//! Bytes on the UART play the world while no host listens: `a` to `d` let an arm lose its next forty
-//! steps. While the firmware asks about saved readings, `p` presses the button shortly, and `h` holds
-//! it.
+//! While no host replies, bytes on the UART control the simulation: `a` to `d` let an arm lose its next forty steps.
+//! While the firmware waits for a command because of saved readings, `p` is a short press of the button, and `h` a long
+//! one.
 
 #![no_std]
 #![no_main]
@@ -14,8 +14,8 @@ use core::ptr;
 use cortex_m::peripheral::SCB;
 use cortex_m_rt::{entry, exception};
 use defmt_semihosting as _;
-use glimpse_arms::flash_ram::{FlashRam, SECTOR};
-use glimpse_arms::scanner::{Command, End, News, Platform, Scanner, Seeds, log_values};
+use glimpse_arms::flash_ram::{FlashRam, SECTOR_BYTES};
+use glimpse_arms::scanner::{Command, Event, Outcome, Platform, Scanner, Seeds, log_values};
 use glimpse_arms::simulated::World;
 use glimpse_arms::station::ARMS;
 use glimpse_arms::store::readings::Readings;
@@ -24,20 +24,20 @@ use glimpse_arms::{MEMORY_WORDS, Model, retained};
 use glimpse_core::recipe::memory_words;
 use glimpse_core::scan::Residual;
 
-/// The recipe that it comes with.
+/// The bundled recipe.
 static RECIPE: &[u8] = include_bytes!("../../../../trainer/recipes/neural-n8.recipe");
-/// The bundled recipe fits.
+/// The memory is large enough for the bundled recipe.
 const _: () = assert!(memory_words(&[RECIPE]) <= MEMORY_WORDS);
-/// Two sectors for readings, two and two for recipes.
-const FLASH_BYTES: usize = 6 * SECTOR;
-/// Steps that an arm loses at a time.
-const STALL: u32 = 40;
-/// By this the memory is known again.
+/// Two sectors for readings, and two for each of two recipes.
+const FLASH_BYTES: usize = 6 * SECTOR_BYTES;
+/// Number of steps that an arm loses per command.
+const LOST_STEPS: u32 = 40;
+/// Value that marks initialized state.
 const MAGIC: u32 = 0x6C1A_4D05;
 
-/// What a reset leaves. Any bits are one.
+/// Memory that survives a reset. Any bits are valid.
 #[repr(C)]
-struct Kept {
+struct Retained {
     magic: u32,
     world: World,
     positions: [u32; retained::WORDS],
@@ -45,41 +45,42 @@ struct Kept {
 }
 
 unsafe extern "C" {
-    /// The linker script's memory that start-up code does not touch.
-    #[link_name = "_kept"]
-    static mut KEPT: Kept;
+    /// Memory that start-up code does not initialize.
+    #[link_name = "_retained"]
+    static mut RETAINED: Retained;
 }
 
 #[entry]
 fn main() -> ! {
     static mut MEMORY: [f32; MEMORY_WORDS] = [0.0; MEMORY_WORDS];
-    static mut BUFFER: [u8; 2 * SECTOR] = [0; 2 * SECTOR];
+    static mut BUFFER: [u8; 2 * SECTOR_BYTES] = [0; 2 * SECTOR_BYTES];
 
-    // SAFETY: the linker script sets these bytes aside for it alone, there is room for it, any bits
-    // are one, and this is the only reference, since `main` runs once.
-    let kept = unsafe { only(&raw mut KEPT) };
-    if kept.magic != MAGIC {
-        // Power was off: the arms' positions are unknown, and the flash is new.
-        kept.world.place([300, 500, 40, 700]);
-        kept.world.command(Command::NewScan); // somebody presses the button
-        kept.positions = retained::words(None);
-        kept.flash.fill(0xFF);
-        kept.magic = MAGIC;
+    // SAFETY: the linker script reserves these bytes for this static alone, there is room for it, any bits are valid,
+    // and this is the only reference, because `main` runs once.
+    let state = unsafe { unique_static(&raw mut RETAINED) };
+    if state.magic != MAGIC {
+        // After a power cut the arms' positions are unknown, and the flash is new.
+        state.world.reset([300, 500, 40, 700]);
+        state.world.command(Command::NewScan); // simulates a short press of the button
+        state.positions = retained::encode(None);
+        state.flash.fill(0xFF);
+        state.magic = MAGIC;
     }
-    let mut flash = FlashRam(&mut kept.flash);
-    let mut station = kept.world.station();
-    if let Some(positions) = retained::positions(kept.positions) {
+    let mut flash = FlashRam(&mut state.flash);
+    let mut station = state.world.station();
+    if let Some(positions) = retained::decode(state.positions) {
         station.assume(positions);
     }
     let mut platform = Simulation {
-        world: &kept.world,
-        positions: &mut kept.positions,
+        world: &state.world,
+        positions: &mut state.positions,
         uart: Uart::start(),
-        is_alone: false,
-        is_asking: false,
+        has_no_host: false,
+        awaits_command: false,
     };
-    let sector =
-        |sectors: core::ops::Range<u32>| sectors.start * SECTOR as u32..sectors.end * SECTOR as u32;
+    let sector = |sectors: core::ops::Range<u32>| {
+        sectors.start * SECTOR_BYTES as u32..sectors.end * SECTOR_BYTES as u32
+    };
     let readings = Readings::mount(&mut flash, [sector(0..1), sector(1..2)]);
     let recipes = Recipes::mount(&mut flash, [sector(2..4), sector(4..6)], BUFFER);
     let (Ok(mut readings), Ok(recipes)) = (readings, recipes) else {
@@ -101,31 +102,33 @@ fn main() -> ! {
     scanner.serve::<Model>(RECIPE, BUFFER, MEMORY, &mut platform)
 }
 
-/// What is around the scanner in QEMU.
+/// The platform in QEMU.
 struct Simulation<'w> {
     world: &'w World,
     positions: &'w mut [u32; retained::WORDS],
     uart: Uart,
-    /// No host listens, so that bytes play the world.
-    is_alone: bool,
-    /// The firmware has asked about saved readings, and no byte has come since.
-    is_asking: bool,
+    /// No host replies, so bytes on the UART control the simulation.
+    has_no_host: bool,
+    /// The firmware has reported saved readings, and no byte was received since.
+    awaits_command: bool,
 }
 
 impl Platform for Simulation<'_> {
-    /// Simulated arms need simulated time: each round takes 40 us.
-    fn elapsed(&mut self) -> u32 {
+    /// Returns the simulated time of an iteration: 40 us.
+    fn elapsed_us(&mut self) -> u32 {
         40
     }
 
     fn receive(&mut self) -> Option<u8> {
         let byte = self.uart.read()?;
-        let is_asking = core::mem::take(&mut self.is_asking);
+        let awaits_command = core::mem::take(&mut self.awaits_command);
         match byte {
-            b'p' if is_asking => self.world.command(Command::NewScan),
-            b'h' if is_asking => self.world.command(Command::Continue),
-            b'a'..=b'd' if self.is_alone => self.world.stall(usize::from(byte - b'a'), STALL),
-            _ if self.is_alone => {}
+            b'p' if awaits_command => self.world.command(Command::NewScan),
+            b'h' if awaits_command => self.world.command(Command::Continue),
+            b'a'..=b'd' if self.has_no_host => {
+                self.world.stall(usize::from(byte - b'a'), LOST_STEPS)
+            }
+            _ if self.has_no_host => {}
             _ => return Some(byte),
         }
         None
@@ -139,15 +142,15 @@ impl Platform for Simulation<'_> {
         self.world.take_command()
     }
 
-    fn remember(&mut self, positions: Option<[i32; ARMS]>) {
-        *self.positions = retained::words(positions);
+    fn save_positions(&mut self, positions: Option<[i32; ARMS]>) {
+        *self.positions = retained::encode(positions);
     }
 
-    fn tell(&mut self, news: News) {
-        news.log();
-        match news {
-            News::End(end) => self.is_alone = end == End::Alone,
-            News::Saved { .. } => self.is_asking = true,
+    fn report(&mut self, event: Event) {
+        event.log();
+        match event {
+            Event::Ended(outcome) => self.has_no_host = outcome == Outcome::NoHost,
+            Event::Saved { .. } => self.awaits_command = true,
             _ => {}
         }
     }
@@ -158,7 +161,7 @@ impl Platform for Simulation<'_> {
     }
 }
 
-/// USART1, which QEMU joins with its serial line.
+/// USART1, which QEMU connects with its serial line.
 struct Uart;
 
 impl Uart {
@@ -167,7 +170,7 @@ impl Uart {
     const CONTROL: *mut u32 = ptr::without_provenance_mut(0x4001_100C);
 
     fn start() -> Self {
-        // SAFETY: the register of netduinoplus2's USART1: enabled, transmitter and receiver on.
+        // SAFETY: the control register of netduinoplus2's USART1: enabled, transmitter and receiver on.
         unsafe { Self::CONTROL.write_volatile(1 << 13 | 1 << 3 | 1 << 2) };
         Self
     }
@@ -192,13 +195,13 @@ impl Uart {
     }
 }
 
-/// A static's only reference.
+/// Returns the only reference to a static.
 ///
 /// # Safety
-/// `place` is a static, any bits are one of it, and there is no other reference to it, now or later.
-unsafe fn only<T>(place: *mut T) -> &'static mut T {
-    // SAFETY: by the caller's word.
-    unsafe { &mut *place }
+/// `pointer` leads to a static, any bits of it are valid, and there is never another reference to it.
+unsafe fn unique_static<T>(pointer: *mut T) -> &'static mut T {
+    // SAFETY: guaranteed by the caller.
+    unsafe { &mut *pointer }
 }
 
 #[panic_handler]

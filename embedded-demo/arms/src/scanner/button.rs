@@ -1,55 +1,54 @@
-//! Commands of the person at the scanner, and the button that gives them.
+//! Commands of the user, and the button that gives them.
 
-/// A command of the person at the scanner. Nothing moves before one.
+/// A command of the user. The arms do not move before the first command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Command {
-    /// Scan a new material: saved readings are forgotten.
+    /// Scan a new material. Saved readings are deleted.
     NewScan,
-    /// Continue the scan whose readings are saved.
+    /// Continue the interrupted scan with its saved readings.
     Continue,
 }
 
-/// Microseconds for which the contact has to read the same.
-const DEBOUNCE: u32 = 20_000;
-/// Microseconds that one call counts for at most: a late caller has to read the contact as often.
-const MAX_ELAPSED: u32 = 10_000;
-/// Microseconds after which a press is a long one.
-const LONG: u32 = 2_000_000;
+/// Time for which the contact must be stable, us.
+const DEBOUNCE_US: u32 = 20_000;
+/// Maximum time that one call counts, us. A late caller has to read the contact as often as others.
+const MAX_ELAPSED_US: u32 = 10_000;
+/// Duration of a long press, us.
+const LONG_PRESS_US: u32 = 2_000_000;
 
-/// A button: a short press is [`Command::NewScan`] on release, a press of two seconds is
+/// A debounced button. A short press is [`Command::NewScan`], on release. A press of two seconds is
 /// [`Command::Continue`].
 ///
-/// A button that is pressed from the start is ignored until it is released: somebody leans on it, or
-/// its wires touch each other.
+/// A button that is pressed at power-up is ignored until it is released: it may be blocked or short-circuited.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Button {
-    /// The contact's last state, and the microseconds since it changed.
+    /// Last state of the contact, and the time since it changed, us.
     level: bool,
     stable: u32,
-    /// The debounced state.
+    /// Debounced state.
     is_pressed: bool,
-    /// Microseconds since it was pressed; None if this press does not count.
+    /// Duration of the press, us. None if this press is ignored.
     held: Option<u32>,
-    /// The button was seen released.
+    /// The button was released at least once.
     was_released: bool,
 }
 
 impl Button {
-    /// Takes the contact's state, `elapsed` microseconds after the last call.
-    pub fn poll(&mut self, contact: bool, elapsed: u32) -> Option<Command> {
-        let elapsed = elapsed.min(MAX_ELAPSED);
+    /// Takes the state of the contact, `elapsed_us` after the last call. Returns a command once per press.
+    pub fn poll(&mut self, contact: bool, elapsed_us: u32) -> Option<Command> {
+        let elapsed_us = elapsed_us.min(MAX_ELAPSED_US);
         if contact == self.level {
-            self.stable = self.stable.saturating_add(elapsed);
+            self.stable = self.stable.saturating_add(elapsed_us);
         } else {
             self.level = contact;
             self.stable = 0;
         }
-        self.held = self.held.map(|held| held.saturating_add(elapsed));
-        if self.stable >= DEBOUNCE && !contact {
+        self.held = self.held.map(|held| held.saturating_add(elapsed_us));
+        if self.stable >= DEBOUNCE_US && !contact {
             self.was_released = true;
         }
-        if self.stable >= DEBOUNCE && contact != self.is_pressed {
+        if self.stable >= DEBOUNCE_US && contact != self.is_pressed {
             self.is_pressed = contact;
             if contact {
                 self.held = self.was_released.then_some(self.stable);
@@ -57,7 +56,7 @@ impl Button {
                 return self.held.take().map(|_| Command::NewScan);
             }
         }
-        if self.is_pressed && self.held? >= LONG {
+        if self.is_pressed && self.held? >= LONG_PRESS_US {
             self.held = None;
             return Some(Command::Continue);
         }

@@ -1,31 +1,32 @@
-//! The firmware around a scan.
+//! The interface between a scan and the firmware around it.
 
 use glimpse_core::scan::Residual;
 
-use super::{Command, News};
+use super::{Command, Event};
 use crate::station::ARMS;
 
 /// The firmware around a scan. None of its functions may wait.
 pub trait Platform {
-    /// Microseconds since the last call. It comes in every round: the place to feed a watchdog.
-    fn elapsed(&mut self) -> u32;
+    /// Returns the microseconds since the last call. It is called in every iteration of the main loop, so it can feed a
+    /// watchdog.
+    fn elapsed_us(&mut self) -> u32;
 
-    /// A byte from a host, if one has come.
+    /// Returns the next byte from a host, if one was received.
     fn receive(&mut self) -> Option<u8>;
 
-    /// Sends a byte; false if the one before is still on its way.
+    /// Sends a byte. Returns false if the transmitter is busy.
     fn send(&mut self, byte: u8) -> bool;
 
-    /// A command, if somebody has just given one; see [`Button`](super::Button). It comes in every
-    /// round.
+    /// Returns a command if one was given since the last call; see [`Button`](super::Button). It is called in every
+    /// iteration.
     fn command(&mut self) -> Option<Command>;
 
-    /// Counts of the arms' steps, to be left where a reset does not touch them.
-    fn remember(&mut self, positions: Option<[i32; ARMS]>);
+    /// Saves the arms' step counts in memory that survives a reset. None if they are unknown.
+    fn save_positions(&mut self, positions: Option<[i32; ARMS]>);
 
     /// Reports an event.
-    fn tell(&mut self, news: News);
+    fn report(&mut self, event: Event);
 
-    /// The material was fitted.
+    /// Takes the residual and the values of a fitted material.
     fn finished(&mut self, residual: Residual, values: &mut dyn Iterator<Item = f32>);
 }

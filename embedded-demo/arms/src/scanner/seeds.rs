@@ -1,12 +1,12 @@
 //! Seeds of the link's sequence numbers.
 
-/// Bits of a seed that count drivers; the bits above count boots.
+/// Number of bits that count drivers. The bits above count boots.
 const DRIVER_BITS: u32 = 16;
 
-/// Seeds for [`Config::sequence_seed`](glimpse_core::driver::Config::sequence_seed): each driver gets another one.
+/// Seeds for [`Config::sequence_seed`](glimpse_core::driver::Config::sequence_seed), a new one for each driver.
 ///
 /// A seed consists of the boot counter in the flash ([`Readings::count_boot`]) and the number of drivers since the
-/// boot. Seeds repeat after 65,536 boots. A scanner that waits for a command makes a driver every two seconds, and so
+/// boot. Seeds repeat after 65,536 boots. A scanner that waits for a command creates a driver every two seconds, and so
 /// reaches the seeds of the next boot after 36 hours.
 ///
 /// [`Readings::count_boot`]: crate::store::readings::Readings::count_boot
@@ -16,14 +16,14 @@ pub struct Seeds {
 }
 
 impl Seeds {
-    /// The seeds of this boot.
+    /// Creates the seeds of a boot.
     pub fn new(boots: u32) -> Self {
         Self {
             next: boots.wrapping_shl(DRIVER_BITS),
         }
     }
 
-    /// The seed of the next driver.
+    /// Returns the seed of the next driver.
     pub(super) fn next(&mut self) -> u32 {
         self.next = self.next.wrapping_add(1);
         self.next

@@ -1,4 +1,4 @@
-//! Steps of a scan: to the next sample, home after a few of them, and back to those whose readings are lost.
+//! Tasks of a scan: moves to samples, visits home, and the handling of their results.
 
 use embedded_hal::digital::{InputPin, OutputPin};
 use embedded_storage::nor_flash::NorFlash;
@@ -6,11 +6,13 @@ use glimpse_core::driver::Driver;
 use glimpse_core::fit::Fitter;
 use glimpse_core::link::Failure;
 
-use super::course::{Course, Fault, LOSSES, READINGS_BETWEEN_CHECKS, retry};
-use super::{News, Platform, Scanner, ScannerError};
+use super::state::{
+    AttemptError, MAX_STEP_LOSSES, READINGS_BETWEEN_CHECKS, ScanState, handle_failed_attempt,
+};
+use super::{Event, Platform, Scanner, ScannerError};
 use crate::goniometer::LostSteps;
 use crate::sensor::Sensor;
-use crate::station::Done;
+use crate::station::TaskResult;
 
 impl<S, D, H, A, L, F> Scanner<S, D, H, A, L, F>
 where
@@ -21,11 +23,11 @@ where
     L: OutputPin,
     F: NorFlash,
 {
-    /// Sends the arms home or to the next sample.
-    pub(super) fn next<K: Fitter>(
+    /// Sends the arms home or to the nearest unread sample.
+    pub(super) fn begin_next_task<K: Fitter>(
         &mut self,
         driver: &Driver<'_, K>,
-        course: &mut Course,
+        state: &mut ScanState,
     ) -> Result<(), ScannerError> {
         let scan = driver.scan().map_err(ScannerError::Scan)?;
         if !self.is_under_way(driver) {
@@ -40,10 +42,11 @@ where
                 count = count.saturating_add(1);
             }
         }
-        // Lost steps may be why a sample could not be read.
-        let is_unreadable = course.unreadable.is_some();
-        let due = course.readings >= READINGS_BETWEEN_CHECKS || unread.is_none() || is_unreadable;
-        if !course.homed || due {
+        // After failed attempts the arms go home, because lost steps may be the reason.
+        let has_unreadable = state.unreadable.is_some();
+        let is_check_due =
+            state.readings >= READINGS_BETWEEN_CHECKS || unread.is_none() || has_unreadable;
+        if !state.homed || is_check_due {
             return Ok(self.station.go_home()?);
         }
         let (readings, flash) = (&self.readings, &mut self.flash);
@@ -58,82 +61,82 @@ where
         });
         match (nearest, unread) {
             (Some((nearest, directions)), _) => Ok(self.station.read(nearest, directions)?),
-            // Within the limits, but an axis that does not turn would have to.
+            // The sample is within the limits, but needs a turn that an azimuth axis cannot make.
             (None, Some(index)) => Err(ScannerError::Scan(Failure::OutOfReach { index, count })),
             (None, None) => Ok(()),
         }
     }
 
-    /// Saves a reading, or confirms those since the last visit home.
-    pub(super) fn take_up<K: Fitter>(
+    /// Handles the result of a task: saves a reading, or confirms the readings since the last visit home.
+    pub(super) fn handle_result<K: Fitter>(
         &mut self,
-        done: Done,
+        result: TaskResult,
         driver: &mut Driver<'_, K>,
-        course: &mut Course,
+        state: &mut ScanState,
         platform: &mut impl Platform,
     ) -> Result<(), ScannerError> {
-        match done {
-            Done::Read { index, reading } => match reading.check() {
+        match result {
+            TaskResult::Read { index, reading } => match reading.check() {
                 Ok(()) => {
-                    self.readings.keep(&mut self.flash, index, reading)?;
-                    course.readings = course.readings.saturating_add(1);
-                    course.attempts = 0;
-                    platform.tell(News::Read { index, reading });
+                    self.readings.save(&mut self.flash, index, reading)?;
+                    state.readings = state.readings.saturating_add(1);
+                    state.attempts = 0;
+                    platform.report(Event::Read { index, reading });
                     Ok(())
                 }
                 Err(error) => {
-                    platform.tell(News::Refused { index, error });
-                    retry(index, Fault::Reading(error), driver, course)
+                    platform.report(Event::InvalidReading { index, error });
+                    handle_failed_attempt(index, AttemptError::Reading(error), driver, state)
                 }
             },
-            Done::Unread { index, error } => {
-                platform.tell(News::Unread { index, error });
-                retry(index, Fault::Sensor(error), driver, course)
+            TaskResult::ReadFailed { index, error } => {
+                platform.report(Event::ReadFailed { index, error });
+                handle_failed_attempt(index, AttemptError::Sensor(error), driver, state)
             }
-            Done::Home(Some(lost)) => self.lose(lost, course, platform),
-            Done::Home(None) => {
-                course.homed = true;
-                course.readings = 0;
+            TaskResult::Homed(Some(lost)) => self.handle_lost_steps(lost, state, platform),
+            TaskResult::Homed(None) => {
+                state.homed = true;
+                state.readings = 0;
                 self.readings.confirm(&mut self.flash)?;
                 let samples = driver.scan().map_or(0, |scan| scan.recipe().samples());
                 let mut confirmed = 0_u16;
                 for index in 0..samples as u16 {
-                    let known = driver
+                    let is_recorded = driver
                         .scan()
                         .is_ok_and(|scan| scan.reading(index).is_some());
                     if let Some(reading) = self.readings.get(&mut self.flash, index)?
-                        && !known
+                        && !is_recorded
                     {
                         driver.record(index, reading);
                         confirmed = confirmed.saturating_add(1);
                     }
                 }
-                platform.tell(News::Home { confirmed });
-                if let Some(index) = course.unreadable.take()
+                platform.report(Event::Home { confirmed });
+                if let Some(index) = state.unreadable.take()
                     && driver.skip(index).is_ok()
                 {
-                    platform.tell(News::Skipped { index });
+                    platform.report(Event::Skipped { index });
                 }
                 Ok(())
             }
         }
     }
 
-    /// Steps were lost: what was read since the arms were home is read again.
-    fn lose(
+    /// Discards the readings since the last visit home, because steps were lost.
+    fn handle_lost_steps(
         &mut self,
         lost: LostSteps,
-        course: &mut Course,
+        state: &mut ScanState,
         platform: &mut impl Platform,
     ) -> Result<(), ScannerError> {
-        platform.tell(News::LostSteps(lost));
+        platform.report(Event::LostSteps(lost));
         self.readings.discard(&mut self.flash)?;
-        course.homed = false;
-        course.readings = 0;
-        course.attempts = 0;
-        course.unreadable = None;
-        course.losses = course.losses.saturating_add(1);
-        if course.losses > LOSSES {
+        state.homed = false;
+        state.readings = 0;
+        state.attempts = 0;
+        state.unreadable = None;
+        state.step_losses = state.step_losses.saturating_add(1);
+        if state.step_losses > MAX_STEP_LOSSES {
             return Err(ScannerError::LostSteps(lost));
         }
         Ok(())

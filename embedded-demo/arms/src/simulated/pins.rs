@@ -1,4 +1,4 @@
-//! What the simulated scanner is to a firmware: pins and a sensor.
+//! Pins and sensor of the simulated scanner.
 
 use core::convert::Infallible;
 use core::f32::consts::PI;
@@ -8,18 +8,18 @@ use embedded_hal::digital::{ErrorType, InputPin, OutputPin};
 use super::{Arm, DARK, FULL_SCALE, WHITE, Wiring, World, brdf, half_angles};
 use crate::sensor::Sensor;
 
-/// Reads for which a contact bounces after each change.
+/// Number of reads for which a contact bounces after each change.
 const BOUNCES: u32 = 8;
 
-/// An arm's step pin: it moves when the pin rises.
+/// Step pin of an arm. The arm moves on a rising edge.
 #[derive(Debug)]
 pub struct StepPin<'w>(pub(super) &'w Arm);
 
-/// An arm's direction pin: high is up.
+/// Direction pin of an arm: high is up.
 #[derive(Debug)]
 pub struct DirectionPin<'w>(pub(super) &'w Arm);
 
-/// An arm's home switch. Its contact bounces whenever it opens or closes.
+/// Home switch of an arm. Its contact bounces whenever it opens or closes.
 #[derive(Debug)]
 pub struct Switch<'w>(pub(super) &'w Arm);
 
@@ -135,7 +135,7 @@ impl Sensor for Photodiode<'_> {
         let lit = half_angles(&directions)
             .filter(|_| world.lamp.get() == 1)
             .map(|[theta_h, theta_d]| brdf(theta_h, theta_d));
-        // The lamp lights more than the sensor sees: counts go with cos(theta_i).
+        // The lamp illuminates a larger spot than the sensor sees, so counts are proportional to cos(theta_i).
         let counts = lit.unwrap_or_default().map(|f| {
             let count = DARK + WHITE * PI * f * cosine + world.noise();
             count.clamp(0.0, f32::from(FULL_SCALE))

@@ -1,7 +1,8 @@
-//! The readings of the scan under way.
+//! The readings of the current scan.
 //!
-//! A [journal](super::journal) of numbered items: one for each reading, one for the scan. Every call ends in one item, which is there or not. Only [`Readings::discard`] writes several:
-//! it says so first, and is carried on with by [`Readings::mount`] if the power goes meanwhile.
+//! They are stored in a [journal](super::journal): an item for each reading, and one for the scan. Every call writes one
+//! item, which is complete or absent after a power cut. Only [`Readings::discard`] writes several: it first marks the
+//! scan, so [`Readings::mount`] can complete it after a power cut.
 
 use core::ops::Range;
 
@@ -11,65 +12,64 @@ use glimpse_core::scan::Reading;
 use super::StoreError;
 use super::journal::{Content, Journal};
 
-/// The number of the scan's item; readings have their index.
+/// Number of the scan's item. Readings have their index as number.
 const SCAN: u16 = u16::MAX - 1;
-/// The number of the boot counter's item.
+/// Number of the boot counter's item.
 const BOOTS: u16 = u16::MAX - 2;
 
-/// What is under way.
+/// Stored description of the current scan.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-struct Under {
-    /// Which scan it is: it counts up. A reading of another one is as none.
-    scan: u32,
-    /// The checksum of its recipe.
+struct ScanRecord {
+    /// Counter of scans. Readings of other scans are ignored.
+    id: u32,
+    /// Checksum of the recipe.
     recipe: u32,
-    /// Its number of samples; 0 once it is over.
+    /// Number of samples; 0 once the scan has ended.
     samples: u16,
-    /// Which stretch between two visits home it is: it counts up.
-    stretch: u16,
-    /// True while the readings of this stretch are being discarded.
+    /// Counter of the visits home in this scan.
+    segment: u16,
+    /// True while the readings of this segment are being discarded.
     discarding: bool,
 }
 
-/// A reading and where it belongs.
+/// Stored reading.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Kept {
-    scan: u32,
-    stretch: u16,
-    void: bool,
+struct SavedReading {
+    scan_id: u32,
+    segment: u16,
+    discarded: bool,
     reading: Reading,
 }
 
-/// The readings of the scan under way, in a range of the flash.
+/// The readings of the current scan, in a range of the flash.
 #[derive(Debug)]
 pub struct Readings {
     journal: Journal,
-    under: Under,
+    scan: ScanRecord,
 }
 
 impl Readings {
-    /// Finds what is under way in two areas of the flash, each of whole sectors. Whatever else they
-    /// hold is as nothing.
+    /// Opens two areas of the flash, each of whole sectors, and finds the current scan. Unknown content is ignored.
     ///
     /// # Errors
-    /// If it cannot be read, or a reading that is void cannot be marked so.
+    /// If the flash cannot be read, or an interrupted [`Readings::discard`] cannot be completed.
     pub fn mount<F: NorFlash>(flash: &mut F, areas: [Range<u32>; 2]) -> Result<Self, StoreError> {
         let journal = Journal::mount(flash, areas)?;
-        let found = journal.get(flash, SCAN)?;
+        let scan = journal.get(flash, SCAN)?;
         let mut readings = Self {
             journal,
-            under: found.map(Under::from_content).unwrap_or_default(),
+            scan: scan.map(ScanRecord::from_content).unwrap_or_default(),
         };
-        if readings.under.discarding {
-            readings.carry_on_discarding(flash)?;
+        if readings.scan.discarding {
+            readings.finish_discarding(flash)?;
         }
         Ok(readings)
     }
 
-    /// Counts a boot, and returns the number of boots so far. Call it once after each reset.
+    /// Counts a boot, and returns the number of boots including this one. Call it once after each reset.
     ///
     /// # Errors
-    /// If it cannot be read or written.
+    /// If the flash cannot be read or written.
     pub fn count_boot<F: NorFlash>(&mut self, flash: &mut F) -> Result<u32, StoreError> {
         let content = self.journal.get(flash, BOOTS)?.unwrap_or_default();
         let [a, b, c, d, ..] = content;
@@ -82,143 +82,141 @@ impl Readings {
         Ok(boots)
     }
 
-    /// Whether a scan by this recipe is under way.
+    /// Returns true if a scan by this recipe is under way.
     pub fn is_under_way(&self, recipe: u32, samples: u16) -> bool {
-        self.under.samples != 0 && (self.under.recipe, self.under.samples) == (recipe, samples)
+        self.scan.samples != 0 && (self.scan.recipe, self.scan.samples) == (recipe, samples)
     }
 
-    /// Begins a scan by a recipe. What was kept of another one is forgotten.
+    /// Begins a scan by a recipe. Saved readings of another scan are deleted.
     ///
     /// # Errors
-    /// If it cannot be written; then the other one is still under way.
+    /// If the flash cannot be written. The other scan is still under way then.
     pub fn begin<F: NorFlash>(
         &mut self,
         flash: &mut F,
         recipe: u32,
         samples: u16,
     ) -> Result<(), StoreError> {
-        self.enter(
+        self.write_scan(
             flash,
-            Under {
-                scan: self.under.scan.wrapping_add(1),
+            ScanRecord {
+                id: self.scan.id.wrapping_add(1),
                 recipe,
                 samples,
-                stretch: 0,
+                segment: 0,
                 discarding: false,
             },
         )
     }
 
-    /// Ends the scan, if one is under way: nothing is any more.
+    /// Ends the scan, if one is under way, and deletes its readings.
     ///
     /// # Errors
-    /// If it cannot be written.
+    /// If the flash cannot be written.
     pub fn end<F: NorFlash>(&mut self, flash: &mut F) -> Result<(), StoreError> {
-        if self.under.samples == 0 {
+        if self.scan.samples == 0 {
             return Ok(());
         }
         let samples = 0;
-        let under = self.under;
-        self.enter(flash, Under { samples, ..under })
+        let scan = self.scan;
+        self.write_scan(flash, ScanRecord { samples, ..scan })
     }
 
-    /// Keeps a reading; one of the same index is replaced.
+    /// Saves a reading, or replaces the one of the same index.
     ///
     /// # Errors
-    /// If no scan is under way, or it cannot be written.
-    pub fn keep<F: NorFlash>(
+    /// If no scan with this index is under way, or the flash cannot be written.
+    pub fn save<F: NorFlash>(
         &mut self,
         flash: &mut F,
         index: u16,
         reading: Reading,
     ) -> Result<(), StoreError> {
-        if index >= self.under.samples {
+        if index >= self.scan.samples {
             return Err(StoreError::NoScan);
         }
-        let Under { scan, stretch, .. } = self.under;
-        let void = false;
-        let kept = Kept {
-            scan,
-            stretch,
-            void,
+        let saved = SavedReading {
+            scan_id: self.scan.id,
+            segment: self.scan.segment,
+            discarded: false,
             reading,
         };
-        self.put(flash, index, &kept.to_content())
+        self.put(flash, index, &saved.to_content())
     }
 
-    /// The reading of this index, if it was kept.
+    /// Returns the saved reading of this index, if there is one.
     ///
     /// # Errors
-    /// If it cannot be read.
+    /// If the flash cannot be read.
     pub fn get<F: NorFlash>(
         &self,
         flash: &mut F,
         index: u16,
     ) -> Result<Option<Reading>, StoreError> {
-        Ok(self.kept(flash, index)?.map(|kept| kept.reading))
+        Ok(self.saved(flash, index)?.map(|saved| saved.reading))
     }
 
-    /// The arms came home without having lost a step: what was read so far stays.
+    /// Confirms all readings since the last visit home, because no steps were lost.
     ///
     /// # Errors
-    /// If it cannot be written.
+    /// If the flash cannot be written.
     pub fn confirm<F: NorFlash>(&mut self, flash: &mut F) -> Result<(), StoreError> {
-        let stretch = self.under.stretch.wrapping_add(1);
-        let under = self.under;
-        self.enter(flash, Under { stretch, ..under })
+        let segment = self.scan.segment.wrapping_add(1);
+        let scan = self.scan;
+        self.write_scan(flash, ScanRecord { segment, ..scan })
     }
 
-    /// The arms had lost steps when they came home: what was read since they were there before is
-    /// void.
+    /// Discards all readings since the last visit home, because steps were lost.
     ///
     /// # Errors
-    /// If it cannot be written.
+    /// If the flash cannot be written.
     pub fn discard<F: NorFlash>(&mut self, flash: &mut F) -> Result<(), StoreError> {
         let discarding = true;
-        let under = self.under;
-        self.enter(
-            flash,
-            Under {
-                discarding,
-                ..under
-            },
-        )?;
-        self.carry_on_discarding(flash)
+        let scan = self.scan;
+        self.write_scan(flash, ScanRecord { discarding, ..scan })?;
+        self.finish_discarding(flash)
     }
 
-    fn carry_on_discarding<F: NorFlash>(&mut self, flash: &mut F) -> Result<(), StoreError> {
-        for index in 0..self.under.samples {
-            if let Some(kept) = self.kept(flash, index)?
-                && kept.stretch == self.under.stretch
+    fn finish_discarding<F: NorFlash>(&mut self, flash: &mut F) -> Result<(), StoreError> {
+        for index in 0..self.scan.samples {
+            if let Some(saved) = self.saved(flash, index)?
+                && saved.segment == self.scan.segment
             {
-                let void = true;
-                self.put(flash, index, &Kept { void, ..kept }.to_content())?;
+                let discarded = true;
+                let saved = SavedReading { discarded, ..saved };
+                self.put(flash, index, &saved.to_content())?;
             }
         }
-        let discarding = false;
-        let stretch = self.under.stretch.wrapping_add(1);
-        let under = self.under;
-        let under = Under {
-            stretch,
-            discarding,
-            ..under
+        let scan = ScanRecord {
+            segment: self.scan.segment.wrapping_add(1),
+            discarding: false,
+            ..self.scan
         };
-        self.enter(flash, under)
+        self.write_scan(flash, scan)
     }
 
     #[inline(never)] // smaller: there are several calls
-    fn kept<F: NorFlash>(&self, flash: &mut F, index: u16) -> Result<Option<Kept>, StoreError> {
-        if index >= self.under.samples {
+    fn saved<F: NorFlash>(
+        &self,
+        flash: &mut F,
+        index: u16,
+    ) -> Result<Option<SavedReading>, StoreError> {
+        if index >= self.scan.samples {
             return Ok(None);
         }
-        let kept = self.journal.get(flash, index)?.map(Kept::from_content);
-        Ok(kept.filter(|kept| kept.scan == self.under.scan && !kept.void))
+        let saved = self.journal.get(flash, index)?;
+        let saved = saved.map(SavedReading::from_content);
+        Ok(saved.filter(|saved| saved.scan_id == self.scan.id && !saved.discarded))
     }
 
     #[inline(never)] // smaller: there are several calls
-    fn enter<F: NorFlash>(&mut self, flash: &mut F, under: Under) -> Result<(), StoreError> {
-        self.put(flash, SCAN, &under.to_content())?;
-        self.under = under;
+    fn write_scan<F: NorFlash>(
+        &mut self,
+        flash: &mut F,
+        scan: ScanRecord,
+    ) -> Result<(), StoreError> {
+        self.put(flash, SCAN, &scan.to_content())?;
+        self.scan = scan;
         Ok(())
     }
 
@@ -228,17 +226,17 @@ impl Readings {
         number: u16,
         content: &Content,
     ) -> Result<(), StoreError> {
-        let numbers = (0..self.under.samples).chain([SCAN, BOOTS]);
+        let numbers = (0..self.scan.samples).chain([SCAN, BOOTS]);
         self.journal.put(flash, number, content, numbers)
     }
 }
 
-impl Under {
+impl ScanRecord {
     fn to_content(self) -> Content {
-        let [a, b, c, d] = self.scan.to_le_bytes();
+        let [a, b, c, d] = self.id.to_le_bytes();
         let [e, f, g, h] = self.recipe.to_le_bytes();
         let [i, j] = self.samples.to_le_bytes();
-        let [k, l] = self.stretch.to_le_bytes();
+        let [k, l] = self.segment.to_le_bytes();
         let m = self.discarding.into();
         [
             a, b, c, d, e, f, g, h, i, j, k, l, m, 0, 0, 0, 0, 0, 0, 0, 0, 0,
@@ -248,20 +246,20 @@ impl Under {
     fn from_content(content: Content) -> Self {
         let [a, b, c, d, e, f, g, h, i, j, k, l, m, ..] = content;
         Self {
-            scan: u32::from_le_bytes([a, b, c, d]),
+            id: u32::from_le_bytes([a, b, c, d]),
             recipe: u32::from_le_bytes([e, f, g, h]),
             samples: u16::from_le_bytes([i, j]),
-            stretch: u16::from_le_bytes([k, l]),
+            segment: u16::from_le_bytes([k, l]),
             discarding: m != 0,
         }
     }
 }
 
-impl Kept {
+impl SavedReading {
     fn to_content(self) -> Content {
-        let [a, b, c, d] = self.scan.to_le_bytes();
-        let [e, f] = self.stretch.to_le_bytes();
-        let flags = u8::from(self.void) | u8::from(self.reading.saturated) << 1;
+        let [a, b, c, d] = self.scan_id.to_le_bytes();
+        let [e, f] = self.segment.to_le_bytes();
+        let flags = u8::from(self.discarded) | u8::from(self.reading.saturated) << 1;
         let [red, green, blue] = self.reading.brdf.map(f32::to_le_bytes);
         let [g, h, i, j] = red;
         let [k, l, m, n] = green;
@@ -275,9 +273,9 @@ impl Kept {
         let [a, b, c, d, e, f, flags, rest @ ..] = content;
         let [g, h, i, j, k, l, m, n, o, p, q, r, ..] = rest;
         Self {
-            scan: u32::from_le_bytes([a, b, c, d]),
-            stretch: u16::from_le_bytes([e, f]),
-            void: flags & 1 != 0,
+            scan_id: u32::from_le_bytes([a, b, c, d]),
+            segment: u16::from_le_bytes([e, f]),
+            discarded: flags & 1 != 0,
             reading: Reading {
                 brdf: [[g, h, i, j], [k, l, m, n], [o, p, q, r]].map(f32::from_le_bytes),
                 saturated: flags & 2 != 0,

@@ -1,17 +1,17 @@
-//! Recipes that were replaced in the field: two slots, of which one is in force.
+//! Recipes that a host has sent: two slots, one of which is active.
 //!
-//! A new recipe goes into the other slot. Its header, with a sequence number, is written last: only
-//! then is it in force. The recipe's own checksum says whether it is whole.
+//! A new recipe is written to the inactive slot. Its header, with a sequence number, is written last and activates it.
+//! The recipe's own checksum shows that it is complete.
 //!
-//! A flash writes words of 1, 2, 4, 8, 16 or 32 bytes, and a part of a recipe need not end with a
-//! word. Recipes are therefore written in blocks of 32 bytes: the last bytes of a part wait in RAM
-//! until the next part completes the block, or until [`Recipes::install`] pads its last word.
+//! A flash writes words of 1, 2, 4, 8, 16 or 32 bytes, and a part of a recipe may end within a word. Recipes are
+//! therefore written in blocks of 32 bytes. The last bytes of a part stay in RAM until the next part completes the
+//! block, or until [`Recipes::install`] pads its last word.
 //!
 //! | bytes of a slot | content |
 //! |---|---|
-//! | 0..4 | sequence number, little-endian; the larger one is in force |
+//! | 0..4 | sequence number, little-endian; the slot with the larger one is active |
 //! | 4..8 | length of the recipe |
-//! | 8..12 | both once more, inverted and mixed: sequence ^ !length |
+//! | 8..12 | check word: sequence ^ !length |
 //! | 32.. | the recipe |
 
 use core::fmt;
@@ -23,20 +23,20 @@ use glimpse_core::scan::ScanError;
 
 use super::{MAX_WORD_BYTES, StoreError, word_bytes};
 
-/// Where a slot's recipe begins: a multiple of the flash's word.
+/// Offset of the recipe in a slot: a multiple of the flash's word.
 const HEADER_BYTES: usize = MAX_WORD_BYTES;
 
-/// Why a recipe was not replaced.
+/// The reason why a recipe was not installed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum ReplaceError {
-    /// What came is no recipe.
+    /// The received bytes are not a valid recipe.
     Recipe(RecipeError),
-    /// It is a whole recipe, but for another firmware.
+    /// The recipe is valid, but this firmware cannot use it.
     Scan(ScanError),
-    /// It is a whole recipe, but another one than was offered.
-    Other,
-    /// The flash did not take it.
+    /// The recipe is valid, but not the one that the host offered.
+    Mismatch,
+    /// The recipe could not be stored.
     Store(StoreError),
 }
 
@@ -45,7 +45,9 @@ impl fmt::Display for ReplaceError {
         match self {
             Self::Recipe(error) => error.fmt(f),
             Self::Scan(error) => error.fmt(f),
-            Self::Other => f.write_str("the host sent another recipe than it offered"),
+            Self::Mismatch => {
+                f.write_str("the host sent another recipe than it offered: check the host")
+            }
             Self::Store(error) => error.fmt(f),
         }
     }
@@ -53,39 +55,39 @@ impl fmt::Display for ReplaceError {
 
 impl core::error::Error for ReplaceError {}
 
-/// A slot's header.
+/// Header of a slot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Header {
     sequence: u32,
     length: u32,
 }
 
-/// The two slots.
+/// Storage of recipes in two slots.
 #[derive(Clone, Debug)]
 pub struct Recipes {
     slots: [Range<u32>; 2],
-    in_force: Option<(usize, Header)>,
-    /// Bytes of the buffer that recipes are read into, in whole words.
+    active: Option<(usize, Header)>,
+    /// Capacity of the read buffer in bytes, rounded down to whole words.
     buffer: u32,
-    /// The checksum of the recipe that was refused last.
+    /// Checksum of the last rejected recipe.
     declined: Option<u32>,
     /// Bytes of the new recipe that do not fill a block yet.
-    tail: Tail,
+    pending: PendingBlock,
 }
 
 /// Up to one block of bytes that are not in the flash yet.
 #[derive(Clone, Copy, Debug, Default)]
-struct Tail {
+struct PendingBlock {
     bytes: [u8; MAX_WORD_BYTES],
     length: usize,
-    /// The offset of the first byte in the recipe.
+    /// Offset of the first byte in the recipe.
     offset: u32,
 }
 
 impl Recipes {
-    /// Looks which of two ranges of the flash, each of whole sectors, is in force; and reads its
-    /// recipe into `buffer`, which is as long as those that follow. A recipe that it has no room for
-    /// is as none: it may be of a firmware that had more.
+    /// Opens two ranges of the flash, each of whole sectors, and finds the active recipe. Reads it into `buffer`, which
+    /// must be as long as the buffers of later calls. A recipe that does not fit into the buffer is ignored: it may
+    /// come from a firmware with a larger one.
     ///
     /// # Errors
     /// If the flash cannot be read.
@@ -96,120 +98,121 @@ impl Recipes {
     ) -> Result<Self, StoreError> {
         let mut recipes = Self {
             slots,
-            in_force: None,
+            active: None,
             buffer: (buffer.len() - buffer.len() % word_bytes::<F>()) as u32,
             declined: None,
-            tail: Tail::default(),
+            pending: PendingBlock::default(),
         };
         for slot in 0..recipes.slots.len() {
             let Some(header) = recipes.header(flash, slot)? else {
                 continue;
             };
-            let older = |(_, other): (usize, Header)| {
+            let is_older = |(_, other): (usize, Header)| {
                 header.sequence.wrapping_sub(other.sequence) > u32::MAX / 2
             };
-            if recipes.in_force.is_some_and(older) {
+            if recipes.active.is_some_and(is_older) {
                 continue;
             }
-            // One that is not whole is none.
+            // An incomplete recipe is ignored.
             let bytes = recipes.read(flash, slot, header.length, buffer)?;
             if Recipe::parse(bytes).is_ok() {
-                recipes.in_force = Some((slot, header));
+                recipes.active = Some((slot, header));
             }
         }
         Ok(recipes)
     }
 
-    /// Reads the recipe in force into `buffer`; None if none was ever put here.
+    /// Reads the active recipe into `buffer`. None if no recipe was installed.
     ///
     /// # Errors
-    /// If the flash cannot be read, or the buffer has no room for it.
+    /// If the flash cannot be read, or the buffer is too small.
     pub fn load<'b, F: NorFlash>(
         &self,
         flash: &mut F,
         buffer: &'b mut [u8],
     ) -> Result<Option<&'b [u8]>, StoreError> {
-        match self.in_force {
+        match self.active {
             Some((slot, header)) => self.read(flash, slot, header.length, buffer).map(Some),
             None => Ok(None),
         }
     }
 
-    /// The most bytes that a recipe may have: slots and buffer have room for them.
-    pub fn room(&self) -> u32 {
-        let room = |slot: &Range<u32>| slot.end.saturating_sub(slot.start);
-        let least = self.slots.iter().map(room).min().unwrap_or(0);
-        least.saturating_sub(HEADER_BYTES as u32).min(self.buffer)
+    /// Returns the maximum bytes of a recipe: slots and buffer have room for them.
+    pub fn capacity(&self) -> u32 {
+        let slot_bytes = |slot: &Range<u32>| slot.end.saturating_sub(slot.start);
+        let min_bytes = self.slots.iter().map(slot_bytes).min().unwrap_or(0);
+        min_bytes
+            .saturating_sub(HEADER_BYTES as u32)
+            .min(self.buffer)
     }
 
-    /// The checksum of the recipe that was refused last. It is not fetched again before a reset: that
-    /// would erase a slot each time, for nothing.
+    /// Returns the checksum of the last rejected recipe. It is not fetched again before a reset, because each attempt
+    /// would erase a slot.
     pub fn declined(&self) -> Option<u32> {
         self.declined
     }
 
-    /// The recipe that was offered with this checksum does not serve.
+    /// Marks the recipe with this checksum as rejected.
     pub fn decline(&mut self, checksum: u32) {
         self.declined = Some(checksum);
     }
 
-    /// Stores a part of another recipe. Parts follow each other; at offset 0 the slot is erased. The
-    /// recipe in force stays as it is.
+    /// Stores a part of a new recipe. Parts must be consecutive; a part at offset 0 erases the slot. The active recipe
+    /// does not change.
     ///
     /// # Errors
-    /// If there is no room for it, if it does not follow the part before, or if the flash does not
-    /// take it.
+    /// If the slot is too small, the part does not follow the previous one, or the flash cannot be written.
     pub fn store<F: NorFlash>(
         &mut self,
         flash: &mut F,
         offset: u32,
         bytes: &[u8],
     ) -> Result<(), StoreError> {
-        let Range { start, end } = self.range(self.other());
+        let Range { start, end } = self.range(self.inactive_slot());
         if offset == 0 {
-            self.tail = Tail::default();
+            self.pending = PendingBlock::default();
             flash.erase(start, end).map_err(|_| StoreError::Flash)?;
         }
-        if offset != self.tail.end() {
+        if offset != self.pending.end() {
             return Err(StoreError::OutOfOrder);
         }
         for byte in bytes {
-            if let Some(to) = self.tail.bytes.get_mut(self.tail.length) {
+            if let Some(to) = self.pending.bytes.get_mut(self.pending.length) {
                 *to = *byte;
             }
-            self.tail.length = self.tail.length.saturating_add(1);
-            if self.tail.length >= MAX_WORD_BYTES {
+            self.pending.length = self.pending.length.saturating_add(1);
+            if self.pending.length >= MAX_WORD_BYTES {
                 self.flush(flash)?;
             }
         }
         Ok(())
     }
 
-    /// Writes the tail as whole words.
+    /// Writes the pending block as whole words.
     fn flush<F: NorFlash>(&mut self, flash: &mut F) -> Result<(), StoreError> {
-        let Range { start, end } = self.range(self.other());
-        let place = start
+        let Range { start, end } = self.range(self.inactive_slot());
+        let address = start
             .saturating_add(HEADER_BYTES as u32)
-            .saturating_add(self.tail.offset);
-        let words = self.tail.length.next_multiple_of(word_bytes::<F>());
-        if place.saturating_add(words as u32) > end {
+            .saturating_add(self.pending.offset);
+        let words = self.pending.length.next_multiple_of(word_bytes::<F>());
+        if address.saturating_add(words as u32) > end {
             return Err(StoreError::Full);
         }
-        let bytes = self.tail.bytes.get(..self.tail.length);
-        write(flash, place, bytes.unwrap_or_default())?;
-        self.tail = Tail {
-            offset: self.tail.end(),
-            ..Tail::default()
+        let bytes = self.pending.bytes.get(..self.pending.length);
+        write(flash, address, bytes.unwrap_or_default())?;
+        self.pending = PendingBlock {
+            offset: self.pending.end(),
+            ..PendingBlock::default()
         };
         Ok(())
     }
 
-    /// Puts the recipe of `length` bytes that was stored in force, and reads it into `buffer`. If it
-    /// is not whole, or the firmware does not accept it, the old one stays in force.
+    /// Activates the stored recipe of `length` bytes, and reads it into `buffer`. If the recipe is incomplete or not
+    /// accepted, the old one stays active.
     ///
     /// # Errors
-    /// If what was stored is no recipe, or `accepts` says that it does not serve; if the buffer has
-    /// no room for it, or the flash does not take the header.
+    /// If the stored bytes are not a recipe, `accepts` rejects it, the buffer is too small, or the flash cannot be
+    /// written.
     pub fn install<'b, F: NorFlash>(
         &mut self,
         flash: &mut F,
@@ -217,16 +220,16 @@ impl Recipes {
         buffer: &'b mut [u8],
         accepts: impl FnOnce(Recipe<'_>) -> Result<(), ReplaceError>,
     ) -> Result<&'b [u8], ReplaceError> {
-        let slot = self.other();
-        let sequence = self.in_force.map_or(0, |(_, header)| header.sequence);
+        let slot = self.inactive_slot();
+        let sequence = self.active.map_or(0, |(_, header)| header.sequence);
         let header = Header {
             sequence: sequence.wrapping_add(1),
             length,
         };
-        if length > self.room() {
+        if length > self.capacity() {
             return Err(ReplaceError::Store(StoreError::Full));
         }
-        if self.tail.length > 0 {
+        if self.pending.length > 0 {
             self.flush(flash).map_err(ReplaceError::Store)?;
         }
         let bytes = self.read(flash, slot, length, buffer);
@@ -234,19 +237,19 @@ impl Recipes {
         accepts(Recipe::parse(bytes).map_err(ReplaceError::Recipe)?)?;
         let written = write(flash, self.range(slot).start, &header.to_bytes());
         written.map_err(ReplaceError::Store)?;
-        self.in_force = Some((slot, header));
+        self.active = Some((slot, header));
         Ok(bytes)
     }
 
-    /// The slot that is not in force.
-    fn other(&self) -> usize {
-        match self.in_force {
+    /// Returns the index of the inactive slot.
+    fn inactive_slot(&self) -> usize {
+        match self.active {
             Some((0, _)) => 1,
             _ => 0,
         }
     }
 
-    /// A slot's header, if it has one, of a recipe that there is room for.
+    /// Returns the header of a slot, if it is valid and its recipe fits.
     fn header<F: NorFlash>(
         &self,
         flash: &mut F,
@@ -257,7 +260,7 @@ impl Recipes {
             .read(self.range(slot).start, &mut bytes)
             .map_err(|_| StoreError::Flash)?;
         let header = Header::from_bytes(bytes);
-        Ok(header.filter(|header| header.length <= self.room()))
+        Ok(header.filter(|header| header.length <= self.capacity()))
     }
 
     #[inline(never)] // smaller: there are several calls
@@ -268,7 +271,7 @@ impl Recipes {
         length: u32,
         buffer: &'b mut [u8],
     ) -> Result<&'b [u8], StoreError> {
-        // Whole words; what follows the recipe in the last one is of no interest.
+        // Reads whole words. The bytes after the recipe in the last word are ignored.
         let words = (length as usize).next_multiple_of(word_bytes::<F>());
         let start = self.range(slot).start.saturating_add(HEADER_BYTES as u32);
         let bytes = buffer.get_mut(..words).ok_or(StoreError::Full)?;
@@ -303,20 +306,20 @@ impl Header {
     }
 }
 
-impl Tail {
-    /// The offset of the byte after the last one.
+impl PendingBlock {
+    /// Returns the offset of the next byte.
     fn end(&self) -> u32 {
         self.offset.saturating_add(self.length as u32)
     }
 }
 
-/// Writes at most [`MAX_WORD_BYTES`] bytes as whole words; the rest of the last word stays erased.
-fn write<F: NorFlash>(flash: &mut F, place: u32, bytes: &[u8]) -> Result<(), StoreError> {
+/// Writes at most [`MAX_WORD_BYTES`] bytes as whole words. The rest of the last word stays erased.
+fn write<F: NorFlash>(flash: &mut F, address: u32, bytes: &[u8]) -> Result<(), StoreError> {
     let mut words = [0xFF; MAX_WORD_BYTES];
     for (to, from) in words.iter_mut().zip(bytes) {
         *to = *from;
     }
     let words = words.get(..bytes.len().next_multiple_of(word_bytes::<F>()));
-    let written = flash.write(place, words.unwrap_or_default());
+    let written = flash.write(address, words.unwrap_or_default());
     written.map_err(|_| StoreError::Flash)
 }

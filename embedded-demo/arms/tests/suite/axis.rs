@@ -1,13 +1,13 @@
-//! Arms in the simulated world: they get where they are sent, and know when they did not.
+//! Motion, homing and lost steps of the simulated arms.
 
 use std::f32::consts::PI;
 
-use crate::support::{ORDER, go_home, go_to, homed, settle};
+use crate::support::{HOMING_ORDER, go_home, go_to, homed, settle};
 use glimpse_arms::axis::{AxisError, Motion};
 use glimpse_arms::goniometer::{ArmError, LostSteps};
 use glimpse_arms::simulated::{World, settings};
 
-/// The positions of a world's arms when a firmware's are at these angles.
+/// Returns the positions of the simulated arms at these angles, in steps from their switches.
 fn steps(angles: [f32; 4]) -> [i32; 4] {
     std::array::from_fn(|arm| {
         let settings = settings(arm);
@@ -16,13 +16,17 @@ fn steps(angles: [f32; 4]) -> [i32; 4] {
 }
 
 #[test]
-fn arms_find_home_from_anywhere() {
+fn homes_from_any_position() {
     for positions in [[0; 4], [-40, -1, 1, 2], [3000, 12_000, 77, 5000]] {
         let world = World::new(positions);
         let mut arms = homed(&world);
         assert_eq!(world.positions(), [0; 4]);
-        assert_eq!(arms.lost_steps().next(), None, "nobody could know");
-        // Again, from where they are and from elsewhere: they come to the same step.
+        assert_eq!(
+            arms.lost_steps().next(),
+            None,
+            "the previous position was unknown"
+        );
+        // The arms find the same position again from another one.
         go_to(&mut arms, [1.0, -1.0, 0.5, 3.0]);
         go_home(&mut arms);
         assert_eq!(world.positions(), [0; 4]);
@@ -31,7 +35,7 @@ fn arms_find_home_from_anywhere() {
 }
 
 #[test]
-fn arms_go_where_they_are_sent() {
+fn moves_to_target_angles() {
     let world = World::new([100; 4]);
     let mut arms = homed(&world);
     for angles in [
@@ -45,7 +49,7 @@ fn arms_go_where_they_are_sent() {
 }
 
 #[test]
-fn arms_that_move_take_no_other_way() {
+fn rejects_move_while_moving() {
     let world = World::new([1; 4]);
     let mut arms = homed(&world);
     arms.go_to([0.3; 4]).unwrap();
@@ -55,7 +59,7 @@ fn arms_that_move_take_no_other_way() {
 
 /// A ramp up to 4000 steps/s at 20,000 steps/s^2 and down again.
 #[test]
-fn a_way_takes_the_time_of_its_trapezoid() {
+fn move_time_matches_trapezoid() {
     let world = World::new([1; 4]);
     for (angle, trapezoid) in [(0.1, true), (3.0, false)] {
         let mut arms = homed(&world);
@@ -72,9 +76,9 @@ fn a_way_takes_the_time_of_its_trapezoid() {
     }
 }
 
-/// A step pin that falls before the driver has seen it high is a lost step.
+/// A step pulse that is too short is a lost step.
 #[test]
-fn a_caller_that_is_late_makes_arms_slower_and_never_loses_a_step() {
+fn late_polls_slow_arms_but_lose_no_steps() {
     let world = World::new([1; 4]);
     let [soon, late] = [1, 997].map(|round| {
         let mut arms = homed(&world);
@@ -86,7 +90,7 @@ fn a_caller_that_is_late_makes_arms_slower_and_never_loses_a_step() {
 }
 
 #[test]
-fn what_is_out_of_reach_is_refused_before_anything_moves() {
+fn rejects_angles_out_of_reach_without_moving() {
     let world = World::new([1; 4]);
     let mut arms = homed(&world);
     for angles in [
@@ -103,16 +107,16 @@ fn what_is_out_of_reach_is_refused_before_anything_moves() {
 }
 
 #[test]
-fn arms_that_are_not_home_do_not_move() {
+fn rejects_move_before_homing() {
     let world = World::new([1; 4]);
     let mut arms = world.goniometer();
     let error = arms.go_to([0.5; 4]).unwrap_err();
     assert_eq!(error.error, AxisError::NotHomed);
 }
 
-/// The lamp's home is at its smallest angle, the sensor's at its largest one.
+/// The home of the lamp is at its smallest angle, that of the sensor at its largest one.
 #[test]
-fn lost_steps_show_at_home_in_number_and_sign() {
+fn homing_reports_count_and_sign_of_lost_steps() {
     for (arm, sign_back) in [(0, -1), (2, 1)] {
         for (stalled, back) in [(5, false), (300, false), (7, true), (200, true)] {
             let world = World::new([1; 4]);
@@ -126,7 +130,7 @@ fn lost_steps_show_at_home_in_number_and_sign() {
                 go_to(&mut arms, [0.6, 0.2, 0.6, 0.1]);
             }
             go_home(&mut arms);
-            assert_eq!(world.positions(), [0; 4], "home is where the switch is");
+            assert_eq!(world.positions(), [0; 4], "home is at the switch");
             let sign = if back { sign_back } else { 1 };
             let steps = sign * stalled as i32;
             let arm = arm as u8;
@@ -137,7 +141,7 @@ fn lost_steps_show_at_home_in_number_and_sign() {
 }
 
 #[test]
-fn one_step_is_within_the_tolerance() {
+fn one_lost_step_is_within_tolerance() {
     let world = World::new([1; 4]);
     let mut arms = homed(&world);
     world.stall(0, 1);
@@ -147,12 +151,12 @@ fn one_step_is_within_the_tolerance() {
 }
 
 #[test]
-fn an_arm_that_meets_its_switch_on_the_way_stops_there() {
+fn switch_opening_during_move_stops_arm() {
     let world = World::new([1; 4]);
     let mut arms = homed(&world);
     world.stall(0, 1000);
     arms.go_to([1.0, 0.0, 1.0, 0.0]).unwrap();
-    // It stands still on its switch, and far from it by its count.
+    // It is at its switch, but far from it by step count.
     let error = settle(&mut arms, 10).unwrap_err();
     assert_eq!(error.arm, 0);
     assert!(matches!(error.error, AxisError::SwitchOpened { steps } if steps > 10));
@@ -160,19 +164,19 @@ fn an_arm_that_meets_its_switch_on_the_way_stops_there() {
 }
 
 #[test]
-fn a_switch_that_never_closes_or_opens_is_an_error() {
+fn stuck_switch_is_an_error() {
     for (start, error) in [(1000, AxisError::HomeNotFound), (-10, AxisError::HomeStuck)] {
         let world = World::new([start, 0, 0, 0]);
-        world.stall(0, 1_000_000); // its motor is not connected
+        world.stall(0, 1_000_000); // its motor is disconnected
         let mut arms = world.goniometer();
-        arms.go_home(ORDER).unwrap();
+        arms.go_home(HOMING_ORDER).unwrap();
         assert_eq!(settle(&mut arms, 10), Err(ArmError { arm: 0, error }));
     }
 }
 
-/// After a reset the firmware is new, and the arms are where they were.
+/// After a reset the firmware has no state, and the arms are at their old positions.
 #[test]
-fn counts_from_before_a_reset_are_checked_at_home() {
+fn homing_checks_counts_from_before_reset() {
     for stalled in [0, 9] {
         let world = World::new([1; 4]);
         let mut arms = homed(&world);

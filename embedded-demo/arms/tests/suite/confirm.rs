@@ -1,25 +1,25 @@
-//! Nothing moves, and no readings are continued, before somebody confirms.
+//! The arms move, and saved readings are continued, only after a command.
 
-use crate::bench::{Board, POSITIONS, SECOND, is_finished, world};
+use crate::board::{POSITIONS, SECOND, TestBoard, is_finished, world};
 use crate::support::Flash;
-use glimpse_arms::scanner::{Button, Command, End, News, ScannerError};
+use glimpse_arms::scanner::{Button, Command, Event, Outcome, ScannerError};
 use glimpse_arms::simulated::World;
 
-/// The readings that the firmware asks about, each time it does.
-fn asked(board: &Board) -> Vec<u16> {
-    let saved = |news: &News| match news {
-        News::Saved { readings } => Some(*readings),
+/// Returns the numbers of saved readings that the firmware has reported.
+fn saved_counts(board: &TestBoard) -> Vec<u16> {
+    let saved = |event: &Event| match event {
+        Event::Saved { readings } => Some(*readings),
         _ => None,
     };
-    board.news.iter().filter_map(saved).collect()
+    board.events.iter().filter_map(saved).collect()
 }
 
-/// Scans until the power is cut after five readings. Returns the arms and the flash.
-fn five_readings() -> (World, Flash) {
+/// Scans until a power cut after five readings. Returns the arms and the flash.
+fn interrupted_scan() -> (World, Flash) {
     let (world, mut flash) = (world(), Flash::new(6));
     let mut count = 0;
-    let mut board = Board::new(600 * SECOND, move |news| {
-        count += u32::from(matches!(news, News::Read { .. }));
+    let mut board = TestBoard::new(600 * SECOND, move |event| {
+        count += u32::from(matches!(event, Event::Read { .. }));
         count == 5
     });
     board.commands.push_back((0, Command::NewScan));
@@ -29,106 +29,115 @@ fn five_readings() -> (World, Flash) {
 }
 
 #[test]
-fn after_power_up_nothing_moves_before_somebody_confirms() {
+fn arms_wait_for_command_after_power_up() {
     let world = world();
-    let mut board = Board::new(60 * SECOND, |_| false);
+    let mut board = TestBoard::new(60 * SECOND, |_| false);
     board.serve(&world, &mut Flash::new(6));
     assert_eq!(world.positions(), POSITIONS);
-    assert_eq!(board.news, []);
+    assert_eq!(board.events, []);
 }
 
 #[test]
-fn after_a_power_cut_the_firmware_asks_and_waits_for_an_answer() {
-    let (world, mut flash) = five_readings();
+fn reports_saved_readings_once_after_power_cut() {
+    let (world, mut flash) = interrupted_scan();
     let positions = world.positions();
-    let mut board = Board::new(120 * SECOND, |_| false);
+    let mut board = TestBoard::new(120 * SECOND, |_| false);
     board.serve(&world, &mut flash);
     assert_eq!(world.positions(), positions);
-    assert_eq!(board.news, [News::Saved { readings: 5 }], "it asks once");
+    assert_eq!(
+        board.events,
+        [Event::Saved { readings: 5 }],
+        "it reports once"
+    );
 }
 
 #[test]
-fn continue_goes_on_with_the_saved_readings() {
-    let (world, mut flash) = five_readings();
-    let mut board = Board::new(600 * SECOND, is_finished);
+fn continue_resumes_saved_readings() {
+    let (world, mut flash) = interrupted_scan();
+    let mut board = TestBoard::new(600 * SECOND, is_finished);
     board.commands.push_back((10 * SECOND, Command::Continue));
     board.serve(&world, &mut flash);
-    assert_eq!(asked(&board), [5]);
-    assert_eq!(board.ends(), [End::Alone, End::Finished]);
+    assert_eq!(saved_counts(&board), [5]);
+    assert_eq!(board.outcomes(), [Outcome::NoHost, Outcome::Finished]);
     assert_eq!(board.reads(), 3);
 }
 
 /// Otherwise five readings of one material and three of the next one would be fitted.
 #[test]
-fn a_new_material_forgets_the_saved_readings() {
-    let (world, mut flash) = five_readings();
-    let mut board = Board::new(600 * SECOND, is_finished);
+fn new_scan_deletes_saved_readings() {
+    let (world, mut flash) = interrupted_scan();
+    let mut board = TestBoard::new(600 * SECOND, is_finished);
     board.commands.push_back((10 * SECOND, Command::NewScan));
     board.serve(&world, &mut flash);
-    assert_eq!(board.ends(), [End::Alone, End::Finished]);
+    assert_eq!(board.outcomes(), [Outcome::NoHost, Outcome::Finished]);
     assert_eq!(board.reads(), 8);
 }
 
 #[test]
-fn continue_without_saved_readings_moves_nothing() {
+fn continue_without_saved_readings_is_ignored() {
     let world = world();
-    let mut board = Board::new(60 * SECOND, |_| false);
+    let mut board = TestBoard::new(60 * SECOND, |_| false);
     board.commands.push_back((SECOND, Command::Continue));
     board.serve(&world, &mut Flash::new(6));
     assert_eq!(world.positions(), POSITIONS);
-    assert_eq!(board.news, [News::NothingSaved]);
+    assert_eq!(board.events, [Event::NothingSaved]);
 }
 
-/// A board on which an arm hangs in the sixth reading of the first scan; after the scan's failure it is free.
-/// The bench ends by `ends`.
-fn hanging(world: &World, ends: fn(&News) -> bool) -> Board<'_> {
+/// Returns a board on which an arm gets stuck at the sixth reading of the first scan. After the scan's failure it is
+/// free. `ends` ends the test run.
+fn board_with_stuck_arm(world: &World, ends: fn(&Event) -> bool) -> TestBoard<'_> {
     let mut count = 0;
-    let mut board = Board::new(600 * SECOND, move |news| {
-        count += u32::from(matches!(news, News::Read { .. }));
-        match news {
-            News::Read { .. } if count == 6 => world.stall(2, u32::MAX),
-            News::End(End::Failed(_)) => world.place(POSITIONS),
+    let mut board = TestBoard::new(600 * SECOND, move |event| {
+        count += u32::from(matches!(event, Event::Read { .. }));
+        match event {
+            Event::Read { .. } if count == 6 => world.stall(2, u32::MAX),
+            Event::Ended(Outcome::Failed(_)) => world.reset(POSITIONS),
             _ => {}
         }
-        ends(news)
+        ends(event)
     });
     board.commands.push_back((0, Command::NewScan));
     board
 }
 
-/// A scan that the machine has spoiled can be continued after a reset, with the confirmed readings.
+/// The confirmed readings of a failed scan can be continued after a reset.
 #[test]
-fn after_a_failure_of_the_machine_and_a_reset_the_scan_can_be_continued() {
+fn scan_continues_after_machine_failure_and_reset() {
     let (world, mut flash) = (world(), Flash::new(6));
-    let mut board = hanging(&world, |news| matches!(news, News::End(End::Failed(_))));
+    let mut board = board_with_stuck_arm(&world, |event| {
+        matches!(event, Event::Ended(Outcome::Failed(_)))
+    });
     board.serve(&world, &mut flash);
-    let failed = board.ends().pop();
-    let Some(End::Failed(ScannerError::Station(_) | ScannerError::LostSteps(_))) = failed else {
-        panic!("{:?}", board.news);
+    let failed = board.outcomes().pop();
+    let Some(Outcome::Failed(ScannerError::Station(_) | ScannerError::LostSteps(_))) = failed
+    else {
+        panic!("{:?}", board.events);
     };
-    let mut board = Board::new(600 * SECOND, is_finished);
+    let mut board = TestBoard::new(600 * SECOND, is_finished);
     board.commands.push_back((SECOND, Command::Continue));
     board.serve(&world, &mut flash);
-    assert_eq!(board.ends().last(), Some(&End::Finished));
+    assert_eq!(board.outcomes().last(), Some(&Outcome::Finished));
     assert_eq!(
         board.reads(),
         4,
-        "those that the arm has spoiled, and no other"
+        "only the readings that the stuck arm has invalidated"
     );
 }
 
-/// A new scan starts over: another material may lie there.
+/// A new scan starts over, because it may be another material.
 #[test]
-fn a_new_scan_after_a_failure_starts_over() {
+fn new_scan_after_failure_starts_over() {
     let world = world();
-    let mut board = hanging(&world, is_finished);
+    let mut board = board_with_stuck_arm(&world, is_finished);
     board.commands.push_back((300 * SECOND, Command::NewScan));
     board.serve(&world, &mut Flash::new(6));
-    assert_eq!(board.ends().last(), Some(&End::Finished));
-    let is_failed = |news: &News| matches!(news, News::End(End::Failed(_)));
-    let mut scans = board.news.split(is_failed);
-    let reads = |scan: &[News]| {
-        let reads = scan.iter().filter(|news| matches!(news, News::Read { .. }));
+    assert_eq!(board.outcomes().last(), Some(&Outcome::Finished));
+    let is_failed = |event: &Event| matches!(event, Event::Ended(Outcome::Failed(_)));
+    let mut scans = board.events.split(is_failed);
+    let reads = |scan: &[Event]| {
+        let reads = scan
+            .iter()
+            .filter(|event| matches!(event, Event::Read { .. }));
         reads.count()
     };
     let (_, second) = (scans.next(), scans.next());
@@ -136,8 +145,7 @@ fn a_new_scan_after_a_failure_starts_over() {
     assert_eq!(scans.count(), 0, "no other failure");
 }
 
-/// Polls a button in rounds of a millisecond; `contact` is its state in each. Returns the commands and
-/// their times.
+/// Polls a button every millisecond; `contact` is its state at each time. Returns the commands and their times, ms.
 fn press(milliseconds: u32, contact: impl Fn(u32) -> bool) -> Vec<(u32, Command)> {
     let mut button = Button::default();
     let mut poll = |now| {
@@ -149,7 +157,7 @@ fn press(milliseconds: u32, contact: impl Fn(u32) -> bool) -> Vec<(u32, Command)
 }
 
 #[test]
-fn a_short_press_is_a_new_scan_and_a_long_one_continues() {
+fn short_press_is_new_scan_and_long_press_continues() {
     let short = press(10_000, |now| (1000..1300).contains(&now));
     assert_eq!(short, [(1320, Command::NewScan)]);
     let long = press(10_000, |now| (1000..5000).contains(&now));
@@ -157,7 +165,7 @@ fn a_short_press_is_a_new_scan_and_a_long_one_continues() {
 }
 
 #[test]
-fn a_bouncing_button_counts_once_and_a_glitch_not_at_all() {
+fn button_is_debounced() {
     let bouncing = press(10_000, |now| match now {
         1000..1010 | 1300..1310 => now % 2 == 0,
         1010..1300 => true,
@@ -168,18 +176,18 @@ fn a_bouncing_button_counts_once_and_a_glitch_not_at_all() {
     assert_eq!(press(10_000, |now| (1000..1015).contains(&now)), []);
 }
 
-/// Wires that touch each other, or somebody who leans on it, do not start the arms.
+/// A short circuit or a blocked button does not start the arms.
 #[test]
-fn a_button_that_is_pressed_from_the_start_is_ignored_until_it_is_released() {
+fn button_pressed_at_start_is_ignored_until_release() {
     assert_eq!(press(10_000, |_| true), []);
     assert_eq!(press(10_000, |now| now < 5000), []);
     let again = press(10_000, |now| now < 5000 || (6000..6500).contains(&now));
     assert_eq!(again, [(6520, Command::NewScan)]);
 }
 
-/// A caller that comes back after four seconds has not seen a long press.
+/// A caller that polls every four seconds cannot see a long press.
 #[test]
-fn a_late_caller_makes_no_press_longer() {
+fn late_polls_do_not_lengthen_press() {
     let mut button = Button::default();
     let contacts = [false, false, false, true, true, true, true];
     let commands = contacts.map(|contact| button.poll(contact, 4_000_000));

@@ -1,7 +1,7 @@
-//! The tests of the motion firmware, on a host.
+//! Tests of the motion firmware on a host.
 
 mod axis;
-mod bench;
+mod board;
 mod confirm;
 mod memory;
 mod paths;

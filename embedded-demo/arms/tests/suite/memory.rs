@@ -1,4 +1,4 @@
-//! The memory of scan and fit, for recipes that a host may send.
+//! Memory of scan and fit, for recipes that a host may send.
 
 use std::fs;
 use std::path::Path;
@@ -7,7 +7,7 @@ use glimpse_arms::{MEMORY_WORDS, Model};
 use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::Scan;
 
-/// All recipes in `trainer/recipes`.
+/// Collects all recipes in `trainer/recipes`.
 fn bundled(directory: &Path, recipes: &mut Vec<Vec<u8>>) {
     for entry in fs::read_dir(directory).unwrap() {
         let path = entry.unwrap().path();
@@ -23,7 +23,7 @@ fn bundled(directory: &Path, recipes: &mut Vec<Vec<u8>>) {
 }
 
 #[test]
-fn the_memory_is_enough_for_every_bundled_recipe() {
+fn memory_fits_every_bundled_recipe() {
     let directory = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../trainer/recipes");
     let mut recipes = Vec::new();
     bundled(&directory, &mut recipes);

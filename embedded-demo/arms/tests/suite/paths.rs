@@ -1,11 +1,11 @@
-//! Lamp and sensor stay apart: at home, on every way, and where they read.
+//! Lamp and sensor never collide: at home, on every route, and at samples.
 
 use std::f32::consts::{FRAC_PI_2, PI};
 
 use crate::support::{Flash, mount_readings, mount_recipes};
 use glimpse_arms::axis::Settings;
 use glimpse_arms::route::{AxisAngles, RouteError, Space, separation_between};
-use glimpse_arms::scanner::{Command, End, News, Platform, Scanner, Seeds, Start};
+use glimpse_arms::scanner::{Command, Event, Outcome, Platform, Scanner, Seeds, StartMode};
 use glimpse_arms::simulated::{World, settings};
 use glimpse_arms::station::StationError;
 use glimpse_arms::{MEMORY_WORDS, Model, retained};
@@ -17,12 +17,12 @@ use glimpse_core::scan::Residual;
 static NEURAL: &[u8] = include_bytes!("../../../../trainer/recipes/neural-n8.recipe");
 static COOK_TORRANCE: &[u8] = include_bytes!("../../../../trainer/recipes/cook-torrance-n8.recipe");
 
-/// The limits of these tests: the samples of both recipes are at least so far apart.
+/// Limits of these tests: the samples of both recipes are at least this far apart.
 const LIMITS: Limits = Limits {
     min_separation: 0.268,
     ..Limits::NONE
 };
-/// Radians by which rounding to steps may bring lamp and sensor nearer to each other.
+/// Error of the separation by rounding to steps, radians.
 const ROUNDING: f32 = 1.2e-3;
 
 fn separation([theta_i, phi_i, theta_o, phi_o]: AxisAngles) -> f32 {
@@ -34,24 +34,24 @@ fn separation([theta_i, phi_i, theta_o, phi_o]: AxisAngles) -> f32 {
     arms.directions().separation()
 }
 
-/// Receives all news; true pulls the plug.
-type Watch<'w> = Box<dyn FnMut(&News) -> bool + 'w>;
+/// Receives all events; true cuts the power.
+type Watch<'w> = Box<dyn FnMut(&Event) -> bool + 'w>;
 
-/// A platform that looks at the arms in each round.
+/// A platform that observes the arms in each iteration.
 struct Observer<'w> {
     world: &'w World,
     limits: Limits,
-    /// The least separation, and the angles there.
-    least: (f32, AxisAngles),
+    /// The minimum separation, and the angles there.
+    closest: (f32, AxisAngles),
     retained: [u32; retained::WORDS],
     watch: Watch<'w>,
 }
 
-/// The plug is pulled.
-struct Pulled;
+/// Panic payload of a power cut.
+struct PowerOff;
 
 impl Platform for Observer<'_> {
-    fn elapsed(&mut self) -> u32 {
+    fn elapsed_us(&mut self) -> u32 {
         let angles = self.world.angles();
         let [theta_i, _, theta_o, _] = angles;
         assert!(
@@ -63,8 +63,8 @@ impl Platform for Observer<'_> {
             "{theta_o}"
         );
         let separation = self.world.directions().separation();
-        if separation < self.least.0 {
-            self.least = (separation, angles);
+        if separation < self.closest.0 {
+            self.closest = (separation, angles);
         }
         10
     }
@@ -81,29 +81,28 @@ impl Platform for Observer<'_> {
         None
     }
 
-    fn remember(&mut self, positions: Option<[i32; 4]>) {
-        self.retained = retained::words(positions);
+    fn save_positions(&mut self, positions: Option<[i32; 4]>) {
+        self.retained = retained::encode(positions);
     }
 
-    fn tell(&mut self, news: News) {
-        if (self.watch)(&news) {
-            std::panic::resume_unwind(Box::new(Pulled));
+    fn report(&mut self, event: Event) {
+        if (self.watch)(&event) {
+            std::panic::resume_unwind(Box::new(PowerOff));
         }
     }
 
     fn finished(&mut self, _: Residual, _: &mut dyn Iterator<Item = f32>) {}
 }
 
-/// Scans once, and asserts in each round that lamp and sensor are apart. Returns None if `watch` has
-/// pulled the plug.
+/// Scans once, and asserts in each iteration that lamp and sensor are apart. Returns None after a power cut by `watch`.
 fn scan<'w>(
     world: &'w World,
     recipe: &[u8],
     counts: Option<[i32; 4]>,
-    watch: impl FnMut(&News) -> bool + 'w,
-) -> (Option<End>, Observer<'w>) {
+    watch: impl FnMut(&Event) -> bool + 'w,
+) -> (Option<Outcome>, Observer<'w>) {
     let mut flash = Flash::new(6);
-    let mut station = world.station_within(LIMITS);
+    let mut station = world.station_with_limits(LIMITS);
     if let Some(counts) = counts {
         station.assume(counts);
     }
@@ -117,31 +116,37 @@ fn scan<'w>(
     let mut observer = Observer {
         world,
         limits: LIMITS,
-        least: (PI, [0.0; 4]),
+        closest: (PI, [0.0; 4]),
         retained: [0; retained::WORDS],
         watch: Box::new(watch),
     };
     let mut memory = [0.0; MEMORY_WORDS];
     let run = std::panic::AssertUnwindSafe(|| {
-        scanner.scan::<Model>(recipe, &mut memory, Host::Absent, Start::Now, &mut observer)
+        scanner.scan::<Model>(
+            recipe,
+            &mut memory,
+            Host::Absent,
+            StartMode::Immediate,
+            &mut observer,
+        )
     });
-    let end = match std::panic::catch_unwind(run) {
-        Ok(end) => Some(end),
-        Err(pulled) if pulled.is::<Pulled>() => None,
+    let outcome = match std::panic::catch_unwind(run) {
+        Ok(outcome) => Some(outcome),
+        Err(payload) if payload.is::<PowerOff>() => None,
         Err(panic) => std::panic::resume_unwind(panic),
     };
-    let (least, at) = observer.least;
+    let (separation, at) = observer.closest;
     assert!(
-        least >= LIMITS.min_separation - ROUNDING,
-        "{least} rad apart at {at:?}"
+        separation >= LIMITS.min_separation - ROUNDING,
+        "{separation} rad apart at {at:?}"
     );
-    (end, observer)
+    (outcome, observer)
 }
 
-/// From any start at which the lamp is not outside of the sensor at the same azimuth, through
-/// homing, eight samples, two visits home in between, to the last visit home.
+/// From every start at which the lamp is not outside of the sensor at the same azimuth: homing, eight samples, two
+/// visits home in between, and the last visit home.
 #[test]
-fn lamp_and_sensor_stay_apart_in_every_step_of_a_scan() {
+fn no_collision_during_scan() {
     let starts = [
         [300, 500, 40, 700],
         [0, 0, 0, 0],
@@ -153,44 +158,44 @@ fn lamp_and_sensor_stay_apart_in_every_step_of_a_scan() {
     for start in starts {
         for recipe in [NEURAL, COOK_TORRANCE] {
             let world = World::new(start);
-            let (end, _) = scan(&world, recipe, None, |_| false);
-            assert_eq!(end, Some(End::Finished));
+            let (outcome, _) = scan(&world, recipe, None, |_| false);
+            assert_eq!(outcome, Some(Outcome::Finished));
             assert_eq!(world.positions(), [0; 4], "it ends at home");
         }
     }
 }
 
 #[test]
-fn lamp_and_sensor_are_apart_at_home_with_all_azimuths() {
+fn no_collision_at_home_at_any_azimuth() {
     for azimuth in (0..12_800).step_by(100) {
         let world = World::new([0, 0, 0, azimuth]);
         assert!(separation(world.angles()) > 1.4);
     }
 }
 
-/// The way home after a reset anywhere: counts of steps have outlasted it.
+/// Homing after a reset during a scan. The step counts survive the reset.
 #[test]
-fn lamp_and_sensor_stay_apart_on_the_way_home_after_a_reset() {
+fn no_collision_when_homing_after_reset() {
     for reads in 1..=8 {
         let world = World::new([300, 500, 40, 700]);
         let mut count = 0;
-        let (end, observer) = scan(&world, NEURAL, None, move |news| {
-            count += u32::from(matches!(news, News::Read { .. }));
+        let (outcome, observer) = scan(&world, NEURAL, None, move |event| {
+            count += u32::from(matches!(event, Event::Read { .. }));
             count == reads
         });
-        assert_eq!(end, None);
-        let counts = retained::positions(observer.retained);
+        assert_eq!(outcome, None);
+        let counts = retained::decode(observer.retained);
         assert!(counts.is_some());
-        let (end, _) = scan(&world, NEURAL, counts, |_| false);
-        assert_eq!(end, Some(End::Finished));
+        let (outcome, _) = scan(&world, NEURAL, counts, |_| false);
+        assert_eq!(outcome, Some(Outcome::Finished));
     }
 }
 
 fn space(limits: Limits) -> Space {
     let settings: [Settings; 4] = std::array::from_fn(settings);
     Space {
-        least: settings.map(|settings| settings.least),
-        largest: settings.map(|settings| settings.largest),
+        min_angles: settings.map(|settings| settings.min_angle),
+        max_angles: settings.map(|settings| settings.max_angle),
         home: settings.map(|settings| settings.home),
         near_home: settings.map(|settings| settings.near_home()),
         limits,
@@ -198,7 +203,7 @@ fn space(limits: Limits) -> Space {
     }
 }
 
-/// A number from 0 to 1.
+/// Returns a random number from 0 to 1.
 fn random(state: &mut u64) -> f32 {
     *state = state
         .wrapping_mul(6_364_136_223_846_793_005)
@@ -208,15 +213,14 @@ fn random(state: &mut u64) -> f32 {
 
 fn random_angles(space: &Space, state: &mut u64) -> AxisAngles {
     std::array::from_fn(|axis| {
-        let (least, largest) = (space.least[axis], space.largest[axis]);
-        least + random(state) * (largest - least)
+        let (min, max) = (space.min_angles[axis], space.max_angles[axis]);
+        min + random(state) * (max - min)
     })
 }
 
-/// Between every two safe configurations there is a route, and no combination of angles on its legs
-/// is forbidden.
+/// There is a route between any two safe configurations, and every combination of angles on its legs is safe.
 #[test]
-fn a_safe_route_is_found_between_all_safe_configurations() {
+fn route_connects_all_safe_configurations() {
     let mut state = 1;
     let mut legs = [0; 8];
     for min_separation in [0.05, 0.2, 0.5, 1.0] {
@@ -244,8 +248,11 @@ fn a_safe_route_is_found_between_all_safe_configurations() {
                     let angles: AxisAngles = std::array::from_fn(|axis| {
                         from[axis] + digits[axis] * (to[axis] - from[axis])
                     });
-                    let found = separation(angles);
-                    assert!(found >= min_separation - 1e-4, "{found} at {angles:?}");
+                    let separation = separation(angles);
+                    assert!(
+                        separation >= min_separation - 1e-4,
+                        "{separation} at {angles:?}"
+                    );
                 }
                 from = to;
             }
@@ -257,9 +264,9 @@ fn a_safe_route_is_found_between_all_safe_configurations() {
     assert!(legs[1] > 1000 && legs[2] > 1000 && legs[3..].iter().sum::<u32>() > 10);
 }
 
-/// Against a fine grid.
+/// Compares with a fine grid.
 #[test]
-fn the_least_separation_between_two_configurations_is_exact() {
+fn separation_between_matches_grid_search() {
     let mut state = 7;
     let space = space(Limits::NONE);
     for case in 0..200 {
@@ -270,38 +277,38 @@ fn the_least_separation_between_two_configurations_is_exact() {
             to = std::array::from_fn(|axis| from[axis] + 0.1 * (to[axis] - from[axis]));
         }
         let n = 14;
-        let mut least = PI;
+        let mut min = PI;
         for corner in 0..n * n * n * n {
             let digits =
                 [1, n, n * n, n * n * n].map(|digit| (corner / digit % n) as f32 / (n - 1) as f32);
             let angles =
                 std::array::from_fn(|axis| from[axis] + digits[axis] * (to[axis] - from[axis]));
-            least = least.min(separation(angles));
+            min = min.min(separation(angles));
         }
         let exact = separation_between(from, to);
-        assert!(exact <= least + 1e-3, "{exact} {least}");
+        assert!(exact <= min + 1e-3, "{exact} {min}");
         // The grid's spacing is at most 0.3 rad in an azimuth.
         let spacing = if case % 2 == 0 { 0.07 } else { 0.6 };
-        assert!(least <= exact + spacing, "{exact} {least}: {from:?} {to:?}");
+        assert!(min <= exact + spacing, "{exact} {min}: {from:?} {to:?}");
     }
 }
 
 #[test]
-fn angles_that_are_not_numbers_are_never_safe() {
+fn nan_angles_are_unsafe() {
     let bad = [f32::NAN, 0.0, 1.0, 0.0];
     assert_eq!(separation_between(bad, [0.0; 4]), 0.0);
     let space = space(LIMITS);
     assert_eq!(space.route(space.home, bad), Err(RouteError::NoSafeRoute));
 }
 
-/// Azimuths that cannot turn leave the lamp on one side of the sensor.
+/// With azimuths that cannot turn, the lamp cannot pass the sensor.
 #[test]
-fn a_way_that_is_not_known_to_be_safe_is_refused() {
+fn rejects_target_without_safe_route() {
     let mut space = space(LIMITS);
-    space.least[1] = -0.01;
-    space.largest[1] = 0.01;
-    space.least[3] = -0.01;
-    space.largest[3] = 0.01;
+    space.min_angles[1] = -0.01;
+    space.max_angles[1] = 0.01;
+    space.min_angles[3] = -0.01;
+    space.max_angles[3] = 0.01;
     space.home[1] = -0.02;
     space.home[3] = -0.02;
     let (inside, outside) = ([0.2, 0.0, 1.0, 0.0], [1.0, 0.0, 0.2, 0.0]);
@@ -310,17 +317,17 @@ fn a_way_that_is_not_known_to_be_safe_is_refused() {
 }
 
 #[test]
-fn a_home_where_lamp_and_sensor_meet_is_refused_before_anything_moves() {
+fn rejects_colliding_home_without_moving() {
     let limits = Limits {
         min_separation: 1.7,
         ..LIMITS
     };
     let start = [300, 500, 40, 700];
     let world = World::new(start);
-    let mut station = world.station_within(limits);
-    let refused = station.go_home();
+    let mut station = world.station_with_limits(limits);
+    let result = station.go_home();
     assert!(matches!(
-        refused,
+        result,
         Err(StationError::Route(RouteError::HomeTooClose { .. }))
     ));
     assert_eq!(station.poll(10), Ok(None));
@@ -328,15 +335,15 @@ fn a_home_where_lamp_and_sensor_meet_is_refused_before_anything_moves() {
 }
 
 #[test]
-fn a_home_beyond_the_limits_is_refused() {
+fn rejects_home_beyond_limits() {
     let limits = Limits {
         max_theta_o: 1.2,
         ..LIMITS
     };
     let world = World::new([1; 4]);
-    let refused = world.station_within(limits).go_home();
+    let result = world.station_with_limits(limits).go_home();
     let error = StationError::Route(RouteError::HomeBeyondLimits);
-    assert_eq!(refused, Err(error));
-    // Within the limits of all machines.
+    assert_eq!(result, Err(error));
+    // The home is within the limits of an unrestricted machine.
     assert!(settings(2).home <= FRAC_PI_2);
 }

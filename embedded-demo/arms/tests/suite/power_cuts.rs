@@ -1,8 +1,8 @@
-//! The power goes in each write and each erase in turn, and leaves of it what it likes.
+//! A power cut in each write and each erase, with different effects on the interrupted operation.
 
 use std::ops::Range;
 
-use crate::support::{Flash, LEAVES, SECTOR};
+use crate::support::{CUT_EFFECTS, Flash, SECTOR_BYTES};
 use glimpse_arms::store::StoreError;
 use glimpse_arms::store::readings::Readings;
 use glimpse_arms::store::recipes::{Recipes, ReplaceError};
@@ -11,33 +11,36 @@ use glimpse_core::scan::Reading;
 
 const SAMPLES: u16 = 8;
 const RECIPE: u32 = 0x1234_5678;
-/// One sector each: they turn over often.
-const AREAS: [Range<u32>; 2] = [0..SECTOR as u32, SECTOR as u32..2 * SECTOR as u32];
+/// One sector each, so the journal is compacted often.
+const AREAS: [Range<u32>; 2] = [
+    0..SECTOR_BYTES as u32,
+    SECTOR_BYTES as u32..2 * SECTOR_BYTES as u32,
+];
 
-/// Does something to a flash with the power cut at each change in turn, and looks at what is found
-/// afterwards: how often the power went. What is found is handed over as (before, after, found).
+/// Calls `act` with a power cut at each change of the flash in turn, and reads the state afterwards. `check` receives
+/// the states (before, after, found). Returns the number of cuts.
 fn cut_everywhere<S: PartialEq, const WORD: usize>(
     flash: &mut Flash<WORD>,
     act: impl Fn(&mut Flash<WORD>) -> bool,
-    look: impl Fn(&mut Flash<WORD>) -> S,
-    judge: impl Fn(&S, &S, &S),
+    inspect: impl Fn(&mut Flash<WORD>) -> S,
+    check: impl Fn(&S, &S, &S),
 ) -> u32 {
-    let before = look(&mut flash.clone());
+    let before = inspect(&mut flash.clone());
     let mut whole = flash.clone();
     whole.changes = 0;
     assert!(act(&mut whole));
-    let after = look(&mut whole.clone());
+    let after = inspect(&mut whole.clone());
     let mut cuts = 0;
-    for leaves in LEAVES {
+    for effect in CUT_EFFECTS {
         for change in 1..=whole.changes {
             let mut broken = flash.clone();
-            broken.cut = Some((change, leaves));
-            assert!(!act(&mut broken), "it does not tell that the power went");
+            broken.cut = Some((change, effect));
+            assert!(!act(&mut broken), "the power cut is not reported");
             broken.cut = None;
-            judge(&before, &after, &look(&mut broken));
-            // And it can be done after all.
+            check(&before, &after, &inspect(&mut broken));
+            // The call succeeds afterwards.
             assert!(act(&mut broken));
-            assert!(look(&mut broken) == after);
+            assert!(inspect(&mut broken) == after);
             cuts += 1;
         }
     }
@@ -49,18 +52,18 @@ fn cut_everywhere<S: PartialEq, const WORD: usize>(
 #[derive(Clone, Copy, Debug)]
 enum Call {
     Begin,
-    Keep(u16, f32),
+    Save(u16, f32),
     Confirm,
     Discard,
     End,
 }
 
 impl Call {
-    fn carry_out<const WORD: usize>(self, flash: &mut Flash<WORD>) -> Result<(), StoreError> {
+    fn run<const WORD: usize>(self, flash: &mut Flash<WORD>) -> Result<(), StoreError> {
         let mut readings = Readings::mount(flash, AREAS)?;
         match self {
             Self::Begin => readings.begin(flash, RECIPE, SAMPLES),
-            Self::Keep(index, value) => readings.keep(flash, index, reading(index, value)),
+            Self::Save(index, value) => readings.save(flash, index, reading(index, value)),
             Self::Confirm => readings.confirm(flash),
             Self::Discard => readings.discard(flash),
             Self::End => readings.end(flash),
@@ -75,40 +78,40 @@ fn reading(index: u16, value: f32) -> Reading {
     }
 }
 
-/// All that is seen from outside.
-fn look<const WORD: usize>(flash: &mut Flash<WORD>) -> (bool, Vec<Option<Reading>>) {
+/// Reads the complete state: if the scan is under way, and its readings.
+fn inspect<const WORD: usize>(flash: &mut Flash<WORD>) -> (bool, Vec<Option<Reading>>) {
     let readings = Readings::mount(flash, AREAS).unwrap();
     let under_way = readings.is_under_way(RECIPE, SAMPLES);
     let read = (0..SAMPLES).map(|index| readings.get(flash, index).unwrap());
     (under_way, read.collect())
 }
 
-/// A scan that loses steps in its second half.
+/// Returns the calls of a scan that loses steps in its second half.
 fn scan(value: f32) -> Vec<Call> {
-    let keep = |range: Range<u16>, value| range.map(move |index| Call::Keep(index, value));
+    let save = |range: Range<u16>, value| range.map(move |index| Call::Save(index, value));
     let mut calls = vec![Call::Begin];
-    calls.extend(keep(0..4, value));
+    calls.extend(save(0..4, value));
     calls.push(Call::Confirm);
-    calls.extend(keep(4..7, value));
+    calls.extend(save(4..7, value));
     calls.push(Call::Discard);
-    calls.extend(keep(4..8, value + 0.5));
+    calls.extend(save(4..8, value + 0.5));
     calls.extend([Call::Confirm, Call::End]);
     calls
 }
 
 #[test]
-fn each_call_on_the_readings_has_happened_or_not() {
+fn readings_calls_are_atomic() {
     let mut flash: Flash = Flash::new(2);
     let mut cuts = 0;
     for call in (0..6).flat_map(|turn| scan(turn as f32)) {
         cuts += cut_everywhere(
             &mut flash,
-            |flash| match call.carry_out(flash) {
+            |flash| match call.run(flash) {
                 Ok(()) => true,
                 Err(StoreError::Flash) => false,
                 Err(error) => panic!("{call:?}: {error}"),
             },
-            look,
+            inspect,
             |before, after, found| {
                 assert!(
                     found == before || found == after,
@@ -122,56 +125,59 @@ fn each_call_on_the_readings_has_happened_or_not() {
 }
 
 #[test]
-fn what_is_read_is_what_was_kept() {
+fn saved_readings_are_read_back() {
     let mut flash: Flash = Flash::new(2);
     let half_way = scan(1.0).into_iter().take(9);
     for call in half_way {
-        call.carry_out(&mut flash).unwrap();
+        call.run(&mut flash).unwrap();
     }
-    let kept = |index| Some(reading(index, 1.0));
-    let (under_way, found) = look(&mut flash);
+    let saved = |index| Some(reading(index, 1.0));
+    let (under_way, found) = inspect(&mut flash);
     assert!(under_way);
-    assert_eq!(found[..5], [0, 1, 2, 3, 4].map(kept));
+    assert_eq!(found[..5], [0, 1, 2, 3, 4].map(saved));
 
-    Call::Discard.carry_out(&mut flash).unwrap();
-    let (_, found) = look(&mut flash);
-    assert_eq!(found[..4], [0, 1, 2, 3].map(kept));
+    Call::Discard.run(&mut flash).unwrap();
+    let (_, found) = inspect(&mut flash);
+    assert_eq!(found[..4], [0, 1, 2, 3].map(saved));
     assert_eq!(found[4..], [None; 4]);
 
-    // Another scan knows nothing of them, nor does the time between two.
-    Call::End.carry_out(&mut flash).unwrap();
-    assert_eq!(look(&mut flash), (false, vec![None; 8]));
-    let refused = Call::Keep(0, 1.0).carry_out(&mut flash);
-    assert_eq!(refused, Err(StoreError::NoScan));
-    Call::Begin.carry_out(&mut flash).unwrap();
-    assert_eq!(look(&mut flash), (true, vec![None; 8]));
+    // The readings are gone after the end of the scan, and in another scan.
+    Call::End.run(&mut flash).unwrap();
+    assert_eq!(inspect(&mut flash), (false, vec![None; 8]));
+    let result = Call::Save(0, 1.0).run(&mut flash);
+    assert_eq!(result, Err(StoreError::NoScan));
+    Call::Begin.run(&mut flash).unwrap();
+    assert_eq!(inspect(&mut flash), (true, vec![None; 8]));
 }
 
-/// A chip comes with whatever somebody else put there.
+/// The flash of a new chip may have any content.
 #[test]
-fn bytes_of_another_program_are_not_readings() {
+fn unknown_flash_content_is_ignored() {
     for filling in [0x00, 0x5A, 0xA5, 0xFF] {
         let mut flash: Flash = Flash::new(2);
         flash.bytes.fill(filling);
-        assert_eq!(look(&mut flash), (false, vec![None; 8]));
-        Call::Begin.carry_out(&mut flash).unwrap();
-        Call::Keep(0, 1.0).carry_out(&mut flash).unwrap();
-        assert_eq!(look(&mut flash).1[0], Some(reading(0, 1.0)));
+        assert_eq!(inspect(&mut flash), (false, vec![None; 8]));
+        Call::Begin.run(&mut flash).unwrap();
+        Call::Save(0, 1.0).run(&mut flash).unwrap();
+        assert_eq!(inspect(&mut flash).1[0], Some(reading(0, 1.0)));
     }
 }
 
 static PHONG: &[u8] = include_bytes!("../../../../trainer/recipes/phong-n8.recipe");
 static COOK_TORRANCE: &[u8] = include_bytes!("../../../../trainer/recipes/cook-torrance-n8.recipe");
-const SLOTS: [Range<u32>; 2] = [0..4 * SECTOR as u32, 4 * SECTOR as u32..8 * SECTOR as u32];
+const SLOTS: [Range<u32>; 2] = [
+    0..4 * SECTOR_BYTES as u32,
+    4 * SECTOR_BYTES as u32..8 * SECTOR_BYTES as u32,
+];
 
-fn in_force<const WORD: usize>(flash: &mut Flash<WORD>) -> Option<Vec<u8>> {
+fn active_recipe<const WORD: usize>(flash: &mut Flash<WORD>) -> Option<Vec<u8>> {
     let mut buffer = [0; 2048];
     let recipes = Recipes::mount(flash, SLOTS, &mut buffer).unwrap();
     let found = recipes.load(flash, &mut buffer).unwrap();
     found.map(<[u8]>::to_vec)
 }
 
-/// As the link brings it.
+/// Stores a recipe in the parts of the link, and installs it.
 fn replace<const WORD: usize>(flash: &mut Flash<WORD>, recipe: &[u8]) -> Result<(), ReplaceError> {
     let mut buffer = [0; 2048];
     let mut recipes = Recipes::mount(flash, SLOTS, &mut buffer).map_err(ReplaceError::Store)?;
@@ -185,10 +191,10 @@ fn replace<const WORD: usize>(flash: &mut Flash<WORD>, recipe: &[u8]) -> Result<
     Ok(())
 }
 
-/// Replaces recipes on a flash with words of `WORD` bytes, and cuts the power in each change.
+/// Replaces recipes on a flash with words of `WORD` bytes, with a power cut at each change.
 fn replace_with_cuts<const WORD: usize>() {
     let mut flash = Flash::<WORD>::new(8);
-    assert_eq!(in_force(&mut flash), None);
+    assert_eq!(active_recipe(&mut flash), None);
     for turn in 0..4 {
         let recipe = [PHONG, COOK_TORRANCE][turn % 2];
         let cuts = cut_everywhere(
@@ -198,38 +204,38 @@ fn replace_with_cuts<const WORD: usize>() {
                 Err(ReplaceError::Store(StoreError::Flash)) => false,
                 Err(error) => panic!("{error}"),
             },
-            in_force,
+            active_recipe,
             |before, after, found| assert!(found == before || found == after),
         );
         assert!(cuts as usize > PHONG.len() / WORD, "{cuts}");
-        assert_eq!(in_force(&mut flash).as_deref(), Some(recipe));
+        assert_eq!(active_recipe(&mut flash).as_deref(), Some(recipe));
     }
 }
 
 #[test]
-fn a_recipe_that_is_replaced_halfway_leaves_the_old_one() {
+fn recipe_replacement_is_atomic() {
     replace_with_cuts::<4>();
 }
 
-/// A part of the link has 60 bytes, which are not whole words of every flash.
+/// A part has 60 bytes on the link, which are not whole words of every flash.
 #[test]
-fn recipes_and_readings_are_stored_with_words_of_1_to_32_bytes() {
+fn supports_flash_words_of_1_to_32_bytes() {
     fn store<const WORD: usize>() {
-        // A cut after each byte takes minutes with the smallest words.
+        // Cuts at each byte take minutes with the smallest words.
         if WORD > 2 {
             replace_with_cuts::<WORD>();
         }
         let mut flash = Flash::<WORD>::new(8);
         for recipe in [PHONG, COOK_TORRANCE, PHONG] {
             replace(&mut flash, recipe).unwrap();
-            assert_eq!(in_force(&mut flash).as_deref(), Some(recipe), "{WORD}");
+            assert_eq!(active_recipe(&mut flash).as_deref(), Some(recipe), "{WORD}");
         }
         let mut flash = Flash::<WORD>::new(2);
         let calls: Vec<_> = (0..6).flat_map(|turn| scan(turn as f32)).collect();
         for call in &calls[..calls.len() - 1] {
-            call.carry_out(&mut flash).unwrap();
+            call.run(&mut flash).unwrap();
         }
-        let (is_under_way, found) = look(&mut flash);
+        let (is_under_way, found) = inspect(&mut flash);
         assert!(is_under_way, "{WORD}");
         assert_eq!(found[0], Some(reading(0, 5.0)), "{WORD}");
     }
@@ -242,48 +248,51 @@ fn recipes_and_readings_are_stored_with_words_of_1_to_32_bytes() {
 }
 
 #[test]
-fn a_part_of_a_recipe_that_does_not_follow_the_last_one_is_refused() {
+fn rejects_nonconsecutive_recipe_part() {
     let mut flash: Flash = Flash::new(8);
     let mut buffer = [0; 2048];
     let mut recipes = Recipes::mount(&mut flash, SLOTS, &mut buffer).unwrap();
     recipes.store(&mut flash, 0, &PHONG[..60]).unwrap();
-    let refused = recipes.store(&mut flash, 120, &PHONG[120..180]);
-    assert_eq!(refused, Err(StoreError::OutOfOrder));
+    let result = recipes.store(&mut flash, 120, &PHONG[120..180]);
+    assert_eq!(result, Err(StoreError::OutOfOrder));
 }
 
 #[test]
-fn what_is_no_recipe_is_not_put_in_force() {
+fn invalid_recipe_is_not_activated() {
     let mut flash: Flash = Flash::new(8);
     replace(&mut flash, PHONG).unwrap();
     let mut altered = COOK_TORRANCE.to_vec();
     altered[40] ^= 1;
     for bad in [&COOK_TORRANCE[..100], &altered, &[]] {
-        let refused = replace(&mut flash, bad);
-        assert!(matches!(refused, Err(ReplaceError::Recipe(_))));
-        assert_eq!(in_force(&mut flash).as_deref(), Some(PHONG));
+        let result = replace(&mut flash, bad);
+        assert!(matches!(result, Err(ReplaceError::Recipe(_))));
+        assert_eq!(active_recipe(&mut flash).as_deref(), Some(PHONG));
     }
 }
 
 #[test]
-fn a_recipe_has_to_fit_into_its_slot() {
+fn rejects_recipe_larger_than_slot() {
     let mut flash: Flash = Flash::new(8);
-    let long = [0; 4 * SECTOR];
-    let refused = replace(&mut flash, &long);
-    assert_eq!(refused, Err(ReplaceError::Store(StoreError::Full)));
+    let long = [0; 4 * SECTOR_BYTES];
+    let result = replace(&mut flash, &long);
+    assert_eq!(result, Err(ReplaceError::Store(StoreError::Full)));
 }
 
-/// A firmware with a smaller buffer was flashed since: what it cannot read is as none, and it offers no
-/// more room than it has.
+/// A firmware with a smaller buffer ignores a recipe that it cannot read, and reports the smaller capacity.
 #[test]
-fn a_recipe_that_the_buffer_has_no_room_for_is_none() {
+fn ignores_recipe_larger_than_buffer() {
     let mut flash: Flash = Flash::new(8);
     replace(&mut flash, PHONG).unwrap();
     replace(&mut flash, COOK_TORRANCE).unwrap();
-    // Room for the first recipe, but not for the second, which is longer.
+    // The first recipe fits, but the second one is longer.
     let mut buffer = vec![0; PHONG.len() + 3];
     assert!(buffer.len() < COOK_TORRANCE.len());
     let recipes = Recipes::mount(&mut flash, SLOTS, &mut buffer).unwrap();
-    assert_eq!(recipes.room() as usize, buffer.len() / 4 * 4, "whole words");
+    assert_eq!(
+        recipes.capacity() as usize,
+        buffer.len() / 4 * 4,
+        "whole words"
+    );
     let found = recipes.load(&mut flash, &mut buffer).unwrap();
     assert_eq!(found, Some(PHONG));
 }

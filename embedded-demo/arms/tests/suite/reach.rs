@@ -1,10 +1,10 @@
-//! Samples out of reach: found before anything moves.
+//! Samples out of reach are detected before the arms move.
 
-use crate::bench::{
-    Board, Host, MASKED, PHONG, POSITIONS, SECOND, answer, scan_once, serve, world,
+use crate::board::{
+    Host, MASKED, PHONG, POSITIONS, SECOND, TestBoard, answer, scan_once, serve, world,
 };
 use crate::support::Flash;
-use glimpse_arms::scanner::{Command, End, News, ScannerError};
+use glimpse_arms::scanner::{Command, Event, Outcome, ScannerError};
 use glimpse_arms::{MEMORY_WORDS, Model};
 use glimpse_core::error_code::ErrorCode;
 use glimpse_core::geometry::{ArmAngles, Spherical};
@@ -12,39 +12,39 @@ use glimpse_core::gonio::{Limits, Move};
 use glimpse_core::link::{Failure, Request};
 use glimpse_core::recipe::Recipe;
 
-/// Lamp and sensor have to be this far apart: two samples of [`PHONG`] are closer, the first of them the third.
+/// Minimum separation at which two samples of [`PHONG`] are too close. The first of them is the third sample.
 const LIMITS: Limits = Limits {
     min_separation: 0.2,
     ..Limits::NONE
 };
 const FAILURE: Failure = Failure::OutOfReach { index: 2, count: 2 };
 
-/// The recipe needs every reading.
+/// For a recipe that needs every reading.
 #[test]
-fn reach_is_checked_before_anything_moves() {
+fn reach_is_checked_before_first_move() {
     let world = world();
-    let mut board = Board::new(600 * SECOND, |_| false);
-    let end = scan_once(world.station_within(LIMITS), PHONG, &mut board);
-    assert_eq!(end, End::Failed(ScannerError::Scan(FAILURE)));
-    assert_eq!(board.news, []);
+    let mut board = TestBoard::new(600 * SECOND, |_| false);
+    let outcome = scan_once(world.station_with_limits(LIMITS), PHONG, &mut board);
+    assert_eq!(outcome, Outcome::Failed(ScannerError::Scan(FAILURE)));
+    assert_eq!(board.events, []);
     assert_eq!(world.positions(), POSITIONS);
 }
 
-/// The same after a press of the button, with and without a host. A host receives the number of samples.
+/// The same after a command, with and without a host. A host receives the number of samples.
 #[test]
-fn a_host_receives_the_samples_out_of_reach_and_nothing_moves() {
+fn host_receives_samples_out_of_reach() {
     for has_host in [false, true] {
         let world = world();
-        let mut board = Board::new(60 * SECOND, |news| {
-            matches!(news, News::End(End::Failed(_)))
+        let mut board = TestBoard::new(60 * SECOND, |event| {
+            matches!(event, Event::Ended(Outcome::Failed(_)))
         });
         board.host = has_host.then(|| Host::new(|request| Some(answer(request, None))));
         board.commands.push_back((0, Command::NewScan));
-        let station = world.station_within(LIMITS);
+        let station = world.station_with_limits(LIMITS);
         let mut memory = [0.0; MEMORY_WORDS];
         serve::<_, _, Model>(station, &mut Flash::new(6), &mut memory, &mut board);
         let error = ScannerError::Scan(FAILURE);
-        assert_eq!(board.ends().last(), Some(&End::Failed(error)));
+        assert_eq!(board.outcomes().last(), Some(&Outcome::Failed(error)));
         assert_eq!(world.positions(), POSITIONS);
         let reports = board.host.map(|host| {
             let is_report = |request: &&Request| {
@@ -57,9 +57,9 @@ fn a_host_receives_the_samples_out_of_reach_and_nothing_moves() {
     }
 }
 
-/// A recipe that tolerates missing readings: the scan leaves these samples out.
+/// For a recipe that tolerates missing readings.
 #[test]
-fn samples_out_of_reach_are_skipped_if_the_recipe_tolerates_that() {
+fn tolerant_recipe_skips_samples_out_of_reach() {
     let limits = Limits {
         min_separation: 0.3,
         ..Limits::NONE
@@ -72,26 +72,26 @@ fn samples_out_of_reach_are_skipped_if_the_recipe_tolerates_that() {
         reached.map(|(index, _)| index).collect::<Vec<u16>>()
     };
     let world = world();
-    let station = world.station_within(limits);
+    let station = world.station_with_limits(limits);
     let expected = within(&station.limits());
     assert!((8..16).contains(&expected.len()), "{expected:?}");
-    let mut board = Board::new(1200 * SECOND, |_| false);
-    let end = scan_once(station, MASKED, &mut board);
-    assert_eq!(end, End::Finished);
-    let read = |news: &News| match news {
-        News::Read { index, .. } => Some(*index),
+    let mut board = TestBoard::new(1200 * SECOND, |_| false);
+    let outcome = scan_once(station, MASKED, &mut board);
+    assert_eq!(outcome, Outcome::Finished);
+    let read = |event: &Event| match event {
+        Event::Read { index, .. } => Some(*index),
         _ => None,
     };
-    let mut read: Vec<u16> = board.news.iter().filter_map(read).collect();
+    let mut read: Vec<u16> = board.events.iter().filter_map(read).collect();
     read.sort_unstable();
     assert_eq!(read, expected);
 }
 
-/// The sensor's axis ends 0.03 rad above the horizon, which the limits of the machine do not state.
+/// The sensor's axis ends 0.03 rad above the horizon; the limits of the machine do not include that.
 #[test]
-fn the_ends_of_the_polar_axes_are_limits() {
-    let station_limits = world().station_within(Limits::NONE).limits();
-    let largest = [0, 2].map(|arm| glimpse_arms::simulated::settings(arm).largest);
+fn limits_include_ends_of_polar_axes() {
+    let station_limits = world().station_with_limits(Limits::NONE).limits();
+    let largest = [0, 2].map(|arm| glimpse_arms::simulated::settings(arm).max_angle);
     let [max_theta_i, max_theta_o] = largest;
     let expected = Limits {
         max_theta_i,
@@ -101,9 +101,9 @@ fn the_ends_of_the_polar_axes_are_limits() {
     assert_eq!(station_limits, expected);
 }
 
-/// Rounding may place a sample of a limit a little beyond the end of the axis: it is read at the end.
+/// Rounding may place a sample slightly beyond the end of the axis. It is read at the end.
 #[test]
-fn a_sample_on_the_end_of_an_axis_is_read() {
+fn sample_at_end_of_axis_is_read() {
     let world = world();
     let mut station = world.station();
     station.go_home().unwrap();

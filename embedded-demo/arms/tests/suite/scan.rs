@@ -1,10 +1,12 @@
-//! The whole firmware on a host: the simulated scanner, a flash whose power may go, and no board.
+//! The whole firmware on a host: the simulated scanner, a flash with power cuts, and no board.
 
 use std::collections::BTreeMap;
 
-use crate::support::{Flash, LEAVES, mount_readings, mount_recipes};
+use crate::support::{CUT_EFFECTS, Flash, mount_readings, mount_recipes};
 use glimpse_arms::axis::AxisError;
-use glimpse_arms::scanner::{Command, End, News, Platform, Scanner, ScannerError, Seeds, Start};
+use glimpse_arms::scanner::{
+    Command, Event, Outcome, Platform, Scanner, ScannerError, Seeds, StartMode,
+};
 use glimpse_arms::simulated::{DirectionPin, Lamp, Photodiode, StepPin, Switch, Wiring, World};
 use glimpse_arms::station::StationError;
 use glimpse_arms::store::StoreError;
@@ -15,35 +17,35 @@ use glimpse_core::scan::{Reading, Residual, Scan};
 
 static RECIPE: &[u8] = include_bytes!("../../../../trainer/recipes/phong-n8.recipe");
 
-/// The things that outlast a reset: the machine, the flash, and some words of memory.
-struct Bench {
+/// State that survives a reset: the machine, the flash, and the retained words.
+struct Rig {
     world: World,
     flash: Flash,
     retained: [u32; retained::WORDS],
 }
 
-/// The reports of a firmware until it ended, or until the bench pulled the plug.
+/// Reports of a firmware until its end or a power cut.
 #[derive(Debug, Default)]
 struct Log {
-    news: Vec<News>,
+    events: Vec<Event>,
     values: Vec<f32>,
     residual: Option<Residual>,
 }
 
-/// The plug is pulled.
-struct Pulled;
+/// Panic payload of a power cut.
+struct PowerOff;
 
-struct Around<'b> {
-    /// Given in the first round.
+struct TestPlatform<'b> {
+    /// Given in the first iteration.
     command: Option<Command>,
     retained: &'b mut [u32; retained::WORDS],
     log: &'b mut Log,
-    /// Receives all news; true pulls the plug.
-    watch: &'b mut dyn FnMut(&News) -> bool,
+    /// Receives all events; true cuts the power.
+    watch: &'b mut dyn FnMut(&Event) -> bool,
 }
 
-impl Platform for Around<'_> {
-    fn elapsed(&mut self) -> u32 {
+impl Platform for TestPlatform<'_> {
+    fn elapsed_us(&mut self) -> u32 {
         10
     }
 
@@ -59,14 +61,14 @@ impl Platform for Around<'_> {
         self.command.take()
     }
 
-    fn remember(&mut self, positions: Option<[i32; 4]>) {
-        *self.retained = retained::words(positions);
+    fn save_positions(&mut self, positions: Option<[i32; 4]>) {
+        *self.retained = retained::encode(positions);
     }
 
-    fn tell(&mut self, news: News) {
-        self.log.news.push(news);
-        if (self.watch)(&news) {
-            std::panic::panic_any(Pulled);
+    fn report(&mut self, event: Event) {
+        self.log.events.push(event);
+        if (self.watch)(&event) {
+            std::panic::panic_any(PowerOff);
         }
     }
 
@@ -79,7 +81,7 @@ impl Platform for Around<'_> {
 type Simulated<'w> =
     Scanner<StepPin<'w>, DirectionPin<'w>, Switch<'w>, Photodiode<'w>, Lamp<'w>, Flash>;
 
-impl Bench {
+impl Rig {
     fn new() -> Self {
         Self {
             world: World::new([300, 500, 40, 700]),
@@ -88,13 +90,13 @@ impl Bench {
         }
     }
 
-    /// Boots the firmware, which scans once; `watch` receives all news, and the number of
-    /// readings until then; it pulls the plug by true.
+    /// Boots the firmware, which scans once. `watch` receives all events and the number of readings so far; true cuts
+    /// the power.
     fn scan(
         &mut self,
         command: Command,
-        mut watch: impl FnMut(&World, &News, usize) -> bool,
-    ) -> (Log, Option<End>) {
+        mut watch: impl FnMut(&World, &Event, usize) -> bool,
+    ) -> (Log, Option<Outcome>) {
         let Self {
             world,
             flash,
@@ -102,7 +104,7 @@ impl Bench {
         } = self;
         let mut log = Log::default();
         let mut station = world.station();
-        if let Some(positions) = retained::positions(*retained) {
+        if let Some(positions) = retained::decode(*retained) {
             station.assume(positions);
         }
         let mut scanner: Simulated<'_> = Scanner {
@@ -114,13 +116,13 @@ impl Bench {
         };
         let mut memory = [0.0; MEMORY_WORDS];
         let mut reads = 0;
-        let mut around = Around {
+        let mut platform = TestPlatform {
             command: Some(command),
             retained,
             log: &mut log,
-            watch: &mut |news| {
-                reads += usize::from(matches!(news, News::Read { .. }));
-                watch(world, news, reads)
+            watch: &mut |event| {
+                reads += usize::from(matches!(event, Event::Read { .. }));
+                watch(world, event, reads)
             },
         };
         let run = std::panic::AssertUnwindSafe(|| {
@@ -128,26 +130,26 @@ impl Bench {
                 RECIPE,
                 &mut memory,
                 Host::Absent,
-                Start::OnCommand,
-                &mut around,
+                StartMode::OnCommand,
+                &mut platform,
             )
         });
-        let end = match std::panic::catch_unwind(run) {
-            Ok(end) => Some(end),
-            Err(pulled) if pulled.is::<Pulled>() => None,
+        let outcome = match std::panic::catch_unwind(run) {
+            Ok(outcome) => Some(outcome),
+            Err(payload) if payload.is::<PowerOff>() => None,
             Err(panic) => std::panic::resume_unwind(panic),
         };
         *flash = scanner.flash;
-        (log, end)
+        (log, outcome)
     }
 }
 
 fn readings(log: &Log) -> Vec<(u16, Reading)> {
-    let read = |news: &News| match news {
-        News::Read { index, reading } => Some((*index, *reading)),
+    let read = |event: &Event| match event {
+        Event::Read { index, reading } => Some((*index, *reading)),
         _ => None,
     };
-    log.news.iter().filter_map(read).collect()
+    log.events.iter().filter_map(read).collect()
 }
 
 fn sorted_indices(readings: &[(u16, Reading)]) -> Vec<u16> {
@@ -156,7 +158,7 @@ fn sorted_indices(readings: &[(u16, Reading)]) -> Vec<u16> {
     indices
 }
 
-/// A host's fit of the last reading of each sample.
+/// Fits the last reading of each sample, as a host does.
 fn fit(readings: &[(u16, Reading)]) -> Vec<f32> {
     let last: BTreeMap<_, _> = readings.iter().copied().collect();
     let mut memory = [0.0; MEMORY_WORDS];
@@ -170,31 +172,31 @@ fn fit(readings: &[(u16, Reading)]) -> Vec<f32> {
 }
 
 fn lost(log: &Log) -> Vec<(u8, i32)> {
-    let lost = |news: &News| match news {
-        News::LostSteps(lost) => Some((lost.arm, lost.steps)),
+    let lost = |event: &Event| match event {
+        Event::LostSteps(lost) => Some((lost.arm, lost.steps)),
         _ => None,
     };
-    log.news.iter().filter_map(lost).collect()
+    log.events.iter().filter_map(lost).collect()
 }
 
 #[test]
-fn a_scan_reads_every_sample_once_and_fits_what_a_host_fits() {
-    let mut bench = Bench::new();
-    let (log, end) = bench.scan(Command::NewScan, |_, _, _| false);
-    assert_eq!(end, Some(End::Finished));
+fn scan_reads_each_sample_once_and_matches_host_fit() {
+    let mut rig = Rig::new();
+    let (log, outcome) = rig.scan(Command::NewScan, |_, _, _| false);
+    assert_eq!(outcome, Some(Outcome::Finished));
     let read = readings(&log);
     let order: Vec<u16> = read.iter().map(|(index, _)| *index).collect();
-    assert!(!order.is_sorted(), "the nearest one is next");
+    assert!(!order.is_sorted(), "the nearest sample is next");
     assert_eq!(sorted_indices(&read), [0, 1, 2, 3, 4, 5, 6, 7]);
     assert_eq!(log.values, fit(&read));
     assert_eq!(lost(&log), []);
 }
 
-/// Counts, dark and white end in the BRDF of the material that lies there.
+/// Readings are the BRDF of the simulated material.
 #[test]
-fn readings_are_brdfs() {
-    let mut bench = Bench::new();
-    let (log, _) = bench.scan(Command::NewScan, |_, _, _| false);
+fn readings_match_brdf_of_material() {
+    let mut rig = Rig::new();
+    let (log, _) = rig.scan(Command::NewScan, |_, _, _| false);
     let recipe = Recipe::parse(RECIPE).unwrap();
     for (index, reading) in readings(&log) {
         let angles = recipe.pattern().nth(index.into()).unwrap();
@@ -202,7 +204,7 @@ fn readings_are_brdfs() {
         let highlight = 0.1 * (8.0 * lobe(40.0) + lobe(4.0)) * (1.0 + 0.2 * angles.theta_d.powi(2));
         let expected = [0.12 + highlight, 0.05 + highlight, 0.03 + 0.9 * highlight];
         for (found, expected) in reading.brdf.into_iter().zip(expected) {
-            // A count of twelve bits, a little noise, and a step of 0.03 degrees.
+            // Tolerance of a 12-bit count, a little noise, and a step of 0.03 degrees.
             let close = 0.01 * expected + 0.01;
             assert!(
                 (found - expected).abs() < close,
@@ -212,24 +214,27 @@ fn readings_are_brdfs() {
     }
 }
 
-/// Resets after each of the news, in one scan.
+/// Resets after every second event, in one scan.
 #[test]
-fn resets_anywhere_measure_nothing_twice() {
-    let mut bench = Bench::new();
+fn no_sample_is_read_twice_after_resets() {
+    let mut rig = Rig::new();
     let mut all = Vec::new();
     let mut command = Command::NewScan;
     for resets in 1.. {
         let mut count = 0;
-        let (log, end) = bench.scan(command, |_, news, _| {
-            // Not right at the beginning, or it never gets anywhere.
-            count += u32::from(!matches!(news, News::GoesOn | News::Home { confirmed: 0 }));
+        let (log, outcome) = rig.scan(command, |_, event, _| {
+            // These events alone would reset it before its first reading.
+            count += u32::from(!matches!(
+                event,
+                Event::Resumed | Event::Home { confirmed: 0 }
+            ));
             count == 2
         });
         all.extend(readings(&log));
         command = Command::Continue;
         assert_eq!(lost(&log), []);
-        if let Some(end) = end {
-            assert_eq!(end, End::Finished);
+        if let Some(outcome) = outcome {
+            assert_eq!(outcome, Outcome::Finished);
             assert_eq!(log.values, fit(&all));
             assert!(resets > 4, "{resets}");
             break;
@@ -239,28 +244,28 @@ fn resets_anywhere_measure_nothing_twice() {
 }
 
 #[test]
-fn what_is_over_is_not_gone_on_with() {
-    let mut bench = Bench::new();
-    bench.scan(Command::NewScan, |_, _, _| false);
-    let readings = mount_readings(&mut bench.flash);
+fn finished_scan_is_not_resumed() {
+    let mut rig = Rig::new();
+    rig.scan(Command::NewScan, |_, _, _| false);
+    let readings = mount_readings(&mut rig.flash);
     let recipe = Recipe::parse(RECIPE).unwrap();
     assert!(!readings.is_under_way(recipe.checksum(), 8));
 }
 
-/// After the sixth reading the azimuth of the sensor loses steps: what was read since the arms were
-/// home is read again, and what was read before is not.
+/// After the sixth reading the azimuth of the sensor loses steps. Samples since the last visit home are read again,
+/// earlier ones are not.
 #[test]
-fn lost_steps_are_found_and_only_what_they_spoilt_is_read_again() {
-    let mut bench = Bench::new();
-    let (log, end) = bench.scan(Command::NewScan, |world, news, reads| {
-        if reads == 6 && matches!(news, News::Read { .. }) {
+fn lost_steps_repeat_only_affected_samples() {
+    let mut rig = Rig::new();
+    let (log, outcome) = rig.scan(Command::NewScan, |world, event, reads| {
+        if reads == 6 && matches!(event, Event::Read { .. }) {
             world.stall(3, 40);
         }
         false
     });
-    assert_eq!(end, Some(End::Finished));
+    assert_eq!(outcome, Some(Outcome::Finished));
     let [(3, steps)] = lost(&log)[..] else {
-        panic!("{:?}", log.news);
+        panic!("{:?}", log.events);
     };
     assert_eq!(steps.abs(), 40);
     let read = readings(&log);
@@ -275,54 +280,53 @@ fn lost_steps_are_found_and_only_what_they_spoilt_is_read_again() {
     assert_eq!(log.values, fit(&read));
 }
 
-/// A reset hides nothing: the arms come home, and the counts from before were wrong.
+/// Homing after a reset detects wrong step counts from before.
 #[test]
-fn steps_that_were_lost_before_a_reset_are_found_after_it() {
-    let mut bench = Bench::new();
-    let (before, end) = bench.scan(Command::NewScan, |world, _, reads| {
+fn steps_lost_before_reset_are_detected() {
+    let mut rig = Rig::new();
+    let (before, outcome) = rig.scan(Command::NewScan, |world, _, reads| {
         if reads == 1 {
             world.stall(1, 40);
         }
         reads == 3
     });
-    assert_eq!(end, None);
-    let (after, end) = bench.scan(Command::Continue, |_, _, _| false);
-    assert_eq!(end, Some(End::Finished));
+    assert_eq!(outcome, None);
+    let (after, outcome) = rig.scan(Command::Continue, |_, _, _| false);
+    assert_eq!(outcome, Some(Outcome::Finished));
     assert_eq!(lost(&after).len(), 1);
     assert_eq!(readings(&before).len() + readings(&after).len(), 3 + 8);
     assert_eq!(after.values, fit(&readings(&after)));
 }
 
-/// The power goes in each write and each erase of a whole scan. At most the reading that was being
-/// kept is taken again.
+/// A power cut in each write and each erase of a whole scan. At most the reading that was being saved is taken again.
 #[test]
-fn power_cuts_in_every_write_end_in_the_same_scan() {
+fn scan_survives_power_cut_in_every_write() {
     for change in 1.. {
-        let mut bench = Bench::new();
-        let leaves = LEAVES[change as usize % LEAVES.len()];
-        bench.flash.cut = Some((change, leaves));
-        let (before, end) = bench.scan(Command::NewScan, |_, _, _| false);
-        if end == Some(End::Finished) {
+        let mut rig = Rig::new();
+        let effect = CUT_EFFECTS[change as usize % CUT_EFFECTS.len()];
+        rig.flash.cut = Some((change, effect));
+        let (before, outcome) = rig.scan(Command::NewScan, |_, _, _| false);
+        if outcome == Some(Outcome::Finished) {
             assert!(change > 14, "{change}");
             return;
         }
         assert_eq!(
-            end,
-            Some(End::Failed(ScannerError::Store(StoreError::Flash)))
+            outcome,
+            Some(Outcome::Failed(ScannerError::Store(StoreError::Flash)))
         );
-        bench.flash.cut = None;
-        bench.retained = retained::words(None);
+        rig.flash.cut = None;
+        rig.retained = retained::encode(None);
         let command = match readings(&before).len() {
             0 => Command::NewScan,
             _ => Command::Continue,
         };
-        let (after, end) = bench.scan(command, |_, _, _| false);
-        if end.is_none() || after.values.is_empty() {
-            // The very last write said that the scan is over.
+        let (after, outcome) = rig.scan(command, |_, _, _| false);
+        if outcome.is_none() || after.values.is_empty() {
+            // The last write has already ended the scan.
             assert_eq!(before.values.len(), after.values.len());
             continue;
         }
-        assert_eq!(end, Some(End::Finished));
+        assert_eq!(outcome, Some(Outcome::Finished));
         let all = [readings(&before), readings(&after)].concat();
         assert_eq!(after.values, fit(&all));
         assert!(
@@ -333,61 +337,61 @@ fn power_cuts_in_every_write_end_in_the_same_scan() {
     }
 }
 
-/// Readings outlast a power cut, which no count does.
+/// Readings survive a power cut, step counts do not.
 #[test]
-fn after_a_power_cut_the_scan_goes_on_though_nobody_knows_where_the_arms_are() {
-    let mut bench = Bench::new();
-    let (before, _) = bench.scan(Command::NewScan, |_, _, reads| reads == 6);
-    bench.retained = [0x5A5A_5A5A; retained::WORDS];
-    bench.world.place([20, 900, 333, 1]);
-    let (after, end) = bench.scan(Command::Continue, |_, _, _| false);
-    assert_eq!(end, Some(End::Finished));
+fn scan_resumes_with_unknown_positions_after_power_cut() {
+    let mut rig = Rig::new();
+    let (before, _) = rig.scan(Command::NewScan, |_, _, reads| reads == 6);
+    rig.retained = [0x5A5A_5A5A; retained::WORDS];
+    rig.world.reset([20, 900, 333, 1]);
+    let (after, outcome) = rig.scan(Command::Continue, |_, _, _| false);
+    assert_eq!(outcome, Some(Outcome::Finished));
     let all = [readings(&before), readings(&after)].concat();
     assert_eq!(all.len(), 8);
     assert_eq!(after.values, fit(&all));
 }
 
 #[test]
-fn an_arm_that_loses_steps_for_ever_ends_the_scan_by_name() {
-    let mut bench = Bench::new();
-    let (_, end) = bench.scan(Command::NewScan, |world, news, _| {
-        if matches!(news, News::Read { .. }) {
+fn repeated_step_loss_ends_scan() {
+    let mut rig = Rig::new();
+    let (_, outcome) = rig.scan(Command::NewScan, |world, event, _| {
+        if matches!(event, Event::Read { .. }) {
             world.stall(0, 60);
         }
         false
     });
-    let Some(End::Failed(ScannerError::LostSteps(lost))) = end else {
-        panic!("{end:?}");
+    let Some(Outcome::Failed(ScannerError::LostSteps(lost))) = outcome else {
+        panic!("{outcome:?}");
     };
     assert_eq!(lost.arm, 0);
 }
 
 #[test]
-fn a_motor_that_is_not_connected_ends_the_scan_by_name() {
-    let mut bench = Bench::new();
-    bench.world.stall(2, u32::MAX);
-    let (_, end) = bench.scan(Command::NewScan, |_, _, _| false);
-    let Some(End::Failed(ScannerError::Station(StationError::Arm(error)))) = end else {
-        panic!("{end:?}");
+fn disconnected_motor_ends_scan() {
+    let mut rig = Rig::new();
+    rig.world.stall(2, u32::MAX);
+    let (_, outcome) = rig.scan(Command::NewScan, |_, _, _| false);
+    let Some(Outcome::Failed(ScannerError::Station(StationError::Arm(error)))) = outcome else {
+        panic!("{outcome:?}");
     };
     assert_eq!((error.arm, error.error), (2, AxisError::HomeNotFound));
 }
 
-/// The arm may have hit somebody, so it does not go home by itself.
+/// The arm may have hit something, so it does not go home automatically.
 #[test]
-fn a_switch_that_opens_during_a_move_ends_the_scan() {
-    let mut bench = Bench::new();
-    let (log, end) = bench.scan(Command::NewScan, |world, news, reads| {
-        if reads == 2 && matches!(news, News::Read { .. }) {
-            world.wire(3, Wiring::Broken);
+fn switch_opening_during_move_ends_scan() {
+    let mut rig = Rig::new();
+    let (log, outcome) = rig.scan(Command::NewScan, |world, event, reads| {
+        if reads == 2 && matches!(event, Event::Read { .. }) {
+            world.set_wiring(3, Wiring::Broken);
         }
         false
     });
-    let Some(End::Failed(ScannerError::Station(StationError::Arm(error)))) = end else {
-        panic!("{end:?}");
+    let Some(Outcome::Failed(ScannerError::Station(StationError::Arm(error)))) = outcome else {
+        panic!("{outcome:?}");
     };
     assert_eq!(error.arm, 3);
     assert!(matches!(error.error, AxisError::SwitchOpened { .. }));
     assert_eq!(readings(&log).len(), 2);
-    assert_eq!(bench.retained, retained::words(None));
+    assert_eq!(rig.retained, retained::encode(None));
 }

@@ -1,18 +1,18 @@
-//! Sequence numbers on the link: a driver does not repeat those of the drivers before it.
+//! Sequence numbers on the link are not repeated by later drivers.
 
 use std::collections::HashSet;
 
-use crate::bench::{Board, Host, SECOND, answer, world};
-use crate::support::{Flash, LEAVES, mount_readings};
+use crate::board::{Host, SECOND, TestBoard, answer, world};
+use crate::support::{CUT_EFFECTS, Flash, mount_readings};
 use glimpse_core::scan::Reading;
 
-/// The first frame of each boot.
+/// The first frame differs in each boot.
 #[test]
-fn a_reset_changes_the_sequence_numbers() {
+fn reset_changes_sequence_numbers() {
     let mut flash = Flash::new(6);
     let mut frames = HashSet::new();
     for _ in 0..20 {
-        let mut board = Board::new(SECOND / 10, |_| false);
+        let mut board = TestBoard::new(SECOND / 10, |_| false);
         board.host = Some(Host::new(|request| Some(answer(request, None))));
         board.serve(&world(), &mut flash);
         let mut frames_sent = board.sent.split(|byte| *byte == 0);
@@ -22,10 +22,10 @@ fn a_reset_changes_the_sequence_numbers() {
     }
 }
 
-/// Drivers of one boot differ, too: a device that waits greets its host every two seconds.
+/// Drivers of one boot differ, too: a waiting device greets its host every two seconds.
 #[test]
-fn each_greeting_has_other_sequence_numbers() {
-    let mut board = Board::new(20 * SECOND, |_| false);
+fn each_greeting_has_new_sequence_numbers() {
+    let mut board = TestBoard::new(20 * SECOND, |_| false);
     board.host = Some(Host::new(|request| Some(answer(request, None))));
     board.serve(&world(), &mut Flash::new(6));
     let greetings: Vec<_> = board
@@ -38,9 +38,9 @@ fn each_greeting_has_other_sequence_numbers() {
     assert_eq!(different.len(), greetings.len());
 }
 
-/// Boots are counted beside readings, whose journal moves from one area to the other meanwhile.
+/// The boot counter shares the journal with the readings, which moves between its areas.
 #[test]
-fn boots_are_counted_across_areas_of_the_flash() {
+fn boot_count_survives_journal_compaction() {
     let mut flash: Flash = Flash::new(6);
     for boot in 1..100 {
         let mut readings = mount_readings(&mut flash);
@@ -50,24 +50,24 @@ fn boots_are_counted_across_areas_of_the_flash() {
         }
         let index = (boot % 8) as u16;
         let reading = Reading::new([boot as f32; 3]);
-        readings.keep(&mut flash, index, reading).unwrap();
+        readings.save(&mut flash, index, reading).unwrap();
         assert_eq!(readings.get(&mut flash, index), Ok(Some(reading)));
     }
 }
 
-/// A power cut while a boot is counted leaves the count from before it or after it. No driver has used either.
+/// A power cut during the count leaves the count before or after it. No driver has used either.
 #[test]
-fn a_power_cut_does_not_set_the_boot_counter_back() {
-    for leaves in LEAVES {
+fn power_cut_does_not_decrease_boot_count() {
+    for effect in CUT_EFFECTS {
         let mut flash: Flash = Flash::new(6);
         for boot in 1..40 {
             let mut readings = mount_readings(&mut flash);
-            flash.cut = Some((1, leaves));
+            flash.cut = Some((1, effect));
             let counted = readings.count_boot(&mut flash);
             assert!(counted.is_err());
             flash.cut = None;
             let count = mount_readings(&mut flash).count_boot(&mut flash).unwrap();
-            assert!(count >= boot, "{count} at boot {boot}, {leaves:?}");
+            assert!(count >= boot, "{count} at boot {boot}, {effect:?}");
         }
     }
 }

@@ -1,13 +1,13 @@
-//! The firmware as it runs on a board, scan after scan.
+//! The main loop of the firmware over several scans.
 
 use std::cell::Cell;
 
-use crate::bench::{
-    BAD, Board, COOK_TORRANCE, DARK, GRAY, Host, PHONG, POSITIONS, SECOND, WHITE, answer,
-    checksum_of, counting, is_finished, serve, world,
+use crate::board::{
+    COOK_TORRANCE, DARK, GRAY, Host, NEGATIVE, PHONG, POSITIONS, SECOND, TestBoard, WHITE, answer,
+    checksum_of, is_finished, scripted_station, serve, world,
 };
 use crate::support::{BUFFER_BYTES, Flash, mount_recipes};
-use glimpse_arms::scanner::{Command, End, News, ScannerError};
+use glimpse_arms::scanner::{Command, Event, Outcome, ScannerError};
 use glimpse_arms::{MEMORY_WORDS, Model};
 use glimpse_core::fit::Fitter;
 use glimpse_core::link::{BYTES_PER_FRAME, Failure, Request};
@@ -15,144 +15,147 @@ use glimpse_core::model::Phong;
 use glimpse_core::recipe::memory_words;
 use glimpse_core::scan::ReadingError;
 
-/// The cable is pulled in the middle of a recipe, before anybody has pressed the button.
+/// The host is disconnected during a recipe transfer, before any command.
 #[test]
-fn a_host_that_falls_silent_moves_no_motor() {
+fn lost_host_moves_no_arm() {
     let world = world();
     let mut parts = 0;
-    let mut board = Board::new(10 * SECOND, |_| false);
+    let mut board = TestBoard::new(10 * SECOND, |_| false);
     board.host = Some(Host::new(|request| {
         parts += u32::from(matches!(request, Request::RecipePart { .. }));
         let offered = (COOK_TORRANCE, checksum_of(COOK_TORRANCE));
         (parts <= 2).then(|| answer(request, Some(offered)))
     }));
     board.serve(&world, &mut Flash::new(6));
-    assert_eq!(world.positions(), POSITIONS, "{:?}", board.news);
-    assert_eq!(
-        board.ends().len(),
-        1,
-        "it reports that the host fell silent"
-    );
+    assert_eq!(world.positions(), POSITIONS, "{:?}", board.events);
+    assert_eq!(board.outcomes().len(), 1, "it reports the lost host");
 }
 
-/// The same in a scan that somebody has begun: it goes on alone.
+/// The host is disconnected during a started scan.
 #[test]
-fn a_scan_under_way_goes_on_without_a_host_that_falls_silent() {
-    let mut board = Board::new(600 * SECOND, is_finished);
+fn started_scan_continues_without_lost_host() {
+    let mut board = TestBoard::new(600 * SECOND, is_finished);
     board.host = Some(Host::new(|request| match request {
         Request::Progress(_) => None,
         request => Some(answer(request, None)),
     }));
     board.commands.push_back((SECOND, Command::NewScan));
     board.serve(&world(), &mut Flash::new(6));
-    assert_eq!(board.ends().last(), Some(&End::Finished));
+    assert_eq!(board.outcomes().last(), Some(&Outcome::Finished));
     assert_eq!(board.reads(), 8, "nothing is read twice");
 }
 
-/// One byte of noise, long before the press, is not a host.
+/// A byte of noise before the command does not count as a host.
 #[test]
-fn noise_on_the_line_leaves_the_button_alone() {
-    let mut board = Board::new(600 * SECOND, is_finished);
+fn noise_on_line_does_not_block_button() {
+    let mut board = TestBoard::new(600 * SECOND, is_finished);
     board.noise.push_back((SECOND, 0x55));
     board.commands.push_back((10 * SECOND, Command::NewScan));
     board.serve(&world(), &mut Flash::new(6));
-    assert_eq!(board.ends(), [End::Alone, End::Finished]);
+    assert_eq!(board.outcomes(), [Outcome::NoHost, Outcome::Finished]);
 }
 
-/// Serves a button that is pressed for each of some scans, with a sensor that counts `lit(n)` for the nth
-/// reading. Returns the number of readings too.
-fn scan_counting(scans: u64, lit: impl Fn(u32) -> u16) -> (Board<'static>, u32) {
+/// Runs a number of scans with a command each. The sensor counts `lit(n)` at its nth reading. Also returns the number
+/// of readings.
+fn scan_with_counts(scans: u64, lit: impl Fn(u32) -> u16) -> (TestBoard<'static>, u32) {
     let mut ends = 0;
-    let mut board = Board::new(600 * SECOND, move |news| {
-        ends += u64::from(matches!(news, News::End(End::Failed(_) | End::Finished)));
+    let mut board = TestBoard::new(600 * SECOND, move |event| {
+        ends += u64::from(matches!(
+            event,
+            Event::Ended(Outcome::Failed(_) | Outcome::Finished)
+        ));
         ends == scans
     });
     board.commands = (0..scans)
         .map(|scan| (300 * scan * SECOND, Command::NewScan))
         .collect();
     let (world, is_lit) = (world(), Cell::new(false));
-    let mut taken = 0;
+    let mut reads = 0;
     let mut count = || {
-        taken += 1;
-        Some(lit(taken))
+        reads += 1;
+        Some(lit(reads))
     };
-    let station = counting(&world, &is_lit, &mut count);
+    let station = scripted_station(&world, &is_lit, &mut count);
     let mut memory = [0.0; MEMORY_WORDS];
     serve::<_, _, Model>(station, &mut Flash::new(6), &mut memory, &mut board);
-    (board, taken)
+    (board, reads)
 }
 
-/// A reading that is less than nothing is taken again, and the scan goes on. Attempts count for one
-/// sample, though the driver receives good readings only once the arms are home.
+/// An invalid reading is repeated. Attempts count per sample, although the driver receives good readings only once the
+/// arms are home.
 #[test]
-fn an_impossible_reading_is_taken_again() {
+fn invalid_reading_is_repeated() {
     for bad in [&[3][..], &[2, 3, 5]] {
-        let (board, taken) =
-            scan_counting(1, |taken| if bad.contains(&taken) { BAD } else { GRAY });
-        assert_eq!(board.ends(), [End::Alone, End::Finished]);
-        assert_eq!((board.reads(), taken as usize), (8, 8 + bad.len()));
+        let (board, reads) =
+            scan_with_counts(
+                1,
+                |reads| if bad.contains(&reads) { NEGATIVE } else { GRAY },
+            );
+        assert_eq!(board.outcomes(), [Outcome::NoHost, Outcome::Finished]);
+        assert_eq!((board.reads(), reads as usize), (8, 8 + bad.len()));
     }
 }
 
-/// After three attempts at the same sample the scan is given up, by the name of the fault.
+/// After three attempts at the same sample the scan fails with the error of the reading.
 #[test]
-fn an_impossible_reading_ends_the_scan_after_three_attempts() {
-    let (board, taken) = scan_counting(1, |taken| if taken < 3 { GRAY } else { BAD });
-    let Some(End::Failed(ScannerError::Scan(Failure::Reading { error, .. }))) = board.ends().pop()
+fn three_invalid_readings_end_scan() {
+    let (board, reads) = scan_with_counts(1, |reads| if reads < 3 { GRAY } else { NEGATIVE });
+    let Some(Outcome::Failed(ScannerError::Scan(Failure::Reading { error, .. }))) =
+        board.outcomes().pop()
     else {
-        panic!("{:?}", board.news);
+        panic!("{:?}", board.events);
     };
     assert_eq!(error, ReadingError::Negative(0));
-    assert_eq!(taken, 2 + 3);
+    assert_eq!(reads, 2 + 3);
 }
 
-/// Raw counts in place of a BRDF: the fit refuses them, and nobody fits them again.
+/// Counts instead of BRDF values: the fit rejects them, and they are not fitted again.
 #[test]
-fn readings_that_cannot_be_fitted_are_forgotten() {
+fn readings_of_failed_fit_are_deleted() {
     let large = DARK + 110 * WHITE;
-    let (board, _) = scan_counting(2, |taken| if taken <= 8 { large } else { GRAY });
+    let (board, _) = scan_with_counts(2, |reads| if reads <= 8 { large } else { GRAY });
     let [
-        End::Alone,
-        End::Failed(ScannerError::Scan(Failure::Fit(_))),
-        End::Alone,
-        End::Finished,
-    ] = board.ends()[..]
+        Outcome::NoHost,
+        Outcome::Failed(ScannerError::Scan(Failure::Fit(_))),
+        Outcome::NoHost,
+        Outcome::Finished,
+    ] = board.outcomes()[..]
     else {
-        panic!("{:?}", board.news);
+        panic!("{:?}", board.events);
     };
     assert_eq!(board.reads(), 16);
 }
 
-/// Boots a firmware with a host that offers a recipe, for twenty seconds. Returns the host.
+/// Runs a firmware for twenty seconds with a host that offers a recipe. Returns the requests to the host.
 fn offer<K: Fitter>(
     recipe: &[u8],
     checksum: u32,
     memory: &mut [f32],
     flash: &mut Flash,
 ) -> Vec<Request> {
-    let mut board = Board::new(20 * SECOND, |_| false);
+    let mut board = TestBoard::new(20 * SECOND, |_| false);
     board.host = Some(Host::new(|request| {
         Some(answer(request, Some((recipe, checksum))))
     }));
     serve::<_, _, K>(world().station(), flash, memory, &mut board);
     let host = board.host.unwrap();
     let greetings = host.count(|request| matches!(request, Request::Hello { .. }));
-    assert!(greetings > 3, "it greets again from time to time");
+    assert!(greetings > 3, "it repeats its greeting");
     host.requests
 }
 
-fn in_force(flash: &mut Flash) -> Option<Vec<u8>> {
+fn active_recipe(flash: &mut Flash) -> Option<Vec<u8>> {
     let recipes = mount_recipes(flash);
     let mut buffer = [0; BUFFER_BYTES];
     let found = recipes.load(flash, &mut buffer).unwrap();
     found.map(<[u8]>::to_vec)
 }
 
-/// A whole recipe, but of a model that the firmware lacks: it is fetched once, and the old one stays.
+/// A valid recipe for a model that the firmware lacks is fetched once, and the old one stays active.
 #[test]
-fn a_recipe_that_cannot_be_used_is_fetched_once_and_not_put_in_force() {
+fn unusable_recipe_is_fetched_once_and_not_activated() {
     let mut flash = Flash::new(6);
-    // Only for Phong, with eight samples at most.
+    // Enough for Phong with eight samples only.
     let mut memory = [0.0; memory_words(&[PHONG])];
     let checksum = checksum_of(COOK_TORRANCE);
     let requests = offer::<Phong>(COOK_TORRANCE, checksum, &mut memory, &mut flash);
@@ -164,12 +167,12 @@ fn a_recipe_that_cannot_be_used_is_fetched_once_and_not_put_in_force() {
     let parts = (0..COOK_TORRANCE.len() as u32).step_by(BYTES_PER_FRAME);
     let once: Vec<_> = parts.map(|offset| Request::RecipePart { offset }).collect();
     assert_eq!(fetched, once);
-    assert_eq!(in_force(&mut flash), None);
+    assert_eq!(active_recipe(&mut flash), None);
 }
 
-/// The bytes are damaged, or those of another recipe than was offered.
+/// The bytes are damaged, or belong to another recipe than the offered one.
 #[test]
-fn a_damaged_recipe_is_fetched_once() {
+fn damaged_recipe_is_fetched_once() {
     for at in [40, 8] {
         let mut damaged = PHONG.to_vec();
         damaged[at] ^= 1;
@@ -179,6 +182,6 @@ fn a_damaged_recipe_is_fetched_once() {
         let first = Request::RecipePart { offset: 0 };
         let fetched = requests.iter().filter(|request| **request == first);
         assert_eq!(fetched.count(), 1);
-        assert_eq!(in_force(&mut flash), None);
+        assert_eq!(active_recipe(&mut flash), None);
     }
 }

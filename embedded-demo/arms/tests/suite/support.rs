@@ -1,4 +1,4 @@
-//! Arms of a simulated world, and a flash whose power goes.
+//! Simulated arms, and a flash with power cuts.
 
 use std::ops::Range;
 
@@ -11,13 +11,13 @@ use glimpse_arms::simulated::{DirectionPin, StepPin, Switch, World};
 use glimpse_arms::store::readings::Readings;
 use glimpse_arms::store::recipes::Recipes;
 
-pub(crate) const SECTOR: usize = 512;
+pub(crate) const SECTOR_BYTES: usize = 512;
 
-/// Room for a recipe.
-pub(crate) const BUFFER_BYTES: usize = 2 * SECTOR;
+/// Size of the buffer for a recipe.
+pub(crate) const BUFFER_BYTES: usize = 2 * SECTOR_BYTES;
 
 const fn sectors(range: Range<u32>) -> Range<u32> {
-    range.start * SECTOR as u32..range.end * SECTOR as u32
+    range.start * SECTOR_BYTES as u32..range.end * SECTOR_BYTES as u32
 }
 
 pub(crate) fn mount_readings(flash: &mut Flash) -> Readings {
@@ -29,7 +29,7 @@ pub(crate) fn mount_recipes(flash: &mut Flash) -> Recipes {
     Recipes::mount(flash, [sectors(2..4), sectors(4..6)], &mut buffer).unwrap()
 }
 
-/// The power is gone.
+/// Error: the power was cut.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct PowerCut;
 
@@ -39,61 +39,61 @@ impl NorFlashError for PowerCut {
     }
 }
 
-/// The remains of a write or an erase that was cut.
+/// Effect of a power cut on a write or an erase.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Leaves {
-    /// Nothing of it has happened.
+pub(crate) enum CutEffect {
+    /// Nothing was changed.
     Nothing,
-    /// The first half has.
+    /// Only the first half was changed.
     FirstHalf,
-    /// The second half has.
+    /// Only the second half was changed.
     SecondHalf,
-    /// Every bit has or has not, as it likes.
+    /// A random subset of the bits was changed; the value is the seed.
     Bits(u64),
 }
 
-pub(crate) const LEAVES: [Leaves; 8] = [
-    Leaves::Nothing,
-    Leaves::FirstHalf,
-    Leaves::SecondHalf,
-    Leaves::Bits(1),
-    Leaves::Bits(2),
-    Leaves::Bits(3),
-    Leaves::Bits(4),
-    Leaves::Bits(5),
+pub(crate) const CUT_EFFECTS: [CutEffect; 8] = [
+    CutEffect::Nothing,
+    CutEffect::FirstHalf,
+    CutEffect::SecondHalf,
+    CutEffect::Bits(1),
+    CutEffect::Bits(2),
+    CutEffect::Bits(3),
+    CutEffect::Bits(4),
+    CutEffect::Bits(5),
 ];
 
-/// A flash in memory with words of `WORD` bytes: bits go from 1 to 0 by writing, back by erasing.
+/// A flash in memory with words of `WORD` bytes. A write clears bits, an erase sets them.
 #[derive(Clone, Debug)]
 pub(crate) struct Flash<const WORD: usize = 4> {
     pub(crate) bytes: Vec<u8>,
-    /// Writes and erases until the power goes, and what that leaves; None: it stays.
-    pub(crate) cut: Option<(u32, Leaves)>,
+    /// Number of writes and erases before a power cut, and its effect. None: no power cut.
+    pub(crate) cut: Option<(u32, CutEffect)>,
     pub(crate) changes: u32,
 }
 
 impl<const WORD: usize> Flash<WORD> {
     pub(crate) fn new(sectors: usize) -> Self {
         Self {
-            bytes: vec![0xFF; sectors * SECTOR],
+            bytes: vec![0xFF; sectors * SECTOR_BYTES],
             cut: None,
             changes: 0,
         }
     }
 
-    /// Carries out a change, as far as there is power.
+    /// Changes bytes, unless the power is cut.
     fn change(&mut self, from: usize, after: Vec<u8>) -> Result<(), PowerCut> {
         let place = &mut self.bytes[from..from + after.len()];
         let half = after.len() / 2;
         match &mut self.cut {
             None => place.copy_from_slice(&after),
             Some((0, _)) => return Err(PowerCut),
-            Some((1, leaves)) => {
-                match *leaves {
-                    Leaves::Nothing => {}
-                    Leaves::FirstHalf => place[..half].copy_from_slice(&after[..half]),
-                    Leaves::SecondHalf => place[half..].copy_from_slice(&after[half..]),
-                    Leaves::Bits(seed) => {
+            Some((1, effect)) => {
+                match *effect {
+                    CutEffect::Nothing => {}
+                    CutEffect::FirstHalf => place[..half].copy_from_slice(&after[..half]),
+                    CutEffect::SecondHalf => place[half..].copy_from_slice(&after[half..]),
+                    CutEffect::Bits(seed) => {
                         let mut state = seed * 0x9E37_79B9 + u64::from(self.changes);
                         for (before, after) in place.iter_mut().zip(after) {
                             state = state
@@ -104,7 +104,7 @@ impl<const WORD: usize> Flash<WORD> {
                         }
                     }
                 }
-                self.cut = Some((0, *leaves));
+                self.cut = Some((0, *effect));
                 return Err(PowerCut);
             }
             Some((left, _)) => {
@@ -141,12 +141,15 @@ impl<const WORD: usize> ReadNorFlash for Flash<WORD> {
 
 impl<const WORD: usize> NorFlash for Flash<WORD> {
     const WRITE_SIZE: usize = WORD;
-    const ERASE_SIZE: usize = SECTOR;
+    const ERASE_SIZE: usize = SECTOR_BYTES;
 
     fn erase(&mut self, from: u32, to: u32) -> Result<(), PowerCut> {
-        assert!((from as usize).is_multiple_of(SECTOR) && (to as usize).is_multiple_of(SECTOR));
-        for sector in (from as usize..to as usize).step_by(SECTOR) {
-            self.change(sector, vec![0xFF; SECTOR])?;
+        assert!(
+            (from as usize).is_multiple_of(SECTOR_BYTES)
+                && (to as usize).is_multiple_of(SECTOR_BYTES)
+        );
+        for sector in (from as usize..to as usize).step_by(SECTOR_BYTES) {
+            self.change(sector, vec![0xFF; SECTOR_BYTES])?;
         }
         Ok(())
     }
@@ -158,26 +161,26 @@ impl<const WORD: usize> NorFlash for Flash<WORD> {
         let is_erased = place.iter().all(|byte| *byte == 0xFF);
         assert!(
             is_erased,
-            "words with error correction are written once only"
+            "words with error correction can be written only once"
         );
         let after = place.iter().zip(bytes).map(|(a, b)| a & b).collect();
         self.change(offset, after)
     }
 }
 
-/// The order in which arms go home.
-pub(crate) const ORDER: [usize; 4] = [2, 0, 1, 3];
+/// Homing order of the arms.
+pub(crate) const HOMING_ORDER: [usize; 4] = [2, 0, 1, 3];
 
 pub(crate) type Arms<'w> = Goniometer<StepPin<'w>, DirectionPin<'w>, Switch<'w>, 4>;
 
-/// Polls until nothing moves, and returns the microseconds that it took.
+/// Polls until all arms have arrived, and returns the time in us.
 pub(crate) fn settle(arms: &mut Arms, round: u32) -> Result<u32, ArmError> {
     for rounds in 0..60_000_000 / round {
         if arms.poll(round)? == Motion::Arrived {
             return Ok(rounds * round);
         }
     }
-    panic!("they never arrive");
+    panic!("the arms never arrive");
 }
 
 pub(crate) fn go_to(arms: &mut Arms, angles: [f32; 4]) {
@@ -186,11 +189,11 @@ pub(crate) fn go_to(arms: &mut Arms, angles: [f32; 4]) {
 }
 
 pub(crate) fn go_home(arms: &mut Arms) {
-    arms.go_home(ORDER).unwrap();
+    arms.go_home(HOMING_ORDER).unwrap();
     settle(arms, 10).unwrap();
 }
 
-/// Arms of this world that are home.
+/// Returns the homed arms of a simulated scanner.
 pub(crate) fn homed(world: &World) -> Arms<'_> {
     let mut arms = world.goniometer();
     go_home(&mut arms);

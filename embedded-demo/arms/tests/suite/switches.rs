@@ -4,22 +4,22 @@ use glimpse_arms::axis::{AxisError, Motion};
 use glimpse_arms::goniometer::ArmError;
 use glimpse_arms::simulated::{Wiring, World, settings};
 
-use crate::support::{ORDER, go_home, go_to, homed, settle};
+use crate::support::{HOMING_ORDER, go_home, go_to, homed, settle};
 
-/// Degrees of a number of steps.
+/// Converts steps to degrees.
 fn degrees(arm: usize, steps: i32) -> f32 {
     settings(arm).angle(steps).to_degrees()
 }
 
-/// It reads as an open switch, so the arm only moves away from its end, and not far.
+/// A broken wire reads as an open switch, so the arm only moves away from its end, and not far.
 #[test]
-fn a_broken_wire_is_found_before_the_arm_moves_5_percent_of_its_travel() {
+fn broken_wire_stops_homing_within_5_percent_of_travel() {
     for arm in 0..4 {
         let start = 1000;
         let world = World::new([start; 4]);
-        world.wire(arm, Wiring::Broken);
+        world.set_wiring(arm, Wiring::Broken);
         let mut arms = world.goniometer();
-        arms.go_home(ORDER).unwrap();
+        arms.go_home(HOMING_ORDER).unwrap();
         let error = AxisError::HomeStuck;
         let arm_error = ArmError {
             arm: arm as u8,
@@ -37,7 +37,7 @@ fn a_broken_wire_is_found_before_the_arm_moves_5_percent_of_its_travel() {
 }
 
 #[test]
-fn a_wire_that_breaks_during_a_move_stops_all_arms_with_an_error() {
+fn wire_breaking_during_move_stops_all_arms() {
     for arm in 0..4 {
         let world = World::new([1; 4]);
         let mut arms = homed(&world);
@@ -45,7 +45,7 @@ fn a_wire_that_breaks_during_a_move_stops_all_arms_with_an_error() {
         for _ in 0..20_000 {
             assert_eq!(arms.poll(10), Ok(Motion::Moving));
         }
-        world.wire(arm, Wiring::Broken);
+        world.set_wiring(arm, Wiring::Broken);
         let broke_at = world.positions();
         let error = settle(&mut arms, 10).unwrap_err();
         assert_eq!(usize::from(error.arm), arm);
@@ -59,14 +59,14 @@ fn a_wire_that_breaks_during_a_move_stops_all_arms_with_an_error() {
     }
 }
 
-/// Before each move the switch is read, so a wire that broke while the arms stood is found first.
+/// The switch is read before each move, so a wire that broke at standstill is detected first.
 #[test]
-fn a_wire_that_breaks_while_the_arms_stand_is_found_before_they_move() {
+fn wire_broken_at_standstill_is_detected_before_move() {
     let world = World::new([1; 4]);
     let mut arms = homed(&world);
     go_to(&mut arms, [1.0, 0.0, 0.5, 0.0]);
     let stood_at = world.positions();
-    world.wire(3, Wiring::Broken);
+    world.set_wiring(3, Wiring::Broken);
     arms.go_to([0.5, 1.0, 0.5, 1.0]).unwrap();
     let error = settle(&mut arms, 10).unwrap_err();
     assert_eq!(error.arm, 3);
@@ -76,15 +76,15 @@ fn a_wire_that_breaks_while_the_arms_stand_is_found_before_they_move() {
     }
 }
 
-/// An arm whose position is known looks for its switch only as far as it may have lost steps.
+/// An arm with a known position approaches its switch only by its distance and the steps that it may have lost.
 #[test]
-fn a_switch_that_does_not_open_stops_an_arm_with_a_known_position_near_its_end() {
+fn closed_switch_stops_arm_with_known_position_near_end() {
     for arm in 0..4 {
         let world = World::new([1; 4]);
         let mut arms = homed(&world);
         go_to(&mut arms, [1.0, 0.0, 0.5, 0.0]);
-        world.wire(arm, Wiring::Shorted);
-        arms.go_home(ORDER).unwrap();
+        world.set_wiring(arm, Wiring::Shorted);
+        arms.go_home(HOMING_ORDER).unwrap();
         let error = AxisError::HomeNotFound;
         let arm_error = ArmError {
             arm: arm as u8,
@@ -100,33 +100,33 @@ fn a_switch_that_does_not_open_stops_an_arm_with_a_known_position_near_its_end()
     }
 }
 
-/// The switch has shown that it works when the arm left it.
+/// The switch worked when the arm left it.
 #[test]
-fn a_switch_that_fails_right_after_it_closed_stops_the_arm_within_5_percent_of_its_travel() {
+fn switch_failing_after_release_stops_arm_within_5_percent_of_travel() {
     let world = World::new([-40, 1, 1, 1]);
     let mut arms = world.goniometer();
-    arms.go_home(ORDER).unwrap();
+    arms.go_home(HOMING_ORDER).unwrap();
     while world.positions()[0] <= 0 {
         assert_eq!(arms.poll(10), Ok(Motion::Moving));
     }
-    world.wire(0, Wiring::Shorted);
+    world.set_wiring(0, Wiring::Shorted);
     let error = AxisError::HomeNotFound;
     assert_eq!(settle(&mut arms, 10), Err(ArmError { arm: 0, error }));
     let past = -world.positions()[0];
     assert!(past <= settings(0).travel() as i32 / 20, "{past} steps");
 }
 
-/// Nobody knows where the arm is, but its travel is known. A mechanical stop has to hold it.
+/// With an unknown position the motion is bounded by the travel. A mechanical stop must hold the arm.
 #[test]
-fn a_switch_that_does_not_open_stops_an_arm_with_an_unknown_position_after_its_travel() {
+fn closed_switch_stops_arm_with_unknown_position_after_travel() {
     for arm in 0..4 {
         let start = settings(arm).travel() as i32;
         let world = World::new(std::array::from_fn(
             |other| if other == arm { start } else { 1 },
         ));
-        world.wire(arm, Wiring::Shorted);
+        world.set_wiring(arm, Wiring::Shorted);
         let mut arms = world.goniometer();
-        arms.go_home(ORDER).unwrap();
+        arms.go_home(HOMING_ORDER).unwrap();
         let error = AxisError::HomeNotFound;
         let arm_error = ArmError {
             arm: arm as u8,
@@ -141,13 +141,13 @@ fn a_switch_that_does_not_open_stops_an_arm_with_an_unknown_position_after_its_t
     }
 }
 
-/// Contacts bounce at each change, and vibrations open them for a moment during a move.
+/// Contacts bounce at each change, and vibrations open them briefly during a move.
 #[test]
-fn a_bouncing_contact_changes_no_position_and_stops_no_move() {
+fn bouncing_contact_is_tolerated() {
     for bounces in [1, 7, 100, 400] {
         let world = World::new([50, 60, 70, 80]);
         let mut arms = world.goniometer();
-        arms.go_home(ORDER).unwrap();
+        arms.go_home(HOMING_ORDER).unwrap();
         for arm in 0..4 {
             world.bounce(arm, bounces);
         }
@@ -167,7 +167,7 @@ fn a_bouncing_contact_changes_no_position_and_stops_no_move() {
 }
 
 #[test]
-fn a_contact_that_never_settles_is_an_error() {
+fn unsettled_contact_is_an_error() {
     let world = World::new([1; 4]);
     let mut arms = homed(&world);
     arms.go_to([1.0, 0.0, 0.5, 0.0]).unwrap();

@@ -4,18 +4,18 @@ use embedded_storage::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
 use stm32f4xx_hal::flash::{Error as FlashError, FlashExt, LockedFlash, UnlockedFlash};
 use stm32f4xx_hal::pac;
 
-/// The sector of 128 KiB at this offset in the flash.
+/// Returns the sector of 128 KiB at this offset in the flash.
 pub const fn sector(offset: u32) -> core::ops::Range<u32> {
     offset..offset + 128 * 1024
 }
 
-/// The chip's flash, unlocked only while it changes. The core stands meanwhile, and nothing moves.
+/// The chip's flash, unlocked only while it changes. The core is stalled meanwhile, and no arm moves.
 pub struct Flash(pub LockedFlash);
 
 impl Flash {
-    /// What the data cache holds is of before: the HAL turns it on and leaves it alone.
+    /// Flushes the data cache, whose content is stale after a change. The HAL enables the cache but does not flush it.
     fn flush_cache() {
-        // SAFETY: only these bits of a register that nothing else writes after the clocks.
+        // SAFETY: it changes only these bits of a register that no other code writes after the clocks are configured.
         let flash = unsafe { &*pac::FLASH::ptr() };
         flash.acr().modify(|_, w| w.dcen().clear_bit());
         flash.acr().modify(|_, w| w.dcrst().set_bit());

@@ -1,22 +1,22 @@
-//! Settings of the arms, their limits, and a white tile's counts. **Change them** for your scanner.
+//! Settings of the arms, their limits, and the calibration by a white tile. **Change them** for your scanner.
 
 use core::f32::consts::{FRAC_PI_2, PI, TAU};
 
 use glimpse_arms::axis;
-use glimpse_arms::sensor::White;
+use glimpse_arms::sensor::WhiteTile;
 use glimpse_arms::station;
 use glimpse_core::geometry::Directions;
 use glimpse_core::gonio::{Footprint, Limits, Machine, Speeds};
 
-/// Steps to a radian: 1.8 degrees, 16 microsteps, a gear of 1:4.
+/// Steps per radian: 1.8 degrees per step, 16 microsteps, a gear of 1:4.
 const STEPS_PER_RADIAN: f32 = 200.0 * 16.0 * 4.0 / TAU;
-/// Steps/s, of all arms.
+/// Speed of all arms, steps/s.
 const SPEED: f32 = 4000.0;
 
-/// Settings of an arm; 0 and 2 are polar angles, 1 and 3 azimuths. The lamp's home is near the
-/// normal, where it points down; the sensor's is near the horizon.
+/// Returns the settings of an arm; 0 and 2 are polar angles, 1 and 3 azimuths. The home of the lamp is near the normal,
+/// where it points down; that of the sensor is near the horizon.
 pub fn arm(number: usize) -> axis::Settings {
-    let (home, least, largest) = match number {
+    let (home, min_angle, max_angle) = match number {
         0 => (-0.05, 0.0, FRAC_PI_2),
         2 => (FRAC_PI_2 - 0.01, 0.0, FRAC_PI_2 - 0.03),
         _ => (-PI - 0.05, -PI, PI),
@@ -27,14 +27,14 @@ pub fn arm(number: usize) -> axis::Settings {
         acceleration: 20_000.0,
         homing_speed: 400.0,
         home,
-        least,
-        largest,
+        min_angle,
+        max_angle,
         tolerance: 4, // switches open within a few steps
         reversed: false,
     }
 }
 
-/// Speeds and limits of the arms together.
+/// Returns the speeds and limits of the machine.
 pub fn machine() -> station::Settings {
     let speed = SPEED / STEPS_PER_RADIAN;
     station::Settings {
@@ -46,24 +46,24 @@ pub fn machine() -> station::Settings {
                 phi_o: speed,
             },
             limits: Limits {
-                min_separation: 0.2, // keeps lamp and sensor from each other, on every way
+                min_separation: 0.2, // keeps lamp and sensor apart on every route
                 ..Limits::NONE
             },
             isotropic: true,
             through_normal: false,
         },
-        arms_settle: 300_000,
-        lamp_settles: 50_000,
+        arm_settling_us: 300_000,
+        lamp_settling_us: 50_000,
     }
 }
 
-/// Counts of a white tile, lit and seen along the normal: read them with your own.
-pub fn white() -> White {
+/// Returns the calibration: counts of a white tile, lit and seen along the normal. Measure them with your own tile.
+pub fn white() -> WhiteTile {
     let normal = [0.0, 0.0, 1.0];
-    White {
+    WhiteTile {
         counts: [3000.0; 3],
         reflectance: [0.99; 3],
-        at: Directions {
+        directions: Directions {
             incoming: normal,
             outgoing: normal,
         },

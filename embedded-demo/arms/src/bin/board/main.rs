@@ -1,7 +1,7 @@
-//! The firmware on an Adafruit Feather STM32F405 Express: four stepper drivers, four home switches,
-//! a lamp, three photodiodes, a button. The README has the wiring.
+//! The firmware on an Adafruit Feather STM32F405 Express: four stepper drivers, four home switches, a lamp, three
+//! photodiodes, a button. The README lists the wiring.
 //!
-//! What the arms of a scanner of one's own are like is in `machine.rs`, its pins are here.
+//! For another scanner, change the arms' settings in `machine.rs` and the pins here.
 
 #![no_std]
 #![no_main]
@@ -14,10 +14,10 @@ use core::panic::PanicInfo;
 
 use cortex_m::peripheral::{DWT, SCB};
 use cortex_m_rt::{ExceptionFrame, entry, exception};
-use defmt_rtt as _; // the log, where a debug probe reads it
+use defmt_rtt as _; // log over RTT
 use glimpse_arms::axis::Axis;
 use glimpse_arms::goniometer::Goniometer;
-use glimpse_arms::scanner::{Button, Command, News, Platform, Scanner, Seeds, log_values};
+use glimpse_arms::scanner::{Button, Command, Event, Platform, Scanner, Seeds, log_values};
 use glimpse_arms::sensor::{Photometer, Sensor};
 use glimpse_arms::station::{ARMS, Station};
 use glimpse_arms::store::readings::Readings;
@@ -38,23 +38,23 @@ use stm32f4xx_hal::watchdog::IndependentWatchdog;
 use flash::{Flash, sector};
 use machine::{arm, machine, white};
 
-/// The recipe that it comes with; a host may send another.
+/// The bundled recipe; a host may send another one.
 static RECIPE: &[u8] = include_bytes!("../../../../../trainer/recipes/neural-n8.recipe");
-/// Room for the recipe from the flash.
+/// Maximum size of a recipe in the flash.
 const RECIPE_BYTES: usize = 16 * 1024;
-/// The bundled recipe fits.
+/// The memory is large enough for the bundled recipe.
 const _: () = assert!(memory_words(&[RECIPE]) <= MEMORY_WORDS);
-/// Readings of the converter for one reading of the scan.
+/// Readings of the converter that are averaged to one reading of the scan.
 const REPEATS: u16 = 64;
-/// The core's clock in MHz, which the cycle counter counts.
+/// Clock of the core and its cycle counter, MHz.
 const CORE_MHZ: u32 = 168;
-/// Longer than erasing a sector takes: four seconds at worst.
+/// Timeout of the watchdog: longer than erasing a sector, four seconds at worst.
 const WATCHDOG_MS: u32 = 10_000;
 
 unsafe extern "C" {
-    /// The linker script's memory that start-up code does not touch.
-    #[link_name = "_kept"]
-    static mut KEPT: [u32; retained::WORDS];
+    /// Memory that start-up code does not initialize.
+    #[link_name = "_retained"]
+    static mut RETAINED: [u32; retained::WORDS];
 }
 
 #[entry]
@@ -66,7 +66,7 @@ fn main() -> ! {
     else {
         reset()
     };
-    // Before the clocks: a PLL that does not lock ends in a reset that says so.
+    // The watchdog starts before the clocks, so it resets the chip if the PLL does not lock.
     let mut watchdog = IndependentWatchdog::new(chip.IWDG);
     watchdog.stop_on_debug(&chip.DBGMCU, true);
     watchdog.start(WATCHDOG_MS.millis());
@@ -81,7 +81,7 @@ fn main() -> ! {
     );
     chip.RCC.csr().modify(|_, w| w.rmvf().set_bit());
 
-    // The internal oscillator, 1 % off at room temperature, which a UART bears.
+    // The internal oscillator, accurate to 1 % at room temperature, which is enough for a UART.
     let mut rcc = chip.RCC.freeze(
         Config::hsi()
             .sysclk(CORE_MHZ.MHz())
@@ -123,7 +123,7 @@ fn main() -> ! {
     };
     let pins = (b.pb10, b.pb11); // TX, RX
     let Ok(serial) = chip.USART3.serial::<u8>(pins, 115_200.bps(), &mut rcc) else {
-        defmt::error!("the UART cannot have its speed");
+        defmt::error!("the UART does not support 115200 baud at this clock");
         reset()
     };
     let (send, receive) = serial.split();
@@ -135,22 +135,22 @@ fn main() -> ! {
         Some(Axis::new(step, direction, switch, arm(number.next()?)))
     });
     let [Some(theta_i), Some(phi_i), Some(theta_o), Some(phi_o)] = arms else {
-        reset() // cannot be: there are as many pins as arms
+        reset() // unreachable: there are as many pins as arms
     };
     let photometer = Photometer::new(photodiodes, lamp, white(), REPEATS);
     let arms = Goniometer::new([theta_i, phi_i, theta_o, phi_o]);
     let mut station = Station::new(arms, photometer, machine());
 
-    // SAFETY: the linker script sets these words aside for it alone, any bits are words, and this is
-    // the only reference, since `main` runs once.
-    let positions = unsafe { only(&raw mut KEPT) };
-    match retained::positions(*positions) {
+    // SAFETY: the linker script reserves these words for this static alone, any bits are valid, and this is the only
+    // reference, because `main` runs once.
+    let positions = unsafe { unique_static(&raw mut RETAINED) };
+    match retained::decode(*positions) {
         Some(counts) => {
-            defmt::info!("arms: their counts outlasted the reset");
+            defmt::info!("arms: step counts survived the reset");
             station.assume(counts);
         }
         None => defmt::info!(
-            "arms: their positions are unknown; the lamp must not be outside of the sensor at its azimuth"
+            "arms: positions are unknown; make sure that the lamp is not outside of the sensor at the same azimuth"
         ),
     }
 
@@ -158,11 +158,11 @@ fn main() -> ! {
     let readings = Readings::mount(&mut flash, [sector(0x8_0000), sector(0xA_0000)]);
     let recipes = Recipes::mount(&mut flash, [sector(0xC_0000), sector(0xE_0000)], BUFFER);
     let (Ok(mut readings), Ok(recipes)) = (readings, recipes) else {
-        defmt::error!("the flash cannot be read");
+        defmt::error!("the flash cannot be read: check its sectors");
         reset()
     };
     let Ok(boots) = readings.count_boot(&mut flash) else {
-        defmt::error!("the flash cannot be written");
+        defmt::error!("the flash cannot be written: check its sectors");
         reset()
     };
     let mut board = Board {
@@ -171,7 +171,7 @@ fn main() -> ! {
         receive,
         contact,
         button: Button::default(),
-        elapsed: 0,
+        elapsed_us: 0,
         positions,
         cycles: DWT::cycle_count(),
     };
@@ -186,27 +186,27 @@ fn main() -> ! {
     scanner.serve::<Model>(RECIPE, BUFFER, MEMORY, &mut board)
 }
 
-/// What is around the scanner on a board.
+/// The platform on a board.
 struct Board {
     watchdog: IndependentWatchdog,
     send: Tx<USART3>,
     receive: Rx<USART3>,
-    /// The button's pin, low while it is pressed.
+    /// Pin of the button, low while it is pressed.
     contact: ErasedPin<Input>,
     button: Button,
-    /// Microseconds since the button was read last.
-    elapsed: u32,
+    /// Time since the button was last read, us.
+    elapsed_us: u32,
     positions: &'static mut [u32; retained::WORDS],
-    /// The cycle counter when it was read last, but for cycles that make no microsecond.
+    /// Value of the cycle counter at the last whole microsecond.
     cycles: u32,
 }
 
 impl Platform for Board {
-    fn elapsed(&mut self) -> u32 {
+    fn elapsed_us(&mut self) -> u32 {
         self.watchdog.feed();
         let microseconds = DWT::cycle_count().wrapping_sub(self.cycles) / CORE_MHZ;
         self.cycles = self.cycles.wrapping_add(microseconds * CORE_MHZ);
-        self.elapsed = self.elapsed.saturating_add(microseconds);
+        self.elapsed_us = self.elapsed_us.saturating_add(microseconds);
         microseconds
     }
 
@@ -219,19 +219,19 @@ impl Platform for Board {
     }
 
     fn command(&mut self) -> Option<Command> {
-        let elapsed = core::mem::take(&mut self.elapsed);
-        self.button.poll(self.contact.is_low(), elapsed)
+        let elapsed_us = core::mem::take(&mut self.elapsed_us);
+        self.button.poll(self.contact.is_low(), elapsed_us)
     }
 
-    fn remember(&mut self, positions: Option<[i32; ARMS]>) {
-        for (to, from) in self.positions.iter_mut().zip(retained::words(positions)) {
-            // SAFETY: a valid reference; volatile, so that a reset finds what was written.
+    fn save_positions(&mut self, positions: Option<[i32; ARMS]>) {
+        for (to, from) in self.positions.iter_mut().zip(retained::encode(positions)) {
+            // SAFETY: a valid reference. The write is volatile, so it is not optimized out and survives a reset.
             unsafe { core::ptr::from_mut(to).write_volatile(from) };
         }
     }
 
-    fn tell(&mut self, news: News) {
-        news.log();
+    fn report(&mut self, event: Event) {
+        event.log();
     }
 
     fn finished(&mut self, residual: Residual, values: &mut dyn Iterator<Item = f32>) {
@@ -243,7 +243,7 @@ impl Platform for Board {
     }
 }
 
-/// Three photodiodes and the converter.
+/// Three photodiodes and their converter.
 struct Photodiodes {
     converter: Adc<ADC1>,
     red: PA4<Analog>,
@@ -264,16 +264,16 @@ impl Sensor for Photodiodes {
     }
 }
 
-/// A static's only reference.
+/// Returns the only reference to a static.
 ///
 /// # Safety
-/// `place` is a static, any bits are one of it, and there is no other reference to it, now or later.
-unsafe fn only<T>(place: *mut T) -> &'static mut T {
-    // SAFETY: by the caller's word.
-    unsafe { &mut *place }
+/// `pointer` leads to a static, any bits of it are valid, and there is never another reference to it.
+unsafe fn unique_static<T>(pointer: *mut T) -> &'static mut T {
+    // SAFETY: guaranteed by the caller.
+    unsafe { &mut *pointer }
 }
 
-/// Resets the chip: the arms stop, and nothing moves before somebody presses the button.
+/// Resets the chip: the arms stop, and do not move before the next press of the button.
 #[panic_handler]
 fn panic(_: &PanicInfo<'_>) -> ! {
     defmt::error!("panic");

@@ -1,4 +1,4 @@
-//! What a fit costs: the core's cycles, and the depth of the stack.
+//! Cost of a fit: cycles of the core, and the peak depth of the stack.
 
 use cortex_m_rt::STACK_PAINT_VALUE;
 
@@ -6,39 +6,39 @@ use crate::clocks::Clocks;
 use crate::register::TIM5;
 use crate::time;
 
-/// Counts the cycles of what it is given, by TIM5, which counts each tick of the timers' clock.
-pub struct Meter {
+/// Counts the cycles of functions by TIM5, which counts each tick of the timers' clock.
+pub struct Profiler {
     clocks: Clocks,
     ticks: u32,
 }
 
-impl Meter {
-    /// Nothing was counted yet.
+impl Profiler {
+    /// Starts the timer; the count is 0.
     pub fn start(clocks: Clocks) -> Self {
-        time::run_freely(TIM5, 1);
+        time::start_free_running(TIM5, 1);
         Self { clocks, ticks: 0 }
     }
 
-    /// Forgets what was counted.
+    /// Resets the count to 0.
     pub fn restart(&mut self) {
         self.ticks = 0;
     }
 
-    /// Does it and counts what it takes, interrupts on the way included. It may take 4 s in an
-    /// emulator, and 51 s on a chip.
-    pub fn count<T>(&mut self, act: impl FnOnce() -> T) -> T {
-        let begun = TIM5.counter.read();
+    /// Calls a function and counts its duration, interrupts included. A call may take at most 4 s in an emulator, and
+    /// 51 s on a chip.
+    pub fn measure<T>(&mut self, act: impl FnOnce() -> T) -> T {
+        let start = TIM5.counter.read();
         let result = act();
-        let ticks = TIM5.counter.read().wrapping_sub(begun);
+        let ticks = TIM5.counter.read().wrapping_sub(start);
         self.ticks = self.ticks.wrapping_add(ticks);
         result
     }
 
-    /// Logs what was counted, as `name=value` lines, and begins anew.
+    /// Logs the count and the stack as `name=value` lines, and resets the count.
     pub fn report(&mut self) {
         let ticks = core::mem::take(&mut self.ticks);
         match self.clocks {
-            // QEMU with `-icount shift=0`: an instruction takes a nanosecond, whatever it is.
+            // QEMU with `-icount shift=0`: every instruction takes a nanosecond.
             Clocks::Emulator => defmt::info!("fit_instructions={=u32}", ticks),
             clocks => {
                 let cycles = u64::from(ticks) * u64::from(clocks.core_hz())
@@ -50,7 +50,7 @@ impl Meter {
     }
 }
 
-/// The largest number of bytes that the stack ever had.
+/// Returns the peak size of the stack since the start, in bytes.
 fn stack_bytes() -> usize {
     unsafe extern "C" {
         static _stack_end: u32;
@@ -59,8 +59,8 @@ fn stack_bytes() -> usize {
     let end = &raw const _stack_end;
     let start = &raw const _stack_start;
     let mut word = end;
-    // SAFETY: between the linker script's symbols is the stack, aligned and in RAM; what lies
-    // below the stack pointer is paint or old values, never a reference's target.
+    // SAFETY: the stack lies between these symbols of the linker script, aligned and in RAM. The words below the stack
+    // pointer are paint or old values, never the target of a reference.
     while word < start && unsafe { word.read_volatile() } == STACK_PAINT_VALUE {
         word = word.wrapping_add(1);
     }

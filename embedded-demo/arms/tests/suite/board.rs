@@ -1,13 +1,13 @@
-//! A board on a bench: a button, a line with a host or with noise on it, and the simulated scanner.
+//! A board with a button, a serial line with a host or noise, and the simulated scanner.
 
 use std::cell::Cell;
 use std::collections::VecDeque;
 use std::convert::Infallible;
 
-use crate::support::{BUFFER_BYTES, Flash, SECTOR, mount_readings, mount_recipes};
+use crate::support::{BUFFER_BYTES, Flash, SECTOR_BYTES, mount_readings, mount_recipes};
 use embedded_hal::digital::{ErrorType, OutputPin};
-use glimpse_arms::scanner::{Command, End, News, Platform, Scanner, Seeds, Start};
-use glimpse_arms::sensor::{Photometer, Sensor, White};
+use glimpse_arms::scanner::{Command, Event, Outcome, Platform, Scanner, Seeds, StartMode};
+use glimpse_arms::sensor::{Photometer, Sensor, WhiteTile};
 use glimpse_arms::simulated::{DirectionPin, StepPin, Switch, World};
 use glimpse_arms::station::{self, Station};
 use glimpse_arms::store::readings::Readings;
@@ -29,16 +29,16 @@ pub(crate) static COOK_TORRANCE: &[u8] =
 pub(crate) static MASKED: &[u8] =
     include_bytes!("../../../../trainer/recipes/masked/phong-n16.recipe");
 
-/// Microseconds that each round takes.
+/// Duration of an iteration of the main loop, us.
 pub(crate) const ROUND: u64 = 40;
 pub(crate) const SECOND: u64 = 1_000_000;
 
-/// A host's answer to a request; None: it is silent.
+/// Reply of a host to a request. None: the host is silent.
 pub(crate) type Answer<'b> = Box<dyn FnMut(&Request) -> Option<Reply> + 'b>;
 
-/// A host that answers requests, or is silent.
+/// A host that replies to requests, or is silent.
 pub(crate) struct Host<'b> {
-    pub(crate) answerer: Server,
+    pub(crate) server: Server,
     pub(crate) answer: Answer<'b>,
     pub(crate) requests: Vec<Request>,
 }
@@ -46,7 +46,7 @@ pub(crate) struct Host<'b> {
 impl<'b> Host<'b> {
     pub(crate) fn new(answer: impl FnMut(&Request) -> Option<Reply> + 'b) -> Self {
         Self {
-            answerer: Server::new(),
+            server: Server::new(),
             answer: Box::new(answer),
             requests: Vec::new(),
         }
@@ -57,9 +57,9 @@ impl<'b> Host<'b> {
         counted.count()
     }
 
-    /// Takes a byte. Returns the bytes of the answer, if it ended a request.
-    pub(crate) fn hear(&mut self, byte: u8) -> Vec<u8> {
-        let reply = match self.answerer.receive(byte) {
+    /// Receives a byte. Returns the bytes of the reply, if it completed a request.
+    pub(crate) fn receive(&mut self, byte: u8) -> Vec<u8> {
+        let reply = match self.server.receive(byte) {
             Some(Ok(Received::New(request))) => {
                 self.requests.push(request.clone());
                 (self.answer)(&request)
@@ -68,18 +68,18 @@ impl<'b> Host<'b> {
             _ => None,
         };
         let mut buffer = [0; FRAME_BYTES];
-        let frame = reply.map(|reply| self.answerer.reply(reply, &mut buffer).unwrap().to_vec());
+        let frame = reply.map(|reply| self.server.reply(reply, &mut buffer).unwrap().to_vec());
         frame.unwrap_or_default()
     }
 }
 
-/// The reply with the part of a recipe from there on.
+/// Returns the part of a recipe from `offset` on.
 pub(crate) fn part(recipe: &[u8], offset: u32) -> Reply {
     let bytes = RecipeBytes::take_from(recipe[offset as usize..].iter().copied());
     Reply::RecipePart { offset, bytes }
 }
 
-/// The reply of a host that listens and offers a recipe, or none.
+/// Returns the reply of a host that listens and offers a recipe, or none.
 pub(crate) fn answer(request: &Request, offered: Option<(&[u8], u32)>) -> Reply {
     match (request, offered) {
         (Request::Hello { .. }, _) => Reply::Welcome { protocol: PROTOCOL },
@@ -96,30 +96,30 @@ pub(crate) fn checksum_of(recipe: &[u8]) -> u32 {
     Recipe::parse(recipe).unwrap().checksum()
 }
 
-/// The end of a bench.
-pub(crate) struct Over;
+/// Panic payload that ends a test run.
+pub(crate) struct TestEnd;
 
-/// A board on a bench.
-pub(crate) struct Board<'b> {
-    /// Microseconds since it was started.
+/// A board.
+pub(crate) struct TestBoard<'b> {
+    /// Time since the start, us.
     pub(crate) now: u64,
-    /// The time at which the bench ends, if nothing ends it before.
+    /// Time at which the run ends at the latest, us.
     pub(crate) until: u64,
-    /// Commands and their times.
+    /// Commands and their times, us.
     pub(crate) commands: VecDeque<(u64, Command)>,
-    /// Bytes on the line that no host has sent, and their times.
+    /// Noise bytes on the line and their times, us.
     pub(crate) noise: VecDeque<(u64, u8)>,
     pub(crate) host: Option<Host<'b>>,
     pub(crate) replies: VecDeque<u8>,
     /// All bytes that the device has sent.
     pub(crate) sent: Vec<u8>,
-    pub(crate) news: Vec<News>,
-    /// Receives all news; true ends the bench.
-    pub(crate) watch: Box<dyn FnMut(&News) -> bool + 'b>,
+    pub(crate) events: Vec<Event>,
+    /// Receives all events; true ends the run.
+    pub(crate) watch: Box<dyn FnMut(&Event) -> bool + 'b>,
 }
 
-impl<'b> Board<'b> {
-    pub(crate) fn new(until: u64, watch: impl FnMut(&News) -> bool + 'b) -> Self {
+impl<'b> TestBoard<'b> {
+    pub(crate) fn new(until: u64, watch: impl FnMut(&Event) -> bool + 'b) -> Self {
         Self {
             now: 0,
             until,
@@ -128,37 +128,37 @@ impl<'b> Board<'b> {
             host: None,
             replies: VecDeque::new(),
             sent: Vec::new(),
-            news: Vec::new(),
+            events: Vec::new(),
             watch: Box::new(watch),
         }
     }
 
-    /// Serves with the simulated scanner.
+    /// Runs the firmware with the simulated scanner.
     pub(crate) fn serve(&mut self, world: &World, flash: &mut Flash) {
         let mut memory = [0.0; MEMORY_WORDS];
         serve::<_, _, Model>(world.station(), flash, &mut memory, self);
     }
 
-    pub(crate) fn ends(&self) -> Vec<End> {
-        let end = |news: &News| match news {
-            News::End(end) => Some(*end),
+    pub(crate) fn outcomes(&self) -> Vec<Outcome> {
+        let outcome = |event: &Event| match event {
+            Event::Ended(outcome) => Some(*outcome),
             _ => None,
         };
-        self.news.iter().filter_map(end).collect()
+        self.events.iter().filter_map(outcome).collect()
     }
 
-    /// The number of readings that were taken and kept.
+    /// Returns the number of readings that were taken and saved.
     pub(crate) fn reads(&self) -> usize {
-        let is_read = |news: &&News| matches!(news, News::Read { .. });
-        self.news.iter().filter(is_read).count()
+        let is_read = |event: &&Event| matches!(event, Event::Read { .. });
+        self.events.iter().filter(is_read).count()
     }
 }
 
-impl Platform for Board<'_> {
-    fn elapsed(&mut self) -> u32 {
+impl Platform for TestBoard<'_> {
+    fn elapsed_us(&mut self) -> u32 {
         self.now += ROUND;
         if self.now >= self.until {
-            std::panic::resume_unwind(Box::new(Over));
+            std::panic::resume_unwind(Box::new(TestEnd));
         }
         ROUND as u32
     }
@@ -173,7 +173,7 @@ impl Platform for Board<'_> {
     fn send(&mut self, byte: u8) -> bool {
         self.sent.push(byte);
         if let Some(host) = &mut self.host {
-            self.replies.extend(host.hear(byte));
+            self.replies.extend(host.receive(byte));
         }
         true
     }
@@ -184,35 +184,35 @@ impl Platform for Board<'_> {
         Some(command)
     }
 
-    fn remember(&mut self, _: Option<[i32; 4]>) {}
+    fn save_positions(&mut self, _: Option<[i32; 4]>) {}
 
-    fn tell(&mut self, news: News) {
-        self.news.push(news);
-        if (self.watch)(&news) {
-            std::panic::resume_unwind(Box::new(Over));
+    fn report(&mut self, event: Event) {
+        self.events.push(event);
+        if (self.watch)(&event) {
+            std::panic::resume_unwind(Box::new(TestEnd));
         }
     }
 
     fn finished(&mut self, _: Residual, _: &mut dyn Iterator<Item = f32>) {}
 }
 
-/// Counts of [`Counter`] in the dark, and those above them of the white tile.
+/// Counts of [`ScriptedSensor`] in the dark, and those of the white tile above them.
 pub(crate) const DARK: u16 = 1000;
 pub(crate) const WHITE: u16 = 100;
-/// A count of a lit sample that is dark gray, and one that is less than nothing.
+/// Counts of a lit sample: a dark gray one, and one far below 0.
 pub(crate) const GRAY: u16 = DARK + 30;
-pub(crate) const BAD: u16 = 0;
+pub(crate) const NEGATIVE: u16 = 0;
 
-/// A sensor whose counts a test chooses while the lamp is on; None: the converter fails.
-pub(crate) struct Counter<'c> {
+/// A sensor whose counts a test chooses while the lamp is on. None: the converter fails.
+pub(crate) struct ScriptedSensor<'c> {
     pub(crate) is_lit: &'c Cell<bool>,
     pub(crate) lit: &'c mut dyn FnMut() -> Option<u16>,
 }
 
-/// The converter has failed.
+/// Error: the converter has failed.
 pub(crate) struct ConverterFailed;
 
-impl Sensor for Counter<'_> {
+impl Sensor for ScriptedSensor<'_> {
     type Error = ConverterFailed;
 
     fn read(&mut self) -> Result<[u16; 3], ConverterFailed> {
@@ -225,14 +225,14 @@ impl Sensor for Counter<'_> {
     }
 }
 
-/// Its lamp.
-pub(crate) struct Bulb<'c>(pub(crate) &'c Cell<bool>);
+/// The lamp of [`ScriptedSensor`].
+pub(crate) struct TestLamp<'c>(pub(crate) &'c Cell<bool>);
 
-impl ErrorType for Bulb<'_> {
+impl ErrorType for TestLamp<'_> {
     type Error = Infallible;
 }
 
-impl OutputPin for Bulb<'_> {
+impl OutputPin for TestLamp<'_> {
     fn set_low(&mut self) -> Result<(), Infallible> {
         self.0.set(false);
         Ok(())
@@ -244,17 +244,17 @@ impl OutputPin for Bulb<'_> {
     }
 }
 
-/// The simulated arms with another sensor, read once for each reading.
-pub(crate) fn counting<'c>(
+/// Returns a station of the simulated arms and a [`ScriptedSensor`], which is read once for each reading.
+pub(crate) fn scripted_station<'c>(
     world: &'c World,
     is_lit: &'c Cell<bool>,
     lit: &'c mut dyn FnMut() -> Option<u16>,
-) -> Station<StepPin<'c>, DirectionPin<'c>, Switch<'c>, Counter<'c>, Bulb<'c>> {
+) -> Station<StepPin<'c>, DirectionPin<'c>, Switch<'c>, ScriptedSensor<'c>, TestLamp<'c>> {
     let normal = [0.0, 0.0, 1.0];
-    let white = White {
+    let white = WhiteTile {
         counts: [WHITE.into(); 3],
         reflectance: [1.0; 3],
-        at: Directions {
+        directions: Directions {
             incoming: normal,
             outgoing: normal,
         },
@@ -273,19 +273,19 @@ pub(crate) fn counting<'c>(
             isotropic: true,
             through_normal: false,
         },
-        arms_settle: 20_000,
-        lamp_settles: 5_000,
+        arm_settling_us: 20_000,
+        lamp_settling_us: 5_000,
     };
-    let photometer = Photometer::new(Counter { is_lit, lit }, Bulb(is_lit), white, 1);
+    let photometer = Photometer::new(ScriptedSensor { is_lit, lit }, TestLamp(is_lit), white, 1);
     Station::new(world.goniometer(), photometer, settings)
 }
 
-/// Boots the firmware, which serves by [`PHONG`] until the bench ends.
+/// Boots the firmware with the recipe [`PHONG`], and runs it until the test run ends.
 pub(crate) fn serve<A: Sensor, L: OutputPin, K: Fitter>(
     station: Station<StepPin<'_>, DirectionPin<'_>, Switch<'_>, A, L>,
     flash: &mut Flash,
     memory: &mut [f32],
-    board: &mut Board<'_>,
+    board: &mut TestBoard<'_>,
 ) {
     let mut readings = mount_readings(flash);
     let boots = readings.count_boot(flash).unwrap();
@@ -302,19 +302,20 @@ pub(crate) fn serve<A: Sensor, L: OutputPin, K: Fitter>(
         scanner.serve::<K>(PHONG, &mut buffer, memory, board)
     });
     match std::panic::catch_unwind(run) {
-        Err(over) if over.is::<Over>() => {}
+        Err(payload) if payload.is::<TestEnd>() => {}
         Err(panic) => std::panic::resume_unwind(panic),
     }
     *flash = scanner.flash;
 }
 
-/// Scans one material by any recipe, without a host, from a command on. The flash is new and has room for 100 samples.
+/// Scans one material by any recipe, without a host, and started immediately. The flash is new and has room for 100
+/// samples.
 pub(crate) fn scan_once<A: Sensor, L: OutputPin>(
     station: Station<StepPin<'_>, DirectionPin<'_>, Switch<'_>, A, L>,
     recipe: &[u8],
-    board: &mut Board<'_>,
-) -> End {
-    let bytes = SECTOR as u32;
+    board: &mut TestBoard<'_>,
+) -> Outcome {
+    let bytes = SECTOR_BYTES as u32;
     let mut flash: Flash = Flash::new(24);
     let readings = Readings::mount(&mut flash, [0..8 * bytes, 8 * bytes..16 * bytes]).unwrap();
     let slots = [16 * bytes..20 * bytes, 20 * bytes..24 * bytes];
@@ -327,14 +328,20 @@ pub(crate) fn scan_once<A: Sensor, L: OutputPin>(
         seeds: Seeds::new(1),
     };
     let mut memory = [0.0; MEMORY_WORDS];
-    scanner.scan::<Model>(recipe, &mut memory, driver::Host::Absent, Start::Now, board)
+    scanner.scan::<Model>(
+        recipe,
+        &mut memory,
+        driver::Host::Absent,
+        StartMode::Immediate,
+        board,
+    )
 }
 
-pub(crate) fn is_finished(news: &News) -> bool {
-    matches!(news, News::End(End::Finished))
+pub(crate) fn is_finished(event: &Event) -> bool {
+    matches!(event, Event::Ended(Outcome::Finished))
 }
 
-/// The first positions of the arms.
+/// Initial positions of the arms.
 pub(crate) const POSITIONS: [i32; 4] = [300, 500, 40, 700];
 
 pub(crate) fn world() -> World {

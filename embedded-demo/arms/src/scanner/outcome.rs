@@ -1,4 +1,4 @@
-//! Start and end of a scan.
+//! Start and outcome of a scan.
 
 use core::fmt;
 
@@ -8,55 +8,54 @@ use crate::goniometer::LostSteps;
 use crate::station::StationError;
 use crate::store::StoreError;
 
-/// The start of a scan.
+/// The condition for the start of a scan.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Start {
+pub enum StartMode {
     /// On a [`Command`](super::Command).
     OnCommand,
-    /// At once: somebody has given the command before.
-    Now,
+    /// Immediately, because the command was given before.
+    Immediate,
 }
 
-/// The end of a scan.
+/// The outcome of a scan.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum End {
+pub enum Outcome {
     /// The material was fitted.
     Finished,
-    /// Nobody has given a command yet.
-    Waiting,
-    /// A scan was begun, and no host replies.
-    Alone,
-    /// A host replied, and then fell silent.
-    Silent {
-        /// The scan was begun, so it goes on without a host. Otherwise nobody has asked the arms to
-        /// move.
+    /// No command was given yet.
+    NotStarted,
+    /// The scan was started, and no host replies.
+    NoHost,
+    /// A host replied, and then stopped replying.
+    HostLost {
+        /// The scan was started, so it continues without a host. Otherwise the arms must not move.
         started: bool,
     },
-    /// A host has sent another recipe: it is stored, and waits for
+    /// A host has sent another recipe. It is stored, but not yet active: see
     /// [`Recipes::install`](crate::store::recipes::Recipes::install).
-    Stored {
-        /// Its length.
+    RecipeStored {
+        /// Its length in bytes.
         bytes: u32,
-        /// The checksum by which it was offered.
+        /// The checksum in the host's offer.
         checksum: u32,
     },
-    /// It was given up.
+    /// The scan failed.
     Failed(ScannerError),
 }
 
-/// The reason why a scan was given up.
+/// The error of a scan.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum ScannerError {
-    /// An arm or the sensor.
+    /// An error of an arm or the sensor.
     Station(StationError),
-    /// The flash.
+    /// An error of the flash.
     Store(StoreError),
-    /// Steps were lost again and again: the last ones.
+    /// Steps were lost too often. The value is the last loss.
     LostSteps(LostSteps),
-    /// Recipe, fit or link.
+    /// An error of recipe, fit or link.
     Scan(Failure),
 }
 
@@ -67,7 +66,7 @@ impl fmt::Display for ScannerError {
             Self::Store(error) => error.fmt(f),
             Self::LostSteps(LostSteps { arm, steps }) => write!(
                 f,
-                "arm {arm} loses steps again and again, {steps} the last time: let it go slower, or look what it hits"
+                "arm {arm} repeatedly loses steps, {steps} the last time: reduce its speed, or remove obstacles"
             ),
             Self::Scan(error) => error.fmt(f),
         }

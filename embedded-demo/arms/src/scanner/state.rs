@@ -1,5 +1,4 @@
-//! The course of a scan: to the samples, home after a few of them, and back to those whose readings
-//! are lost.
+//! State of a scan: visits home, lost steps and failed attempts.
 
 use glimpse_core::driver::Driver;
 use glimpse_core::fit::Fitter;
@@ -10,43 +9,43 @@ use super::ScannerError;
 use crate::sensor::SensorError;
 use crate::station::StationError;
 
-/// Readings after which the arms go home, to see whether they have lost steps.
+/// Number of readings between two visits home, which check for lost steps.
 pub(super) const READINGS_BETWEEN_CHECKS: u16 = 4;
-/// Losses of steps that one scan survives.
-pub(super) const LOSSES: u8 = 3;
+/// Number of step losses in one scan after which the next one ends it.
+pub(super) const MAX_STEP_LOSSES: u8 = 3;
 /// Attempts to read a sample.
-const ATTEMPTS: u8 = 3;
+const MAX_ATTEMPTS: u8 = 3;
 
-/// The reason why an attempt has no reading.
+/// The error of an attempt to read a sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Fault {
+pub(super) enum AttemptError {
     /// The sensor could not be read.
     Sensor(SensorError),
-    /// The result cannot be a reading.
+    /// The reading is invalid.
     Reading(ReadingError),
 }
 
-/// The progress of a scan.
+/// The state of a scan.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Course {
-    /// Somebody has given a command.
+pub(super) struct ScanState {
+    /// The scan was started by a command.
     pub(super) started: bool,
-    /// The arms were home once.
+    /// The arms are homed in this scan.
     pub(super) homed: bool,
-    /// Readings since they were.
+    /// Number of readings since the last visit home.
     pub(super) readings: u16,
-    /// Losses of steps.
-    pub(super) losses: u8,
+    /// Number of step losses.
+    pub(super) step_losses: u8,
     /// Failed attempts to read the present sample.
     pub(super) attempts: u8,
-    /// A sample to skip, if the arms come home without a loss of steps.
+    /// A sample to skip, if the arms come home without lost steps.
     pub(super) unreadable: Option<u16>,
     /// The last error of the sensor.
     pub(super) sensor_error: Option<SensorError>,
 }
 
-impl Course {
-    /// A course that has begun, if somebody has given a command before.
+impl ScanState {
+    /// Creates the state of a scan that is or is not started yet.
     pub(super) fn new(started: bool) -> Self {
         Self {
             started,
@@ -54,8 +53,7 @@ impl Course {
         }
     }
 
-    /// The error of a scan that ends by this failure. A scan in which the sensor could read nothing ends by the
-    /// sensor's error.
+    /// Returns the error of a scan that ends by this failure. If no reading could be taken, the error is the sensor's.
     pub(super) fn error(&self, failure: Failure) -> ScannerError {
         match (failure, self.sensor_error) {
             (Failure::Fit(FitError::Incomplete { .. }), Some(error)) => {
@@ -66,33 +64,33 @@ impl Course {
     }
 }
 
-/// Counts a failed attempt to read a sample. Nothing was saved, so the sample is read again at once. After
-/// [`ATTEMPTS`] the sample is skipped, or the scan ends if the recipe needs every reading.
+/// Counts a failed attempt to read a sample. Nothing was saved, so the sample is read again immediately. After
+/// [`MAX_ATTEMPTS`] the sample is skipped, or the scan ends if the recipe needs every reading.
 ///
 /// The driver cannot count attempts: it receives good readings only once the arms are home, and would count attempts
 /// at several samples as those at one.
-pub(super) fn retry<K: Fitter>(
+pub(super) fn handle_failed_attempt<K: Fitter>(
     index: u16,
-    fault: Fault,
+    error: AttemptError,
     driver: &mut Driver<'_, K>,
-    course: &mut Course,
+    state: &mut ScanState,
 ) -> Result<(), ScannerError> {
-    if let Fault::Sensor(error) = fault {
-        course.sensor_error = Some(error);
+    if let AttemptError::Sensor(error) = error {
+        state.sensor_error = Some(error);
     }
-    course.attempts = course.attempts.saturating_add(1);
-    if course.attempts < ATTEMPTS {
+    state.attempts = state.attempts.saturating_add(1);
+    if state.attempts < MAX_ATTEMPTS {
         return Ok(());
     }
-    course.attempts = 0;
+    state.attempts = 0;
     let scan = driver.scan();
     if scan.is_ok_and(|scan| scan.recipe().tolerates_missing()) {
-        course.unreadable = Some(index);
+        state.unreadable = Some(index);
         return Ok(());
     }
-    match fault {
-        Fault::Sensor(error) => Err(ScannerError::Station(StationError::Sensor(error))),
-        Fault::Reading(error) => {
+    match error {
+        AttemptError::Sensor(error) => Err(ScannerError::Station(StationError::Sensor(error))),
+        AttemptError::Reading(error) => {
             driver.fail(Failure::Reading { index, error });
             Ok(())
         }
