@@ -1,34 +1,34 @@
-//! Recipes that come with the trainer: trained on its own procedural materials and nothing measured, so that
-//! they may be passed on. How they are made is in `trainer/recipes/README.md`.
+//! Bundled recipes. They are trained only on the built-in procedural materials, not on measured data, so they can be
+//! redistributed. `trainer/recipes/README.md` describes their training.
 
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::{Recipe, RecipeError};
 
-/// The compact basis of all that are of the model Linear.
+/// The compact basis of all bundled recipes of the model Linear.
 pub static BASIS: &[u8] = include_bytes!("../recipes/linear.basis24");
-/// What each of them loses: its name, then the mean loss on procedural materials that were not trained on, on 80 of
-/// MERL's as networks, and on 17 of RGL's.
+/// The losses of the bundled recipes, one per line: the name, then the mean losses on unseen procedural materials, on
+/// networks of 80 MERL materials, and on 17 RGL materials.
 const LOSSES: &str = include_str!("../recipes/losses.csv");
-/// Cycles of a fit by some of them on a Cortex-M4F, as `core/docs/costs.md` has them.
+/// The cycles of a fit on a Cortex-M4F for some of the bundled recipes, as in `core/docs/costs.md`.
 const CYCLES: &str = include_str!("../recipes/cycles.csv");
 
-/// A recipe that comes along.
+/// A bundled, pre-trained recipe.
 #[derive(Clone, Copy, Debug)]
 pub struct BundledRecipe {
-    /// Model and n, as `neural-n8`; `neural-n16-masked` where any of the readings may be missing.
+    /// The name: model and n, as in `neural-n8`. The suffix in `neural-n16-masked` means that readings may be missing.
     pub name: &'static str,
     /// The recipe's file.
     pub bytes: &'static [u8],
 }
 
-/// What a bundled recipe loses: mean losses, each over unseen materials.
+/// The mean losses of a bundled recipe over unseen materials.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Losses {
-    /// On 40 procedural materials.
+    /// The mean loss on 40 procedural materials.
     pub procedural: f64,
-    /// On 80 of MERL's, as networks.
+    /// The mean loss on networks of 80 MERL materials.
     pub merl: f64,
-    /// On 17 of RGL's.
+    /// The mean loss on 17 RGL materials.
     pub rgl: f64,
 }
 
@@ -41,7 +41,7 @@ macro_rules! bundled {
     };
 }
 
-/// All of them, by model and n.
+/// All bundled recipes, by model and n.
 pub static ALL: &[BundledRecipe] = bundled![
     "linear-n1" in "completed/linear-n1",
     "linear-n2" in "completed/linear-n2",
@@ -73,43 +73,45 @@ pub static ALL: &[BundledRecipe] = bundled![
     "neural-n16-masked" in "masked/neural-n16",
 ];
 
-/// A recipe of the paper's schedule, to compare the others with.
+/// A recipe of the paper's schedule, for comparison.
 pub static PAPER: BundledRecipe = BundledRecipe {
     name: "neural-n8-paper",
     bytes: include_bytes!("../recipes/paper/neural-n8.recipe"),
 };
 
-/// The recipe of a name; None if there is none.
+/// Returns the bundled recipe with a name; None if there is none.
 #[must_use]
 pub fn find(name: &str) -> Option<&'static BundledRecipe> {
     ALL.iter().find(|bundled| bundled.name == name)
 }
 
-/// The one of a checksum, as its file has it.
+/// Returns the bundled recipe with a checksum; None if there is none.
 #[must_use]
 pub fn find_by_checksum(checksum: u32) -> Option<&'static BundledRecipe> {
-    let has =
-        |bundled: &&BundledRecipe| bundled.recipe().is_ok_and(|own| own.checksum() == checksum);
-    ALL.iter().find(has)
+    ALL.iter().find(|bundled| {
+        bundled
+            .recipe()
+            .is_ok_and(|recipe| recipe.checksum() == checksum)
+    })
 }
 
 impl BundledRecipe {
-    /// The recipe.
+    /// Parses the recipe.
     ///
     /// # Errors
-    /// None: a test reads all of them.
+    /// Never, because a test parses all bundled recipes.
     pub fn recipe(&self) -> Result<Recipe<'static>, RecipeError> {
         Recipe::parse(self.bytes)
     }
 
-    /// The compact basis that belongs to it; None if its model needs none.
+    /// Returns the compact basis of the recipe; None if its model does not need one.
     #[must_use]
     pub fn basis(&self) -> Option<&'static [u8]> {
         let model = self.recipe().ok()?.model();
         (model == ModelKind::Linear).then_some(BASIS)
     }
 
-    /// What it loses, where that was measured.
+    /// Returns the losses of the recipe, if they were measured.
     #[must_use]
     pub fn losses(&self) -> Option<Losses> {
         LOSSES.lines().find_map(|line| {
@@ -124,7 +126,7 @@ impl BundledRecipe {
         })
     }
 
-    /// Cycles of a fit on a Cortex-M4F, where the firmware's tests measure them.
+    /// Returns the cycles of a fit on a Cortex-M4F, if the firmware tests measure them.
     #[must_use]
     pub fn cycles(&self) -> Option<u64> {
         let mut rows = CYCLES.lines().filter_map(|line| line.split_once(','));
@@ -140,7 +142,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn each_is_what_its_name_says_and_has_its_losses() {
+    fn names_match_recipes_and_losses_are_recorded() {
         let basis = linear::Basis::parse(BASIS).expect("the basis is whole");
         for bundled in ALL {
             let recipe = bundled.recipe().expect("it is whole");
@@ -154,14 +156,14 @@ mod tests {
             );
             let of = recipe.method().basis_checksum();
             assert_eq!(of, bundled.basis().map(|_| basis.of()), "{name}");
-            let same = find_by_checksum(recipe.checksum());
-            assert_eq!(same.map(|same| same.name), Some(bundled.name));
+            let by_checksum = find_by_checksum(recipe.checksum());
+            assert_eq!(by_checksum.map(|bundled| bundled.name), Some(bundled.name));
         }
         assert!(find("neural-n3").is_none());
     }
 
     #[test]
-    fn the_paper_s_recipe_descends_without_a_map() {
+    fn paper_recipe_uses_descent_without_coefficient_net() {
         let recipe = PAPER.recipe().expect("it is whole");
         assert_eq!((recipe.model(), recipe.samples()), (ModelKind::Neural, 8));
         assert!(recipe.descent().is_some() && recipe.completed().is_none());

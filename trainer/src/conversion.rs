@@ -1,44 +1,44 @@
-//! Materials in the formats of other programs: which files, and what is in them.
+//! Conversion of materials to the formats of other programs: file names and contents.
 //!
-//! A network is fitted to a material where the format holds nothing else.
+//! For the format NBRDF, which only holds networks, a network is fitted to the material.
 
 use std::path::{Path, PathBuf};
 
 use glimpse_core::model::{ModelKind, NeuralParameters};
 use glimpse_materials::loss::loss_between;
 use glimpse_materials::{
-    Format, Material, NeuralBrdf, NotFinite, Source, SourceError, pab_endings, to_merl, to_nbrdf,
+    Format, Material, NeuralBrdf, NotFinite, Source, SourceError, pab_suffixes, to_merl, to_nbrdf,
     to_pab, to_rgl,
 };
 
 use crate::evaluation::{EvaluationError, Method, OPTIMUM_STEPS};
 
-/// Why a material is not written in a format.
+/// An error of converting a material.
 #[derive(Debug, thiserror::Error)]
 pub enum ConversionError {
-    /// It has no finite value somewhere.
+    /// The material has a value that is not finite.
     #[error(transparent)]
     NotFinite(#[from] NotFinite),
-    /// No network can be fitted to it.
+    /// No network can be fitted to the material.
     #[error(transparent)]
     Fit(#[from] EvaluationError),
-    /// A network was fitted, and is of no use.
-    #[error("no network could be fitted: give another seed")]
-    NoNetwork,
-    /// What was written cannot be read.
+    /// The fit of a network diverged.
+    #[error("the fit of a network diverged; give another seed")]
+    FitDiverged,
+    /// The written file cannot be read.
     #[error(transparent)]
     Source(#[from] SourceError),
-    /// A path is no name of files.
-    #[error("{} is no name of files: give DIR/NAME", .0.display())]
+    /// A path has no file name.
+    #[error("{} has no file name; give DIR/NAME", .0.display())]
     Name(PathBuf),
-    /// A path ends as a network's files do, and is none of them.
-    #[error("{} is none of a network's six files: name it NAME_fc1.npy, or NAME", .0.display())]
-    NoneOfSix(PathBuf),
+    /// A path has the extension of a network's files, but not the suffix of one of them.
+    #[error("{} is not one of a network's six file names; give NAME_fc1.npy or NAME", .0.display())]
+    NotNetworkFile(PathBuf),
 }
 
-/// The format that a file's ending stands for: `.binary`, `.bsdf` or `.npy`; None of others.
+/// Returns the format of a file's extension, `.binary`, `.bsdf` or `.npy`; None for other extensions.
 #[must_use]
-pub fn format_of_ending(path: &Path) -> Option<Format> {
+pub fn format_from_extension(path: &Path) -> Option<Format> {
     match path.extension()?.to_str()? {
         "binary" => Some(Format::Merl),
         "bsdf" => Some(Format::Rgl),
@@ -47,49 +47,49 @@ pub fn format_of_ending(path: &Path) -> Option<Format> {
     }
 }
 
-/// The files of a material that is written to a path: for NBRDF it is one of the six, or what their
-/// names begin with, for PAB-Opto's text the latter.
+/// Returns the files of a material that is written to a path. For NBRDF the path is one of the six files or their common
+/// prefix; for PAB-Opto's text it is the prefix.
 ///
 /// # Errors
-/// If it is no such name.
-pub fn paths(format: Format, path: &Path) -> Result<Vec<PathBuf>, ConversionError> {
+/// If the path is not such a name.
+pub fn output_paths(format: Format, path: &Path) -> Result<Vec<PathBuf>, ConversionError> {
     match format {
         Format::Merl | Format::Rgl => Ok(vec![path.to_owned()]),
         Format::Pab => {
-            let name = name_of(path)?;
-            let names = pab_endings().map(|ending| format!("{name}{ending}"));
+            let name = file_name(path)?;
+            let names = pab_suffixes().map(|suffix| format!("{name}{suffix}"));
             Ok(names.map(|name| path.with_file_name(name)).collect())
         }
         Format::Nbrdf => {
             if let Some(six) = NeuralBrdf::files_of(path) {
                 return Ok(six.to_vec());
             }
-            if path.extension().is_some_and(|ending| ending == "npy") {
-                return Err(ConversionError::NoneOfSix(path.into()));
+            if path.extension().is_some_and(|extension| extension == "npy") {
+                return Err(ConversionError::NotNetworkFile(path.into()));
             }
-            let first = format!("{}_fc1.npy", name_of(path)?);
+            let first = format!("{}_fc1.npy", file_name(path)?);
             let six = NeuralBrdf::files_of(&path.with_file_name(first));
             Ok(six.into_iter().flatten().collect())
         }
     }
 }
 
-/// What the names of several files begin with.
+/// Returns the file name of a path, as the common prefix of several files.
 ///
 /// # Errors
-/// If a path has no name.
-pub fn name_of(path: &Path) -> Result<&str, ConversionError> {
+/// If the path has no file name.
+pub fn file_name(path: &Path) -> Result<&str, ConversionError> {
     let name = path.file_name().and_then(|name| name.to_str());
     name.ok_or_else(|| ConversionError::Name(path.into()))
 }
 
-/// A material's files in a format: their names, as of a material of that name, and their bytes, in the
-/// order of [`paths`]. The seed is of the network that is fitted where the format holds one and the
-/// material is none; it takes some seconds.
+/// Encodes a material in a format. Returns the names, derived from `name`, and the bytes of its files, in the order of
+/// [`output_paths`]. For NBRDF, if the material is not a network, a network is fitted with the seed, which takes some
+/// seconds.
 ///
 /// # Errors
 /// If the material has a value that is not finite, or no network can be fitted to it.
-pub fn files_of(
+pub fn encode(
     material: &dyn Material,
     format: Format,
     name: &str,
@@ -108,28 +108,28 @@ pub fn files_of(
                 None => fit_network(material, seed)?,
             };
             let six = to_nbrdf(&network).into_iter();
-            six.map(|(ending, bytes)| (format!("{name}{ending}"), bytes))
+            six.map(|(suffix, bytes)| (format!("{name}{suffix}"), bytes))
                 .collect()
         }
         Format::Pab => {
             let texts = to_pab(name, material)?.into_iter();
-            let names = pab_endings().map(|ending| format!("{name}{ending}"));
+            let names = pab_suffixes().map(|suffix| format!("{name}{suffix}"));
             names.zip(texts.map(String::into_bytes)).collect()
         }
     })
 }
 
-/// What a file of a material loses against it: mean cosine-weighted logarithmic error.
+/// Returns the loss of a written file against its material: the mean cosine-weighted logarithmic error.
 ///
 /// # Errors
-/// If it cannot be read.
-pub fn loss_of(material: &dyn Material, file: &Path) -> Result<f64, ConversionError> {
+/// If the file cannot be read.
+pub fn loss_of_file(material: &dyn Material, file: &Path) -> Result<f64, ConversionError> {
     let written = Source(file.display().to_string()).load()?;
     let written = written.first().ok_or(SourceError::Empty(file.into()))?;
     Ok(loss_between(&**written, material))
 }
 
-/// The best network that descent finds for a material.
+/// Fits a network to a material.
 fn fit_network(
     material: &dyn Material,
     seed: u64,
@@ -137,7 +137,7 @@ fn fit_network(
     let fitted = Method::optimum(ModelKind::Neural, OPTIMUM_STEPS).fit(material, seed)?;
     let is_finite = fitted.values().iter().all(|weight| weight.is_finite());
     let network = fitted.network().filter(|_| is_finite);
-    network.ok_or(ConversionError::NoNetwork)
+    network.ok_or(ConversionError::FitDiverged)
 }
 
 #[cfg(test)]
@@ -148,7 +148,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn fits_of_every_model_keep_their_loss_in_a_tensor_file() {
+    fn tensor_file_preserves_loss_of_every_model() {
         let material = Procedural::set(3, 8).remove(2);
         let directory = tempfile::tempdir().expect("a temporary directory");
         let others: Vec<Box<dyn Material>> = Procedural::set(2, 9)

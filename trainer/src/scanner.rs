@@ -1,6 +1,6 @@
-//! A virtual scanner: motors and sensor, played from a material, over the firmware's link.
+//! A virtual scanner: motors and a sensor that are simulated from a material, behind the firmware's link.
 //!
-//! It is the host's side of [`glimpse_core::link`], on any stream of bytes.
+//! It implements the host's side of [`glimpse_core::link`] on any byte stream.
 
 use std::collections::BTreeMap;
 use std::io::{self, Read, Write};
@@ -15,76 +15,78 @@ use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::{Reading, Residual};
 use glimpse_materials::basis::Basis;
 use glimpse_materials::loss::{directions, mean_log_error};
-use glimpse_materials::{Fitted, Material};
-use glimpse_training::meta::start::standard_normal;
+use glimpse_materials::{FittedBrdf, Material};
+use glimpse_training::meta::initialization::standard_normal;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
-/// Why a scan did not come to its end. The next one may.
+/// An error that aborts a scan. The next scan may succeed.
 #[derive(Debug, thiserror::Error)]
 pub enum ScannerError {
-    /// The stream fails.
-    #[error("the link to the device fails: {0}")]
+    /// The stream failed.
+    #[error("the link to the device failed: {0}")]
     Link(#[from] io::Error),
     /// The stream ended.
-    #[error("the device hung up")]
+    #[error("the device closed the connection; start it again")]
     Closed,
-    /// The device gave up.
-    #[error("the device gave up: {0}")]
+    /// The device aborted the scan.
+    #[error("the device aborted the scan: {0}")]
     Device(#[from] FailureReport),
     /// The device speaks another version of the protocol.
-    #[error("the device speaks version {0} of the protocol, this host version {PROTOCOL}")]
+    #[error(
+        "the device speaks protocol version {0}, but this host speaks {PROTOCOL}; use firmware and trainer of the same \
+         release"
+    )]
     Protocol(u16),
     /// A reply does not fit into a frame.
     #[error(transparent)]
     Frame(#[from] FrameError),
 }
 
-/// How the scanner errs.
+/// The noise of the virtual scanner.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct ScannerNoise {
-    /// Standard deviation of Gaussian noise on each channel, relative to its value.
+    /// The standard deviation of Gaussian noise on each channel, relative to the value.
     pub deviation: f32,
-    /// Seed of the noise.
+    /// The seed of the noise.
     pub seed: u64,
 }
 
-/// One reading that was asked for and given.
+/// One reading that the device requested.
 #[derive(Clone, Copy, Debug)]
-pub struct Taken {
-    /// Where.
+pub struct ScanReading {
+    /// The directions of light and sensor.
     pub directions: Directions<f32>,
-    /// The same as angles in radians.
+    /// The same directions as Rusinkiewicz angles, in radians.
     pub angles: Angles<f32>,
-    /// What.
+    /// The simulated reading.
     pub reading: Reading,
 }
 
-/// A completed scan, as the device told it.
+/// A completed scan, as the device reported it.
 #[derive(Clone, Debug)]
 pub struct ScanReport {
-    /// The model that was fitted.
+    /// The fitted model.
     pub model: ModelKind,
-    /// The checksum of the recipe that it was fitted by.
+    /// The checksum of the recipe.
     pub recipe: u32,
-    /// What was read, in the order of the recipe's pattern.
-    pub readings: Vec<Taken>,
-    /// The fitted values: a model's parameters in its order, or Linear's coefficients, m for red, m
-    /// for green, m for blue.
+    /// The readings, in the order of the recipe's pattern.
+    pub readings: Vec<ScanReading>,
+    /// The fitted values: the model's parameters in its order; for Linear the coefficients, m each for red, green and
+    /// blue.
     pub values: Vec<f32>,
-    /// How well they explain the readings.
+    /// The residual at the readings.
     pub residual: Residual,
 }
 
 impl ScanReport {
-    /// What the device has found, as a BRDF. Of Linear the basis of its recipe makes one: None
-    /// without it.
+    /// Returns the fitted BRDF. Linear needs the recipe's basis; None without it.
     #[must_use]
-    pub fn fitted(&self, basis: Option<&Basis>) -> Option<Fitted> {
-        Fitted::new(self.model, self.values.clone(), basis)
+    pub fn fitted(&self, basis: Option<&Basis>) -> Option<FittedBrdf> {
+        FittedBrdf::new(self.model, self.values.clone(), basis)
     }
 
-    /// The loss of that BRDF against a material, over the same directions as `trainer evaluate` takes.
+    /// Returns the loss of the fitted BRDF against a material, over the directions of `trainer evaluate`.
     #[must_use]
     pub fn loss(&self, basis: Option<&Basis>, material: &dyn Material) -> Option<f64> {
         let fitted = self.fitted(basis)?;
@@ -98,44 +100,44 @@ impl ScanReport {
     }
 }
 
-/// The angles of a pair of directions, phi_d in \[0, 2 pi). None if they have no half vector or
-/// one of them is below the horizon.
+/// Returns the Rusinkiewicz angles of a pair of directions, phi_d in \[0, 2 pi). None if there is no half vector or one
+/// direction is below the horizon.
 #[must_use]
 pub fn angles_of(directions: &Directions<f32>) -> Option<Angles<f32>> {
     let at = HalfDifference::from_directions(directions).filter(HalfDifference::is_valid)?;
     Some(glimpse_materials::angles_of(&at))
 }
 
-/// What is known of the scan under way.
+/// The state of a scan in progress.
 #[derive(Debug)]
-struct Scanning {
+struct ScanState {
     model: ModelKind,
     recipe: u32,
-    /// What was read, by index.
-    readings: BTreeMap<u16, Taken>,
-    /// What was read by the same recipe before the device said hello once more: it may have
-    /// been reset, and have kept this.
-    before: BTreeMap<u16, Taken>,
+    /// The readings of this scan, by sample index.
+    readings: BTreeMap<u16, ScanReading>,
+    /// The readings of the same recipe before the device's latest hello. The device may have saved them across a reset.
+    previous: BTreeMap<u16, ScanReading>,
     values: Vec<f32>,
-    /// How many values the device said that there are.
+    /// The total number of values, as stated by the device.
     total: u16,
 }
 
-impl Scanning {
-    /// All that was read, in this scan and before it.
-    fn all(mut self) -> BTreeMap<u16, Taken> {
-        self.before.append(&mut self.readings);
-        self.before
+impl ScanState {
+    /// Returns all readings, of this scan and of previous ones.
+    fn into_all_readings(mut self) -> BTreeMap<u16, ScanReading> {
+        self.previous.append(&mut self.readings);
+        self.previous
     }
 
-    /// Takes some of the values; what comes once more replaces what came before.
+    /// Receives some of the values. Repeated values replace earlier ones.
     fn receive(&mut self, offset: u16, total: u16, values: &[f32]) -> Reply {
         let begin = usize::from(offset);
-        let possible = self
+        let is_valid_total = self
             .model
             .parameters()
             .map_or(total.is_multiple_of(3), |all| all == usize::from(total));
-        if !possible || begin > self.values.len() || begin + values.len() > usize::from(total) {
+        if !is_valid_total || begin > self.values.len() || begin + values.len() > usize::from(total)
+        {
             return Reply::Refused(Refusal::Values);
         }
         self.values.truncate(begin);
@@ -144,20 +146,20 @@ impl Scanning {
         Reply::Accepted
     }
 
-    /// All values came.
-    fn is_told(&self) -> bool {
+    /// Returns true if all values have been received.
+    fn is_complete(&self) -> bool {
         self.total > 0 && self.values.len() == usize::from(self.total)
     }
 
-    /// Takes over a reading that the device has kept, if it is the one that was given to it.
-    fn keep(&mut self, index: u16, reading: Reading) -> Reply {
+    /// Accepts a reading that the device saved, if it equals the reading that the device received.
+    fn accept_saved(&mut self, index: u16, reading: Reading) -> Reply {
         let bits = |reading: Reading| reading.brdf.map(f32::to_bits);
-        match self.before.get(&index) {
-            Some(taken)
-                if bits(taken.reading) == bits(reading)
-                    && taken.reading.saturated == reading.saturated =>
+        match self.previous.get(&index) {
+            Some(previous)
+                if bits(previous.reading) == bits(reading)
+                    && previous.reading.saturated == reading.saturated =>
             {
-                self.readings.insert(index, *taken);
+                self.readings.insert(index, *previous);
                 Reply::Accepted
             }
             _ => Reply::Refused(Refusal::Saved),
@@ -165,25 +167,25 @@ impl Scanning {
     }
 }
 
-/// What becomes of a scan by a request.
+/// The effect of a request on the scan.
 enum Outcome {
-    GoesOn,
-    Ends(ScanReport),
-    Fails(ScannerError),
+    Continue,
+    Completed(ScanReport),
+    Failed(ScannerError),
 }
 
-/// Plays a scanner in front of one material.
+/// A virtual scanner that measures one material.
 pub struct VirtualScanner<'a> {
     material: &'a dyn Material,
     noise: ScannerNoise,
     server: Server,
-    scan: Option<Scanning>,
+    scan: Option<ScanState>,
     scans: u64,
     recipe: Option<Vec<u8>>,
 }
 
 impl<'a> VirtualScanner<'a> {
-    /// In front of `material`.
+    /// Creates a scanner that measures `material`.
     #[must_use]
     pub fn new(material: &'a dyn Material, noise: ScannerNoise) -> Self {
         Self {
@@ -198,15 +200,15 @@ impl<'a> VirtualScanner<'a> {
 
     /// Offers a recipe to devices that can store one.
     #[must_use]
-    pub fn offering(self, recipe: Vec<u8>) -> Self {
+    pub fn with_recipe(self, recipe: Vec<u8>) -> Self {
         let recipe = Some(recipe);
         Self { recipe, ..self }
     }
 
-    /// Serves a device until it has completed one scan. Call again for the next.
+    /// Serves a device until one scan is complete. Call again for the next scan.
     ///
     /// # Errors
-    /// If the device gives up, speaks another protocol or hangs up, or the stream fails.
+    /// If the device aborts the scan, speaks another protocol version or closes the connection, or the stream fails.
     pub fn serve(&mut self, stream: &mut (impl Read + Write)) -> Result<ScanReport, ScannerError> {
         let mut frame = [0; FRAME_BYTES];
         let mut bytes = [0; 512];
@@ -217,20 +219,20 @@ impl<'a> VirtualScanner<'a> {
                 Err(error) if error.kind() == io::ErrorKind::Interrupted => continue,
                 Err(error) => return Err(error.into()),
             };
-            // What follows a request in the same bytes can only be the request once more.
+            // Bytes after a request can only repeat the same request.
             for byte in &bytes[..count] {
                 let (reply, outcome) = match self.server.receive(*byte) {
                     Some(Ok(Received::New(request))) => self.reply(request),
-                    Some(Ok(Received::Duplicate(reply))) => (reply, Outcome::GoesOn),
-                    // No request takes time here, so none is pending; the device repeats damaged ones.
+                    Some(Ok(Received::Duplicate(reply))) => (reply, Outcome::Continue),
+                    // Requests are answered immediately, so none is pending. The device repeats damaged requests.
                     Some(Ok(_) | Err(_)) | None => continue,
                 };
                 stream.write_all(self.server.reply(reply, &mut frame)?)?;
                 stream.flush()?;
                 match outcome {
-                    Outcome::GoesOn => {}
-                    Outcome::Ends(report) => return Ok(report),
-                    Outcome::Fails(error) => return Err(error),
+                    Outcome::Continue => {}
+                    Outcome::Completed(report) => return Ok(report),
+                    Outcome::Failed(error) => return Err(error),
                 }
             }
         }
@@ -240,16 +242,18 @@ impl<'a> VirtualScanner<'a> {
         let reply = match (request, &mut self.scan) {
             (Request::Hello { protocol, .. }, _) if protocol != PROTOCOL => {
                 let welcome = Reply::Welcome { protocol: PROTOCOL };
-                return (welcome, Outcome::Fails(ScannerError::Protocol(protocol)));
+                return (welcome, Outcome::Failed(ScannerError::Protocol(protocol)));
             }
             (Request::Hello { model, recipe, .. }, scan) => {
                 self.scans += 1;
-                let before = scan.take().filter(|scan| scan.recipe == recipe);
-                *scan = Some(Scanning {
+                let previous = scan.take().filter(|scan| scan.recipe == recipe);
+                *scan = Some(ScanState {
                     model,
                     recipe,
                     readings: BTreeMap::new(),
-                    before: before.map(Scanning::all).unwrap_or_default(),
+                    previous: previous
+                        .map(ScanState::into_all_readings)
+                        .unwrap_or_default(),
                     values: Vec::new(),
                     total: 0,
                 });
@@ -257,10 +261,10 @@ impl<'a> VirtualScanner<'a> {
             }
             (Request::Failed(report), _) => {
                 self.scan = None;
-                return (Reply::Accepted, Outcome::Fails(report.into()));
+                return (Reply::Accepted, Outcome::Failed(report.into()));
             }
             (_, None) => Reply::Refused(Refusal::NoScan),
-            (Request::Saved { index, reading }, Some(scan)) => scan.keep(index, reading),
+            (Request::Saved { index, reading }, Some(scan)) => scan.accept_saved(index, reading),
             (Request::Measure { index, directions }, Some(_)) => self.measure(index, directions),
             (Request::Progress(_), Some(_)) => Reply::Accepted,
             (
@@ -272,7 +276,7 @@ impl<'a> VirtualScanner<'a> {
                 Some(scan),
             ) => scan.receive(offset, total, values.as_slice()),
             (Request::Finished(residual), Some(scan)) => {
-                if scan.is_told() {
+                if scan.is_complete() {
                     let report = ScanReport {
                         model: scan.model,
                         recipe: scan.recipe,
@@ -281,19 +285,19 @@ impl<'a> VirtualScanner<'a> {
                         residual,
                     };
                     self.scan = None;
-                    return (Reply::Accepted, Outcome::Ends(report));
+                    return (Reply::Accepted, Outcome::Completed(report));
                 }
                 Reply::Refused(Refusal::Values)
             }
-            (Request::Update, Some(_)) => self.offer(),
-            (Request::RecipePart { offset }, Some(_)) => self.part(offset),
+            (Request::Update, Some(_)) => self.offer_recipe(),
+            (Request::RecipePart { offset }, Some(_)) => self.recipe_part(offset),
             (_, Some(_)) => Reply::Refused(Refusal::Request),
         };
-        (reply, Outcome::GoesOn)
+        (reply, Outcome::Continue)
     }
 
-    /// The recipe that is offered, if there is one.
-    fn offer(&self) -> Reply {
+    /// Returns the size and checksum of the offered recipe, if there is one.
+    fn offer_recipe(&self) -> Reply {
         let recipe = self.recipe.as_deref().unwrap_or_default();
         match Recipe::parse(recipe) {
             Ok(parsed) => Reply::Recipe {
@@ -304,8 +308,8 @@ impl<'a> VirtualScanner<'a> {
         }
     }
 
-    /// The bytes of that recipe from `offset` on.
-    fn part(&self, offset: u32) -> Reply {
+    /// Returns a part of the offered recipe, from `offset` on.
+    fn recipe_part(&self, offset: u32) -> Reply {
         let rest = self.recipe.iter().flatten().skip(offset as usize);
         let bytes = RecipeBytes::take_from(rest.copied());
         Reply::RecipePart { offset, bytes }
@@ -315,7 +319,7 @@ impl<'a> VirtualScanner<'a> {
         let Some(angles) = angles_of(&directions) else {
             return Reply::Refused(Refusal::Directions);
         };
-        // The same noise however often this reading of this scan is taken.
+        // A repeated request for the same reading of a scan gets the same noise.
         let mut random = ChaCha8Rng::seed_from_u64(self.noise.seed);
         random.set_stream(self.scans << 16 | u64::from(index));
         let reading = Reading {
@@ -324,13 +328,13 @@ impl<'a> VirtualScanner<'a> {
             }),
             saturated: false,
         };
-        let taken = Taken {
+        let scan_reading = ScanReading {
             directions,
             angles,
             reading,
         };
         if let Some(scan) = &mut self.scan {
-            scan.readings.insert(index, taken);
+            scan.readings.insert(index, scan_reading);
         }
         Reply::Measured { index, reading }
     }

@@ -1,10 +1,10 @@
-//! The work that meta-learning spends its time on, as items to be timed: `trainer bench` prints
-//! them, `cargo bench` watches them.
+//! Benchmarks of the work that dominates meta-learning. `trainer bench` prints the times; `cargo bench` detects
+//! regressions.
 //!
-//! An item is one outer step of one task, the unrolled inner loop with its exact adjoint, as
-//! training computes it; or a part of it; or a whole outer step over a batch of tasks.
+//! An item is one outer step of one task, that is the unrolled inner loop with its exact adjoint as in training; or a
+//! part of it; or a whole outer step over a batch of tasks.
 //!
-//! The peak that they are held against is measured in the same run, see [`peak()`].
+//! Throughput is compared with the machine's peak, which the same run measures; see [`peak()`].
 
 mod neural;
 mod peak;
@@ -18,42 +18,42 @@ use glimpse_kernels::LaneModel;
 use glimpse_kernels::inner_loop::{InnerLoop, MetaGradient};
 use glimpse_materials::sampling::sobol_valid;
 use glimpse_materials::{Material, Procedural};
-use glimpse_optimizer::{Groups, Optimization};
-use glimpse_training::meta::descent::{DescentObjective, Tasks};
+use glimpse_optimizer::{Groups, Optimizer};
+use glimpse_training::meta::descent::{DescentObjective, TaskSet};
+use glimpse_training::meta::initialization::initial_guess;
 use glimpse_training::meta::objective::{MetaObjective, RandomStreams};
-use glimpse_training::meta::pattern::{Pattern, logits_of};
+use glimpse_training::meta::pattern::{Pattern, logits_from_angles};
 use glimpse_training::meta::phase::{InnerSamples, OuterStep, Phase, SearchMethod};
 use glimpse_training::meta::plan::{Effort, Plan, Schedule};
 use glimpse_training::meta::pool::Pool;
 use glimpse_training::meta::run::INNER_STEPS;
-use glimpse_training::meta::start::first_guess;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 pub use peak::{Peak, peak};
 pub use timing::{Timing, measure};
 
-/// How many materials there are to draw from, procedural ones.
+/// The number of procedural materials.
 const MATERIALS: usize = 32;
-/// Directions at which each of them is known.
+/// The number of directions at which each material is evaluated.
 const POOL: usize = 32_768;
-/// How many samples a pattern has here.
+/// The number of samples of the pattern.
 const PATTERN: usize = 8;
-/// The seed of it all: times of one run compare with those of another.
+/// The seed of all random numbers, which makes runs comparable.
 const SEED: u64 = 1;
 
-/// On how many threads an item runs.
+/// The number of threads of an item.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Threads {
-    /// One: it is too short to be shared.
+    /// One thread, for items that are too short to distribute.
     One,
-    /// All of the thread pool's.
+    /// All threads of the thread pool.
     All,
 }
 
 impl Threads {
-    /// How many that are now.
+    /// Returns the number of threads.
     #[must_use]
     pub fn count(self) -> usize {
         match self {
@@ -63,36 +63,36 @@ impl Threads {
     }
 }
 
-/// Some work to be timed.
+/// A benchmark item.
 pub struct Item<'a> {
     /// The model.
     pub model: ModelKind,
-    /// What is done, without the model.
+    /// The name of the work, without the model.
     pub work: &'static str,
-    /// On how many threads.
+    /// The number of threads.
     pub threads: Threads,
-    /// How many tasks one run does.
+    /// The number of tasks in one run.
     pub tasks: usize,
-    /// Multiply-accumulates of all matrix products in one run; none are claimed for the small
-    /// models, which are exponentials and divisions for the most part.
+    /// The multiply-accumulates of all matrix products in one run; None for the small models, which mostly compute
+    /// exponentials and divisions.
     pub multiply_accumulates: Option<u64>,
     run: Box<dyn FnMut() + 'a>,
 }
 
 impl Item<'_> {
-    /// The model and the work.
+    /// Returns the names of the model and the work.
     #[must_use]
     pub fn name(&self) -> String {
         format!("{}: {}", self.model, self.work)
     }
 
-    /// Does the work once.
+    /// Runs the item once.
     pub fn run(&mut self) {
         (self.run)();
     }
 }
 
-/// The materials of all items.
+/// Creates the materials of all items.
 #[must_use]
 pub fn materials() -> Vec<Box<dyn Material>> {
     Procedural::set(MATERIALS, SEED)
@@ -101,20 +101,20 @@ pub fn materials() -> Vec<Box<dyn Material>> {
         .collect()
 }
 
-/// What items draw from.
-pub struct Ground<'m> {
-    tasks: Tasks<'m>,
+/// The shared data of all items: materials, directions, pattern and training plans.
+pub struct Workload<'m> {
+    tasks: TaskSet<'m>,
     pattern: Pattern,
     plans: [Plan; 3],
 }
 
-impl<'m> Ground<'m> {
-    /// Evaluates the materials at a pool of directions.
+impl<'m> Workload<'m> {
+    /// Evaluates the materials at the directions of the pool.
     #[must_use]
     pub fn new(materials: &'m [Box<dyn Material>]) -> Self {
         let models = [ModelKind::Neural, ModelKind::Phong, ModelKind::CookTorrance];
         Self {
-            tasks: Tasks {
+            tasks: TaskSet {
                 materials,
                 pool: Pool::new(materials, POOL, SEED),
             },
@@ -126,10 +126,10 @@ impl<'m> Ground<'m> {
         }
     }
 
-    /// All items, or those of one model.
+    /// Returns all items, or those of one model.
     ///
-    /// They are to be run on a thread of the pool, inside [`rayon::scope`]: from elsewhere each
-    /// hand-over to the pool costs some 10 us.
+    /// Run them on a thread of the pool, inside [`rayon::scope`]. From another thread each transfer to the pool costs
+    /// about 10 us.
     #[must_use]
     pub fn items(&self, model: Option<ModelKind>) -> Vec<Item<'_>> {
         let mut items = Vec::new();
@@ -170,14 +170,14 @@ impl<'m> Ground<'m> {
             run: self.on_pattern::<M>(25_000),
         });
         let on_pattern = |phase: &Phase| {
-            phase.inner == InnerSamples::Pattern && phase.search == SearchMethod::Gradient
+            phase.inner_samples == InnerSamples::Pattern && phase.search == SearchMethod::Gradient
         };
         let phases = plan.phases.iter().enumerate();
-        if let Some((number, phase)) = phases.rev().find(|(_, phase)| on_pattern(phase)) {
-            let each = neural::outer_step(PATTERN, phase.outer, true);
+        if let Some((phase_index, phase)) = phases.rev().find(|(_, phase)| on_pattern(phase)) {
+            let each = neural::outer_step(PATTERN, phase.outer_samples, true);
             let first = OuterStep {
                 phase,
-                number,
+                phase_index,
                 step: 0,
             };
             items.push(Item {
@@ -192,12 +192,12 @@ impl<'m> Ground<'m> {
     }
 
     fn first_inner_loop<M: LaneModel>(&self) -> InnerLoop<M, f32> {
-        let initial = first_guess(M::KIND, &mut random());
+        let initial = initial_guess(M::KIND, &mut random());
         let step_sizes = vec![1e-3; initial.len()];
         InnerLoop::new(&initial, &step_sizes, INNER_STEPS)
     }
 
-    /// The paper's first stage: fresh samples at every step.
+    /// Returns the work of the paper's first stage: fresh samples at every step.
     fn on_fresh_samples<'a, M: LaneModel + 'a>(
         &'a self,
         inner: usize,
@@ -208,28 +208,31 @@ impl<'m> Ground<'m> {
         let mut draw = |count| self.tasks.pool.draw(0, count, &mut random);
         let draws: Vec<_> = (0..inner_loop.steps).map(|_| draw(inner)).collect();
         let outer = draw(outer);
-        let mut found = MetaGradient::<M, f32>::default();
+        let mut gradient = MetaGradient::<M, f32>::default();
         Box::new(move || {
-            let lists: Vec<_> = draws.iter().map(|draw| draw.octets().in_a_row()).collect();
+            let lists: Vec<_> = draws
+                .iter()
+                .map(|draw| draw.octets().back_to_back())
+                .collect();
             let lists: Vec<_> = lists.iter().collect();
-            M::meta_gradient(&mut found, &inner_loop, &lists, &outer.octets(), None);
+            M::meta_gradient(&mut gradient, &inner_loop, &lists, &outer.octets(), None);
         })
     }
 
-    /// The paper's second stage, and the joint schedule: the pattern's samples at every step, and
-    /// the gradient by them too.
+    /// Returns the work of the paper's second stage and of the joint schedule: the pattern's samples at every step, and
+    /// the gradient with respect to the pattern.
     fn on_pattern<'a, M: LaneModel + 'a>(&'a self, outer: usize) -> Box<dyn FnMut() + 'a> {
         let inner_loop = self.first_inner_loop::<M>();
         let outer = self.tasks.pool.draw(0, outer, &mut random());
         let material = &*self.tasks.materials[0];
         let measured = self.pattern.measure(material);
-        let mut found = MetaGradient::<M, f32>::default();
+        let mut gradient = MetaGradient::<M, f32>::default();
         Box::new(move || {
             let inner = measured.octets();
             let mut derivatives = inner.zero_derivatives();
             let outer = outer.octets();
             M::meta_gradient(
-                &mut found,
+                &mut gradient,
                 &inner_loop,
                 &[&inner],
                 &outer,
@@ -239,14 +242,14 @@ impl<'m> Ground<'m> {
         })
     }
 
-    /// All that users wait for: draws, measurements, a batch of meta-gradients, Adam.
+    /// Returns the work of a complete training step: draws, measurements, a batch of meta-gradients, and Adam.
     fn training_step<'a, M: LaneModel + 'a>(
         &'a self,
         plan: &'a Plan,
         first: OuterStep<'a>,
     ) -> Box<dyn FnMut() + 'a> {
-        let initial = first_guess(M::KIND, &mut random());
-        let step_size = plan.step_size_form.value(plan.first_step_size);
+        let initial = initial_guess(M::KIND, &mut random());
+        let step_size = plan.step_size_encoding.encode(plan.initial_step_size);
         let angles = self.pattern.angles().iter().copied();
         let objective = DescentObjective::<M> {
             training: &self.tasks,
@@ -256,22 +259,22 @@ impl<'m> Ground<'m> {
             streams: RandomStreams { seed: SEED },
             model: PhantomData,
         };
-        let mut optimization = Optimization::new(Groups {
+        let mut optimizer = Optimizer::new(Groups {
             hyperparameters: vec![step_size; initial.len()],
             initial,
-            pattern: angles.flat_map(logits_of).collect(),
+            pattern: angles.flat_map(logits_from_angles).collect(),
             ..Groups::default()
         });
         let mut step = 0;
         Box::new(move || {
-            let values = optimization.values();
+            let values = optimizer.values();
             let (_, gradient) = objective.gradient(&values, OuterStep { step, ..first });
-            optimization.step(gradient, &first.phase.rates_at(step));
+            optimizer.step(gradient, &first.phase.rates_at(step));
             step = (step + 1) % first.phase.steps;
         })
     }
 
-    /// The two sums over samples that all the time is spent in, on one thread.
+    /// Adds the two sums over samples that dominate the time, on one thread.
     fn neural_kernels<'a>(&'a self, items: &mut Vec<Item<'a>>) {
         let theta = self.first_inner_loop::<Neural>().initial;
         let draw = self.tasks.pool.draw(0, 512, &mut random());
@@ -284,7 +287,7 @@ impl<'m> Ground<'m> {
             multiply_accumulates: Some(512 * neural::gradient()),
             run: Box::new(move || {
                 let samples = draw.octets();
-                Neural::gradient_of(&theta, &samples, 0..samples.octets(), &mut gradient);
+                Neural::partial_gradient(&theta, &samples, 0..samples.octets(), &mut gradient);
             }),
         });
         let draw = self.tasks.pool.draw(0, 512, &mut random());
@@ -301,7 +304,7 @@ impl<'m> Ground<'m> {
             multiply_accumulates: Some(512 * neural::product(false)),
             run: Box::new(move || {
                 let samples = draw.octets();
-                Neural::product_of(&dual, &samples, 0..samples.octets(), &mut product, None);
+                Neural::partial_product(&dual, &samples, 0..samples.octets(), &mut product, None);
             }),
         });
     }

@@ -1,37 +1,42 @@
-//! How many multiply-accumulates the neural model takes: those of its matrix products, and
-//! nothing else (no bias, activation, loss, or sum over lanes).
+//! Multiply-accumulate counts of the neural model. Only matrix products count, not biases, activations, losses or sums
+//! over lanes.
 //!
-//! With the layers' weights W1 = 5 x 21 (hy is always 0, so its row is not computed), W2 = 21 x 21
-//! and W3 = 21 x 3:
+//! The layers have the weights W1 = 5 x 21 (hy is always 0, so its row is not computed), W2 = 21 x 21 and
+//! W3 = 21 x 3:
 //!
 //! - forward: W1 + W2 + W3;
-//! - backward to the hidden layers: W3 + W2, and to the sample's coordinates W1 more;
-//! - accumulating the gradient by the weights: W1 + W2 + W3.
+//! - backward to the hidden layers: W3 + W2, and to the sample's coordinates another W1;
+//! - accumulation of the gradient with respect to the weights: W1 + W2 + W3.
 //!
-//! On dual numbers a product forward or backward is three (value times value, tangent times value,
-//! value times tangent). Of what is accumulated only the tangent is wanted: two.
+//! With dual numbers a product forward or backward counts three times (value times value, tangent times value, value
+//! times tangent). The accumulation only needs the tangent and counts twice.
 
 use glimpse_training::meta::run::INNER_STEPS;
 
 const WEIGHTS: [u64; 3] = [5 * 21, 21 * 21, 21 * 3];
 const ALL: u64 = WEIGHTS[0] + WEIGHTS[1] + WEIGHTS[2];
-const BUT_FIRST: u64 = WEIGHTS[1] + WEIGHTS[2];
+const WITHOUT_FIRST: u64 = WEIGHTS[1] + WEIGHTS[2];
 
-/// The gradient by the parameters, at one sample.
+/// Counts the gradient with respect to the parameters, at one sample.
 pub(super) const fn gradient() -> u64 {
-    ALL + BUT_FIRST + ALL
+    ALL + WITHOUT_FIRST + ALL
 }
 
-/// The product of Hessian and vector at one sample; with the derivatives by the sample too.
-pub(super) const fn product(by_sample: bool) -> u64 {
-    let backward = if by_sample { ALL } else { BUT_FIRST };
+/// Counts the product of Hessian and vector at one sample. With `sample_derivatives` it includes derivatives with
+/// respect to the sample's coordinates.
+pub(super) const fn product(sample_derivatives: bool) -> u64 {
+    let backward = if sample_derivatives {
+        ALL
+    } else {
+        WITHOUT_FIRST
+    };
     3 * ALL + 3 * backward + 2 * ALL
 }
 
-/// An outer step of one task: at every inner step a gradient forward and a product in reverse,
-/// and once the gradient over the outer samples.
-pub(super) const fn outer_step(inner: usize, outer: usize, by_sample: bool) -> u64 {
-    let each = gradient() + product(by_sample);
+/// Counts an outer step of one task: a forward gradient and a reverse product for every inner step, and one gradient
+/// over the outer samples.
+pub(super) const fn outer_step(inner: usize, outer: usize, sample_derivatives: bool) -> u64 {
+    let each = gradient() + product(sample_derivatives);
     (INNER_STEPS * inner) as u64 * each + outer as u64 * gradient()
 }
 
@@ -40,7 +45,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn counts_are_those_of_the_layers() {
+    fn counts_match_layer_sizes() {
         assert_eq!(gradient(), 1_722);
         assert_eq!(product(false), 4_557);
         assert_eq!(product(true), 4_872);

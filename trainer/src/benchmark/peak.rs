@@ -1,4 +1,4 @@
-//! The fastest that this machine multiplies and adds, measured.
+//! A measurement of the machine's peak throughput of multiply-accumulates.
 
 use std::hint::black_box;
 use std::time::Instant;
@@ -6,25 +6,25 @@ use std::time::Instant;
 use super::Threads;
 use glimpse_kernels::lanes::{InstructionSet, Kernel, Lanes, WIDTH};
 
-/// Sums that do not wait for each other: two units of a latency of four need eight.
+/// The number of independent sums. Two units with a latency of four cycles need at least eight.
 const CHAINS: usize = 12;
-/// How often each is added to in one burst; that takes some 100 us.
+/// The number of additions to each sum in one burst, which takes about 100 us.
 const ROUNDS: usize = 30_000;
-/// As many bursts are one on several threads: waking these up then does not count.
-const LONG: usize = 20;
+/// The number of consecutive bursts per thread if there are several threads, which makes their wake-up time negligible.
+const BURSTS_PER_THREAD: usize = 20;
 
-/// A peak.
+/// The peak throughput of an instruction set.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Peak {
-    /// The lanes.
+    /// The instruction set.
     pub instruction_set: InstructionSet,
-    /// On how many threads.
+    /// The number of threads.
     pub threads: usize,
-    /// Floating-point operations a second, in 10^9; a multiply-accumulate is two.
+    /// Floating-point operations per second, in 10^9; a multiply-accumulate counts as two.
     pub gflops: f64,
 }
 
-/// The most that any of many bursts reached in so many seconds, on the kernels' own lanes.
+/// Returns the highest throughput of any burst within a time in seconds, on the lanes of the kernels.
 #[must_use]
 pub fn peak(instruction_set: InstructionSet, threads: Threads, seconds: f64) -> Peak {
     let begin = Instant::now();
@@ -34,7 +34,7 @@ pub fn peak(instruction_set: InstructionSet, threads: Threads, seconds: f64) -> 
         let done: usize = match threads {
             Threads::One => instruction_set.run(Burst),
             Threads::All => rayon::broadcast(|_| {
-                let bursts = 0..LONG;
+                let bursts = 0..BURSTS_PER_THREAD;
                 bursts.map(|_| instruction_set.run(Burst)).sum::<usize>()
             })
             .into_iter()
@@ -49,7 +49,7 @@ pub fn peak(instruction_set: InstructionSet, threads: Threads, seconds: f64) -> 
     }
 }
 
-/// Multiplies and adds, and nothing else; tells how often.
+/// A burst of multiply-accumulates. Its output is their number.
 struct Burst;
 
 impl Kernel for Burst {
@@ -57,7 +57,7 @@ impl Kernel for Burst {
 
     #[inline(always)]
     fn run<L: Lanes>(self) -> usize {
-        // Single registers: as many as there are chains.
+        // Narrow lanes: each sum takes one register.
         self.compute::<L::Narrow>()
     }
 }
@@ -65,7 +65,7 @@ impl Kernel for Burst {
 impl Burst {
     #[inline(always)]
     fn compute<L: Lanes>(self) -> usize {
-        // Hidden from the compiler, or it would compute all of it itself.
+        // Hidden from the compiler, which could otherwise compute the result at compile time.
         let factor = L::broadcast(black_box(0.5));
         let term = L::broadcast(black_box(1.0));
         let mut sums = [term; CHAINS];

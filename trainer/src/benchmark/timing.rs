@@ -1,29 +1,28 @@
-//! How long an item takes.
+//! Timing of benchmark items.
 
 use std::time::Instant;
 
 use super::Item;
 
-/// Times of one task, in milliseconds.
+/// The time per task, in milliseconds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Timing {
-    /// Half of the runs were faster.
+    /// The median of the runs.
     pub median: f64,
-    /// A tenth of them was faster.
+    /// The 10th percentile.
     pub fast: f64,
-    /// A tenth of them was slower.
+    /// The 90th percentile.
     pub slow: f64,
-    /// How many runs there were.
+    /// The number of runs.
     pub runs: usize,
-    /// Floating-point operations a second, in 10^9, by the median; two for each
-    /// multiply-accumulate.
+    /// Floating-point operations per second at the median, in 10^9; a multiply-accumulate counts as two.
     pub gflops: Option<f64>,
 }
 
-/// Fewest runs.
-const LEAST_RUNS: usize = 5;
+/// The smallest number of runs.
+const MIN_RUNS: usize = 5;
 
-/// Runs an item over and over for so many seconds, after a tenth of them to warm up.
+/// Times an item for a number of seconds, after a warm-up of a tenth of that time.
 pub fn measure(item: &mut Item<'_>, seconds: f64) -> Timing {
     repeat(item, 0.1 * seconds);
     let mut times = repeat(item, seconds);
@@ -44,11 +43,11 @@ pub fn measure(item: &mut Item<'_>, seconds: f64) -> Timing {
     }
 }
 
-/// The time of each run, in seconds.
+/// Runs an item repeatedly and returns the time of each run, in seconds.
 fn repeat(item: &mut Item<'_>, seconds: f64) -> Vec<f64> {
     let mut times = Vec::new();
     let begin = Instant::now();
-    while times.len() < LEAST_RUNS || begin.elapsed().as_secs_f64() < seconds {
+    while times.len() < MIN_RUNS || begin.elapsed().as_secs_f64() < seconds {
         let start = Instant::now();
         item.run();
         times.push(start.elapsed().as_secs_f64());

@@ -1,34 +1,34 @@
-//! Adam (Kingma and Ba 2015) on a model's parameters: the methods Random and Optimum, and steps that
-//! go on from any fit.
+//! Adam (Kingma and Ba 2015) on a model's parameters: the methods Random and Optimum, and refinement of any fit.
 
 use glimpse_core::model::{Model, ParameterSet, Sample};
 use glimpse_kernels::LaneModel;
 use glimpse_kernels::inner_loop::unflatten;
 use glimpse_materials::Material;
-use glimpse_optimizer::{Groups, Optimization};
+use glimpse_optimizer::{Groups, Optimizer};
+use glimpse_training::meta::initialization::{initial_guess, random_initialization};
 use glimpse_training::meta::pool::Pool;
-use glimpse_training::meta::start::{first_guess, random_start};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 /// The learning rate of the method Random.
 const RANDOM_RATE: f32 = 1e-3;
-/// Fresh samples of a step, where they are fresh.
+/// The number of fresh samples per step, for steps on fresh samples.
 const FRESH_SAMPLES: usize = 512;
-/// Steps and first learning rate of the method Optimum.
+/// The number of steps of the method Optimum.
 pub const OPTIMUM_STEPS: usize = 50_000;
+/// The initial learning rate of the method Optimum.
 const OPTIMUM_RATE: f32 = 2e-3;
-/// Starts of the method Optimum, and the share of its steps after which the best of them goes on: an
-/// output of a network may die early, and never recover.
+/// The number of starts of the method Optimum. An output of a network may die early and never recover.
 const OPTIMUM_STARTS: usize = 16;
-const OPTIMUM_TRIAL_SHARE: usize = 25;
-/// Directions that the method Optimum, and steps after a fit, draw from.
+/// The steps of the method Optimum divided by the steps of each trial. The best trial continues.
+const OPTIMUM_TRIAL_DIVISOR: usize = 25;
+/// The number of directions from which the method Optimum and refinement draw samples.
 const POOL: usize = 65_536;
 
-/// A model's parameters, and burn's Adam on them.
+/// A model's parameters and burn's Adam optimizer.
 struct Adam<M: Model> {
     parameters: M::Parameters<f32>,
-    optimization: Optimization,
+    optimizer: Optimizer,
 }
 
 impl<M: Model> Adam<M> {
@@ -38,7 +38,7 @@ impl<M: Model> Adam<M> {
         let initial = parameters.iter().copied().collect();
         Self {
             parameters,
-            optimization: Optimization::new(Groups {
+            optimizer: Optimizer::new(Groups {
                 initial,
                 ..Groups::default()
             }),
@@ -54,8 +54,8 @@ impl<M: Model> Adam<M> {
             initial: f64::from(rate),
             ..Groups::default()
         };
-        self.optimization.step(gradients, &rates);
-        let values = self.optimization.values();
+        self.optimizer.step(gradients, &rates);
+        let values = self.optimizer.values();
         unflatten(&values.initial, &mut self.parameters);
     }
 
@@ -65,7 +65,7 @@ impl<M: Model> Adam<M> {
 }
 
 impl<M: LaneModel> Adam<M> {
-    /// A step on samples drawn from a pool of one material.
+    /// Takes a step on samples that are drawn from a pool of one material.
     fn step_on_fresh_samples(&mut self, pool: &Pool, random: &mut ChaCha8Rng, rate: f32) {
         let draw = pool.draw(0, FRESH_SAMPLES, random);
         let mut gradient = M::Parameters::filled(0.0);
@@ -74,11 +74,11 @@ impl<M: LaneModel> Adam<M> {
     }
 }
 
-/// The method Random: so many steps from a random start, on all samples at each.
+/// Runs the method Random: `steps` steps from a random start, each on all samples.
 pub(super) fn random<M: Model>(samples: &[Sample<f32>], steps: usize, seed: u64) -> Vec<f32> {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     random.set_stream(1);
-    let mut adam = Adam::<M>::new(&random_start(M::KIND, &mut random));
+    let mut adam = Adam::<M>::new(&random_initialization(M::KIND, &mut random));
     for _ in 0..steps {
         let mut gradient = M::Parameters::filled(0.0);
         for sample in samples {
@@ -89,9 +89,9 @@ pub(super) fn random<M: Model>(samples: &[Sample<f32>], steps: usize, seed: u64)
     adam.into_list()
 }
 
-/// So many steps more from a fit, each on 512 fresh samples (paper, "Convergence").
-pub(super) fn go_on<M: LaneModel>(
-    from: &[f32],
+/// Refines a fit by `steps` steps, each on 512 fresh samples (paper, "Convergence").
+pub(super) fn refine<M: LaneModel>(
+    fitted: &[f32],
     material: &dyn Material,
     steps: usize,
     seed: u64,
@@ -99,15 +99,15 @@ pub(super) fn go_on<M: LaneModel>(
     let pool = Pool::new(&[material], POOL, seed);
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     random.set_stream(4);
-    let mut adam = Adam::<M>::new(from);
+    let mut adam = Adam::<M>::new(fitted);
     for _ in 0..steps {
         adam.step_on_fresh_samples(&pool, &mut random, RANDOM_RATE);
     }
     adam.into_list()
 }
 
-/// The method Optimum: the best that the model can do, found with fresh samples at each of very
-/// many steps, at a rate that falls to 0, from the best of several starts.
+/// Runs the method Optimum: an estimate of the model's best fit. It takes very many steps, each on fresh samples, with
+/// a learning rate that decays to 0, from the best of several starts.
 pub(super) fn optimum<M: LaneModel>(material: &dyn Material, steps: usize, seed: u64) -> Vec<f32> {
     let pool = Pool::new(&[material], POOL, seed);
     let mut random = ChaCha8Rng::seed_from_u64(seed);
@@ -124,8 +124,8 @@ pub(super) fn optimum<M: LaneModel>(material: &dyn Material, steps: usize, seed:
     };
     let mut best = (f32::INFINITY, Adam::<M>::new(&[]));
     for _ in 0..OPTIMUM_STARTS {
-        let mut adam = Adam::<M>::new(&first_guess(M::KIND, &mut starts));
-        let loss = descend(&mut adam, steps / OPTIMUM_TRIAL_SHARE);
+        let mut adam = Adam::<M>::new(&initial_guess(M::KIND, &mut starts));
+        let loss = descend(&mut adam, steps / OPTIMUM_TRIAL_DIVISOR);
         if loss < best.0 {
             best = (loss, adam);
         }

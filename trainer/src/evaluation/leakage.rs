@@ -1,33 +1,33 @@
-//! Which materials a recipe has learned from: judged on those, it is judged on what it knows.
+//! Detection of data leakage: test materials that a recipe was trained on.
 
 use std::collections::{HashMap, HashSet};
 
 use glimpse_core::recipe::{Recipe, RecipeError};
 use glimpse_materials::{Identity, Material};
 
-/// The materials that something was trained on, by name and by digest.
+/// The names and digests of the materials that a recipe was trained on.
 #[derive(Clone, Debug, Default)]
-pub struct TrainedOn {
+pub struct TrainingMaterials {
     names: HashMap<String, u32>,
     digests: HashSet<u32>,
 }
 
-/// How a material is known to what was trained.
+/// An overlap of a test material with the training materials.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Known {
-    /// The very same BRDF was trained on, whatever its name was.
-    Same,
-    /// One of the same name was trained on, which is another BRDF: another measurement of the same
-    /// material, perhaps, or the same one in another format.
-    Namesake,
+pub enum TrainingOverlap {
+    /// A training material has the same BRDF, under any name.
+    SameBrdf,
+    /// A training material has the same name but another BRDF: possibly another measurement of the same material, or the
+    /// same measurement in another format.
+    SameName,
 }
 
-impl TrainedOn {
-    /// As a recipe names them; None if it does not, as recipes stripped for flash.
+impl TrainingMaterials {
+    /// Reads the list in a recipe; None if the recipe has none, for example because it was stripped for flash.
     ///
     /// # Errors
-    /// If what the recipe states about itself makes no sense.
-    pub fn of_recipe(recipe: &Recipe<'_>) -> Result<Option<Self>, RecipeError> {
+    /// If the recipe's metadata are invalid.
+    pub fn from_recipe(recipe: &Recipe<'_>) -> Result<Option<Self>, RecipeError> {
         let mut all = Self::default();
         for (name, digest) in recipe.metadata()?.materials {
             all.add(name.to_owned(), digest);
@@ -35,12 +35,12 @@ impl TrainedOn {
         Ok((!all.names.is_empty()).then_some(all))
     }
 
-    /// These materials.
+    /// Lists these materials.
     #[must_use]
-    pub fn of_materials(materials: &[Box<dyn Material>]) -> Self {
+    pub fn from_materials(materials: &[Box<dyn Material>]) -> Self {
         let mut all = Self::default();
         for material in materials {
-            let Identity { name, digest } = Identity::of(&**material);
+            let Identity { name, digest } = Identity::new(&**material);
             all.add(name, digest);
         }
         all
@@ -51,13 +51,13 @@ impl TrainedOn {
         self.digests.insert(digest);
     }
 
-    /// Whether, and how, a material is known; None if it is new.
+    /// Returns the overlap of a material with the training materials; None if there is none.
     #[must_use]
-    pub fn knows(&self, material: &dyn Material) -> Option<Known> {
-        let Identity { name, digest } = Identity::of(material);
+    pub fn overlap(&self, material: &dyn Material) -> Option<TrainingOverlap> {
+        let Identity { name, digest } = Identity::new(material);
         match (self.digests.contains(&digest), self.names.get(&name)) {
-            (true, _) => Some(Known::Same),
-            (false, Some(_)) => Some(Known::Namesake),
+            (true, _) => Some(TrainingOverlap::SameBrdf),
+            (false, Some(_)) => Some(TrainingOverlap::SameName),
             (false, None) => None,
         }
     }
@@ -69,10 +69,10 @@ mod tests {
     use glimpse_core::geometry::Angles;
     use glimpse_materials::{Procedural, Source};
 
-    /// A material under another name.
-    struct Renamed<'a>(&'a str, &'a Procedural);
+    /// A material with another name.
+    struct RenamedMaterial<'a>(&'a str, &'a Procedural);
 
-    impl Material for Renamed<'_> {
+    impl Material for RenamedMaterial<'_> {
         fn name(&self) -> &str {
             self.0
         }
@@ -85,13 +85,17 @@ mod tests {
     }
 
     #[test]
-    fn a_material_is_known_by_its_digest_or_else_by_its_name() {
-        let trained = TrainedOn::of_materials(&Source("procedural:3".into()).load().unwrap());
+    fn detects_overlap_by_digest_and_by_name() {
+        let trained =
+            TrainingMaterials::from_materials(&Source("procedural:3".into()).load().unwrap());
         let set = Procedural::set(4, 0);
-        assert_eq!(trained.knows(&set[2]), Some(Known::Same));
-        assert_eq!(trained.knows(&Renamed("x", &set[2])), Some(Known::Same));
-        assert_eq!(trained.knows(&set[3]), None);
-        let namesake = Renamed(set[1].name(), &set[3]);
-        assert_eq!(trained.knows(&namesake), Some(Known::Namesake));
+        assert_eq!(trained.overlap(&set[2]), Some(TrainingOverlap::SameBrdf));
+        assert_eq!(
+            trained.overlap(&RenamedMaterial("x", &set[2])),
+            Some(TrainingOverlap::SameBrdf)
+        );
+        assert_eq!(trained.overlap(&set[3]), None);
+        let same_name = RenamedMaterial(set[1].name(), &set[3]);
+        assert_eq!(trained.overlap(&same_name), Some(TrainingOverlap::SameName));
     }
 }

@@ -1,66 +1,66 @@
-//! The methods: where they measure, and how they fit.
+//! Methods: the directions that they measure and the way they fit.
 
 use glimpse_core::fit::{Algorithm, Channels};
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::{Model, ModelKind, Sample, Samples, Slot, slot_of};
 use glimpse_core::recipe::{Descent, FitMethod, Recipe};
-use glimpse_kernels::scan::scan_some;
+use glimpse_kernels::scan::scan_with_missing;
 use glimpse_kernels::with_model;
 use glimpse_materials::basis::{Basis, Coefficients};
 use glimpse_materials::sampling::uniform_valid;
-use glimpse_materials::{Fitted, Material};
-use glimpse_training::linear::Reduced;
+use glimpse_materials::{FittedBrdf, Material};
+use glimpse_training::linear::ReducedBasis;
 
 use super::EvaluationError;
 use super::adam;
-use super::readings::Readings;
+use super::degradation::Degradation;
 
-/// Where a method measures.
+/// The directions that a method measures.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) enum Places {
-    /// At these angles, in radians.
+pub(super) enum SampleDirections {
+    /// These angles, in radians.
     Pattern(Vec<Angles<f32>>),
-    /// At so many uniform valid directions, drawn anew for each material and seed.
+    /// A number of uniform valid directions, drawn again for each material and seed.
     Random(usize),
-    /// At so many uniform valid directions that more would change nothing, or, where it draws them
-    /// as it fits, at none.
-    Plenty(usize),
+    /// A number of uniform valid directions at which the result has converged; 0 if the method draws them during the
+    /// fit.
+    Converged(usize),
 }
 
-/// How a method fits what it has measured.
+/// The algorithm that fits the measurements.
 #[derive(Clone, Debug)]
-enum Fitting<'a> {
-    /// A scan by a recipe, as on the device; Linear with the recipe's basis.
+enum FitAlgorithm<'a> {
+    /// A scan by a recipe, as on a device. Linear also needs the recipe's basis.
     Scan(Box<Recipe<'a>>, Option<&'a Basis>),
-    /// A recipe's descent, at any directions.
+    /// The recipe's gradient descent, at any directions.
     DescentAnywhere(Descent<'a>),
-    /// A ridge solve with these precisions, at any directions.
+    /// Ridge regression with these precisions, at any directions.
     RidgeAnywhere(Vec<f64>, &'a Basis),
-    /// Adam from a random start, so many steps.
+    /// Adam from a random start, with a number of steps.
     Adam(ModelKind, usize),
-    /// So many steps of Adam, enough that more gain nothing, with fresh samples at each.
+    /// Adam with fresh samples at each step, with a number of steps at which it has converged.
     Optimum(ModelKind, usize),
 }
 
-/// How samples of a material become a fit.
+/// A method that fits a material from samples of it.
 #[derive(Clone, Debug)]
 pub struct Method<'a> {
     name: &'static str,
-    places: Places,
-    fitting: Fitting<'a>,
-    /// Steps of Adam on fresh samples after the fit.
-    steps_after: usize,
-    /// What coefficients of the model Linear become a BRDF by, if it is not the whole basis.
+    directions: SampleDirections,
+    algorithm: FitAlgorithm<'a>,
+    /// The number of Adam steps on fresh samples after the fit.
+    refinement_steps: usize,
+    /// The compact basis that converts coefficients of the model Linear to a BRDF; None for the whole basis.
     compact: Option<&'a Basis>,
-    /// What becomes of a recipe's readings.
-    readings: Readings,
+    /// The degradation of a recipe's readings.
+    degradation: Degradation,
 }
 
-/// Directions that the method Optimum solves the Linear model at.
+/// The number of directions of the method Optimum for the model Linear.
 const LINEAR_OPTIMUM: usize = 8_192;
 
 impl<'a> Method<'a> {
-    /// A recipe's pattern, and its way to fit. Linear needs the basis of the recipe.
+    /// Creates a scan by a recipe: its pattern and its fit. Linear needs the recipe's basis.
     ///
     /// # Errors
     /// [`EvaluationError::Basis`]
@@ -73,84 +73,83 @@ impl<'a> Method<'a> {
                 Some(_) => "completed",
                 None => "ours",
             },
-            places: Places::Pattern(recipe.pattern().collect()),
-            fitting: Fitting::Scan(Box::new(*recipe), basis),
-            steps_after: 0,
+            directions: SampleDirections::Pattern(recipe.pattern().collect()),
+            algorithm: FitAlgorithm::Scan(Box::new(*recipe), basis),
+            refinement_steps: 0,
             compact: None,
-            readings: Readings::default(),
+            degradation: Degradation::default(),
         })
     }
 
-    /// A recipe's way to fit (start and step sizes, or precisions), at as many random directions.
+    /// Creates a recipe's fit (start and step sizes, or precisions) at random directions, as many as the pattern has.
     ///
     /// # Errors
     /// [`EvaluationError::Basis`]
     pub fn meta(recipe: &Recipe<'a>, basis: Option<&'a Basis>) -> Result<Self, EvaluationError> {
-        let places = Places::Random(recipe.samples());
-        Self::at_places("meta", recipe, basis, places)
+        let directions = SampleDirections::Random(recipe.samples());
+        Self::with_directions("meta", recipe, basis, directions)
     }
 
-    /// A recipe's way to fit at other directions than its own, under a name.
+    /// Creates a recipe's fit at other directions than its own, with a name.
     ///
     /// # Errors
-    /// [`EvaluationError::Basis`]
-    pub fn elsewhere(
+    /// [`EvaluationError::Basis`], [`EvaluationError::OtherDirections`]
+    pub fn at_directions(
         name: &'static str,
         recipe: &Recipe<'a>,
         basis: Option<&'a Basis>,
         pattern: Vec<Angles<f32>>,
     ) -> Result<Self, EvaluationError> {
-        Self::at_places(name, recipe, basis, Places::Pattern(pattern))
+        Self::with_directions(name, recipe, basis, SampleDirections::Pattern(pattern))
     }
 
-    fn at_places(
+    fn with_directions(
         name: &'static str,
         recipe: &Recipe<'a>,
         basis: Option<&'a Basis>,
-        places: Places,
+        directions: SampleDirections,
     ) -> Result<Self, EvaluationError> {
-        let fitting = match (recipe.method(), basis) {
-            (FitMethod::Descent(descent), _) => Fitting::DescentAnywhere(descent),
-            // The recipe's reduced basis is of its own directions.
+        let algorithm = match (recipe.method(), basis) {
+            (FitMethod::Descent(descent), _) => FitAlgorithm::DescentAnywhere(descent),
+            // The reduced basis in the recipe is only valid at the recipe's own directions.
             (FitMethod::Ridge(ridge), Some(basis)) => {
                 let precision = ridge.precision().iter().map(f64::from).collect();
-                Fitting::RidgeAnywhere(precision, basis)
+                FitAlgorithm::RidgeAnywhere(precision, basis)
             }
             (FitMethod::Ridge(_), None) => return Err(EvaluationError::Basis),
-            (FitMethod::Completed(_), _) => return Err(EvaluationError::Elsewhere),
+            (FitMethod::Completed(_), _) => return Err(EvaluationError::OtherDirections),
         };
         Ok(Self {
             name,
-            places,
-            fitting,
-            steps_after: 0,
+            directions,
+            algorithm,
+            refinement_steps: 0,
             compact: None,
-            readings: Readings::default(),
+            degradation: Degradation::default(),
         })
     }
 
-    /// The same, and then so many steps of Adam, at 1e-3, on 512 fresh samples each. (A solve in
-    /// closed form, as Linear's, is left as it is.)
+    /// Adds steps of Adam after the fit, with a learning rate of 1e-3 and 512 fresh samples each. A closed-form solution,
+    /// such as that of Linear, is not refined.
     #[must_use]
-    pub fn then_steps(self, steps_after: usize) -> Self {
+    pub fn with_refinement(self, refinement_steps: usize) -> Self {
         Self {
-            steps_after,
+            refinement_steps,
             ..self
         }
     }
 
-    /// The same, but coefficients become a BRDF by another basis that the recipe names: a compact one, as on a
-    /// device.
+    /// Converts coefficients to a BRDF by the recipe's compact basis instead of the whole one, as on a device.
     ///
     /// # Errors
     /// [`EvaluationError::Compact`]
-    pub fn by_compact(self, compact: &'a Basis) -> Result<Self, EvaluationError> {
-        let of = match &self.fitting {
-            Fitting::Scan(_, basis) => basis.map(Basis::named_by),
-            Fitting::RidgeAnywhere(_, basis) => Some(basis.named_by()),
+    pub fn with_compact_basis(self, compact: &'a Basis) -> Result<Self, EvaluationError> {
+        let of = match &self.algorithm {
+            FitAlgorithm::Scan(_, basis) => basis.map(Basis::whole_checksum),
+            FitAlgorithm::RidgeAnywhere(_, basis) => Some(basis.whole_checksum()),
             _ => None,
         };
-        if of != Some(compact.named_by()) {
+        if of != Some(compact.whole_checksum()) {
             return Err(EvaluationError::Compact);
         }
         Ok(Self {
@@ -159,136 +158,150 @@ impl<'a> Method<'a> {
         })
     }
 
-    /// The same, from readings that are noisy, or some of them missing.
+    /// Degrades the readings of a scan by a recipe.
     ///
     /// # Errors
-    /// [`EvaluationError::Readings`] if it is no scan by a recipe, [`EvaluationError::NeedsAll`] if its recipe
-    /// cannot do without some, [`EvaluationError::FewerReadings`] if it has not as many.
-    pub fn with_readings(self, readings: Readings) -> Result<Self, EvaluationError> {
-        let Fitting::Scan(recipe, _) = &self.fitting else {
-            return Err(EvaluationError::Readings);
+    /// [`EvaluationError::DegradationWithoutRecipe`] if the method is not a scan by a recipe,
+    /// [`EvaluationError::NeedsAllReadings`] if readings are missing and the recipe does not tolerate that,
+    /// [`EvaluationError::TooFewReadings`] if the recipe has fewer than `first` samples.
+    pub fn with_degradation(self, degradation: Degradation) -> Result<Self, EvaluationError> {
+        let FitAlgorithm::Scan(recipe, _) = &self.algorithm else {
+            return Err(EvaluationError::DegradationWithoutRecipe);
         };
-        if readings.are_missing() && !recipe.tolerates_missing() {
-            return Err(EvaluationError::NeedsAll);
+        if degradation.has_missing() && !recipe.tolerates_missing() {
+            return Err(EvaluationError::NeedsAllReadings);
         }
         let samples = recipe.samples();
-        if let Some(first) = readings.first.filter(|first| *first > samples) {
-            return Err(EvaluationError::FewerReadings { first, samples });
+        if let Some(first) = degradation.first.filter(|first| *first > samples) {
+            return Err(EvaluationError::TooFewReadings { first, samples });
         }
-        Ok(Self { readings, ..self })
+        Ok(Self {
+            degradation,
+            ..self
+        })
     }
 
-    fn reconstruct(&self, basis: &Basis, coefficients: &Coefficients) -> Fitted {
-        Fitted::linear(self.compact.unwrap_or(basis), coefficients)
+    fn reconstruct(&self, basis: &Basis, coefficients: &Coefficients) -> FittedBrdf {
+        FittedBrdf::linear(self.compact.unwrap_or(basis), coefficients)
     }
 
-    /// Adam from a random start on random samples.
+    /// Creates the method Random: Adam from a random start on random samples.
     #[must_use]
     pub fn random(model: ModelKind, samples: usize, steps: usize) -> Self {
         Self {
             name: "random",
-            places: Places::Random(samples),
-            fitting: Fitting::Adam(model, steps),
-            steps_after: 0,
+            directions: SampleDirections::Random(samples),
+            algorithm: FitAlgorithm::Adam(model, steps),
+            refinement_steps: 0,
             compact: None,
-            readings: Readings::default(),
+            degradation: Degradation::default(),
         }
     }
 
-    /// The best that a model fitted by descent can do: found in [`OPTIMUM_STEPS`](super::OPTIMUM_STEPS), or
-    /// nearly so in fewer.
+    /// Creates the method Optimum: an estimate of the best fit of a model that is fitted by descent. It has converged
+    /// after [`OPTIMUM_STEPS`](super::OPTIMUM_STEPS), and nearly so after fewer steps.
     #[must_use]
     pub fn optimum(model: ModelKind, steps: usize) -> Self {
         Self {
             name: "optimum",
-            places: Places::Plenty(0),
-            fitting: Fitting::Optimum(model, steps),
-            steps_after: 0,
+            directions: SampleDirections::Converged(0),
+            algorithm: FitAlgorithm::Optimum(model, steps),
+            refinement_steps: 0,
             compact: None,
-            readings: Readings::default(),
+            degradation: Degradation::default(),
         }
     }
 
-    /// The model Linear with the same precision for all coefficients, on random samples.
+    /// Creates the method Random of the model Linear: the same precision for all coefficients, random samples.
     #[must_use]
     pub fn linear_random(basis: &'a Basis, eta: f64, samples: usize) -> Self {
-        Self::linear("random", basis, eta, Places::Random(samples))
+        Self::linear("random", basis, eta, SampleDirections::Random(samples))
     }
 
-    /// The same on samples that make the problem well conditioned (Nielsen et al. 2015).
+    /// Creates the method of Nielsen et al. 2015 for the model Linear: samples that make the problem well conditioned.
     #[must_use]
     pub fn linear_njr15(basis: &'a Basis, eta: f64, pattern: Vec<Angles<f32>>) -> Self {
-        Self::linear("njr15", basis, eta, Places::Pattern(pattern))
+        Self::linear("njr15", basis, eta, SampleDirections::Pattern(pattern))
     }
 
-    /// The same on so many samples that more would change nothing.
+    /// Creates the method Optimum of the model Linear: enough samples that the result has converged.
     #[must_use]
     pub fn linear_optimum(basis: &'a Basis, eta: f64) -> Self {
-        Self::linear("optimum", basis, eta, Places::Plenty(LINEAR_OPTIMUM))
+        Self::linear(
+            "optimum",
+            basis,
+            eta,
+            SampleDirections::Converged(LINEAR_OPTIMUM),
+        )
     }
 
-    fn linear(name: &'static str, basis: &'a Basis, eta: f64, places: Places) -> Self {
+    fn linear(
+        name: &'static str,
+        basis: &'a Basis,
+        eta: f64,
+        directions: SampleDirections,
+    ) -> Self {
         Self {
             name,
-            places,
-            fitting: Fitting::RidgeAnywhere(vec![eta; basis.components()], basis),
-            steps_after: 0,
+            directions,
+            algorithm: FitAlgorithm::RidgeAnywhere(vec![eta; basis.components()], basis),
+            refinement_steps: 0,
             compact: None,
-            readings: Readings::default(),
+            degradation: Degradation::default(),
         }
     }
 
-    /// The name on the command line and in tables.
+    /// Returns the name on the command line and in tables.
     #[must_use]
     pub fn name(&self) -> &'static str {
         self.name
     }
 
-    /// The model.
+    /// Returns the model.
     #[must_use]
     pub fn model(&self) -> ModelKind {
-        match &self.fitting {
-            Fitting::Scan(recipe, _) => recipe.model(),
-            Fitting::DescentAnywhere(descent) => descent.model(),
-            Fitting::RidgeAnywhere(..) => ModelKind::Linear,
-            Fitting::Adam(model, _) | Fitting::Optimum(model, _) => *model,
+        match &self.algorithm {
+            FitAlgorithm::Scan(recipe, _) => recipe.model(),
+            FitAlgorithm::DescentAnywhere(descent) => descent.model(),
+            FitAlgorithm::RidgeAnywhere(..) => ModelKind::Linear,
+            FitAlgorithm::Adam(model, _) | FitAlgorithm::Optimum(model, _) => *model,
         }
     }
 
-    /// n; 0 stands for the method Optimum's, as many as it takes.
+    /// Returns the number of samples, n; 0 for the method Optimum.
     #[must_use]
     pub fn samples(&self) -> usize {
-        match &self.places {
-            Places::Pattern(pattern) => pattern.len(),
-            Places::Random(samples) => *samples,
-            Places::Plenty(_) => 0,
+        match &self.directions {
+            SampleDirections::Pattern(pattern) => pattern.len(),
+            SampleDirections::Random(samples) => *samples,
+            SampleDirections::Converged(_) => 0,
         }
     }
 
-    /// Where it measures, if that is the same for all materials; else empty.
+    /// Returns the measured directions; empty if they differ between materials.
     #[must_use]
     pub fn pattern(&self) -> &[Angles<f32>] {
-        match &self.places {
-            Places::Pattern(pattern) => pattern,
-            Places::Random(_) | Places::Plenty(_) => &[],
+        match &self.directions {
+            SampleDirections::Pattern(pattern) => pattern,
+            SampleDirections::Random(_) | SampleDirections::Converged(_) => &[],
         }
     }
 
-    /// True if the outcome depends on a seed.
+    /// Returns true if the result depends on a seed.
     #[must_use]
     pub fn is_random(&self) -> bool {
-        matches!(self.places, Places::Random(_)) || self.readings.are_random()
+        matches!(self.directions, SampleDirections::Random(_)) || self.degradation.is_random()
     }
 
-    /// Fits a material; what a recipe says is done as on the device: in f32, by core's own code.
+    /// Fits a material. Recipes run as on a device: in f32, by the code of glimpse-core.
     ///
     /// # Errors
     /// [`EvaluationError::Ridge`]
-    pub fn fit(&self, material: &dyn Material, seed: u64) -> Result<Fitted, EvaluationError> {
+    pub fn fit(&self, material: &dyn Material, seed: u64) -> Result<FittedBrdf, EvaluationError> {
         Ok(self.fit_and_predict(material, seed)?.0)
     }
 
-    /// The same, and the loss that the fit is likely to have, where a recipe predicts one.
+    /// Fits a material, and returns the loss that the recipe predicts, if it can.
     ///
     /// # Errors
     /// [`EvaluationError::Ridge`]
@@ -296,69 +309,62 @@ impl<'a> Method<'a> {
         &self,
         material: &dyn Material,
         seed: u64,
-    ) -> Result<(Fitted, Option<f32>), EvaluationError> {
-        let mut predicted = None;
-        let fitted = self.fit_telling(material, seed, &mut predicted)?;
-        Ok((fitted, predicted))
-    }
-
-    fn fit_telling(
-        &self,
-        material: &dyn Material,
-        seed: u64,
-        predicted: &mut Option<f32>,
-    ) -> Result<Fitted, EvaluationError> {
+    ) -> Result<(FittedBrdf, Option<f32>), EvaluationError> {
+        let mut predicted_loss = None;
         let drawn;
-        let angles = match &self.places {
-            Places::Pattern(pattern) => pattern,
-            Places::Random(samples) | Places::Plenty(samples) => {
+        let angles = match &self.directions {
+            SampleDirections::Pattern(pattern) => pattern,
+            SampleDirections::Random(samples) | SampleDirections::Converged(samples) => {
                 drawn = uniform_valid(*samples, seed);
                 &drawn
             }
         };
-        let parameters = match &self.fitting {
-            Fitting::Scan(recipe, basis) => {
-                let mut read = self.readings.of(material, recipe.samples(), seed);
-                let found = scan_some(recipe, &mut read)?;
-                *predicted = found.predicted_loss;
+        let parameters = match &self.algorithm {
+            FitAlgorithm::Scan(recipe, basis) => {
+                let mut read = self.degradation.reader(material, recipe.samples(), seed);
+                let found = scan_with_missing(recipe, &mut read)?;
+                predicted_loss = found.predicted_loss;
                 match (recipe.model(), basis) {
                     (ModelKind::Linear, Some(basis)) => {
                         let coefficients = basis.channels(&found.values)?;
-                        return Ok(self.reconstruct(basis, &coefficients));
+                        return Ok((self.reconstruct(basis, &coefficients), predicted_loss));
                     }
                     _ => found.values,
                 }
             }
-            Fitting::RidgeAnywhere(precision, basis) => {
-                let places: Vec<Angles<f64>> = angles
+            FitAlgorithm::RidgeAnywhere(precision, basis) => {
+                let directions: Vec<Angles<f64>> = angles
                     .iter()
-                    .map(glimpse_materials::basis::widened)
+                    .map(glimpse_materials::basis::angles_to_f64)
                     .collect();
                 let measured: Vec<[f32; 3]> =
                     angles.iter().map(|angles| material.brdf(*angles)).collect();
-                let coefficients = Reduced::new(basis, &places).fit(precision, &measured)?;
-                return Ok(self.reconstruct(basis, &coefficients));
+                let coefficients =
+                    ReducedBasis::new(basis, &directions).fit(precision, &measured)?;
+                return Ok((self.reconstruct(basis, &coefficients), None));
             }
-            Fitting::DescentAnywhere(descent) => with_model!(
-                self.model(), M => learn::<M>(*descent, &measure(material, angles)),
+            FitAlgorithm::DescentAnywhere(descent) => with_model!(
+                self.model(), M => descend::<M>(*descent, &measure(material, angles)),
                 _ => Vec::new()
             ),
-            Fitting::Adam(model, steps) => with_model!(
+            FitAlgorithm::Adam(model, steps) => with_model!(
                 *model, M => adam::random::<M>(&measure(material, angles), *steps, seed),
                 _ => Vec::new()
             ),
-            Fitting::Optimum(model, steps) => with_model!(
+            FitAlgorithm::Optimum(model, steps) => with_model!(
                 *model, M => adam::optimum::<M>(material, *steps, seed), _ => Vec::new()
             ),
         };
-        let parameters = match self.steps_after {
+        let parameters = match self.refinement_steps {
             0 => parameters,
             steps => with_model!(
-                self.model(), M => adam::go_on::<M>(&parameters, material, steps, seed),
+                self.model(), M => adam::refine::<M>(&parameters, material, steps, seed),
                 _ => parameters
             ),
         };
-        Fitted::new(self.model(), parameters, None).ok_or(EvaluationError::Basis)
+        let fitted =
+            FittedBrdf::new(self.model(), parameters, None).ok_or(EvaluationError::Basis)?;
+        Ok((fitted, predicted_loss))
     }
 }
 
@@ -376,8 +382,8 @@ pub fn measure(material: &dyn Material, angles: &[Angles<f32>]) -> Vec<Sample<f3
         .collect()
 }
 
-/// A recipe's descent at other directions than its own: core's, without a scan.
-fn learn<M: Model>(descent: Descent<'_>, samples: &[Sample<f32>]) -> Vec<f32> {
+/// Runs a recipe's descent at other directions than its own, by the code of glimpse-core but without a scan.
+fn descend<M: Model>(descent: Descent<'_>, samples: &[Sample<f32>]) -> Vec<f32> {
     let method = FitMethod::Descent(descent);
     let mut words = vec![0.0; M::words(&method, samples.len()).unwrap_or_default()];
     M::start(&mut words, &method, Channels::Color);

@@ -1,97 +1,98 @@
-//! Judging methods on materials: fit each from a few of its samples, compare with all of it.
+//! Evaluation of methods: fits to a few samples of each material, compared with the whole material.
 
 mod adam;
+mod degradation;
+mod estimate;
 mod leakage;
 mod method;
-mod readings;
-mod uncertainty;
 
 pub use adam::OPTIMUM_STEPS;
-pub use glimpse_kernels::scan::{Found, scan};
-pub use leakage::{Known, TrainedOn};
+pub use degradation::Degradation;
+pub use estimate::Estimate;
+pub use glimpse_kernels::scan::{ScanOutcome, scan};
+pub use leakage::{TrainingMaterials, TrainingOverlap};
 pub use method::{Method, measure};
-pub use readings::Readings;
-pub use uncertainty::Estimate;
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use glimpse_core::geometry::HalfDifference;
 use glimpse_materials::loss::{loss_directions, mean_log_error};
-use glimpse_materials::setting::{NamesSettings, Naming, Setting};
-use glimpse_materials::{Fitted, Material};
+use glimpse_materials::setting::{Setting, SettingError, SettingNames};
+use glimpse_materials::{FittedBrdf, Material};
 use rayon::prelude::*;
 
 use crate::metrics::{CompareError, Metrics};
 use crate::render::{Environment, Picture, render_sphere};
 
-/// Width and height of the spheres that metrics are of, in pixels.
+/// The width and height of rendered spheres, in pixels.
 ///
-/// `trainer render sphere --size 128` draws the same pictures. Its default of 256 would make an
-/// evaluation five times slower; a material's color difference there is within 2 % of that here.
+/// `trainer render sphere --size 128` draws the same pictures. Its default of 256 would make an evaluation five times
+/// slower and changes a material's color difference by less than 2 %.
 pub const SPHERE: usize = 128;
 
-/// Why a method cannot be judged.
+/// An error of evaluating a method.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum EvaluationError {
-    /// A recipe of the model Linear came without its basis.
-    #[error("a recipe of the model linear needs the basis that was written beside it")]
+    /// A recipe of the model Linear was given without its basis.
+    #[error("the recipe of the model linear has no basis; give the basis that was written with it")]
     Basis,
-    /// A compact basis was made of another basis, or for a model that has none.
+    /// A compact basis belongs to another basis, or the model has none.
     #[error(
-        "the compact basis is not of this recipe: it was made of another whole basis, or the recipe \
-         is not of the model linear; export it again from this recipe"
+        "the compact basis does not belong to this recipe: it was exported from another basis, or the recipe is not of \
+         the model linear; export it again from this recipe"
     )]
     Compact,
-    /// A completion was asked to do without its own directions.
+    /// A recipe that completes readings was given other directions than its own.
     #[error("{}", self.message(Setting::name))]
-    Elsewhere,
-    /// Readings were to be spoilt where there are none of a recipe's.
+    OtherDirections,
+    /// A degradation of readings was given for a method without a recipe.
     #[error("{}", self.message(Setting::name))]
-    Readings,
-    /// Readings were to be lost that the recipe cannot do without.
+    DegradationWithoutRecipe,
+    /// Readings are missing, and the recipe needs all of them.
     #[error("{}", self.message(Setting::name))]
-    NeedsAll,
-    /// More of the first readings were asked for than there are.
-    #[error("the first {first} readings are asked for, and the recipe has {samples}")]
-    FewerReadings {
-        /// How many were asked for.
+    NeedsAllReadings,
+    /// The requested number of leading readings exceeds the recipe's samples.
+    #[error(
+        "the first {first} readings are requested, but the recipe has {samples}; request at most {samples}"
+    )]
+    TooFewReadings {
+        /// The requested number.
         first: usize,
-        /// How many there are.
+        /// The number of the recipe's samples.
         samples: usize,
     },
-    /// A ridge problem has no solution.
+    /// A ridge regression has no solution.
     #[error("the linear model cannot be fitted: {0}")]
     Ridge(#[from] glimpse_core::fit::ridge::RidgeError),
     /// A basis does not belong to a recipe.
     #[error(transparent)]
-    Count(#[from] glimpse_materials::basis::CountError),
+    Count(#[from] glimpse_materials::basis::CoefficientCountError),
     /// A material cannot be scanned by a recipe.
     #[error(transparent)]
     Scan(#[from] glimpse_kernels::scan::HostScanError),
-    /// Whoever waits for it asked to stop.
-    #[error("stopped before all materials were judged")]
+    /// The caller stopped the evaluation.
+    #[error("stopped before all materials were evaluated")]
     Stopped,
-    /// Pictures cannot be compared: never in practice, all have the same size.
+    /// Pictures cannot be compared. Does not happen in practice because all have the same size.
     #[error(transparent)]
     Compare(#[from] CompareError),
 }
 
-impl NamesSettings for EvaluationError {
-    fn message(&self, name: Naming) -> String {
+impl SettingError for EvaluationError {
+    fn message(&self, name: SettingNames) -> String {
         match self {
-            Self::Elsewhere => format!(
-                "a recipe that completes readings knows them at its own directions only; {} meta \
-                 takes recipes of {} joint or paper",
+            Self::OtherDirections => format!(
+                "a recipe that completes readings works only at its own directions; for {} meta give a recipe of {} \
+                 joint or paper",
                 name(Setting::Method),
                 name(Setting::Schedule)
             ),
-            Self::Readings => format!(
-                "readings are lost, or noisy, where a recipe is scanned by: give {}",
+            Self::DegradationWithoutRecipe => format!(
+                "missing or noisy readings require a scan by a recipe; give {}",
                 name(Setting::Recipe)
             ),
-            Self::NeedsAll => format!(
-                "the recipe needs all of its readings: train one with {} of 0.5 for scans that lose \
-                 some",
+            Self::NeedsAllReadings => format!(
+                "the recipe needs all of its readings; for scans with missing readings train a recipe with {} of 0.5",
                 name(Setting::Missing)
             ),
             other => other.to_string(),
@@ -99,7 +100,7 @@ impl NamesSettings for EvaluationError {
     }
 }
 
-/// Materials, their values and their spheres: all that fits are compared with.
+/// An evaluator: the materials, their BRDF values and their rendered spheres, with which fits are compared.
 pub struct Evaluator<'a> {
     materials: &'a [Box<dyn Material>],
     at: Vec<HalfDifference<f32>>,
@@ -112,50 +113,50 @@ struct Reference {
     sphere: Picture,
 }
 
-/// A material's name and how well it was fitted.
+/// The metrics of one material's fit.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct MaterialMetrics {
-    /// Its name.
+    /// The name of the material.
     pub name: String,
-    /// Its scores, averaged over the seeds.
+    /// The metrics, averaged over the seeds.
     #[serde(flatten)]
-    pub scores: Metrics,
-    /// The loss that its fit was likely to have, by its readings, where the recipe predicts one.
+    pub metrics: Metrics,
+    /// The loss that the recipe predicts from the readings, averaged over the seeds; None if it cannot predict one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub predicted_loss: Option<f64>,
 }
 
-/// How well a method does.
+/// The metrics of a method.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct Report {
-    /// The method.
+    /// The name of the method.
     pub method: &'static str,
-    /// The model.
+    /// The name of the model.
     pub model: &'static str,
-    /// n.
+    /// The number of samples, n.
     pub samples: usize,
-    /// Means over the materials.
+    /// The means over the materials.
     #[serde(flatten)]
-    pub scores: Metrics,
-    /// Standard error of the mean loss, over the materials; None of one.
+    pub metrics: Metrics,
+    /// The standard error of the mean loss over the materials; None for one material.
     pub loss_standard_error: Option<f64>,
-    /// How many seeds were averaged over.
+    /// The number of seeds.
     pub seeds: u64,
-    /// Standard deviation of the mean loss from seed to seed.
+    /// The standard deviation of the mean loss over the seeds.
     pub loss_spread: f64,
-    /// Each material.
+    /// The metrics of each material.
     pub materials: Vec<MaterialMetrics>,
 }
 
 impl Report {
-    /// The loss of each material.
+    /// Returns the loss of each material.
     #[must_use]
     pub fn losses(&self) -> Vec<f64> {
-        let losses = self.materials.iter().map(|each| each.scores.loss);
+        let losses = self.materials.iter().map(|each| each.metrics.loss);
         losses.collect()
     }
 
-    /// The loss that each material's fit was likely to have, if the recipe predicts it.
+    /// Returns the predicted loss of each material, if the recipe predicts losses.
     #[must_use]
     pub fn predicted_losses(&self) -> Option<Vec<f64>> {
         let predicted = self.materials.iter().map(|each| each.predicted_loss);
@@ -167,12 +168,12 @@ impl<'a> Evaluator<'a> {
     /// Evaluates and renders the materials in the built-in studio.
     #[must_use]
     pub fn new(materials: &'a [Box<dyn Material>]) -> Self {
-        Self::under(Environment::studio(), materials)
+        Self::with_environment(Environment::studio(), materials)
     }
 
-    /// The same under another environment.
+    /// Evaluates and renders the materials in another environment.
     #[must_use]
-    pub fn under(environment: Environment, materials: &'a [Box<dyn Material>]) -> Self {
+    pub fn with_environment(environment: Environment, materials: &'a [Box<dyn Material>]) -> Self {
         let at = loss_directions();
         let references = materials
             .par_iter()
@@ -191,45 +192,45 @@ impl<'a> Evaluator<'a> {
         }
     }
 
-    /// The materials.
+    /// Returns the materials.
     #[must_use]
     pub fn materials(&self) -> &'a [Box<dyn Material>] {
         self.materials
     }
 
-    /// The rendered sphere of a material.
+    /// Returns the rendered sphere of a material.
     #[must_use]
     pub fn reference(&self, material: usize) -> &Picture {
         &self.references[material].sphere
     }
 
-    /// Renders a fit.
+    /// Renders the sphere of a fit.
     #[must_use]
-    pub fn render(&self, fitted: &Fitted) -> Picture {
+    pub fn render(&self, fitted: &FittedBrdf) -> Picture {
         render_sphere(fitted, &self.environment, SPHERE).tone_map()
     }
 
-    /// Compares a fit of a material with it.
+    /// Compares a fit with its material. Returns the metrics and the sphere of the fit.
     ///
     /// # Errors
     /// None in practice: all pictures have the same size.
-    pub fn score(
+    pub fn compare(
         &self,
         material: usize,
-        fitted: &Fitted,
+        fitted: &FittedBrdf,
     ) -> Result<(Metrics, Picture), CompareError> {
         let reference = &self.references[material];
         let loss = mean_log_error(fitted, &self.at, &reference.values);
         let sphere = self.render(fitted);
-        let scores = Metrics::of_spheres(loss, &reference.sphere, &sphere)?;
-        Ok((scores, sphere))
+        let metrics = Metrics::from_spheres(loss, &reference.sphere, &sphere)?;
+        Ok((metrics, sphere))
     }
 
-    /// Fits every material by a method, with so many seeds if it is random, and compares.
+    /// Fits every material by a method and compares the fits. A random method runs once per seed.
     ///
     /// # Errors
     /// [`EvaluationError::Ridge`]
-    pub fn judge(
+    pub fn evaluate(
         &self,
         method: &Method<'_>,
         seed: u64,
@@ -238,8 +239,8 @@ impl<'a> Evaluator<'a> {
         self.evaluate_with_progress(method, seed, seeds, &|| {}, &AtomicBool::new(false))
     }
 
-    /// The same, and calls `done` after every material, from whichever thread has judged it; no other fit is
-    /// begun once `stop` is set.
+    /// Evaluates like [`evaluate`](Self::evaluate), and calls `done` after every material, on any thread. No new fit
+    /// starts once `stop` is set.
     ///
     /// # Errors
     /// [`EvaluationError::Ridge`], [`EvaluationError::Stopped`]
@@ -255,59 +256,57 @@ impl<'a> Evaluator<'a> {
         let all: Vec<Vec<(Metrics, Option<f64>)>> = (0..self.materials.len())
             .into_par_iter()
             .map(|material| {
-                let scores = (0..seeds)
+                let fits = (0..seeds)
                     .map(|offset| {
                         if stop.load(Ordering::Relaxed) {
                             return Err(EvaluationError::Stopped);
                         }
-                        // Each material and each repetition draws samples of its own.
+                        // Each material and each repetition draws different samples.
                         let seed = seed.wrapping_add((offset << 32) | material as u64);
                         let (fitted, predicted) =
                             method.fit_and_predict(&*self.materials[material], seed)?;
-                        let (scores, _) = self.score(material, &fitted)?;
-                        Ok((scores, predicted.map(f64::from)))
+                        let (metrics, _) = self.compare(material, &fitted)?;
+                        Ok((metrics, predicted.map(f64::from)))
                     })
                     .collect();
                 done();
-                scores
+                fits
             })
             .collect::<Result<_, EvaluationError>>()?;
         let materials: Vec<MaterialMetrics> = self
             .materials
             .iter()
             .zip(&all)
-            .map(|(material, scores)| MaterialMetrics {
+            .map(|(material, fits)| MaterialMetrics {
                 name: material.name().to_owned(),
-                scores: Metrics::of_repetitions(scores.iter().map(|(scores, _)| *scores))
+                metrics: Metrics::mean_of_repetitions(fits.iter().map(|(metrics, _)| *metrics))
                     .unwrap_or_default(),
-                predicted_loss: scores
+                predicted_loss: fits
                     .iter()
                     .map(|(_, predicted)| *predicted)
                     .sum::<Option<f64>>()
-                    .map(|sum| sum / scores.len() as f64),
+                    .map(|sum| sum / fits.len() as f64),
             })
             .collect();
         let by_seed: Vec<f64> = (0..seeds as usize)
-            .map(|seed| {
-                all.iter().map(|scores| scores[seed].0.loss).sum::<f64>() / all.len() as f64
-            })
+            .map(|seed| all.iter().map(|fits| fits[seed].0.loss).sum::<f64>() / all.len() as f64)
             .collect();
-        let losses: Vec<f64> = materials.iter().map(|each| each.scores.loss).collect();
+        let losses: Vec<f64> = materials.iter().map(|each| each.metrics.loss).collect();
         Ok(Report {
-            loss_standard_error: Estimate::of(&losses).standard_error,
+            loss_standard_error: Estimate::from_values(&losses).standard_error,
             method: method.name(),
             model: method.model().name(),
             samples: method.samples(),
-            scores: Metrics::mean(materials.iter().map(|each| each.scores)).unwrap_or_default(),
+            metrics: Metrics::mean(materials.iter().map(|each| each.metrics)).unwrap_or_default(),
             seeds,
-            loss_spread: deviation(&by_seed),
+            loss_spread: standard_deviation(&by_seed),
             materials,
         })
     }
 }
 
-/// Standard deviation of a sample; 0 of a single number.
-fn deviation(values: &[f64]) -> f64 {
+/// Returns the sample standard deviation; 0 for a single value.
+fn standard_deviation(values: &[f64]) -> f64 {
     let mean = values.iter().sum::<f64>() / values.len() as f64;
     let squares: f64 = values.iter().map(|value| (value - mean).powi(2)).sum();
     (squares / (values.len().max(2) - 1) as f64).sqrt()

@@ -1,18 +1,18 @@
-//! A recipe as C source: its bytes, for firmware that links the C library and has no file system.
+//! Export of a recipe's bytes as C source, for firmware with the C library and without a file system.
 
 use std::fmt::Write;
 
 use glimpse_core::recipe::{Recipe, RecipeError};
 
-use super::comment::expected;
+use super::comment::expected_loss_text;
 
-/// How many bytes stand on a line.
-const A_LINE: usize = 16;
+/// The number of bytes per line.
+const BYTES_PER_LINE: usize = 16;
 
-/// A header with one array, `glimpse_recipe_bytes`, of a recipe's bytes.
+/// Returns a C header with a recipe's bytes in an array, `glimpse_recipe_bytes`.
 ///
 /// # Errors
-/// If the bytes are no recipe, or what it states about itself makes no sense.
+/// If the bytes are not a recipe, or its metadata are invalid.
 pub fn to_c(bytes: &[u8]) -> Result<String, RecipeError> {
     let recipe = Recipe::parse(bytes)?;
     let mut source = format!(
@@ -22,7 +22,7 @@ pub fn to_c(bytes: &[u8]) -> Result<String, RecipeError> {
         recipe.samples(),
     );
     if let Some(expectation) = recipe.metadata()?.expectation {
-        source += &format!("   {}\n", expected(&expectation));
+        source += &format!("   {}\n", expected_loss_text(&expectation));
     }
     source += "   glimpse_scan_begin() and glimpse_recipe_describe() take the array and its size. */\n\n\
                #include <stdint.h>\n\n";
@@ -32,7 +32,7 @@ pub fn to_c(bytes: &[u8]) -> Result<String, RecipeError> {
         source,
         "static const uint8_t glimpse_recipe_bytes[{count}] = {{"
     );
-    for line in bytes.chunks(A_LINE) {
+    for line in bytes.chunks(BYTES_PER_LINE) {
         let line: Vec<String> = line.iter().map(|byte| format!("0x{byte:02x}")).collect();
         let _ = writeln!(source, "    {},", line.join(", "));
     }

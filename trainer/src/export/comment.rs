@@ -1,9 +1,9 @@
-//! What a recipe states about itself, for a comment of source code.
+//! Recipe metadata as text for comments in exported source code.
 
 use glimpse_core::recipe::ExpectedLoss;
 
-/// A text that ends no comment: one line, without the end of one in C.
-pub(super) fn in_comment(text: &str) -> String {
+/// Makes a text safe inside a comment: replaces control characters, including line breaks, and the end of a C comment.
+pub(super) fn comment_text(text: &str) -> String {
     let line: String = text
         .chars()
         .map(|letter| if letter.is_control() { ' ' } else { letter })
@@ -11,8 +11,8 @@ pub(super) fn in_comment(text: &str) -> String {
     line.replace("*/", "* /")
 }
 
-/// The loss to expect, and on what it was found.
-pub(super) fn expected(expectation: &ExpectedLoss<'_>) -> String {
+/// Describes the expected loss and the materials on which it was measured.
+pub(super) fn expected_loss_text(expectation: &ExpectedLoss<'_>) -> String {
     let ExpectedLoss {
         loss,
         materials,
@@ -20,10 +20,10 @@ pub(super) fn expected(expectation: &ExpectedLoss<'_>) -> String {
         ..
     } = expectation;
     match materials {
-        0 => format!("Expected loss: {loss:.4}, on what is not stated."),
+        0 => format!("Expected loss: {loss:.4}, on unstated materials."),
         _ => format!(
-            "Expected loss: {loss:.4}, found on {materials} {}.",
-            in_comment(on)
+            "Expected loss: {loss:.4}, measured on {materials} {}.",
+            comment_text(on)
         ),
     }
 }
@@ -33,10 +33,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn no_text_ends_its_comment() {
-        assert_eq!(in_comment("a\nfn b() {}\r*/ c"), "a fn b() {} * / c");
+    fn comment_text_cannot_end_the_comment() {
+        assert_eq!(comment_text("a\nfn b() {}\r*/ c"), "a fn b() {} * / c");
         let of = |materials| {
-            expected(&ExpectedLoss {
+            expected_loss_text(&ExpectedLoss {
                 loss: 0.0125,
                 standard_error: None,
                 materials,

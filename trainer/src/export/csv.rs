@@ -1,10 +1,10 @@
-//! A recipe's pattern as CSV, for whoever has a program of their own.
+//! Export of a recipe's pattern as CSV, for other programs.
 
 use glimpse_core::recipe::Recipe;
 
-/// `index,theta_h,theta_d,phi_d`, a row for each sample: its number, from 0, and Rusinkiewicz angles in
-/// degrees, with digits enough to get the same 32-bit floats back in radians. `trainer query` and
-/// `trainer fit` read such columns.
+/// Returns CSV, `index,theta_h,theta_d,phi_d`, with one row per sample: the index from 0 and the Rusinkiewicz angles in
+/// degrees. The digits suffice to restore the exact 32-bit floats in radians. `trainer query` and `trainer fit` read
+/// these columns.
 #[must_use]
 pub fn to_csv(recipe: &Recipe<'_>) -> String {
     let rows = recipe.pattern().enumerate().map(|(index, angles)| {
@@ -22,7 +22,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn angles_come_back_to_the_bit() {
+    fn angles_round_trip_exactly() {
         let bytes = include_bytes!("../../../core/examples/recipes/neural-n8.recipe");
         let recipe = Recipe::parse(bytes).expect("it is a recipe");
         let csv = to_csv(&recipe);

@@ -1,4 +1,4 @@
-//! A recipe as JSON: complete enough to redo the fit elsewhere.
+//! Export of a recipe as JSON, complete enough to reimplement the fit.
 
 use glimpse_core::fit::Target;
 use glimpse_core::fit::coefficient_net::MissingPolicy;
@@ -10,22 +10,29 @@ use glimpse_core::recipe::{
 };
 use serde_json::{Value, json};
 
-/// Model, n, pattern (rows of theta_h, theta_d, phi_d in radians), `arms`, the same as spherical angles
-/// of both directions (rows of theta_i, phi_i, theta_o, phi_o in radians), expected loss and checksum;
-/// what the recipe states about itself, null where it does not: `limits` (radians), `noise`, `expectation`,
-/// `provenance`, `training` (the same in types, the digest in hex) and `materials`, names with digests in hex; besides, for a descent, inner steps, initial parameters and step sizes in the model's
-/// order; for a ridge solve, the basis (n rows of m), mean, median BRDF and weight (each n), `eta` if
-/// all precisions are equal and otherwise `precision` (m), and the checksum of the whole basis (null
-/// if there is none). Where readings are completed, `completion`: for each sample the weights `own`,
-/// `mean` and `missing` of m + h rows, `bias` (m + h), `output` (m rows of h), and `centre` (n) and
-/// `scale` of what enters; for Linear besides the basis (n rows of m), for a descent `start`: `hidden`
-/// (g rows of 3 m), `bias` (g) and `output` (a row of g for each parameter); and `prediction`, from the
-/// channels' mean coefficients to the logarithm of the likely loss (1 + m, null if there is none).
+/// Converts a recipe to JSON.
+///
+/// All recipes have `model`, `samples` (n), `pattern` (rows of theta_h, theta_d, phi_d in radians), `arms` (the same
+/// directions as rows of theta_i, phi_i, theta_o, phi_o in radians), `memory_words`, `expected_loss` and `checksum`.
+///
+/// The recipe's metadata are null if the recipe does not state them: `limits` (radians), `noise`, `expectation`,
+/// `provenance`, `training` (typed provenance, with a hexadecimal digest) and `materials` (names and hexadecimal
+/// digests).
+///
+/// The other keys depend on the method:
+/// - Descent: `inner_steps`, and `initial` parameters and `step_sizes` in the model's order.
+/// - Ridge regression: `basis` (n rows of m), `mean`, `median` BRDF and `weight` (n each), `eta` if all precisions are
+///   equal or else `precision` (m), and `basis_checksum` of the whole basis (null if there is none).
+/// - Completed readings: `prediction`, the weights from the channels' mean coefficients to the logarithm of the expected
+///   loss (1 + m; null if there are none), and `completion`. The latter has `readings`, for each sample the weights
+///   `own`, `mean` and `missing` (m + h each), `bias` (m + h), `output` (m rows of h), and `centre` (n) and `scale` of
+///   the inputs. Linear adds `basis` (n rows of m) and `basis_checksum`. Models that are fitted by descent add the keys
+///   of a descent and `start`: `hidden` (g rows of 3 m), `bias` (g) and `output` (one row of g per parameter).
 ///
 /// # Errors
-/// If what it states about itself makes no sense.
+/// If the recipe's metadata are invalid.
 pub fn to_json(recipe: &Recipe<'_>) -> Result<Value, RecipeError> {
-    let statements = recipe.metadata()?;
+    let metadata = recipe.metadata()?;
     let pattern: Vec<[f32; 3]> = recipe
         .pattern()
         .map(|angles| [angles.theta_h, angles.theta_d, angles.phi_d])
@@ -45,12 +52,12 @@ pub fn to_json(recipe: &Recipe<'_>) -> Result<Value, RecipeError> {
         "memory_words": recipe.memory_words(),
         "expected_loss": recipe.expected_loss(),
         "checksum": format!("{:08x}", recipe.checksum()),
-        "limits": statements.limits.map(limits),
-        "noise": statements.noise.map(noise),
-        "expectation": statements.expectation.map(expectation),
-        "provenance": statements.provenance.map(provenance),
-        "training": statements.training.map(training),
-        "materials": materials(statements.materials),
+        "limits": metadata.limits.map(limits),
+        "noise": metadata.noise.map(noise),
+        "expectation": metadata.expectation.map(expectation),
+        "provenance": metadata.provenance.map(provenance),
+        "training": metadata.training.map(training),
+        "materials": materials(metadata.materials),
     });
     match recipe.method() {
         FitMethod::Descent(descent) => add_descent(&mut value, &descent),
@@ -77,7 +84,7 @@ fn noise(noise: Noise) -> Value {
     })
 }
 
-/// Unknown values are null.
+/// Converts the expected loss; unknown values are null.
 fn expectation(expectation: ExpectedLoss<'_>) -> Value {
     let is_known = expectation.materials > 0;
     json!({
@@ -136,7 +143,7 @@ fn add_completed(value: &mut Value, completed: &Completed<'_>) {
     value["prediction"] = json!(prediction.map(list));
     let completion = completed.coefficient_net();
     let (rows, components) = (completion.rows(), completion.components);
-    // Each weight is multiplied by the scale of its row: what comes out is what enters the fit.
+    // Each weight is multiplied by the scale of its row, as in the fit.
     let weights = |bytes: &[u8], scale: &dyn Fn(usize) -> f32| -> Vec<f32> {
         let bytes = bytes.iter().enumerate();
         bytes
@@ -211,7 +218,7 @@ fn list(floats: Floats<'_>) -> Value {
     json!(floats.iter().collect::<Vec<f32>>())
 }
 
-/// The precision, if it is the same for all coefficients: the paper's eta.
+/// Returns the paper's eta: the precision, if it is the same for all coefficients.
 #[must_use]
 pub fn eta(ridge: &Ridge<'_>) -> Option<f32> {
     let mut precision = ridge.precision().iter();

@@ -1,4 +1,4 @@
-//! Recipes in other formats: C, CSV, JSON and Rust.
+//! Export of recipes as C, CSV, JSON and Rust.
 
 mod c;
 mod comment;

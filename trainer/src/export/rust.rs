@@ -1,4 +1,4 @@
-//! A recipe as Rust source: for firmware that wants its constants as plain arrays.
+//! Export of a recipe as Rust source with plain arrays.
 
 use std::fmt::Write;
 
@@ -6,36 +6,36 @@ use glimpse_core::fit::Target;
 use glimpse_core::fit::coefficient_net::MissingPolicy;
 use glimpse_core::recipe::{Completed, Descent, FitMethod, Floats, Recipe, RecipeError, Ridge};
 
-use super::comment::{expected, in_comment};
+use super::comment::{comment_text, expected_loss_text};
 
-/// A module of constants; floats are written so that they read back to the same bits.
+/// Returns a Rust module of constants. Floats have enough digits to restore the exact bits.
 ///
 /// # Errors
-/// If what it states about itself makes no sense.
+/// If the recipe's metadata are invalid.
 pub fn to_rust(recipe: &Recipe<'_>) -> Result<String, RecipeError> {
-    let statements = recipe.metadata()?;
+    let metadata = recipe.metadata()?;
     let mut source = format!(
         "//! Recipe {:08x}: {} at n = {}.\n",
         recipe.checksum(),
         recipe.model(),
         recipe.samples(),
     );
-    if let Some(provenance) = statements.provenance {
+    if let Some(provenance) = metadata.provenance {
         source += &format!(
             "//! By {}, trained on {} ({} materials), {}, seed {}.\n",
-            in_comment(provenance.trainer),
-            in_comment(provenance.data),
+            comment_text(provenance.trainer),
+            comment_text(provenance.data),
             provenance.materials,
-            in_comment(provenance.schedule),
+            comment_text(provenance.schedule),
             provenance.seed,
         );
     }
-    if let Some(expectation) = statements.expectation {
-        source += &format!("//! {}\n", expected(&expectation));
+    if let Some(expectation) = metadata.expectation {
+        source += &format!("//! {}\n", expected_loss_text(&expectation));
     }
     source.push('\n');
-    let learner = recipe.method();
-    let descent = match &learner {
+    let method = recipe.method();
+    let descent = match &method {
         FitMethod::Descent(descent) => Some(descent),
         FitMethod::Completed(completed) => match completed.target() {
             Target::Descent(descent, _) => Some(descent),
@@ -53,12 +53,12 @@ pub fn to_rust(recipe: &Recipe<'_>) -> Result<String, RecipeError> {
         .collect();
     table(
         &mut source,
-        "Where to measure: theta_h, theta_d and phi_d in radians.",
+        "The sample directions: theta_h, theta_d and phi_d in radians.",
         "PATTERN",
         &rows,
         3,
     );
-    match learner {
+    match method {
         FitMethod::Descent(descent) => add_descent(&mut source, &descent),
         FitMethod::Ridge(ridge) => add_ridge(&mut source, &ridge),
         FitMethod::Completed(completed) => add_completed(&mut source, &completed),
@@ -87,7 +87,7 @@ fn add_completed(source: &mut String, completed: &Completed<'_>) {
     let completion = completed.coefficient_net();
     let (samples, rows) = (completed.center().len(), completion.rows());
     let size = format!("{samples} x 3 x {rows}");
-    let readings = format!("Weights own, mean and missing of each sample's reading: {size}.");
+    let readings = format!("The weights own, mean and missing of each sample's reading: {size}.");
     bytes(source, &readings, "READINGS", completion.readings);
     words(
         source,
@@ -97,7 +97,7 @@ fn add_completed(source: &mut String, completed: &Completed<'_>) {
     );
     words(source, "The bias of each row.", "BIAS", completion.bias);
     let size = format!("{} rows of {}", completion.components, completion.hidden());
-    let output = format!("From hidden units to coefficients: {size}.");
+    let output = format!("The weights from hidden units to coefficients: {size}.");
     bytes(source, &output, "OUTPUT", completion.output);
     words(
         source,
@@ -107,34 +107,34 @@ fn add_completed(source: &mut String, completed: &Completed<'_>) {
     );
     list(
         source,
-        "What each sample's logarithm is centered by.",
+        "The center that is subtracted from each sample's logarithm.",
         "CENTER",
         completed.center(),
     );
     let scale = format!("{:?}", completed.scale());
     constant(
         source,
-        "What it is multiplied by then.",
+        "The scale of the centered logarithms.",
         "SCALE: f32",
         &scale,
     );
     let missing = completed.tolerates_missing().to_string();
     constant(
         source,
-        "Whether readings may be missing.",
+        "True if readings may be missing.",
         "TAKES_MISSING: bool",
         &missing,
     );
     let gain = (completed.missing() == MissingPolicy::CountForMore).to_string();
     constant(
         source,
-        "Whether readings are multiplied by sqrt(n / k) where k of n are there.",
+        "True if readings are multiplied by sqrt(n / k) when k of n are present.",
         "GAIN: bool",
         &gain,
     );
     if !completed.prediction().is_empty() {
-        let predicted = "The loss to expect is exp(first number + sum over coefficients of weight times \
-             the mean over channels).";
+        let predicted = "Weights of the expected loss: exp(first number + sum over coefficients of weight times the \
+             mean over channels).";
         list(source, predicted, "PREDICTION", completed.prediction());
     }
     match completed.target() {
@@ -147,19 +147,19 @@ fn add_completed(source: &mut String, completed: &Completed<'_>) {
         }
         Target::Descent(descent, start) => {
             add_descent(source, descent);
-            let hidden = "From coefficients to units, a row for each unit.";
+            let hidden = "The weights from coefficients to units, one row per unit.";
             bytes(source, hidden, "START_HIDDEN", start.hidden);
             let scales = "The scale of each of those rows.";
             words(source, scales, "START_HIDDEN_SCALES", start.hidden_scales);
             words(source, "The bias of each unit.", "START_BIAS", start.bias);
-            let output = "From units to initial parameters, a row for each parameter.";
+            let output = "The weights from units to initial parameters, one row per parameter.";
             bytes(source, output, "START_OUTPUT", start.output);
             words(source, scales, "START_OUTPUT_SCALES", start.output_scales);
         }
     }
 }
 
-/// Signed bytes.
+/// Writes a list of signed bytes.
 fn bytes(source: &mut String, documentation: &str, name: &str, values: &[u8]) {
     let rows: Vec<String> = values
         .chunks(16)
@@ -181,7 +181,7 @@ fn bytes(source: &mut String, documentation: &str, name: &str, values: &[u8]) {
 }
 
 fn words(source: &mut String, documentation: &str, name: &str, values: &[[u8; 4]]) {
-    // A whole number of words: there is always a list.
+    // Never None: the length is a whole number of words.
     if let Some(floats) = Floats::new(values.as_flattened()) {
         list(source, documentation, name, floats);
     }
@@ -190,7 +190,7 @@ fn words(source: &mut String, documentation: &str, name: &str, values: &[[u8; 4]
 fn basis_checksum(source: &mut String, checksum: Option<u32>) {
     constant(
         source,
-        "The CRC-32 of the file of the whole basis; 0 if there is none.",
+        "The CRC-32 of the whole basis's file; 0 if there is none.",
         "BASIS_CHECKSUM: u32",
         &format!("{:#010x}", checksum.unwrap_or_default()),
     );
@@ -200,7 +200,7 @@ fn add_ridge(source: &mut String, ridge: &Ridge<'_>) {
     let basis: Vec<f32> = ridge.basis().iter().collect();
     table(
         source,
-        "The components at the directions of `PATTERN`, a row for each.",
+        "The components at the directions of `PATTERN`, one row per direction.",
         "BASIS",
         &basis,
         ridge.components(),
@@ -236,7 +236,7 @@ fn constant(source: &mut String, documentation: &str, declaration: &str, body: &
     );
 }
 
-/// Rows of so many numbers.
+/// Writes a table with `columns` numbers per row.
 fn table(source: &mut String, documentation: &str, name: &str, values: &[f32], columns: usize) {
     let rows: Vec<String> = values
         .chunks(columns)

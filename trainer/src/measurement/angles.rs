@@ -1,4 +1,4 @@
-//! Columns of angles, in degrees.
+//! Angle columns of a table, in degrees.
 
 use std::path::Path;
 
@@ -7,62 +7,61 @@ use glimpse_materials::untrusted::escaped;
 
 use super::table::{Row, Table, TableError};
 
-/// Rusinkiewicz angles.
+/// The columns of Rusinkiewicz angles.
 const HALF_DIFFERENCE: [&str; 3] = ["theta_h", "theta_d", "phi_d"];
-/// Each direction's angle to the normal, and its azimuth.
+/// The columns of polar angles (from the normal) and azimuths of both directions.
 const DIRECTIONS: [&str; 4] = ["theta_i", "phi_i", "theta_o", "phi_o"];
-/// Below this cosine, 6e-8 degrees from the horizon, rounding decides on which side of it a
-/// direction is.
-const AT_HORIZON: f64 = 1e-9;
+/// The smallest cosine of a direction above the horizon. Closer to it, within 6e-8 degrees, rounding decides the side.
+const MIN_COSINE: f64 = 1e-9;
 
-/// The column of sample numbers, as a plan has them.
+/// The column of sample indices, as `trainer plan` writes it.
 pub(super) const INDEX: &str = "index";
 
-/// A file of angles.
+/// A file of pairs of directions.
 pub struct AngleTable {
-    /// The names of the columns that are kept: those of the angles, then `index` if the file has it.
+    /// The names of the angle columns, then `index` if the file has that column.
     pub columns: Vec<&'static str>,
-    /// A pair of directions a row.
+    /// The rows, one pair of directions each.
     pub rows: Vec<AngleRow>,
 }
 
-/// A pair of directions.
+/// One pair of directions.
 pub struct AngleRow {
-    /// The cells of [`AngleTable::columns`], as they were given.
+    /// The unparsed cells of [`AngleTable::columns`].
     pub cells: Vec<String>,
-    /// In radians; None where one of the directions is not above the horizon.
+    /// The angles in radians; None if one of the directions is not above the horizon.
     pub angles: Option<Angles<f32>>,
 }
 
 impl AngleTable {
-    /// Reads one pair of directions a row.
+    /// Reads a CSV file with one pair of directions per row.
     ///
-    /// The first line names the columns: theta_h, theta_d, phi_d, or theta_i, phi_i, theta_o, phi_o,
-    /// in any order. Angles are in degrees. A column `index`, by which a plan names its samples, is kept;
-    /// other columns are ignored.
+    /// The first line names the columns theta_h, theta_d, phi_d, or theta_i, phi_i, theta_o, phi_o, in any order.
+    /// Angles are in degrees. The column `index` of a measurement plan is kept; other columns are ignored.
     ///
     /// # Errors
-    /// If the file cannot be read, lacks columns or has them twice, or a cell is no angle.
+    /// If the file cannot be read, a column is missing or duplicated, or a cell is not an angle.
     pub fn read(path: &Path) -> Result<Self, TableError> {
         let table = Table::read(path)?;
-        let Some(columns) = AngleColumns::of(&table)? else {
+        let Some(columns) = AngleColumns::find(&table)? else {
             return Err(table.damaged(format!(
-                "its first line should name columns {}, or {} (angles in degrees), but names {}; \
-                 correct it",
+                "line 1 names the columns {2}, which are not a complete set of angles; name {0}, or {1} (angles in \
+                 degrees)",
                 HALF_DIFFERENCE.join(", "),
                 DIRECTIONS.join(", "),
                 table.names()
             )));
         };
         let index = table.column(INDEX)?;
-        let places: Vec<usize> = columns.places().iter().copied().chain(index).collect();
+        let kept: Vec<usize> = columns.indices().iter().copied().chain(index).collect();
         let row = |row: &Row| {
-            let given = columns.given(row);
-            let given = given.map_err(|what| table.wrong(row.line, &what))?;
-            let cells = places.iter();
+            let angles = columns
+                .parse(row)
+                .map_err(|message| table.line_error(row.line, &message))?;
+            let cells = kept.iter();
             Ok(AngleRow {
-                cells: cells.map(|place| row.cell(*place).to_owned()).collect(),
-                angles: above_horizon(given.angles()),
+                cells: cells.map(|column| row.cell(*column).to_owned()).collect(),
+                angles: above_horizon(angles.to_rusinkiewicz()),
             })
         };
         Ok(Self {
@@ -77,15 +76,15 @@ impl AngleTable {
     }
 }
 
-/// Where the angles are in a row.
+/// The column indices of the angles in a row.
 pub(super) enum AngleColumns {
     HalfDifference([usize; 3]),
     Directions([usize; 4]),
 }
 
-/// The angles of a row, as they were given but in radians.
+/// The angles of a row, in radians, in either parametrization.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Given {
+pub(super) enum RowAngles {
     /// theta_h, theta_d, phi_d.
     HalfDifference([f64; 3]),
     /// theta_i, phi_i, theta_o, phi_o.
@@ -93,13 +92,13 @@ pub(super) enum Given {
 }
 
 impl AngleColumns {
-    /// Of a table; None if it has none.
-    pub(super) fn of(table: &Table) -> Result<Option<Self>, TableError> {
+    /// Finds the angle columns of a table; None if it has none.
+    pub(super) fn find(table: &Table) -> Result<Option<Self>, TableError> {
         match (table.columns(HALF_DIFFERENCE)?, table.columns(DIRECTIONS)?) {
             (Some(columns), None) => Ok(Some(Self::HalfDifference(columns))),
             (None, Some(columns)) => Ok(Some(Self::Directions(columns))),
             (Some(_), Some(_)) => Err(table.damaged(format!(
-                "it has columns {} as well as {}; remove or rename those that are not meant",
+                "it has both the columns {} and {}; remove or rename one set",
                 HALF_DIFFERENCE.join(", "),
                 DIRECTIONS.join(", ")
             ))),
@@ -107,7 +106,6 @@ impl AngleColumns {
         }
     }
 
-    /// Their names.
     fn names(&self) -> &'static [&'static str] {
         match self {
             Self::HalfDifference(_) => &HALF_DIFFERENCE,
@@ -115,58 +113,58 @@ impl AngleColumns {
         }
     }
 
-    /// Where they are, in the order of the names.
-    fn places(&self) -> &[usize] {
+    /// The column indices, in the order of [`names`](Self::names).
+    fn indices(&self) -> &[usize] {
         match self {
-            Self::HalfDifference(places) => places,
-            Self::Directions(places) => places,
+            Self::HalfDifference(indices) => indices,
+            Self::Directions(indices) => indices,
         }
     }
 
-    /// True if a row leaves all of them empty.
+    /// Returns true if all angle cells of a row are empty.
     pub(super) fn are_empty(&self, row: &Row) -> bool {
-        self.places()
+        self.indices()
             .iter()
-            .all(|place| row.cell(*place).is_empty())
+            .all(|column| row.cell(*column).is_empty())
     }
 
-    /// A row's angles; or what is wrong with one of its cells.
-    pub(super) fn given(&self, row: &Row) -> Result<Given, String> {
+    /// Parses the angles of a row. The error describes the invalid cell.
+    pub(super) fn parse(&self, row: &Row) -> Result<RowAngles, String> {
         match *self {
             Self::HalfDifference(columns) => {
-                cells(row, HALF_DIFFERENCE, columns, 90.0).map(Given::HalfDifference)
+                parse_cells(row, HALF_DIFFERENCE, columns, 90.0).map(RowAngles::HalfDifference)
             }
             Self::Directions(columns) => {
-                cells(row, DIRECTIONS, columns, 180.0).map(Given::Directions)
+                parse_cells(row, DIRECTIONS, columns, 180.0).map(RowAngles::Directions)
             }
         }
     }
 }
 
-impl Given {
-    /// Of two directions of length 1.
-    pub(super) fn of_pair([incoming, outgoing]: [[f64; 3]; 2]) -> Self {
+impl RowAngles {
+    /// Converts two directions of length 1.
+    pub(super) fn from_vectors([incoming, outgoing]: [[f64; 3]; 2]) -> Self {
         let Angles {
             theta_h,
             theta_d,
             phi_d,
-        } = between(incoming, outgoing);
+        } = rusinkiewicz(incoming, outgoing);
         Self::HalfDifference([theta_h, theta_d, phi_d])
     }
 
-    /// As Rusinkiewicz angles, in radians.
-    pub(super) fn angles(self) -> Angles<f64> {
+    /// Converts to Rusinkiewicz angles, in radians.
+    pub(super) fn to_rusinkiewicz(self) -> Angles<f64> {
         match self {
             Self::HalfDifference([theta_h, theta_d, phi_d]) => Angles {
                 theta_h,
                 theta_d,
                 phi_d,
             },
-            Self::Directions(angles) => angles_between(angles),
+            Self::Directions(angles) => rusinkiewicz_from_spherical(angles),
         }
     }
 
-    /// Each of the angles times a number.
+    /// Multiplies each angle by `scale`.
     pub(super) fn scaled(self, scale: f64) -> Self {
         match self {
             Self::HalfDifference(angles) => Self::HalfDifference(angles.map(|a| a * scale)),
@@ -175,30 +173,30 @@ impl Given {
     }
 }
 
-/// A row's angles, from degrees to radians; thetas are 0 to `largest_theta`.
-fn cells<const N: usize>(
+/// Parses cells in degrees and converts them to radians. The range of every theta is 0 to `max_theta` degrees.
+fn parse_cells<const N: usize>(
     row: &Row,
     names: [&str; N],
     columns: [usize; N],
-    largest_theta: f64,
+    max_theta: f64,
 ) -> Result<[f64; N], String> {
     let mut angles = [0.0; N];
     for ((angle, name), column) in angles.iter_mut().zip(names).zip(columns) {
         let cell = row.cell(column);
-        let shown = escaped(cell);
+        let escaped = escaped(cell);
         let Ok(degrees) = cell.parse::<f64>() else {
             return Err(format!(
-                "column {name}: `{shown}` is no number; give an angle in degrees"
+                "column {name}: `{escaped}` is not a number; give an angle in degrees"
             ));
         };
         if !degrees.is_finite() {
             return Err(format!(
-                "column {name}: `{shown}` is no angle; give it in degrees"
+                "column {name}: `{escaped}` is not finite; give an angle in degrees"
             ));
         }
-        if !name.starts_with("phi") && !(0.0..=largest_theta).contains(&degrees) {
+        if !name.starts_with("phi") && !(0.0..=max_theta).contains(&degrees) {
             return Err(format!(
-                "column {name}: {shown} is out of range; give 0 to {largest_theta} degrees"
+                "column {name}: {escaped} is out of range; give 0 to {max_theta} degrees"
             ));
         }
         *angle = degrees.to_radians();
@@ -206,30 +204,30 @@ fn cells<const N: usize>(
     Ok(angles)
 }
 
-/// Rusinkiewicz angles of two directions by their angles.
-fn angles_between([theta_i, phi_i, theta_o, phi_o]: [f64; 4]) -> Angles<f64> {
+/// Converts polar angles and azimuths of two directions to Rusinkiewicz angles.
+fn rusinkiewicz_from_spherical([theta_i, phi_i, theta_o, phi_o]: [f64; 4]) -> Angles<f64> {
     let direction = |theta: f64, phi: f64| {
         let (sin, cos) = theta.sin_cos();
         [sin * phi.cos(), sin * phi.sin(), cos]
     };
-    between(direction(theta_i, phi_i), direction(theta_o, phi_o))
+    rusinkiewicz(direction(theta_i, phi_i), direction(theta_o, phi_o))
 }
 
-/// Rusinkiewicz angles, radians, of two directions of length 1 from the surface, z along its normal;
-/// None where one of them is not above the horizon. phi_d is in \[0, 2 pi).
+/// Returns the Rusinkiewicz angles, in radians, of two directions of length 1 that point away from the surface.
+/// The z axis is the surface normal, and phi_d is in \[0, 2 pi). None if one direction is not above the horizon.
 #[must_use]
-pub fn angles_of_pair(incoming: [f64; 3], outgoing: [f64; 3]) -> Option<Angles<f32>> {
-    above_horizon(between(incoming, outgoing))
+pub fn angles_from_vectors(incoming: [f64; 3], outgoing: [f64; 3]) -> Option<Angles<f32>> {
+    above_horizon(rusinkiewicz(incoming, outgoing))
 }
 
-/// Rusinkiewicz angles of two directions.
-fn between(incoming: [f64; 3], outgoing: [f64; 3]) -> Angles<f64> {
+/// Returns the Rusinkiewicz angles of two directions.
+fn rusinkiewicz(incoming: [f64; 3], outgoing: [f64; 3]) -> Angles<f64> {
     let sum: [f64; 3] = std::array::from_fn(|i| incoming[i] + outgoing[i]);
     let difference: [f64; 3] = std::array::from_fn(|i| incoming[i] - outgoing[i]);
     let length = |[x, y, z]: [f64; 3]| x.hypot(y).hypot(z);
     let theta_h = sum[0].hypot(sum[1]).atan2(sum[2]);
     let phi_h = sum[1].atan2(sum[0]);
-    // The incoming direction, turned so that the half vector is the z axis.
+    // The incoming direction, rotated so that the half vector is the z axis.
     let [x, y, z] = incoming;
     let (sin, cos) = phi_h.sin_cos();
     let (along, across) = (x * cos + y * sin, y * cos - x * sin);
@@ -240,10 +238,10 @@ fn between(incoming: [f64; 3], outgoing: [f64; 3]) -> Angles<f64> {
     }
 }
 
-/// The angles in single precision, phi_d in \[0, 2 pi), if both directions are above the horizon.
+/// Converts to single precision with phi_d in \[0, 2 pi); None if one direction is not above the horizon.
 fn above_horizon(angles: Angles<f64>) -> Option<Angles<f32>> {
     let at = HalfDifference::from_angles(angles);
-    let above = at.cos_theta_i() > AT_HORIZON && at.cos_theta_o() > AT_HORIZON;
+    let above = at.cos_theta_i() > MIN_COSINE && at.cos_theta_o() > MIN_COSINE;
     above.then_some(Angles {
         theta_h: angles.theta_h as f32,
         theta_d: angles.theta_d as f32,

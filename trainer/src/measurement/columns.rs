@@ -1,29 +1,29 @@
-//! Columns of readings, and what stands in them.
+//! Columns of a table of readings, and parsing of their cells.
 
 use glimpse_materials::untrusted::escaped;
 
-use super::angles::{AngleColumns, Given, INDEX};
+use super::angles::{AngleColumns, INDEX, RowAngles};
 use super::table::{Row, Table, TableError};
 
-/// The columns of a sensor with three channels.
+/// The columns of readings by a sensor with three channels.
 const CHANNELS: [&str; 3] = ["r", "g", "b"];
-/// The column of a sensor with one.
+/// The column of readings by a sensor with one channel.
 const MONOCHROME: &str = "value";
 
-/// A row: where, as far as it says so, and what.
-pub(super) struct ReadRow {
-    /// The line of a file, or the row of an array, from 0.
+/// One parsed row of readings.
+pub(super) struct ReadingRow {
+    /// The line of the file, or the index of the reading in an array, from 0.
     pub(super) line: u64,
     pub(super) index: Option<usize>,
-    pub(super) given: Option<Given>,
-    /// None where the cells are empty: nothing was read.
+    pub(super) angles: Option<RowAngles>,
+    /// None if the cells are empty: nothing was read.
     pub(super) values: Option<[f32; 3]>,
     pub(super) saturated: bool,
-    /// What the row says that its numbers are; empty if it does not.
+    /// The lowercase name in the column `quantity`; empty if there is none.
     pub(super) quantity: String,
 }
 
-/// Where the columns are.
+/// The indices and names of the columns.
 pub(super) struct Columns {
     index: Option<usize>,
     angles: Option<AngleColumns>,
@@ -34,14 +34,14 @@ pub(super) struct Columns {
 }
 
 impl Columns {
-    pub(super) fn of(table: &Table) -> Result<Self, TableError> {
+    /// Finds the columns of a table.
+    pub(super) fn find(table: &Table) -> Result<Self, TableError> {
         let index = table.column(INDEX)?;
-        let angles = AngleColumns::of(table)?;
+        let angles = AngleColumns::find(table)?;
         if index.is_none() && angles.is_none() {
             return Err(table.damaged(format!(
-                "its first line should say where each reading was taken: theta_h, theta_d, phi_d, \
-                 or theta_i, phi_i, theta_o, phi_o (degrees), or index (the sample's number, from \
-                 0), and names {}; correct it",
+                "line 1 names the columns {}, which do not identify the sample of a reading; add theta_h, theta_d, \
+                 phi_d, or theta_i, phi_i, theta_o, phi_o (degrees), or index (the sample's number, from 0)",
                 table.names()
             )));
         }
@@ -50,14 +50,14 @@ impl Columns {
             (None, Some(column)) => ([column; 3], [MONOCHROME; 3]),
             (Some(_), Some(_)) => {
                 return Err(table.damaged(
-                    "it has columns r, g, b as well as value; remove or rename what is not meant"
+                    "it has both the columns r, g, b and value; remove or rename one set"
                         .to_owned(),
                 ));
             }
             (None, None) => {
                 return Err(table.damaged(format!(
-                    "its first line should name what was read: r, g, b, or value of a sensor with \
-                     one channel, and names {}; correct it",
+                    "line 1 names the columns {}, none of which holds readings; add r, g, b, or value for a sensor with \
+                     one channel",
                     table.names()
                 )));
             }
@@ -72,34 +72,36 @@ impl Columns {
         })
     }
 
-    /// A row; or what is wrong with one of its cells.
-    pub(super) fn row(&self, row: &Row) -> Result<ReadRow, String> {
+    /// Parses a row. The error describes the invalid cell.
+    pub(super) fn parse(&self, row: &Row) -> Result<ReadingRow, String> {
         let index = self.index.map(|column| row.cell(column));
         let index = index.filter(|cell| !cell.is_empty()).map(|cell| {
-            // Programs write whole numbers as 3.0, too.
+            // Some programs write whole numbers as 3.0.
             cell.strip_suffix(".0")
                 .unwrap_or(cell)
                 .parse()
                 .map_err(|_| {
-                    let shown = escaped(cell);
-                    format!("column index: `{shown}` is no sample's number; give 0, 1, 2, ...")
+                    format!(
+                        "column index: `{}` is not a sample's number; give 0, 1, 2, ...",
+                        escaped(cell)
+                    )
                 })
         });
         let index = index.transpose()?;
-        let given = match &self.angles {
-            // A row that says which sample it is of may leave its angles out.
+        let angles = match &self.angles {
+            // A row with an index may leave its angles empty.
             Some(columns) if index.is_none() || !columns.are_empty(row) => {
-                Some(columns.given(row)?)
+                Some(columns.parse(row)?)
             }
             _ => None,
         };
-        if index.is_none() && given.is_none() {
+        if index.is_none() && angles.is_none() {
             return Err("column index: it is empty; give the sample's number, from 0".to_owned());
         }
-        Ok(ReadRow {
+        Ok(ReadingRow {
             line: row.line,
             index,
-            given,
+            angles,
             values: self.values(row)?,
             saturated: self.saturated(row)?,
             quantity: self.quantity(row),
@@ -111,14 +113,14 @@ impl Columns {
         let mut absent = [false; 3];
         for channel in 0..3 {
             let (cell, name) = (row.cell(self.values[channel]), self.names[channel]);
-            // Programs write what is not there as either.
+            // Programs write a missing value as an empty cell or as NaN.
             absent[channel] = cell.is_empty() || cell.eq_ignore_ascii_case("nan");
             if absent[channel] {
                 continue;
             }
             values[channel] = cell.parse().map_err(|_| {
                 format!(
-                    "column {name}: `{}` is no number; leave it empty if nothing was read",
+                    "column {name}: `{}` is not a number; leave it empty if nothing was read",
                     escaped(cell)
                 )
             })?;
@@ -135,8 +137,8 @@ impl Columns {
             _ => {
                 let missing = absent.iter().position(|absent| *absent).unwrap_or_default();
                 Err(format!(
-                    "column {}: it is empty while the others are not; give all three, or none if \
-                     nothing was read",
+                    "column {}: it is empty but the other channels are not; give all three, or none if nothing was \
+                     read",
                     self.names[missing]
                 ))
             }
@@ -146,7 +148,7 @@ impl Columns {
     fn quantity(&self, row: &Row) -> String {
         let cell = self.quantity.map_or("", |column| row.cell(column));
         match cell.to_lowercase() {
-            // ASTM's, which options may call so too.
+            // An alias: ASTM's quantity, which options accept by this name.
             short if short == "brdf-cos" => "brdf-cos-o".to_owned(),
             name => name,
         }
@@ -157,7 +159,7 @@ impl Columns {
             "" | "0" => Ok(false),
             "1" => Ok(true),
             cell => Err(format!(
-                "column saturated: `{}` is neither 0 nor 1; give 1 where the sensor was at its end",
+                "column saturated: `{}` is neither 0 nor 1; give 1 if the sensor was saturated",
                 escaped(cell)
             )),
         }

@@ -1,4 +1,4 @@
-//! What a device has found by itself, and sent.
+//! A fit that a device computed and sent.
 
 use std::path::{Path, PathBuf};
 
@@ -6,38 +6,37 @@ use glimpse_core::geometry::Angles;
 use glimpse_core::gonio::Repeated;
 use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::Residual;
-use glimpse_materials::basis::widened;
-use glimpse_materials::untrusted::{escaped, in_short, read_at_most};
+use glimpse_materials::basis::angles_to_f64;
+use glimpse_materials::untrusted::{escaped, escaped_json_error, read_at_most};
 use serde::Deserialize;
 
-use super::fit::{Fit, ReadingStatus, examine};
-use super::matching::Arms;
-use super::measured::Measured;
+use super::fit::{Fit, ReadingStatus, find_outliers};
+use super::matching::IsotropicAngles;
+use super::measurements::Measurements;
 
-/// How far the directions that a device asked for may be from its recipe's, radians: rounding.
-const ROUNDING: f64 = 1e-3;
-/// The longest file that is read: many times what the longest scan leaves.
-const MOST_BYTES: u64 = 1 << 26;
+/// The tolerance for rounding of a device's directions, in radians: the largest distance from those of the recipe.
+const ROUNDING_TOLERANCE: f64 = 1e-3;
+/// The largest accepted file: many times the size of the longest scan.
+const MAX_BYTES: u64 = 1 << 26;
 
-/// What a device has found, as `trainer virtual-scanner --out` writes it.
+/// A device's fit, as `trainer virtual-scanner --out` writes it.
 #[derive(Clone, Debug, Deserialize)]
 pub struct DeviceReport {
-    /// The name of the model.
+    /// The model's name.
     pub model: String,
-    /// The checksum of the recipe, eight digits of hex.
+    /// The recipe's checksum, eight hexadecimal digits.
     pub recipe: String,
-    /// A model's parameters in its order, or Linear's coefficients, m for red, m for green, m for
-    /// blue.
+    /// The model's parameters in its order; for Linear the coefficients, m each for red, green and blue.
     pub values: Vec<f32>,
-    /// What it read; may be left out.
+    /// The readings; optional.
     #[serde(default)]
     readings: Vec<DeviceReading>,
-    /// How well the values explain that; may be left out.
+    /// The residual of the fit at the readings; optional.
     #[serde(default)]
     residual: Option<Residual>,
 }
 
-/// A reading: angles in radians, the BRDF in linear RGB, sr^-1.
+/// A reading: angles in radians and the BRDF in linear RGB, sr^-1, not times the cosine.
 #[derive(Clone, Copy, Debug, Deserialize)]
 struct DeviceReading {
     theta_h: f64,
@@ -48,77 +47,76 @@ struct DeviceReading {
     saturated: bool,
 }
 
-/// Why what a device sent cannot be used.
+/// An error of a device's report.
 #[derive(Debug, thiserror::Error)]
 pub enum DeviceError {
-    /// The operating system refuses.
+    /// The operating system cannot read the file.
     #[error("cannot read {}: {source}", path.display())]
     Read {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// The error of the operating system.
         source: std::io::Error,
     },
-    /// It is not what `trainer virtual-scanner --out` writes.
+    /// The content is not a report that `trainer virtual-scanner --out` writes.
     #[error(
-        "{}: it is not what a device sent ({}): expected JSON with model, recipe (a \
-         checksum), values, and perhaps readings and residual, as `trainer virtual-scanner --out` \
-         writes it", path.display(), in_short(source)
+        "{}: it is not a device's report ({}); give JSON with model, recipe (a checksum), values, and optionally \
+         readings and residual, as `trainer virtual-scanner --out` writes it", path.display(), escaped_json_error(source)
     )]
     Damaged {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// The error of the JSON parser.
         source: serde_json::Error,
     },
-    /// It was fitted by another recipe.
+    /// The fit is by another recipe.
     #[error(
-        "{}: it was fitted by the recipe {found}, and this one is {expected}: give the recipe \
-         that the device has", path.display()
+        "{}: recipe: it is {actual}, but the given recipe is {expected}; give the recipe that the device has",
+        path.display()
     )]
     Recipe {
         /// The file.
         path: PathBuf,
-        /// The checksum of the recipe that is there.
+        /// The checksum of the given recipe.
         expected: String,
-        /// The one that is named.
-        found: String,
+        /// The recipe and the model in the report.
+        actual: String,
     },
-    /// A number is too large to be one.
+    /// A number does not fit into a 32-bit float.
     #[error(
-        "{}: number {index} (from 0) of its {field} is beyond what 32-bit floats hold; send it again",
+        "{}: {field}[{index}] is beyond the range of a 32-bit float; scan again",
         path.display()
     )]
     NotFinite {
         /// The file.
         path: PathBuf,
-        /// The entry of the JSON.
+        /// The JSON key.
         field: &'static str,
-        /// Which number.
+        /// The index of the number, from 0.
         index: usize,
     },
-    /// A reading is not of the recipe's pattern, or no number.
+    /// A reading does not match the recipe's pattern or is not finite.
     #[error(
-        "{}: reading {reading} (from 0) is none of the recipe's samples: {what}; give the recipe \
-         that the device has, or leave the reading out", path.display()
+        "{}: readings[{reading}]: {reason}; give the recipe that the device has, or remove the reading",
+        path.display()
     )]
     Reading {
         /// The file.
         path: PathBuf,
-        /// Which one.
+        /// The index of the reading, from 0.
         reading: usize,
-        /// What is wrong with it.
-        what: String,
+        /// The reason.
+        reason: String,
     },
 }
 
 impl DeviceReport {
-    /// Reads a file, and makes sure that it is a recipe's.
+    /// Reads a file and checks that it belongs to a recipe.
     ///
     /// # Errors
-    /// If it cannot be read, or is of another recipe.
+    /// If the file cannot be read or belongs to another recipe.
     pub fn read(path: &Path, recipe: &Recipe<'_>) -> Result<Self, DeviceError> {
-        let bytes = read_at_most(path, MOST_BYTES).map_err(|source| DeviceError::Read {
+        let bytes = read_at_most(path, MAX_BYTES).map_err(|source| DeviceError::Read {
             path: path.into(),
             source,
         })?;
@@ -132,7 +130,7 @@ impl DeviceReport {
             return Err(DeviceError::Recipe {
                 path: path.into(),
                 expected,
-                found: format!(
+                actual: format!(
                     "{} of the model {}",
                     escaped(&report.recipe),
                     escaped(&report.model)
@@ -157,41 +155,44 @@ impl DeviceReport {
         Ok(report)
     }
 
-    /// What it read, by the samples of the recipe, and what it found.
+    /// Converts the report to measurements and a fit, both in the order of the recipe's samples.
     ///
     /// # Errors
     /// [`DeviceError::Reading`]
-    pub fn fit(self, path: &Path, recipe: &Recipe<'_>) -> Result<(Measured, Fit), DeviceError> {
-        let pattern = recipe.pattern().map(|angles| Arms::of(widened(&angles)));
-        let pattern: Vec<Arms> = pattern.collect();
-        let mut measured = Measured {
+    pub fn fit(self, path: &Path, recipe: &Recipe<'_>) -> Result<(Measurements, Fit), DeviceError> {
+        let pattern: Vec<IsotropicAngles> = recipe
+            .pattern()
+            .map(|angles| IsotropicAngles::from_angles(angles_to_f64(&angles)))
+            .collect();
+        let mut measurements = Measurements {
             samples: vec![Repeated::new(); pattern.len()],
             rows: self.readings.len(),
-            furthest: None,
+            max_distance: None,
         };
-        for (reading, taken) in self.readings.iter().enumerate() {
-            let none = |what: String| DeviceError::Reading {
+        for (index, reading) in self.readings.iter().enumerate() {
+            let error = |reason: String| DeviceError::Reading {
                 path: path.into(),
-                reading,
-                what,
+                reading: index,
+                reason,
             };
-            let place = Arms::of(Angles {
-                theta_h: taken.theta_h,
-                theta_d: taken.theta_d,
-                phi_d: taken.phi_d,
+            let angles = IsotropicAngles::from_angles(Angles {
+                theta_h: reading.theta_h,
+                theta_d: reading.theta_d,
+                phi_d: reading.phi_d,
             });
-            let nearest = place.nearest(&pattern);
-            let sample = nearest.filter(|(_, far)| far.largest <= ROUNDING);
+            let nearest = angles.nearest(&pattern);
+            let sample = nearest.filter(|(_, distance)| distance.radians <= ROUNDING_TOLERANCE);
             let (sample, _) = sample.ok_or_else(|| {
-                none(format!(
-                    "none is within {ROUNDING} radians of theta_h {:.4}, theta_d {:.4}, phi_d {:.4}",
-                    taken.theta_h, taken.theta_d, taken.phi_d
+                error(format!(
+                    "no sample is within {ROUNDING_TOLERANCE} radians of theta_h {:.4}, theta_d {:.4}, phi_d {:.4}",
+                    reading.theta_h, reading.theta_d, reading.phi_d
                 ))
             })?;
-            let added = measured.samples[sample].add(taken.brdf, taken.saturated);
-            added.map_err(|error| none(error.to_string()))?;
+            measurements.samples[sample]
+                .add(reading.brdf, reading.saturated)
+                .map_err(|cause| error(cause.to_string()))?;
         }
-        let fates = measured
+        let statuses = measurements
             .samples
             .iter()
             .map(|sample| match sample.count() {
@@ -204,9 +205,9 @@ impl DeviceReport {
             values: self.values,
             residual: self.residual,
             predicted_loss: None,
-            fates,
-            examined: examine(recipe, &measured),
+            statuses,
+            outlier_report: find_outliers(recipe, &measurements),
         };
-        Ok((measured, fit))
+        Ok((measurements, fit))
     }
 }

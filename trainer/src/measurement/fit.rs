@@ -1,33 +1,33 @@
-//! From what was measured to a fitted material.
+//! Fits of lab measurements.
 
 use glimpse_core::gonio::Repeated;
 use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::Residual;
-use glimpse_kernels::scan::{HostScanError, scan_some};
+use glimpse_kernels::scan::{HostScanError, scan_with_missing};
 use glimpse_materials::display_with_setting_names;
-use glimpse_materials::setting::{NamesSettings, Naming, Setting};
+use glimpse_materials::setting::{Setting, SettingError, SettingNames};
 use serde::Serialize;
 
-use super::measured::Measured;
-use super::outliers::{Distribution, Examined};
+use super::measurements::Measurements;
+use super::outliers::{Distribution, OutlierReport};
 
-/// What becomes of a sample's reading. Files hold it as a code: `used`, `missing`, `saturated` or `outlier`.
+/// The status of a sample's reading in a fit. Files hold it as `used`, `missing`, `saturated` or `outlier`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum ReadingStatus {
-    /// The fit goes by it.
+    /// The fit uses the reading.
     Used,
-    /// There is none.
+    /// There is no reading.
     Missing,
-    /// The sensor was at its end, and the recipe can do without it.
+    /// The reading is saturated, and the recipe tolerates missing readings.
     Saturated,
-    /// It looks wrong, and the recipe can do without it.
+    /// The reading is an outlier, and the recipe tolerates missing readings.
     #[serde(rename = "outlier")]
     Excluded,
 }
 
 impl ReadingStatus {
-    /// In a word.
+    /// Returns the status as text.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -39,42 +39,41 @@ impl ReadingStatus {
     }
 }
 
-/// What was found from what was read.
+/// The result of a fit.
 #[derive(Clone, Debug)]
 pub struct Fit {
-    /// A model's parameters in its order, or Linear's coefficients, m for red, m for green, m for
-    /// blue.
+    /// The model's parameters in its order; for Linear the coefficients, m each for red, green and blue.
     pub values: Vec<f32>,
-    /// How well they explain the readings that were used, if that is told.
+    /// The residual at the used readings, if it is known.
     pub residual: Option<Residual>,
-    /// The loss that the fit is likely to have, where the recipe predicts one from readings.
+    /// The loss that the recipe predicts from the readings, if it can.
     pub predicted_loss: Option<f32>,
-    /// What became of each sample's reading.
-    pub fates: Vec<ReadingStatus>,
-    /// What the other readings say of them.
-    pub examined: Examined,
+    /// The status of each sample's reading.
+    pub statuses: Vec<ReadingStatus>,
+    /// The outliers among the readings.
+    pub outlier_report: OutlierReport,
 }
 
-/// Why measurements are not fitted.
+/// An error of fitting measurements.
 #[derive(Clone, Debug, PartialEq)]
 pub enum FitFailure {
-    /// Readings are missing that the recipe cannot do without.
+    /// Readings are missing, and the recipe needs all of them.
     Missing {
-        /// The samples that are missing.
+        /// The indices of the samples without a reading.
         missing: Vec<usize>,
-        /// How many samples the recipe has.
+        /// The number of samples of the recipe.
         samples: usize,
     },
     /// The readings cannot be fitted.
     Scan(HostScanError),
 }
 
-impl NamesSettings for FitFailure {
-    fn message(&self, name: Naming) -> String {
+impl SettingError for FitFailure {
+    fn message(&self, name: SettingNames) -> String {
         match self {
             Self::Missing { missing, samples } => format!(
-                "{} not measured, and this recipe needs all {samples}: read {} too, or scan by a \
-                 recipe that was trained with {} of 0.5",
+                "{} not measured, but the recipe needs all {samples}; measure {} as well, or use a recipe that was \
+                 trained with {} of 0.5",
                 list(missing),
                 if missing.len() == 1 { "it" } else { "them" },
                 name(Setting::Missing)
@@ -101,54 +100,67 @@ fn list(missing: &[usize]) -> String {
     }
 }
 
-/// Looks at what was measured, and fits it as a device does. Where the recipe can do without some
-/// readings, those that are saturated are left out, and those that look wrong, unless `keep_all`.
+/// Finds outliers and fits the readings as a device does. If the recipe tolerates missing readings, saturated
+/// readings are excluded, and so are outliers unless `keep_all`.
 ///
 /// # Errors
-/// If readings are missing that the recipe needs, or a device would give up.
-pub fn fit(recipe: &Recipe<'_>, measured: &Measured, keep_all: bool) -> Result<Fit, FitFailure> {
-    let can_do_without = recipe.tolerates_missing();
-    let missing = measured.missing();
-    if !can_do_without && !missing.is_empty() {
+/// If readings that the recipe needs are missing, or the fit fails as it would on a device.
+pub fn fit(
+    recipe: &Recipe<'_>,
+    measurements: &Measurements,
+    keep_all: bool,
+) -> Result<Fit, FitFailure> {
+    let tolerates_missing = recipe.tolerates_missing();
+    let missing = measurements.missing();
+    if !tolerates_missing && !missing.is_empty() {
         return Err(FitFailure::Missing {
             missing,
             samples: recipe.samples(),
         });
     }
-    let examined = examine(recipe, measured);
-    // If all are saturated they count nevertheless, as on a device.
-    let is_clear = |sample: &Repeated| sample.count() > 0 && !sample.saturated();
-    let some_are_clear = measured.samples.iter().any(is_clear);
-    let fate = |(index, sample): (usize, &Repeated)| match () {
+    let outlier_report = find_outliers(recipe, measurements);
+    // If all readings are saturated they are used, as on a device.
+    let is_unsaturated = |sample: &Repeated| sample.count() > 0 && !sample.saturated();
+    let any_unsaturated = measurements.samples.iter().any(is_unsaturated);
+    let status = |(index, sample): (usize, &Repeated)| match () {
         () if sample.count() == 0 => ReadingStatus::Missing,
-        () if can_do_without && some_are_clear && sample.saturated() => ReadingStatus::Saturated,
-        () if can_do_without && !keep_all && examined.suspects(index) => ReadingStatus::Excluded,
+        () if tolerates_missing && any_unsaturated && sample.saturated() => {
+            ReadingStatus::Saturated
+        }
+        () if tolerates_missing && !keep_all && outlier_report.is_outlier(index) => {
+            ReadingStatus::Excluded
+        }
         () => ReadingStatus::Used,
     };
-    let fates: Vec<ReadingStatus> = measured.samples.iter().enumerate().map(fate).collect();
-    let found = scan_some(recipe, &mut |index, _| {
+    let statuses: Vec<ReadingStatus> = measurements
+        .samples
+        .iter()
+        .enumerate()
+        .map(status)
+        .collect();
+    let found = scan_with_missing(recipe, &mut |index, _| {
         let index = usize::from(index);
-        let mean = measured.samples.get(index)?.mean()?;
-        (fates.get(index) == Some(&ReadingStatus::Used)).then_some(mean)
+        let mean = measurements.samples.get(index)?.mean()?;
+        (statuses.get(index) == Some(&ReadingStatus::Used)).then_some(mean)
     })?;
     Ok(Fit {
         values: found.values,
         residual: Some(found.residual),
         predicted_loss: found.predicted_loss,
-        fates,
-        examined,
+        statuses,
+        outlier_report,
     })
 }
 
-/// What the readings say of each other; nothing of those that are saturated, since what they are is
-/// not known, nor where there are too many samples to look at.
-pub(super) fn examine(recipe: &Recipe<'_>, measured: &Measured) -> Examined {
-    let samples = measured.samples.iter();
+/// Finds outliers among the readings. Saturated readings are skipped because their values are unknown, and so are
+/// all readings of recipes with more than [`MAX_SAMPLES`](super::MAX_SAMPLES) samples.
+pub(super) fn find_outliers(recipe: &Recipe<'_>, measurements: &Measurements) -> OutlierReport {
+    let samples = measurements.samples.iter();
     let readings: Vec<Option<[f32; 3]>> = samples
         .map(|sample| sample.mean().filter(|_| !sample.saturated()))
         .collect();
     match Distribution::new(recipe) {
-        Some(distribution) => distribution.examine(&readings),
-        None => Examined::nothing(readings.len()),
+        Some(distribution) => distribution.find_outliers(&readings),
+        None => OutlierReport::empty(readings.len()),
     }
 }

@@ -1,22 +1,24 @@
-//! Readings from a lab: matched to a recipe's pattern, turned into BRDFs, looked at, and fitted.
+//! Lab readings: matched to a recipe's pattern, converted to BRDFs, checked for outliers, and fitted.
 
 mod angles;
 mod columns;
 mod device;
 mod fit;
 mod matching;
-mod measured;
+mod measurements;
 mod outliers;
 mod quantity;
 mod rows;
 mod table;
 
-pub use angles::{AngleRow, AngleTable, angles_of_pair};
+pub use angles::{AngleRow, AngleTable, angles_from_vectors};
 pub use device::{DeviceError, DeviceReport};
 pub use fit::{Fit, FitFailure, ReadingStatus, fit};
-pub use matching::{Arms, Distance};
-pub use measured::{Measured, spread};
-pub use outliers::{Distribution, Examined, MOST_SAMPLES, Outlier, Prediction, looks_wrong};
-pub use quantity::{Counts, Meaning, White};
-pub use rows::Taken;
+pub use matching::{AngularDistance, IsotropicAngles};
+pub use measurements::{Measurements, coefficient_of_variation};
+pub use outliers::{
+    Distribution, MAX_SAMPLES, Outlier, OutlierReport, Prediction, outlier_threshold,
+};
+pub use quantity::{CountCalibration, ReadingQuantity, WhiteReference};
+pub use rows::LabReading;
 pub use table::TableError;

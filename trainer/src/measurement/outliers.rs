@@ -1,205 +1,212 @@
-//! Which readings look wrong: those that the others make improbable.
+//! Outlier detection: readings that are improbable given the other readings.
 //!
-//! What is looked at is the logarithm u = ln((f w + e) / e) of a reading f, as the model Linear has it,
-//! w = cos(theta_i) cos(theta_o). Over many materials the u of a pattern's samples follow a
-//! distribution; what the other readings and that distribution say of sample i is a mean and a
-//! deviation, and z is how many deviations the reading is away from the mean.
+//! The detector works on u = ln((f w + e) / e) of a reading f, as the model Linear does, with the weight
+//! w = cos(theta_i) cos(theta_o). Over many materials the u of a pattern's samples follow a known distribution. Given
+//! the other readings, this distribution predicts a mean and a standard deviation of u at sample i. The z-score of
+//! the reading is its distance from that mean in standard deviations.
 //!
-//! The distribution is a mixture of two parts that count alike, so that a material has to be like one
-//! of them only:
-//! - the built-in procedural materials, whatever the recipe: a normal distribution about each of them,
-//!   drawn towards their mean so that together they have the covariance of all of them. A material is
-//!   compared with those that are like it, and highlights have no normal distribution. All of them
-//!   are moved so that their mean is that of the recipe's training, where the recipe says that;
-//! - what the recipe was trained on, where it says so: the components of the model Linear about their
-//!   mean, coefficients having the variance 1.
+//! The distribution is a mixture of two groups of equal weight, so that a material only has to resemble one of them:
+//! - The built-in procedural materials, for every recipe: a kernel density estimate with one normal distribution per
+//!   material. The centers are shrunk towards their mean so that the mixture keeps the covariance of the materials. A
+//!   mixture compares a material with similar ones, and highlights are not normally distributed. If the recipe states
+//!   the mean of its training materials, all centers are shifted to that mean.
+//! - The recipe's training materials, if the recipe has their principal components: a normal distribution about
+//!   their mean, with coefficients of variance 1.
 //!
-//! On the diagonal of each stands what no material is known better by. A single wrong reading spoils
-//! what is said of the others too, but of itself most: so the worst is taken away, and the rest is
-//! looked at again.
+//! Each covariance has a floor on its diagonal: the smallest variance with which a material can be predicted. A wrong
+//! reading also distorts the predictions of the others, but has the largest z-score itself. Therefore the worst
+//! reading is removed and the others are predicted again.
 
 use glimpse_core::fit::Target;
 use glimpse_core::fit::coefficient_net::standardized;
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::linear::unmap;
 use glimpse_core::recipe::{FitMethod, Recipe};
-use glimpse_materials::basis::widened;
+use glimpse_materials::basis::angles_to_f64;
 use glimpse_materials::{Material, Procedural};
 use nalgebra::{Cholesky, DMatrix, DVector};
 use rayon::prelude::*;
 
-/// The most samples that are looked at: the work grows with their cube.
-pub const MOST_SAMPLES: usize = 512;
-/// At most one in so many readings looks wrong: of more, the others would not be known to be right.
-const ONE_IN: usize = 4;
-/// The procedural materials that are compared with: how many, and of which set.
+/// The largest number of samples to check; the work grows with its cube.
+pub const MAX_SAMPLES: usize = 512;
+/// At most one in this number of readings is an outlier. With more, the others could not be trusted.
+const READINGS_PER_OUTLIER: usize = 4;
+/// The number of procedural materials in the mixture.
 const MATERIALS: usize = 500;
+/// The seed of these materials.
 const SEED: u64 = 11;
-/// The deviation of the normal distribution about each of them, as a share of that of all.
-const WIDTH: f64 = 0.7;
-/// Deviations of a logarithm that no material is known better by: of the procedural materials, which
-/// measured ones are like only, and of the materials of a recipe's training.
+/// The bandwidth: the standard deviation about each material relative to that of all materials.
+const BANDWIDTH: f64 = 0.7;
+/// The smallest standard deviation of u given procedural materials. It is larger than [`TRAINED_FLOOR`] because
+/// measured materials only resemble them.
 const PROCEDURAL_FLOOR: f64 = 0.3;
+/// The smallest standard deviation of u given a recipe's training materials.
 const TRAINED_FLOOR: f64 = 0.2;
 
-/// How many deviations from what the others say of it one of so many readings looks wrong:
-/// sqrt(1 + 2 ln k). The largest of k normal numbers is about sqrt(2 ln k), so that among many readings
-/// no more that are right are named than among few.
+/// Returns the z-score above which one of k readings is an outlier: sqrt(1 + 2 ln k). The largest of k standard normal
+/// numbers is about sqrt(2 ln k), so the rate of false positives does not grow with the number of readings.
 ///
-/// The 1 was chosen by networks of MERL's materials: with less, more readings that are right are named;
-/// with more, fewer of those that are ten times too large.
+/// The 1 was chosen on networks of MERL materials. A smaller constant reports more correct readings; a larger one
+/// misses more readings that are ten times too large.
 #[must_use]
-pub fn looks_wrong(readings: usize) -> f64 {
+pub fn outlier_threshold(readings: usize) -> f64 {
     (1.0 + 2.0 * (readings.max(1) as f64).ln()).sqrt()
 }
 
-/// What the other readings say of one.
+/// The prediction of one reading from the others.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Prediction {
-    /// How many deviations it is away: positive where it is larger than expected. Of the channels and
-    /// their mean, the one that is furthest away.
+    /// The z-score of the reading, positive if it is larger than expected. Of the z-scores of the channels and of their
+    /// mean, the largest in magnitude.
     pub z: f64,
-    /// The BRDF that is expected, linear RGB, sr^-1, not times the cosine.
+    /// The expected BRDF in linear RGB, sr^-1, not times the cosine.
     pub expected: [f32; 3],
 }
 
-/// A reading that looks wrong.
+/// A reading that is improbable given the others.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Outlier {
-    /// The sample.
+    /// The index of the sample.
     pub sample: usize,
-    /// What the others say of it, those left out that look worse.
-    pub opinion: Prediction,
+    /// The prediction from the other readings, without worse outliers.
+    pub prediction: Prediction,
 }
 
-/// What is found by looking at all readings.
+/// The result of outlier detection.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Examined {
-    /// What those that look right say of each sample; None where nothing was read.
-    pub opinions: Vec<Option<Prediction>>,
-    /// Readings that look wrong, the worst first.
-    pub suspects: Vec<Outlier>,
-    /// The z from which on they do.
-    pub limit: f64,
+pub struct OutlierReport {
+    /// The prediction of each sample from the readings that are not outliers; None if nothing was read.
+    pub predictions: Vec<Option<Prediction>>,
+    /// The outliers, worst first.
+    pub outliers: Vec<Outlier>,
+    /// The z-score above which a reading is an outlier.
+    pub threshold: f64,
 }
 
-impl Examined {
-    /// Where so many samples are not looked at.
-    pub(super) fn nothing(samples: usize) -> Self {
+impl OutlierReport {
+    /// Returns the report of readings that are not checked.
+    pub(super) fn empty(samples: usize) -> Self {
         Self {
-            opinions: vec![None; samples],
-            suspects: Vec::new(),
-            limit: f64::INFINITY,
+            predictions: vec![None; samples],
+            outliers: Vec::new(),
+            threshold: f64::INFINITY,
         }
     }
 
-    /// True if a sample's reading looks wrong.
-    pub(super) fn suspects(&self, sample: usize) -> bool {
-        self.suspects.iter().any(|suspect| suspect.sample == sample)
+    /// Returns true if a sample's reading is an outlier.
+    pub(super) fn is_outlier(&self, sample: usize) -> bool {
+        self.outliers.iter().any(|outlier| outlier.sample == sample)
     }
 }
 
-/// How logarithms of readings are distributed at a recipe's pattern.
+/// The distribution of the logarithms u of readings at a recipe's pattern.
 pub struct Distribution {
     /// cos(theta_i) cos(theta_o) of each sample.
     weights: Vec<f64>,
-    parts: Vec<Part>,
+    groups: Vec<NormalGroup>,
 }
 
-/// Normal distributions of one covariance about several means, which count alike.
-struct Part {
+/// Normal distributions of equal weight with one covariance and several means.
+struct NormalGroup {
     means: Vec<DVector<f64>>,
     covariance: DMatrix<f64>,
 }
 
-/// A part at those samples that are looked at.
-struct Conditioned<'a> {
-    part: &'a Part,
-    /// The inverse of the covariance of those samples.
+/// The marginal distribution of a group at the samples that have a reading.
+struct Marginal<'a> {
+    group: &'a NormalGroup,
+    /// The inverse of the covariance of these samples.
     precision: DMatrix<f64>,
-    /// ln of the covariance's determinant.
+    /// The logarithm of the determinant of that covariance.
     log_determinant: f64,
 }
 
 impl Distribution {
-    /// At a recipe's pattern; None if it has more samples than [`MOST_SAMPLES`].
+    /// Creates the distribution at a recipe's pattern; None if the pattern has more than [`MAX_SAMPLES`] samples.
     #[must_use]
     pub fn new(recipe: &Recipe<'_>) -> Option<Self> {
-        if recipe.samples() > MOST_SAMPLES {
+        if recipe.samples() > MAX_SAMPLES {
             return None;
         }
         let pattern: Vec<Angles<f32>> = recipe.pattern().collect();
         let weights: Vec<f64> = pattern
             .iter()
             .map(|angles| {
-                let at = HalfDifference::from_angles(widened(angles));
+                let at = HalfDifference::from_angles(angles_to_f64(angles));
                 at.cos_theta_i() * at.cos_theta_o()
             })
             .collect();
-        let parts = [
-            Some(Part::procedural(&pattern, &weights, center(recipe))),
-            Part::trained(recipe),
+        let groups = [
+            Some(NormalGroup::procedural(&pattern, &weights, center(recipe))),
+            NormalGroup::trained(recipe),
         ];
         Some(Self {
             weights,
-            parts: parts.into_iter().flatten().collect(),
+            groups: groups.into_iter().flatten().collect(),
         })
     }
 
-    /// Looks at readings, BRDFs in linear RGB and sr^-1: one for each sample of the pattern, None
-    /// where there is none to be looked at.
+    /// Finds outliers among readings: BRDFs in linear RGB, sr^-1, one for each sample of the pattern. None is a missing
+    /// or skipped reading.
     #[must_use]
-    pub fn examine(&self, readings: &[Option<[f32; 3]>]) -> Examined {
-        let mut there: Vec<usize> = (0..self.weights.len())
+    pub fn find_outliers(&self, readings: &[Option<[f32; 3]>]) -> OutlierReport {
+        let mut present: Vec<usize> = (0..self.weights.len())
             .filter(|sample| readings.get(*sample).copied().flatten().is_some())
             .collect();
         let reading = |sample: usize| readings.get(sample).copied().flatten().unwrap_or_default();
         let logarithms: Vec<[f64; 3]> = (0..self.weights.len())
             .map(|sample| reading(sample).map(|f| logarithm(f, self.weights[sample])))
             .collect();
-        let most = there.len() / ONE_IN;
-        let limit = looks_wrong(there.len());
-        let mut suspects: Vec<Outlier> = Vec::new();
+        let max_outliers = present.len() / READINGS_PER_OUTLIER;
+        let threshold = outlier_threshold(present.len());
+        let mut outliers: Vec<Outlier> = Vec::new();
         loop {
-            let opinions = self.opinions(&there, &logarithms);
-            let worst = there.iter().copied().zip(&opinions).enumerate();
-            let worst = worst.max_by(|(_, (_, a)), (_, (_, b))| a.z.abs().total_cmp(&b.z.abs()));
-            let found = worst.filter(|(_, (_, opinion))| opinion.z.abs() > limit);
-            match found {
-                Some((place, (sample, opinion))) if suspects.len() < most => {
-                    suspects.push(Outlier {
+            let predictions = self.predict(&present, &logarithms);
+            let worst = present
+                .iter()
+                .copied()
+                .zip(&predictions)
+                .enumerate()
+                .max_by(|(_, (_, a)), (_, (_, b))| a.z.abs().total_cmp(&b.z.abs()))
+                .filter(|(_, (_, prediction))| prediction.z.abs() > threshold);
+            match worst {
+                Some((position, (sample, prediction))) if outliers.len() < max_outliers => {
+                    outliers.push(Outlier {
                         sample,
-                        opinion: *opinion,
+                        prediction: *prediction,
                     });
-                    there.remove(place);
+                    present.remove(position);
                 }
                 _ => {
                     let mut all = vec![None; self.weights.len()];
-                    for (sample, opinion) in there.into_iter().zip(opinions) {
-                        all[sample] = Some(opinion);
+                    for (sample, prediction) in present.into_iter().zip(predictions) {
+                        all[sample] = Some(prediction);
                     }
-                    for suspect in &suspects {
-                        all[suspect.sample] = Some(suspect.opinion);
+                    for outlier in &outliers {
+                        all[outlier.sample] = Some(outlier.prediction);
                     }
-                    return Examined {
-                        opinions: all,
-                        suspects,
-                        limit,
+                    return OutlierReport {
+                        predictions: all,
+                        outliers,
+                        threshold,
                     };
                 }
             }
         }
     }
 
-    /// What is said of each of some samples by the others of them.
-    fn opinions(&self, there: &[usize], logarithms: &[[f64; 3]]) -> Vec<Prediction> {
-        let parts: Option<Vec<Conditioned<'_>>> =
-            self.parts.iter().map(|part| part.at(there)).collect();
-        // A covariance with a floor has an inverse.
-        let parts = parts.unwrap_or_default();
+    /// Predicts each of the present samples from the others.
+    fn predict(&self, present: &[usize], logarithms: &[[f64; 3]]) -> Vec<Prediction> {
+        // A covariance with a floor always has an inverse.
+        let marginals: Vec<Marginal<'_>> = self
+            .groups
+            .iter()
+            .map(|group| group.marginal(present))
+            .collect::<Option<_>>()
+            .unwrap_or_default();
         let list = |value: fn(&[f64; 3]) -> f64| {
-            let values = there.iter().map(|sample| value(&logarithms[*sample]));
-            DVector::from_iterator(there.len(), values)
+            let values = present.iter().map(|sample| value(&logarithms[*sample]));
+            DVector::from_iterator(present.len(), values)
         };
         let lists = [
             list(|[red, ..]| *red),
@@ -207,16 +214,18 @@ impl Distribution {
             list(|[.., blue]| *blue),
             list(|channels| channels.iter().sum::<f64>() / 3.0),
         ];
-        let said = lists.each_ref().map(|list| moments(&parts, there, list));
-        let opinion = |(place, sample): (usize, &usize)| {
-            let distances = lists.iter().zip(&said).map(|(list, said)| {
-                let (mean, deviation) = said[place];
-                (list[place] - mean) / deviation
+        let moments = lists
+            .each_ref()
+            .map(|list| conditional_moments(&marginals, present, list));
+        let prediction = |(position, sample): (usize, &usize)| {
+            let z_scores = lists.iter().zip(&moments).map(|(list, moments)| {
+                let (mean, deviation) = moments[position];
+                (list[position] - mean) / deviation
             });
-            let z = distances.max_by(|a, b| a.abs().total_cmp(&b.abs()));
+            let z = z_scores.max_by(|a, b| a.abs().total_cmp(&b.abs()));
             let weight = self.weights[*sample];
             let expected = [0, 1, 2].map(|channel: usize| {
-                let (mean, _) = said[channel][place];
+                let (mean, _) = moments[channel][position];
                 unmap(mean, 0.0, weight) as f32
             });
             Prediction {
@@ -224,58 +233,67 @@ impl Distribution {
                 expected,
             }
         };
-        there.iter().enumerate().map(opinion).collect()
+        present.iter().enumerate().map(prediction).collect()
     }
 }
 
-/// Of each sample the mean and the deviation that the others' logarithms leave it.
-fn moments(parts: &[Conditioned<'_>], there: &[usize], list: &DVector<f64>) -> Vec<(f64, f64)> {
-    // By parts and by their means: how probable the other samples are, in logarithms, and where the
-    // sample is expected.
-    let each: Vec<(DVector<f64>, DVector<f64>)> = parts
+/// Returns the mean and the standard deviation of each present sample's logarithm, conditioned on the others.
+fn conditional_moments(
+    marginals: &[Marginal<'_>],
+    present: &[usize],
+    list: &DVector<f64>,
+) -> Vec<(f64, f64)> {
+    // For each normal distribution and each sample: the log density of the other samples, and the conditional mean.
+    let each: Vec<(DVector<f64>, DVector<f64>)> = marginals
         .iter()
-        .flat_map(|part| part.part.means.iter().map(move |mean| (part, mean)))
-        .map(|(part, mean)| {
-            let apart = list - mean.select_rows(there);
-            let weighed = &part.precision * &apart;
-            let all = -0.5 * (apart.dot(&weighed) + part.log_determinant)
-                - (part.part.means.len() as f64).ln();
-            let diagonal = part.precision.diagonal();
-            let without = weighed.zip_map(&diagonal, |weighed, precision| {
-                all + 0.5 * (weighed * weighed / precision - precision.ln())
+        .flat_map(|marginal| {
+            marginal
+                .group
+                .means
+                .iter()
+                .map(move |mean| (marginal, mean))
+        })
+        .map(|(marginal, mean)| {
+            let difference = list - mean.select_rows(present);
+            let weighted = &marginal.precision * &difference;
+            let log_density = -0.5 * (difference.dot(&weighted) + marginal.log_determinant)
+                - (marginal.group.means.len() as f64).ln();
+            let diagonal = marginal.precision.diagonal();
+            let log_density_of_others = weighted.zip_map(&diagonal, |weighted, precision| {
+                log_density + 0.5 * (weighted * weighted / precision - precision.ln())
             });
-            let expected = list - weighed.component_div(&diagonal);
-            (without, expected)
+            let conditional_mean = list - weighted.component_div(&diagonal);
+            (log_density_of_others, conditional_mean)
         })
         .collect();
-    let variances = parts.iter().flat_map(|part| {
-        let variances = part.precision.diagonal().map(f64::recip);
-        std::iter::repeat_n(variances, part.part.means.len())
+    let variances = marginals.iter().flat_map(|marginal| {
+        let variances = marginal.precision.diagonal().map(f64::recip);
+        std::iter::repeat_n(variances, marginal.group.means.len())
     });
     let variances: Vec<DVector<f64>> = variances.collect();
-    (0..there.len())
-        .map(|place| {
-            let most = each.iter().map(|(without, _)| without[place]);
-            let most = most.fold(f64::NEG_INFINITY, f64::max);
+    (0..present.len())
+        .map(|position| {
+            let max = each.iter().map(|(log_density, _)| log_density[position]);
+            let max = max.fold(f64::NEG_INFINITY, f64::max);
             let (mut sum, mut mean, mut square) = (0.0, 0.0, 0.0);
-            for ((without, expected), variance) in each.iter().zip(&variances) {
-                let share = (without[place] - most).exp();
-                // About the first, so that nothing cancels.
-                let expected = expected[place] - list[place];
-                sum += share;
-                mean += share * expected;
-                square += share * (variance[place] + expected * expected);
+            for ((log_density, conditional_mean), variance) in each.iter().zip(&variances) {
+                let weight = (log_density[position] - max).exp();
+                // Relative to the reading, to avoid cancellation.
+                let expected = conditional_mean[position] - list[position];
+                sum += weight;
+                mean += weight * expected;
+                square += weight * (variance[position] + expected * expected);
             }
             let mean = mean / sum;
             let variance = (square / sum - mean * mean).max(f64::MIN_POSITIVE);
-            (list[place] + mean, variance.sqrt())
+            (list[position] + mean, variance.sqrt())
         })
         .collect()
 }
 
-impl Part {
-    /// The built-in materials, their channels' mean, as of a gray material; about `center`, if there is
-    /// one.
+impl NormalGroup {
+    /// Creates the group of the procedural materials, as gray materials: of the mean over channels. If `center` is
+    /// given, it replaces the mean of the materials.
     fn procedural(pattern: &[Angles<f32>], weights: &[f64], center: Option<DVector<f64>>) -> Self {
         let set = Procedural::set(MATERIALS, SEED);
         let points: Vec<DVector<f64>> = set
@@ -291,19 +309,21 @@ impl Part {
         let mean = points.iter().sum::<DVector<f64>>() / points.len() as f64;
         let mut covariance = DMatrix::zeros(pattern.len(), pattern.len());
         for point in &points {
-            let apart = point - &mean;
-            covariance.ger(1.0 / points.len() as f64, &apart, &apart, 1.0);
+            let difference = point - &mean;
+            covariance.ger(1.0 / points.len() as f64, &difference, &difference, 1.0);
         }
-        let drawn = (1.0 - WIDTH * WIDTH).sqrt();
+        let shrinkage = (1.0 - BANDWIDTH * BANDWIDTH).sqrt();
         let center = center.as_ref().unwrap_or(&mean);
-        let means = points.iter().map(|point| center + (point - &mean) * drawn);
+        let means = points
+            .iter()
+            .map(|point| center + (point - &mean) * shrinkage);
         Self {
             means: means.collect(),
-            covariance: with_floor(covariance * (WIDTH * WIDTH), PROCEDURAL_FLOOR),
+            covariance: with_floor(covariance * (BANDWIDTH * BANDWIDTH), PROCEDURAL_FLOOR),
         }
     }
 
-    /// The materials of a recipe's training, where the recipe holds their components.
+    /// Creates the group of a recipe's training materials; None if the recipe does not hold their components.
     fn trained(recipe: &Recipe<'_>) -> Option<Self> {
         let FitMethod::Completed(completed) = recipe.method() else {
             return None;
@@ -323,19 +343,19 @@ impl Part {
         })
     }
 
-    /// At some of the samples.
-    fn at(&self, there: &[usize]) -> Option<Conditioned<'_>> {
-        let covariance = self.covariance.select_rows(there).select_columns(there);
+    /// Returns the marginal distribution at some of the samples; None if its covariance has no inverse.
+    fn marginal(&self, present: &[usize]) -> Option<Marginal<'_>> {
+        let covariance = self.covariance.select_rows(present).select_columns(present);
         let factors = Cholesky::new(covariance)?;
-        Some(Conditioned {
-            part: self,
+        Some(Marginal {
+            group: self,
             precision: factors.inverse(),
             log_determinant: factors.ln_determinant(),
         })
     }
 }
 
-/// The mean logarithms of a recipe's training, where it says them.
+/// Returns the mean logarithms of a recipe's training materials, if the recipe holds them.
 fn center(recipe: &Recipe<'_>) -> Option<DVector<f64>> {
     let FitMethod::Completed(completed) = recipe.method() else {
         return None;
@@ -351,7 +371,7 @@ fn with_floor(mut covariance: DMatrix<f64>, floor: f64) -> DMatrix<f64> {
     covariance
 }
 
-/// ln((f w + e) / e); what noise has brought below 0 is black.
+/// Returns ln((f w + e) / e). A value below 0, due to noise, counts as 0.
 fn logarithm(brdf: f32, weight: f64) -> f64 {
     standardized(f64::from(brdf).max(0.0), weight.max(0.0), 0.0, 1.0)
 }

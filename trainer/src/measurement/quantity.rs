@@ -1,54 +1,54 @@
-//! What the numbers of a file are, and the BRDF that they tell.
+//! Conversion of a file's numbers to the BRDF.
 
 use std::path::Path;
 
 use glimpse_core::geometry::{Angles, Directions};
 use glimpse_core::gonio::{Calibrated, Calibration, Footprint, Quantity, Repeated};
 
-use super::rows::{Matched, Rows, SATURATED_WHITE};
+use super::rows::{MatchedRow, Rows, SATURATED_WHITE};
 use super::table::TableError;
 
-/// What a column `quantity` calls counts.
+/// The name of counts in the column `quantity`.
 const COUNTS: &str = "counts";
 
-/// What numbers are.
+/// The physical quantity of a file's numbers.
 #[derive(Clone, Debug)]
-pub enum Meaning {
+pub enum ReadingQuantity {
     /// A function of the BRDF.
     Values(Quantity),
-    /// A sensor's counts, beside those of a white.
-    Counts(Counts),
+    /// Counts of a sensor, relative to those of a white.
+    Counts(CountCalibration),
 }
 
-/// How counts become a BRDF.
+/// The conversion of counts to the BRDF.
 #[derive(Clone, Debug)]
-pub struct Counts {
-    /// Counts without light.
+pub struct CountCalibration {
+    /// Counts without light, of red, green and blue.
     pub dark: [f32; 3],
     /// The white's reflectance, above 0 and at most 2.
     pub reflectance: [f32; 3],
-    /// The level at and above which a reading is saturated, if it is known.
+    /// The lowest saturated count, if it is known.
     pub saturation: Option<f32>,
     /// Counts of the white.
-    pub white: White,
+    pub white: WhiteReference,
 }
 
 /// Counts of a white tile.
 #[derive(Clone, Debug)]
-pub enum White {
-    /// At the directions of each sample, and at the same with light and sensor exchanged, under which
-    /// counts are others; None where it was not read.
-    Each(Vec<[Option<[f32; 3]>; 2]>),
-    /// Once, at these directions, with one spot on the sample larger than the other.
-    Once([f32; 3], Directions<f32>, Footprint),
+pub enum WhiteReference {
+    /// Counts at the directions of each sample, and with light and sensor exchanged, which changes the counts; None if
+    /// the white was not read there.
+    PerSample(Vec<[Option<[f32; 3]>; 2]>),
+    /// Counts at one pair of directions. One of the two spots on the sample is larger than the other.
+    Single([f32; 3], Directions<f32>, Footprint),
 }
 
-impl White {
-    /// Reads a file of white readings: at a recipe's directions, matched as those of a material are,
-    /// or, with a footprint, a single one.
+impl WhiteReference {
+    /// Reads a file of white readings: a single reading if a footprint is given, or else readings at a recipe's
+    /// directions, which are matched like those of a material. The tolerance is in radians.
     ///
     /// # Errors
-    /// If the file cannot be read, or a row is of no sample.
+    /// If the file cannot be read, or a row matches no sample.
     pub fn read(
         path: &Path,
         pattern: &[Angles<f32>],
@@ -56,19 +56,19 @@ impl White {
         footprint: Option<Footprint>,
     ) -> Result<Self, TableError> {
         let rows = Rows::read(path)?;
-        rows.refuse_other_than(COUNTS)?;
+        rows.check_quantity(COUNTS)?;
         if let Some(footprint) = footprint {
-            let (at, counts) = rows.single(pattern)?;
-            return Ok(Self::Once(counts, at, footprint));
+            let (directions, counts) = rows.single(pattern)?;
+            return Ok(Self::Single(counts, directions, footprint));
         }
         let matched = rows
             .matched(pattern, tolerance)
             .map_err(|error| match error {
-                TableError::Damaged { path, what } => TableError::Damaged {
+                TableError::Damaged { path, message } => TableError::Damaged {
                     path,
-                    what: what
-                        + ". (A white that was read once, at directions of its own, takes \
-                       --footprint light or sensor)",
+                    message: message
+                        + ". For a white that was read once, at other directions, give --footprint \
+                           light or sensor",
                 },
                 other => other,
             })?;
@@ -76,24 +76,23 @@ impl White {
         for row in &matched {
             if let Some(values) = row.values {
                 if row.saturated {
-                    return Err(rows.wrong(row.line, SATURATED_WHITE));
+                    return Err(rows.line_error(row.line, SATURATED_WHITE));
                 }
                 let white = &mut whites[row.sample][usize::from(row.exchanged)];
-                let added = white.add(values, false);
-                added.map_err(|error| {
-                    rows.wrong(row.line, &format!("{error}; correct the row or remove it"))
+                white.add(values, false).map_err(|error| {
+                    rows.line_error(row.line, &format!("{error}; correct the row or remove it"))
                 })?;
             }
         }
         let means = whites
             .iter()
             .map(|white| white.each_ref().map(Repeated::mean));
-        Ok(Self::Each(means.collect()))
+        Ok(Self::PerSample(means.collect()))
     }
 }
 
-impl Meaning {
-    /// What a column `quantity` calls it.
+impl ReadingQuantity {
+    /// Returns the name in the column `quantity`.
     #[must_use]
     pub fn name(&self) -> &'static str {
         match self {
@@ -106,37 +105,36 @@ impl Meaning {
         }
     }
 
-    /// The BRDF of a row's numbers; or why they tell none, in words.
-    pub(super) fn brdf(&self, row: &Matched, values: [f32; 3]) -> Result<Calibrated, String> {
-        let mut read = match self {
+    /// Converts a row's numbers to the BRDF. The error is a message.
+    pub(super) fn to_brdf(&self, row: &MatchedRow, values: [f32; 3]) -> Result<Calibrated, String> {
+        let mut reading = match self {
             Self::Values(quantity) => {
-                let brdf = quantity.to_brdf(values, &row.at);
+                let brdf = quantity.to_brdf(values, &row.directions);
                 Calibrated {
                     brdf: brdf.map_err(|error| error.to_string())?,
                     saturated: false,
                 }
             }
-            Self::Counts(counts) => counts.brdf(row, values)?,
+            Self::Counts(counts) => counts.to_brdf(row, values)?,
         };
-        read.saturated |= row.saturated;
-        Ok(read)
+        reading.saturated |= row.saturated;
+        Ok(reading)
     }
 }
 
-impl Counts {
-    fn brdf(&self, row: &Matched, values: [f32; 3]) -> Result<Calibrated, String> {
+impl CountCalibration {
+    fn to_brdf(&self, row: &MatchedRow, values: [f32; 3]) -> Result<Calibrated, String> {
         let white = match &self.white {
-            White::Once(white, ..) => *white,
-            White::Each(all) => {
-                let white = all.get(row.sample).copied().unwrap_or_default();
+            WhiteReference::Single(white, ..) => *white,
+            WhiteReference::PerSample(whites) => {
+                let white = whites.get(row.sample).copied().unwrap_or_default();
                 white[usize::from(row.exchanged)].ok_or_else(|| {
                     let exchanged = match row.exchanged {
                         true => ", with light and sensor exchanged",
                         false => "",
                     };
                     format!(
-                        "it is of sample {}{exchanged}, at whose directions there is no white \
-                         reading: read the white there too",
+                        "sample {}{exchanged} has no white reading; read the white at these directions as well",
                         row.sample
                     )
                 })?
@@ -149,10 +147,10 @@ impl Counts {
                 None => calibration,
             };
             match &self.white {
-                White::Each(_) => calibration.brdf(values),
-                White::Once(_, at, footprint) => calibration
-                    .read_once_at(at, *footprint)?
-                    .brdf(values, &row.at),
+                WhiteReference::PerSample(_) => calibration.brdf(values),
+                WhiteReference::Single(_, directions, footprint) => calibration
+                    .read_once_at(directions, *footprint)?
+                    .brdf(values, &row.directions),
             }
         };
         calibrate().map_err(|error| error.to_string())

@@ -1,55 +1,56 @@
-//! Rows of readings, as a file or an array has them, and the samples of a pattern that they belong to.
+//! Rows of readings from a file or an array, and their samples in a pattern.
 
 use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
 
 use glimpse_core::geometry::{Angles, Directions, HalfDifference};
-use glimpse_materials::basis::widened;
+use glimpse_materials::basis::angles_to_f64;
 use glimpse_materials::untrusted::escaped;
 
-use super::angles::Given;
-use super::columns::{Columns, ReadRow};
-use super::matching::{Arms, Distance};
+use super::angles::RowAngles;
+use super::columns::{Columns, ReadingRow};
+use super::matching::{AngularDistance, IsotropicAngles};
 use super::table::{Table, TableError};
 
-/// What is said of a white that says nothing.
-pub(super) const SATURATED_WHITE: &str = "column saturated: the white is, so that nothing can be compared with it; read it with less light";
+/// The error message of a saturated white reading.
+pub(super) const SATURATED_WHITE: &str =
+    "column saturated: the white reading is saturated; read the white with less light";
 
-/// A reading that stands in no file.
+/// A reading in memory.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Taken {
-    /// The sample that it is of, from 0, if that is known.
+pub struct LabReading {
+    /// The index of the sample, from 0, if it is known.
     pub sample: Option<usize>,
-    /// The incoming and the outgoing direction, of length 1, z along the normal, if they are known.
-    pub at: Option<[[f64; 3]; 2]>,
-    /// What was read; None if nothing was.
+    /// The incoming and the outgoing direction, of length 1 with z along the normal, if they are known.
+    pub directions: Option<[[f64; 3]; 2]>,
+    /// The reading's numbers, of red, green and blue; None if nothing was read.
     pub values: Option<[f32; 3]>,
-    /// True if the sensor was at its end.
+    /// True if the sensor was saturated.
     pub saturated: bool,
 }
 
 /// Readings of a file or of an array.
 pub(super) struct Rows {
-    /// The file, or what stands for it in errors.
+    /// The file, or a placeholder for error messages.
     path: PathBuf,
-    /// What its rows are called.
+    /// The name of a row in error messages.
     unit: &'static str,
-    rows: Vec<ReadRow>,
+    rows: Vec<ReadingRow>,
 }
 
-/// A row of a sample of the pattern.
-pub(super) struct Matched {
+/// A row and its sample in the pattern.
+pub(super) struct MatchedRow {
     pub(super) line: u64,
     pub(super) sample: usize,
-    /// Where the row says that it was read, or else the sample's own directions.
-    pub(super) at: Directions<f32>,
-    /// Whether light and sensor are exchanged.
+    /// The row's own directions, or else those of the sample.
+    pub(super) directions: Directions<f32>,
+    /// True if light and sensor are exchanged.
     pub(super) exchanged: bool,
-    /// None where nothing was read.
+    /// None if nothing was read.
     pub(super) values: Option<[f32; 3]>,
     pub(super) saturated: bool,
-    /// How far its directions are from the sample's; None if it says only its index.
-    pub(super) distance: Option<Distance>,
+    /// The distance of the row's directions from the sample's; None if the row has only an index.
+    pub(super) distance: Option<AngularDistance>,
 }
 
 /// A likely cause of rows that match no sample.
@@ -57,9 +58,9 @@ pub(super) struct Matched {
 enum Cause {
     /// Angles are in radians.
     Radians,
-    /// Light and sensor are exchanged; the row is of this sample.
+    /// Light and sensor are exchanged; the row belongs to this sample.
     Exchanged(usize),
-    /// Azimuths are counted the other way round.
+    /// Azimuths have the opposite sense.
     Mirrored,
 }
 
@@ -67,18 +68,20 @@ impl Rows {
     /// Reads a file.
     pub(super) fn read(path: &Path) -> Result<Self, TableError> {
         let table = Table::read(path)?;
-        let columns = Columns::of(&table)?;
-        let rows = table.rows().iter().map(|row| {
-            let read = columns.row(row);
-            read.map_err(|what| table.wrong(row.line, &what))
-        });
-        let rows: Vec<ReadRow> = rows.collect::<Result<_, _>>()?;
+        let columns = Columns::find(&table)?;
+        let rows: Vec<ReadingRow> = table
+            .rows()
+            .iter()
+            .map(|row| {
+                columns
+                    .parse(row)
+                    .map_err(|message| table.line_error(row.line, &message))
+            })
+            .collect::<Result<_, _>>()?;
         if rows.is_empty() {
-            return Err(
-                table.damaged("it has no rows below its first line; add what was read".to_owned())
-            );
+            return Err(table.damaged("it has no rows below line 1; add the readings".to_owned()));
         }
-        refuse_several_materials(&table)?;
+        check_single_material(&table)?;
         Ok(Self {
             path: table.path().to_owned(),
             unit: "line",
@@ -86,14 +89,14 @@ impl Rows {
         })
     }
 
-    /// Of an array.
-    pub(super) fn of(taken: &[Taken]) -> Self {
-        let rows = (0..).zip(taken).map(|(line, taken)| ReadRow {
+    /// Converts an array.
+    pub(super) fn from_readings(readings: &[LabReading]) -> Self {
+        let rows = (0..).zip(readings).map(|(line, reading)| ReadingRow {
             line,
-            index: taken.sample,
-            given: taken.at.map(Given::of_pair),
-            values: taken.values,
-            saturated: taken.saturated,
+            index: reading.sample,
+            angles: reading.directions.map(RowAngles::from_vectors),
+            values: reading.values,
+            saturated: reading.saturated,
             quantity: String::new(),
         });
         Self {
@@ -103,56 +106,62 @@ impl Rows {
         }
     }
 
-    /// Refuses rows that say of their numbers that they are something else than `name`.
+    /// Checks that no row states a quantity other than `name`.
     ///
     /// # Errors
-    /// The first such row.
-    pub(super) fn refuse_other_than(&self, name: &str) -> Result<(), TableError> {
-        let other = |row: &&ReadRow| !row.quantity.is_empty() && row.quantity != name;
+    /// The first row with another quantity.
+    pub(super) fn check_quantity(&self, name: &str) -> Result<(), TableError> {
+        let other = |row: &&ReadingRow| !row.quantity.is_empty() && row.quantity != name;
         match self.rows.iter().find(other) {
             None => Ok(()),
-            Some(row) => Err(self.wrong(
+            Some(row) => Err(self.line_error(
                 row.line,
                 &format!(
-                    "column quantity: its numbers are `{}`, and would be taken for `{name}`; give \
-                     the options for what they are, or correct the column",
+                    "column quantity: it is `{}`, but the options state `{name}`; give the options of that quantity, \
+                     or correct the column",
                     escaped(&row.quantity)
                 ),
             )),
         }
     }
 
-    /// What becomes of something that is wrong on a line.
-    pub(super) fn wrong(&self, line: u64, what: &str) -> TableError {
-        self.damaged(format!("{} {line}, {what}", self.unit))
+    /// Returns an error that concerns one row.
+    pub(super) fn line_error(&self, line: u64, message: &str) -> TableError {
+        self.damaged(format!("{} {line}, {message}", self.unit))
     }
 
-    /// What becomes of something that is wrong with the whole file.
-    pub(super) fn damaged(&self, what: String) -> TableError {
+    /// Returns an error that concerns all rows.
+    pub(super) fn damaged(&self, message: String) -> TableError {
         TableError::Damaged {
             path: self.path.clone(),
-            what,
+            message,
         }
     }
 
-    /// The sample of each row, no further from it than a tolerance in radians.
+    /// Finds the sample of each row, within a tolerance in radians.
     ///
     /// # Errors
-    /// The first row that is of no sample, and how near it misses one.
+    /// The first row that matches no sample, with its distance and the likely cause.
     pub(super) fn matched(
         &self,
         pattern: &[Angles<f32>],
         tolerance: f64,
-    ) -> Result<Vec<Matched>, TableError> {
-        let places: Vec<Angles<f64>> = pattern.iter().map(widened).collect();
-        let arms: Vec<Arms> = places.iter().copied().map(Arms::of).collect();
+    ) -> Result<Vec<MatchedRow>, TableError> {
+        let pattern: Vec<Angles<f64>> = pattern.iter().map(angles_to_f64).collect();
+        let samples: Vec<IsotropicAngles> = pattern
+            .iter()
+            .copied()
+            .map(IsotropicAngles::from_angles)
+            .collect();
         let matched = self.rows.iter().map(|row| {
-            let (sample, distance, exchanged) = self.sample(row, &arms, tolerance)?;
-            let angles = row.given.map_or(places[sample], Given::angles);
-            Ok(Matched {
+            let (sample, distance, exchanged) = self.sample(row, &samples, tolerance)?;
+            let angles = row
+                .angles
+                .map_or(pattern[sample], RowAngles::to_rusinkiewicz);
+            Ok(MatchedRow {
                 line: row.line,
                 sample,
-                at: directions(angles),
+                directions: to_directions(angles),
                 exchanged,
                 values: row.values,
                 saturated: row.saturated,
@@ -162,136 +171,157 @@ impl Rows {
         matched.collect()
     }
 
-    /// The one direction that a file of a single row is read at: its own, or those of the sample
-    /// that it names.
+    /// Returns the directions and the numbers of the only row. The directions are the row's own, or else those of
+    /// its sample.
     ///
     /// # Errors
-    /// If there are more rows, or nothing was read.
+    /// If there is more than one row, or its directions or numbers are missing.
     pub(super) fn single(
         &self,
         pattern: &[Angles<f32>],
     ) -> Result<(Directions<f32>, [f32; 3]), TableError> {
         let [row] = &self.rows[..] else {
             return Err(self.damaged(format!(
-                "it has {} rows; with --footprint the white is read once, at one pair of \
-                 directions",
+                "it has {} rows, but with --footprint the white is read once; give one row",
                 self.rows.len()
             )));
         };
-        let named = row.index.and_then(|index| pattern.get(index)).map(widened);
-        let (Some(angles), Some(values)) = (row.given.map(Given::angles).or(named), row.values)
-        else {
-            return Err(self.wrong(
+        let of_sample = row
+            .index
+            .and_then(|index| pattern.get(index))
+            .map(angles_to_f64);
+        let angles = row.angles.map(RowAngles::to_rusinkiewicz).or(of_sample);
+        let (Some(angles), Some(values)) = (angles, row.values) else {
+            return Err(self.line_error(
                 row.line,
-                "it should hold directions and what was read there; give both",
+                "the directions or the reading are missing; give both",
             ));
         };
         if row.saturated {
-            return Err(self.wrong(row.line, SATURATED_WHITE));
+            return Err(self.line_error(row.line, SATURATED_WHITE));
         }
-        Ok((directions(angles), values))
+        Ok((to_directions(angles), values))
     }
 
+    /// Returns the sample of a row, the distance to it if the row has directions, and true if light and sensor are
+    /// exchanged.
     fn sample(
         &self,
-        row: &ReadRow,
-        arms: &[Arms],
+        row: &ReadingRow,
+        samples: &[IsotropicAngles],
         tolerance: f64,
-    ) -> Result<(usize, Option<Distance>, bool), TableError> {
-        let count = arms.len();
+    ) -> Result<(usize, Option<AngularDistance>, bool), TableError> {
+        let count = samples.len();
         if let Some(index) = row.index.filter(|index| *index >= count) {
-            return Err(self.wrong(
+            return Err(self.line_error(
                 row.line,
                 &format!(
-                    "column index: there is no sample {index}, the recipe has {count}, from 0 to {}",
+                    "column index: {index} is out of range; the recipe has {count} samples, give 0 to {}",
                     count - 1
                 ),
             ));
         }
-        let Some(given) = row.given else {
+        let Some(angles) = row.angles else {
             return match row.index {
                 Some(index) => Ok((index, None, false)),
-                None => Err(self.wrong(row.line, "it says neither its directions nor its sample")),
+                None => Err(self.line_error(
+                    row.line,
+                    "the directions and the index are missing; give one of them",
+                )),
             };
         };
-        let place = Arms::of(given.angles());
-        let Some((nearest, near)) = place.nearest(arms) else {
-            return Err(self.damaged("the recipe has no samples".to_owned()));
+        let angles = IsotropicAngles::from_angles(angles.to_rusinkiewicz());
+        let Some((nearest, nearest_distance)) = angles.nearest(samples) else {
+            return Err(self.damaged("the recipe has no samples; give another recipe".to_owned()));
         };
         let (sample, distance, exchanged) = match row.index {
-            // A plan with --swap exchanges light and sensor where that is sooner, and names the sample.
+            // A plan with --swap may exchange light and sensor; its rows have an index.
             Some(index) => {
-                let own = place.distance(&arms[index]);
-                let exchanged = place.exchanged().distance(&arms[index]);
-                let nearer = exchanged.largest < own.largest && exchanged.largest <= tolerance;
-                (index, if nearer { exchanged } else { own }, nearer)
+                let own = angles.distance(&samples[index]);
+                let exchanged = angles.exchanged().distance(&samples[index]);
+                let is_exchanged =
+                    exchanged.radians < own.radians && exchanged.radians <= tolerance;
+                (
+                    index,
+                    if is_exchanged { exchanged } else { own },
+                    is_exchanged,
+                )
             }
-            None => (nearest, near, false),
+            None => (nearest, nearest_distance, false),
         };
-        if distance.largest <= tolerance {
+        if distance.radians <= tolerance {
             return Ok((sample, Some(distance), exchanged));
         }
-        let Arms {
+        let IsotropicAngles {
             theta_i,
             theta_o,
             phi,
-        } = arms[sample];
+        } = samples[sample];
         let [theta_i, theta_o, phi] =
             [theta_i, theta_o, phi.rem_euclid(TAU)].map(|angle| round(angle.to_degrees()));
-        let whose = match row.index {
+        let target = match row.index {
             Some(_) if nearest != sample => {
-                format!("sample {sample}, which it names (sample {nearest} is nearer)")
+                format!("sample {sample}, the row's index (sample {nearest} is nearer)")
             }
-            Some(_) => format!("sample {sample}, which it names"),
+            Some(_) => format!("sample {sample}, the row's index"),
             None => format!("sample {sample}, the nearest"),
         };
-        let mut what = format!(
-            "its directions are {distance} from {whose} (theta_i {theta_i}, theta_o {theta_o}, \
-             phi_o - phi_i {phi} degrees); --tolerance is {} degrees",
+        let mut message = format!(
+            "its directions are {distance} from {target} (theta_i {theta_i}, theta_o {theta_o}, phi_o - phi_i {phi} \
+             degrees), but --tolerance is {} degrees",
             round(tolerance.to_degrees())
         );
-        what += &match self.cause(row, place, arms, tolerance) {
+        message += &match self.cause(row, angles, samples, tolerance) {
             Some(Cause::Radians) => format!(
-                ". If they are taken for radians, all {} rows match: give degrees, which are \
-                 radians times 57.29578",
+                ". All {} rows match if the angles are in radians; give degrees, which are radians times 57.29578",
                 self.rows.len()
             ),
             Some(Cause::Exchanged(other)) => format!(
-                ". With light and sensor exchanged they are those of sample {other}: if that is \
-                 meant, as by `trainer plan --swap`, name it in a column index"
+                ". With light and sensor exchanged, the directions match sample {other}; if the exchange is intended, \
+                 as by `trainer plan --swap`, give the sample in a column index"
             ),
             Some(Cause::Mirrored) => format!(
-                ". With azimuths counted the other way round, all {} rows match: negate phi_i and \
-                 phi_o (or phi_d; of vectors, y)",
+                ". All {} rows match if the azimuths have the opposite sense; negate phi_i and phi_o (or phi_d, or y \
+                 of vectors)",
                 self.rows.len()
             ),
-            None => "; see `trainer inspect` for where the recipe measures, correct the row, or \
-                     give a larger --tolerance"
+            None => "; correct the row (`trainer inspect` prints the recipe's directions), or give a larger \
+                     --tolerance"
                 .to_owned(),
         };
-        Err(self.wrong(row.line, &what))
+        Err(self.line_error(row.line, &message))
     }
 
-    /// The likely cause of a row that matches no sample.
-    fn cause(&self, row: &ReadRow, place: Arms, arms: &[Arms], tolerance: f64) -> Option<Cause> {
-        let all = |places: &dyn Fn(Given) -> Vec<Arms>| self.all_match(arms, tolerance, places);
-        if all(&|given| vec![Arms::of(given.scaled(1.0_f64.to_degrees()).angles())]) {
+    /// Returns the likely cause of a row that matches no sample.
+    fn cause(
+        &self,
+        row: &ReadingRow,
+        angles: IsotropicAngles,
+        samples: &[IsotropicAngles],
+        tolerance: f64,
+    ) -> Option<Cause> {
+        let all_match = |alternatives: &dyn Fn(RowAngles) -> Vec<IsotropicAngles>| {
+            self.all_match(samples, tolerance, alternatives)
+        };
+        let isotropic = |angles: RowAngles| IsotropicAngles::from_angles(angles.to_rusinkiewicz());
+        if all_match(&|angles| vec![isotropic(angles.scaled(1.0_f64.to_degrees()))]) {
             return Some(Cause::Radians);
         }
-        let either_way = |arms: Arms| vec![arms, arms.exchanged()];
-        let are_mirrored = all(&|given| {
-            let mirrored = Arms::of(given.angles()).mirrored();
+        let either_way = |angles: IsotropicAngles| vec![angles, angles.exchanged()];
+        let are_mirrored = all_match(&|angles| {
+            let mirrored = isotropic(angles).mirrored();
             match row.index {
                 // A plan with --swap.
                 Some(_) => either_way(mirrored),
                 None => vec![mirrored],
             }
         });
-        let exchanged = place.exchanged().nearest(arms);
-        match exchanged.filter(|(_, far)| row.index.is_none() && far.largest <= tolerance) {
-            // Where theta_i is theta_o, a single row does not distinguish the two causes.
+        let exchanged = angles.exchanged().nearest(samples);
+        match exchanged.filter(|(_, distance)| row.index.is_none() && distance.radians <= tolerance)
+        {
+            // If theta_i equals theta_o, a single row does not distinguish the two causes.
             Some((other, _))
-                if !are_mirrored || all(&|given| either_way(Arms::of(given.angles()))) =>
+                if !are_mirrored || all_match(&|angles| either_way(isotropic(angles))) =>
             {
                 Some(Cause::Exchanged(other))
             }
@@ -299,45 +329,44 @@ impl Rows {
         }
     }
 
-    /// Returns true if every row matches the sample that it names, or any if it names none, at one of the places
-    /// that `places` makes of its angles.
+    /// Returns true if every row with angles matches a sample at one of the alternatives to its angles. A row with an
+    /// index has to match that sample.
     fn all_match(
         &self,
-        arms: &[Arms],
+        samples: &[IsotropicAngles],
         tolerance: f64,
-        places: &dyn Fn(Given) -> Vec<Arms>,
+        alternatives: &dyn Fn(RowAngles) -> Vec<IsotropicAngles>,
     ) -> bool {
         self.rows.iter().all(|row| {
-            let Some(given) = row.given else {
+            let Some(angles) = row.angles else {
                 return true;
             };
-            places(given).iter().any(|place| {
+            alternatives(angles).iter().any(|angles| {
                 let distance = match row.index {
-                    Some(index) => arms.get(index).map(|arms| place.distance(arms)),
-                    None => place.nearest(arms).map(|(_, distance)| distance),
+                    Some(index) => samples.get(index).map(|sample| angles.distance(sample)),
+                    None => angles.nearest(samples).map(|(_, distance)| distance),
                 };
-                distance.is_some_and(|distance| distance.largest <= tolerance)
+                distance.is_some_and(|distance| distance.radians <= tolerance)
             })
         })
     }
 }
 
-/// Refuses what is of several materials, as `trainer query` writes it: their mean is none of them.
-fn refuse_several_materials(table: &Table) -> Result<(), TableError> {
+/// Rejects tables of several materials, such as `trainer query` writes.
+fn check_single_material(table: &Table) -> Result<(), TableError> {
     let Some(column) = table.column("material")? else {
         return Ok(());
     };
-    let mut named = table.rows().iter().map(|row| (row.line, row.cell(column)));
-    let Some((_, first)) = named.next() else {
+    let mut materials = table.rows().iter().map(|row| (row.line, row.cell(column)));
+    let Some((_, first)) = materials.next() else {
         return Ok(());
     };
-    match named.find(|(_, name)| *name != first) {
+    match materials.find(|(_, name)| *name != first) {
         None => Ok(()),
-        Some((line, name)) => Err(table.wrong(
+        Some((line, name)) => Err(table.line_error(
             line,
             &format!(
-                "column material: it is of {}, and rows above are of {}; give a file for each \
-                 material",
+                "column material: it is {}, but the rows above are of {}; give one file per material",
                 escaped(name),
                 escaped(first)
             ),
@@ -345,12 +374,12 @@ fn refuse_several_materials(table: &Table) -> Result<(), TableError> {
     }
 }
 
-/// To a hundredth.
+/// Rounds to two decimals.
 fn round(degrees: f64) -> f64 {
     (degrees * 100.0).round() / 100.0
 }
 
-fn directions(angles: Angles<f64>) -> Directions<f32> {
+fn to_directions(angles: Angles<f64>) -> Directions<f32> {
     let pair = HalfDifference::from_angles(angles).directions();
     Directions {
         incoming: pair.incoming.map(|x| x as f32),
@@ -371,14 +400,15 @@ mod tests {
         [30.0, 0.0, 60.0, 180.0],
     ];
 
-    /// The cause that the first row which matches no sample is given; None if all rows match.
-    fn cause(rows: &[[f64; 4]], named: bool) -> Option<Option<Cause>> {
-        let given = |row: &[f64; 4]| Given::Directions(row.map(f64::to_radians));
-        let arms = PATTERN.map(|row| Arms::of(given(&row).angles()));
-        let rows = rows.iter().enumerate().map(|(index, row)| ReadRow {
+    /// Returns the cause for the first row that matches no sample; None if all rows match.
+    fn cause(rows: &[[f64; 4]], indexed: bool) -> Option<Option<Cause>> {
+        let radians = |row: &[f64; 4]| RowAngles::Directions(row.map(f64::to_radians));
+        let isotropic = |angles: RowAngles| IsotropicAngles::from_angles(angles.to_rusinkiewicz());
+        let samples = PATTERN.map(|row| isotropic(radians(&row)));
+        let rows = rows.iter().enumerate().map(|(index, row)| ReadingRow {
             line: 0,
-            index: named.then_some(index),
-            given: Some(given(row)),
+            index: indexed.then_some(index),
+            angles: Some(radians(row)),
             values: None,
             saturated: false,
             quantity: String::new(),
@@ -388,32 +418,34 @@ mod tests {
             unit: "row",
             rows: rows.collect(),
         };
-        let mut wrong = rows.rows.iter();
-        let wrong = wrong.find(|row| rows.sample(row, &arms, TOLERANCE).is_err())?;
-        let place = wrong.given.map(|given| Arms::of(given.angles()))?;
-        Some(rows.cause(wrong, place, &arms, TOLERANCE))
+        let unmatched = rows
+            .rows
+            .iter()
+            .find(|row| rows.sample(row, &samples, TOLERANCE).is_err())?;
+        let angles = unmatched.angles.map(isotropic)?;
+        Some(rows.cause(unmatched, angles, &samples, TOLERANCE))
     }
 
     #[test]
-    fn the_cause_of_rows_that_match_no_sample_is_found() {
+    fn finds_cause_of_unmatched_rows() {
         let mirrored =
             PATTERN.map(|[theta_i, phi_i, theta_o, phi_o]| [theta_i, -phi_i, theta_o, -phi_o]);
         let exchanged =
             PATTERN.map(|[theta_i, phi_i, theta_o, phi_o]| [theta_o, phi_o, theta_i, phi_i]);
         let both =
             exchanged.map(|[theta_i, phi_i, theta_o, phi_o]| [theta_i, -phi_i, theta_o, -phi_o]);
-        for named in [false, true] {
-            assert_eq!(cause(&PATTERN, named), None);
-            assert_eq!(cause(&mirrored, named), Some(Some(Cause::Mirrored)));
-            // In the plane of incidence both are the same, and nothing is wrong.
+        for indexed in [false, true] {
+            assert_eq!(cause(&PATTERN, indexed), None);
+            assert_eq!(cause(&mirrored, indexed), Some(Some(Cause::Mirrored)));
+            // In the plane of incidence mirrored rows match.
             assert_eq!(cause(&mirrored[2..], false), None);
             let other = [mirrored[0], [1.0, 0.0, 2.0, 0.0]];
-            assert_eq!(cause(&other, named), Some(None));
+            assert_eq!(cause(&other, indexed), Some(None));
         }
         assert_eq!(cause(&exchanged, false), Some(Some(Cause::Exchanged(0))));
         assert_eq!(cause(&exchanged, true), None);
         assert_eq!(cause(&both, true), Some(Some(Cause::Mirrored)));
-        // With theta_i equal to theta_o, mirrored arms are exchanged ones.
+        // If theta_i equals theta_o, mirroring and exchanging are the same.
         assert_eq!(
             cause(&mirrored[1..2], false),
             Some(Some(Cause::Exchanged(1)))

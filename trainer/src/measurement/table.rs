@@ -1,49 +1,49 @@
-//! A CSV file whose first line names its columns, in any order.
+//! A CSV file whose first line names the columns, in any order.
 
 use std::path::{Path, PathBuf};
 
 use csv::{Position, ReaderBuilder, StringRecord, Trim};
 use glimpse_materials::untrusted::{escaped, read_at_most};
 
-/// The longest file that is read: a million rows and more.
-const MOST_BYTES: u64 = 1 << 28;
+/// The largest accepted file: more than a million rows.
+const MAX_BYTES: u64 = 1 << 28;
 
-/// Why a file of measurements cannot be used.
+/// An error of a file of measurements.
 #[derive(Debug, thiserror::Error)]
 pub enum TableError {
-    /// The operating system refuses.
+    /// The operating system cannot read the file.
     #[error("cannot read {}: {source}", path.display())]
     Read {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// The error of the operating system.
         source: std::io::Error,
     },
-    /// It is no table, or not one of what is expected.
-    #[error("{}: {what}", path.display())]
+    /// The content is not a table with the expected columns and cells.
+    #[error("{}: {message}", path.display())]
     Damaged {
         /// The file.
         path: PathBuf,
-        /// Line and column, what is wrong there, and the remedy.
-        what: String,
+        /// The line and column, the problem, and the remedy.
+        message: String,
     },
 }
 
-/// A table: what its first line says, and its rows.
+/// A table: the column names and the rows.
 pub(super) struct Table {
     path: PathBuf,
     header: StringRecord,
     rows: Vec<Row>,
 }
 
-/// A row, and the line of the file on which it begins.
+/// A row and the line of the file on which it begins.
 pub(super) struct Row {
     pub(super) line: u64,
     cells: StringRecord,
 }
 
 impl Row {
-    /// The text of a cell.
+    /// Returns the text of a cell; empty if the column does not exist.
     pub(super) fn cell(&self, column: usize) -> &str {
         self.cells.get(column).unwrap_or_default()
     }
@@ -52,24 +52,28 @@ impl Row {
 impl Table {
     /// Reads a whole file.
     pub(super) fn read(path: &Path) -> Result<Self, TableError> {
-        let bytes = read_at_most(path, MOST_BYTES).map_err(|source| TableError::Read {
+        let bytes = read_at_most(path, MAX_BYTES).map_err(|source| TableError::Read {
             path: path.into(),
             source,
         })?;
-        let damaged = |what| TableError::Damaged {
+        let damaged = |message| TableError::Damaged {
             path: path.into(),
-            what,
+            message,
         };
-        let unreadable =
-            |error: csv::Error| damaged(unreadable(&error, line(&bytes, error.position())));
+        let unreadable = |error: csv::Error| {
+            damaged(csv_error_message(
+                &error,
+                line_number(&bytes, error.position()),
+            ))
+        };
         let mut reader = ReaderBuilder::new().trim(Trim::All).from_reader(&bytes[..]);
         let header = reader.headers().map_err(unreadable)?.clone();
-        if let Some(what) = not_separated(&header) {
-            return Err(damaged(what));
+        if let Some(message) = separator_error(&header) {
+            return Err(damaged(message));
         }
         let rows = reader.records().map(|cells| {
             let cells = cells.map_err(unreadable)?;
-            let line = line(&bytes, cells.position());
+            let line = line_number(&bytes, cells.position());
             Ok(Row { line, cells })
         });
         let rows = rows.collect::<Result<_, TableError>>()?;
@@ -80,26 +84,25 @@ impl Table {
         })
     }
 
-    /// The file.
     pub(super) fn path(&self) -> &Path {
         &self.path
     }
 
-    /// The names of all columns.
+    /// Returns the escaped names of all columns, separated by commas.
     pub(super) fn names(&self) -> String {
         escaped(&self.header.iter().collect::<Vec<_>>().join(", "))
     }
 
-    /// All rows.
+    /// Returns all rows.
     pub(super) fn rows(&self) -> &[Row] {
         &self.rows
     }
 
-    /// Where the column of a name is, if there is one.
+    /// Returns the index of the column with a name; None if there is none.
     pub(super) fn column(&self, name: &str) -> Result<Option<usize>, TableError> {
-        let mut places = self.header.iter().enumerate();
-        let mut next = || places.find(|(_, found)| found.eq_ignore_ascii_case(name));
-        let first = next().map(|(place, _)| place);
+        let mut columns = self.header.iter().enumerate();
+        let mut next = || columns.find(|(_, column)| column.eq_ignore_ascii_case(name));
+        let first = next().map(|(index, _)| index);
         match next() {
             None => Ok(first),
             Some(_) => {
@@ -108,7 +111,7 @@ impl Table {
         }
     }
 
-    /// Where the columns of these names are; None if not all are there.
+    /// Returns the indices of the columns with these names; None if one is missing.
     pub(super) fn columns<const N: usize>(
         &self,
         names: [&str; N],
@@ -116,29 +119,29 @@ impl Table {
         let mut columns = [0; N];
         for (column, name) in columns.iter_mut().zip(names) {
             match self.column(name)? {
-                Some(place) => *column = place,
+                Some(index) => *column = index,
                 None => return Ok(None),
             }
         }
         Ok(Some(columns))
     }
 
-    /// What becomes of something that is wrong with the whole file.
-    pub(super) fn damaged(&self, what: String) -> TableError {
+    /// Returns an error that concerns the whole file.
+    pub(super) fn damaged(&self, message: String) -> TableError {
         TableError::Damaged {
             path: self.path.clone(),
-            what,
+            message,
         }
     }
 
-    /// What becomes of something that is wrong on a line; `what` may begin with the column.
-    pub(super) fn wrong(&self, line: u64, what: &str) -> TableError {
-        self.damaged(format!("line {line}, {what}"))
+    /// Returns an error that concerns one line; `message` may begin with the column.
+    pub(super) fn line_error(&self, line: u64, message: &str) -> TableError {
+        self.damaged(format!("line {line}, {message}"))
     }
 }
 
-/// The line of a row whose reading began at `position`, on empty lines before it perhaps.
-fn line(bytes: &[u8], position: Option<&Position>) -> u64 {
+/// Returns the line of a row. The reader's `position` may be on empty lines before the row.
+fn line_number(bytes: &[u8], position: Option<&Position>) -> u64 {
     let Some(position) = position else {
         return 1;
     };
@@ -148,8 +151,8 @@ fn line(bytes: &[u8], position: Option<&Position>) -> u64 {
     position.line() + ends.filter(|byte| **byte == b'\n').count() as u64
 }
 
-/// What is said of a first line that does not name columns with commas between them.
-fn not_separated(header: &StringRecord) -> Option<String> {
+/// Returns an error message if the first line does not name columns separated by commas.
+fn separator_error(header: &StringRecord) -> Option<String> {
     let only = match header.len() {
         0 => "",
         1 => header.get(0).unwrap_or_default(),
@@ -157,31 +160,27 @@ fn not_separated(header: &StringRecord) -> Option<String> {
     };
     let separator = match only {
         "" => {
-            return Some(
-                "its first line is empty, and should name the columns; name them, with commas \
-                 between them"
-                    .to_owned(),
-            );
+            return Some("line 1 is empty; name the columns, separated by commas".to_owned());
         }
         only if only.contains(';') => "semicolons",
         only if only.contains('\t') => "tabs",
         _ => return None,
     };
     Some(format!(
-        "its columns have {separator} between them; save it with commas, and with decimal points"
+        "its columns are separated by {separator}; save it with commas as separators and with decimal points"
     ))
 }
 
-/// Says what is wrong with the file as CSV.
-fn unreadable(error: &csv::Error, line: u64) -> String {
+/// Returns the message of a CSV syntax error.
+fn csv_error_message(error: &csv::Error, line: u64) -> String {
     match error.kind() {
         csv::ErrorKind::UnequalLengths {
             expected_len, len, ..
         } => format!(
-            "line {line} has {len} cells where the first line names {expected_len}; give every \
-             row as many, and numbers points instead of decimal commas"
+            "line {line} has {len} cells, but line 1 names {expected_len} columns; give every row {expected_len} \
+             cells, and use decimal points instead of commas"
         ),
-        csv::ErrorKind::Utf8 { .. } => format!("line {line} is not UTF-8; save the file as that"),
-        _ => format!("line {line} cannot be read: {error}"),
+        csv::ErrorKind::Utf8 { .. } => format!("line {line} is not UTF-8; save the file as UTF-8"),
+        _ => format!("line {line} cannot be parsed as CSV: {error}; correct the line"),
     }
 }

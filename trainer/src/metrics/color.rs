@@ -1,4 +1,4 @@
-//! Color difference of two pictures: CIEDE2000.
+//! The color difference of two pictures, CIEDE2000.
 //!
 //! CIEDE2000 is the color difference of the CIE in the form of Sharma, Wu and Dalal, "The CIEDE2000
 //! color-difference formula: implementation notes, supplementary test data, and mathematical
@@ -6,14 +6,14 @@
 //! and no upper bound: 0 for equal colors, about 1 for a just noticeable difference, 100 for black
 //! against white.
 //!
-//! Pixels are taken as shown and written: 8-bit sRGB. The conversion to CIELAB (illuminant D65,
-//! observer of 2 degrees) has the constants of scikit-image's `rgb2lab`, so that
-//! `deltaE_ciede2000(rgb2lab(a), rgb2lab(b))` gives the same numbers from the PNG files.
+//! Pixels are the 8-bit sRGB pixels of the written file. The conversion to CIELAB (illuminant D65, observer of 2 degrees)
+//! uses the constants of scikit-image's `rgb2lab`, so that `deltaE_ciede2000(rgb2lab(a), rgb2lab(b))` gives the same
+//! values for the PNG files.
 
 use std::f64::consts::{PI, TAU};
 use std::sync::LazyLock;
 
-use super::image::{CompareError, check};
+use super::image::{CompareError, check_sizes};
 use crate::render::Picture;
 
 /// Linear sRGB to CIE XYZ, row by row.
@@ -27,7 +27,7 @@ const WHITE: [f64; 3] = [0.950_47, 1.0, 1.088_83];
 /// 25^7, the scale of chroma in the corrections for neutral and for blue colors.
 const CHROMA_SCALE: f64 = 6_103_515_625.0;
 
-/// Linear value of each 8-bit sRGB level, in \[0, 1\].
+/// The linear value of each 8-bit sRGB level, in \[0, 1\].
 static LINEAR: LazyLock<[f64; 256]> = LazyLock::new(|| {
     std::array::from_fn(|level| {
         let encoded = level as f64 / 255.0;
@@ -77,9 +77,9 @@ fn lightness_response(t: f64) -> f64 {
     }
 }
 
-/// CIEDE2000 difference of two colors, 0 or more; the order does not matter.
+/// Returns the CIEDE2000 difference of two colors, 0 or more. It is symmetric.
 ///
-/// Symbols are those of Sharma, Wu and Dalal.
+/// The symbols are those of Sharma, Wu and Dalal.
 #[must_use]
 pub fn ciede2000(one: Lab, other: Lab) -> f64 {
     let seventh = |chroma: f64| {
@@ -128,9 +128,9 @@ pub fn ciede2000(one: Lab, other: Lab) -> f64 {
     sum.max(0.0).sqrt()
 }
 
-/// Mean CIEDE2000 over some pixels of two pictures, 0 or more; 0 of no pixels.
+/// Returns the mean CIEDE2000 over some pixels of two pictures, 0 or more; 0 if there are no pixels.
 ///
-/// `pixels` are indices, row by row from the top left; those beyond the picture are ignored.
+/// `pixels` are indices, row by row from the top left. Indices outside the picture are ignored.
 ///
 /// # Errors
 /// If the sizes differ.
@@ -139,7 +139,7 @@ pub fn mean_ciede2000(
     picture: &Picture,
     pixels: impl IntoIterator<Item = usize>,
 ) -> Result<f64, CompareError> {
-    check(reference, picture)?;
+    check_sizes(reference, picture)?;
     let (mut sum, mut count) = (0.0, 0_usize);
     for index in pixels {
         let (Some(one), Some(other)) = (reference.pixels.get(index), picture.pixels.get(index))
@@ -199,21 +199,21 @@ mod tests {
     ];
 
     #[test]
-    fn published_pairs_have_their_published_differences() {
+    fn matches_published_differences() {
         for [l1, a1, b1, l2, a2, b2, expected] in PAIRS {
             let [one, other] = [[l1, a1, b1], [l2, a2, b2]].map(|[l, a, b]| Lab { l, a, b });
-            for found in [ciede2000(one, other), ciede2000(other, one)] {
+            for difference in [ciede2000(one, other), ciede2000(other, one)] {
                 assert!(
-                    (found - expected).abs() < 5e-5,
-                    "{one:?} {other:?}: {found}"
+                    (difference - expected).abs() < 5e-5,
+                    "{one:?} {other:?}: {difference}"
                 );
             }
         }
     }
 
-    /// Expected: scikit-image 0.26, `rgb2lab`.
+    /// Expected values: scikit-image 0.26, `rgb2lab`.
     #[test]
-    fn lab_is_that_of_scikit_image() {
+    fn lab_matches_scikit_image() {
         for (srgb, expected) in [
             ([255, 255, 255], [100.0, -0.002_454_937_9, 0.004_653_421_2]),
             (
@@ -235,16 +235,16 @@ mod tests {
             ([0, 0, 0], [0.0; 3]),
         ] {
             let Lab { l, a, b } = Lab::from_srgb(srgb);
-            for (found, expected) in [l, a, b].into_iter().zip(expected) {
-                assert!((found - expected).abs() < 1e-6, "{srgb:?}: {found}");
+            for (value, expected) in [l, a, b].into_iter().zip(expected) {
+                assert!((value - expected).abs() < 1e-6, "{srgb:?}: {value}");
             }
         }
     }
 
-    /// Expected: scikit-image 0.26 on arrays of the same formulas, of type uint8,
+    /// Expected values: scikit-image 0.26 on uint8 arrays of the same formulas,
     /// `deltaE_ciede2000(rgb2lab(a), rgb2lab(b))`.
     #[test]
-    fn the_mean_of_a_picture_is_that_of_scikit_image() {
+    fn mean_matches_scikit_image() {
         let (reference, distorted) = (reference(), distorted());
         let mean = |pixels: std::ops::Range<usize>| {
             mean_ciede2000(&reference, &distorted, pixels).unwrap()
@@ -256,10 +256,10 @@ mod tests {
     }
 
     #[test]
-    fn black_and_white_are_100_apart_and_sizes_must_match() {
+    fn black_and_white_differ_by_100_and_sizes_must_match() {
         let [black, white] = [0, 255].map(|level| Picture::filled(5, 4, [level; 3]));
-        let found = mean_ciede2000(&black, &white, 0..20).unwrap();
-        assert!((found - 100.0).abs() < 1e-3, "{found}");
+        let mean = mean_ciede2000(&black, &white, 0..20).unwrap();
+        assert!((mean - 100.0).abs() < 1e-3, "{mean}");
         assert_eq!(mean_ciede2000(&white, &white, 0..20), Ok(0.0));
         let other = Picture::filled(4, 5, [0; 3]);
         let size = CompareError::Size((5, 4), (4, 5));

@@ -1,31 +1,32 @@
-//! How far one picture is from another: L2, PSNR and DSSIM.
+//! Errors of a picture against a reference: L2, PSNR and DSSIM.
 //!
-//! All are taken from the 8-bit sRGB pixels that are shown and written, divided by 255, so that
-//! anyone can check them on the PNG files; and from all pixels of the picture, also those beside
-//! the sphere. (The paper does not say which; its L2 and PSNR fit each other on this scale.)
+//! They are computed from the 8-bit sRGB pixels of the written file, divided by 255, so that they can be checked on the
+//! PNG files. All pixels count, including the background of the sphere. (The paper does not state its scale; its L2 and
+//! PSNR agree with each other on this one.)
 
 use crate::render::Picture;
 
-/// Side of the window of SSIM in pixels.
+/// The side of the SSIM window, in pixels.
 const WINDOW: usize = 7;
-/// Pixels in the window.
+/// The number of pixels in the window.
 const COUNT: f64 = (WINDOW * WINDOW) as f64;
 /// The greatest value of a channel.
 const PEAK: f64 = 255.0;
-/// SSIM's constants (K1 L)^2 and (K2 L)^2.
+/// The SSIM constant (K1 L)^2.
 const C1: f64 = (0.01 * PEAK) * (0.01 * PEAK);
+/// The SSIM constant (K2 L)^2.
 const C2: f64 = (0.03 * PEAK) * (0.03 * PEAK);
-/// The PSNR of equal pictures in dB; else it would be infinite, and so would a mean.
-const PSNR_OF_EQUALS: f64 = 100.0;
+/// The largest PSNR, in dB. Without this bound the PSNR of equal pictures, and any mean with it, would be infinite.
+const MAX_PSNR: f64 = 100.0;
 
-/// Two pictures that cannot be compared.
+/// An error of comparing two pictures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum CompareError {
-    /// They differ in size, or one has not as many pixels as it says.
-    #[error("pictures of {0:?} and {1:?} pixels cannot be compared: their sizes differ")]
+    /// The pictures differ in size, or the number of pixels does not match the size.
+    #[error("pictures of {0:?} and {1:?} pixels cannot be compared; give two of the same size")]
     Size((usize, usize), (usize, usize)),
-    /// They are smaller than the window of SSIM.
-    #[error("pictures of {0:?} pixels are too small for SSIM, which takes windows of 7 x 7")]
+    /// The pictures are smaller than the SSIM window.
+    #[error("pictures of {0:?} pixels are too small for SSIM; give at least 7 x 7")]
     TooSmall((usize, usize)),
 }
 
@@ -36,7 +37,7 @@ pub struct PictureErrors {
     pub dssim: f64,
     /// Mean squared error over pixels and channels, in \[0, 1\].
     pub l2: f64,
-    /// Peak signal-to-noise ratio in dB, -10 log10(L2); at most 100, which is that of equals.
+    /// Peak signal-to-noise ratio in dB, -10 log10(L2); at most 100, for equal pictures.
     pub psnr: f64,
 }
 
@@ -44,8 +45,8 @@ impl PictureErrors {
     /// Compares a picture with the reference.
     ///
     /// # Errors
-    /// If their sizes differ, or are below 7 x 7.
-    pub fn between(reference: &Picture, picture: &Picture) -> Result<Self, CompareError> {
+    /// If the sizes differ, or are below 7 x 7.
+    pub fn compare(reference: &Picture, picture: &Picture) -> Result<Self, CompareError> {
         let l2 = mean_squared_error(reference, picture)?;
         Ok(Self {
             dssim: (1.0 - ssim(reference, picture)?) / 2.0,
@@ -55,12 +56,12 @@ impl PictureErrors {
     }
 }
 
-/// Mean over pixels and channels of the squared difference, for channels in \[0, 1\].
+/// Returns the mean squared difference over pixels and channels, for channels in \[0, 1\].
 ///
 /// # Errors
 /// If the sizes differ.
 pub fn mean_squared_error(reference: &Picture, picture: &Picture) -> Result<f64, CompareError> {
-    check(reference, picture)?;
+    check_sizes(reference, picture)?;
     let channels = || {
         let (a, b) = (&reference.pixels, &picture.pixels);
         a.as_flattened().iter().zip(b.as_flattened())
@@ -71,21 +72,21 @@ pub fn mean_squared_error(reference: &Picture, picture: &Picture) -> Result<f64,
     Ok(squares as f64 / (PEAK * PEAK * channels().len().max(1) as f64))
 }
 
-/// Peak signal-to-noise ratio in dB of a mean squared error in \[0, 1\]; at most 100.
+/// Returns the peak signal-to-noise ratio of a mean squared error in \[0, 1\]: at most 100 dB.
 #[must_use]
 pub fn psnr(mean_squared_error: f64) -> f64 {
-    (-10.0 * mean_squared_error.log10()).min(PSNR_OF_EQUALS)
+    (-10.0 * mean_squared_error.log10()).min(MAX_PSNR)
 }
 
-/// Mean structural similarity (Wang et al. 2004), in \[-1, 1\]; 1 for equal pictures.
+/// Returns the mean structural similarity (Wang et al. 2004), in \[-1, 1\]; 1 for equal pictures.
 ///
-/// As scikit-image does it by default: a uniform window of 7 x 7, sample variances (divided by
-/// 48), K1 = 0.01, K2 = 0.03, windows wholly inside the picture only, mean over the channels.
+/// The defaults are those of scikit-image: a uniform window of 7 x 7, sample variances (divided by 48), K1 = 0.01,
+/// K2 = 0.03, only windows inside the picture, and the mean over the channels.
 ///
 /// # Errors
 /// If the sizes differ, or are below 7 x 7.
 pub fn ssim(reference: &Picture, picture: &Picture) -> Result<f64, CompareError> {
-    check(reference, picture)?;
+    check_sizes(reference, picture)?;
     let (width, height) = (reference.width, reference.height);
     if width < WINDOW || height < WINDOW {
         return Err(CompareError::TooSmall((width, height)));
@@ -111,7 +112,7 @@ pub fn ssim(reference: &Picture, picture: &Picture) -> Result<f64, CompareError>
     Ok(sum / (3 * (width - WINDOW + 1) * (height - WINDOW + 1)) as f64)
 }
 
-/// Sums over a window of one channel of two pictures, in whole numbers.
+/// Integer sums over a window, for one channel of two pictures.
 #[derive(Clone, Copy, Debug, Default)]
 struct Moments {
     a: u32,
@@ -130,7 +131,7 @@ impl Moments {
         self.ab += a * b;
     }
 
-    /// SSIM of the window.
+    /// Returns the SSIM of the window.
     fn similarity(&self) -> f64 {
         let [a, b] = [self.a, self.b].map(|sum| f64::from(sum) / COUNT);
         let covariance =
@@ -141,11 +142,11 @@ impl Moments {
     }
 }
 
-/// Refuses pictures that differ in size, or lack pixels.
-pub(super) fn check(reference: &Picture, picture: &Picture) -> Result<(), CompareError> {
+/// Checks that two pictures have the same size and all of their pixels.
+pub(super) fn check_sizes(reference: &Picture, picture: &Picture) -> Result<(), CompareError> {
     let size = |picture: &Picture| (picture.width, picture.height);
-    let whole = |picture: &Picture| picture.width * picture.height == picture.pixels.len();
-    if size(reference) == size(picture) && whole(reference) && whole(picture) {
+    let is_complete = |picture: &Picture| picture.width * picture.height == picture.pixels.len();
+    if size(reference) == size(picture) && is_complete(reference) && is_complete(picture) {
         Ok(())
     } else {
         Err(CompareError::Size(size(reference), size(picture)))
@@ -156,7 +157,7 @@ pub(super) fn check(reference: &Picture, picture: &Picture) -> Result<(), Compar
 pub(super) mod tests {
     use super::*;
 
-    /// A picture by formula, in whole numbers only.
+    /// Creates a picture from an integer formula.
     fn picture(
         width: usize,
         height: usize,
@@ -188,12 +189,12 @@ pub(super) mod tests {
         })
     }
 
-    /// Expected numbers: scikit-image 0.26 on arrays of the same formulas, of type uint8,
+    /// Expected values: scikit-image 0.26 on uint8 arrays of the same formulas,
     /// `structural_similarity(a, b, channel_axis=2)`, `mean_squared_error(a / 255, b / 255)`,
     /// `peak_signal_noise_ratio(a, b)`.
     #[test]
-    fn numbers_are_those_of_scikit_image() {
-        let errors = PictureErrors::between(&reference(), &distorted()).unwrap();
+    fn matches_scikit_image() {
+        let errors = PictureErrors::compare(&reference(), &distorted()).unwrap();
         let expected = PictureErrors {
             dssim: 0.004_725_585_333_776_261,
             l2: 0.000_681_736_613_205_032_9,
@@ -206,29 +207,29 @@ pub(super) mod tests {
 
     #[test]
     fn equal_pictures_have_no_error() {
-        let errors = PictureErrors::between(&reference(), &reference()).unwrap();
+        let errors = PictureErrors::compare(&reference(), &reference()).unwrap();
         assert_eq!(errors.l2, 0.0);
         assert_eq!(errors.psnr, 100.0);
         assert!(errors.dssim.abs() < 1e-15);
     }
 
     #[test]
-    fn black_is_as_far_from_white_as_can_be() {
+    fn black_and_white_have_the_largest_errors() {
         let [black, white] = [0, 255].map(|level| Picture::filled(7, 7, [level; 3]));
-        let errors = PictureErrors::between(&black, &white).unwrap();
+        let errors = PictureErrors::compare(&black, &white).unwrap();
         assert_eq!((errors.l2, errors.psnr), (1.0, 0.0));
         assert!((errors.dssim - 0.5).abs() < 1e-4, "{errors:?}");
     }
 
     #[test]
-    fn what_cannot_be_compared_is_refused() {
+    fn rejects_incomparable_pictures() {
         let [wide, tall] = [(8, 7), (7, 8)].map(|(w, h)| Picture::filled(w, h, [0; 3]));
         let size = CompareError::Size((8, 7), (7, 8));
-        assert_eq!(PictureErrors::between(&wide, &tall), Err(size));
+        assert_eq!(PictureErrors::compare(&wide, &tall), Err(size));
         let small = Picture::filled(6, 9, [0; 3]);
         assert_eq!(ssim(&small, &small), Err(CompareError::TooSmall((6, 9))));
-        let mut torn = wide.clone();
-        torn.pixels.pop();
-        assert!(ssim(&torn, &torn).is_err());
+        let mut incomplete = wide.clone();
+        incomplete.pixels.pop();
+        assert!(ssim(&incomplete, &incomplete).is_err());
     }
 }

@@ -1,5 +1,4 @@
-//! The metrics of a fit: loss in BRDF space, and DSSIM, L2, PSNR and color difference of a rendered
-//! sphere.
+//! Metrics of a fit: the loss in BRDF space, and DSSIM, L2, PSNR and color difference of a rendered sphere.
 
 pub mod color;
 pub mod image;
@@ -11,34 +10,34 @@ use crate::render::{Picture, sphere_disc};
 
 /// The metrics of one material, or their means over several.
 ///
-/// All but the loss belong to one picture: that of [`Evaluator`](crate::evaluation::Evaluator) has 128 x 128
+/// All but the loss compare rendered pictures. Those of [`Evaluator`](crate::evaluation::Evaluator) have 128 x 128
 /// pixels.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Metrics {
-    /// Mean cosine-weighted logarithmic error; 0 is best. See [`glimpse_materials::loss`].
+    /// Mean cosine-weighted logarithmic error, 0 or more; 0 is best. See [`glimpse_materials::loss`].
     pub loss: f64,
     /// Structural dissimilarity of the spheres, in \[0, 1\]; 0 is best. See [`mod@image`].
     pub dssim: f64,
     /// Mean squared error of the spheres, in \[0, 1\]; 0 is best.
     pub l2: f64,
-    /// Peak signal-to-noise ratio of the spheres in dB, at most 100; more is better.
+    /// Peak signal-to-noise ratio of the spheres in dB, at most 100; higher is better.
     pub psnr: f64,
     /// Mean CIEDE2000 over the sphere's disc, 0 or more; 0 is best. See [`color`].
     pub delta_e: f64,
 }
 
 impl Metrics {
-    /// The loss, and the errors of a sphere as [`render_sphere`](crate::render::render_sphere) draws
-    /// it. DSSIM, L2 and PSNR are over the whole picture, the color difference over the disc.
+    /// Combines a loss with the errors of a sphere that [`render_sphere`](crate::render::render_sphere) drew. DSSIM, L2 and
+    /// PSNR are over the whole picture, the color difference over the disc.
     ///
     /// # Errors
     /// If the sizes differ, or are below 7 x 7.
-    pub fn of_spheres(
+    pub fn from_spheres(
         loss: f64,
         reference: &Picture,
         sphere: &Picture,
     ) -> Result<Self, CompareError> {
-        let PictureErrors { dssim, l2, psnr } = PictureErrors::between(reference, sphere)?;
+        let PictureErrors { dssim, l2, psnr } = PictureErrors::compare(reference, sphere)?;
         let disc = sphere_disc(sphere.width, sphere.height);
         Ok(Self {
             loss,
@@ -49,27 +48,27 @@ impl Metrics {
         })
     }
 
-    /// Several scans of the same material: the mean of each metric, and as PSNR that of the mean L2.
-    /// (A mean of decibels would praise a method for the luck of one scan.) None of nothing.
+    /// Averages several scans of the same material: the mean of each metric, and the PSNR of the mean L2. None if there are
+    /// no scans. A mean of decibels would give too much weight to a single good scan.
     #[must_use]
-    pub fn of_repetitions(scores: impl IntoIterator<Item = Self>) -> Option<Self> {
-        Self::mean(scores).map(|mean| Self {
+    pub fn mean_of_repetitions(metrics: impl IntoIterator<Item = Self>) -> Option<Self> {
+        Self::mean(metrics).map(|mean| Self {
             psnr: psnr(mean.l2),
             ..mean
         })
     }
 
-    /// Several materials: the mean of each metric (PSNR averaged in dB); None of nothing.
+    /// Averages several materials: the mean of each metric, including PSNR in dB. None if there are no materials.
     #[must_use]
-    pub fn mean(scores: impl IntoIterator<Item = Self>) -> Option<Self> {
+    pub fn mean(metrics: impl IntoIterator<Item = Self>) -> Option<Self> {
         let mut sum = Self::default();
         let mut count = 0.0;
-        for scores in scores {
-            sum.loss += scores.loss;
-            sum.dssim += scores.dssim;
-            sum.l2 += scores.l2;
-            sum.psnr += scores.psnr;
-            sum.delta_e += scores.delta_e;
+        for metrics in metrics {
+            sum.loss += metrics.loss;
+            sum.dssim += metrics.dssim;
+            sum.l2 += metrics.l2;
+            sum.psnr += metrics.psnr;
+            sum.delta_e += metrics.delta_e;
             count += 1.0;
         }
         (count > 0.0).then(|| Self {
@@ -104,56 +103,56 @@ mod tests {
         [one, other]
     }
 
-    fn assert_are(scores: Metrics, expected: [f64; 5]) {
+    fn assert_close(metrics: Metrics, expected: [f64; 5]) {
         let Metrics {
             loss,
             dssim,
             l2,
             psnr,
             delta_e,
-        } = scores;
+        } = metrics;
         for (value, expected) in [loss, dssim, l2, psnr, delta_e].into_iter().zip(expected) {
-            assert!((value - expected).abs() < 1e-12, "{scores:?}");
+            assert!((value - expected).abs() < 1e-12, "{metrics:?}");
         }
     }
 
     #[test]
-    fn materials_are_averaged_metric_by_metric() {
-        assert_are(Metrics::mean(two()).unwrap(), [0.2, 0.4, 0.0505, 20.0, 2.5]);
+    fn mean_averages_each_metric() {
+        assert_close(Metrics::mean(two()).unwrap(), [0.2, 0.4, 0.0505, 20.0, 2.5]);
         assert_eq!(Metrics::mean([]), None);
     }
 
     #[test]
-    fn the_psnr_of_repetitions_is_that_of_their_mean_error() {
+    fn psnr_of_repetitions_is_psnr_of_mean_l2() {
         let decibels = -10.0 * 0.0505_f64.log10();
-        let mean = Metrics::of_repetitions(two()).unwrap();
-        assert_are(mean, [0.2, 0.4, 0.0505, decibels, 2.5]);
+        let mean = Metrics::mean_of_repetitions(two()).unwrap();
+        assert_close(mean, [0.2, 0.4, 0.0505, decibels, 2.5]);
         let [once, _] = two();
-        assert_are(
-            Metrics::of_repetitions([once]).unwrap(),
+        assert_close(
+            Metrics::mean_of_repetitions([once]).unwrap(),
             [0.1, 0.2, 0.001, 30.0, 1.0],
         );
-        assert_eq!(Metrics::of_repetitions([]), None);
+        assert_eq!(Metrics::mean_of_repetitions([]), None);
     }
 
     #[test]
-    fn the_background_counts_for_dssim_and_l2_alone() {
+    fn color_difference_ignores_background() {
         let reference = Picture::filled(20, 20, [90, 120, 60]);
         let disc: Vec<usize> = sphere_disc(20, 20).collect();
         // 0.96 x 20 pixels across.
         let expected = std::f64::consts::PI * 9.6_f64.powi(2);
         assert!((disc.len() as f64 / expected - 1.0).abs() < 0.03);
-        let mut beside = reference.clone();
-        for (index, pixel) in beside.pixels.iter_mut().enumerate() {
+        let mut background_changed = reference.clone();
+        for (index, pixel) in background_changed.pixels.iter_mut().enumerate() {
             if !disc.contains(&index) {
                 *pixel = [255; 3];
             }
         }
-        let scores = Metrics::of_spheres(0.0, &reference, &beside).unwrap();
-        assert!(scores.delta_e == 0.0 && scores.l2 > 0.0 && scores.dssim > 0.0);
-        let all = Picture::filled(20, 20, [90, 121, 60]);
-        let scores = Metrics::of_spheres(0.0, &reference, &all).unwrap();
+        let metrics = Metrics::from_spheres(0.0, &reference, &background_changed).unwrap();
+        assert!(metrics.delta_e == 0.0 && metrics.l2 > 0.0 && metrics.dssim > 0.0);
+        let all_changed = Picture::filled(20, 20, [90, 121, 60]);
+        let metrics = Metrics::from_spheres(0.0, &reference, &all_changed).unwrap();
         let [one, other] = [[90, 120, 60], [90, 121, 60]].map(color::Lab::from_srgb);
-        assert!((scores.delta_e - color::ciede2000(one, other)).abs() < 1e-12);
+        assert!((metrics.delta_e - color::ciede2000(one, other)).abs() < 1e-12);
     }
 }

@@ -1,7 +1,6 @@
-//! One number for each axis of a machine.
+//! Axis values of a machine with two arms.
 
-/// One number for each axis of a machine with two arms: where they stand, in degrees, or how fast
-/// they turn, in degrees per second.
+/// One value for each axis of a machine with two arms: a position in degrees, or a speed in degrees per second.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Axes {
     /// The light's polar angle, from the normal.
@@ -15,12 +14,12 @@ pub struct Axes {
 }
 
 impl Axes {
-    /// What they are called, in the order of [`values`](Self::values).
+    /// The names of the axes, in the order of [`to_array`](Self::to_array).
     pub const NAMES: [&'static str; 4] = ["theta_i", "phi_i", "theta_o", "phi_o"];
 
-    /// From four numbers in the order theta_i, phi_i, theta_o, phi_o.
+    /// Creates axis values in the order theta_i, phi_i, theta_o, phi_o.
     #[must_use]
-    pub fn of([theta_i, phi_i, theta_o, phi_o]: [f64; 4]) -> Self {
+    pub fn from_array([theta_i, phi_i, theta_o, phi_o]: [f64; 4]) -> Self {
         Self {
             theta_i,
             phi_i,
@@ -29,13 +28,13 @@ impl Axes {
         }
     }
 
-    /// The four numbers in the order theta_i, phi_i, theta_o, phi_o.
+    /// Returns the values in the order theta_i, phi_i, theta_o, phi_o.
     #[must_use]
-    pub fn values(&self) -> [f64; 4] {
+    pub fn to_array(&self) -> [f64; 4] {
         [self.theta_i, self.phi_i, self.theta_o, self.phi_o]
     }
 
-    /// Light and sensor exchanged.
+    /// Exchanges light and sensor.
     #[must_use]
     pub fn swapped(&self) -> Self {
         Self {
@@ -47,7 +46,7 @@ impl Axes {
     }
 }
 
-/// The same angle within -180 to 180 degrees; one that is there already is left as it is.
+/// Wraps an angle to -180 to 180 degrees. An angle within that range is unchanged.
 pub(super) fn wrapped(degrees: f64) -> f64 {
     match (-180.0..=180.0).contains(&degrees) {
         true => degrees,

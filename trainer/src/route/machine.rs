@@ -1,4 +1,4 @@
-//! A machine with two arms: how long it takes from one place to another.
+//! A machine with two arms and the time of its moves.
 
 use std::ops::RangeInclusive;
 
@@ -6,44 +6,43 @@ use glimpse_core::gonio::Limits;
 
 use super::axes::{Axes, wrapped};
 
-/// A machine with two arms, and what it may do with a sample.
+/// A machine with two arms.
 ///
-/// All axes move at once, each at full speed from the first to the last moment, so that a move takes
-/// as long as its slowest axis. What the arms might hit on the way is not looked at.
+/// All axes move at the same time and at constant speed, so a move takes as long as its slowest axis. Collisions during
+/// a move are not checked.
 ///
 /// # Azimuths
 ///
-/// An isotropic sample does not notice when both arms are turned together, so that only the
-/// *difference* of the azimuths is given: the two azimuth axes turn against each other, each by its
-/// share of the speed, and both arrive together. No choice of azimuths takes less time, since the
-/// difference cannot change faster than both axes turn, and none of them depends on where the arms
-/// stood before. A difference is changed the short way around.
-/// (An arm along the normal could have any azimuth; it is given
-/// the pattern's, so that what a move takes never depends on the moves before.)
+/// The BRDF of an isotropic sample depends only on the *difference* of the azimuths. The two azimuth axes turn in
+/// opposite directions, in proportion to their speeds, and arrive at the same time. No other choice of azimuths takes
+/// less time, because the difference cannot change faster than both axes together, and the times do not depend on
+/// earlier moves. The difference changes by the shorter way around.
+/// (An arm along the normal could have any azimuth. It has the pattern's, so that the time of a move never depends on
+/// earlier moves.)
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Machine {
-    /// Degrees per second, 0.001 to 1,000,000. The speed of one azimuth may be 0 where the sample is isotropic:
-    /// an axis that the machine does not have.
+    /// The axis speeds in degrees per second, 0.001 to 1,000,000. If the sample is isotropic, the speed of one azimuth
+    /// may be 0: the machine does not have that axis.
     pub speeds: Axes,
-    /// Seconds at each sample, to come to rest and to read: 0 to 86,400.
+    /// The time at each sample to settle and to read, in seconds, 0 to 86,400.
     pub settle: f64,
-    /// Where the arms stand at first, degrees; polar angles of -180 to 180.
+    /// The start position in degrees; polar angles are -180 to 180.
     pub start: Axes,
-    /// Where the arms get to.
+    /// The limits of the arms.
     pub limits: Limits,
-    /// True if the sample is isotropic, so that both azimuths may be turned together.
+    /// True if the sample is isotropic, so that only the difference of the azimuths matters.
     pub isotropic: bool,
-    /// True if azimuths go around without end. Otherwise their difference, or each of them where the
-    /// sample is not isotropic, stays within -180 to 180 degrees, so that no cable winds up.
+    /// True if azimuths turn without a limit. Otherwise their difference, or each of them for an anisotropic sample,
+    /// stays within -180 to 180 degrees, so that no cable winds up.
     pub full_turns: bool,
 }
 
 impl Default for Machine {
-    /// 10 degrees per second for each axis, half a second at each sample, all axes at 0; no limits; the
-    /// sample is isotropic, and azimuths go all around.
+    /// 10 degrees per second for each axis, 0.5 s at each sample, a start position of 0, no limits, an isotropic sample,
+    /// and full turns.
     fn default() -> Self {
         Self {
-            speeds: Axes::of([10.0; 4]),
+            speeds: Axes::from_array([10.0; 4]),
             settle: 0.5,
             start: Axes::default(),
             limits: Limits::NONE,
@@ -53,104 +52,103 @@ impl Default for Machine {
     }
 }
 
-/// Speeds that a machine may have, degrees per second: what is beyond is a slip of the pen.
+/// The range of speeds, in degrees per second. Other values are typing errors.
 const SPEEDS: RangeInclusive<f64> = 1e-3..=1e6;
-/// The longest time at a sample, seconds: a day.
-const LONGEST: f64 = 86_400.0;
+/// The longest time at a sample, in seconds: one day.
+const MAX_SETTLE: f64 = 86_400.0;
 
-/// Why there is no such [`Machine`].
+/// An error of an invalid [`Machine`].
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum MachineError {
-    /// A speed is negative or no number.
-    #[error("the speed of {axis} is {value}: give degrees per second, 0.001 to 1,000,000")]
+    /// A speed is out of range or NaN.
+    #[error("the speed of {axis} is {value}; give degrees per second, 0.001 to 1,000,000")]
     Speed {
         /// The axis.
         axis: &'static str,
-        /// What was given.
+        /// The invalid value.
         value: f64,
     },
     /// No axis changes the difference of the azimuths.
     #[error(
-        "the speeds of phi_i and phi_o are both 0, so that no azimuth changes: give one of them in \
-         degrees per second"
+        "the speeds of phi_i and phi_o are both 0; give at least one of them, 0.001 to 1,000,000 degrees per second"
     )]
     NoAzimuth,
-    /// The sample is not isotropic, and an azimuth does not turn.
+    /// The sample is anisotropic, and an azimuth does not turn.
     #[error(
-        "the speed of {axis} is 0, but a sample that is not isotropic needs both azimuths: give it \
-         in degrees per second"
+        "the speed of {axis} is 0, but an anisotropic sample needs both azimuths; give 0.001 to 1,000,000 degrees per \
+         second"
     )]
     MissingAzimuth {
         /// The axis.
         axis: &'static str,
     },
-    /// The time at each sample is negative or no number.
-    #[error("the time at each sample is {0}: give seconds, 0 to 86,400")]
+    /// The time at each sample is out of range or NaN.
+    #[error("the time at each sample is {0}; give seconds, 0 to 86,400")]
     Settle(f64),
-    /// A starting position is no angle.
-    #[error("the start of {axis} is {value}: give {range}")]
+    /// A start position is out of range or NaN.
+    #[error("the start of {axis} is {value}; give {range}")]
     Start {
         /// The axis.
         axis: &'static str,
-        /// What was given.
+        /// The invalid value.
         value: f64,
-        /// What may be given.
+        /// The valid range.
         range: &'static str,
     },
-    /// Without full turns the arms cannot have come to where they start.
+    /// The start position is impossible without full turns.
     #[error(
-        "the azimuths start {0} degrees apart, but without full turns no more than 180 are possible: \
-         give phi_i and phi_o that are nearer to each other"
+        "the start azimuths differ by {0} degrees, but without full turns the maximum is 180; give phi_i and phi_o \
+         that are closer"
     )]
     WoundUp(f64),
-    /// The limits are none.
+    /// The limits are invalid.
     #[error(transparent)]
     Limits(#[from] glimpse_core::gonio::LimitsError),
 }
 
 impl Machine {
-    /// Looks whether there can be such a machine.
+    /// Checks the ranges of all fields.
     ///
     /// # Errors
-    /// Which field is out of its range, and what is in it.
+    /// The first field that is out of range, and its value.
     pub fn validate(&self) -> Result<(), MachineError> {
         self.limits.validate()?;
-        for (axis, value) in Axes::NAMES.into_iter().zip(self.speeds.values()) {
-            let may_be_absent = axis.starts_with("phi") && value == 0.0;
-            if !(SPEEDS.contains(&value) || may_be_absent) {
+        for (axis, value) in Axes::NAMES.into_iter().zip(self.speeds.to_array()) {
+            let is_absent = axis.starts_with("phi") && value == 0.0;
+            if !(SPEEDS.contains(&value) || is_absent) {
                 return Err(MachineError::Speed { axis, value });
             }
-            if may_be_absent && !self.isotropic {
+            if is_absent && !self.isotropic {
                 return Err(MachineError::MissingAzimuth { axis });
             }
         }
         if self.speeds.phi_i + self.speeds.phi_o == 0.0 {
             return Err(MachineError::NoAzimuth);
         }
-        if !(0.0..=LONGEST).contains(&self.settle) {
+        if !(0.0..=MAX_SETTLE).contains(&self.settle) {
             return Err(MachineError::Settle(self.settle));
         }
-        // More turns than a machine has are a slip of the pen, and would cost digits.
-        const MOST_AZIMUTH: f64 = 3_600.0;
-        for (axis, value) in Axes::NAMES.into_iter().zip(self.start.values()) {
-            let (most, range) = match axis.starts_with("phi") {
+        // More turns are a typing error and would cost precision.
+        const MAX_AZIMUTH: f64 = 3_600.0;
+        for (axis, value) in Axes::NAMES.into_iter().zip(self.start.to_array()) {
+            let (max, range) = match axis.starts_with("phi") {
                 true if !self.isotropic && !self.full_turns => (180.0, "degrees from -180 to 180"),
-                true => (MOST_AZIMUTH, "degrees, no more than ten turns"),
+                true => (MAX_AZIMUTH, "degrees from -3,600 to 3,600"),
                 false => (180.0, "degrees from -180 to 180"),
             };
-            if !(-most..=most).contains(&value) {
+            if !(-max..=max).contains(&value) {
                 return Err(MachineError::Start { axis, value, range });
             }
         }
-        let apart = (self.start.phi_o - self.start.phi_i).abs();
-        if self.isotropic && !self.full_turns && apart > 180.0 {
-            return Err(MachineError::WoundUp(apart));
+        let difference = (self.start.phi_o - self.start.phi_i).abs();
+        if self.isotropic && !self.full_turns && difference > 180.0 {
+            return Err(MachineError::WoundUp(difference));
         }
         Ok(())
     }
 
-    /// The same machine when none of its freedom is used: azimuths as the pattern has them. One that
-    /// lacks an azimuth axis keeps to the difference.
+    /// Returns the same machine with the pattern's own azimuths instead of chosen ones. A machine that lacks an azimuth
+    /// axis still uses the difference.
     #[must_use]
     pub fn naive(&self) -> Self {
         let lacks_axis = self.speeds.phi_i == 0.0 || self.speeds.phi_o == 0.0;
@@ -160,11 +158,10 @@ impl Machine {
         }
     }
 
-    /// Where arms stand, told in seconds that each axis takes from 0; where the sample is isotropic,
-    /// one of the difference of azimuths instead of both. Angles are taken within -180 to 180.
+    /// Converts a position to the seconds that each axis takes from 0. For an isotropic sample one entry is that of the
+    /// difference of azimuths and the other is 0. Azimuths are wrapped to -180 to 180 degrees.
     ///
-    /// The time from one place to another is the largest difference, each modulo
-    /// [`turn`](Self::turn).
+    /// The time of a move is the largest difference of the entries, each modulo [`turn`](Self::turn).
     pub(super) fn seconds(&self, arms: &Axes) -> [f64; 4] {
         let speeds = &self.speeds;
         let [phi_i, phi_o] = match self.isotropic {
@@ -185,8 +182,8 @@ impl Machine {
         ]
     }
 
-    /// How many seconds a full turn takes by each of [`seconds`](Self::seconds); infinite for what does
-    /// not go around.
+    /// Returns the seconds of a full turn for each entry of [`seconds`](Self::seconds); infinite for an axis without full
+    /// turns.
     pub(super) fn turn(&self) -> [f64; 4] {
         const NEVER: f64 = f64::INFINITY;
         let speeds = &self.speeds;
@@ -197,29 +194,30 @@ impl Machine {
         }
     }
 
-    /// Where the axes stand after a move, degrees. `from` and `to` are places, whose azimuths are
-    /// known but for a turn; `at` is where the axes stood at `from`, turns and all.
+    /// Returns the axis positions after a move, in degrees. `from` and `to` are poses with azimuths modulo a full turn;
+    /// `at` holds the axis positions at `from` with all turns.
     #[must_use]
     pub fn arrival(&self, at: &Axes, from: &Axes, to: &Axes) -> Axes {
-        let short = |by: f64| match self.full_turns {
-            true => wrapped(by),
-            false => by,
+        let shortest = |change: f64| match self.full_turns {
+            true => wrapped(change),
+            false => change,
         };
-        let [by_i, by_o] = match self.isotropic {
+        let [change_i, change_o] = match self.isotropic {
             true => {
-                let apart = |arms: &Axes| wrapped(arms.phi_o - arms.phi_i);
-                let by = short(apart(to) - apart(from));
-                let by_i = -by * self.speeds.phi_i / (self.speeds.phi_i + self.speeds.phi_o);
-                [by_i, by + by_i]
+                let difference = |arms: &Axes| wrapped(arms.phi_o - arms.phi_i);
+                let change = shortest(difference(to) - difference(from));
+                let change_i =
+                    -change * self.speeds.phi_i / (self.speeds.phi_i + self.speeds.phi_o);
+                [change_i, change + change_i]
             }
             false => [(from.phi_i, to.phi_i), (from.phi_o, to.phi_o)]
-                .map(|(from, to)| short(wrapped(to) - wrapped(from))),
+                .map(|(from, to)| shortest(wrapped(to) - wrapped(from))),
         };
         Axes {
             theta_i: to.theta_i,
-            phi_i: at.phi_i + by_i,
+            phi_i: at.phi_i + change_i,
             theta_o: to.theta_o,
-            phi_o: at.phi_o + by_o,
+            phi_o: at.phi_o + change_o,
         }
     }
 }
@@ -233,52 +231,58 @@ mod tests {
     type Change = fn(&mut Machine);
 
     #[test]
-    fn machines_that_cannot_be_are_refused_by_name() {
-        let good = Machine::default();
-        assert_eq!(good.validate(), Ok(()));
+    fn rejects_invalid_machines() {
+        let valid = Machine::default();
+        assert_eq!(valid.validate(), Ok(()));
         let speed = |axis, value| MachineError::Speed { axis, value };
         let cases: [(Change, MachineError); 8] = [
-            (|of| of.speeds.theta_i = 0.0, speed("theta_i", 0.0)),
-            (|of| of.speeds.theta_o = -1.0, speed("theta_o", -1.0)),
             (
-                |of| (of.speeds.phi_i, of.speeds.phi_o) = (0.0, 0.0),
+                |machine| machine.speeds.theta_i = 0.0,
+                speed("theta_i", 0.0),
+            ),
+            (
+                |machine| machine.speeds.theta_o = -1.0,
+                speed("theta_o", -1.0),
+            ),
+            (
+                |machine| (machine.speeds.phi_i, machine.speeds.phi_o) = (0.0, 0.0),
                 MachineError::NoAzimuth,
             ),
             (
-                |of| (of.isotropic, of.speeds.phi_i) = (false, 0.0),
+                |machine| (machine.isotropic, machine.speeds.phi_i) = (false, 0.0),
                 MachineError::MissingAzimuth { axis: "phi_i" },
             ),
-            (|of| of.settle = -0.5, MachineError::Settle(-0.5)),
+            (|machine| machine.settle = -0.5, MachineError::Settle(-0.5)),
             (
-                |of| (of.full_turns, of.start.phi_o) = (false, 190.0),
+                |machine| (machine.full_turns, machine.start.phi_o) = (false, 190.0),
                 MachineError::WoundUp(190.0),
             ),
             (
-                |of| of.limits.max_theta_i = 2.0,
+                |machine| machine.limits.max_theta_i = 2.0,
                 MachineError::Limits(LimitsError::MaxThetaI),
             ),
             (
-                |of| of.speeds.phi_o = f64::INFINITY,
+                |machine| machine.speeds.phi_o = f64::INFINITY,
                 speed("phi_o", f64::INFINITY),
             ),
         ];
         for (change, expected) in cases {
-            let mut machine = good;
+            let mut machine = valid;
             change(&mut machine);
             assert_eq!(machine.validate(), Err(expected));
         }
         let starts: [(&str, Change); 2] = [
-            ("theta_i", |of| of.start.theta_i = 181.0),
-            ("phi_i", |of| of.start.phi_i = f64::INFINITY),
+            ("theta_i", |machine| machine.start.theta_i = 181.0),
+            ("phi_i", |machine| machine.start.phi_i = f64::INFINITY),
         ];
         for (expected, change) in starts {
-            let mut machine = good;
+            let mut machine = valid;
             change(&mut machine);
             let error = machine.validate().expect_err("it is out of range");
             let is_named = matches!(error, MachineError::Start { axis, .. } if axis == expected);
             assert!(is_named, "{error}");
         }
-        let mut machine = good;
+        let mut machine = valid;
         machine.speeds.phi_o = f64::NAN;
         let error = machine.validate().expect_err("it is not a speed");
         let is_speed =

@@ -1,27 +1,27 @@
-//! In which order a machine's arms go to a recipe's samples, and where they stand for each.
+//! Planning of the order and the poses in which a machine's arms measure a recipe's samples.
 //!
-//! - [`Machine`]: how fast its axes are, and what it may do with azimuths;
-//! - [`stops`]: the samples with the ways to measure them, or which of them are out of reach;
-//! - [`Route`]: the order, and what it takes beside the naive one;
-//! - [`Route::to_csv`], [`Route::to_json`] and [`blank`], the sheet to fill in.
+//! - [`Machine`]: the speeds of its axes and its freedom of azimuths;
+//! - [`stops`]: the samples with their poses, or the unreachable samples;
+//! - [`Route`]: the visits, with the times of this route and of the naive one;
+//! - [`Route::to_csv`], [`Route::to_json`] and [`blank_sheet`]: export.
 //!
-//! On the device [`glimpse_core::gonio::Machine`] goes to the nearest sample each time, by the same
-//! times and azimuths; the best order takes looking ahead.
+//! On a device [`glimpse_core::gonio::Machine`] always moves to the nearest sample, with the same travel times and
+//! azimuths. The fastest order requires planning ahead.
 
 mod axes;
 mod exact;
 mod machine;
 mod points;
+mod poses;
 mod search;
 mod sheet;
 mod stop;
 #[cfg(test)]
 mod tests;
-mod visits;
-mod ways;
+mod visit;
 
 pub use axes::Axes;
 pub use machine::{Machine, MachineError};
-pub use sheet::blank;
-pub use stop::{OutOfReach, Stop, Way, arms_of, stops};
-pub use visits::{Order, Route, Visit};
+pub use sheet::blank_sheet;
+pub use stop::{OutOfReach, Pose, Stop, axes_from_angles, stops};
+pub use visit::{Order, Route, Visit};

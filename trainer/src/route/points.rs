@@ -1,20 +1,20 @@
-//! All places where the arms may stand, and the time between any two of them.
+//! All poses of all stops, and the travel time between any two of them.
 
 use super::machine::Machine;
 use super::stop::Stop;
 
-/// The ways of all stops as points, numbered through, those of one stop side by side.
+/// The poses of all stops as consecutively numbered points. The points of a stop are adjacent.
 ///
-/// The time between points is a metric, the same in both directions.
+/// The travel time between points is a symmetric metric.
 pub(super) struct Points {
     start: [f64; 4],
-    /// [`Machine::seconds`] of each.
+    /// [`Machine::seconds`] of each point.
     seconds: Vec<[f64; 4]>,
     /// [`Machine::turn`].
     turn: [f64; 4],
-    /// The stop of each point, by its place in the list of stops.
+    /// The index of each point's stop.
     stop: Vec<usize>,
-    /// The first point of each stop, and at the end the number of points.
+    /// The first point of each stop, followed by the number of points.
     first: Vec<usize>,
 }
 
@@ -23,7 +23,7 @@ impl Points {
         let mut first = vec![0];
         let (mut seconds, mut stop) = (Vec::new(), Vec::new());
         for (number, each) in stops.iter().enumerate() {
-            seconds.extend(each.ways.iter().map(|way| machine.seconds(&way.arms)));
+            seconds.extend(each.poses.iter().map(|pose| machine.seconds(&pose.arms)));
             stop.resize(seconds.len(), number);
             first.push(seconds.len());
         }
@@ -36,29 +36,29 @@ impl Points {
         }
     }
 
-    /// How many points there are.
+    /// Returns the number of points.
     pub(super) fn len(&self) -> usize {
         self.seconds.len()
     }
 
-    /// How many stops there are.
+    /// Returns the number of stops.
     pub(super) fn stops(&self) -> usize {
         self.first.len() - 1
     }
 
-    /// The stop that a point belongs to.
+    /// Returns the stop of a point.
     pub(super) fn stop(&self, point: usize) -> usize {
         self.stop[point]
     }
 
-    /// The points of a stop.
+    /// Returns the points of a stop.
     pub(super) fn of_stop(&self, stop: usize) -> std::ops::Range<usize> {
         self.first[stop]..self.first[stop + 1]
     }
 
-    /// Seconds from one point to another. From None is from where the arms start; to None, from the
-    /// last stop, is no way at all.
-    pub(super) fn between(&self, from: Option<usize>, to: Option<usize>) -> f64 {
+    /// Returns the travel time from one point to another, in seconds. None as `from` is the start position; None as `to`
+    /// is the end of the path and takes 0 s.
+    pub(super) fn seconds_between(&self, from: Option<usize>, to: Option<usize>) -> f64 {
         let Some(to) = to else {
             return 0.0;
         };
@@ -66,18 +66,18 @@ impl Points {
         let to = &self.seconds[to];
         let mut longest = 0.0_f64;
         for axis in 0..4 {
-            let by = (to[axis] - from[axis]).abs();
-            longest = longest.max(by.min(self.turn[axis] - by));
+            let difference = (to[axis] - from[axis]).abs();
+            longest = longest.max(difference.min(self.turn[axis] - difference));
         }
         longest
     }
 
-    /// Seconds of a whole path from the start.
-    pub(super) fn along(&self, path: &[usize]) -> f64 {
+    /// Returns the travel time of a path from the start position, in seconds.
+    pub(super) fn path_seconds(&self, path: &[usize]) -> f64 {
         let mut from = None;
         let mut total = 0.0;
         for point in path {
-            total += self.between(from, Some(*point));
+            total += self.seconds_between(from, Some(*point));
             from = Some(*point);
         }
         total

@@ -1,103 +1,103 @@
-//! A good order where there are too many for the best.
+//! A heuristic search for a fast path, for more stops than the exact algorithm can handle.
 //!
-//! Iterated local search: pieces of the path are moved as long as that makes it quicker. Then
-//! neighboring pieces are exchanged at random, and the next result is kept unless it is slower.
+//! Iterated local search: segments of the path are moved until no move makes it faster. Then neighboring segments are
+//! exchanged at random, the local search runs again, and its result is kept unless it is slower.
 
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::points::Points;
-use super::ways::choose;
+use super::poses::choose_poses;
 
-/// Default number of changes to examine, about a second. Changes are counted and not timed, so that the
-/// same seed gives the same route.
+/// The default number of moves to evaluate, which takes about 1 s. The limit is a count and not a time, so that a seed
+/// determines the route.
 pub(super) const EFFORT: u64 = 100_000_000;
-/// Differences below this are rounding, seconds.
-const GAIN: f64 = 1e-9;
-/// The most stops that are moved together.
-const PIECE: usize = 6;
-/// The most stops that are exchanged at random.
+/// The smallest improvement of a path, in seconds. Smaller differences are rounding.
+const MIN_GAIN: f64 = 1e-9;
+/// The largest number of stops in a segment that is moved.
+const MAX_SEGMENT: usize = 6;
+/// The largest number of stops that a random exchange affects.
 const WINDOW: usize = 50;
 
-/// The quickest path found within `effort`.
+/// Returns the fastest path that is found within `effort`.
 pub(super) fn search(points: &Points, seed: u64, effort: u64) -> Vec<usize> {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let mut left = effort;
-    let first_way = |stop| points.of_stop(stop).start;
-    let mut best: Vec<usize> = (0..points.stops()).map(first_way).collect();
-    descend(points, &mut best, &mut left);
-    let mut least = points.along(&best);
+    let first_pose = |stop| points.of_stop(stop).start;
+    let mut best: Vec<usize> = (0..points.stops()).map(first_pose).collect();
+    local_search(points, &mut best, &mut left);
+    let mut shortest = points.path_seconds(&best);
     let count = best.len();
     while left > 0 && count > 2 {
         let mut path = best.clone();
         let window = WINDOW.min(count);
         let begin = random.random_range(0..=count - window);
-        // Twice, since one move undoes a single exchange of short pieces.
+        // Twice, because one move can undo a single exchange of short segments.
         for _ in 0..2 {
             let mut cuts = [0; 3].map(|_| begin + random.random_range(0..=window));
             cuts.sort_unstable();
             path[cuts[0]..cuts[2]].rotate_left(cuts[1] - cuts[0]);
         }
-        descend(points, &mut path, &mut left);
-        let seconds = points.along(&path);
-        if seconds <= least {
-            (best, least) = (path, seconds);
+        local_search(points, &mut path, &mut left);
+        let seconds = points.path_seconds(&path);
+        if seconds <= shortest {
+            (best, shortest) = (path, seconds);
         }
     }
     best
 }
 
-/// Moves pieces and chooses the ways until nothing helps, or nothing is `left` of the effort.
-fn descend(points: &Points, path: &mut Vec<usize>, left: &mut u64) {
+/// Moves segments and chooses poses until the path does not improve or no effort is `left`.
+fn local_search(points: &Points, path: &mut Vec<usize>, left: &mut u64) {
     loop {
-        let before = points.along(path);
+        let before = points.path_seconds(path);
         for first in 0..path.len() {
-            for length in 1..=PIECE.min(path.len() - first) {
-                move_piece(points, path, first, length);
+            for length in 1..=MAX_SEGMENT.min(path.len() - first) {
+                move_segment(points, path, first, length);
             }
-            *left = left.saturating_sub((2 * PIECE * path.len()) as u64);
+            *left = left.saturating_sub((2 * MAX_SEGMENT * path.len()) as u64);
             if *left == 0 {
                 break;
             }
         }
-        *path = choose(points, path.iter().map(|point| points.stop(*point)));
-        if *left == 0 || points.along(path) > before - GAIN {
+        *path = choose_poses(points, path.iter().map(|point| points.stop(*point)));
+        if *left == 0 || points.path_seconds(path) > before - MIN_GAIN {
             return;
         }
     }
 }
 
-/// Moves the piece of `length` stops that begins at `first` to the quickest place, forward or reversed.
-/// A single stop is tried in each of its ways.
-fn move_piece(points: &Points, path: &mut Vec<usize>, first: usize, length: usize) {
-    let piece = path[first..first + length].to_vec();
+/// Moves the segment of `length` stops from `first` to the fastest position, forward or reversed. A single stop is
+/// tried in each of its poses.
+fn move_segment(points: &Points, path: &mut Vec<usize>, first: usize, length: usize) {
+    let segment = path[first..first + length].to_vec();
     let mut rest = path.clone();
     rest.drain(first..first + length);
     let variants: Vec<Vec<usize>> = match length {
         1 => {
-            let ways = points.of_stop(points.stop(piece[0]));
-            ways.map(|point| vec![point]).collect()
+            let poses = points.of_stop(points.stop(segment[0]));
+            poses.map(|point| vec![point]).collect()
         }
-        _ => vec![piece.clone(), piece.iter().rev().copied().collect()],
+        _ => vec![segment.clone(), segment.iter().rev().copied().collect()],
     };
-    let at = |place: usize| rest.get(place).copied();
-    let detour = |place: usize, piece: &[usize]| {
-        let (before, after) = (place.checked_sub(1).and_then(at), at(place));
-        points.between(before, piece.first().copied())
-            + points.between(piece.last().copied(), after)
-            - points.between(before, after)
+    let at = |position: usize| rest.get(position).copied();
+    let detour = |position: usize, segment: &[usize]| {
+        let (before, after) = (position.checked_sub(1).and_then(at), at(position));
+        points.seconds_between(before, segment.first().copied())
+            + points.seconds_between(segment.last().copied(), after)
+            - points.seconds_between(before, after)
     };
-    let mut best = (detour(first, &piece) - GAIN, None);
+    let mut best = (detour(first, &segment) - MIN_GAIN, None);
     for variant in &variants {
-        for place in 0..=rest.len() {
-            let seconds = detour(place, variant);
+        for position in 0..=rest.len() {
+            let seconds = detour(position, variant);
             if seconds < best.0 {
-                best = (seconds, Some((place, variant)));
+                best = (seconds, Some((position, variant)));
             }
         }
     }
-    if let (_, Some((place, variant))) = best {
-        rest.splice(place..place, variant.iter().copied());
+    if let (_, Some((position, variant))) = best {
+        rest.splice(position..position, variant.iter().copied());
         *path = rest;
     }
 }

@@ -1,4 +1,4 @@
-//! A route as CSV and JSON, and the sheet that is filled in along it.
+//! Export of a route as CSV, JSON, and a blank sheet for readings.
 
 use std::fmt::Write as _;
 
@@ -6,16 +6,16 @@ use serde_json::{Value, json};
 
 use super::axes::Axes;
 use super::machine::Machine;
-use super::visits::{Route, Visit};
+use super::visit::{Route, Visit};
 
-/// An angle in degrees with four decimals, finer than arms are; 0 without a sign.
-fn degrees(angle: f64) -> f64 {
+/// Rounds an angle in degrees to four decimals, finer than the resolution of arms, and removes the sign of -0.
+fn round(angle: f64) -> f64 {
     (1e4 * angle).round() / 1e4 + 0.0
 }
 
 fn angles(arms: &Axes) -> String {
-    arms.values()
-        .map(|angle| format!("{:.4}", degrees(angle)))
+    arms.to_array()
+        .map(|angle| format!("{:.4}", round(angle)))
         .join(",")
 }
 
@@ -34,17 +34,17 @@ fn rows(header: &str, visits: &[Visit], rest: impl Fn(&Visit) -> String) -> Stri
     csv
 }
 
-/// The sheet to fill in: `index,theta_i,phi_i,theta_o,phi_o,r,g,b`, a row for each visit, with
-/// the sample's number, from 0, where the arms stand, degrees, and three empty cells for the reading.
+/// Returns a CSV sheet for readings, `index,theta_i,phi_i,theta_o,phi_o,r,g,b`, with one row per visit: the sample's
+/// index from 0, the axis positions in degrees, and three empty cells.
 #[must_use]
-pub fn blank(visits: &[Visit]) -> String {
+pub fn blank_sheet(visits: &[Visit]) -> String {
     rows("r,g,b", visits, |_| ",,".to_owned())
 }
 
 impl Route {
-    /// `index,theta_i,phi_i,theta_o,phi_o,swapped,seconds`, a row for each visit: the sample's number,
-    /// from 0, where the arms stand, degrees, whether light and sensor are exchanged, and when it is
-    /// read, in seconds after the start.
+    /// Returns CSV, `index,theta_i,phi_i,theta_o,phi_o,swapped,seconds`, with one row per visit: the sample's index from
+    /// 0, the axis positions in degrees, true if light and sensor are exchanged, and the time of the reading in seconds
+    /// after the start.
     #[must_use]
     pub fn to_csv(&self) -> String {
         rows("swapped,seconds", &self.visits, |visit| {
@@ -52,18 +52,18 @@ impl Route {
         })
     }
 
-    /// The same, with what the route takes beside the naive one, and the machine. Angles are in degrees,
-    /// times in seconds.
+    /// Returns JSON with the visits, the times of this route and of the naive one, and the machine. Angles are in
+    /// degrees, times in seconds.
     #[must_use]
     pub fn to_json(&self, machine: &Machine) -> Value {
         let axes = |axes: &Axes| -> Value {
-            let named = Axes::NAMES.into_iter().zip(axes.values());
+            let named = Axes::NAMES.into_iter().zip(axes.to_array());
             named
-                .map(|(name, value)| (name.to_owned(), json!(degrees(value))))
+                .map(|(name, value)| (name.to_owned(), json!(round(value))))
                 .collect()
         };
         let limits = &machine.limits;
-        let limit = |radians: f32| degrees(f64::from(radians).to_degrees());
+        let limit = |radians: f32| round(f64::from(radians).to_degrees());
         let visits: Vec<Value> = self
             .visits
             .iter()
@@ -105,18 +105,18 @@ mod tests {
     use glimpse_core::recipe::Recipe;
 
     use super::super::stop::stops;
-    use super::super::visits::Order;
+    use super::super::visit::Order;
     use super::*;
 
     const NEURAL: &[u8] = include_bytes!("../../../core/examples/recipes/neural-n8.recipe");
 
     #[test]
-    fn a_sheet_has_a_row_for_each_visit() {
+    fn blank_sheet_has_one_row_per_visit() {
         let recipe = Recipe::parse(NEURAL).expect("it is a recipe");
         let machine = Machine::default();
         let stops = stops(&recipe, &machine.limits, false).expect("all are within reach");
         let route = Route::new(&machine, &stops, Order::Travel, 0);
-        let sheet = blank(&route.visits);
+        let sheet = blank_sheet(&route.visits);
         let mut reader = csv::Reader::from_reader(sheet.as_bytes());
         let header = reader.headers().expect("it has one").clone();
         assert_eq!(

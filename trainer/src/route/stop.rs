@@ -1,4 +1,4 @@
-//! Where the arms have to stand for each sample of a recipe.
+//! Poses of the arms for each sample of a recipe.
 
 use glimpse_core::geometry::{Angles, Directions, HalfDifference};
 use glimpse_core::gonio::{Limits, Unreachable};
@@ -6,43 +6,43 @@ use glimpse_core::recipe::Recipe;
 
 use super::axes::Axes;
 
-/// A sample, and the ways in which it can be measured.
+/// A sample and the poses in which it can be measured.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Stop {
-    /// Its number in the recipe's pattern, from 0.
+    /// The sample's index in the recipe's pattern, from 0.
     pub index: usize,
-    /// At least one; the pattern's own comes first, if it is within reach.
-    pub ways: Vec<Way>,
+    /// At least one pose. The pattern's own comes first, if it is reachable.
+    pub poses: Vec<Pose>,
 }
 
-/// One way to measure a sample.
+/// A pose of the arms that measures a sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Way {
-    /// Where the arms point, degrees: polar angles of 0 to 90, azimuths of -180 to 180.
+pub struct Pose {
+    /// The directions of the arms in degrees: polar angles of 0 to 90, azimuths of -180 to 180.
     pub arms: Axes,
     /// True if light and sensor are exchanged.
     pub swapped: bool,
 }
 
-/// A sample that a machine does not reach in any way.
+/// A sample that a machine cannot reach in any pose.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error(
-    "sample {index} (theta_i {:.2}, phi_i {:.2}, theta_o {:.2}, phi_o {:.2} degrees): {why}",
+    "sample {index} (theta_i {:.2}, phi_i {:.2}, theta_o {:.2}, phi_o {:.2} degrees): {reason}",
     arms.theta_i, arms.phi_i, arms.theta_o, arms.phi_o
 )]
 pub struct OutOfReach {
-    /// Its number in the recipe's pattern, from 0.
+    /// The sample's index in the recipe's pattern, from 0.
     pub index: usize,
-    /// Where the arms would have to point, degrees.
+    /// The directions of the arms for this sample, in degrees.
     pub arms: Axes,
-    /// Which limit is passed, and by how much.
-    pub why: Unreachable,
+    /// The limit that is exceeded, and by how much.
+    pub reason: Unreachable,
 }
 
-/// Where the recipe's pattern has the arms, degrees: what [`Recipe::directions`] are, in double
+/// Returns the directions of the arms at a sample of a pattern, in degrees: those of [`Recipe::directions`] in double
 /// precision.
 #[must_use]
-pub fn arms_of(angles: Angles<f32>) -> Axes {
+pub fn axes_from_angles(angles: Angles<f32>) -> Axes {
     let directions = HalfDifference::from_angles(Angles {
         theta_h: f64::from(angles.theta_h),
         theta_d: f64::from(angles.theta_d),
@@ -60,47 +60,53 @@ pub fn arms_of(angles: Angles<f32>) -> Axes {
     }
 }
 
-/// The recipe's samples, in its own order, with the ways that are within the limits; if `swap`, also
-/// those with light and sensor exchanged.
+/// Returns the recipe's samples, in the recipe's order, with the poses that are within the limits. With `swap` they
+/// include poses with light and sensor exchanged.
 ///
 /// # Errors
-/// All samples that are out of reach.
+/// All unreachable samples.
 pub fn stops(
     recipe: &Recipe<'_>,
     limits: &Limits,
     swap: bool,
 ) -> Result<Vec<Stop>, Vec<OutOfReach>> {
-    let mut reached = Vec::new();
-    let mut missed = Vec::new();
+    let mut stops = Vec::new();
+    let mut unreachable = Vec::new();
     for (angles, (index, directions)) in recipe.pattern().zip(recipe.directions()) {
         let index = usize::from(index);
-        let arms = arms_of(angles);
+        let arms = axes_from_angles(angles);
         let exchanged = Directions {
             incoming: directions.outgoing,
             outgoing: directions.incoming,
         };
         let own = limits.check(&directions);
-        let mut ways = Vec::new();
+        let mut poses = Vec::new();
         if own.is_ok() {
-            ways.push(Way {
+            poses.push(Pose {
                 arms,
                 swapped: false,
             });
         }
         if swap && limits.check(&exchanged).is_ok() {
-            ways.push(Way {
+            poses.push(Pose {
                 arms: arms.swapped(),
                 swapped: true,
             });
         }
         match own {
-            Err(why) if ways.is_empty() => missed.push(OutOfReach { index, arms, why }),
-            _ => reached.push(Stop { index, ways }),
+            Err(reason) if poses.is_empty() => {
+                unreachable.push(OutOfReach {
+                    index,
+                    arms,
+                    reason,
+                });
+            }
+            _ => stops.push(Stop { index, poses }),
         }
     }
-    match missed.is_empty() {
-        true => Ok(reached),
-        false => Err(missed),
+    match unreachable.is_empty() {
+        true => Ok(stops),
+        false => Err(unreachable),
     }
 }
 
@@ -111,25 +117,25 @@ mod tests {
     const NEURAL: &[u8] = include_bytes!("../../../core/examples/recipes/neural-n8.recipe");
 
     #[test]
-    fn all_samples_out_of_reach_are_named_and_an_exchange_may_help() {
+    fn reports_all_unreachable_samples_and_swap_reaches_more() {
         let recipe = Recipe::parse(NEURAL).expect("it is a recipe");
         let limits = Limits {
             max_theta_o: 80_f32.to_radians(),
             ..Limits::NONE
         };
-        let missed = stops(&recipe, &limits, false).expect_err("some are too low");
-        let indices: Vec<usize> = missed.iter().map(|missed| missed.index).collect();
+        let unreachable = stops(&recipe, &limits, false).expect_err("some are too low");
+        let indices: Vec<usize> = unreachable.iter().map(|sample| sample.index).collect();
         assert_eq!(indices, [6, 7]);
         let first = recipe.out_of_reach(&limits).expect("the first one");
-        assert_eq!((first.0, first.1), (6, missed[0].why));
-        assert!(matches!(missed[0].why, Unreachable::ThetaO { .. }));
-        let message = missed[0].to_string();
+        assert_eq!((first.0, first.1), (6, unreachable[0].reason));
+        assert!(matches!(unreachable[0].reason, Unreachable::ThetaO { .. }));
+        let message = unreachable[0].to_string();
         for part in ["6", "56.90", "86.76", "max_theta_o"] {
             assert!(message.contains(part), "no {part} in {message}");
         }
         let stops = stops(&recipe, &limits, true).expect("the light gets there");
         let swapped = |index: usize| -> Vec<bool> {
-            stops[index].ways.iter().map(|way| way.swapped).collect()
+            stops[index].poses.iter().map(|pose| pose.swapped).collect()
         };
         assert_eq!((swapped(5), swapped(6)), (vec![false, true], vec![true]));
     }

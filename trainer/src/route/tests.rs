@@ -1,4 +1,4 @@
-//! Routes against other ways to find them.
+//! Tests of routes against independent computations.
 
 use glimpse_core::geometry::{ArmAngles, Spherical};
 use glimpse_core::gonio::{self, Limits, Speeds};
@@ -9,31 +9,31 @@ use super::points::Points;
 use super::search::{EFFORT, search};
 use super::*;
 
-/// Stops at random, each with its exchange if `swap`.
+/// Returns random stops, each with a pose of exchanged light and sensor if `swap`.
 fn random_stops(count: usize, swap: bool, random: &mut ChaCha8Rng) -> Vec<Stop> {
-    let mut draw = |least: f64, most: f64| random.random_range(least..most);
+    let mut draw = |min: f64, max: f64| random.random_range(min..max);
     let stop = |index| {
-        let arms = Axes::of([
+        let arms = Axes::from_array([
             draw(0.0, 90.0),
             draw(-180.0, 180.0),
             draw(0.0, 90.0),
             draw(-180.0, 180.0),
         ]);
-        let ways = [(arms, false), (arms.swapped(), true)];
-        let ways = ways.map(|(arms, swapped)| Way { arms, swapped });
+        let poses = [(arms, false), (arms.swapped(), true)];
+        let poses = poses.map(|(arms, swapped)| Pose { arms, swapped });
         Stop {
             index,
-            ways: ways[..1 + usize::from(swap)].to_vec(),
+            poses: poses[..1 + usize::from(swap)].to_vec(),
         }
     };
     (0..count).map(stop).collect()
 }
 
-/// Machines of all kinds, their axes of unlike speed.
+/// Returns machines of all kinds, with a different speed for each axis.
 fn machines() -> Vec<Machine> {
     let with = |isotropic, full_turns, phi_i| Machine {
-        speeds: Axes::of([7.0, phi_i, 11.0, 25.0]),
-        start: Axes::of([80.0, 10.0, 5.0, 130.0]),
+        speeds: Axes::from_array([7.0, phi_i, 11.0, 25.0]),
+        start: Axes::from_array([80.0, 10.0, 5.0, 130.0]),
         isotropic,
         full_turns,
         ..Machine::default()
@@ -47,32 +47,32 @@ fn machines() -> Vec<Machine> {
     ]
 }
 
-/// The least time over all orders and ways, one after another.
-fn by_trying_all(points: &Points) -> f64 {
-    fn go(points: &Points, from: Option<usize>, seen: usize, so_far: f64, least: &mut f64) {
+/// Returns the shortest time over all orders and poses, by exhaustive search.
+fn exhaustive_shortest(points: &Points) -> f64 {
+    fn visit(points: &Points, from: Option<usize>, seen: usize, elapsed: f64, least: &mut f64) {
         if seen + 1 == 1 << points.stops() {
-            *least = least.min(so_far);
+            *least = least.min(elapsed);
         }
         for stop in (0..points.stops()).filter(|stop| seen >> stop & 1 == 0) {
             for point in points.of_stop(stop) {
-                let until = so_far + points.between(from, Some(point));
-                go(points, Some(point), seen | 1 << stop, until, least);
+                let until = elapsed + points.seconds_between(from, Some(point));
+                visit(points, Some(point), seen | 1 << stop, until, least);
             }
         }
     }
     let mut least = f64::INFINITY;
-    go(points, None, 0, 0.0, &mut least);
+    visit(points, None, 0, 0.0, &mut least);
     least
 }
 
 #[test]
-fn no_order_and_no_way_is_quicker_than_the_best() {
+fn exact_route_matches_exhaustive_search() {
     let mut random = ChaCha8Rng::seed_from_u64(1);
     for machine in machines() {
         for (count, swap) in [(1, true), (2, false), (5, true), (6, true), (7, false)] {
             let stops = random_stops(count, swap, &mut random);
             let route = Route::new(&machine, &stops, Order::Travel, 0);
-            let least = by_trying_all(&Points::new(&machine, &stops));
+            let least = exhaustive_shortest(&Points::new(&machine, &stops));
             assert!(route.is_best);
             assert!(
                 (route.travel - least).abs() < 1e-9,
@@ -82,26 +82,31 @@ fn no_order_and_no_way_is_quicker_than_the_best() {
             let mut indices: Vec<usize> = route.visits.iter().map(|visit| visit.index).collect();
             indices.sort_unstable();
             assert_eq!(indices, (0..count).collect::<Vec<_>>());
-            // In the recipe's own order, the ways are the best as well.
-            let own = Route::new(&machine, &stops, Order::Progressive, 0);
-            assert!(own.visits.iter().map(|visit| visit.index).eq(0..count));
-            assert!(own.travel >= least - 1e-9);
+            let progressive = Route::new(&machine, &stops, Order::Progressive, 0);
+            assert!(
+                progressive
+                    .visits
+                    .iter()
+                    .map(|visit| visit.index)
+                    .eq(0..count)
+            );
+            assert!(progressive.travel >= least - 1e-9);
         }
     }
 }
 
 #[test]
-fn no_way_is_quicker_in_the_recipe_s_own_order() {
+fn progressive_route_chooses_fastest_poses() {
     let mut random = ChaCha8Rng::seed_from_u64(2);
     for machine in machines() {
         let stops = random_stops(6, true, &mut random);
         let points = Points::new(&machine, &stops);
         let least = (0..1_usize << stops.len())
-            .map(|ways| {
+            .map(|choice| {
                 let path: Vec<usize> = (0..stops.len())
-                    .map(|stop| points.of_stop(stop).start + (ways >> stop & 1))
+                    .map(|stop| points.of_stop(stop).start + (choice >> stop & 1))
                     .collect();
-                points.along(&path)
+                points.path_seconds(&path)
             })
             .fold(f64::INFINITY, f64::min);
         let route = Route::new(&machine, &stops, Order::Progressive, 0);
@@ -109,15 +114,15 @@ fn no_way_is_quicker_in_the_recipe_s_own_order() {
     }
 }
 
-/// The angle between two azimuths, in degrees.
-fn apart(one: f64, other: f64) -> f64 {
-    let by = (one - other).rem_euclid(360.0);
-    by.min(360.0 - by)
+/// Returns the angle between two azimuths, in degrees.
+fn azimuth_distance(one: f64, other: f64) -> f64 {
+    let difference = (one - other).rem_euclid(360.0);
+    difference.min(360.0 - difference)
 }
 
-/// Azimuths of a grid, each stop at any common turn, do not beat the rule, which knows no grid.
+/// Compares the azimuth rule with a search over a grid of common rotations at each stop.
 #[test]
-fn no_choice_of_azimuths_is_quicker_than_the_rule() {
+fn no_azimuth_choice_is_faster_than_the_rule() {
     const STEPS: usize = 90;
     let mut random = ChaCha8Rng::seed_from_u64(3);
     for machine in machines()
@@ -126,33 +131,34 @@ fn no_choice_of_azimuths_is_quicker_than_the_rule() {
     {
         let stops = random_stops(6, false, &mut random);
         let rule = Route::new(&machine, &stops, Order::Progressive, 0).travel;
-        let speeds = machine.speeds.values();
+        let speeds = machine.speeds.to_array();
         let move_time = |from: &Axes, to: &Axes| {
-            let (from, to) = (from.values(), to.values());
-            let by = [
+            let (from, to) = (from.to_array(), to.to_array());
+            let changes = [
                 (from[0] - to[0]).abs(),
-                apart(from[1], to[1]),
+                azimuth_distance(from[1], to[1]),
                 (from[2] - to[2]).abs(),
-                apart(from[3], to[3]),
+                azimuth_distance(from[3], to[3]),
             ];
-            by.iter()
+            changes
+                .iter()
                 .zip(speeds)
-                .fold(0.0, |most: f64, (by, speed)| most.max(by / speed))
+                .fold(0.0, |max: f64, (change, speed)| max.max(change / speed))
         };
         let mut reached = vec![(machine.start, 0.0)];
         for stop in &stops {
-            let turned = |step: usize| {
-                let by = 360.0 * step as f64 / STEPS as f64;
-                let arms = stop.ways[0].arms;
+            let rotated = |step: usize| {
+                let rotation = 360.0 * step as f64 / STEPS as f64;
+                let arms = stop.poses[0].arms;
                 Axes {
-                    phi_i: arms.phi_i + by,
-                    phi_o: arms.phi_o + by,
+                    phi_i: arms.phi_i + rotation,
+                    phi_o: arms.phi_o + rotation,
                     ..arms
                 }
             };
             reached = (0..STEPS)
                 .map(|step| {
-                    let to = turned(step);
+                    let to = rotated(step);
                     let until = reached
                         .iter()
                         .map(|(from, until)| until + move_time(from, &to));
@@ -163,7 +169,7 @@ fn no_choice_of_azimuths_is_quicker_than_the_rule() {
         let least = reached
             .iter()
             .fold(f64::INFINITY, |least, (_, until)| least.min(*until));
-        // The grid may be worse, by its 4 degrees at each of six stops, but never better.
+        // The grid may be slower, by its 4 degrees at each of six stops, but never faster.
         assert!(
             rule <= least + 1e-9 && least < rule + 6.0 * 4.0 / 19.0,
             "{rule} {least}"
@@ -171,9 +177,9 @@ fn no_choice_of_azimuths_is_quicker_than_the_rule() {
     }
 }
 
-/// The device goes by the same times, and turns its arms to the same azimuths.
+/// Compares travel times and azimuths with those of the device's implementation.
 #[test]
-fn the_device_s_own_arithmetic_agrees() {
+fn agrees_with_device_implementation() {
     let mut random = ChaCha8Rng::seed_from_u64(4);
     let radians = |degrees: f64| degrees.to_radians() as f32;
     let at = |arms: &Axes| {
@@ -203,18 +209,18 @@ fn the_device_s_own_arithmetic_agrees() {
         let route = Route::new(&machine, &stops, Order::Progressive, 0);
         let (mut before, mut until) = (machine.start, 0.0);
         for (visit, stop) in route.visits.iter().zip(&stops) {
-            let to = at(&stop.ways[0].arms).directions();
-            let found = device
+            let to = at(&stop.poses[0].arms).directions();
+            let nearest = device
                 .nearest(std::iter::once((0, to)), &at(&before))
                 .expect("it is within reach");
             let seconds = visit.seconds - until - machine.settle;
             assert!(
-                (f64::from(found.seconds) - seconds).abs() < 1e-3,
-                "{found:?} {visit:?}"
+                (f64::from(nearest.seconds) - seconds).abs() < 1e-3,
+                "{nearest:?} {visit:?}"
             );
             for (device, own) in [
-                (found.arms.incoming.phi, visit.arms.phi_i),
-                (found.arms.outgoing.phi, visit.arms.phi_o),
+                (nearest.arms.incoming.phi, visit.arms.phi_i),
+                (nearest.arms.outgoing.phi, visit.arms.phi_o),
             ] {
                 assert!((f64::from(device).to_degrees() - own).abs() < 1e-2);
             }
@@ -223,23 +229,23 @@ fn the_device_s_own_arithmetic_agrees() {
     }
 }
 
-/// Wherever the axes stand, the arms point as the sample asks, but for a common turn.
+/// Checks that axis positions give the sample's directions, up to a common rotation if the sample is isotropic.
 #[test]
-fn arms_point_where_the_sample_is() {
+fn axis_positions_match_sample_directions() {
     let mut random = ChaCha8Rng::seed_from_u64(5);
     for machine in machines() {
         let stops = random_stops(12, true, &mut random);
         for visit in Route::new(&machine, &stops, Order::Travel, 0).visits {
-            let ways = &stops[visit.index].ways;
-            let asked = ways[usize::from(visit.swapped)].arms;
+            let poses = &stops[visit.index].poses;
+            let expected = poses[usize::from(visit.swapped)].arms;
             assert_eq!(
                 (visit.arms.theta_i, visit.arms.theta_o),
-                (asked.theta_i, asked.theta_o)
+                (expected.theta_i, expected.theta_o)
             );
             let difference = |arms: &Axes| arms.phi_o - arms.phi_i;
-            assert!(apart(difference(&visit.arms), difference(&asked)) < 1e-9);
+            assert!(azimuth_distance(difference(&visit.arms), difference(&expected)) < 1e-9);
             if !machine.isotropic {
-                assert!(apart(visit.arms.phi_i, asked.phi_i) < 1e-9);
+                assert!(azimuth_distance(visit.arms.phi_i, expected.phi_i) < 1e-9);
             }
             if machine.speeds.phi_i == 0.0 {
                 assert_eq!(visit.arms.phi_i, machine.start.phi_i);
@@ -253,35 +259,38 @@ fn arms_point_where_the_sample_is() {
     }
 }
 
-/// Of 64 stops the best order is not known; but searches from other seeds, three times as long, find
-/// nothing that is quicker by a twentieth.
+/// Compares the search for 64 stops, whose fastest order is unknown, with longer searches from other seeds.
 #[test]
-fn sixty_four_are_within_a_twentieth_of_what_long_searches_find() {
+fn search_of_64_stops_is_within_5_percent_of_longer_searches() {
     let stops = random_stops(64, true, &mut ChaCha8Rng::seed_from_u64(6));
     let machine = Machine::default();
     let route = Route::new(&machine, &stops, Order::Travel, 0);
     assert!(!route.is_best);
     let points = Points::new(&machine, &stops);
-    let long = [1, 2]
-        .map(|seed| points.along(&search(&points, seed, 3 * EFFORT)))
+    let longer = [1, 2]
+        .map(|seed| points.path_seconds(&search(&points, seed, 3 * EFFORT)))
         .into_iter()
         .fold(f64::INFINITY, f64::min);
-    assert!(route.travel <= 1.05 * long, "{} and {long}", route.travel);
+    assert!(
+        route.travel <= 1.05 * longer,
+        "{} and {longer}",
+        route.travel
+    );
     assert_eq!(route, Route::new(&machine, &stops, Order::Travel, 0));
 }
 
-/// The search, which is for more stops, finds the best of twelve.
+/// Compares the search with the exact algorithm for few stops.
 #[test]
-fn the_search_finds_the_best_of_few() {
+fn search_of_12_stops_is_within_1_percent_of_exact() {
     let mut random = ChaCha8Rng::seed_from_u64(7);
     for machine in machines() {
         let stops = random_stops(12, true, &mut random);
         let points = Points::new(&machine, &stops);
-        let best = points.along(&exact::best(&points));
-        let found = points.along(&search(&points, 0, EFFORT / 20));
+        let best = points.path_seconds(&exact::fastest_path(&points));
+        let found = points.path_seconds(&search(&points, 0, EFFORT / 20));
         assert!(
             found >= best - 1e-9,
-            "the best was none: {found} and {best}"
+            "the search beats the exact algorithm: {found} < {best}"
         );
         assert!(found <= 1.01 * best, "{found} and {best}");
     }

@@ -1,4 +1,4 @@
-//! What becomes of readings before a recipe fits them: some are lost, all are noisy.
+//! Simulated degradation of readings: missing readings, noise and quantization.
 
 use std::f32::consts::FRAC_1_PI;
 
@@ -9,60 +9,60 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 
-/// What becomes of readings.
+/// A degradation of readings before a fit.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Readings {
-    /// Only so many of the first ones are taken.
+pub struct Degradation {
+    /// The number of leading readings to use; None for all.
     pub first: Option<usize>,
-    /// So many of those, any of them, are lost.
+    /// The number of lost readings among those, chosen at random.
     pub lost: usize,
-    /// Standard deviation of the noise relative to the value.
+    /// The standard deviation of multiplicative noise, relative to the value.
     pub noise: f32,
-    /// Standard deviation of the noise besides, as a share of the BRDF of a white surface, 1/pi.
+    /// The standard deviation of additive noise, relative to the BRDF of a white surface, 1/pi.
     pub additive: f32,
-    /// Levels that the sensor tells apart; see [`quantized`].
+    /// The number of levels of the sensor; see [`quantized`].
     pub levels: u32,
 }
 
-impl Readings {
-    /// True if some are missing.
+impl Degradation {
+    /// Returns true if readings are missing.
     #[must_use]
-    pub fn are_missing(&self) -> bool {
+    pub fn has_missing(&self) -> bool {
         self.first.is_some() || self.lost > 0
     }
 
-    /// True if they depend on a seed.
+    /// Returns true if the degradation depends on a seed.
     #[must_use]
-    pub fn are_random(&self) -> bool {
+    pub fn is_random(&self) -> bool {
         self.lost > 0 || self.noise > 0.0 || self.additive > 0.0
     }
 
-    /// What is read of a material at so many samples, by their index and angles, asked for in order: the
-    /// BRDF in linear RGB, sr^-1, not times the cosine, or None where a reading is lost. The same seed
-    /// loses the same ones, with the same noise.
-    pub fn of<'m>(
+    /// Returns a function that reads a material at `samples` samples, which are given by index and angles in increasing
+    /// order. A reading is the BRDF in linear RGB, sr^-1, not times the cosine, or None if it is missing. The seed
+    /// determines the lost readings and the noise.
+    pub fn reader<'m>(
         self,
         material: &'m dyn Material,
         samples: usize,
         seed: u64,
     ) -> impl FnMut(u16, Angles<f32>) -> Option<[f32; 3]> + 'm {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
-        let taken = self.first.map_or(samples, |first| first.min(samples));
-        let mut lost: Vec<usize> = (0..taken).collect();
+        let available = self.first.map_or(samples, |first| first.min(samples));
+        let mut lost: Vec<usize> = (0..available).collect();
         lost.shuffle(&mut random);
         lost.truncate(self.lost);
         move |index, angles| {
             let index = usize::from(index);
-            if index >= taken || lost.contains(&index) {
+            if index >= available || lost.contains(&index) {
                 return None;
             }
             let mut brdf = material.brdf(angles);
             if self.noise > 0.0 || self.additive > 0.0 {
                 for value in &mut brdf {
-                    let [relative, added]: [f32; 2] =
+                    let [multiplicative, additive]: [f32; 2] =
                         [(); 2].map(|()| random.sample(StandardNormal));
-                    *value *= 1.0 + self.noise * relative;
-                    *value += self.additive * FRAC_1_PI * added;
+                    *value *= 1.0 + self.noise * multiplicative;
+                    *value += self.additive * FRAC_1_PI * additive;
                 }
             }
             let cos_theta_i = HalfDifference::from_angles(angles).cos_theta_i();
@@ -76,50 +76,50 @@ mod tests {
     use super::*;
     use glimpse_materials::Procedural;
 
-    fn read(readings: Readings, seed: u64) -> Vec<Option<[f32; 3]>> {
+    fn read(degradation: Degradation, seed: u64) -> Vec<Option<[f32; 3]>> {
         let material = Procedural::set(1, 3).remove(0);
         let angles = Angles {
             theta_h: 0.3,
             theta_d: 0.4,
             phi_d: 1.0,
         };
-        let mut read = readings.of(&material, 8, seed);
+        let mut read = degradation.reader(&material, 8, seed);
         (0..8).map(|index| read(index, angles)).collect()
     }
 
     #[test]
-    fn as_many_are_missing_as_are_asked_for() {
-        let readings = Readings {
+    fn loses_the_given_number_of_readings() {
+        let degradation = Degradation {
             first: Some(6),
             lost: 2,
-            ..Readings::default()
+            ..Degradation::default()
         };
-        let mut seen = [0; 8];
+        let mut counts = [0; 8];
         for seed in 0..200 {
-            let found = read(readings, seed);
-            assert_eq!(found.iter().flatten().count(), 4);
-            assert_eq!(&found[6..], [None, None]);
-            for (count, found) in seen.iter_mut().zip(found) {
-                *count += usize::from(found.is_some());
+            let readings = read(degradation, seed);
+            assert_eq!(readings.iter().flatten().count(), 4);
+            assert_eq!(&readings[6..], [None, None]);
+            for (count, reading) in counts.iter_mut().zip(readings) {
+                *count += usize::from(reading.is_some());
             }
         }
         assert!(
-            seen[..6].iter().all(|count| (100..170).contains(count)),
-            "{seen:?}"
+            counts[..6].iter().all(|count| (100..170).contains(count)),
+            "{counts:?}"
         );
-        assert_eq!(read(Readings::default(), 0).iter().flatten().count(), 8);
+        assert_eq!(read(Degradation::default(), 0).iter().flatten().count(), 8);
     }
 
     #[test]
-    fn noise_has_the_deviation_that_is_asked_for() {
-        let [plain, ..] = read(Readings::default(), 0)[0].expect("it is read");
+    fn noise_has_the_given_deviation() {
+        let [plain, ..] = read(Degradation::default(), 0)[0].expect("it is read");
         for (noise, additive) in [(0.1, 0.0), (0.0, 0.1)] {
-            let readings = Readings {
+            let degradation = Degradation {
                 noise,
                 additive,
-                ..Readings::default()
+                ..Degradation::default()
             };
-            let all = (0..500).flat_map(|seed| read(readings, seed));
+            let all = (0..500).flat_map(|seed| read(degradation, seed));
             let errors: Vec<f32> = all.flatten().map(|[red, ..]| red - plain).collect();
             let square = errors.iter().map(|error| error * error).sum::<f32>();
             let deviation = (square / errors.len() as f32).sqrt();

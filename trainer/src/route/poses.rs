@@ -1,19 +1,19 @@
-//! The best way of each stop, where the order is given.
+//! The fastest choice of poses for a given order of stops.
 
 use super::points::Points;
 
-/// The quickest path through stops in this order: of each the point to go to. Exact, stop by stop: the
-/// quickest path to each point goes by the quickest path to some point of the stop before.
-pub(super) fn choose(points: &Points, order: impl Iterator<Item = usize>) -> Vec<usize> {
-    // For each stop its points, the seconds until each, and the point before.
+/// Returns the fastest path through stops in this order, one point per stop. The result is exact: the fastest path to
+/// a point extends the fastest path to some point of the previous stop.
+pub(super) fn choose_poses(points: &Points, order: impl Iterator<Item = usize>) -> Vec<usize> {
+    // For each stop: its points, the seconds until each, and the previous point.
     let mut table: Vec<Vec<(usize, f64, Option<usize>)>> = Vec::new();
     for stop in order {
-        let quickest = |to: usize| match table.last() {
-            None => (to, points.between(None, Some(to)), None),
+        let fastest = |to: usize| match table.last() {
+            None => (to, points.seconds_between(None, Some(to)), None),
             Some(before) => {
                 let mut best = (to, f64::INFINITY, None);
                 for (from, until, _) in before {
-                    let seconds = until + points.between(Some(*from), Some(to));
+                    let seconds = until + points.seconds_between(Some(*from), Some(to));
                     if seconds < best.1 {
                         best = (to, seconds, Some(*from));
                     }
@@ -21,17 +21,17 @@ pub(super) fn choose(points: &Points, order: impl Iterator<Item = usize>) -> Vec
                 best
             }
         };
-        let row = points.of_stop(stop).map(quickest).collect();
+        let row = points.of_stop(stop).map(fastest).collect();
         table.push(row);
     }
     let mut path = Vec::new();
     let mut chosen: Option<usize> = None;
     for row in table.iter().rev() {
-        let found = match chosen {
+        let entry = match chosen {
             None => row.iter().min_by(|one, other| one.1.total_cmp(&other.1)),
             Some(point) => row.iter().find(|(own, _, _)| *own == point),
         };
-        let Some((point, _, before)) = found else {
+        let Some((point, _, before)) = entry else {
             break;
         };
         path.push(*point);

@@ -1,0 +1,116 @@
+//! The measurements of a pattern's samples.
+
+use std::path::Path;
+
+use glimpse_core::geometry::Angles;
+use glimpse_core::gonio::Repeated;
+use glimpse_core::scan::Reading;
+
+use super::matching::AngularDistance;
+use super::quantity::ReadingQuantity;
+use super::rows::{LabReading, Rows};
+use super::table::TableError;
+
+/// The readings of each sample of a pattern.
+#[derive(Clone, Debug)]
+pub struct Measurements {
+    /// The repeated readings of each sample as BRDFs in linear RGB, sr^-1; empty if the sample is missing.
+    pub samples: Vec<Repeated>,
+    /// The number of rows with a reading.
+    pub rows: usize,
+    /// The largest distance of a row's directions from its sample's; None if no row has directions.
+    pub max_distance: Option<AngularDistance>,
+}
+
+impl Measurements {
+    /// Reads a file of readings of a pattern. Rows come in any order; samples may be missing or repeated. A row
+    /// belongs to the sample of its index, or else to the nearest sample. Angles of the pattern and `tolerance`, the
+    /// largest accepted distance, are in radians.
+    ///
+    /// # Errors
+    /// If the file cannot be read, a row matches no sample, or its numbers are not a valid reading.
+    pub fn read(
+        path: &Path,
+        pattern: &[Angles<f32>],
+        tolerance: f64,
+        quantity: &ReadingQuantity,
+    ) -> Result<Self, TableError> {
+        Self::from_rows(&Rows::read(path)?, pattern, tolerance, quantity)
+    }
+
+    /// Matches readings in memory, by the rules of [`read`](Self::read). Errors state the index of a reading, from 0.
+    ///
+    /// # Errors
+    /// If a reading matches no sample, its numbers are not valid, or there are no readings.
+    pub fn from_readings(
+        readings: &[LabReading],
+        pattern: &[Angles<f32>],
+        tolerance: f64,
+        quantity: &ReadingQuantity,
+    ) -> Result<Self, TableError> {
+        Self::from_rows(&Rows::from_readings(readings), pattern, tolerance, quantity)
+    }
+
+    fn from_rows(
+        rows: &Rows,
+        pattern: &[Angles<f32>],
+        tolerance: f64,
+        quantity: &ReadingQuantity,
+    ) -> Result<Self, TableError> {
+        rows.check_quantity(quantity.name())?;
+        let mut measurements = Self {
+            samples: vec![Repeated::new(); pattern.len()],
+            rows: 0,
+            max_distance: None,
+        };
+        for row in rows.matched(pattern, tolerance)? {
+            let Some(values) = row.values else {
+                continue;
+            };
+            let error = |message: String| {
+                rows.line_error(
+                    row.line,
+                    &format!("{message}; correct the row or remove it"),
+                )
+            };
+            let reading = Reading::from(quantity.to_brdf(&row, values).map_err(error)?);
+            reading.check().map_err(|cause| error(cause.to_string()))?;
+            measurements.samples[row.sample]
+                .add(reading.brdf, reading.saturated)
+                .map_err(|cause| error(cause.to_string()))?;
+            measurements.rows += 1;
+            let is_larger = |distance: &AngularDistance| {
+                measurements
+                    .max_distance
+                    .is_none_or(|max| distance.radians > max.radians)
+            };
+            if let Some(distance) = row.distance.filter(is_larger) {
+                measurements.max_distance = Some(distance);
+            }
+        }
+        if measurements.rows == 0 {
+            return Err(
+                rows.damaged("all of its rows are empty; give a file with readings".to_owned())
+            );
+        }
+        Ok(measurements)
+    }
+
+    /// Returns the indices of the samples without a reading.
+    #[must_use]
+    pub fn missing(&self) -> Vec<usize> {
+        let all = self.samples.iter().enumerate();
+        let missing = all.filter(|(_, sample)| sample.count() == 0);
+        missing.map(|(index, _)| index).collect()
+    }
+}
+
+/// Returns the coefficient of variation of repeated readings: the sum of the channels' standard deviations divided by
+/// the sum of their means. None if there are fewer than two readings or the sum of the means is not above 0.
+#[must_use]
+pub fn coefficient_of_variation(repeated: &Repeated) -> Option<f32> {
+    let (mean, variance) = (repeated.mean()?, repeated.variance()?);
+    let mean: f32 = mean.iter().sum();
+    let deviation: f32 = variance.iter().map(|variance| variance.sqrt()).sum();
+    (mean > 0.0).then(|| deviation / mean)
+}

@@ -1,0 +1,124 @@
+//! A route: the visits of all samples, in order and with times.
+
+use super::axes::Axes;
+use super::machine::Machine;
+use super::points::Points;
+use super::stop::Stop;
+use super::{exact, poses, search};
+
+/// The order in which samples are visited.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Order {
+    /// The order of the shortest time.
+    Travel,
+    /// The recipe's own order. If its most informative samples come first, an interrupted scan is still useful.
+    Progressive,
+}
+
+impl Order {
+    /// Returns the name on the command line and in JSON.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Travel => "travel",
+            Self::Progressive => "progressive",
+        }
+    }
+}
+
+/// One sample of a route.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Visit {
+    /// The sample's index in the recipe's pattern, from 0.
+    pub index: usize,
+    /// The axis positions in degrees. Azimuths are continuous from the start, and exceed -180 to 180 if the machine
+    /// makes full turns.
+    pub arms: Axes,
+    /// True if light and sensor are exchanged.
+    pub swapped: bool,
+    /// The time when the sample has been read and the arms may move on, in seconds after the start.
+    pub seconds: f64,
+}
+
+/// All samples in the order of their visits.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Route {
+    /// The requested order.
+    pub order: Order,
+    /// True if no other order, poses, or azimuths take less time; for [`Order::Progressive`], no other poses or azimuths
+    /// in that order. False if the route is the result of a heuristic search.
+    pub is_best: bool,
+    /// The visits.
+    pub visits: Vec<Visit>,
+    /// The travel time, in seconds.
+    pub travel: f64,
+    /// The travel time of the naive route, in seconds: [`Machine::naive`] in the recipe's own order, with the first pose
+    /// of each sample.
+    pub naive_travel: f64,
+    /// The total time at the samples, in seconds; the same for any order.
+    pub settling: f64,
+}
+
+impl Route {
+    /// Plans a route through all stops, which are given in the recipe's own order. The seed determines the route. Up to
+    /// 16 stops the route does not depend on the seed.
+    ///
+    /// The machine must be [valid](Machine::validate).
+    #[must_use]
+    pub fn new(machine: &Machine, stops: &[Stop], order: Order, seed: u64) -> Self {
+        let points = Points::new(machine, stops);
+        let is_best = order == Order::Progressive || stops.len() <= exact::MAX_STOPS;
+        let path = match order {
+            Order::Progressive => poses::choose_poses(&points, 0..stops.len()),
+            Order::Travel if is_best => exact::fastest_path(&points),
+            Order::Travel => search::search(&points, seed, search::EFFORT),
+        };
+        let naive = Points::new(&machine.naive(), stops);
+        let first: Vec<usize> = (0..stops.len())
+            .map(|stop| naive.of_stop(stop).start)
+            .collect();
+        Self {
+            order,
+            is_best,
+            visits: visits(machine, stops, &points, &path),
+            travel: points.path_seconds(&path),
+            naive_travel: naive.path_seconds(&first),
+            settling: machine.settle * stops.len() as f64,
+        }
+    }
+
+    /// Returns the time from the start until the last sample is read, in seconds.
+    #[must_use]
+    pub fn total(&self) -> f64 {
+        self.travel + self.settling
+    }
+
+    /// Returns the total time of the naive route, in seconds.
+    #[must_use]
+    pub fn naive_total(&self) -> f64 {
+        self.naive_travel + self.settling
+    }
+}
+
+/// Converts a path to visits, with axis positions and times.
+fn visits(machine: &Machine, stops: &[Stop], points: &Points, path: &[usize]) -> Vec<Visit> {
+    let (mut at, mut previous) = (machine.start, machine.start);
+    let (mut before, mut seconds) = (None, 0.0);
+    let mut visits = Vec::with_capacity(path.len());
+    for &point in path {
+        let number = points.stop(point);
+        let stop = &stops[number];
+        let pose = stop.poses[point - points.of_stop(number).start];
+        at = machine.arrival(&at, &previous, &pose.arms);
+        previous = pose.arms;
+        seconds += points.seconds_between(before, Some(point)) + machine.settle;
+        before = Some(point);
+        visits.push(Visit {
+            index: stop.index,
+            arms: at,
+            swapped: pose.swapped,
+            seconds,
+        });
+    }
+    visits
+}
