@@ -1,10 +1,10 @@
-//! Angles of directions.
+//! From half and difference vectors to angles.
 
 use std::f32::consts::TAU;
 
 use glimpse_core::geometry::{Angles, HalfDifference};
 
-/// Angles of a half and difference vector; phi_d in \[0, 2 pi).
+/// Returns the Rusinkiewicz angles of half and difference vectors, in radians. phi_d is in \[0, 2 pi).
 #[must_use]
 pub fn angles_of(at: &HalfDifference<f32>) -> Angles<f32> {
     let phi_d = at.dy.atan2(at.dx);

@@ -1,27 +1,25 @@
-//! From what a device ends in to a BRDF.
+//! Coefficients of a device's fit, and their BRDF.
 
 use super::Coefficients;
 use super::table::{Basis, Reconstruction};
 
-/// Another number of coefficients than the basis has.
+/// The number of coefficients does not match the basis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "a fit by this basis ends in {expected} coefficients, but there are {found}: they belong to \
-     another recipe, or some are missing"
+    "{found} coefficients, and this basis needs {expected}; use the basis of the recipe of the fit, and all coefficients"
 )]
 pub struct CoefficientCountError {
-    /// Three times the basis's components.
+    /// Three times the number of the basis's components.
     pub expected: usize,
-    /// How many there are.
+    /// The number of coefficients.
     pub found: usize,
 }
 
 impl Basis {
-    /// The coefficients of each channel among those that a device ends in: m of red, m of green, m of
-    /// blue.
+    /// Splits the coefficients of a device's fit by channel: m of red, m of green, m of blue.
     ///
     /// # Errors
-    /// If there are not 3 m.
+    /// If the number of values is not 3 m.
     pub fn channels(&self, values: &[f32]) -> Result<Coefficients, CoefficientCountError> {
         let components = self.components();
         if values.len() != 3 * components {
@@ -37,10 +35,10 @@ impl Basis {
         Ok([channel(0), channel(1), channel(2)])
     }
 
-    /// The whole BRDF of those coefficients.
+    /// Tabulates the BRDF of the coefficients of a device's fit: m of red, m of green, m of blue.
     ///
     /// # Errors
-    /// If there are not 3 m.
+    /// If the number of values is not 3 m.
     pub fn reconstruct_values(
         &self,
         values: &[f32],

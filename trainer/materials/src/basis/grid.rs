@@ -1,35 +1,34 @@
-//! The nodes that materials are tabulated at, and trilinear interpolation between them.
+//! The nodes of tabulated materials, and trilinear interpolation between them.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use glimpse_core::geometry::{Angles, HalfDifference};
 
-/// Nodes along theta_h, denser towards 0 as in MERL's tables, along theta_d, and along phi_d,
-/// which has period pi.
+/// The number of nodes along theta_h (denser towards 0, as in MERL tables), theta_d, and phi_d (with period pi).
 const NODES: [usize; 3] = [72, 46, 36];
 
-/// The grid. All tables share it.
+/// The grid of all tables.
 #[derive(Clone, Copy, Debug)]
 pub struct Grid;
 
-/// A node that takes part in an interpolation.
+/// A node of an interpolation.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Corner {
-    /// Which one.
+    /// The index of the node.
     pub node: usize,
-    /// Its share.
+    /// Its weight.
     pub weight: f64,
-    /// The derivatives of its share by theta_h, theta_d and phi_d.
+    /// The derivatives of the weight by theta_h, theta_d and phi_d.
     pub derivatives: [f64; 3],
 }
 
 impl Grid {
-    /// How many nodes there are.
+    /// The number of nodes.
     pub const LEN: usize = NODES[0] * NODES[1] * NODES[2];
-    /// Its shape and kind, to recognise files by.
+    /// The number of nodes along theta_h, theta_d and phi_d, as in the header of a basis file.
     pub const SHAPE: [u32; 3] = [NODES[0] as u32, NODES[1] as u32, NODES[2] as u32];
 
-    /// The angles of a node, in radians.
+    /// Returns the angles of a node, in radians.
     #[must_use]
     pub fn angles(node: usize) -> Angles<f64> {
         let [h, d, p] = [
@@ -37,31 +36,31 @@ impl Grid {
             node / NODES[2] % NODES[1],
             node % NODES[2],
         ];
-        let share = |index: usize, nodes: usize| index as f64 / (nodes - 1) as f64;
+        let fraction = |index: usize, nodes: usize| index as f64 / (nodes - 1) as f64;
         Angles {
-            theta_h: FRAC_PI_2 * share(h, NODES[0]).powi(2),
-            theta_d: FRAC_PI_2 * share(d, NODES[1]),
+            theta_h: FRAC_PI_2 * fraction(h, NODES[0]).powi(2),
+            theta_d: FRAC_PI_2 * fraction(d, NODES[1]),
             phi_d: PI * p as f64 / NODES[2] as f64,
         }
     }
 
-    /// True if both directions of a node are above the horizon.
+    /// Returns true if both directions of a node are above the horizon.
     #[must_use]
     pub fn is_valid(node: usize) -> bool {
         let at = HalfDifference::from_angles(Self::angles(node));
         at.cos_theta_i() > 0.0 && at.cos_theta_o() > 0.0
     }
 
-    /// The eight nodes around some angles in radians.
+    /// Returns the eight nodes around angles in radians, with weights and their derivatives.
     #[must_use]
     pub fn corners(angles: Angles<f64>) -> [Corner; 8] {
         let last = |axis: usize| (NODES[axis] - 1) as f64;
-        // Where the angles lie between the nodes of each axis, and how fast they move there.
-        let share = (angles.theta_h / FRAC_PI_2).clamp(0.0, 1.0);
-        let root = share.sqrt();
-        // At the pole the root's slope is infinite; a large one will do.
+        // The position along each axis in units of nodes, and its derivative by the angle.
+        let fraction = (angles.theta_h / FRAC_PI_2).clamp(0.0, 1.0);
+        let root = fraction.sqrt();
+        // The derivative is infinite at the pole, and is limited to a large value.
         let slope = last(0) / (2.0 * root.max(1e-9) * FRAC_PI_2);
-        let places = [
+        let positions = [
             (last(0) * root, slope),
             (
                 last(1) * (angles.theta_d / FRAC_PI_2).clamp(0.0, 1.0),
@@ -73,13 +72,13 @@ impl Grid {
             ),
         ];
         let mut axes = [[(0, 0.0, 0.0); 2]; 3];
-        for (axis, (place, slope)) in places.into_iter().enumerate() {
-            // phi_d goes round; the others end at their last node.
+        for (axis, (position, slope)) in positions.into_iter().enumerate() {
+            // phi_d is periodic. The other axes end at their last node.
             let cells = if axis == 2 { NODES[2] } else { NODES[axis] - 1 };
-            let low = (place.floor() as usize).min(cells - 1);
+            let low = (position.floor() as usize).min(cells - 1);
             let high = (low + 1) % if axis == 2 { cells } else { NODES[axis] };
-            let between = place - low as f64;
-            axes[axis] = [(low, 1.0 - between, -slope), (high, between, slope)];
+            let weight = position - low as f64;
+            axes[axis] = [(low, 1.0 - weight, -slope), (high, weight, slope)];
         }
         let mut corners = [Corner::default(); 8];
         for (index, corner) in corners.iter_mut().enumerate() {

@@ -1,8 +1,8 @@
-//! The whole basis of the model Linear: what turns coefficients into a BRDF, on the host.
+//! The basis of the model Linear, which turns coefficients into a BRDF on the host.
 //!
-//! A [`Basis`] is tabulated on a [`Grid`]; its file lies beside the recipe, as it is far too large for a
-//! device. Where a compact one lies there instead, it is looked up at core's nodes, as a device does.
-//! `glimpse_training::linear` makes it of materials, and reduces it to a pattern.
+//! A whole [`Basis`] is tabulated on a [`Grid`]. Its file is in the directory of the recipe, because it is far too large for
+//! a device. The file may also be a compact basis, which is interpolated between core's nodes, as on a device.
+//! `glimpse_training::linear` computes the basis from materials and reduces it to a pattern.
 
 mod angles;
 mod coefficients;

@@ -1,4 +1,4 @@
-//! Where a basis has its nodes: a whole one on a [`Grid`], a compact one where core has them.
+//! The nodes of a basis: those of a [`Grid`] for a whole basis, and core's for a compact one.
 
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::linear;
@@ -6,11 +6,11 @@ use glimpse_core::model::linear;
 use super::Grid;
 use super::grid::Corner;
 
-/// How far apart, in radians, a compact basis is looked up for its derivatives, which core does not
-/// have: far enough for directions in single precision, and less than a node is wide.
-const APART: f64 = 1e-3;
+/// The step in radians of difference quotients, since core has no derivatives of a compact basis. It is large enough for
+/// directions in f32, and smaller than the distance of nodes.
+const STEP: f64 = 1e-3;
 
-/// The nodes of one of the two.
+/// The nodes of a whole or a compact basis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Nodes {
     Whole,
@@ -18,7 +18,7 @@ pub(super) enum Nodes {
 }
 
 impl Nodes {
-    /// The eight nodes around some angles in radians, and the share of each.
+    /// Returns the eight nodes around angles in radians, each with its weight. Derivatives of a compact basis are 0.
     pub(super) fn corners(self, angles: Angles<f64>) -> [Corner; 8] {
         match self {
             Self::Whole => Grid::corners(angles),
@@ -37,9 +37,9 @@ impl Nodes {
         }
     }
 
-    /// The same with the derivatives of shares: of a compact basis by differences, so that there are more
-    /// nodes than eight, the same one several times.
-    pub(super) fn with_derivatives(self, angles: Angles<f64>) -> Vec<Corner> {
+    /// Returns the nodes around angles in radians, with weights and their derivatives. The list for a compact basis has more
+    /// than eight elements with repeated nodes, because its derivatives are difference quotients.
+    pub(super) fn corners_with_derivatives(self, angles: Angles<f64>) -> Vec<Corner> {
         let mut corners = self.corners(angles).to_vec();
         if self == Self::Whole {
             return corners;
@@ -47,7 +47,7 @@ impl Nodes {
         for axis in 0..3 {
             for side in [-1.0, 1.0] {
                 let mut moved = [angles.theta_h, angles.theta_d, angles.phi_d];
-                moved[axis] += side * 0.5 * APART;
+                moved[axis] += side * 0.5 * STEP;
                 let [theta_h, theta_d, phi_d] = moved;
                 let moved = Angles {
                     theta_h,
@@ -56,7 +56,7 @@ impl Nodes {
                 };
                 corners.extend(self.corners(moved).map(|corner| {
                     let mut derivatives = [0.0; 3];
-                    derivatives[axis] = side * corner.weight / APART;
+                    derivatives[axis] = side * corner.weight / STEP;
                     Corner {
                         node: corner.node,
                         weight: 0.0,

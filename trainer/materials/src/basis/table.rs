@@ -1,5 +1,4 @@
-//! Mean, median and principal components of mapped materials, tabulated: what a recipe's coefficients
-//! become a BRDF by.
+//! The tabulated basis: mean, median and principal components of mapped materials.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -14,32 +13,32 @@ use super::nodes::Nodes;
 use super::values::{AngleDual, Coefficients, angles_to_f64, median_brdf};
 use crate::untrusted::read_at_most;
 
-/// Numbers before the components of a node: mean of the mapped columns, and ln(median w + e).
+/// The number of values before the components of a node: mean of the mapped columns, and ln(median w + e).
 pub const NODE_HEADER: usize = 2;
 /// The first bytes of a basis file.
 pub const MAGIC: [u8; 4] = *b"GLMB";
 /// The format of basis files.
 const VERSION: u32 = 1;
-/// Words before a file's table: magic, version, shape of the grid, number of components.
-const HEADER: usize = 6;
-/// The longest file that is read: of 500 components, more than any completion takes.
-const MOST_BYTES: u64 = 1 << 28;
+/// The number of words before a file's table: magic, version, shape of the grid, number of components.
+const FILE_HEADER: usize = 6;
+/// The length limit of a file, enough for 500 components. No recipe uses as many.
+const MAX_BYTES: u64 = 1 << 28;
 
-/// Why a basis file cannot be used.
+/// An error of reading a basis file.
 #[derive(Debug, thiserror::Error)]
 pub enum BasisError {
-    /// The operating system refuses.
+    /// The operating system cannot read the file.
     #[error(
-        "cannot read the basis {}: {source}; a recipe of the model linear needs the file that \
-         was written beside it", path.display()
+        "cannot read the basis {}: {source}; a recipe of the model linear needs the basis that was written with it in the \
+         same directory", path.display()
     )]
     Read {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// The cause.
         source: std::io::Error,
     },
-    /// The bytes are not those that were written with the recipe.
+    /// The file is damaged, or is not the basis of the recipe.
     #[error(
         "{} is not the basis of this recipe ({what}); put the file that was written with the \
          recipe beside it", path.display()
@@ -47,13 +46,13 @@ pub enum BasisError {
     Damaged {
         /// The file.
         path: PathBuf,
-        /// In what way.
+        /// The defect.
         what: &'static str,
     },
 }
 
-/// The table of a basis, node by node: mean, ln(median w + e), and m components. The nodes are those of a
-/// [`Grid`], or, of a compact basis, core's.
+/// The table of a basis. Each node has a mean, ln(median w + e), and m components. The nodes of a whole basis are those of
+/// a [`Grid`], and the nodes of a compact basis are core's.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Basis {
     table: Vec<f32>,
@@ -61,16 +60,17 @@ pub struct Basis {
     compact: Option<Compact>,
 }
 
-/// What is a compact basis's own.
+/// The additional data of a compact basis.
 #[derive(Clone, Debug, PartialEq)]
 struct Compact {
     nodes: linear::Nodes,
     /// The checksum of the whole basis that it was made of.
-    of: u32,
+    whole_checksum: u32,
+    /// The bytes of its file.
     file: Vec<u8>,
 }
 
-/// A basis at some directions, and its derivatives by the three angles.
+/// The values of a basis at a pair of directions. Each array holds a value and its derivatives by theta_h, theta_d and phi_d.
 #[derive(Clone, Debug)]
 pub struct BasisValues {
     /// The mean of the mapped columns.
@@ -82,7 +82,7 @@ pub struct BasisValues {
 }
 
 impl BasisValues {
-    /// The mean of the columns as ln((f w + e) / e), with its derivatives: what readings are centered by.
+    /// Returns the mean of the columns as ln((f w + e) / e), with its derivatives. Readings are centered by it.
     #[must_use]
     pub fn center(&self) -> [f64; 4] {
         let mut sum = std::array::from_fn(|i| self.mean[i] + self.log_median[i]);
@@ -92,7 +92,7 @@ impl BasisValues {
 }
 
 impl Basis {
-    /// Of a table, node by node: mean, ln(median w + e), and m components.
+    /// Makes a whole basis of a table that holds mean, ln(median w + e) and m components for each node.
     #[must_use]
     pub fn from_table(table: Vec<f32>, components: usize) -> Self {
         Self {
@@ -102,7 +102,7 @@ impl Basis {
         }
     }
 
-    /// The same components of a whole basis, each times a number.
+    /// Multiplies the components of a whole basis by a number.
     #[must_use]
     pub fn scaled(mut self, scale: f32) -> Self {
         for row in self.table.chunks_exact_mut(NODE_HEADER + self.components) {
@@ -113,7 +113,7 @@ impl Basis {
         self
     }
 
-    /// m.
+    /// Returns the number of components, m.
     #[must_use]
     pub fn components(&self) -> usize {
         self.components
@@ -131,17 +131,16 @@ impl Basis {
         &self.table[node * length..][..length]
     }
 
-    /// The basis at some angles in radians, with derivatives: a value, then its derivatives by theta_h,
-    /// theta_d and phi_d.
+    /// Interpolates the basis at angles in radians, with derivatives by theta_h, theta_d and phi_d.
     #[must_use]
     pub fn look_up(&self, angles: Angles<f64>) -> BasisValues {
         let mut sums = vec![[0.0_f64; 4]; NODE_HEADER + self.components];
-        for corner in self.nodes().with_derivatives(angles) {
+        for corner in self.nodes().corners_with_derivatives(angles) {
             let [h, d, p] = corner.derivatives;
-            let shares = [corner.weight, h, d, p];
+            let weights = [corner.weight, h, d, p];
             for (sum, value) in sums.iter_mut().zip(self.row(corner.node)) {
-                for (sum, share) in sum.iter_mut().zip(shares) {
-                    *sum += share * f64::from(*value);
+                for (sum, weight) in sum.iter_mut().zip(weights) {
+                    *sum += weight * f64::from(*value);
                 }
             }
         }
@@ -153,17 +152,17 @@ impl Basis {
         }
     }
 
-    /// The whole BRDF of a material's coefficients, ready to be looked up.
+    /// Tabulates the BRDF of a material's coefficients.
     #[must_use]
     pub fn reconstruct(&self, coefficients: &Coefficients) -> Reconstruction {
         let rows = || self.table.par_chunks_exact(NODE_HEADER + self.components);
         let table = rows()
             .map(|row| {
-                let (head, components) = row.split_at(NODE_HEADER);
+                let (header, components) = row.split_at(NODE_HEADER);
                 coefficients.each_ref().map(|channel| {
                     let products = components.iter().zip(channel);
                     let sum: f64 = products.map(|(a, c)| f64::from(*a) * c).sum();
-                    (sum + f64::from(head[0])) as f32
+                    (sum + f64::from(header[0])) as f32
                 })
             })
             .collect();
@@ -174,8 +173,8 @@ impl Basis {
         }
     }
 
-    /// The bytes of its file. Of a whole basis: little-endian words of 32 bits (magic, version, nodes along
-    /// theta_h, theta_d and phi_d, components), then the table in f32.
+    /// Returns the bytes of the file. The file of a whole basis has little-endian words of 32 bits: magic, version, nodes
+    /// along theta_h, theta_d and phi_d, number of components, and the table in f32.
     #[must_use]
     pub fn to_bytes(&self) -> Vec<u8> {
         if let Some(compact) = &self.compact {
@@ -183,14 +182,14 @@ impl Basis {
         }
         let [h, d, p] = Grid::SHAPE;
         let magic = u32::from_le_bytes(MAGIC);
-        let header: [u32; HEADER] = [magic, VERSION, h, d, p, self.components as u32];
+        let header: [u32; FILE_HEADER] = [magic, VERSION, h, d, p, self.components as u32];
         let words = header
             .into_iter()
             .chain(self.table.iter().map(|value| value.to_bits()));
         words.flat_map(u32::to_le_bytes).collect()
     }
 
-    /// The CRC-32 that a recipe names its basis by; never 0.
+    /// Returns the CRC-32 of a file's bytes, by which a recipe refers to its basis. It is never 0.
     #[must_use]
     pub fn checksum(bytes: &[u8]) -> u32 {
         crc::Crc::<u32, crc::Table<16>>::new(&crc::CRC_32_ISO_HDLC)
@@ -198,42 +197,43 @@ impl Basis {
             .max(1)
     }
 
-    /// True of a compact one.
+    /// Returns true if the basis is compact.
     #[must_use]
     pub fn is_compact(&self) -> bool {
         self.compact.is_some()
     }
 
-    /// What recipes name it by: the checksum of its file, or, of a compact one, of what it was made of.
+    /// Returns the checksum in recipes: that of the file of the whole basis. For a compact basis, it is that of the whole
+    /// basis that it was made of.
     #[must_use]
     pub fn whole_checksum(&self) -> u32 {
         match &self.compact {
             None => Self::checksum(&self.to_bytes()),
-            Some(compact) => compact.of,
+            Some(compact) => compact.whole_checksum,
         }
     }
 
-    /// Where the basis of a recipe is.
+    /// Returns the path of a recipe's basis.
     #[must_use]
     pub fn path_for(recipe: &Path) -> PathBuf {
         recipe.with_extension("basis")
     }
 
-    /// Reads the basis that lies beside a recipe, the whole one or a compact one that was made of it.
+    /// Reads the basis of a recipe: the whole basis with this checksum, or a compact basis that was made of it.
     ///
     /// # Errors
-    /// If it cannot be read, or is another one than `checksum` names or made of another one.
+    /// If the file cannot be read or is damaged, or the checksum differs.
     pub fn read(path: &Path, checksum: u32) -> Result<Self, BasisError> {
         let damaged = |what| BasisError::Damaged {
             path: path.into(),
             what,
         };
-        // Somebody else's material.json may name anything: a device has no end.
-        let read = match path.exists() && !path.is_file() {
-            true => Err(io::Error::other("it is no regular file")),
-            false => read_at_most(path, MOST_BYTES),
+        // An untrusted material.json may refer to an endless device.
+        let bytes = match path.exists() && !path.is_file() {
+            true => Err(io::Error::other("it is not a regular file")),
+            false => read_at_most(path, MAX_BYTES),
         };
-        let bytes = read.map_err(|source| BasisError::Read {
+        let bytes = bytes.map_err(|source| BasisError::Read {
             path: path.into(),
             source,
         })?;
@@ -243,42 +243,41 @@ impl Basis {
     /// Reads the bytes of a compact basis's file.
     ///
     /// # Errors
-    /// If the operating system refuses, or the file is longer than any basis.
+    /// If the operating system cannot read the file, or the file is too long.
     pub fn read_compact(path: &Path) -> io::Result<Vec<u8>> {
-        read_at_most(path, MOST_BYTES)
+        read_at_most(path, MAX_BYTES)
     }
 
-    /// The basis that a recipe names, of a file's bytes, which are those of the whole one or of a compact one
-    /// that was made of it; or what is wrong with them.
+    /// Parses the basis of a recipe: the whole basis with this checksum, or a compact basis that was made of it.
     ///
     /// # Errors
-    /// If it is another one than `checksum` names, made of another one, or none.
+    /// A description of the defect, if the bytes are not a basis or the checksum differs.
     pub fn parse_for_recipe(bytes: &[u8], checksum: u32) -> Result<Self, &'static str> {
         if bytes.starts_with(&COMPACT_MAGIC) {
             let compact = Self::from_compact_bytes(bytes)?;
             return match compact.whole_checksum() == checksum {
                 true => Ok(compact),
-                false => Err("it was made of another basis"),
+                false => Err("it was made of another whole basis"),
             };
         }
         match Self::checksum(bytes) == checksum {
             true => Self::from_bytes(bytes),
-            false => Err("its checksum is another"),
+            false => Err("its checksum differs"),
         }
     }
 
-    /// A compact basis of a file's bytes, which is looked up as a device does; or what is wrong with them.
+    /// Parses a compact basis, which is interpolated as on a device.
     ///
     /// # Errors
-    /// If they are not those of a compact basis.
+    /// A description of the defect, if the bytes are not a compact basis.
     pub fn from_compact_bytes(bytes: &[u8]) -> Result<Self, &'static str> {
-        let altered = "a compact basis that was cut or altered";
+        let altered = "it is a compact basis that was cut short or altered";
         let compact = CompactBasis::parse(bytes).map_err(|_| altered)?;
         let nodes = compact.nodes();
         let mut table = Vec::new();
         for node in 0..nodes.count().ok_or(altered)? {
             let (mean, components) = compact.at_node(node).ok_or(altered)?;
-            // Its mean is that of the mapping with a median of 0.
+            // The mean of a compact basis belongs to the mapping with median 0.
             table.extend([mean, EPSILON.ln() as f32]);
             table.extend(components);
         }
@@ -287,28 +286,28 @@ impl Basis {
             components: compact.components(),
             compact: Some(Compact {
                 nodes,
-                of: compact.of(),
+                whole_checksum: compact.of(),
                 file: bytes.to_vec(),
             }),
         })
     }
 
-    /// The whole basis of a file's bytes; or what is wrong with them.
+    /// Parses a whole basis.
     ///
     /// # Errors
-    /// If they are not those of a basis.
+    /// A description of the defect, if the bytes are not a whole basis.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, &'static str> {
         let (words, []) = bytes.as_chunks::<4>() else {
             return Err("its length is wrong");
         };
         let mut words = words.iter().map(|word| u32::from_le_bytes(*word));
-        let header: Vec<u32> = words.by_ref().take(HEADER).collect();
-        let Ok([head @ .., components]) = <[u32; HEADER]>::try_from(header) else {
+        let header: Vec<u32> = words.by_ref().take(FILE_HEADER).collect();
+        let Ok([start @ .., components]) = <[u32; FILE_HEADER]>::try_from(header) else {
             return Err("it is too short");
         };
         let [h, d, p] = Grid::SHAPE;
-        if head != [u32::from_le_bytes(MAGIC), VERSION, h, d, p] {
-            return Err("it is of another version");
+        if start != [u32::from_le_bytes(MAGIC), VERSION, h, d, p] {
+            return Err("it is not a basis of this format version");
         }
         let components = components as usize;
         if components == 0 {
@@ -328,7 +327,7 @@ impl Basis {
     }
 }
 
-/// A BRDF that a ridge solve found: its mapped values at the nodes.
+/// A tabulated BRDF of the model Linear: mapped values at the nodes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Reconstruction {
     nodes: Nodes,
@@ -337,8 +336,8 @@ pub struct Reconstruction {
 }
 
 impl Reconstruction {
-    /// The BRDF in linear RGB, sr^-1 (not times the cosine), at angles in radians whose cosines
-    /// multiply to `weight`.
+    /// Returns the BRDF in linear RGB, sr^-1 (not times the cosine), at angles in radians. `weight` is cos(theta_i)
+    /// cos(theta_o).
     #[must_use]
     pub fn brdf(&self, angles: &Angles<f32>, weight: f64) -> [f32; 3] {
         let mut mapped = [0.0; 3];
@@ -353,21 +352,21 @@ impl Reconstruction {
         mapped.map(|mapped| unmap(mapped, median, weight) as f32)
     }
 
-    /// The same, and its derivatives by theta_h, theta_d and phi_d, as the interpolation has them.
+    /// Returns the BRDF at angles in radians, with the derivatives of the interpolant by theta_h, theta_d and phi_d.
     #[must_use]
     pub fn brdf_with_derivative(&self, angles: &Angles<f32>) -> [AngleDual; 3] {
         let angles = angles_to_f64(angles);
         let mut mapped = [AngleDual::from_value(0.0); 3];
         let mut log_median = AngleDual::from_value(0.0);
-        for corner in self.nodes.with_derivatives(angles) {
-            let share = AngleDual {
+        for corner in self.nodes.corners_with_derivatives(angles) {
+            let weight = AngleDual {
                 value: corner.weight,
                 tangent: corner.derivatives,
             };
-            let times = |value: f32| share * AngleDual::from_value(f64::from(value));
-            log_median = log_median + times(self.log_medians[corner.node]);
+            let weighted = |value: f32| weight * AngleDual::from_value(f64::from(value));
+            log_median = log_median + weighted(self.log_medians[corner.node]);
             for (sum, value) in mapped.iter_mut().zip(self.table[corner.node]) {
-                *sum = *sum + times(value);
+                *sum = *sum + weighted(value);
             }
         }
         let at = HalfDifference::from_angles(AngleDual::variables(angles));

@@ -1,17 +1,17 @@
-//! Numbers of the linear model: with derivatives, channel by channel, in double precision.
+//! Numbers of the model Linear in f64, with derivatives or by channel.
 
 use glimpse_core::geometry::Angles;
 use glimpse_core::model::linear::{EPSILON, unmap};
 use glimpse_core::numeric::Scalar;
 use glimpse_kernels::Dual;
 
-/// A number and its derivatives by theta_h, theta_d and phi_d of its sample.
+/// A number and its derivatives by theta_h, theta_d and phi_d of a sample.
 pub type AngleDual = Dual<f64, 3>;
 
-/// Coefficients of the components, channel by channel.
+/// The coefficients of the components for each channel.
 pub type Coefficients = [Vec<f64>; 3];
 
-/// Angles in double precision.
+/// Converts angles to f64.
 #[must_use]
 pub fn angles_to_f64(angles: &Angles<f32>) -> Angles<f64> {
     Angles {
@@ -21,7 +21,7 @@ pub fn angles_to_f64(angles: &Angles<f32>) -> Angles<f64> {
     }
 }
 
-/// The median BRDF from ln(median w + e); at least 0.
+/// Returns the median BRDF from ln(median w + e). It is at least 0.
 pub fn median_brdf<S: Scalar>(log_median: S, weight: S) -> S {
     // unmap(x, 0, w) = max((e exp(x) - e) / w, 0)
     unmap(

@@ -1,25 +1,23 @@
-//! RGL: an isotropic material of the RGL material database, as the measurement's own adaptive
-//! parameterization stores it (Dupuy and Jakob 2018, "An Adaptive Parameterization for Efficient
-//! Material Acquisition and Modeling").
+//! RGL: an isotropic material of the RGL material database, in the adaptive parameterization of the measurement (Dupuy and
+//! Jakob 2018, "An Adaptive Parameterization for Efficient Material Acquisition and Modeling").
 //!
-//! A tensor file `NAME_rgb.bsdf` holds functions on unit squares, bilinear between nodes. A
-//! direction's angles are brought to \[0, 1\] by u(theta) = sqrt(2 theta / pi) and
-//! v(phi) = (phi + pi) / 2 pi. With w_m the half vector, phi its azimuth less that of w_i:
+//! A tensor file `NAME_rgb.bsdf` holds functions on unit squares, bilinear between nodes. The angles of a direction are
+//! mapped to \[0, 1\] by u(theta) = sqrt(2 theta / pi) and v(phi) = (phi + pi) / 2 pi. w_m is the half vector, and phi is
+//! its azimuth relative to w_i. The fields are:
 //!
-//! - `ndf` D(u(theta_m), v(phi)), distribution of microfacet normals, from retro-reflection;
-//! - `sigma`, the area that those microfacets show towards theta_i;
-//! - `vndf`, at each node of `theta_i`, the density of the normals visible from there. The mapping
-//!   that makes it uniform takes (u(theta_m), v(phi)) to a point s, so that there are many nodes
-//!   where the material reflects much;
-//! - `rgb`, at each node of `theta_i` and for each channel, the factor M(s) that was measured.
+//! - `ndf`: D(u(theta_m), v(phi)), the distribution of microfacet normals, from retro-reflection;
+//! - `sigma`: the projected area of these microfacets towards theta_i;
+//! - `vndf`: the density of visible normals at each node of `theta_i`. The mapping that makes it uniform takes
+//!   (u(theta_m), v(phi)) to a point s, so that nodes are dense where the material reflects most;
+//! - `rgb`: the measured factor M(s) at each node of `theta_i`, for each channel.
 //!
-//! BRDF times cos(theta_o) = M(s) D / (4 sigma), clamped to 0 from below (interpolation of the
-//! measurement overshoots). It is not reciprocal.
+//! BRDF times cos(theta_o) = M(s) D / (4 sigma), clamped to at least 0, because interpolation of the measurement may be
+//! negative. It is not reciprocal.
 
-mod angular;
+mod real_scalar;
 mod distribution;
 mod normals;
-mod place;
+mod sample_point;
 mod tensor_file;
 #[cfg(test)]
 mod tests;
@@ -33,21 +31,19 @@ use std::path::Path;
 
 use glimpse_core::geometry::{Angles, HalfDifference};
 
-use self::angular::{Angular, unit_theta};
-use self::distribution::{Between, Cell, Densities, TableShape};
-use self::tensor_file::{Complaint, TensorFile};
+use self::real_scalar::{RealScalar, unit_theta};
+use self::distribution::{SlicePosition, Cell, Densities, TableShape};
+use self::tensor_file::TensorFile;
 use super::mapped::map;
 use super::name;
 use super::{Material, SourceError};
 use glimpse_kernels::Dual;
 
-/// A material that is a measurement of the RGL database.
+/// A material from a measurement of the RGL database.
 ///
-/// Below the horizon its BRDF is 0. Above, everything between the measured directions is
-/// interpolated, with the exact derivative of that interpolant, and theta_i beyond the last
-/// measured one stays there. The stored values are the BRDF times cos(theta_o); the BRDF that
-/// look-ups give is that divided by cos(theta_o), so it grows without bound towards a grazing
-/// theta_o.
+/// The BRDF is 0 below the horizon. Above, it is interpolated between the measured directions, with the exact derivatives of
+/// the interpolant. theta_i is clamped to the last measured one. The stored values are the BRDF times cos(theta_o), and
+/// look-ups return the BRDF without the cosine. It is therefore unbounded towards a grazing theta_o.
 pub struct RglMeasurement {
     name: String,
     tensors: Tensors,
@@ -57,26 +53,26 @@ impl RglMeasurement {
     /// Reads and checks a file.
     ///
     /// # Errors
-    /// If the file cannot be read, is damaged, holds a number that is not finite, or is of a
-    /// spectral or an anisotropic measurement.
+    /// If the file cannot be read, is damaged, holds a number that is not finite, or is a spectral or anisotropic
+    /// measurement.
     pub fn read(path: &Path) -> Result<Self, SourceError> {
         let name = name::name_of(path).ok_or_else(|| SourceError::UnknownFormat(path.into()))?;
         let damaged = |what| SourceError::Damaged {
             path: path.into(),
             what,
         };
-        // Spectral files are large, and refused by their header.
+        // Spectral files are large, and their header suffices to reject them.
         let bytes = map(path)?;
         Self::parse(name, &bytes).map_err(damaged)
     }
 
-    /// Of a file's bytes, under a name.
-    pub(super) fn parse(name: String, bytes: &[u8]) -> Result<Self, Complaint> {
+    /// Parses the bytes of a file. On failure, returns the defect and what to do.
+    pub(super) fn parse(name: String, bytes: &[u8]) -> Result<Self, String> {
         let tensors = Tensors::parse(bytes)?;
         Ok(Self { name, tensors })
     }
 
-    /// True of bytes that begin as a tensor file does.
+    /// Returns true if the first bytes of a file are those of a tensor file.
     #[must_use]
     pub fn has_signature(bytes: &[u8]) -> bool {
         bytes.starts_with(tensor_file::MAGIC)
@@ -89,12 +85,12 @@ impl Material for RglMeasurement {
     }
 
     fn brdf(&self, angles: Angles<f32>) -> [f32; 3] {
-        self.tensors.brdf(in_f64(angles)).map(to_f32)
+        self.tensors.brdf(to_f64(angles)).map(to_f32)
     }
 
     fn brdf_with_derivative(&self, angles: Angles<f32>) -> ([f32; 3], [[f32; 3]; 3]) {
-        let found = self.tensors.brdf(Dual::<f64, 3>::variables(in_f64(angles)));
-        let (brdf, derivative) = Dual::split(found);
+        let duals = self.tensors.brdf(Dual::<f64, 3>::variables(to_f64(angles)));
+        let (brdf, derivative) = Dual::split(duals);
         (
             brdf.map(to_f32),
             derivative.map(|by_angles| by_angles.map(to_f32)),
@@ -102,7 +98,7 @@ impl Material for RglMeasurement {
     }
 }
 
-fn in_f64(angles: Angles<f32>) -> Angles<f64> {
+fn to_f64(angles: Angles<f32>) -> Angles<f64> {
     Angles {
         theta_h: angles.theta_h.into(),
         theta_d: angles.theta_d.into(),
@@ -110,58 +106,52 @@ fn in_f64(angles: Angles<f32>) -> Angles<f64> {
     }
 }
 
-/// In single precision; finite, however close theta_o is to the horizon.
+/// Converts to f32. The result is finite even if theta_o is close to the horizon.
 fn to_f32(value: f64) -> f32 {
     (value as f32).clamp(f32::MIN, f32::MAX)
 }
 
-fn spectral() -> Complaint {
-    "it is a spectral measurement, and only RGB is read; take it away and put the material's \
-     *_rgb.bsdf in its place"
-        .to_owned()
-}
-
-/// What of the file look-ups need.
+/// The fields of a file that look-ups need.
 struct Tensors {
-    /// Nodes, in radians.
+    /// Nodes of theta_i, in radians.
     theta_i: Vec<f32>,
     ndf: (TableShape, Vec<f32>),
     sigma: (TableShape, Vec<f32>),
     vndf: Densities,
-    /// Red, green and blue of each node of theta_i in turn.
+    /// Red, green and blue slices for each node of theta_i.
     rgb: (TableShape, Vec<f32>),
 }
 
 impl Tensors {
-    fn parse(bytes: &[u8]) -> Result<Self, Complaint> {
+    fn parse(bytes: &[u8]) -> Result<Self, String> {
         let file = TensorFile::parse(bytes)?;
         if !file.has("rgb") && (file.has("spectra") || file.has("wavelengths")) {
-            return Err(spectral());
+            return Err("it is a spectral measurement, and only RGB is supported; replace it with the material's \
+                 *_rgb.bsdf"
+                .to_owned());
         }
         let ([phis], _) = file.floats("phi_i")?;
-        // Two close the circle.
+        // Two phi_i of an isotropic material are -pi and pi.
         if !(1..=2).contains(&phis) {
             return Err(format!(
-                "it is measured at {phis} phi_i: it is anisotropic, and only isotropic materials \
-                 (1 or 2 phi_i) are read; take it away"
+                "it has {phis} phi_i, and only isotropic materials (1 or 2 phi_i) are supported; remove the file"
             ));
         }
         if file.byte("jacobian")? != 1 {
             return Err(
-                "its field jacobian is not 1: its values are not those that the database's files \
-                 hold; get it again"
+                "its field jacobian is not 1, so that its values differ from those of the database; get it again"
                     .to_owned(),
             );
         }
         let ([nodes], theta_i) = file.floats("theta_i")?;
         if nodes == 0 || !theta_i.is_sorted_by(|a, b| a < b) {
-            return Err("its theta_i do not increase; get it again".to_owned());
+            return Err("its field theta_i does not increase; get it again".to_owned());
         }
-        // The last one may be pi/2, rounded.
+        // The largest valid theta_i is pi/2, rounded to f32.
         let outside = |theta: &&f32| !(0.0..=FRAC_PI_2).contains(*theta);
         if let Some(theta) = theta_i.iter().find(outside) {
             return Err(format!(
-                "its field theta_i holds {theta}, and should hold radians from 0 to pi/2; get it again"
+                "its field theta_i holds {theta}, and must hold radians from 0 to pi/2; get it again"
             ));
         }
 
@@ -171,7 +161,7 @@ impl Tensors {
         let sigma = (grid("sigma", shape)?, sigma);
         if let Some(area) = sigma.1.iter().find(|area| **area <= 0.0) {
             return Err(format!(
-                "its field sigma holds the area {area}, which should be positive; get it again"
+                "its field sigma holds the area {area}, and must hold positive areas; get it again"
             ));
         }
 
@@ -184,13 +174,12 @@ impl Tensors {
             || [rgb_phis, rgb_nodes, channels] != [phis, nodes, 3]
         {
             return Err(format!(
-                "its fields disagree: {phis} phi_i, {nodes} theta_i, but vndf is for \
-                 [{vndf_phis}, {vndf_nodes}] and rgb for [{rgb_phis}, {rgb_nodes}] of them and \
-                 {channels} channels; get it again"
+                "it has {phis} phi_i and {nodes} theta_i, but its field vndf has [{vndf_phis}, {vndf_nodes}] of them, \
+                 and rgb has [{rgb_phis}, {rgb_nodes}] and {channels} channels; get it again"
             ));
         }
-        // Of an isotropic material one phi_i says it all.
-        let of_first_phi = |mut values: Vec<f32>| {
+        // The slices of all phi_i of an isotropic material are equal.
+        let first_phi = |mut values: Vec<f32>| {
             values.truncate(values.len() / phis);
             values
         };
@@ -198,68 +187,66 @@ impl Tensors {
             theta_i,
             ndf,
             sigma,
-            vndf: Densities::new(vndf_grid, of_first_phi(vndf)),
-            rgb: (rgb_grid, of_first_phi(rgb)),
+            vndf: Densities::new(vndf_grid, first_phi(vndf)),
+            rgb: (rgb_grid, first_phi(rgb)),
         })
     }
 
-    /// The BRDF.
+    /// Returns the BRDF, not times the cosine.
     #[inline(always)]
-    fn brdf<S: Angular>(&self, angles: Angles<S>) -> [S; 3] {
+    fn brdf<S: RealScalar>(&self, angles: Angles<S>) -> [S; 3] {
         let zero = S::constant(0.0);
         let at = HalfDifference::from_angles(angles);
         let (cos_i, cos_o) = (at.cos_theta_i(), at.cos_theta_o());
-        // A NaN is below the horizon too.
+        // NaN counts as below the horizon.
         if !(cos_i.value() > 0.0 && cos_o.value() > 0.0) {
             return [zero; 3];
         }
         let [x, y, _] = at.directions().incoming;
         let theta_i = (x * x + y * y).sqrt().atan2(cos_i);
-        // The half vector's azimuth is 0.
+        // The azimuth of the half vector is 0.
         let phi = -y.atan2(x);
         let half = [
             unit_theta(angles.theta_h),
             (phi + S::constant(PI)) * S::constant(1.0 / TAU),
         ];
 
-        let between = Between::of(theta_i, &self.theta_i);
-        let point = self.vndf.make_uniform(half, &between);
+        let position = SlicePosition::new(theta_i, &self.theta_i);
+        let point = self.vndf.make_uniform(half, &position);
         let (grid, values) = &self.ndf;
-        let normals = grid.evaluate(values, &Cell::of(half, *grid));
+        let normals = grid.evaluate(values, &Cell::new(half, *grid));
         let (grid, values) = &self.sigma;
-        let area = grid.evaluate(values, &Cell::of([unit_theta(theta_i), zero], *grid));
+        let area = grid.evaluate(values, &Cell::new([unit_theta(theta_i), zero], *grid));
         let factor = normals / (S::constant(4.0) * area * cos_o);
 
         let (grid, values) = &self.rgb;
-        let cell = Cell::of(point, *grid);
+        let cell = Cell::new(point, *grid);
         [0, 1, 2].map(|channel| {
-            let measured = between.mix(|node| {
-                let begin = (3 * node + channel) * grid.nodes();
-                grid.evaluate(values.get(begin..).unwrap_or_default(), &cell)
+            let measured = position.mix(|node| {
+                let start = (3 * node + channel) * grid.nodes();
+                grid.evaluate(values.get(start..).unwrap_or_default(), &cell)
             });
             (measured * factor).relu()
         })
     }
 }
 
-/// The values of a field of densities, of which none is less than 0. (Factors of `rgb` may be: that is
-/// noise.)
-fn densities(field: &str, values: Vec<f32>) -> Result<Vec<f32>, Complaint> {
+/// Returns the values of a field of densities if none is negative. Factors of `rgb` may be negative because of noise.
+fn densities(field: &str, values: Vec<f32>) -> Result<Vec<f32>, String> {
     match values.iter().position(|value| *value < 0.0) {
         Some(index) => Err(format!(
-            "number {index} of its field {field} is {}, and a density is 0 or more; get it again",
+            "number {index} of its field {field} is {}, and must be at least 0; get it again",
             values[index]
         )),
         None => Ok(values),
     }
 }
 
-/// The nodes of a field with so many rows and columns.
-fn grid(field: &str, [rows, columns]: [usize; 2]) -> Result<TableShape, Complaint> {
+/// Returns the shape of a field's grid if it has at least 2 rows and 2 columns.
+fn grid(field: &str, [rows, columns]: [usize; 2]) -> Result<TableShape, String> {
     if rows < 2 || columns < 2 {
         return Err(format!(
-            "its field {field} has {rows} rows and {columns} columns where there should be 2 or \
-             more; get it again"
+            "its field {field} has {rows} rows and {columns} columns, and must have at least 2 of each; get it again"
         ));
     }
     Ok(TableShape { columns, rows })

@@ -1,4 +1,4 @@
-//! In double precision: derivatives against differences, and mappings against integrals.
+//! Unit tests in f64: derivatives against differences, and mappings against integrals.
 
 use std::f64::consts::{PI, TAU};
 
@@ -7,10 +7,10 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::Tensors;
-use super::distribution::{Between, Densities, TableShape};
+use super::distribution::{SlicePosition, Densities, TableShape};
 use glimpse_kernels::Dual;
 
-/// Rough tables: no two neighboring values have anything to do with each other.
+/// Returns tables of independent random values.
 fn random_tensors(random: &mut ChaCha8Rng) -> Tensors {
     let grid = |columns, rows| TableShape { columns, rows };
     let mut values = |slices: usize, grid: TableShape| -> Vec<f32> {
@@ -38,33 +38,33 @@ fn random_angles(random: &mut ChaCha8Rng) -> Angles<f64> {
 fn derivatives_agree_with_differences() {
     const STEP: f64 = 1e-6;
     let random = &mut ChaCha8Rng::seed_from_u64(1);
-    let (mut compared, mut at_kinks, mut above) = (0, 0, 0);
+    let (mut compared, mut at_kinks, mut above_horizon) = (0, 0, 0);
     for _ in 0..20 {
         let tensors = random_tensors(random);
         for _ in 0..500 {
             let angles = random_angles(random);
             let (values, derivative) = Dual::split(tensors.brdf(Dual::variables(angles)));
-            for (value, alone) in values.iter().zip(tensors.brdf(angles)) {
+            for (value, without_derivatives) in values.iter().zip(tensors.brdf(angles)) {
                 assert!(
-                    (value - alone).abs() <= 1e-14 * alone,
-                    "{value} and {alone}"
+                    (value - without_derivatives).abs() <= 1e-14 * without_derivatives,
+                    "{value} and {without_derivatives}"
                 );
             }
             if values[0] == 0.0 {
                 continue;
             }
-            above += 1;
+            above_horizon += 1;
             for i in 0..3 {
                 let at = |step: f64| {
-                    let mut place = angles;
-                    *[&mut place.theta_h, &mut place.theta_d, &mut place.phi_d][i] += step;
-                    tensors.brdf(place)
+                    let mut moved = angles;
+                    *[&mut moved.theta_h, &mut moved.theta_d, &mut moved.phi_d][i] += step;
+                    tensors.brdf(moved)
                 };
                 let (before, after) = (at(-STEP), at(STEP));
                 for channel in 0..3 {
                     let left = (values[channel] - before[channel]) / STEP;
                     let right = (after[channel] - values[channel]) / STEP;
-                    // Curvature makes the sides differ by STEP, a kink between them by much.
+                    // Curvature makes the one-sided differences differ in proportion to STEP, a kink much more.
                     let scale = values[channel] + left.abs() + right.abs();
                     let curvature = scale * scale / values[channel];
                     if (right - left).abs() > 1e-3 * curvature {
@@ -81,16 +81,16 @@ fn derivatives_agree_with_differences() {
             }
         }
     }
-    assert!(above > 5_000, "{above} places above the horizon");
+    assert!(above_horizon > 5_000, "{above_horizon} directions above the horizon");
     assert!(
         at_kinks * 200 < compared,
         "{at_kinks} kinks, {compared} compared"
     );
 }
 
-/// The corners of derivatives: at the poles they are finite, where they exist or not.
+/// At the poles, derivatives may not exist.
 #[test]
-fn nothing_is_infinite_at_the_poles() {
+fn derivatives_are_finite_at_the_poles() {
     let tensors = random_tensors(&mut ChaCha8Rng::seed_from_u64(2));
     for theta_h in [0.0, -0.0, 1e-20, 0.3] {
         for theta_d in [0.0, 1e-20, 0.3] {
@@ -113,8 +113,8 @@ fn nothing_is_infinite_at_the_poles() {
 }
 
 #[test]
-fn a_density_s_share_of_a_rectangle_is_its_image_s_area() {
-    // One slice, so that the mapping's Jacobian is the density itself.
+fn jacobian_of_the_mapping_is_the_density() {
+    // One slice, so that the Jacobian of the mapping is the normalized density.
     let grid = TableShape {
         columns: 5,
         rows: 4,
@@ -124,9 +124,9 @@ fn a_density_s_share_of_a_rectangle_is_its_image_s_area() {
         .map(|_| random.random_range(0.1..1.0))
         .collect();
     let densities = Densities::new(grid, values.clone());
-    let between = Between::of(0.7, &[0.0]);
+    let position = SlicePosition::new(0.7, &[0.0]);
     for corner in [[0.0, 0.0], [1.0, 1.0], [0.0, 1.0]] {
-        let image = densities.make_uniform(corner, &between);
+        let image = densities.make_uniform(corner, &position);
         for (image, corner) in image.iter().zip(corner) {
             assert!((image - corner).abs() < 1e-6, "{image} and {corner}");
         }
@@ -135,7 +135,7 @@ fn a_density_s_share_of_a_rectangle_is_its_image_s_area() {
         let [x, y] = [0; 2].map(|_| random.random_range(0.001..0.999));
         // The Jacobian by differences.
         let step = 1e-5;
-        let image = |x, y| densities.make_uniform([x, y], &between);
+        let image = |x, y| densities.make_uniform([x, y], &position);
         let by_x = image(x + step, y)[0] - image(x - step, y)[0];
         let by_y = image(x, y + step)[1] - image(x, y - step)[1];
         let jacobian = by_x * by_y / (4.0 * step * step);
@@ -146,30 +146,30 @@ fn a_density_s_share_of_a_rectangle_is_its_image_s_area() {
         let row = |j| at(i, j) * (1.0 - s) + at(i + 1, j) * s;
         let expected = row(j) * (1.0 - t) + row(j + 1) * t;
         let weight = |k: usize, last: usize| if k == 0 || k == last { 0.5 } else { 1.0 };
-        let mut whole = 0.0;
+        let mut total = 0.0;
         for j in 0..4 {
             for i in 0..5 {
-                whole += at(i, j) * weight(i, 4) * weight(j, 3) / 12.0;
+                total += at(i, j) * weight(i, 4) * weight(j, 3) / 12.0;
             }
         }
-        let straddles = [s * 0.25, (1.0 - s) * 0.25, t / 3.0, (1.0 - t) / 3.0];
-        if straddles.iter().all(|distance| *distance > step) {
+        let node_distances = [s * 0.25, (1.0 - s) * 0.25, t / 3.0, (1.0 - t) / 3.0];
+        if node_distances.iter().all(|distance| *distance > step) {
             assert!(
-                (jacobian - expected / whole).abs() < 1e-3 * jacobian,
+                (jacobian - expected / total).abs() < 1e-3 * jacobian,
                 "{jacobian} and {} at {x}, {y}",
-                expected / whole
+                expected / total
             );
         }
     }
 }
 
 #[test]
-fn densities_of_nothing_give_finite_places() {
+fn zero_density_maps_to_a_finite_point() {
     let grid = TableShape {
         columns: 3,
         rows: 3,
     };
     let densities = Densities::new(grid, vec![0.0; 9]);
-    let place = densities.make_uniform([0.4, 0.6], &Between::of(0.0, &[0.0]));
-    assert_eq!(place, [0.0, 0.0]);
+    let point = densities.make_uniform([0.4, 0.6], &SlicePosition::new(0.0, &[0.0]));
+    assert_eq!(point, [0.0, 0.0]);
 }

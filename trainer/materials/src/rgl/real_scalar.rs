@@ -1,4 +1,4 @@
-//! What angles need beside sine and cosine, for numbers and for dual numbers.
+//! Square root and arctangent for numbers and dual numbers.
 
 use std::f64::consts::PI;
 
@@ -6,17 +6,17 @@ use glimpse_core::numeric::{Scalar, Trigonometry};
 
 use glimpse_kernels::Dual;
 
-/// A real number, perhaps with derivatives.
-pub(super) trait Angular: Trigonometry {
-    /// Without derivatives.
+/// A real number, optionally with derivatives.
+pub(super) trait RealScalar: Trigonometry {
+    /// Returns the value without derivatives.
     fn value(self) -> f64;
-    /// Its square root; at 0 (where there is no derivative) it counts as constant.
+    /// Returns the square root. Its derivative at 0, which does not exist, is set to 0.
     fn sqrt(self) -> Self;
-    /// The angle of the point (`x`, `self`), in (-pi, pi\]; at the origin it counts as constant.
+    /// Returns the angle of the point (`x`, `self`) in (-pi, pi\]. Its derivative at the origin is set to 0.
     fn atan2(self, x: Self) -> Self;
 }
 
-impl Angular for f64 {
+impl RealScalar for f64 {
     fn value(self) -> f64 {
         self
     }
@@ -28,7 +28,7 @@ impl Angular for f64 {
     }
 }
 
-impl<const N: usize> Angular for Dual<f64, N> {
+impl<const N: usize> RealScalar for Dual<f64, N> {
     fn value(self) -> f64 {
         self.value
     }
@@ -62,8 +62,8 @@ impl<const N: usize> Angular for Dual<f64, N> {
     }
 }
 
-/// An angle of \[0, pi/2\], brought to \[0, 1\].
+/// Maps an angle theta of \[0, pi/2\] to u(theta) in \[0, 1\].
 #[inline(always)]
-pub(super) fn unit_theta<S: Angular>(theta: S) -> S {
+pub(super) fn unit_theta<S: RealScalar>(theta: S) -> S {
     (theta.relu() * S::constant(2.0 / PI)).sqrt()
 }

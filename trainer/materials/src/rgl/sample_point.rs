@@ -1,4 +1,4 @@
-//! Where points of the unit square look, and a BRDF there.
+//! Directions of the points of the unit square, and BRDFs at them.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -6,30 +6,30 @@ use glimpse_core::geometry::HalfDifference;
 
 use crate::{Brdf, NotFinite, angles_of};
 
-/// By the BRDF at these two cosines of theta_o it is known how BRDF times cosine goes on below the
-/// horizon.
+/// The two cosines of theta_o from which the BRDF times cosine is extrapolated below the horizon.
 const NEAR_HORIZON: [f64; 2] = [1e-4, 0.02];
-/// Luminance of linear RGB (Rec. 709).
+/// Luminance coefficients of linear RGB (Rec. 709).
 const LUMINANCE: [f64; 3] = [0.2126, 0.7152, 0.0722];
 
-/// Angle of a coordinate of the unit square.
+/// Returns theta of a coordinate u of the unit square.
 pub(super) fn theta(u: f64) -> f64 {
     FRAC_PI_2 * u * u
 }
 
-/// Coordinate of a column or row of so many.
+/// Returns the coordinate of column or row `index` of `count`.
 pub(super) fn coordinate(index: usize, count: usize) -> f64 {
     index as f64 / (count - 1) as f64
 }
 
-/// Solid angle of normals by area of the unit square.
+/// Returns the solid angle of normals per area of the unit square.
 pub(super) fn solid_angle([u, _]: [f64; 2]) -> f64 {
     2.0 * PI * PI * u * theta(u).sin()
 }
 
-/// Where a point of the unit square looks.
-pub(super) struct Place {
-    /// Above the horizon the place itself, twice; below it, two places above, by [`NEAR_HORIZON`].
+/// The directions of a point of the unit square.
+pub(super) struct SamplePoint {
+    /// Above the horizon, the directions themselves, twice. Below, the directions with w_o raised to each cosine of
+    /// [`NEAR_HORIZON`].
     at: [HalfDifference<f32>; 2],
     /// cos(theta_o).
     pub(super) cos_o: f64,
@@ -37,8 +37,8 @@ pub(super) struct Place {
     pub(super) cos_d: f64,
 }
 
-impl Place {
-    pub(super) fn of(theta_i: f64, [u, v]: [f64; 2]) -> Self {
+impl SamplePoint {
+    pub(super) fn new(theta_i: f64, [u, v]: [f64; 2]) -> Self {
         let (sin_i, cos_i) = theta_i.sin_cos();
         let (sin_m, cos_m) = theta(u).sin_cos();
         let (sin_phi, cos_phi) = (PI * (2.0 * v - 1.0)).sin_cos();
@@ -48,7 +48,7 @@ impl Place {
         let outgoing: [f64; 3] = std::array::from_fn(|i| 2.0 * cos_d * half[i] - incoming[i]);
         let cos_o = outgoing[2];
         let at = if cos_o >= NEAR_HORIZON[0] {
-            [seen(incoming, [sin_m, cos_m], [cos_phi, sin_phi]); 2]
+            [half_difference(incoming, [sin_m, cos_m], [cos_phi, sin_phi]); 2]
         } else {
             NEAR_HORIZON.map(|cosine| raised(incoming, outgoing, cosine))
         };
@@ -56,16 +56,16 @@ impl Place {
     }
 }
 
-/// A pair of directions with the second one raised to this cosine.
+/// Returns a pair of directions with w_o raised to the given cosine.
 fn raised(incoming: [f64; 3], [x, y, _]: [f64; 3], cosine: f64) -> HalfDifference<f32> {
     let sine = (1.0 - cosine * cosine).sqrt();
     let [x, y] = unit(x, y).map(|along| along * sine);
     let [x, y, z] = [x + incoming[0], y, cosine + incoming[2]];
     let across = x.hypot(y);
-    seen(incoming, unit(across, z), unit(x, y))
+    half_difference(incoming, unit(across, z), unit(x, y))
 }
 
-/// A vector of the plane, one long; of none, the first axis.
+/// Normalizes a vector of the plane. Returns the first axis if its length is 0.
 fn unit(x: f64, y: f64) -> [f64; 2] {
     let length = x.hypot(y);
     if length > 0.0 {
@@ -75,9 +75,9 @@ fn unit(x: f64, y: f64) -> [f64; 2] {
     }
 }
 
-/// A direction of azimuth 0 as seen from a half vector, by sine and cosine of its theta and cosine and
-/// sine of its azimuth.
-fn seen(
+/// Returns half and difference vector of an incoming direction of azimuth 0. The half vector is given by sine and cosine of
+/// its theta, and cosine and sine of its azimuth.
+fn half_difference(
     [x, _, z]: [f64; 3],
     [sin_h, cos_h]: [f64; 2],
     [cos_phi, sin_phi]: [f64; 2],
@@ -92,31 +92,34 @@ fn seen(
     }
 }
 
-/// BRDF times cos(theta_o) at each place; below the horizon as it goes on from above.
+/// Returns the BRDF times cos(theta_o) at each point. Below the horizon it is extrapolated.
 pub(super) fn times_cosine(
     brdf: &(impl Brdf + ?Sized),
-    places: &[Place],
+    points: &[SamplePoint],
 ) -> Result<Vec<[f64; 3]>, NotFinite> {
     let [first, second] = [0, 1].map(|which| {
-        let at: Vec<HalfDifference<f32>> = places.iter().map(|place| place.at[which]).collect();
+        let at: Vec<HalfDifference<f32>> = points.iter().map(|point| point.at[which]).collect();
         evaluate(brdf, &at)
     });
     let [low, high] = NEAR_HORIZON;
-    let both = first?.into_iter().zip(second?).zip(places);
-    let values = both.map(|((first, second), place)| {
+    let both = first?.into_iter().zip(second?).zip(points);
+    let values = both.map(|((first, second), point)| {
         std::array::from_fn(|channel| {
             let [first, second] = [first[channel], second[channel]].map(f64::from);
-            if place.cos_o >= low {
-                return first * place.cos_o;
+            if point.cos_o >= low {
+                return first * point.cos_o;
             }
             let slope = (second * high - first * low) / (high - low);
-            first * low + slope * (place.cos_o - low)
+            first * low + slope * (point.cos_o - low)
         })
     });
     Ok(values.collect())
 }
 
-/// A BRDF at places, if it is finite at all of them.
+/// Evaluates a BRDF at directions.
+///
+/// # Errors
+/// If it is not finite at one of them.
 pub(super) fn evaluate(
     brdf: &(impl Brdf + ?Sized),
     at: &[HalfDifference<f32>],
