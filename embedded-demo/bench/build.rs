@@ -1,4 +1,4 @@
-//! Puts the memory of the chip that QEMU plays where the linker looks, and names the linker scripts.
+//! Passes the memory layout of QEMU's machine and the linker scripts to the linker.
 
 use std::path::PathBuf;
 use std::{env, fs, io};
@@ -11,13 +11,13 @@ fn main() -> io::Result<()> {
         "thumbv7em-none-eabihf" | "thumbv7em-none-eabi" => "stm32f405",
         "thumbv6m-none-eabi" => "nrf51822",
         "riscv32imc-unknown-none-elf" => "virt",
-        _ => return Ok(()), // a host, which takes the library only
+        _ => return Ok(()), // only the library is built for a host
     };
     let out = PathBuf::from(env::var_os("OUT_DIR").ok_or(io::ErrorKind::NotFound)?);
     fs::copy(format!("../memory/{chip}.x"), out.join("memory.x"))?;
     println!("cargo::rustc-link-search={}", out.display());
     if chip == "virt" {
-        println!("cargo::rustc-link-arg-bins=-Tmemory.x"); // riscv-rt's link.x does not ask for it
+        println!("cargo::rustc-link-arg-bins=-Tmemory.x"); // riscv-rt's link.x does not include it
     }
     println!("cargo::rustc-link-arg-bins=-Tlink.x");
     println!("cargo::rustc-link-arg-bins=--nmagic");

@@ -1,6 +1,6 @@
-//! What the choice of elementary functions costs: fits the recipes to a family of materials on the
-//! host, with the functions that this was built with, and prints the mean loss at directions that
-//! were not measured. With the feature `micromath` the fit is micromath's; the loss is by libm.
+//! Cost of the elementary functions in accuracy: fits the recipes to a family of materials on a host, and prints the
+//! mean loss at directions without readings. With the feature `micromath` the fit uses micromath's functions. The loss
+//! always uses libm's.
 //!
 //! ```sh
 //! cargo run --release --manifest-path embedded-demo/bench/Cargo.toml --example loss
@@ -9,14 +9,14 @@
 
 use std::error::Error;
 
-use glimpse_bench::judge::loss;
+use glimpse_bench::evaluation::loss;
 use glimpse_bench::{Material, recipes};
 use glimpse_core::fit::Fitter;
 use glimpse_core::model::{CookTorrance, Model, Neural, Phong};
 use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::Scan;
 
-/// Materials in the family.
+/// Number of materials in the family.
 const MATERIALS: u32 = 64;
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -50,12 +50,12 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// The mean over all materials.
+/// Returns the mean loss over all materials.
 fn mean_loss<M: Model + Fitter>(recipe: &[u8]) -> Result<f64, Box<dyn Error>> {
     let recipe = Recipe::parse(recipe)?;
     let mut sum = 0.0;
     for index in 0..MATERIALS {
-        let material = of_family(index);
+        let material = family_member(index);
         let mut memory = vec![0.0; recipe.memory_words()];
         let mut scan = Scan::<M>::new(recipe, &mut memory)?;
         for (index, angles) in (0..).zip(recipe.pattern()) {
@@ -69,8 +69,8 @@ fn mean_loss<M: Model + Fitter>(recipe: &[u8]) -> Result<f64, Box<dyn Error>> {
     Ok(sum / f64::from(MATERIALS))
 }
 
-/// The n-th of a family, dull and glossy, dark and bright.
-fn of_family(index: u32) -> Material {
+/// Returns the nth material of the family, which varies in gloss, brightness and tint.
+fn family_member(index: u32) -> Material {
     let spread = |step: f32| (step * (index as f32 + 0.5)).fract();
     let brightness = 0.3 * spread(0.618_034);
     let tint = spread(0.754_877_7);

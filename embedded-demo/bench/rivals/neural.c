@@ -1,11 +1,11 @@
-/* The rival: the same fit in plain C, as one would write it down. 20 steps of SGD on 8 samples with
-   the network of 675 parameters, the loss and the step sizes of Glimpse; `cargo run -p glimpse-tests
-   --features firmware --example rivals` compiles and counts it. */
+/* For comparison: the same fit in straightforward C. 20 steps of SGD on 8 samples with the network of 675 parameters,
+   and with the loss and the step sizes of Glimpse. `cargo run -p glimpse-tests --example rivals`
+   compiles it and counts its instructions. */
 
 #include <math.h>
 #include <stdint.h>
 
-#include "numbers.h" /* INITIAL, STEP_SIZES, INPUTS, MEASURED: of the recipe and the material */
+#include "numbers.h" /* INITIAL, STEP_SIZES of the recipe; INPUTS, MEASURED of the material */
 
 #define HIDDEN 21
 #define STEPS 20
@@ -85,7 +85,7 @@ static void fit(void)
     }
 }
 
-/* In a trace of all instructions its address tells where the fit begins and ends. */
+/* Its address marks the begin and the end of the fit in an instruction trace. */
 __attribute__((noinline)) void counter_now(void) { __asm__ volatile("nop"); }
 
 static int semihosting(int operation, const void *argument)
@@ -96,7 +96,7 @@ static int semihosting(int operation, const void *argument)
     return r0;
 }
 
-/* To the standard output, which is opened as ":tt" for writing. */
+/* Prints to the standard output, which is opened as ":tt" for writing. */
 static void print(const char *text)
 {
     const void *open[3] = {":tt", (void *)4, (void *)3};
@@ -105,7 +105,7 @@ static void print(const char *text)
     while (text[length] != 0) length++;
     const void *write[3] = {(void *)output, text, (void *)length};
     semihosting(0x05, write);
-    semihosting(0x02, &output); /* closed */
+    semihosting(0x02, &output); /* close */
 }
 
 int main(void)
@@ -123,13 +123,13 @@ int main(void)
         print(digits);
     }
     print("\n");
-    semihosting(0x18, (void *)0x20026); /* the application ends well */
+    semihosting(0x18, (void *)0x20026); /* exit code 0 */
     for (;;) {}
 }
 
 void reset(void)
 {
-    *(volatile uint32_t *)0xE000ED88 |= 0xFu << 20; /* the floating-point unit's power */
+    *(volatile uint32_t *)0xE000ED88 |= 0xFu << 20; /* turns the floating-point unit on */
     __asm__ volatile("dsb\n\tisb");
     main();
 }

@@ -1,13 +1,12 @@
-//! A firmware without a board: it fits measurements that every machine computes alike, and prints
-//! the result and what it took. One binary for each recipe, and two where readings are lost;
-//! `tests/run firmware` builds and runs them.
+//! Benchmark firmware: each binary fits one recipe to synthetic readings, which every machine computes identically, and
+//! prints the result and its cost. `tests/run firmware` builds and runs the binaries.
 //!
-//! On a host the library alone is built: tests compare the device's numbers with its.
+//! On a host only the library is built, so tests can compare the device's results with the host's.
 
 #![no_std]
 
 #[cfg(all(not(target_os = "none"), feature = "libm"))]
-pub mod judge;
+pub mod evaluation;
 #[cfg(target_os = "none")]
 pub mod machine;
 #[cfg(target_os = "none")]
@@ -16,7 +15,7 @@ pub mod report;
 use glimpse_core::geometry::Angles;
 use glimpse_core::scan::{Reading, Residual};
 
-/// The recipes that are tried: n = 8, and 20 steps or 5 components.
+/// Recipes of the benchmarks: n = 8, and 20 steps or 5 components.
 pub mod recipes {
     /// Phong.
     pub static PHONG: &[u8] = include_bytes!("../../../trainer/recipes/phong-n8.recipe");
@@ -28,8 +27,7 @@ pub mod recipes {
     /// Linear.
     pub static LINEAR: &[u8] = include_bytes!("../../../trainer/recipes/linear-n8.recipe");
 
-    /// Those that complete the readings: n = 8, and one step from where the completion leads, or for
-    /// Linear none.
+    /// Recipes that complete the readings: n = 8, then one step; none for Linear.
     pub mod completed {
         /// Phong.
         pub static PHONG: &[u8] =
@@ -45,7 +43,7 @@ pub mod recipes {
             include_bytes!("../../../trainer/recipes/completed/linear-n8.recipe");
     }
 
-    /// Those with more samples.
+    /// Recipes with more samples.
     pub mod large {
         /// Neural, n = 32.
         pub static NEURAL_32: &[u8] =
@@ -53,16 +51,16 @@ pub mod recipes {
         /// Linear, n = 32.
         pub static LINEAR_32: &[u8] =
             include_bytes!("../../../trainer/recipes/completed/linear-n32.recipe");
-        /// Neural, n = 64, trained for its costs only (procedural:40, effort quick).
+        /// Neural, n = 64, trained for benchmarks only (procedural:40, effort quick).
         pub static NEURAL_64: &[u8] = include_bytes!("../recipes/neural-n64.recipe");
-        /// Linear, n = 64, trained for its costs only.
+        /// Linear, n = 64, trained for benchmarks only.
         pub static LINEAR_64: &[u8] = include_bytes!("../recipes/linear-n64.recipe");
     }
 
     /// The compact basis of Linear's completed recipes.
     pub static BASIS: &[u8] = include_bytes!("../../../trainer/recipes/linear.basis24");
 
-    /// Those that complete readings of which some may be missing: n = 16.
+    /// Recipes that complete readings and tolerate missing ones: n = 16.
     pub mod masked {
         /// Neural.
         pub static NEURAL: &[u8] =
@@ -73,27 +71,27 @@ pub mod recipes {
     }
 }
 
-/// A made-up material: a diffuse color, and a highlight of two widths.
+/// A synthetic material: a diffuse color, and a highlight of two widths.
 #[derive(Clone, Copy, Debug)]
 pub struct Material {
-    /// sr^-1, linear RGB.
+    /// Diffuse BRDF in linear RGB, sr^-1.
     pub diffuse: [f32; 3],
-    /// The height of the highlight, sr^-1.
+    /// Peak of the highlight, sr^-1.
     pub highlight: f32,
-    /// How narrow it is; half as high at theta_h = 0.64 / sqrt(sharpness).
+    /// Sharpness of the highlight: half its peak is at theta_h = 0.64 / sqrt(sharpness).
     pub sharpness: f32,
 }
 
 impl Material {
-    /// The one whose fit is counted.
-    pub const COUNTED: Self = Self {
+    /// The material of the benchmarks.
+    pub const BENCHMARK: Self = Self {
         diffuse: [0.12, 0.05, 0.03],
         highlight: 0.9,
         sharpness: 40.0,
     };
 
-    /// What a sensor sees of it. Sums, products and quotients only, which every machine rounds
-    /// alike.
+    /// Returns the reading of this material. It uses only sums, products and quotients, which every machine rounds
+    /// identically.
     #[must_use]
     pub fn measure(&self, angles: Angles<f32>) -> Reading {
         let lobe = |sharpness: f32| {
@@ -108,23 +106,23 @@ impl Material {
     }
 }
 
-/// What a sensor sees of the material whose fit is counted.
+/// Returns the reading of the benchmark material.
 #[must_use]
 pub fn measure(angles: Angles<f32>) -> Reading {
-    Material::COUNTED.measure(angles)
+    Material::BENCHMARK.measure(angles)
 }
 
-/// Which readings of a masked recipe are lost where some are: every third one.
+/// Returns true if a reading is missing in the benchmarks with missing readings: every third one.
 #[must_use]
-pub const fn is_lost(index: u16) -> bool {
+pub const fn is_missing(index: u16) -> bool {
     index % 3 == 1
 }
 
-/// What stops a fit before it begins; no recipe here does.
+/// Error of a benchmark. The recipes here cause none.
 #[derive(Debug)]
-pub struct Refused;
+pub struct BenchError;
 
-/// How well a fit explains its readings, as numbers that are compared.
+/// Returns the bits of the residual, for comparison.
 #[must_use]
 pub fn residual_bits(residual: &Residual) -> [u32; 2] {
     [residual.mean.to_bits(), residual.worst.to_bits()]

@@ -1,15 +1,14 @@
-//! What differs between machines, the counter of instructions, and what does not: stack and statics.
+//! Instruction counter for each machine, and the peak depth of the stack.
 
-/// Instructions since some time, for differences of less than a minute; QEMU runs with
-/// `-icount shift=0`, where each takes a nanosecond.
+/// Instruction counter for differences below a minute. QEMU runs with `-icount shift=0`, where each instruction takes a
+/// nanosecond.
 #[cfg(target_arch = "arm")]
 pub mod counter {
     use cortex_m::Peripherals;
     use cortex_m::peripheral::SYST;
     use cortex_m::peripheral::syst::SystClkSource;
 
-    /// Ticks of SysTick in a second of the machine that QEMU plays: of microbit and of
-    /// netduinoplus2.
+    /// SysTick frequency of QEMU's machines: netduinoplus2, or microbit.
     const HZ: u64 = if cfg!(target_feature = "v7") {
         168_000_000
     } else {
@@ -17,7 +16,7 @@ pub mod counter {
     };
     const MASK: u32 = (1 << 24) - 1;
 
-    /// Starts it.
+    /// Starts the counter.
     pub fn start() {
         if let Some(core) = Peripherals::take() {
             let mut systick = core.SYST;
@@ -28,44 +27,44 @@ pub mod counter {
         }
     }
 
-    /// Now. Out of line: in a trace of all instructions its address tells where a fit begins and
-    /// ends.
+    /// Returns the present count. Not inlined: its address marks the begin and the end of a fit in an instruction
+    /// trace.
     #[inline(never)]
     #[must_use]
     pub fn now() -> u32 {
         SYST::get_current()
     }
 
-    /// Instructions from one time to another.
+    /// Returns the instructions between two counts.
     #[must_use]
     pub fn between(before: u32, after: u32) -> u32 {
-        let ticks = before.wrapping_sub(after) & MASK; // it counts down
+        let ticks = before.wrapping_sub(after) & MASK; // SysTick counts down
         (u64::from(ticks) * 1_000_000_000 / HZ) as u32
     }
 }
 
-/// See the other one.
+/// Instruction counter, as above.
 #[cfg(target_arch = "riscv32")]
 pub mod counter {
     use riscv::register::minstret;
 
-    /// It runs.
+    /// Does nothing: the counter always runs.
     pub fn start() {}
 
-    /// Now.
+    /// Returns the present count.
     #[must_use]
     pub fn now() -> u32 {
         minstret::read() as u32
     }
 
-    /// Instructions from one time to another.
+    /// Returns the instructions between two counts.
     #[must_use]
     pub fn between(before: u32, after: u32) -> u32 {
         after.wrapping_sub(before)
     }
 }
 
-/// How deep the stack was.
+/// Peak depth of the stack.
 pub mod stack {
     const PAINT: u32 = 0xA5A5_5A5A;
 
@@ -74,28 +73,27 @@ pub mod stack {
         static _stack_start: u32;
     }
 
-    /// Paints what lies below the caller's frame.
+    /// Paints the stack below the caller's frame.
     #[inline(never)]
     pub fn paint() {
         let here = 0_u32;
-        // Below this function's frame, with room to spare; the stack grows downwards.
+        // Below this function's frame with some margin. The stack grows downwards.
         let top = (&raw const here).wrapping_sub(32);
         let mut word = &raw mut _stack_end;
         while word.cast_const() < top {
-            // SAFETY: from the linker script's end of the stack up to below the stack pointer there
-            // is aligned RAM, and nobody's.
+            // SAFETY: between the linker script's end of the stack and this address below the stack pointer there is
+            // aligned, unused RAM.
             unsafe { word.write_volatile(PAINT) };
             word = word.wrapping_add(1);
         }
     }
 
-    /// The largest number of bytes that the stack had since.
+    /// Returns the peak size of the stack since [`paint`], in bytes.
     #[must_use]
     pub fn bytes() -> usize {
         let mut word = &raw const _stack_end;
         let start = &raw const _stack_start;
-        // SAFETY: the whole stack is aligned RAM; below the stack pointer lies paint or what was
-        // left there.
+        // SAFETY: the whole stack is aligned RAM. Below the stack pointer there is paint or old values.
         while word < start && unsafe { word.read_volatile() } == PAINT {
             word = word.wrapping_add(1);
         }
@@ -103,11 +101,11 @@ pub mod stack {
     }
 }
 
-/// A static's only reference.
+/// Returns the only reference to a static.
 ///
 /// # Safety
-/// `place` is a static, and there is no other reference to it, now or later.
-pub unsafe fn only<T>(place: *mut T) -> &'static mut T {
-    // SAFETY: by the caller's word.
-    unsafe { &mut *place }
+/// `pointer` leads to a static, and there is never another reference to it.
+pub unsafe fn unique_static<T>(pointer: *mut T) -> &'static mut T {
+    // SAFETY: guaranteed by the caller.
+    unsafe { &mut *pointer }
 }

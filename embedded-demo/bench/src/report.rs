@@ -1,4 +1,4 @@
-//! Runs a fit between two readings of the counter, and prints what came of it.
+//! Runs a fit, and prints its cost and result.
 
 use core::hint::black_box;
 
@@ -10,89 +10,93 @@ use glimpse_core::scan::Scan;
 use semihosting::{print, println};
 
 use crate::machine::{counter, stack};
-use crate::{Refused, is_lost, measure, residual_bits};
+use crate::{BenchError, is_missing, measure, residual_bits};
 
-/// Fits a model, with all readings or with those that are not [lost](is_lost). Memory and scan lie in
-/// statics: the stack is for what is going on.
+/// Fits a model with all readings, or without the [missing](is_missing) ones. Memory and scan are statics, so the stack
+/// contains only local variables.
 ///
 /// # Errors
-/// If the recipe is refused.
-pub fn fit<'a, K: Fitter, const LOSES: bool>(
+/// If the scan or the fit fails.
+pub fn fit<'a, K: Fitter, const WITH_MISSING: bool>(
     recipe: &'a [u8],
     basis: Option<&'a [u8]>,
     memory: &'a mut [f32],
-    place: &'a mut Option<Scan<'a, K>>,
-) -> Result<(), Refused> {
+    slot: &'a mut Option<Scan<'a, K>>,
+) -> Result<(), BenchError> {
     stack::paint();
-    let (scan, parsing) = begin(recipe, basis, memory, place)?;
-    advance::<K, LOSES>(scan, parsing)
+    let (scan, parsing) = begin(recipe, basis, memory, slot)?;
+    advance::<K, WITH_MISSING>(scan, parsing)
 }
 
-/// Out of line, as is [`begin`]: neither's frame is there while the other one's is.
+/// Records the readings and fits. Not inlined, like [`begin`], so that their stack frames do not add up.
 #[inline(never)]
-fn advance<K: Fitter, const LOSES: bool>(
+fn advance<K: Fitter, const WITH_MISSING: bool>(
     scan: &mut Scan<'_, K>,
     parsing: u32,
-) -> Result<(), Refused> {
+) -> Result<(), BenchError> {
     for (index, angles) in (0..).zip(scan.recipe().pattern()) {
-        if LOSES && is_lost(index) {
+        if WITH_MISSING && is_missing(index) {
             continue;
         }
-        scan.record(index, measure(angles)).map_err(|_| Refused)?;
+        scan.record(index, measure(angles))
+            .map_err(|_| BenchError)?;
     }
-    let mut fit = scan.fit().map_err(|_| Refused)?;
+    let mut fit = scan.fit().map_err(|_| BenchError)?;
     let before = counter::now();
     while !fit.advance(u32::MAX).is_complete() {}
     let after = counter::now();
-    let fitted = fit.finish().map_err(|_| Refused)?;
+    let fitted = fit.finish().map_err(|_| BenchError)?;
     let stack = stack::bytes();
-    let asked = counter::now();
-    black_box(fitted.brdf(black_box(&SLANTED)));
-    let answered = counter::now();
+    let before_brdf = counter::now();
+    black_box(fitted.brdf(black_box(&OBLIQUE)));
+    let after_brdf = counter::now();
     println!("parse_instructions={parsing}");
-    println!("brdf_instructions={}", counter::between(asked, answered));
+    println!(
+        "brdf_instructions={}",
+        counter::between(before_brdf, after_brdf)
+    );
     print_costs(counter::between(before, after), stack);
     print_numbers("residual", residual_bits(&fitted.residual()).into_iter());
     print_numbers("parameters", fitted.values().map(f32::to_bits));
     Ok(())
 }
 
-/// Directions whose BRDF is asked for.
-const SLANTED: Directions<f32> = Directions {
+/// Directions of the BRDF evaluation.
+const OBLIQUE: Directions<f32> = Directions {
     incoming: [0.6, 0.0, 0.8],
     outgoing: [0.0, 0.6, 0.8],
 };
 
-/// Parses the recipe and begins a scan; returns what parsing took. Out of line: what it takes of the stack is given
-/// back before anything is measured.
+/// Parses the recipe and begins a scan. Also returns the instructions of parsing. Not inlined: its stack frame is free
+/// again before the fit.
 #[inline(never)]
 fn begin<'a, 's, K: Fitter>(
     recipe: &'a [u8],
     basis: Option<&'a [u8]>,
     memory: &'a mut [f32],
-    place: &'s mut Option<Scan<'a, K>>,
-) -> Result<(&'s mut Scan<'a, K>, u32), Refused> {
+    slot: &'s mut Option<Scan<'a, K>>,
+) -> Result<(&'s mut Scan<'a, K>, u32), BenchError> {
     let before = counter::now();
-    let recipe = Recipe::parse(black_box(recipe)).map_err(|_| Refused)?;
+    let recipe = Recipe::parse(black_box(recipe)).map_err(|_| BenchError)?;
     let after = counter::now();
-    let mut scan = Scan::new(recipe, memory).map_err(|_| Refused)?;
+    let mut scan = Scan::new(recipe, memory).map_err(|_| BenchError)?;
     if let Some(basis) = basis {
         let before = counter::now();
-        let basis = Basis::parse(black_box(basis)).map_err(|_| Refused)?;
+        let basis = Basis::parse(black_box(basis)).map_err(|_| BenchError)?;
         let after = counter::now();
         println!(
             "basis_parse_instructions={}",
             counter::between(before, after)
         );
-        scan = scan.with_basis(basis).map_err(|_| Refused)?;
+        scan = scan.with_basis(basis).map_err(|_| BenchError)?;
     }
-    *place = Some(scan);
-    let scan = place.as_mut().ok_or(Refused)?;
+    *slot = Some(scan);
+    let scan = slot.as_mut().ok_or(BenchError)?;
     Ok((scan, counter::between(before, after)))
 }
 
-/// Prints as the others do.
-pub fn nothing() {
+/// Prints the same lines as a fit, without a fit.
+pub fn baseline() {
     stack::paint();
     let before = counter::now();
     let after = counter::now();
@@ -101,20 +105,20 @@ pub fn nothing() {
     print_numbers("parameters", black_box(&[0_u32; 4]).iter().copied());
 }
 
-/// Prints what another fit took, between two readings of the counter, and its parameters.
+/// Prints the cost of another implementation's fit, between two counts, and its parameters.
 pub fn print_result(before: u32, after: u32, parameters: [u32; 7]) {
     let stack = stack::bytes();
     print_costs(counter::between(before, after), stack);
     print_numbers("parameters", parameters.into_iter());
 }
 
-#[inline(never)] // what formatting takes of the stack is not the fit's
+#[inline(never)] // formatting must not add to the fit's stack
 fn print_costs(instructions: u32, stack: usize) {
     println!("fit_instructions={instructions}");
     println!("stack_bytes={stack}");
 }
 
-/// Numbers as the hexadecimal digits of their bits.
+/// Prints numbers as hexadecimal digits.
 #[inline(never)]
 fn print_numbers(name: &str, bits: impl Iterator<Item = u32>) {
     print!("{name}=");
@@ -124,15 +128,15 @@ fn print_numbers(name: &str, bits: impl Iterator<Item = u32>) {
     println!("");
 }
 
-/// Ends QEMU: well, or with a code that says otherwise.
-pub fn end(outcome: Result<(), Refused>) -> ! {
+/// Ends QEMU, with exit code 0 on success and 1 on an error.
+pub fn end(outcome: Result<(), BenchError>) -> ! {
     semihosting::process::exit(match outcome {
         Ok(()) => 0,
-        Err(Refused) => 1,
+        Err(BenchError) => 1,
     })
 }
 
-/// The entry point: `firmware!(expression of Result)`, with the panic handler.
+/// Defines the entry point and the panic handler: `firmware!(expression of type Result)`.
 #[macro_export]
 macro_rules! firmware {
     ($run:expr) => {
@@ -154,31 +158,31 @@ macro_rules! firmware {
     };
 }
 
-/// A firmware that fits a model with a recipe: `fit!(model, recipe)`, or, where readings are lost,
-/// `fit!(model, recipe, true)`.
+/// Defines a firmware that fits a model with a recipe: `fit!(model, recipe)`, or `fit!(model, recipe, true)` with
+/// missing readings.
 #[macro_export]
 macro_rules! fit {
     ($model:ty, $recipe:expr) => {
         $crate::fit!($model, $recipe, false, None);
     };
-    ($model:ty, $recipe:expr, $loses:literal) => {
-        $crate::fit!($model, $recipe, $loses, None);
+    ($model:ty, $recipe:expr, $with_missing:literal) => {
+        $crate::fit!($model, $recipe, $with_missing, None);
     };
-    ($model:ty, $recipe:expr, $loses:literal, $basis:expr) => {
+    ($model:ty, $recipe:expr, $with_missing:literal, $basis:expr) => {
         $crate::firmware!({
             use glimpse_core::recipe::memory_words;
             use glimpse_core::scan::Scan;
-            use $crate::machine::only;
+            use $crate::machine::unique_static;
 
             static mut MEMORY: [f32; memory_words(&[$recipe])] = [0.0; memory_words(&[$recipe])];
             static mut SCAN: Option<Scan<'static, $model>> = None;
-            // SAFETY: the entry point runs once, and nothing else knows of them.
+            // SAFETY: the entry point runs once, and these references are the only ones.
             unsafe {
-                $crate::report::fit::<_, $loses>(
+                $crate::report::fit::<_, $with_missing>(
                     $recipe,
                     $basis,
-                    &mut only(&raw mut MEMORY)[..],
-                    only(&raw mut SCAN),
+                    &mut unique_static(&raw mut MEMORY)[..],
+                    unique_static(&raw mut SCAN),
                 )
             }
         });

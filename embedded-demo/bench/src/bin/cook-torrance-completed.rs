@@ -1,4 +1,4 @@
-//! Cook-Torrance, a step from where 8 samples are completed to.
+//! Cook-Torrance, 8 readings completed, then one step.
 
 #![no_std]
 #![no_main]

@@ -1,4 +1,4 @@
-//! Linear, 8 samples completed to 24 components, with the basis that makes a BRDF of them.
+//! Linear, 8 readings completed to 24 components, and the BRDF by their basis.
 
 #![no_std]
 #![no_main]

@@ -1,4 +1,4 @@
-//! Linear, 8 samples completed to 24 components.
+//! Linear, 8 readings completed to 24 components.
 
 #![no_std]
 #![no_main]

@@ -1,4 +1,4 @@
-//! Linear, 16 samples completed to 24 components, of which every third reading is lost.
+//! Linear, 16 samples with every third reading missing, completed to 24 components.
 
 #![no_std]
 #![no_main]

@@ -1,4 +1,4 @@
-//! Linear, 16 samples completed to 24 components; any of them might be missing.
+//! Linear, 16 readings completed to 24 components, by a recipe that tolerates missing ones.
 
 #![no_std]
 #![no_main]

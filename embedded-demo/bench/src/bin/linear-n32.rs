@@ -1,4 +1,4 @@
-//! Linear, 32 samples completed to 24 components.
+//! Linear, 32 readings completed to 24 components.
 
 #![no_std]
 #![no_main]

@@ -1,4 +1,4 @@
-//! Linear, 64 samples completed to 24 components.
+//! Linear, 64 readings completed to 24 components.
 
 #![no_std]
 #![no_main]

@@ -1,5 +1,5 @@
-//! A firmware that parses a recipe, scans, fits Neural and evaluates the BRDF, and does nothing else: its flash by
-//! profile is in `core/docs/costs.md`.
+//! A minimal firmware: it parses a recipe, scans, fits Neural and evaluates the BRDF. `core/docs/costs.md` has its
+//! flash size by profile.
 
 #![no_std]
 #![no_main]

@@ -1,4 +1,4 @@
-//! Neural, a step from where 8 samples are completed to.
+//! Neural, 8 readings completed, then one step.
 
 #![no_std]
 #![no_main]

@@ -1,4 +1,4 @@
-//! Neural, a step from where 16 samples are completed to, of which every third reading is lost.
+//! Neural, 16 samples with every third reading missing, completed, then one step.
 
 #![no_std]
 #![no_main]

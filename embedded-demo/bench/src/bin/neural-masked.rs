@@ -1,4 +1,4 @@
-//! Neural, a step from where 16 samples are completed to; any of them might be missing.
+//! Neural, 16 readings completed, then one step, by a recipe that tolerates missing ones.
 
 #![no_std]
 #![no_main]

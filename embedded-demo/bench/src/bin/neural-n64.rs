@@ -1,4 +1,4 @@
-//! Neural, a step from where 64 samples are completed to.
+//! Neural, 64 readings completed, then one step.
 
 #![no_std]
 #![no_main]

@@ -1,4 +1,4 @@
-//! All but the fit: what a model's binary is larger than this one, the fit takes.
+//! Baseline without a fit: the flash of a fit is the difference between its binary and this one.
 
 #![no_std]
 #![no_main]
@@ -6,6 +6,6 @@
 use glimpse_bench::report;
 
 glimpse_bench::firmware!({
-    report::nothing();
+    report::baseline();
     Ok(())
 });

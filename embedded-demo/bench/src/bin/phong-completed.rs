@@ -1,4 +1,4 @@
-//! Phong, a step from where 8 samples are completed to.
+//! Phong, 8 readings completed, then one step.
 
 #![no_std]
 #![no_main]

@@ -1,6 +1,6 @@
-//! The rival: Phong on 8 samples by multicalc's Levenberg-Marquardt, which differentiates by dual
-//! numbers. Same start, same measurements, to its own convergence; it minimizes squares where
-//! Glimpse minimizes absolute values, for its residuals have to be smooth.
+//! For comparison: Phong on 8 samples by multicalc's Levenberg-Marquardt, which differentiates by dual numbers. It has
+//! the same start and the same readings, and runs until it converges. It minimizes squares where Glimpse minimizes
+//! absolute values, because its residuals have to be smooth.
 
 #![no_std]
 #![no_main]
@@ -10,7 +10,7 @@ use core::hint::black_box;
 use glimpse_bench::machine::counter;
 use glimpse_bench::recipes::PHONG;
 use glimpse_bench::report::print_result;
-use glimpse_bench::{Refused, measure};
+use glimpse_bench::{BenchError, measure};
 use glimpse_core::geometry::HalfDifference;
 use glimpse_core::recipe::{FitMethod, Recipe};
 use multicalc::numerical_derivative::AutoDiffMulti;
@@ -21,15 +21,15 @@ const SAMPLES: usize = 8;
 const PARAMETERS: usize = 7;
 const RESIDUALS: usize = 3 * SAMPLES;
 
-/// The measurements, and where they were taken.
-struct Measured {
+/// The readings and their directions.
+struct Measurements {
     at: [HalfDifference<f32>; SAMPLES],
     brdf: [[f32; 3]; SAMPLES],
 }
 
-/// ln(1 + f c) - ln(1 + y c) of each sample and channel, f by Phong's formula (see
+/// Residuals ln(1 + f c) - ln(1 + y c) of each sample and channel, with f by Phong's formula (see
 /// `core/src/model/phong.rs`).
-impl VectorFn<PARAMETERS, RESIDUALS> for Measured {
+impl VectorFn<PARAMETERS, RESIDUALS> for Measurements {
     fn eval<S: Numeric>(&self, point: &[S; PARAMETERS]) -> [S; RESIDUALS] {
         let constant = |value: f32| S::from_f64(f64::from(value));
         let sigmoid = |x: S| S::ONE / (S::ONE + (-x).exp());
@@ -60,17 +60,17 @@ impl VectorFn<PARAMETERS, RESIDUALS> for Measured {
 
 glimpse_bench::firmware!(fit());
 
-fn fit() -> Result<(), Refused> {
+fn fit() -> Result<(), BenchError> {
     glimpse_bench::machine::stack::paint();
-    let recipe = Recipe::parse(black_box(PHONG)).map_err(|_| Refused)?;
+    let recipe = Recipe::parse(black_box(PHONG)).map_err(|_| BenchError)?;
     let FitMethod::Descent(descent) = recipe.method() else {
-        return Err(Refused);
+        return Err(BenchError);
     };
     let mut start = [0.0; PARAMETERS];
     for (parameter, value) in start.iter_mut().zip(descent.initial().iter()) {
         *parameter = value;
     }
-    let mut measured = Measured {
+    let mut measured = Measurements {
         at: [HalfDifference::zero(); SAMPLES],
         brdf: [[0.0; 3]; SAMPLES],
     };
@@ -80,10 +80,10 @@ fn fit() -> Result<(), Refused> {
         *brdf = measure(angles).brdf;
     }
     let before = counter::now();
-    let found = LevenbergMarquardt::from_derivator(AutoDiffMulti::<f32>::new())
+    let result = LevenbergMarquardt::from_derivator(AutoDiffMulti::<f32>::new())
         .minimize(black_box(&measured), &start);
     let after = counter::now();
-    let report = found.map_err(|_| Refused)?;
+    let report = result.map_err(|_| BenchError)?;
     print_result(before, after, report.solution.map(f32::to_bits));
     Ok(())
 }

@@ -1,4 +1,4 @@
-//! What training needs of the code that is flashed, with any input.
+//! Internal functions of `glimpse-core` that training uses, with any input.
 
 use core::hint::black_box;
 
@@ -90,7 +90,7 @@ pub(crate) fn recipe() {
     }
 }
 
-/// A completion and a start of lists of any length, with their adjoints.
+/// A coefficient net and an init net with lists of any length, and their adjoints.
 #[inline(never)]
 pub(crate) fn completion() {
     let completion = CoefficientNet::<f32, Plain> {

@@ -1,10 +1,9 @@
-//! A proof: this links only if no public function of `glimpse-core` can reach a panic.
+//! A proof: this binary links only if no public function of `glimpse-core` can reach a panic.
 //!
-//! The panic handler calls a function that does not exist. All inputs are hidden from the optimizer,
-//! so whatever it leaves out, bounds checks above all, it has proven needless for any input.
-//! (Formatting of errors is not part of it: that is the standard library's. Nor are overflow
-//! checks, which release builds do not have; lengths and counts are bounded when a recipe is
-//! parsed.)
+//! The panic handler calls an undefined function. All inputs are hidden from the optimizer, so any check that it
+//! removes, such as a bounds check, is unnecessary for every input. (The formatting of errors is not included: it
+//! belongs to the standard library. Overflow checks are not included either: release builds have none, and lengths and
+//! counts are bounded when a recipe is parsed.)
 
 #![no_std]
 #![no_main]
@@ -36,19 +35,20 @@ use glimpse_core::recipe::{Field, Kind, Recipe, max_samples, memory_words};
 use glimpse_core::scan::{Reading, Residual, Saved, Scan};
 
 unsafe extern "C" {
-    /// Does not exist.
-    safe fn a_panic_is_reachable() -> !;
+    /// Undefined.
+    safe fn panic_is_reachable() -> !;
 }
 
 #[panic_handler]
 fn panic(_: &PanicInfo<'_>) -> ! {
-    a_panic_is_reachable()
+    panic_is_reachable()
 }
 
-/// Bytes, numbers and sizes that nothing is known of.
+/// Bytes and numbers that are hidden from the optimizer.
 static BYTES: [u8; 64] = [0; 64];
 static NUMBERS: [f32; 32] = [0.0; 32];
 
+/// Hides a value from the optimizer.
 fn any<T: Copy>(value: T) -> T {
     black_box(value)
 }
@@ -207,7 +207,7 @@ fn recipe() {
     ));
 }
 
-/// A scan from beginning to end, and the driver that leads one.
+/// A scan from beginning to end, and its driver.
 #[inline(never)]
 fn scan<K: Fitter>() {
     let Ok(recipe) = Recipe::parse(bytes()) else {

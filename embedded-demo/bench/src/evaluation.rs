@@ -1,4 +1,4 @@
-//! The loss of a fit where nothing was measured, in double precision; on a host.
+//! Loss of a fit at directions without readings, in double precision. For a host.
 
 use core::f64::consts::{FRAC_PI_2, PI};
 
@@ -8,10 +8,10 @@ use glimpse_core::model::{Model, ParameterSet};
 
 use crate::Material;
 
-/// Directions that a fit is judged at, some of them below the horizon.
+/// Number of directions, some of them below the horizon.
 const DIRECTIONS: u32 = 1024;
 
-/// The mean cosine-weighted logarithmic error of fitted parameters at evenly spread directions.
+/// Returns the mean cosine-weighted logarithmic error of fitted parameters at evenly spread directions.
 #[must_use]
 pub fn loss<M: Model>(fitted: &[f32], material: &Material) -> f64 {
     let mut parameters = M::Parameters::<f64>::filled(0.0);
@@ -39,8 +39,8 @@ pub fn loss<M: Model>(fitted: &[f32], material: &Material) -> f64 {
     sum / count
 }
 
-/// The n-th of evenly spread directions: an additive recurrence by powers of 1 / 1.2207, the root of
-/// x^4 = x + 1.
+/// Returns the nth evenly spread direction: an additive recurrence with the powers of 1 / 1.2207, the root of x^4 = x +
+/// 1.
 fn direction(index: u32) -> Angles<f64> {
     let coordinate = |step: f64| (0.5 + step * f64::from(index)) % 1.0;
     Angles {
