@@ -1,4 +1,4 @@
-//! What Python says in words: models, schedules, quantities.
+//! Arguments that are chosen by name: models, schedules, quantities and others.
 
 use glimpse_core::gonio::{Footprint, Limits, Quantity};
 use glimpse_core::model::ModelKind;
@@ -7,7 +7,7 @@ use glimpse_trainer::route::Order;
 use glimpse_training::meta::plan::{Effort, Schedule};
 use pyo3::prelude::*;
 
-use crate::error::refused;
+use crate::error::reject;
 
 pub(crate) const MODELS: [(&str, ModelKind); 4] = [
     ("phong", ModelKind::Phong),
@@ -47,37 +47,36 @@ pub(crate) const FOOTPRINTS: [(&str, Footprint); 2] = [
     ("sensor", Footprint::SensorLarger),
 ];
 
-/// What a word stands for; `what` it is, and which there are, is said of others.
-pub(crate) fn choose<T: Copy>(what: &str, word: &str, choices: &[(&str, T)]) -> PyResult<T> {
-    if let Some((_, choice)) = choices.iter().find(|(name, _)| *name == word) {
+/// Returns the choice with a name. For an unknown name, the error names the argument `what` and all choices.
+pub(crate) fn choose<T: Copy>(what: &str, name: &str, choices: &[(&str, T)]) -> PyResult<T> {
+    if let Some((_, choice)) = choices.iter().find(|(each, _)| *each == name) {
         return Ok(*choice);
     }
-    let names: Vec<&str> = choices.iter().map(|(name, _)| *name).collect();
-    refused(format!(
-        "{what} is `{word}`, and should be one of {}",
+    let names: Vec<&str> = choices.iter().map(|(each, _)| *each).collect();
+    reject(format!(
+        "{what} is `{name}`, and must be one of {}",
         names.join(", ")
     ))
 }
 
-/// Limits in degrees: what was given, and `stated` where nothing was. (What is no limit is refused by whoever
-/// takes them.)
+/// Returns limits from arguments in degrees, with `default` for those that are None. The caller validates them.
 pub(crate) fn limits(
-    stated: Limits,
+    default: Limits,
     max_theta_i: Option<f64>,
     max_theta_o: Option<f64>,
     min_separation: Option<f64>,
 ) -> Limits {
     let polar = |degrees: f64| match degrees == 90.0 {
-        // Not a rounding more.
+        // Exactly pi/2: the conversion below could round it up.
         true => Limits::NONE.max_theta_i,
         false => (degrees as f32).to_radians(),
     };
     Limits {
-        max_theta_i: max_theta_i.map_or(stated.max_theta_i, polar),
-        max_theta_o: max_theta_o.map_or(stated.max_theta_o, polar),
-        min_separation: min_separation.map_or(stated.min_separation, |degrees| {
+        max_theta_i: max_theta_i.map_or(default.max_theta_i, polar),
+        max_theta_o: max_theta_o.map_or(default.max_theta_o, polar),
+        min_separation: min_separation.map_or(default.min_separation, |degrees| {
             (degrees as f32).to_radians()
         }),
-        ..stated
+        ..default
     }
 }

@@ -1,9 +1,9 @@
-//! Errors as exceptions, with the trainer's own sentences.
+//! Errors as Python exceptions, with the trainer's messages.
 
 use std::error::Error;
 use std::io;
 
-use glimpse_materials::setting::{NamesSettings, Setting};
+use glimpse_materials::setting::{Setting, SettingError};
 use glimpse_materials::{ShareError, SourceError};
 use glimpse_trainer::evaluation::EvaluationError;
 use glimpse_trainer::measurement::FitFailure;
@@ -16,15 +16,15 @@ pyo3::create_exception!(
     glimpse_brdf,
     GlimpseError,
     PyValueError,
-    "What Glimpse refuses, or what went wrong, in a sentence with a remedy."
+    "Invalid input, or a failed computation. The message states the problem and its remedy."
 );
 
-/// The exception of an error of the library: that of Python for a file that is missing or must not be
-/// opened, and `GlimpseError` for all else.
-pub(crate) fn raised(error: impl Error + 'static) -> PyErr {
+/// Converts a library error to an exception: `FileNotFoundError` for a missing file, `PermissionError` for a file
+/// that cannot be opened, and `GlimpseError` otherwise.
+pub(crate) fn to_exception(error: impl Error + 'static) -> PyErr {
     let error: &(dyn Error + 'static) = &error;
     let text = message(error);
-    if matches!(error.downcast_ref(), Some(SourceError::Missing(_))) {
+    if matches!(error.downcast_ref(), Some(SourceError::NotFound(_))) {
         return PyFileNotFoundError::new_err(text);
     }
     let (mut cause, mut kind) = (Some(error), None);
@@ -39,9 +39,9 @@ pub(crate) fn raised(error: impl Error + 'static) -> PyErr {
     }
 }
 
-/// The message of an error, which names settings by Python's parameters.
+/// Returns the message of an error. It refers to settings by the names of Python's parameters.
 fn message(error: &(dyn Error + 'static)) -> String {
-    fn with_parameters<E: NamesSettings + Error + 'static>(
+    fn with_parameters<E: SettingError + Error + 'static>(
         error: &(dyn Error + 'static),
     ) -> Option<String> {
         Some(error.downcast_ref::<E>()?.message(parameter))
@@ -56,7 +56,7 @@ fn message(error: &(dyn Error + 'static)) -> String {
         .unwrap_or_else(|| error.to_string())
 }
 
-/// The parameter of a setting.
+/// Returns the name of the parameter for a setting.
 fn parameter(setting: Setting) -> &'static str {
     match setting {
         Setting::MaxThetaI => "max_theta_i_degrees",
@@ -66,17 +66,17 @@ fn parameter(setting: Setting) -> &'static str {
     }
 }
 
-/// An exception of these words.
-pub(crate) fn refused<T>(text: impl Into<String>) -> PyResult<T> {
-    Err(GlimpseError::new_err(text.into()))
+/// Returns a `GlimpseError` with this message.
+pub(crate) fn reject<T>(message: impl Into<String>) -> PyResult<T> {
+    Err(GlimpseError::new_err(message.into()))
 }
 
-/// What comes of a panic, which would be a defect: an exception, and no end of the interpreter.
-pub(crate) fn defect(payload: &(dyn std::any::Any + Send)) -> PyErr {
+/// Converts a panic to an exception, so that it does not abort the interpreter. A panic is a bug in this module.
+pub(crate) fn panic_exception(payload: &(dyn std::any::Any + Send)) -> PyErr {
     let text = payload.downcast_ref::<String>().map(String::as_str);
     let text = text.or_else(|| payload.downcast_ref::<&str>().copied());
     PyRuntimeError::new_err(format!(
-        "a defect of glimpse_brdf, please report it: {}",
-        text.unwrap_or("of unknown kind")
+        "a bug in glimpse_brdf, please report it: {}",
+        text.unwrap_or("unknown panic")
     ))
 }

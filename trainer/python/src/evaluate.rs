@@ -1,40 +1,44 @@
-//! How well a recipe does on materials.
+//! Evaluation of a recipe on materials.
 
 use std::sync::atomic::Ordering;
 
 use glimpse_materials::SourceError;
 use glimpse_trainer::evaluation::{
-    EvaluationError, Evaluator, Known, Method, Readings, Report, TrainedOn,
+    Degradation, EvaluationError, Evaluator, Method, Report, TrainingMaterials, TrainingOverlap,
 };
 use pyo3::prelude::*;
 use serde_json::{Value, json};
 
-use crate::error::{GlimpseError, raised, refused};
+use crate::error::{GlimpseError, reject, to_exception};
+use crate::interruptible::run_interruptible;
 use crate::recipe::PyRecipe;
-use crate::sources::Given;
-use crate::waiting::waiting;
+use crate::sources::MaterialArgs;
 
-/// Why there is no report.
+/// An error of reading or evaluating materials.
 enum Failure {
     Source(SourceError),
     Evaluator(EvaluationError),
 }
 
-/// Judges a recipe on materials, as `trainer evaluate`: each is read at the recipe's directions and fitted, and the fit
-/// is compared with the whole of it.
+/// Evaluates a recipe on materials, as `trainer evaluate` does. Each material is sampled at the recipe's directions
+/// and fitted, and the fit is compared with the whole material.
 ///
-/// Readings may be spoilt: only the `first` so many are taken, `lose` of them are lost, `noise` is relative, `additive` a
-/// share of a white surface, whose BRDF is 1/pi, `levels` those of the sensor; what is random is repeated `seeds` times.
+/// Readings may be degraded. Only the `first` samples of the recipe are measured (default: all), and `lose` of them are
+/// removed at random (0). `noise` is the relative standard deviation, 0 to 1 (0). `additive` is the standard deviation
+/// as a share of a white surface, whose BRDF is 1/pi, 0 to 1 (0). `levels` is the number of levels of the sensor (0:
+/// not quantized). Random degradations are averaged over `seeds` seeds, 1 to 10,000 (5).
 ///
-/// The answer is a dict of means over the materials: loss (see `loss`); dssim, l2, psnr and delta_e (mean CIEDE2000 over
-/// the sphere's disc) of a rendered sphere of 128 x 128 pixels; loss_standard_error, loss_spread from seed to seed; of
-/// materials, a list of dicts of name, loss, dssim, l2, psnr, delta_e and predicted_loss; and of trained_on and namesakes_trained_on, names of those whose loss says nothing of
-/// unseen ones (None if the recipe does not say what it was trained on).
+/// Returns a dict of means over the materials: loss (see `loss`); dssim, l2, psnr and delta_e (mean CIEDE2000 over the
+/// sphere's disc) of a rendered sphere of 128 x 128 pixels; loss_standard_error; and loss_spread, the standard
+/// deviation over seeds. Its entry `materials` is a list of dicts of name, loss, dssim, l2, psnr, delta_e and
+/// predicted_loss. `trained_on` lists the materials that are training materials of the recipe, and
+/// `namesakes_trained_on` those that share only the name with one. Their losses are not estimates for unseen materials.
+/// Both are None if the recipe does not list its training materials.
 #[pyfunction]
 #[pyo3(signature = (
     recipe, materials, *, first = None, lose = 0, noise = 0.0, additive = 0.0, levels = 0, seeds = 5, seed = 0,
 ))]
-#[expect(clippy::too_many_arguments, reason = "they have names in Python")]
+#[expect(clippy::too_many_arguments, reason = "keyword arguments in Python")]
 pub(crate) fn evaluate<'py>(
     py: Python<'py>,
     recipe: &Bound<'py, PyRecipe>,
@@ -49,13 +53,13 @@ pub(crate) fn evaluate<'py>(
 ) -> PyResult<Bound<'py, PyAny>> {
     for (name, share) in [("noise", noise), ("additive", additive)] {
         if !(0.0..=1.0).contains(&share) {
-            return refused(format!("{name} must be 0 to 1, not {share}"));
+            return reject(format!("{name} must be 0 to 1, not {share}"));
         }
     }
     if !(1..=10_000).contains(&seeds) {
-        return refused("seeds must be 1 to 10000");
+        return reject(format!("seeds must be 1 to 10000, not {seeds}"));
     }
-    let readings = Readings {
+    let readings = Degradation {
         first,
         lost: lose,
         noise,
@@ -65,53 +69,55 @@ pub(crate) fn evaluate<'py>(
     let recipe = recipe.get();
     let parsed = recipe.recipe();
     if first == Some(0) || lose >= first.unwrap_or(usize::MAX).min(parsed.samples()) {
-        return refused("first and lose leave nothing to fit");
+        return reject("first and lose leave no readings to fit: increase first, or decrease lose");
     }
-    let trained_on = TrainedOn::of_recipe(&parsed).map_err(raised)?;
-    let method = Method::ours(&parsed, recipe.basis.as_deref()).map_err(raised)?;
-    let method = match readings == Readings::default() {
+    let trained_on = TrainingMaterials::from_recipe(&parsed).map_err(to_exception)?;
+    let method = Method::ours(&parsed, recipe.basis.as_deref()).map_err(to_exception)?;
+    let method = match readings == Degradation::default() {
         true => method,
-        false => method.with_readings(readings).map_err(raised)?,
+        false => method.with_degradation(readings).map_err(to_exception)?,
     };
-    let given = Given::of(materials)?;
-    let sources = given.sources(&[])?;
-    let judged = waiting(
+    let materials = MaterialArgs::parse(materials)?;
+    let sources = materials.sources(&[])?;
+    let result = run_interruptible(
         py,
         |_| Ok(()),
         |stop| {
-            let (materials, _) = given.load(&sources).map_err(Failure::Source)?;
+            let (materials, _) = materials.load(&sources).map_err(Failure::Source)?;
             if stop.load(Ordering::Relaxed) {
                 return Err(Failure::Evaluator(EvaluationError::Stopped));
             }
-            let judge = Evaluator::new(&materials);
-            let report = judge
+            let report = Evaluator::new(&materials)
                 .evaluate_with_progress(&method, seed, seeds, &|| {}, stop)
                 .map_err(Failure::Evaluator)?;
             let known = trained_on.as_ref().map(|trained_on| {
                 let known = materials
                     .iter()
-                    .map(|material| trained_on.knows(&**material));
+                    .map(|material| trained_on.overlap(&**material));
                 known.collect()
             });
             Ok((report, known))
         },
     )?;
-    let (report, known) = judged.map_err(|failure| match failure {
-        Failure::Source(error) => raised(error),
-        Failure::Evaluator(error) => raised(error),
+    let (report, known) = result.map_err(|failure| match failure {
+        Failure::Source(error) => to_exception(error),
+        Failure::Evaluator(error) => to_exception(error),
     })?;
     let text = to_json(&report, known).map_err(|error| GlimpseError::new_err(error.to_string()))?;
     py.import("json")?.call_method1("loads", (text,))
 }
 
-/// What was found, and which of the materials the recipe was trained on; None if it does not say.
-fn to_json(report: &Report, known: Option<Vec<Option<Known>>>) -> serde_json::Result<String> {
+/// Returns the report as JSON, with the names of training materials. `known` is None if the recipe does not list them.
+fn to_json(
+    report: &Report,
+    known: Option<Vec<Option<TrainingOverlap>>>,
+) -> serde_json::Result<String> {
     let mut value = serde_json::to_value(report)?;
     for (index, material) in report.materials.iter().enumerate() {
-        // Also where it is not predicted.
+        // The report omits it if no loss is predicted.
         value["materials"][index]["predicted_loss"] = json!(material.predicted_loss);
     }
-    let names = |kind: Known| -> Value {
+    let names = |kind: TrainingOverlap| -> Value {
         let Some(known) = &known else {
             return Value::Null;
         };
@@ -119,7 +125,7 @@ fn to_json(report: &Report, known: Option<Vec<Option<Known>>>) -> serde_json::Re
         let of_kind = all.filter(|(known, _)| **known == Some(kind));
         of_kind.map(|(_, material)| material.name.clone()).collect()
     };
-    value["trained_on"] = names(Known::Same);
-    value["namesakes_trained_on"] = names(Known::Namesake);
+    value["trained_on"] = names(TrainingOverlap::SameBrdf);
+    value["namesakes_trained_on"] = names(TrainingOverlap::SameName);
     serde_json::to_string(&value)
 }

@@ -1,12 +1,12 @@
-//! Fits of readings: a material, and what is known of it.
+//! Fitted materials and the outliers among their readings.
 
 use std::path::PathBuf;
 use std::sync::Arc;
 
 use glimpse_core::gonio::Repeated;
 use glimpse_materials::basis::Basis;
-use glimpse_materials::{BasisFile, Fitted, FittedMaterial, Material};
-use glimpse_trainer::measurement::{Fit, Measured, ReadingStatus, fit};
+use glimpse_materials::{BasisFile, FittedBrdf, FittedMaterial, Material};
+use glimpse_trainer::measurement::{Fit, Measurements, ReadingStatus, fit};
 use glimpse_training::recipe::RecipeFile;
 use numpy::PyArrayDyn;
 use pyo3::IntoPyObjectExt;
@@ -15,23 +15,25 @@ use pyo3::types::{PyBytes, PyDict, PyType};
 use serde_json::json;
 
 use crate::arrays::array;
-use crate::error::{GlimpseError, raised, refused};
+use crate::error::{GlimpseError, reject, to_exception};
 use crate::files::write;
+use crate::interruptible::run_detached;
 use crate::material::{Origin, PyMaterial};
-use crate::waiting::detached;
 
 pub(crate) use crate::readings::ReadingArgs;
 
-/// A reading that the others make improbable: `sample` is its row in the recipe's directions, `z` how many standard
-/// deviations it is from what the others say (positive: too large), `read` and `expected` are BRDFs, linear RGB, sr^-1,
-/// and `left_out` is True if the fit went without it.
+/// A reading that is improbable given the other readings.
+///
+/// `sample` is its row in the recipe's directions. `z` is its distance from the prediction by the other readings, in
+/// standard deviations (positive: too large). `measured` and `predicted` are BRDFs, linear RGB, sr^-1. `excluded` is
+/// True if the fit did not use it.
 #[pyclass(frozen, get_all, name = "Outlier", module = "glimpse_brdf")]
 pub(crate) struct PyOutlier {
     sample: usize,
     z: f64,
-    read: [f32; 3],
-    expected: [f32; 3],
-    left_out: bool,
+    measured: [f32; 3],
+    predicted: [f32; 3],
+    excluded: bool,
 }
 
 #[pymethods]
@@ -39,22 +41,22 @@ impl PyOutlier {
     fn __repr__(&self) -> String {
         let rgb = |brdf: [f32; 3]| brdf.map(|f| format!("{f:.3}")).join(" ");
         format!(
-            "<glimpse_brdf.Outlier sample {}: read {}, expected about {} (z {:+.1})>",
+            "<glimpse_brdf.Outlier sample {}: measured {}, predicted {} (z {:+.1})>",
             self.sample,
-            rgb(self.read),
-            rgb(self.expected),
+            rgb(self.measured),
+            rgb(self.predicted),
             self.z
         )
     }
 }
 
-/// A material that was fitted to readings by `Recipe.fit`, and what is known of the fit.
+/// A material that `Recipe.fit` fitted to readings, with diagnostics of the fit.
 #[pyclass(extends = PyMaterial, frozen, name = "FittedMaterial", module = "glimpse_brdf")]
 pub(crate) struct PyFittedMaterial {
     material: Arc<FittedMaterial>,
     fit: Fit,
-    /// What was read of each sample, BRDFs in sr^-1.
-    read: Vec<Option<[f32; 3]>>,
+    /// Reading of each sample, a BRDF in sr^-1.
+    readings: Vec<Option<[f32; 3]>>,
     /// True for each sample with a saturated reading.
     saturated: Vec<bool>,
     keep_all: bool,
@@ -63,7 +65,7 @@ pub(crate) struct PyFittedMaterial {
 }
 
 impl PyFittedMaterial {
-    pub(crate) fn of<'py>(
+    pub(crate) fn from_arrays<'py>(
         py: Python<'py>,
         file: &Arc<RecipeFile>,
         basis: Option<&Arc<Basis>>,
@@ -72,34 +74,36 @@ impl PyFittedMaterial {
         keep_all: bool,
     ) -> PyResult<Bound<'py, Self>> {
         if name.is_empty() || name.contains(|c: char| c.is_control() || "/\\".contains(c)) {
-            return refused("name should be the name of a material, without slashes");
+            return reject(format!(
+                "name is {name:?}: choose a name that is not empty and has no slashes or control characters"
+            ));
         }
         let recipe = file.recipe();
         let pattern: Vec<_> = recipe.pattern().collect();
         let measured = args.measured(&pattern)?;
-        Self::of_measured(py, file, basis, &measured, name, keep_all)
+        Self::from_measurements(py, file, basis, &measured, name, keep_all)
     }
 
-    fn of_measured<'py>(
+    fn from_measurements<'py>(
         py: Python<'py>,
         file: &Arc<RecipeFile>,
         basis: Option<&Arc<Basis>>,
-        measured: &Measured,
+        measured: &Measurements,
         name: &str,
         keep_all: bool,
     ) -> PyResult<Bound<'py, Self>> {
         let recipe = file.recipe();
-        let (fit, material) = detached(py, || {
+        let (fit, material) = run_detached(py, || {
             let fit = fit(&recipe, measured, keep_all)?;
             let values = fit.values.clone();
-            let fitted = Fitted::new(recipe.model(), values, basis.map(|basis| &**basis));
+            let fitted = FittedBrdf::new(recipe.model(), values, basis.map(|basis| &**basis));
             let material = fitted.and_then(|fitted| FittedMaterial::new(name.to_owned(), fitted));
             Ok((fit, material))
         })?
-        .map_err(|error: glimpse_trainer::measurement::FitFailure| raised(error))?;
+        .map_err(|error: glimpse_trainer::measurement::FitFailure| to_exception(error))?;
         let Some(material) = material.map(Arc::new) else {
-            return refused(format!(
-                "{} values are not what the recipe's model has",
+            return reject(format!(
+                "the fit has {} values, which is not the number of the recipe's model: use another recipe",
                 fit.values.len()
             ));
         };
@@ -111,7 +115,7 @@ impl PyFittedMaterial {
         let fitted = Self {
             material,
             fit,
-            read: measured
+            readings: measured
                 .samples
                 .iter()
                 .map(|sample| sample.mean())
@@ -131,63 +135,68 @@ impl PyFittedMaterial {
 
 #[pymethods]
 impl PyFittedMaterial {
-    /// The model that was fitted: "phong", "cook-torrance", "linear" or "neural".
+    /// The fitted model: "phong", "cook-torrance", "linear" or "neural".
     #[getter]
     fn model(&self) -> &'static str {
         self.material.fitted().model().name()
     }
 
-    /// A model's parameters in its order, or linear's coefficients, m for red, m for green, m for blue: float32 of
-    /// shape (p,).
+    /// The parameters of the model in its order, float32 of shape (p,). Of the model linear: m coefficients for red, m
+    /// for green, m for blue.
     #[getter]
     fn parameters<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f32>>> {
         let values = self.material.fitted().values().to_vec();
         array(py, &[values.len()], values)
     }
 
-    /// The loss that the fit is likely to have, by its readings, or None where the recipe predicts none.
+    /// The loss of the fit, predicted from its readings, or None if the recipe predicts none.
     #[getter]
     fn predicted_loss(&self) -> Option<f32> {
         self.fit.predicted_loss
     }
 
-    /// What became of each sample's reading: "used", "missing", "saturated" or "left out".
+    /// The status of each sample's reading: "used", "missing", "saturated" or "excluded" (an outlier).
     #[getter]
-    fn fates(&self) -> Vec<&'static str> {
-        self.fit.fates.iter().map(|fate| fate.name()).collect()
+    fn statuses(&self) -> Vec<&'static str> {
+        let names = self.fit.statuses.iter().map(|status| match status {
+            ReadingStatus::Used => "used",
+            ReadingStatus::Missing => "missing",
+            ReadingStatus::Saturated => "saturated",
+            ReadingStatus::Excluded => "excluded",
+        });
+        names.collect()
     }
 
-    /// How well it explains the readings that were used: a dict of mean, worst and worst_sample, of the losses at the
-    /// samples; or None.
+    /// The loss of the fit at the readings used: a dict of mean, worst and worst_sample; or None.
     #[getter]
     fn residual<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
         let Some(residual) = self.fit.residual else {
             return Ok(None);
         };
-        let found = PyDict::new(py);
-        found.set_item("mean", residual.mean)?;
-        found.set_item("worst", residual.worst)?;
-        found.set_item("worst_sample", residual.worst_index)?;
-        Ok(Some(found))
+        let dict = PyDict::new(py);
+        dict.set_item("mean", residual.mean)?;
+        dict.set_item("worst", residual.worst)?;
+        dict.set_item("worst_sample", residual.worst_index)?;
+        Ok(Some(dict))
     }
 
-    /// Readings that the others make improbable, the worst first. Of a material unlike those of the training a right
-    /// one may be among them.
+    /// Readings that are improbable given the others, the worst first. A correct reading of a material unlike the
+    /// training materials may be among them.
     #[getter]
-    fn suspects(&self) -> Vec<PyOutlier> {
-        let suspects = self.fit.examined.suspects.iter();
-        let each = suspects.map(|suspect| PyOutlier {
-            sample: suspect.sample,
-            z: suspect.opinion.z,
-            read: self.read[suspect.sample].unwrap_or_default(),
-            expected: suspect.opinion.expected,
-            left_out: self.fit.fates[suspect.sample] == ReadingStatus::Excluded,
+    fn outliers(&self) -> Vec<PyOutlier> {
+        let outliers = self.fit.outlier_report.outliers.iter();
+        let outliers = outliers.map(|outlier| PyOutlier {
+            sample: outlier.sample,
+            z: outlier.prediction.z,
+            measured: self.readings[outlier.sample].unwrap_or_default(),
+            predicted: outlier.prediction.expected,
+            excluded: self.fit.statuses[outlier.sample] == ReadingStatus::Excluded,
         });
-        each.collect()
+        outliers.collect()
     }
 
-    /// Writes it as any material, or, if `path` ends in .json, as the trainer's own file (of the model linear with a
-    /// basis beside it), which `load_material` and every command of the trainer read.
+    /// Writes the material in a format of `Material.save`. If `path` ends in .json, writes the trainer's format, which
+    /// `load_material` and every command of the trainer read. With the model linear, NAME.basis is written next to it.
     #[pyo3(signature = (path, format = None, *, seed = 0, overwrite = false))]
     fn save(
         slf: &Bound<'_, Self>,
@@ -203,25 +212,25 @@ impl PyFittedMaterial {
         }
         let this = slf.get();
         let mut files = Vec::new();
-        let mut named = None;
+        let mut basis_file = None;
         if let Some(basis) = &this.basis {
-            let (beside, bytes) = (path.with_extension("basis"), basis.to_bytes());
-            let name = beside
+            let (basis_path, bytes) = (path.with_extension("basis"), basis.to_bytes());
+            let name = basis_path
                 .file_name()
                 .unwrap_or_default()
                 .to_string_lossy()
                 .into_owned();
-            named = Some(BasisFile::new(name, basis.named_by()));
-            files.push((beside, bytes));
+            basis_file = Some(BasisFile::new(name, basis.whole_checksum()));
+            files.push((basis_path, bytes));
         }
-        let about = json!({ "trainer": concat!("glimpse_brdf ", env!("CARGO_PKG_VERSION")) });
-        let text = this.material.to_json(named.as_ref(), about);
+        let metadata = json!({ "trainer": concat!("glimpse_brdf ", env!("CARGO_PKG_VERSION")) });
+        let text = this.material.to_json(basis_file.as_ref(), metadata);
         let text = text.map_err(|error| GlimpseError::new_err(error.to_string()))?;
         files.push((path, text.into_bytes()));
         write(&files, overwrite)
     }
 
-    /// For other processes: the recipe and the readings, which are fitted again.
+    /// Supports pickle: the recipe and the readings are stored, and fitted again when unpickled.
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let class = py.get_type::<Self>();
         let basis = self.basis.as_ref().map(|basis| basis.to_bytes());
@@ -229,53 +238,55 @@ impl PyFittedMaterial {
             PyBytes::new(py, self.file.bytes()),
             basis.map(|bytes| PyBytes::new(py, &bytes)),
             self.material.name(),
-            self.read.clone(),
+            self.readings.clone(),
             self.saturated.clone(),
             self.keep_all,
         );
         (class.getattr("_from_readings")?, arguments).into_bound_py_any(py)
     }
 
-    /// A fit that was pickled.
+    /// Restores a pickled fit.
     #[classmethod]
-    #[expect(clippy::too_many_arguments, reason = "only pickle calls it")]
+    #[expect(clippy::too_many_arguments, reason = "called by pickle alone")]
     fn _from_readings<'py>(
         _class: &Bound<'py, PyType>,
         py: Python<'py>,
         recipe: &[u8],
         basis: Option<&[u8]>,
         name: &str,
-        read: Vec<Option<[f32; 3]>>,
+        readings: Vec<Option<[f32; 3]>>,
         saturated: Vec<bool>,
         keep_all: bool,
     ) -> PyResult<Bound<'py, Self>> {
-        let file = Arc::new(RecipeFile::new(recipe.to_vec()).map_err(raised)?);
+        let file = Arc::new(RecipeFile::new(recipe.to_vec()).map_err(to_exception)?);
         let checksum = file.recipe().method().basis_checksum();
         let basis = basis.zip(checksum);
-        let basis = basis.map(|(bytes, checksum)| Basis::of_recipe(bytes, checksum));
+        let basis = basis.map(|(bytes, checksum)| Basis::parse_for_recipe(bytes, checksum));
         let basis = basis.transpose();
-        let basis = basis.map_err(|what| GlimpseError::new_err(format!("the basis: {what}")))?;
-        let mut measured = Measured {
-            samples: vec![Repeated::new(); read.len()],
+        let basis = basis
+            .map_err(|error| GlimpseError::new_err(format!("basis of the pickled fit: {error}")))?;
+        let mut measured = Measurements {
+            samples: vec![Repeated::new(); readings.len()],
             rows: 0,
-            furthest: None,
+            max_distance: None,
         };
-        let samples = measured.samples.iter_mut().zip(read).zip(saturated);
-        for ((sample, read), saturated) in samples {
-            if let Some(brdf) = read {
-                sample.add(brdf, saturated).map_err(raised)?;
+        let samples = measured.samples.iter_mut().zip(readings).zip(saturated);
+        for ((sample, reading), saturated) in samples {
+            if let Some(brdf) = reading {
+                sample.add(brdf, saturated).map_err(to_exception)?;
                 measured.rows += 1;
             }
         }
         let basis = basis.map(Arc::new);
-        Self::of_measured(py, &file, basis.as_ref(), &measured, name, keep_all)
+        Self::from_measurements(py, &file, basis.as_ref(), &measured, name, keep_all)
     }
 
     fn __repr__(&self) -> String {
-        let fates = self.fit.fates.iter();
-        let used = fates.filter(|fate| **fate == ReadingStatus::Used).count();
+        let statuses = self.fit.statuses.iter();
+        let used = statuses.filter(|status| **status == ReadingStatus::Used);
+        let used = used.count();
         format!(
-            "<glimpse_brdf.FittedMaterial of the model {} by {used} readings>",
+            "<glimpse_brdf.FittedMaterial of the model {} from {used} readings>",
             self.model()
         )
     }

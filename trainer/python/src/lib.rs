@@ -1,10 +1,10 @@
-//! The Python module `glimpse_brdf`: what the trainer does, with NumPy's arrays in and out.
+//! The Python module `glimpse_brdf`: the trainer's functions, with NumPy arrays as input and output.
 //!
-//! A thin layer: each class holds what the library has under the same name, each function calls the
-//! library's. What is of Python alone is that arrays of any layout are taken (`arrays`), that errors become
-//! exceptions with the same sentences (`error`), and that long work leaves Python's lock to others and hears
-//! Ctrl-C (`waiting`). Doc comments of what
-//! Python sees are its docstrings; types are in `python/glimpse_brdf/__init__.pyi`.
+//! This is a thin layer. Each class wraps the library's type of the same name, and each function calls the library's.
+//! Three things are specific to Python. Arrays of any layout are accepted (`arrays`). Errors become exceptions with
+//! the same messages (`error`). Long computations release the GIL and react to Ctrl-C (`interruptible`).
+//!
+//! Doc comments of exported items become Python docstrings. The types are in `python/glimpse_brdf/__init__.pyi`.
 
 mod arrays;
 mod choices;
@@ -12,6 +12,7 @@ mod error;
 mod evaluate;
 mod files;
 mod fit;
+mod interruptible;
 mod loss;
 mod material;
 mod plan;
@@ -19,7 +20,6 @@ mod readings;
 mod recipe;
 mod sources;
 mod train;
-mod waiting;
 
 use pyo3::prelude::*;
 

@@ -1,4 +1,4 @@
-//! The loss between two BRDFs, at the trainer's own directions.
+//! The loss between two BRDFs, at the trainer's directions.
 
 use std::sync::Arc;
 
@@ -11,18 +11,18 @@ use pyo3::prelude::*;
 use rayon::prelude::*;
 
 use crate::arrays::{array, rows};
-use crate::error::refused;
+use crate::error::reject;
+use crate::interruptible::run_detached;
 use crate::material::{PyMaterial, directions_of};
-use crate::waiting::detached;
 
 /// Directions that a thread evaluates at a time.
 const BATCH: usize = 1024;
 
-/// The 40,503 directions at which every loss is taken: unit vectors, incoming and outgoing, float64 of shape
-/// (40503, 2, 3).
+/// Returns the 40,503 directions at which every loss is computed: unit vectors, incoming and outgoing, float64 of
+/// shape (40503, 2, 3).
 ///
-/// They are uniform in the Rusinkiewicz angles (theta_h, theta_d, phi_d) over the region where both directions are above
-/// the horizon, and always the same. They are not uniform over the hemisphere.
+/// They are uniform in the Rusinkiewicz angles (theta_h, theta_d, phi_d) over the region where both directions are
+/// above the horizon. They are not uniform over the hemisphere. Every call returns the same directions.
 #[pyfunction]
 pub(crate) fn directions(py: Python<'_>) -> PyResult<Bound<'_, PyArrayDyn<f64>>> {
     let angles = loss_angles();
@@ -32,11 +32,11 @@ pub(crate) fn directions(py: Python<'_>) -> PyResult<Bound<'_, PyArrayDyn<f64>>>
     array(py, &[angles.len(), 2, 3], flat.collect())
 }
 
-/// The loss between a measured and a fitted BRDF, a float: the mean over `directions()` and channels of
+/// Returns the loss between a measured and a fitted BRDF: the mean over `directions()` and channels of
 /// abs(ln(1 + y cos) - ln(1 + f cos)), where y and f are the BRDFs in linear RGB, sr^-1, and cos is the cosine of the
-/// incoming direction's polar angle. It is what `evaluate` reports.
+/// incoming direction's polar angle. `evaluate` reports the same loss.
 ///
-/// Each of the two is a Material, or an array (40503, 3) of a BRDF at `directions()`, finite and not negative.
+/// Each argument is a Material, or an array (40503, 3) of a BRDF at `directions()`, finite and nonnegative.
 #[pyfunction]
 pub(crate) fn loss(
     py: Python<'_>,
@@ -44,30 +44,30 @@ pub(crate) fn loss(
     fitted: &Bound<'_, PyAny>,
 ) -> PyResult<f64> {
     let at = loss_directions();
-    let reference = Values::of(reference, "reference", at.len())?;
-    let fitted = Values::of(fitted, "fitted", at.len())?;
-    detached(py, || {
-        let (reference, fitted) = (reference.at(&at), fitted.at(&at));
+    let reference = Brdf::parse(reference, "reference", at.len())?;
+    let fitted = Brdf::parse(fitted, "fitted", at.len())?;
+    run_detached(py, || {
+        let (reference, fitted) = (reference.evaluate(&at), fitted.evaluate(&at));
         mean_log_error_of_values(&fitted, &at, &reference)
     })
 }
 
-/// A BRDF that a loss is taken of.
-enum Values {
+/// An argument of `loss`.
+enum Brdf {
     Material(Arc<dyn Material>),
-    /// At the directions of the loss.
+    /// Values at the directions of the loss.
     Array(Vec<[f32; 3]>),
 }
 
-impl Values {
-    fn of(given: &Bound<'_, PyAny>, what: &str, count: usize) -> PyResult<Self> {
-        if let Ok(material) = given.cast::<PyMaterial>() {
+impl Brdf {
+    fn parse(argument: &Bound<'_, PyAny>, what: &str, count: usize) -> PyResult<Self> {
+        if let Ok(material) = argument.cast::<PyMaterial>() {
             return Ok(Self::Material(material.get().material.clone()));
         }
-        let values = rows(given, what)?;
+        let values = rows(argument, what)?;
         if values.len() != count {
-            return refused(format!(
-                "{what} should have the shape ({count}, 3), the BRDF at directions(), not ({}, 3)",
+            return reject(format!(
+                "{what} must have the shape ({count}, 3), the BRDF at directions(), not ({}, 3)",
                 values.len()
             ));
         }
@@ -76,8 +76,8 @@ impl Values {
                 .iter()
                 .find(|value| !(value.is_finite() && **value >= 0.0))
             {
-                return refused(format!(
-                    "{what}: row {row} holds {value}, and a BRDF is finite and not negative: correct it"
+                return reject(format!(
+                    "{what}: row {row} holds {value}; a BRDF must be finite and nonnegative: correct the value"
                 ));
             }
         }
@@ -85,7 +85,7 @@ impl Values {
         Ok(Self::Array(values.collect()))
     }
 
-    fn at(self, at: &[HalfDifference<f32>]) -> Vec<[f32; 3]> {
+    fn evaluate(self, at: &[HalfDifference<f32>]) -> Vec<[f32; 3]> {
         let material = match self {
             Self::Array(values) => return values,
             Self::Material(material) => material,

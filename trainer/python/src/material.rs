@@ -1,4 +1,4 @@
-//! Materials: looked up, made of functions and arrays, written.
+//! Materials: evaluation, construction from functions and arrays, and writing.
 
 use std::ffi::OsString;
 use std::path::PathBuf;
@@ -9,8 +9,8 @@ use glimpse_core::model::NeuralParameters;
 use glimpse_materials::{
     self, Format, Material, MerlTable, Source, SourceError, digest, table_nodes,
 };
-use glimpse_trainer::conversion::{files_of, format_of_ending, name_of, paths};
-use glimpse_trainer::measurement::angles_of_pair;
+use glimpse_trainer::conversion::{encode, file_name, format_from_extension, output_paths};
+use glimpse_trainer::measurement::angles_from_vectors;
 use numpy::PyArrayDyn;
 use pyo3::IntoPyObjectExt;
 use pyo3::exceptions::PyTypeError;
@@ -20,42 +20,41 @@ use rayon::prelude::*;
 
 use crate::arrays::{Pairs, array, rows};
 use crate::choices::{FORMATS, choose};
-use crate::error::{raised, refused};
+use crate::error::{reject, to_exception};
 use crate::files::write;
-use crate::waiting::detached;
+use crate::interruptible::run_detached;
 
-/// How many directions are asked of a function at a time.
+/// Directions in one call of a Python function.
 const CHUNK: usize = 1 << 16;
-/// How many a thread looks up at a time.
+/// Directions that a thread evaluates at a time.
 const BATCH: usize = 1024;
 
-/// A material: a BRDF that can be looked up anywhere.
+/// A material: a BRDF that can be evaluated at any directions.
 ///
-/// material(incoming, outgoing) takes vectors from the surface to light and sensor, z along the normal, arrays of
-/// shape (..., 3) that are broadcast; material(directions) takes both in one array (..., 2, 3). They are brought to
-/// length 1. The answer is float32 of shape (..., 3): linear RGB, sr^-1, not times the cosine; 0 where a direction is not
-/// above the horizon.
+/// material(incoming, outgoing) takes vectors from the surface to light and sensor, z along the normal, arrays of shape
+/// (..., 3) that are broadcast. material(directions) takes both in one array (..., 2, 3). Vectors are normalized. The
+/// result is float32 of shape (..., 3): linear RGB, sr^-1, not times the cosine. It is 0 if a direction is not above
+/// the horizon.
 #[pyclass(subclass, frozen, name = "Material", module = "glimpse_brdf")]
 pub(crate) struct PyMaterial {
     pub(crate) material: Arc<dyn Material>,
-    /// True if many places at once are looked up faster, and come to the same.
+    /// True if batched evaluation is faster and gives the same values.
     pub(crate) in_batches: bool,
     pub(crate) origin: Origin,
 }
 
-/// The origin of a material, by which it is pickled.
+/// The origin of a material, which determines its pickle.
 pub(crate) enum Origin {
-    /// The source that it was read from, with a path that does not depend on the working directory, and its place
-    /// there. None if the path is not UTF-8.
+    /// A source with an absolute path, and the index of the material in it. None if the path is not UTF-8.
     Source(Option<(String, usize)>),
-    /// Values of its own.
+    /// A table of values, stored in the pickle.
     Table(Arc<MerlTable>),
-    /// Readings: `PyFittedMaterial` pickles itself.
+    /// Readings: `PyFittedMaterial` has its own pickle.
     Readings,
 }
 
 impl PyMaterial {
-    /// The materials of a source.
+    /// Reads the materials of a source.
     fn read_all(source: &Source) -> Result<Vec<Self>, SourceError> {
         let materials = source.load()?;
         let paths = source.paths()?;
@@ -63,30 +62,30 @@ impl PyMaterial {
             None => Some((source.0.clone(), index)),
             Some(path) => Some((std::path::absolute(path).ok()?.to_str()?.to_owned(), 0)),
         };
-        let all = materials.into_iter().enumerate();
-        let read = all.map(|(index, material)| Self {
+        let materials = materials.into_iter().enumerate();
+        let materials = materials.map(|(index, material)| Self {
             material: material.into(),
             in_batches: false,
             origin: Origin::Source(origin(index)),
         });
-        Ok(read.collect())
+        Ok(materials.collect())
     }
 
-    /// The BRDF at pairs of directions; 0 where one is not above the horizon.
-    fn look_up(&self, pairs: &[[[f64; 3]; 2]]) -> Vec<f32> {
-        let mut found = vec![[0.0_f32; 3]; pairs.len()];
-        let chunks = pairs.par_chunks(BATCH).zip(found.par_chunks_mut(BATCH));
-        chunks.for_each(|(pairs, found)| {
+    /// Returns the BRDF at pairs of directions, and 0 if one of them is not above the horizon.
+    fn evaluate(&self, pairs: &[[[f64; 3]; 2]]) -> Vec<f32> {
+        let mut values = vec![[0.0_f32; 3]; pairs.len()];
+        let chunks = pairs.par_chunks(BATCH).zip(values.par_chunks_mut(BATCH));
+        chunks.for_each(|(pairs, values)| {
             let angles = pairs
                 .iter()
-                .map(|[incoming, outgoing]| angles_of_pair(*incoming, *outgoing));
+                .map(|[incoming, outgoing]| angles_from_vectors(*incoming, *outgoing));
             let above: Vec<(usize, Angles<f32>)> = angles
                 .enumerate()
-                .filter_map(|(place, angles)| Some((place, angles?)))
+                .filter_map(|(index, angles)| Some((index, angles?)))
                 .collect();
             if !self.in_batches {
-                for (place, angles) in above {
-                    found[place] = self.material.brdf(angles);
+                for (index, angles) in above {
+                    values[index] = self.material.brdf(angles);
                 }
                 return;
             }
@@ -96,24 +95,25 @@ impl PyMaterial {
                 .collect();
             let mut brdf = vec![[0.0; 3]; at.len()];
             self.material.brdf_batch(&at, &mut brdf);
-            for ((place, _), brdf) in above.into_iter().zip(brdf) {
-                found[place] = brdf;
+            for ((index, _), brdf) in above.into_iter().zip(brdf) {
+                values[index] = brdf;
             }
         });
-        found.into_flattened()
+        values.into_flattened()
     }
 }
 
 #[pymethods]
 impl PyMaterial {
-    /// A material of a function(incoming, outgoing) -> (n, 3), which gets unit vectors (n, 3) each and gives the BRDF,
-    /// linear RGB, sr^-1, not times the cosine; NaN where it is not known.
+    /// Tabulates a function(incoming, outgoing) -> (n, 3). The function gets two arrays (n, 3) of unit vectors. It
+    /// returns the BRDF, linear RGB, sr^-1, not times the cosine, with NaN for unknown values.
     ///
-    /// Infinite and negative values are refused, however small: set the noise of a dark measurement to 0. (`Recipe.fit`
-    /// takes readings down to -1 sr^-1, since noise around a dark reading has to average out.)
+    /// Infinite and negative values are rejected, even tiny ones: set the noise of a dark measurement to 0.
+    /// (`Recipe.fit` accepts readings down to -1 sr^-1, because noise around a dark reading has to average out.)
     ///
-    /// It is asked once, here, at `table_directions()`, 65,536 at a time, and its values are interpolated from then on;
-    /// see there for what that loses. The table takes 35 MB of memory.
+    /// The function is called here only, at `table_directions()`, up to 65,536 at a time. Afterwards the material
+    /// interpolates the table; see `table_directions` for the limits of its resolution. The table takes 35 MB of
+    /// memory.
     #[classmethod]
     #[pyo3(signature = (function, name))]
     fn from_function(
@@ -122,7 +122,7 @@ impl PyMaterial {
         function: &Bound<'_, PyAny>,
         name: String,
     ) -> PyResult<Self> {
-        let nodes = detached(py, table_nodes)?;
+        let nodes = run_detached(py, table_nodes)?;
         let mut brdf = Vec::with_capacity(nodes.len());
         for nodes in nodes.chunks(CHUNK) {
             let pairs: Vec<[[f64; 3]; 2]> = nodes.iter().map(directions_of).collect();
@@ -130,25 +130,25 @@ impl PyMaterial {
                 let flat = pairs.iter().flat_map(|pair| pair[arm]).collect();
                 array::<f64>(py, &[pairs.len(), 3], flat)
             };
-            let found = rows(
+            let values = rows(
                 &function.call1((arm(0)?, arm(1)?))?,
-                "what the function returns",
+                "the function's result",
             )?;
-            if found.len() != nodes.len() {
-                return refused(format!(
-                    "what the function returns should have the shape ({}, 3), not ({}, 3)",
+            if values.len() != nodes.len() {
+                return reject(format!(
+                    "the function's result must have the shape ({}, 3), not ({}, 3)",
                     nodes.len(),
-                    found.len()
+                    values.len()
                 ));
             }
-            brdf.extend(found.into_iter().map(narrow));
+            brdf.extend(values.into_iter().map(narrow));
             py.check_signals()?;
         }
         tabulated(py, name, brdf)
     }
 
-    /// A material of its BRDF at `table_directions()`, an array of as many rows (n, 3), in their order: linear RGB, sr^-1,
-    /// not times the cosine; NaN where it is not known. Infinite and negative values are refused.
+    /// Makes a material of its BRDF at `table_directions()`, an array (n, 3) in their order: linear RGB, sr^-1, not
+    /// times the cosine, with NaN for unknown values. Infinite and negative values are rejected.
     #[classmethod]
     #[pyo3(signature = (brdf, name))]
     fn from_table(
@@ -161,7 +161,7 @@ impl PyMaterial {
         tabulated(py, name, brdf)
     }
 
-    /// Its name: of a file its stem.
+    /// The name of the material. For a file, it is the stem of the file name.
     #[getter]
     fn name(&self) -> &str {
         self.material.name()
@@ -175,19 +175,21 @@ impl PyMaterial {
         incoming: &Bound<'py, PyAny>,
         outgoing: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyArrayDyn<f32>>> {
-        let Pairs { pairs, mut shape } = Pairs::of(incoming, outgoing)?;
-        let found = match pairs.len() > BATCH {
-            true => detached(py, || self.look_up(&pairs))?,
-            false => py.detach(|| self.look_up(&pairs)),
+        let Pairs { pairs, mut shape } = Pairs::from_arrays(incoming, outgoing)?;
+        let values = match pairs.len() > BATCH {
+            true => run_detached(py, || self.evaluate(&pairs))?,
+            false => py.detach(|| self.evaluate(&pairs)),
         };
         shape.push(3);
-        array(py, &shape, found)
+        array(py, &shape, values)
     }
 
-    /// Writes it in another program's format: "merl" (NAME.binary), "rgl" (NAME.bsdf, which Mitsuba 3 renders as its
-    /// `measured`), "nbrdf" (NAME_fc1.npy and five more; to what is no network one is fitted, by `seed`, in some seconds) or
-    /// "pab" (NAME_in00.txt and more, for Radiance). The ending tells which, unless `format` does. Files that are there
-    /// and not the same stay, and FileExistsError is raised, unless `overwrite`.
+    /// Writes the material in another program's format: "merl" (NAME.binary), "rgl" (NAME.bsdf, for Mitsuba 3's
+    /// `measured`), "nbrdf" (NAME_fc1.npy and five more) or "pab" (NAME_in00.txt and more, for Radiance).
+    ///
+    /// The format follows from the file's ending unless `format` is given. For "nbrdf", a network is fitted to a
+    /// material that is not a network, which takes some seconds; `seed` is the seed of that fit (0). If a file exists
+    /// with other contents, FileExistsError is to_exception, unless `overwrite`.
     #[pyo3(signature = (path, format = None, *, seed = 0, overwrite = false))]
     pub(crate) fn save(
         &self,
@@ -198,60 +200,57 @@ impl PyMaterial {
         overwrite: bool,
     ) -> PyResult<()> {
         let format = format
-            .map(|word| choose("format", word, &FORMATS))
+            .map(|name| choose("format", name, &FORMATS))
             .transpose()?;
-        let format = match (format, format_of_ending(&path)) {
+        let format = match (format, format_from_extension(&path)) {
             (Some(format), None) => format,
             (None, Some(format)) => format,
-            (Some(format), Some(meant)) if format == meant => format,
-            (Some(_), Some(meant)) => {
-                return refused(format!(
-                    "{} ends as the format {} does, and another one is asked for: give a path of that one's \
-                     ending, or leave out the format",
+            (Some(format), Some(by_ending)) if format == by_ending => format,
+            (Some(format), Some(by_ending)) => {
+                return reject(format!(
+                    "{} has the ending of the format {}, but format is {}: change the ending, or omit format",
                     path.display(),
-                    meant.name()
+                    by_ending.name(),
+                    format.name()
                 ));
             }
             (None, None) => {
-                return refused(format!(
-                    "{} does not say in which format to write: end it with .binary, .bsdf or _fc1.npy (a fit \
-                     also with .json), or give the format",
+                return reject(format!(
+                    "{} has an ending of no known format: use .binary, .bsdf or _fc1.npy (or .json for a fit), \
+                     or pass format",
                     path.display()
                 ));
             }
         };
-        let places = paths(format, &path).map_err(raised)?;
+        let paths = output_paths(format, &path).map_err(to_exception)?;
         let name = match format {
-            Format::Pab => name_of(&path).map_err(raised)?,
+            Format::Pab => file_name(&path).map_err(to_exception)?,
             _ => self.material.name(),
         };
-        let files =
-            detached(py, || files_of(&*self.material, format, name, seed))?.map_err(raised)?;
+        let files = run_detached(py, || encode(&*self.material, format, name, seed))?
+            .map_err(to_exception)?;
         let bytes = files.into_iter().map(|(_, bytes)| bytes);
-        write(
-            &places.into_iter().zip(bytes).collect::<Vec<_>>(),
-            overwrite,
-        )
+        write(&paths.into_iter().zip(bytes).collect::<Vec<_>>(), overwrite)
     }
 
-    /// Itself: a material does not change.
+    /// Returns itself: a material is immutable.
     fn __copy__(slf: Bound<'_, Self>) -> Bound<'_, Self> {
         slf
     }
 
-    /// Itself: a material does not change.
+    /// Returns itself: a material is immutable.
     fn __deepcopy__<'py>(slf: Bound<'py, Self>, _memo: &Bound<'py, PyAny>) -> Bound<'py, Self> {
         slf
     }
 
-    /// For other processes. A material of a function or an array takes its table along; one that was read takes its
-    /// source along and is read again, from the same path, and refused if it is another one there.
+    /// Supports pickle. A material of a function or an array stores its table. A material from a file stores its source
+    /// and is read again from the same path; unpickling fails if the file holds another material.
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let class = py.get_type::<Self>();
         let name = self.material.name();
         match &self.origin {
             Origin::Table(table) => {
-                let nodes = detached(py, || table.to_nodes())?;
+                let nodes = run_detached(py, || table.to_nodes())?;
                 let nodes = array(py, &[nodes.len(), 3], nodes.into_flattened())?;
                 (class.getattr("from_table")?, (nodes, name)).into_bound_py_any(py)
             }
@@ -261,12 +260,12 @@ impl PyMaterial {
                 (class.getattr("_from_source")?, arguments).into_bound_py_any(py)
             }
             Origin::Source(None) | Origin::Readings => Err(PyTypeError::new_err(format!(
-                "the material {name} cannot be pickled: the path of its file is not UTF-8; rename it"
+                "the material {name} cannot be pickled: the path of its file is not UTF-8; rename the file"
             ))),
         }
     }
 
-    /// A material that was pickled by its source, its place there, and its digest.
+    /// Restores a material from its source, its index there, and its digest.
     #[classmethod]
     fn _from_source(
         _class: &Bound<'_, PyType>,
@@ -275,14 +274,14 @@ impl PyMaterial {
         index: usize,
         digest: u32,
     ) -> PyResult<Self> {
-        let source: Source = source.parse().map_err(raised)?;
-        let read = detached(py, || Self::read_all(&source))?.map_err(raised)?;
-        let found = read.into_iter().nth(index);
-        let same = |found: &Self| glimpse_materials::digest(&*found.material) == digest;
-        match found.filter(same) {
-            Some(found) => Ok(found),
-            None => refused(format!(
-                "{source} does not hold the material that was pickled: put it back, or pickle it again"
+        let source: Source = source.parse().map_err(to_exception)?;
+        let materials = run_detached(py, || Self::read_all(&source))?.map_err(to_exception)?;
+        let material = materials.into_iter().nth(index);
+        let is_same = |material: &Self| glimpse_materials::digest(&*material.material) == digest;
+        match material.filter(is_same) {
+            Some(material) => Ok(material),
+            None => reject(format!(
+                "{source} does not hold the pickled material: restore the file, or pickle the material again"
             )),
         }
     }
@@ -292,50 +291,52 @@ impl PyMaterial {
     }
 }
 
-/// Reads the one material of a source: a file of MERL's (*.binary), RGL's (*_rgb.bsdf), NBRDF's (NAME_fc1.npy), PAB-Opto's,
-/// or a material.json; or "procedural:1:SEED", a built-in one.
+/// Reads the only material of a source: a file of MERL (*.binary), RGL (*_rgb.bsdf), NBRDF (NAME_fc1.npy) or pab-opto,
+/// a material.json, or "procedural:1:SEED" for a procedural material.
 #[pyfunction]
 pub(crate) fn load_material(py: Python<'_>, source: &Bound<'_, PyAny>) -> PyResult<PyMaterial> {
-    let source = source_of(source)?;
-    let mut materials = detached(py, || PyMaterial::read_all(&source))?.map_err(raised)?;
+    let source = parse_source(source)?;
+    let mut materials =
+        run_detached(py, || PyMaterial::read_all(&source))?.map_err(to_exception)?;
     match (materials.pop(), materials.len()) {
-        (Some(one), 0) => Ok(one),
-        (_, more) => refused(format!(
-            "{source} holds {} materials, and one is asked for: name its file, or use load_materials",
-            more + 1
+        (Some(material), 0) => Ok(material),
+        (_, others) => reject(format!(
+            "{source} holds {} materials, not one: pass the path of one file, or use load_materials",
+            others + 1
         )),
     }
 }
 
 /// Reads all materials of a source, sorted by name: a folder of such files, or "procedural:COUNT:SEED".
+/// `load_material` lists the formats.
 #[pyfunction]
 pub(crate) fn load_materials(
     py: Python<'_>,
     source: &Bound<'_, PyAny>,
 ) -> PyResult<Vec<PyMaterial>> {
-    let source = source_of(source)?;
-    detached(py, || PyMaterial::read_all(&source))?.map_err(raised)
+    let source = parse_source(source)?;
+    run_detached(py, || PyMaterial::read_all(&source))?.map_err(to_exception)
 }
 
-/// A source by its text or its path.
-pub(crate) fn source_of(given: &Bound<'_, PyAny>) -> PyResult<Source> {
-    let path: OsString = given.extract::<PathBuf>()?.into_os_string();
+/// Parses a source from a string or a path.
+pub(crate) fn parse_source(argument: &Bound<'_, PyAny>) -> PyResult<Source> {
+    let path: OsString = argument.extract::<PathBuf>()?.into_os_string();
     match path.into_string() {
-        Ok(text) => text.parse().map_err(raised),
-        Err(path) => refused(format!("{} is no UTF-8: rename it", path.display())),
+        Ok(text) => text.parse().map_err(to_exception),
+        Err(path) => reject(format!("{} is not UTF-8: rename it", path.display())),
     }
 }
 
-/// Where `Material.from_function` and `Material.from_table` take a BRDF: unit vectors, incoming and outgoing, float64 of
-/// shape (n, 2, 3).
+/// Returns the directions at which `Material.from_function` and `Material.from_table` take a BRDF: unit vectors,
+/// incoming and outgoing, float64 of shape (n, 2, 3).
 ///
-/// They are the nodes of MERL's tables that are above the horizon: theta_h at pi/2 (k/90)^2, theta_d and phi_d at whole
-/// degrees, phi_d over half a turn. So a table knows isotropic, reciprocal materials only; highlights narrower than a
-/// tenth of a degree, and what changes within a degree of theta_d or phi_d, are smoothed;
-/// and within two degrees of the horizon the nearest nodes stand for what lies between them and it.
+/// They are the nodes of MERL's table that are above the horizon: theta_h at pi/2 (k/90)^2, theta_d and phi_d at whole
+/// degrees, phi_d over half a turn. A table therefore represents isotropic, reciprocal materials only. It smooths
+/// highlights narrower than a tenth of a degree, and details within a degree of theta_d or phi_d. Within two degrees of
+/// the horizon, it uses the nearest nodes.
 #[pyfunction]
 pub(crate) fn table_directions(py: Python<'_>) -> PyResult<Bound<'_, PyArrayDyn<f64>>> {
-    let (count, flat) = detached(py, || {
+    let (count, flat) = run_detached(py, || {
         let nodes = table_nodes();
         let flat: Vec<f64> = nodes
             .iter()
@@ -346,8 +347,9 @@ pub(crate) fn table_directions(py: Python<'_>) -> PyResult<Bound<'_, PyArrayDyn<
     array(py, &[count, 2, 3], flat)
 }
 
-/// Unit vectors of polar angles theta (from the normal) and azimuths phi, degrees, numbers or arrays that are broadcast:
-/// incoming by theta_i, phi_i and outgoing by theta_o, phi_o, float64 of shape (..., 2, 3).
+/// Converts angles in degrees to unit vectors, float64 of shape (..., 2, 3): the incoming direction from theta_i and
+/// phi_i, the outgoing one from theta_o and phi_o. Polar angles theta are measured from the normal, and phi is the
+/// azimuth. Arguments are numbers, or arrays that are broadcast.
 #[pyfunction]
 pub(crate) fn directions_from_degrees<'py>(
     theta_i: &Bound<'py, PyAny>,
@@ -359,25 +361,26 @@ pub(crate) fn directions_from_degrees<'py>(
     let radians = |degrees: &Bound<'py, PyAny>| numpy.call_method1("radians", (degrees,));
     let arm = |theta: &Bound<'py, PyAny>, phi: &Bound<'py, PyAny>| {
         let (theta, phi) = (radians(theta)?, radians(phi)?);
-        let of = |function: &str, angle: &Bound<'py, PyAny>| numpy.call_method1(function, (angle,));
-        let sin = of("sin", &theta)?;
-        let parts = (
-            sin.mul(of("cos", &phi)?)?,
-            sin.mul(of("sin", &phi)?)?,
-            of("cos", &theta)?,
+        let apply =
+            |function: &str, angle: &Bound<'py, PyAny>| numpy.call_method1(function, (angle,));
+        let sin = apply("sin", &theta)?;
+        let coordinates = (
+            sin.mul(apply("cos", &phi)?)?,
+            sin.mul(apply("sin", &phi)?)?,
+            apply("cos", &theta)?,
         );
-        Ok::<_, PyErr>(parts)
+        Ok::<_, PyErr>(coordinates)
     };
     let ((a, b, c), (d, e, f)) = (arm(theta_i, phi_i)?, arm(theta_o, phi_o)?);
-    let all = numpy.call_method1("broadcast_arrays", (a, b, c, d, e, f))?;
-    let stacked = numpy.call_method1("stack", (all, -1))?;
+    let coordinates = numpy.call_method1("broadcast_arrays", (a, b, c, d, e, f))?;
+    let stacked = numpy.call_method1("stack", (coordinates, -1))?;
     let mut shape: Vec<usize> = stacked.getattr("shape")?.extract()?;
     shape.pop();
     shape.extend([2, 3]);
     stacked.call_method1("reshape", (shape,))
 }
 
-/// Incoming and outgoing unit vectors of angles.
+/// Returns the incoming and outgoing unit vectors of angles.
 pub(crate) fn directions_of(angles: &Angles<f32>) -> [[f64; 3]; 2] {
     let angles = Angles {
         theta_h: f64::from(angles.theta_h),
@@ -389,7 +392,7 @@ pub(crate) fn directions_of(angles: &Angles<f32>) -> [[f64; 3]; 2] {
 }
 
 fn tabulated(py: Python<'_>, name: String, brdf: Vec<[f32; 3]>) -> PyResult<PyMaterial> {
-    let table = detached(py, || MerlTable::of_nodes(name, &brdf))?.map_err(raised)?;
+    let table = run_detached(py, || MerlTable::from_nodes(name, &brdf))?.map_err(to_exception)?;
     let table = Arc::new(table);
     Ok(PyMaterial {
         material: table.clone(),
@@ -402,7 +405,7 @@ fn narrow(rgb: [f64; 3]) -> [f32; 3] {
     rgb.map(|value| value as f32)
 }
 
-/// A material that Python holds too.
+/// A material that is shared with Python.
 pub(crate) struct Shared(pub(crate) Arc<dyn Material>);
 
 impl Material for Shared {

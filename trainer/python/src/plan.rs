@@ -1,20 +1,23 @@
-//! In which order a machine's arms go to a recipe's samples.
+//! Plans of scans: the order in which a machine's arms visit a recipe's samples.
 
 use glimpse_core::gonio::Limits;
 use glimpse_core::recipe::Recipe;
-use glimpse_trainer::route::{Axes, Machine, Route, blank, stops};
+use glimpse_trainer::route::{Axes, Machine, Route, blank_sheet, stops};
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 
 use crate::arrays::{array, numbers};
 use crate::choices::{ORDERS, choose, limits};
-use crate::error::{GlimpseError, raised, refused};
-use crate::waiting::detached;
+use crate::error::{GlimpseError, reject, to_exception};
+use crate::interruptible::run_detached;
 
-/// What is said of a machine.
+/// Arguments that describe a machine.
 pub(crate) struct MachineArgs<'a, 'py> {
+    /// Degrees per second: one number, or one for each axis.
     pub(crate) speeds: Option<&'a Bound<'py, PyAny>>,
+    /// Seconds.
     pub(crate) settle: f64,
+    /// Degrees.
     pub(crate) start: [f64; 4],
     pub(crate) isotropic: bool,
     pub(crate) full_turns: bool,
@@ -23,19 +26,23 @@ pub(crate) struct MachineArgs<'a, 'py> {
 }
 
 impl MachineArgs<'_, '_> {
-    fn machine(&self, stated: Limits) -> PyResult<Machine> {
+    fn machine(&self, default_limits: Limits) -> PyResult<Machine> {
         let default = Machine::default();
         let speeds = match self.speeds {
             None => default.speeds,
-            Some(given) => {
-                let given = numbers(given, "speed_degrees_per_second")?;
-                match given.iter().copied().collect::<Vec<f64>>()[..] {
-                    [all] => Axes::of([all; 4]),
-                    [theta_i, phi_i, theta_o, phi_o] => Axes::of([theta_i, phi_i, theta_o, phi_o]),
+            Some(speeds) => {
+                let speeds = numbers(speeds, "speed_degrees_per_second")?;
+                match speeds.iter().copied().collect::<Vec<f64>>()[..] {
+                    [speed] => Axes::from_array([speed; 4]),
+                    [theta_i, phi_i, theta_o, phi_o] => {
+                        Axes::from_array([theta_i, phi_i, theta_o, phi_o])
+                    }
                     _ => {
-                        return refused(
-                            "speed_degrees_per_second should be one number for all axes, or four, as (20, 10, 20, 10)",
-                        );
+                        return reject(format!(
+                            "speed_degrees_per_second must be one number for all axes, or four, such as \
+                             (20, 10, 20, 10), not {} numbers",
+                            speeds.len()
+                        ));
                     }
                 }
             }
@@ -44,17 +51,17 @@ impl MachineArgs<'_, '_> {
         let machine = Machine {
             speeds,
             settle: self.settle,
-            start: Axes::of(self.start),
-            limits: limits(stated, max_theta_i, max_theta_o, min_separation),
+            start: Axes::from_array(self.start),
+            limits: limits(default_limits, max_theta_i, max_theta_o, min_separation),
             isotropic: self.isotropic,
             full_turns: self.full_turns,
         };
-        machine.validate().map_err(raised)?;
+        machine.validate().map_err(to_exception)?;
         Ok(machine)
     }
 }
 
-/// Where the arms go, visit by visit.
+/// A planned scan: the positions and times of all visits to samples.
 #[pyclass(frozen, name = "Plan", module = "glimpse_brdf")]
 pub(crate) struct PyPlan {
     route: Route,
@@ -63,7 +70,7 @@ pub(crate) struct PyPlan {
 }
 
 impl PyPlan {
-    pub(crate) fn of(
+    pub(crate) fn new(
         py: Python<'_>,
         recipe: &Recipe<'_>,
         order: &str,
@@ -72,8 +79,8 @@ impl PyPlan {
         seed: u64,
     ) -> PyResult<Self> {
         let order = choose("order", order, &ORDERS)?;
-        let stated = recipe.metadata().map_err(raised)?.limits;
-        let machine = machine.machine(stated.unwrap_or(Limits::NONE))?;
+        let trained_limits = recipe.metadata().map_err(to_exception)?.limits;
+        let machine = machine.machine(trained_limits.unwrap_or(Limits::NONE))?;
         let stops = stops(recipe, &machine.limits, swap).map_err(|missed| {
             let lines: Vec<String> = missed.iter().map(|each| format!("\n  {each}")).collect();
             GlimpseError::new_err(format!(
@@ -81,16 +88,12 @@ impl PyPlan {
                 missed.len(),
                 recipe.samples(),
                 lines.concat(),
-                if swap {
-                    ""
-                } else {
-                    ", or try whether swap=True helps"
-                }
+                if swap { "" } else { ", or try swap=True" }
             ))
         })?;
-        let route = detached(py, || Route::new(&machine, &stops, order, seed))?;
+        let route = run_detached(py, || Route::new(&machine, &stops, order, seed))?;
         let arms = route.visits.iter().flat_map(|visit| {
-            let [theta_i, phi_i, theta_o, phi_o] = visit.arms.values().map(f64::to_radians);
+            let [theta_i, phi_i, theta_o, phi_o] = visit.arms.to_array().map(f64::to_radians);
             [(theta_i, phi_i), (theta_o, phi_o)]
         });
         let vectors = arms.flat_map(|(theta, phi)| {
@@ -106,13 +109,14 @@ impl PyPlan {
 
 #[pymethods]
 impl PyPlan {
-    /// What was asked for: "travel" or "progressive".
+    /// The order of visits: "travel" or "progressive".
     #[getter]
     fn order(&self) -> &'static str {
         self.route.order.name()
     }
 
-    /// True if no other order takes less time (of "progressive": no other choice of azimuths).
+    /// True if the plan is proven to take the least time of all orders (with "progressive": of all choices of
+    /// azimuths).
     #[getter]
     fn is_best(&self) -> bool {
         self.route.is_best
@@ -125,18 +129,18 @@ impl PyPlan {
         array(py, &[self.route.visits.len()], indices.collect())
     }
 
-    /// Where the axes theta_i, phi_i, theta_o, phi_o stand at each visit, degrees, float64 of shape (n, 4).
+    /// The positions of the axes theta_i, phi_i, theta_o, phi_o at each visit, degrees, float64 of shape (n, 4).
     #[getter]
     fn angles_degrees<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
         let angles = self
             .route
             .visits
             .iter()
-            .flat_map(|visit| visit.arms.values());
+            .flat_map(|visit| visit.arms.to_array());
         array(py, &[self.route.visits.len(), 4], angles.collect())
     }
 
-    /// The same as unit vectors, incoming and outgoing, float64 of shape (n, 2, 3).
+    /// The positions as unit vectors, incoming and outgoing, float64 of shape (n, 2, 3).
     #[getter]
     fn directions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
         array(
@@ -146,46 +150,46 @@ impl PyPlan {
         )
     }
 
-    /// Where light and sensor are exchanged: bool of shape (n,).
+    /// True for each visit with light and sensor exchanged: bool of shape (n,).
     #[getter]
     fn swapped<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<bool>>> {
         let swapped = self.route.visits.iter().map(|visit| visit.swapped);
         array(py, &[self.route.visits.len()], swapped.collect())
     }
 
-    /// When each sample is read, seconds after the start, float64 of shape (n,).
+    /// The time at which each sample is measured, seconds after the start, float64 of shape (n,).
     #[getter]
     fn seconds<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
         let seconds = self.route.visits.iter().map(|visit| visit.seconds);
         array(py, &[self.route.visits.len()], seconds.collect())
     }
 
-    /// Seconds until the last sample is read.
+    /// The time until the last sample is measured, seconds.
     #[getter]
     fn total_seconds(&self) -> f64 {
         self.route.total()
     }
 
-    /// Seconds of those in which arms move.
+    /// The part of the time during which arms move, seconds.
     #[getter]
     fn moving_seconds(&self) -> f64 {
         self.route.travel
     }
 
-    /// Seconds that the recipe's own order takes if none of the machine's freedom is used.
+    /// The time of a scan in the recipe's order that does not choose azimuths or exchange light and sensor, seconds.
     #[getter]
     fn naive_seconds(&self) -> f64 {
         self.route.naive_total()
     }
 
-    /// As `trainer plan --out` writes it.
+    /// Returns the plan as CSV, as written by `trainer plan --out`.
     fn to_csv(&self) -> String {
         self.route.to_csv()
     }
 
-    /// As `trainer plan --blank` writes it.
+    /// Returns a table of measurements to fill in as CSV, as written by `trainer plan --blank`.
     fn to_blank_csv(&self) -> String {
-        blank(&self.route.visits)
+        blank_sheet(&self.route.visits)
     }
 
     fn __len__(&self) -> usize {

@@ -1,18 +1,20 @@
-//! Readings in arrays, as the trainer takes those of files.
+//! Readings in arrays, interpreted like the trainer's measurement files.
 
 use glimpse_core::geometry::{Angles, Directions};
 use glimpse_core::gonio::Quantity;
-use glimpse_trainer::measurement::{Counts, Meaning, Measured, Taken, White};
+use glimpse_trainer::measurement::{
+    CountCalibration, LabReading, Measurements, ReadingQuantity, WhiteReference,
+};
 use pyo3::prelude::*;
 
-use crate::arrays::{Pairs, numbers, rows, shown};
+use crate::arrays::{Pairs, numbers, rows, shape_text};
 use crate::choices::{FOOTPRINTS, QUANTITIES, choose};
-use crate::error::{raised, refused};
+use crate::error::{reject, to_exception};
 
-/// How far a reading may be from its sample unless told, degrees: what arms of a lab are off by.
+/// Default of the largest angle between a reading and its sample, degrees: the accuracy of a lab's arms.
 const TOLERANCE: f64 = 0.5;
 
-/// What is said of readings.
+/// Arguments that describe readings.
 pub(crate) struct ReadingArgs<'a, 'py> {
     pub(crate) readings: &'a Bound<'py, PyAny>,
     pub(crate) directions: Option<&'a Bound<'py, PyAny>>,
@@ -29,30 +31,30 @@ pub(crate) struct ReadingArgs<'a, 'py> {
 }
 
 impl ReadingArgs<'_, '_> {
-    /// By the samples of a pattern.
-    pub(crate) fn measured(&self, pattern: &[Angles<f32>]) -> PyResult<Measured> {
+    /// Assigns the readings to the samples of a pattern.
+    pub(crate) fn measured(&self, pattern: &[Angles<f32>]) -> PyResult<Measurements> {
         let values = values(self.readings, "readings")?;
         let count = values.len();
         let pairs = match self.directions {
             None => {
                 if count != pattern.len() {
-                    return refused(format!(
-                        "readings should have the shape ({}, 3), one for each of the recipe's samples, NaN where \
-                         nothing was read, not ({count}, 3); or give directions",
+                    return reject(format!(
+                        "readings must have the shape ({}, 3), one row for each of the recipe's samples and NaN for \
+                         a missing one, not ({count}, 3); or pass directions",
                         pattern.len()
                     ));
                 }
                 if self.tolerance.is_some() {
-                    return refused("tolerance_degrees has no effect without directions");
+                    return reject("tolerance_degrees has no effect without directions");
                 }
                 None
             }
-            Some(given) => {
-                let Pairs { pairs, shape } = Pairs::of(given, None)?;
+            Some(directions) => {
+                let Pairs { pairs, shape } = Pairs::from_arrays(directions, None)?;
                 if shape != [count] {
-                    return refused(format!(
-                        "directions should have the shape ({count}, 2, 3), one pair for each of the readings, not {}",
-                        shown(&[&shape[..], &[2, 3]].concat())
+                    return reject(format!(
+                        "directions must have the shape ({count}, 2, 3), one pair for each of the readings, not {}",
+                        shape_text(&[&shape[..], &[2, 3]].concat())
                     ));
                 }
                 Some(pairs)
@@ -60,65 +62,68 @@ impl ReadingArgs<'_, '_> {
         };
         let saturated = match self.saturated {
             None => vec![false; count],
-            Some(given) => {
-                let flags = numbers(given, "saturated")?;
+            Some(flags) => {
+                let flags = numbers(flags, "saturated")?;
                 if flags.shape() != [count] || flags.iter().any(|flag| ![0.0, 1.0].contains(flag)) {
-                    return refused(format!(
-                        "saturated should be {count} booleans, one for each of the readings"
+                    return reject(format!(
+                        "saturated must be {count} booleans, one for each of the readings"
                     ));
                 }
                 flags.iter().map(|flag| *flag == 1.0).collect()
             }
         };
         let taken = values.into_iter().zip(saturated).enumerate();
-        let taken = taken.map(|(row, (values, saturated))| Taken {
+        let taken = taken.map(|(row, (values, saturated))| LabReading {
             sample: pairs.is_none().then_some(row),
-            at: pairs.as_ref().map(|pairs| pairs[row]),
+            directions: pairs.as_ref().map(|pairs| pairs[row]),
             values,
             saturated,
         });
         let tolerance = self.tolerance.unwrap_or(TOLERANCE);
         if !(tolerance > 0.0 && tolerance <= 180.0) {
-            return refused("tolerance_degrees should be above 0, at most 180");
+            return reject(format!(
+                "tolerance_degrees must be above 0 and at most 180, not {tolerance}"
+            ));
         }
         let meaning = self.meaning(pattern.len())?;
-        let taken: Vec<Taken> = taken.collect();
-        Measured::of(&taken, pattern, tolerance.to_radians(), &meaning).map_err(raised)
+        let taken: Vec<LabReading> = taken.collect();
+        Measurements::from_readings(&taken, pattern, tolerance.to_radians(), &meaning)
+            .map_err(to_exception)
     }
 
-    /// What the numbers are.
-    fn meaning(&self, samples: usize) -> PyResult<Meaning> {
+    /// Returns the quantity of the readings.
+    fn meaning(&self, samples: usize) -> PyResult<ReadingQuantity> {
         let Some(white) = self.white else {
-            let given = [
+            let unused = [
                 ("white_directions", self.white_directions.is_some()),
                 ("footprint", self.footprint.is_some()),
                 ("dark", self.dark.is_some()),
                 ("white_reflectance", self.white_reflectance.is_some()),
                 ("saturation", self.saturation.is_some()),
             ];
-            if let Some((name, _)) = given.iter().find(|(_, given)| *given) {
-                return refused(format!(
-                    "{name} has no effect without white, by which counts become a BRDF"
+            if let Some((name, _)) = unused.iter().find(|(_, is_set)| *is_set) {
+                return reject(format!(
+                    "{name} has no effect without white: pass the counts of a white reference too"
                 ));
             }
             let quantity = self
                 .quantity
-                .map(|word| choose("quantity", word, &QUANTITIES));
-            return Ok(Meaning::Values(
+                .map(|name| choose("quantity", name, &QUANTITIES));
+            return Ok(ReadingQuantity::Values(
                 quantity.transpose()?.unwrap_or(Quantity::Brdf),
             ));
         };
         if self.quantity.is_some() {
-            return refused("quantity has no effect with white: the numbers are counts then");
+            return reject("quantity has no effect with white: the readings are counts then");
         }
         if self.saturation.is_some_and(|level| !level.is_finite()) {
-            return refused("saturation should be a finite number of counts");
+            return reject("saturation must be a finite number of counts");
         }
-        let channels = |given: Option<&Bound<'_, PyAny>>, what, default: f32| match given {
+        let channels = |argument: Option<&Bound<'_, PyAny>>, what, default: f32| match argument {
             None => Ok([default; 3]),
-            Some(given) => channels(given, what),
+            Some(argument) => channels(argument, what),
         };
-        Ok(Meaning::Counts(Counts {
+        Ok(ReadingQuantity::Counts(CountCalibration {
             dark: channels(self.dark, "dark", 0.0)?,
             reflectance: channels(self.white_reflectance, "white_reflectance", 0.99)?,
             saturation: self.saturation,
@@ -126,62 +131,68 @@ impl ReadingArgs<'_, '_> {
         }))
     }
 
-    fn white(&self, white: &Bound<'_, PyAny>, samples: usize) -> PyResult<White> {
+    fn white(&self, white: &Bound<'_, PyAny>, samples: usize) -> PyResult<WhiteReference> {
         let (Some(at), Some(footprint)) = (self.white_directions, self.footprint) else {
             if self.white_directions.is_some() || self.footprint.is_some() {
-                return refused(
-                    "white_directions and footprint go together: they are of a white that was read once",
+                return reject(
+                    "white_directions and footprint describe a white reference that was read once: pass both",
                 );
             }
-            let each = values(white, "white")?;
-            if each.len() != samples {
-                return refused(format!(
-                    "white should have the shape ({samples}, 3), the white at each of the recipe's samples, not \
-                     ({}, 3); or give white_directions and footprint, of a white that was read once",
-                    each.len()
+            let white = values(white, "white")?;
+            if white.len() != samples {
+                return reject(format!(
+                    "white must have the shape ({samples}, 3), the white reference at each of the recipe's samples, \
+                     not ({}, 3); or pass white_directions and footprint of a white reference that was read once",
+                    white.len()
                 ));
             }
-            return Ok(White::Each(
-                each.into_iter().map(|white| [white, None]).collect(),
+            return Ok(WhiteReference::PerSample(
+                white.into_iter().map(|white| [white, None]).collect(),
             ));
         };
         let footprint = choose("footprint", footprint, &FOOTPRINTS)?;
-        match &Pairs::of(at, None)? {
+        match &Pairs::from_arrays(at, None)? {
             Pairs { pairs, shape } if shape.is_empty() => {
                 let [incoming, outgoing] = pairs[0].map(|vector| vector.map(|entry| entry as f32));
                 let at = Directions { incoming, outgoing };
-                Ok(White::Once(channels(white, "white")?, at, footprint))
+                Ok(WhiteReference::Single(
+                    channels(white, "white")?,
+                    at,
+                    footprint,
+                ))
             }
-            Pairs { shape, .. } => refused(format!(
-                "white_directions should have the shape (2, 3), not {}",
-                shown(&[&shape[..], &[2, 3]].concat())
+            Pairs { shape, .. } => reject(format!(
+                "white_directions must have the shape (2, 3), not {}",
+                shape_text(&[&shape[..], &[2, 3]].concat())
             )),
         }
     }
 }
 
-/// Rows of three channels; None where nothing was read.
-fn values(given: &Bound<'_, PyAny>, what: &str) -> PyResult<Vec<Option<[f32; 3]>>> {
-    let each = rows(given, what)?.into_iter().enumerate().map(|(row, rgb)| {
-        let absent = rgb.map(f64::is_nan);
-        match absent {
+/// Returns rows of three channels, with None for missing readings.
+fn values(argument: &Bound<'_, PyAny>, what: &str) -> PyResult<Vec<Option<[f32; 3]>>> {
+    let values = rows(argument, what)?.into_iter().enumerate().map(|(row, rgb)| {
+        match rgb.map(f64::is_nan) {
             [false, false, false] => Ok(Some(rgb.map(|value| value as f32))),
             [true, true, true] => Ok(None),
-            _ => refused(format!(
-                "{what}: row {row} is NaN in some channels and not in the others; give all three, or NaN for all \
-                 if nothing was read"
+            _ => reject(format!(
+                "{what}: row {row} is NaN in some channels only: pass all three values, or NaN for all if the \
+                 reading is missing"
             )),
         }
     });
-    each.collect()
+    values.collect()
 }
 
-/// One number for all channels, or one for each.
-fn channels(given: &Bound<'_, PyAny>, what: &str) -> PyResult<[f32; 3]> {
-    let given: Vec<f64> = numbers(given, what)?.iter().copied().collect();
-    match given[..] {
-        [one] => Ok([one as f32; 3]),
-        [r, g, b] => Ok([r, g, b].map(|number| number as f32)),
-        _ => refused(format!("{what} should be one number, or three")),
+/// Reads one number for all channels, or one for each.
+fn channels(argument: &Bound<'_, PyAny>, what: &str) -> PyResult<[f32; 3]> {
+    let values: Vec<f64> = numbers(argument, what)?.iter().copied().collect();
+    match values[..] {
+        [value] => Ok([value as f32; 3]),
+        [r, g, b] => Ok([r, g, b].map(|value| value as f32)),
+        _ => reject(format!(
+            "{what} must be one number, or three, not {}",
+            values.len()
+        )),
     }
 }

@@ -1,57 +1,57 @@
-//! Materials for training and judging: of sources and of Python's own.
+//! Materials for training and evaluation: sources and Python objects.
 
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use glimpse_materials::{Joined, Material, Source, SourceError, Sources};
+use glimpse_materials::{Material, MaterialsAndShares, Source, SourceError, Sources};
 use pyo3::prelude::*;
 
-use crate::error::{raised, refused};
-use crate::material::{PyMaterial, Shared, source_of};
+use crate::error::{reject, to_exception};
+use crate::material::{PyMaterial, Shared, parse_source};
 
-/// Materials that belong together.
+/// A source, or the list of all Python materials.
 enum Group {
     Source(Source),
-    Given(Vec<Arc<dyn Material>>),
+    Materials(Vec<Arc<dyn Material>>),
 }
 
-/// What was given as materials, not yet read.
-pub(crate) struct Given(Vec<Group>);
+/// An argument `materials`, parsed but not read.
+pub(crate) struct MaterialArgs(Vec<Group>);
 
-impl Given {
-    /// Of a source, a material, or a sequence of both, in which materials are one group.
-    pub(crate) fn of(given: &Bound<'_, PyAny>) -> PyResult<Self> {
+impl MaterialArgs {
+    /// Parses a source, a material, or a sequence of both. All materials of a sequence form one group.
+    pub(crate) fn parse(argument: &Bound<'_, PyAny>) -> PyResult<Self> {
         let mut groups = Vec::new();
-        if given.is_instance_of::<PyMaterial>() || given.extract::<PathBuf>().is_ok() {
-            add(&mut groups, given)?;
+        if argument.is_instance_of::<PyMaterial>() || argument.extract::<PathBuf>().is_ok() {
+            add(&mut groups, argument)?;
         } else {
-            for each in given.try_iter()? {
-                add(&mut groups, &each?)?;
+            for item in argument.try_iter()? {
+                add(&mut groups, &item?)?;
             }
         }
         match groups.is_empty() {
-            true => refused("there are no materials: give a source, or a list of materials"),
+            true => reject("materials is empty: pass a source, or a list of materials"),
             false => Ok(Self(groups)),
         }
     }
 
-    /// What they are called, and in what proportion training takes them.
+    /// Returns the names of the sources and their shares of training.
     pub(crate) fn sources(&self, shares: &[f32]) -> PyResult<Sources> {
         let sources = self.0.iter().map(|group| match group {
             Group::Source(source) => source.clone(),
-            Group::Given(list) => match &list[..] {
-                [one] => Source(one.name().to_owned()),
-                more => Source(format!("{} materials of a program", more.len())),
+            Group::Materials(list) => match &list[..] {
+                [material] => Source(material.name().to_owned()),
+                materials => Source(format!("{} materials of a program", materials.len())),
             },
         });
-        Sources::new(sources.collect(), shares).map_err(raised)
+        Sources::new(sources.collect(), shares).map_err(to_exception)
     }
 
-    /// Reads them.
-    pub(crate) fn load(&self, sources: &Sources) -> Result<Joined, SourceError> {
+    /// Reads the materials.
+    pub(crate) fn load(&self, sources: &Sources) -> Result<MaterialsAndShares, SourceError> {
         let lists = self.0.iter().map(|group| match group {
             Group::Source(source) => source.load(),
-            Group::Given(list) => Ok(list.iter().map(shared).collect()),
+            Group::Materials(list) => Ok(list.iter().map(shared).collect()),
         });
         sources.join(lists.collect::<Result<_, _>>()?)
     }
@@ -61,19 +61,19 @@ fn shared(material: &Arc<dyn Material>) -> Box<dyn Material> {
     Box::new(Shared(material.clone()))
 }
 
-fn add(groups: &mut Vec<Group>, given: &Bound<'_, PyAny>) -> PyResult<()> {
-    let Ok(material) = given.cast::<PyMaterial>() else {
-        groups.push(Group::Source(source_of(given)?));
+fn add(groups: &mut Vec<Group>, item: &Bound<'_, PyAny>) -> PyResult<()> {
+    let Ok(material) = item.cast::<PyMaterial>() else {
+        groups.push(Group::Source(parse_source(item)?));
         return Ok(());
     };
     let material = material.get().material.clone();
-    let found = groups.iter_mut().find_map(|group| match group {
-        Group::Given(list) => Some(list),
+    let list = groups.iter_mut().find_map(|group| match group {
+        Group::Materials(list) => Some(list),
         Group::Source(_) => None,
     });
-    match found {
+    match list {
         Some(list) => list.push(material),
-        None => groups.push(Group::Given(vec![material])),
+        None => groups.push(Group::Materials(vec![material])),
     }
     Ok(())
 }

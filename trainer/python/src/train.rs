@@ -12,20 +12,21 @@ use glimpse_materials::SourceError;
 use glimpse_training::linear::Prior;
 use glimpse_training::meta::checkpoint::Checkpoint;
 use glimpse_training::meta::options::{CompletionOptions, Options};
-use glimpse_training::meta::outer::{self, Checkpoints};
+use glimpse_training::meta::outer::{self, CheckpointOptions};
 use glimpse_training::meta::plan::Schedule;
 use glimpse_training::meta::run::{TrainError, train as meta_train};
-use glimpse_training::recipe::{DescribeError, RecipeFile, recipe_of};
+use glimpse_training::recipe::{PackError, RecipeFile, pack_recipe};
 use pyo3::prelude::*;
 
 use crate::choices::{EFFORTS, MODELS, SCHEDULES, choose, limits};
-use crate::error::{GlimpseError, raised, refused};
+use crate::error::{GlimpseError, reject, to_exception};
+use crate::interruptible::run_interruptible;
 use crate::recipe::PyRecipe;
-use crate::sources::Given;
-use crate::waiting::waiting;
+use crate::sources::MaterialArgs;
 
-/// How far a training run is: `phase`, what is being trained; `samples` of its pattern; `done` of `total` outer steps;
-/// `loss`, smoothed over some fifty steps; `best`, the best so far of those that may be kept, or None.
+/// Progress of a training run. `phase` names the part being trained, and `samples` is the size of its pattern. `done`
+/// of `total` outer steps are complete. `loss` is smoothed over about 50 steps. `best` is the lowest loss of a result
+/// that may be kept, or None.
 #[pyclass(frozen, get_all, name = "Progress", module = "glimpse_brdf")]
 pub(crate) struct PyProgress {
     phase: &'static str,
@@ -67,40 +68,46 @@ impl From<outer::Progress> for PyProgress {
     }
 }
 
-/// Why there is no recipe.
+/// An error of training.
 enum Failure {
     Source(SourceError),
     Train(TrainError),
-    DescribeError(DescribeError),
+    PackError(PackError),
 }
 
 impl From<Failure> for PyErr {
     fn from(failure: Failure) -> Self {
         match failure {
-            Failure::Source(error) => raised(error),
-            Failure::Train(error) => raised(error),
-            Failure::DescribeError(error) => raised(error),
+            Failure::Source(error) => to_exception(error),
+            Failure::Train(error) => to_exception(error),
+            Failure::PackError(error) => to_exception(error),
         }
     }
 }
 
-/// Trains a recipe for n = `samples` readings of a `model`, "phong", "cook-torrance", "linear" or "neural"; as `trainer
-/// train`: the same options give the same bytes.
+/// Trains a recipe as `trainer train` does; the same options give the same bytes.
 ///
-/// `materials` is what it learns on: a source as `load_materials` takes it, a Material, or a list of both
-/// (procedural:100 unless given); `share` says in what proportion tasks are taken of each of several sources, where all
-/// Materials together are one.
+/// `model` is "phong", "cook-torrance", "linear" or "neural". `samples` is the number of readings n (8). `materials`
+/// are the training materials: a source of `load_materials`, a Material, or a list of both ("procedural:100"). `share`
+/// gives the proportions of training tasks from several sources; all Material objects together count as one source.
 ///
-/// `effort` is "brief" (seconds), "quick" (a minute), "standard" or "long"; `schedule` is "prior" (readings are completed),
-/// "joint" or "paper". For schedule="prior" alone: `missing`, the share of training in which readings are missing, above
-/// 0 for recipes that take missing ones; `noise` of readings, relative; `additive`, the same as a share of a white
-/// surface, whose BRDF is 1/pi; `levels` of the sensor; `procedural`, the share of built-in materials (0.4); and the
-/// machine's `max_theta_i_degrees`, `max_theta_o_degrees` (90) and `min_separation_degrees` (0). For the model linear by
-/// schedule="joint" and "paper": `bases`, how many principal components, and `eta`, the precision of their coefficients.
+/// `effort` is "brief" (seconds), "quick" (a minute), "standard" or "long". `schedule` is "prior" (readings are
+/// completed by a learned prior), "joint" or "paper". `seed` determines all random choices (0).
 ///
-/// `progress` is called with a Progress, at most fifty times a second and at the end; what it raises ends the run and is
-/// raised. `checkpoint` is a folder in which the run is saved every `checkpoint_every_seconds`, and when it is ended by
-/// Ctrl-C or `progress`; the same call with `resume` goes on, and comes to the same bytes. It is removed in the end.
+/// With schedule="prior" only: `missing` is the share of training tasks with missing readings; a recipe tolerates
+/// missing readings if it is above 0. `noise` is the relative standard deviation of readings. `additive` is the
+/// standard deviation as a share of a white surface, whose BRDF is 1/pi. `levels` is the number of levels of the
+/// sensor. `procedural` is the share of procedural materials (0.4). `max_theta_i_degrees` (90), `max_theta_o_degrees`
+/// (90) and `min_separation_degrees` (0) are the limits of the machine.
+///
+/// With the model linear and schedule="joint" or "paper" only: `bases` is the number of principal components, and `eta`
+/// the precision of their coefficients.
+///
+/// `progress` is called with a Progress at most 50 times per second and at the end. If it raises an exception, training
+/// stops and the exception is passed on. `checkpoint` is a folder in which the run is saved every
+/// `checkpoint_every_seconds` (10), and after Ctrl-C or an exception of `progress`. The same call with `resume`
+/// continues the run and gives the same bytes. A finished run deletes its checkpoints, and the folder if it is then
+/// empty.
 #[pyfunction]
 #[pyo3(signature = (
     model, materials = None, *, samples = 8, schedule = "prior", effort = "standard", seed = 0, share = None,
@@ -108,7 +115,7 @@ impl From<Failure> for PyErr {
     max_theta_i_degrees = None, max_theta_o_degrees = None, min_separation_degrees = None, bases = None, eta = None,
     checkpoint = None, checkpoint_every_seconds = 10.0, resume = false, progress = None,
 ))]
-#[expect(clippy::too_many_arguments, reason = "they have names in Python")]
+#[expect(clippy::too_many_arguments, reason = "keyword arguments in Python")]
 pub(crate) fn train(
     py: Python<'_>,
     model: &str,
@@ -135,9 +142,9 @@ pub(crate) fn train(
 ) -> PyResult<PyRecipe> {
     let model = choose("model", model, &MODELS)?;
     let schedule = choose("schedule", schedule, &SCHEDULES)?;
-    refuse_in_vain(
+    reject_unused(
         schedule != Schedule::Prior,
-        "it is for schedule=\"prior\"",
+        "it requires schedule=\"prior\"",
         &[
             ("share", share.is_some()),
             ("missing", missing.is_some()),
@@ -150,23 +157,23 @@ pub(crate) fn train(
             ("min_separation_degrees", min_separation_degrees.is_some()),
         ],
     )?;
-    let of_linear = [("bases", bases.is_some()), ("eta", eta.is_some())];
-    refuse_in_vain(
+    let linear_options = [("bases", bases.is_some()), ("eta", eta.is_some())];
+    reject_unused(
         model != ModelKind::Linear,
-        "it is for the model linear",
-        &of_linear,
+        "it requires the model linear",
+        &linear_options,
     )?;
-    refuse_in_vain(
+    reject_unused(
         schedule == Schedule::Prior,
-        "it is for schedule=\"joint\" and \"paper\"",
-        &of_linear,
+        "it requires schedule=\"joint\" or \"paper\"",
+        &linear_options,
     )?;
-    refuse_in_vain(
+    reject_unused(
         checkpoint.is_none(),
-        "there is no checkpoint",
+        "it requires checkpoint",
         &[("resume", resume)],
     )?;
-    let default = CompletionOptions::of(samples);
+    let default = CompletionOptions::for_samples(samples);
     let options = Options {
         prior: prior(schedule, bases, eta)?,
         completion_options: CompletionOptions {
@@ -191,28 +198,33 @@ pub(crate) fn train(
             seed,
         )
     };
-    options.completion_options.validate().map_err(raised)?;
-    let given = match materials {
-        Some(materials) => Given::of(materials)?,
-        None => Given::of(&pyo3::types::PyString::new(py, "procedural:100"))?,
+    options
+        .completion_options
+        .validate()
+        .map_err(to_exception)?;
+    let materials = match materials {
+        Some(materials) => MaterialArgs::parse(materials)?,
+        None => MaterialArgs::parse(&pyo3::types::PyString::new(py, "procedural:100"))?,
     };
-    let sources = given.sources(share.as_deref().unwrap_or_default())?;
-    if share.is_some() && sources.each().len() == 1 {
-        return refused("share has no effect with a single source");
+    let sources = materials.sources(share.as_deref().unwrap_or_default())?;
+    if share.is_some() && sources.as_slice().len() == 1 {
+        return reject("share has no effect with a single source: omit it");
     }
 
     let latest = Mutex::new(None);
-    let tell = |py: Python<'_>| {
-        let news = latest.lock().ok().and_then(|mut latest| latest.take());
-        match (&progress, news) {
-            (Some(progress), Some(news)) => progress.call1(py, (PyProgress::from(news),)).map(drop),
+    let report = |py: Python<'_>| {
+        let latest = latest.lock().ok().and_then(|mut latest| latest.take());
+        match (&progress, latest) {
+            (Some(progress), Some(latest)) => {
+                progress.call1(py, (PyProgress::from(latest),)).map(drop)
+            }
             _ => Ok(()),
         }
     };
-    let found = waiting(py, tell, |stop| {
-        let (materials, portions) = given.load(&sources).map_err(Failure::Source)?;
+    let result = run_interruptible(py, report, |stop| {
+        let (materials, source_shares) = materials.load(&sources).map_err(Failure::Source)?;
         let options = Options {
-            portions,
+            source_shares,
             ..options.clone()
         };
         let observe = &mut |progress: &outer::Progress| {
@@ -225,36 +237,41 @@ pub(crate) fn train(
             }
         };
         let learned = meta_train(&options, materials, observe).map_err(Failure::Train)?;
-        let file =
-            recipe_of(&learned, &options, &sources.label()).map_err(Failure::DescribeError)?;
+        let file = pack_recipe(&learned, &options, &sources.label()).map_err(Failure::PackError)?;
         Ok::<(RecipeFile, Option<Vec<u8>>), Failure>((file, learned.basis))
     })?;
-    let (file, basis) = found?;
+    let (file, basis) = result?;
     if let Some(checkpoints) = &options.checkpoints {
         Checkpoint::remove(&checkpoints.directory);
     }
-    PyRecipe::of_bytes(file, basis.as_deref())
+    PyRecipe::new_with_basis(file, basis.as_deref())
 }
 
-/// Refuses, by name, what was given in vain.
-fn refuse_in_vain(in_vain: bool, why: &str, options: &[(&str, bool)]) -> PyResult<()> {
-    match options.iter().find(|(_, given)| in_vain && *given) {
-        Some((name, _)) => refused(format!("{name} has no effect: {why}")),
+/// Rejects the first option that is set, if `unused` is true. `why` is the reason.
+fn reject_unused(unused: bool, why: &str, options: &[(&str, bool)]) -> PyResult<()> {
+    match options.iter().find(|(_, is_set)| unused && *is_set) {
+        Some((name, _)) => reject(format!("{name} has no effect: {why}")),
         None => Ok(()),
     }
 }
 
-/// What was asked for of Linear's coefficients, and the schedule's default where nothing was.
+/// Returns the prior of the coefficients of the model linear. Options that are None default to those of the schedule.
 fn prior(schedule: Schedule, bases: Option<usize>, eta: Option<f64>) -> PyResult<Prior> {
     let default = match schedule {
         Schedule::Paper => Prior::PAPER,
         Schedule::Joint | Schedule::Prior => Prior::LEARNED,
     };
     if bases.is_some_and(|bases| !(1..=1024).contains(&bases)) {
-        return refused("bases must be 1 to 1024");
+        return reject(format!(
+            "bases must be 1 to 1024, not {}",
+            bases.unwrap_or_default()
+        ));
     }
     if eta.is_some_and(|eta| !(eta > 0.0 && eta.is_finite())) {
-        return refused("eta must be a positive number");
+        return reject(format!(
+            "eta must be a positive number, not {}",
+            eta.unwrap_or_default()
+        ));
     }
     Ok(Prior {
         components: bases.unwrap_or(default.components),
@@ -262,28 +279,26 @@ fn prior(schedule: Schedule, bases: Option<usize>, eta: Option<f64>) -> PyResult
     })
 }
 
-/// Where the run is saved; an unfinished one is not thrown away unasked.
+/// Returns the options of checkpoints. An unfinished run in the folder is an error without `resume`.
 fn checkpoints(
     directory: Option<PathBuf>,
     seconds: f64,
     resume: bool,
-) -> PyResult<Option<Checkpoints>> {
+) -> PyResult<Option<CheckpointOptions>> {
     let Some(directory) = directory else {
         return Ok(None);
     };
-    let every = Duration::try_from_secs_f64(seconds);
-    let every = every
+    let interval = Duration::try_from_secs_f64(seconds)
         .map_err(|error| GlimpseError::new_err(format!("checkpoint_every_seconds: {error}")))?;
-    if !resume && Checkpoint::is_in(&directory) {
-        return refused(format!(
-            "{} holds a run that was not finished: give resume=True to go on with it, or remove it to throw it \
-             away",
+    if !resume && Checkpoint::exists_in(&directory) {
+        return reject(format!(
+            "{} holds an unfinished run: pass resume=True to continue it, or remove the folder to discard it",
             directory.display()
         ));
     }
-    Ok(Some(Checkpoints {
+    Ok(Some(CheckpointOptions {
         directory,
-        every,
+        interval,
         resume,
     }))
 }

@@ -1,4 +1,4 @@
-"""Materials: looked up as by `trainer query`, made of functions and arrays, written and read."""
+"""Materials: evaluation as by `trainer query`, construction from functions and arrays, writing and reading."""
 
 import copy
 import csv
@@ -15,25 +15,25 @@ import pytest
 from conftest import assert_names, directions, to_degrees, write_csv
 
 
-def test_a_material_is_what_query_says(trainer, tmp_path):
+def test_material_matches_query_command(trainer, tmp_path):
     pairs = directions(500)
     write_csv(tmp_path / "angles.csv", "theta_i,phi_i,theta_o,phi_o", to_degrees(pairs).tolist())
     rows = csv.DictReader(io.StringIO(trainer("query", "procedural:1:77", "--angles", "angles.csv")))
     expected = np.array([[float(row[c]) for c in "rgb"] for row in rows])
     material = glimpse.load_material("procedural:1:77")
-    found = material(pairs)
-    assert found.shape == (500, 3) and found.dtype == np.float32
-    # Angles in degrees are rounded on the way.
-    np.testing.assert_allclose(found, expected, rtol=1e-4, atol=1e-6)
-    assert np.median(np.abs(found / expected - 1)) < 1e-6
+    brdf = material(pairs)
+    assert brdf.shape == (500, 3) and brdf.dtype == np.float32
+    # The conversion to degrees rounds.
+    np.testing.assert_allclose(brdf, expected, rtol=1e-4, atol=1e-6)
+    assert np.median(np.abs(brdf / expected - 1)) < 1e-6
 
 
 def test_shapes_layouts_and_types():
     material = glimpse.load_material("procedural:1")
     pairs = directions(24)
-    whole = material(pairs)
+    expected = material(pairs)
     incoming, outgoing = pairs[:, 0], pairs[:, 1]
-    same = [
+    equivalent = [
         material(incoming, outgoing),
         material(np.asfortranarray(incoming), outgoing.copy()),
         material(incoming.tolist(), outgoing.tolist()),
@@ -42,9 +42,9 @@ def test_shapes_layouts_and_types():
         np.stack([material(i, o) for i, o in pairs]),
         material(pairs[::-1])[::-1],
     ]
-    for found in same:
-        np.testing.assert_allclose(found, whole, rtol=1e-5)
-    np.testing.assert_allclose(material(pairs.astype(np.float32)), whole, rtol=1e-3)
+    for brdf in equivalent:
+        np.testing.assert_allclose(brdf, expected, rtol=1e-5)
+    np.testing.assert_allclose(material(pairs.astype(np.float32)), expected, rtol=1e-3)
     assert material(incoming[0], outgoing).shape == (24, 3)
     assert material(pairs[0]).shape == (3,)
     assert material(np.empty((0, 2, 3))).shape == (0, 3)
@@ -54,7 +54,7 @@ def test_shapes_layouts_and_types():
 
 
 @pytest.mark.parametrize(
-    "given, named",
+    "arguments, named",
     [
         ((np.zeros((4, 3)),), ["(..., 2, 3)"]),
         ((np.zeros((4, 2, 3)),), ["0", "(0, 0, 0)"]),
@@ -67,13 +67,13 @@ def test_shapes_layouts_and_types():
         ((None,), []),
     ],
 )
-def test_what_is_no_direction_is_refused(given, named):
+def test_rejects_invalid_directions(arguments, named):
     with pytest.raises(glimpse.GlimpseError) as error:
-        glimpse.load_material("procedural:1")(*given)
+        glimpse.load_material("procedural:1")(*arguments)
     assert_names(error.value, *named)
 
 
-def test_errors_are_the_trainers(trainer, tmp_path):
+def test_errors_match_commands(trainer, tmp_path):
     with pytest.raises(FileNotFoundError) as error:
         glimpse.load_material("nowhere.binary")
     mirror = tmp_path / "mirror.csv"
@@ -100,11 +100,11 @@ def lambert(incoming, outgoing):
     return np.array([0.1, 0.2, 0.3]) + glossy[:, None]
 
 
-def test_a_function_becomes_a_material(tmp_path):
+def test_material_from_function(tmp_path):
     material = glimpse.Material.from_function(lambert, "glossy")
     assert material.name == "glossy"
     pairs = directions(2000, 3)
-    # Within two degrees of the horizon nodes are missing to interpolate between.
+    # Within two degrees of the horizon, nodes for interpolation are missing.
     inside = (pairs[..., 2] > np.sin(np.radians(2))).all(1)
     expected = lambert(pairs[:, 0], pairs[:, 1])
     assert inside.mean() > 0.9
@@ -114,20 +114,20 @@ def test_a_function_becomes_a_material(tmp_path):
     assert nodes.shape[1:] == (2, 3) and (nodes[..., 2] > 0).all()
     np.testing.assert_allclose(np.linalg.norm(nodes, axis=-1), 1, atol=1e-6)
     values = lambert(nodes[:, 0], nodes[:, 1])
-    same = glimpse.Material.from_table(values, "glossy")
-    np.testing.assert_array_equal(same(pairs), material(pairs))
+    from_table = glimpse.Material.from_table(values, "glossy")
+    np.testing.assert_array_equal(from_table(pairs), material(pairs))
 
-    same.save(tmp_path / "glossy.binary")
-    again = glimpse.load_material(tmp_path / "glossy.binary")
-    # A value is rounded to 32 bits on the way to the file.
-    np.testing.assert_allclose(again(pairs), material(pairs), rtol=1e-6)
+    from_table.save(tmp_path / "glossy.binary")
+    loaded = glimpse.load_material(tmp_path / "glossy.binary")
+    # Values are rounded to 32 bits before they are written.
+    np.testing.assert_allclose(loaded(pairs), material(pairs), rtol=1e-6)
     with pytest.raises(FileExistsError, match="overwrite"):
         glimpse.load_material("procedural:1").save(tmp_path / "glossy.binary")
-    same.save(tmp_path / "glossy.binary")
+    from_table.save(tmp_path / "glossy.binary")
     glimpse.load_material("procedural:1").save(tmp_path / "glossy.binary", overwrite=True)
 
     values[5] = np.nan
-    glimpse.Material.from_table(values, "with a hole")
+    glimpse.Material.from_table(values, "with an unknown value")
     values[6, 1] = np.inf
     with pytest.raises(glimpse.GlimpseError, match="6.*inf.*green"):
         glimpse.Material.from_table(values, "broken")
@@ -136,7 +136,7 @@ def test_a_function_becomes_a_material(tmp_path):
 
 
 @pytest.mark.parametrize("value", [-1, -1e-9, -np.inf, np.inf])
-def test_a_value_that_is_no_brdf_is_named_with_its_direction(value):
+def test_error_names_direction_of_invalid_value(value):
     def function(incoming, outgoing):
         # Red is wrong where the half vector is the normal and theta_d is 7 degrees.
         wrong = np.isclose(incoming[:, 2], np.cos(np.radians(7))) & np.isclose(outgoing[:, 2], incoming[:, 2])
@@ -149,11 +149,12 @@ def test_a_value_that_is_no_brdf_is_named_with_its_direction(value):
         glimpse.Material.from_function(function, "a")
     text = str(error.value)
     assert "red" in text and "theta_h 0.000" in text and "theta_d 7.000" in text, text
-    shown = "inf" if value == np.inf else "-inf" if value == -np.inf else f"-{abs(np.float32(value)):.9f}".rstrip("0").rstrip(".")
-    assert f" {shown} " in text, text
+    finite = f"-{abs(np.float32(value)):.9f}".rstrip("0").rstrip(".")
+    formatted = {np.inf: "inf", -np.inf: "-inf"}.get(value, finite)
+    assert f" {formatted} " in text, text
 
 
-def test_nan_everywhere_is_called_nan():
+def test_error_for_table_of_nan_names_nan():
     for brdf, channel in [([np.nan, np.nan, np.nan], "red"), ([1, 1, np.nan], "blue")]:
         with pytest.raises(glimpse.GlimpseError) as error:
             glimpse.Material.from_function(lambda i, o, brdf=brdf: np.full((len(i), 3), brdf), "a")
@@ -161,38 +162,39 @@ def test_nan_everywhere_is_called_nan():
         assert "NaN" in text and channel in text and "negative" not in text, text
 
 
-def test_the_loss_is_that_of_evaluate(trained):
+def test_loss_matches_evaluate(trained):
     at = glimpse.directions()
     assert at.shape == (40503, 2, 3) and at.dtype == np.float64 and (at[..., 2] > 0).all()
     np.testing.assert_allclose(np.linalg.norm(at, axis=-1), 1, atol=1e-6)
-    # Uniform in theta_h over the valid region; over the hemisphere few would be as small.
+    # Directions are uniform in theta_h over the valid region. Over the hemisphere, few would have a small theta_h.
     half = at.sum(1) / np.linalg.norm(at.sum(1), axis=-1, keepdims=True)
     theta_h = np.degrees(np.arccos(np.clip(half[:, 2], -1, 1)))
     assert (theta_h < 9).mean() > 0.15
     for model in ("linear", "neural"):
         recipe = trained[model]
-        for material, judged in zip(
+        for material, report in zip(
             glimpse.load_materials("procedural:2:8"), glimpse.evaluate(recipe, "procedural:2:8")["materials"]
         ):
             fitted = recipe.fit(material(recipe.directions))
             loss = glimpse.loss(material, fitted)
-            assert loss == pytest.approx(judged["loss"], abs=1e-6) and isinstance(loss, float)
-            arrays = glimpse.loss(material(at), fitted(at))
-            # Directions as vectors are angles to some rounding.
-            assert arrays == pytest.approx(loss, rel=1e-4)
+            assert loss == pytest.approx(report["loss"], abs=1e-6) and isinstance(loss, float)
+            loss_of_arrays = glimpse.loss(material(at), fitted(at))
+            # The conversion between vectors and angles rounds.
+            assert loss_of_arrays == pytest.approx(loss, rel=1e-4)
             assert glimpse.loss(fitted, material) == pytest.approx(loss, rel=1e-9)
             assert glimpse.loss(material, material) == 0
             logarithms = [np.log1p(brdf.astype(float) * at[:, 0, 2:]) for brdf in (material(at), fitted(at))]
             assert np.abs(logarithms[0] - logarithms[1]).mean() == pytest.approx(loss, rel=1e-4)
     values = material(at)
-    for wrong, words in [(values[1:], "(40503, 3)"), (np.where(values > 0, -1, values), "row 0"), (values * np.nan, "nan")]:
+    invalid = [(values[1:], "(40503, 3)"), (np.where(values > 0, -1, values), "row 0"), (values * np.nan, "nan")]
+    for brdf, text in invalid:
         with pytest.raises(glimpse.GlimpseError) as error:
-            glimpse.loss(material, wrong)
-        assert words in str(error.value).lower()
+            glimpse.loss(material, brdf)
+        assert text in str(error.value).lower()
 
 
-def restored(material, tmp_path):
-    """In another process, which has another working directory: its values at some directions, and its name."""
+def unpickle_in_process(material, tmp_path):
+    """Unpickles a material in another process and working directory: values at directions(300), type and name."""
     (tmp_path / "m.pickle").write_bytes(pickle.dumps(material))
     np.save(tmp_path / "at.npy", directions(300))
     code = """
@@ -201,17 +203,20 @@ def restored(material, tmp_path):
         np.save("values.npy", material(np.load("at.npy")))
         print(type(material).__name__, material.name)
     """
-    done = subprocess.run([sys.executable, "-c", "\n".join(map(str.strip, code.splitlines()))], cwd=tmp_path, text=True, capture_output=True)
-    assert done.returncode == 0, done.stderr
-    return np.load(tmp_path / "values.npy"), done.stdout.split()
+    command = [sys.executable, "-c", "\n".join(map(str.strip, code.splitlines()))]
+    process = subprocess.run(command, cwd=tmp_path, text=True, capture_output=True)
+    assert process.returncode == 0, process.stderr
+    return np.load(tmp_path / "values.npy"), process.stdout.split()
 
 
 def materials_of_all_kinds(trained, folder):
-    glimpse.load_material("procedural:1:4").save(folder / "made.binary")
+    glimpse.load_material("procedural:1:4").save(folder / "table.binary")
     glimpse.load_material("procedural:1:5").save(folder / "other.bsdf")
     yield from glimpse.load_materials("procedural:3:5")
     yield from glimpse.load_materials(folder)
-    yield glimpse.Material.from_function(lambda i, o: np.full((len(i), 3), [0.1, 0.2, 0.3]) * i[:, 2:] * o[:, 2:], "of a lambda")
+    yield glimpse.Material.from_function(
+        lambda i, o: np.full((len(i), 3), [0.1, 0.2, 0.3]) * i[:, 2:] * o[:, 2:], "from a lambda"
+    )
     for recipe in trained.values():
         material = glimpse.load_material("procedural:1:3")
         readings = material(recipe.directions).astype(float)
@@ -221,7 +226,7 @@ def materials_of_all_kinds(trained, folder):
 
 
 def test_materials_are_copied_and_pickled(trained, tmp_path, monkeypatch):
-    # Relative paths too: where they are unpickled, the working directory is another one.
+    # Paths are relative, and the material is unpickled in another working directory.
     folder, elsewhere = tmp_path / "folder", tmp_path / "elsewhere"
     folder.mkdir()
     elsewhere.mkdir()
@@ -229,21 +234,21 @@ def test_materials_are_copied_and_pickled(trained, tmp_path, monkeypatch):
     at, kinds = directions(300), set()
     for material in materials_of_all_kinds(trained, folder.relative_to(tmp_path)):
         assert copy.copy(material) is material and copy.deepcopy([material])[0] is material
-        again = pickle.loads(pickle.dumps(material))
-        np.testing.assert_array_equal(again(at), material(at))
-        assert again.name == material.name and type(again) is type(material)
-        values, words = restored(material, elsewhere)
+        unpickled = pickle.loads(pickle.dumps(material))
+        np.testing.assert_array_equal(unpickled(at), material(at))
+        assert unpickled.name == material.name and type(unpickled) is type(material)
+        values, words = unpickle_in_process(material, elsewhere)
         np.testing.assert_array_equal(values, material(at))
         assert words == [type(material).__name__, *material.name.split()]
         kinds.add(words[0])
         if isinstance(material, glimpse.FittedMaterial):
-            np.testing.assert_array_equal(again.parameters, material.parameters)
-            assert again.fates == material.fates and again.predicted_loss == material.predicted_loss
-            assert [each.sample for each in again.suspects] == [each.sample for each in material.suspects]
+            np.testing.assert_array_equal(unpickled.parameters, material.parameters)
+            assert unpickled.statuses == material.statuses and unpickled.predicted_loss == material.predicted_loss
+            assert [each.sample for each in unpickled.outliers] == [each.sample for each in material.outliers]
     assert kinds == {"Material", "FittedMaterial"}
 
 
-def test_a_pickle_of_a_file_wants_the_same_file(tmp_path):
+def test_unpickling_requires_same_file(tmp_path):
     path = tmp_path / "m.binary"
     glimpse.load_material("procedural:1:4").save(path)
     pickled = pickle.dumps(glimpse.load_material(path))
@@ -256,7 +261,7 @@ def test_a_pickle_of_a_file_wants_the_same_file(tmp_path):
         pickle.loads(pickled)
 
 
-def test_what_a_function_raises_is_raised():
+def test_exception_of_function_is_passed_on():
     def broken(incoming, outgoing):
         raise KeyError("lamp")
 
@@ -269,18 +274,18 @@ def test_what_a_function_raises_is_raised():
 
 
 @pytest.mark.parametrize("name", ["m.bsdf", "m_fc1.npy", "m"])
-def test_other_formats_are_convert_s(trainer, tmp_path, name):
-    trainer("convert", "procedural:1:4", f"theirs-{name}", *(["--format", "pab"] if name == "m" else []))
+def test_save_matches_convert_command(trainer, tmp_path, name):
+    trainer("convert", "procedural:1:4", f"command-{name}", *(["--format", "pab"] if name == "m" else []))
     material = glimpse.load_material("procedural:1:4")
-    material.save(tmp_path / f"ours-{name}", "pab" if name == "m" else None)
-    theirs = sorted(tmp_path.glob("theirs-*"))
-    assert theirs
-    for path in theirs:
-        ours = path.with_name(path.name.replace("theirs", "ours")).read_bytes()
-        assert ours.replace(b"ours-", b"theirs-") == path.read_bytes()
+    material.save(tmp_path / f"python-{name}", "pab" if name == "m" else None)
+    paths = sorted(tmp_path.glob("command-*"))
+    assert paths
+    for path in paths:
+        written = path.with_name(path.name.replace("command", "python")).read_bytes()
+        assert written.replace(b"python-", b"command-") == path.read_bytes()
 
 
-def test_a_path_that_says_no_format_is_refused(tmp_path):
+def test_rejects_path_without_format(tmp_path):
     material = glimpse.load_material("procedural:1")
     with pytest.raises(glimpse.GlimpseError, match="m.txt"):
         material.save(tmp_path / "m.txt")
@@ -292,7 +297,7 @@ def test_a_path_that_says_no_format_is_refused(tmp_path):
         material.save(tmp_path / "none" / "m.bsdf")
 
 
-def test_directions_of_degrees():
+def test_directions_from_degrees():
     pairs = glimpse.directions_from_degrees([0, 30, 90], 0, 30, [180, 180, 90])
     assert pairs.shape == (3, 2, 3)
     s, c = 0.5, 3**0.5 / 2
@@ -300,14 +305,14 @@ def test_directions_of_degrees():
     assert glimpse.directions_from_degrees(10, 0, 10, 180).shape == (2, 3)
 
 
-def test_other_threads_run_meanwhile():
+def test_other_threads_run_during_evaluation():
     material = glimpse.load_material("procedural:1")
     pairs = directions(300_000)
-    done, counted = threading.Event(), 0
-    thread = threading.Thread(target=lambda: (material(pairs), done.set()))
+    finished, iterations = threading.Event(), 0
+    thread = threading.Thread(target=lambda: (material(pairs), finished.set()))
     thread.start()
-    while not done.is_set():
-        counted += 1
-        done.wait(0.001)
+    while not finished.is_set():
+        iterations += 1
+        finished.wait(0.001)
     thread.join()
-    assert counted > 3
+    assert iterations > 3

@@ -1,4 +1,4 @@
-"""Recipes, plans and fits: the same numbers as the trainer's commands, and the same refusals."""
+"""Recipes, plans and fits: the same numbers and errors as the trainer's commands."""
 
 import copy
 import csv
@@ -9,45 +9,45 @@ import pickle
 import glimpse_brdf as glimpse
 import numpy as np
 import pytest
-from conftest import RECIPES, SHIPPED, assert_names, directions, to_degrees, write_csv
+from conftest import BUNDLED, RECIPES, assert_names, directions, to_degrees, write_csv
 
 NEURAL = RECIPES / "neural-n8.recipe"
 HEADER = "theta_i,phi_i,theta_o,phi_o,r,g,b"
 
 
-def test_a_recipe_is_what_inspect_says(trainer, recipe_path):
+def test_recipe_matches_inspect_command(trainer, recipe_path):
     recipe = glimpse.Recipe.load(recipe_path)
-    told = json.loads(trainer("inspect", recipe_path, "--json"))
-    assert recipe.model == told["model"] and recipe.samples == len(recipe) == told["samples"]
-    np.testing.assert_allclose(recipe.half_difference_radians, told["pattern"], atol=1e-6)
+    expected = json.loads(trainer("inspect", recipe_path, "--json"))
+    assert recipe.model == expected["model"] and recipe.samples == len(recipe) == expected["samples"]
+    np.testing.assert_allclose(recipe.half_difference_radians, expected["pattern"], atol=1e-6)
     assert recipe.directions.shape == (recipe.samples, 2, 3)
     np.testing.assert_allclose(np.linalg.norm(recipe.directions, axis=-1), 1)
-    plain = glimpse.directions_from_degrees(*recipe.angles_degrees.T)
-    np.testing.assert_allclose(plain, recipe.directions, atol=1e-9)
+    converted = glimpse.directions_from_degrees(*recipe.angles_degrees.T)
+    np.testing.assert_allclose(converted, recipe.directions, atol=1e-9)
     assert recipe.expected_loss == pytest.approx(recipe.expectation["loss"])
     assert recipe.provenance["trainer"].startswith("glimpse-trainer ")
-    assert recipe.training["split"] == told["training"]["split"]
-    assert recipe.training["digest"] == told["training"]["digest"]
+    assert recipe.training["split"] == expected["training"]["split"]
+    assert recipe.training["digest"] == expected["training"]["digest"]
     shares = [source["share"] for source in recipe.training["sources"]]
     assert sum(shares) == pytest.approx(1)
     assert recipe.checksum in repr(recipe)
 
 
-def test_a_recipe_stays_the_same_wherever_it_goes(recipe_path, tmp_path):
+def test_copies_of_recipe_are_equal(recipe_path, tmp_path):
     recipe = glimpse.Recipe.load(recipe_path)
-    again = [
+    copies = [
         pickle.loads(pickle.dumps(recipe)),
         copy.deepcopy(recipe),
         glimpse.Recipe(recipe.to_bytes(), recipe.basis_bytes()),
     ]
-    recipe.save(tmp_path / "again.recipe")
-    again.append(glimpse.Recipe.load(tmp_path / "again.recipe"))
+    recipe.save(tmp_path / "copy.recipe")
+    copies.append(glimpse.Recipe.load(tmp_path / "copy.recipe"))
     readings = glimpse.load_material("procedural:1:77")(recipe.directions)
     fitted = recipe.fit(readings).parameters
-    for other in again:
+    for other in copies:
         assert other == recipe and hash(other) == hash(recipe)
         np.testing.assert_array_equal(other.fit(readings).parameters, fitted)
-    recipe.save(tmp_path / "again.recipe")
+    recipe.save(tmp_path / "copy.recipe")
     other = next(path for path in RECIPES.glob("*.recipe") if path.read_bytes() != recipe.to_bytes())
     (tmp_path / "other.recipe").write_bytes(other.read_bytes())
     with pytest.raises(FileExistsError):
@@ -55,21 +55,21 @@ def test_a_recipe_stays_the_same_wherever_it_goes(recipe_path, tmp_path):
     recipe.save(tmp_path / "other.recipe", overwrite=True)
 
 
-def test_a_compact_basis_stands_in_for_the_whole_one(tmp_path):
-    basis = (SHIPPED / "linear.basis24").read_bytes()
-    recipe = glimpse.Recipe((SHIPPED / "completed/linear-n8.recipe").read_bytes(), basis)
+def test_compact_basis_replaces_complete_basis(tmp_path):
+    basis = (BUNDLED / "linear.basis24").read_bytes()
+    recipe = glimpse.Recipe((BUNDLED / "completed/linear-n8.recipe").read_bytes(), basis)
     recipe.save(tmp_path / "compact.recipe")
     assert (tmp_path / "compact.basis").read_bytes() == basis
     fitted = recipe.fit(glimpse.load_material("procedural:1:77")(recipe.directions))
-    again = glimpse.Recipe.load(tmp_path / "compact.recipe")
-    readings = glimpse.load_material("procedural:1:77")(again.directions)
-    np.testing.assert_array_equal(again.fit(readings).parameters, fitted.parameters)
+    loaded = glimpse.Recipe.load(tmp_path / "compact.recipe")
+    readings = glimpse.load_material("procedural:1:77")(loaded.directions)
+    np.testing.assert_array_equal(loaded.fit(readings).parameters, fitted.parameters)
     fitted.save(tmp_path / "fitted.json")
     directions = glimpse.directions_from_degrees([30.0], [0.0], [40.0], [180.0])
     np.testing.assert_array_equal(glimpse.load_material(tmp_path / "fitted.json")(directions), fitted(directions))
 
 
-def test_bytes_that_are_no_recipe(trainer, tmp_path, trained):
+def test_rejects_invalid_recipes(trainer, tmp_path, trained):
     damaged = tmp_path / "damaged.recipe"
     damaged.write_bytes(NEURAL.read_bytes()[:-1])
     with pytest.raises(glimpse.GlimpseError) as error:
@@ -89,7 +89,7 @@ def test_bytes_that_are_no_recipe(trainer, tmp_path, trained):
 
 
 @pytest.mark.parametrize(
-    "options, words",
+    "options, arguments",
     [
         ({}, []),
         ({"order": "progressive"}, ["--order", "progressive"]),
@@ -104,16 +104,16 @@ def test_bytes_that_are_no_recipe(trainer, tmp_path, trained):
         ({"isotropic": False, "speed_degrees_per_second": 5}, ["--anisotropic", "--speed", "5"]),
     ],
 )
-def test_a_plan_is_the_trainers(trainer, tmp_path, options, words):
+def test_plan_matches_command(trainer, tmp_path, options, arguments):
     plan = glimpse.Recipe.load(NEURAL).plan(**options)
-    told = json.loads(trainer("plan", NEURAL, *words, "--out", "plan.csv", "--blank", "blank.csv", "--json"))
+    expected = json.loads(trainer("plan", NEURAL, *arguments, "--out", "plan.csv", "--blank", "blank.csv", "--json"))
     assert plan.to_csv() == (tmp_path / "plan.csv").read_text()
     assert plan.to_blank_csv() == (tmp_path / "blank.csv").read_text()
-    assert plan.total_seconds == pytest.approx(told["seconds"], rel=1e-12)
-    assert plan.moving_seconds == pytest.approx(told["moving_seconds"], rel=1e-12)
-    assert plan.naive_seconds == pytest.approx(told["naive_seconds"], rel=1e-12)
-    assert plan.order == told["order"] and plan.is_best == told["is_best"] and len(plan) == 8
-    rows = told["visits"]
+    assert plan.total_seconds == pytest.approx(expected["seconds"], rel=1e-12)
+    assert plan.moving_seconds == pytest.approx(expected["moving_seconds"], rel=1e-12)
+    assert plan.naive_seconds == pytest.approx(expected["naive_seconds"], rel=1e-12)
+    assert plan.order == expected["order"] and plan.is_best == expected["is_best"] and len(plan) == 8
+    rows = expected["visits"]
     assert plan.indices.tolist() == [row["index"] for row in rows]
     assert plan.swapped.tolist() == [row["swapped"] for row in rows]
     np.testing.assert_allclose(plan.seconds, [row["seconds"] for row in rows])
@@ -122,13 +122,13 @@ def test_a_plan_is_the_trainers(trainer, tmp_path, options, words):
     np.testing.assert_allclose(plan.directions, glimpse.directions_from_degrees(*plan.angles_degrees.T), atol=1e-12)
 
 
-def test_what_cannot_be_planned(trainer):
+def test_rejects_invalid_plans(trainer):
     recipe = glimpse.Recipe.load(NEURAL)
     with pytest.raises(glimpse.GlimpseError) as error:
         recipe.plan(max_theta_o_degrees=80)
     lines = str(error.value).split("\n")
-    theirs = trainer("plan", NEURAL, "--max-theta-o", "80", fails=True).split("\n")
-    assert lines[:-1] == theirs[:-1] and "swap=True" in lines[-1]
+    expected = trainer("plan", NEURAL, "--max-theta-o", "80", fails=True).split("\n")
+    assert lines[:-1] == expected[:-1] and "swap=True" in lines[-1]
     for options, named in [
         ({"order": "best"}, ["travel", "progressive"]),
         ({"speed_degrees_per_second": -1}, ["theta_i", "-1"]),
@@ -142,51 +142,51 @@ def test_what_cannot_be_planned(trainer):
         assert_names(error.value, *named)
 
 
-def fit_by_command(trainer, tmp_path, recipe_path, rows, *words):
-    """Values of the trainer's fit, and its BRDF at random directions."""
+def fit_by_command(trainer, tmp_path, recipe_path, rows):
+    """Fits with the trainer: its JSON report, the fitted values, random directions, and the BRDF there."""
     write_csv(tmp_path / "m.csv", HEADER, np.asarray(rows, float).tolist())
-    told = json.loads(trainer("fit", recipe_path, "--measurements", "m.csv", "--out", "out", "--json", *words))[0]
+    report = json.loads(trainer("fit", recipe_path, "--measurements", "m.csv", "--out", "out", "--json"))[0]
     pairs = directions(50, 9)
     write_csv(tmp_path / "angles.csv", "theta_i,phi_i,theta_o,phi_o", to_degrees(pairs).tolist())
-    answer = csv.DictReader(io.StringIO(trainer("query", "out/material.json", "--angles", "angles.csv")))
-    brdf = np.array([[float(row[c]) for c in "rgb"] for row in answer])
+    table = csv.DictReader(io.StringIO(trainer("query", "out/material.json", "--angles", "angles.csv")))
+    brdf = np.array([[float(row[c]) for c in "rgb"] for row in table])
     values = json.loads((tmp_path / "out/material.json").read_text())["values"]
-    return told, values, pairs, brdf
+    return report, values, pairs, brdf
 
 
-def test_a_fit_is_the_trainers(trainer, tmp_path, recipe_path):
+def test_fit_matches_command(trainer, tmp_path, recipe_path):
     recipe = glimpse.Recipe.load(recipe_path)
     readings = glimpse.load_material("procedural:1:77")(recipe.directions).astype(float)
-    if recipe.takes_missing:
+    if recipe.tolerates_missing:
         readings[1] = np.nan
-    # As numbers of 32 bits, which is what a reading is.
     rows = np.concatenate([recipe.angles_degrees, readings], 1)
-    told, values, pairs, brdf = fit_by_command(trainer, tmp_path, recipe_path, rows)
+    report, values, pairs, brdf = fit_by_command(trainer, tmp_path, recipe_path, rows)
     fitted = recipe.fit(readings, name="m")
     assert isinstance(fitted, glimpse.Material) and fitted.name == "m" and fitted.model == recipe.model
     np.testing.assert_allclose(fitted.parameters, values, rtol=1e-6, atol=1e-6)
     np.testing.assert_allclose(fitted(pairs), brdf, rtol=1e-4, atol=1e-6)
-    assert fitted.fates.count("used") == told["readings"]["used"]
-    assert [index for index, fate in enumerate(fitted.fates) if fate == "missing"] == told["readings"]["missing"]
-    assert fitted.residual["mean"] == pytest.approx(told["residual"]["mean"], rel=1e-6)
-    if recipe.takes_missing and recipe.model != "phong":
-        assert fitted.predicted_loss == pytest.approx(told["expected_loss"]["loss"], rel=1e-6)
+    assert fitted.statuses.count("used") == report["readings"]["used"]
+    missing = [index for index, status in enumerate(fitted.statuses) if status == "missing"]
+    assert missing == report["readings"]["missing"]
+    assert fitted.residual["mean"] == pytest.approx(report["residual"]["mean"], rel=1e-6)
+    if recipe.tolerates_missing and recipe.model != "phong":
+        assert fitted.predicted_loss == pytest.approx(report["expected_loss"]["loss"], rel=1e-6)
 
-    # Any order, by directions, and some twice.
+    # Readings with directions may be in any order and repeated.
     order = np.random.default_rng(4).permutation(np.repeat(np.arange(len(recipe)), 2))
     shuffled = recipe.fit(readings[order], recipe.directions[order])
     np.testing.assert_allclose(shuffled.parameters, fitted.parameters, rtol=1e-5, atol=1e-6)
 
-    fitted.save(tmp_path / "kept.json")
-    kept = glimpse.load_material(tmp_path / "kept.json")
-    np.testing.assert_allclose(kept(pairs), fitted(pairs), rtol=1e-6)
-    assert kept.name == "m"
+    fitted.save(tmp_path / "saved.json")
+    loaded = glimpse.load_material(tmp_path / "saved.json")
+    np.testing.assert_allclose(loaded(pairs), fitted(pairs), rtol=1e-6)
+    assert loaded.name == "m"
     fitted.save(tmp_path / "fitted.bsdf")
     assert glimpse.load_material(tmp_path / "fitted.bsdf")(pairs).shape == (50, 3)
 
 
 @pytest.mark.parametrize("quantity", ["brdf", "brdf-cos-i", "brdf-cos-o", "reflectance-factor"])
-def test_other_quantities(quantity):
+def test_fits_other_quantities(quantity):
     recipe = glimpse.Recipe.load(NEURAL)
     brdf = glimpse.load_material("procedural:1:77")(recipe.directions)
     cos_i, cos_o = recipe.directions[:, 0, 2:], recipe.directions[:, 1, 2:]
@@ -195,7 +195,7 @@ def test_other_quantities(quantity):
     np.testing.assert_allclose(fitted.parameters, recipe.fit(brdf).parameters, rtol=1e-4, atol=1e-5)
 
 
-def test_counts_beside_a_white():
+def test_fits_counts_with_white_reference():
     recipe = glimpse.Recipe.load(NEURAL)
     brdf = glimpse.load_material("procedural:1:77")(recipe.directions).astype(float)
     expected = recipe.fit(brdf).parameters
@@ -203,11 +203,11 @@ def test_counts_beside_a_white():
     white = 0.9 / np.pi * gain + 96
     fitted = recipe.fit(brdf * gain + 96, white=white, dark=96, white_reflectance=0.9)
     np.testing.assert_allclose(fitted.parameters, expected, rtol=1e-3, atol=1e-3)
-    # A white that was read once; all that the sensor sees is lit, so that counts go by cos(theta_i).
+    # The white reference is read once. The light's spot is larger, so counts are proportional to cos(theta_i).
     at = glimpse.directions_from_degrees(10, 0, 20, 180)
-    once = 0.99 / np.pi * 5000 * at[0, 2]
+    white_count = 0.99 / np.pi * 5000 * at[0, 2]
     counts = brdf * 5000 * recipe.directions[:, 0, 2:]
-    fitted = recipe.fit(counts, white=[once] * 3, white_directions=at, footprint="light")
+    fitted = recipe.fit(counts, white=[white_count] * 3, white_directions=at, footprint="light")
     np.testing.assert_allclose(fitted.parameters, expected, rtol=1e-3, atol=1e-3)
     for options, named in [
         ({"dark": 3}, ["dark", "white"]),
@@ -221,63 +221,63 @@ def test_counts_beside_a_white():
         assert_names(error.value, *named)
 
 
-def test_a_wrong_reading_is_named_and_left_out(trained):
+def test_outlier_is_reported_and_excluded(trained):
     recipe = trained["linear"]
-    # A material that the recipe knows: the others are right about it.
+    # A training material: the other readings predict the outlier's sample well.
     material = glimpse.load_material("procedural:1:3")
     readings = material(recipe.directions).astype(float)
-    right = recipe.fit(readings)
+    fitted_without_outlier = recipe.fit(readings)
     readings[2] *= 1000
     fitted = recipe.fit(readings)
-    assert fitted.suspects and fitted.suspects[0].sample == 2
-    suspect = fitted.suspects[0]
-    assert suspect.left_out and suspect.z > 3 and fitted.fates[2] == "left out" and "sample 2" in repr(suspect)
-    np.testing.assert_allclose(suspect.read, readings[2], rtol=1e-6)
-    assert max(suspect.expected) < min(suspect.read)
-    assert recipe.fit(readings, keep_all=True).fates[2] == "used"
+    assert fitted.outliers and fitted.outliers[0].sample == 2
+    outlier = fitted.outliers[0]
+    assert outlier.excluded and outlier.z > 3 and fitted.statuses[2] == "excluded" and "sample 2" in repr(outlier)
+    np.testing.assert_allclose(outlier.measured, readings[2], rtol=1e-6)
+    assert max(outlier.predicted) < min(outlier.measured)
+    assert recipe.fit(readings, keep_all=True).statuses[2] == "used"
     saturated = np.arange(len(recipe)) == 4
-    assert recipe.fit(readings, saturated=saturated).fates[4] == "saturated"
-    assert right.predicted_loss is not None
+    assert recipe.fit(readings, saturated=saturated).statuses[4] == "saturated"
+    assert fitted_without_outlier.predicted_loss is not None
 
 
-def test_readings_that_are_refused(trainer, tmp_path):
+def test_rejects_invalid_readings(trainer, tmp_path):
     recipe = glimpse.Recipe.load(NEURAL)
     readings = glimpse.load_material("procedural:1:77")(recipe.directions).astype(float)
 
-    def refusal(*args, **options):
+    def fit_error(*args, **options):
         with pytest.raises(glimpse.GlimpseError) as error:
             recipe.fit(*args, **options)
         return str(error.value)
 
-    gap = readings.copy()
-    gap[3] = np.nan
-    rows = np.concatenate([recipe.angles_degrees, gap], 1)
+    incomplete = readings.copy()
+    incomplete[3] = np.nan
+    rows = np.concatenate([recipe.angles_degrees, incomplete], 1)
     write_csv(tmp_path / "m.csv", HEADER, rows.tolist())
-    told = trainer("fit", NEURAL, "--measurements", "m.csv", "--out", "out", fails=True)
-    refused = refusal(gap)
-    assert "sample 3" in refused and "missing" in refused and "--" not in refused
-    assert "sample 3" in told and "--missing" in told
-    gap[3, 0] = 1
-    assert_names(refusal(gap), "3", "NaN")
-    assert_names(refusal(readings[:7]), "(8, 3)")
-    assert_names(refusal(readings.ravel()), "(n, 3)")
-    refusal("readings")
-    refusal(readings * np.nan)
+    error_of_command = trainer("fit", NEURAL, "--measurements", "m.csv", "--out", "out", fails=True)
+    error = fit_error(incomplete)
+    assert "sample 3" in error and "missing" in error and "--" not in error
+    assert "sample 3" in error_of_command and "--missing" in error_of_command
+    incomplete[3, 0] = 1
+    assert_names(fit_error(incomplete), "3", "NaN")
+    assert_names(fit_error(readings[:7]), "(8, 3)")
+    assert_names(fit_error(readings.ravel()), "(n, 3)")
+    fit_error("readings")
+    fit_error(readings * np.nan)
     infinite = readings.copy()
     infinite[0, 0] = np.inf
-    assert_names(refusal(infinite), "0")
+    assert_names(fit_error(infinite), "0")
 
-    off = recipe.angles_degrees.copy()
-    off[4, 0] += 2
-    write_csv(tmp_path / "m.csv", HEADER, np.concatenate([off, readings], 1).tolist())
-    told = trainer("fit", NEURAL, "--measurements", "m.csv", "--out", "out", fails=True)
-    pairs = glimpse.directions_from_degrees(*off.T)
-    assert_names(told, "m.csv", "6")
-    assert_names(refusal(readings, pairs), "4")
+    angles = recipe.angles_degrees.copy()
+    angles[4, 0] += 2
+    write_csv(tmp_path / "m.csv", HEADER, np.concatenate([angles, readings], 1).tolist())
+    error_of_command = trainer("fit", NEURAL, "--measurements", "m.csv", "--out", "out", fails=True)
+    pairs = glimpse.directions_from_degrees(*angles.T)
+    assert_names(error_of_command, "m.csv", "6")
+    assert_names(fit_error(readings, pairs), "4")
     recipe.fit(readings, pairs, tolerance_degrees=3)
-    assert_names(refusal(readings, tolerance_degrees=3), "tolerance_degrees", "directions")
-    assert_names(refusal(readings, pairs, tolerance_degrees=-1), "tolerance_degrees")
-    refusal(readings, pairs[:5])
-    assert_names(refusal(readings, name="a/b"), "name")
-    assert_names(refusal(readings, saturated=[True]), "8")
-    assert_names(refusal(readings, quantity="radiance"), "brdf", "brdf-cos-i")
+    assert_names(fit_error(readings, tolerance_degrees=3), "tolerance_degrees", "directions")
+    assert_names(fit_error(readings, pairs, tolerance_degrees=-1), "tolerance_degrees")
+    fit_error(readings, pairs[:5])
+    assert_names(fit_error(readings, name="a/b"), "name")
+    assert_names(fit_error(readings, saturated=[True]), "8")
+    assert_names(fit_error(readings, quantity="radiance"), "brdf", "brdf-cos-i")

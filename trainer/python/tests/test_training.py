@@ -1,4 +1,4 @@
-"""Training and judging: the commands' bytes and numbers, progress, Ctrl-C, checkpoints, other threads."""
+"""Training and evaluation: agreement with the trainer's commands, progress, Ctrl-C, checkpoints, other threads."""
 
 import json
 import os
@@ -16,7 +16,7 @@ from conftest import assert_names
 
 
 @pytest.mark.parametrize(
-    "model, options, words",
+    "model, options, arguments",
     [
         ("neural", {}, []),
         ("phong", {"schedule": "joint"}, ["--schedule", "joint"]),
@@ -28,14 +28,14 @@ from conftest import assert_names
         ),
     ],
 )
-def test_a_recipe_is_the_trainers_to_the_bit(trainer, tmp_path, model, options, words):
+def test_recipe_has_bytes_of_train_command(trainer, tmp_path, model, options, arguments):
     common = ["--model", model, "--samples", "4", "--data", "procedural:11:6", "--effort", "brief", "--seed", "7"]
-    trainer("train", *common, *words, "--out", "theirs.recipe")
+    trainer("train", *common, *arguments, "--out", "command.recipe")
     recipe = glimpse.train(model, "procedural:11:6", samples=4, effort="brief", seed=7, **options)
-    assert recipe.to_bytes() == (tmp_path / "theirs.recipe").read_bytes()
-    recipe.save(tmp_path / "ours.recipe")
+    assert recipe.to_bytes() == (tmp_path / "command.recipe").read_bytes()
+    recipe.save(tmp_path / "python.recipe")
     if model == "linear":
-        assert (tmp_path / "ours.basis").read_bytes() == (tmp_path / "theirs.basis").read_bytes()
+        assert (tmp_path / "python.basis").read_bytes() == (tmp_path / "command.basis").read_bytes()
     assert len(recipe.trained_on) == 11
     if "noise" in options:
         assert recipe.noise["relative"] == pytest.approx(0.02)
@@ -45,26 +45,26 @@ def test_a_recipe_is_the_trainers_to_the_bit(trainer, tmp_path, model, options, 
         assert recipe.noise is None and recipe.limits is None
 
 
-def test_progress_is_told_and_what_it_raises_ends_the_run():
-    told = []
-    glimpse.train("phong", "procedural:10", samples=2, schedule="joint", effort="brief", progress=told.append)
-    done = [progress.done for progress in told]
-    assert len(told) > 2 and done == sorted(set(done)) and done[-1] == told[-1].total
-    last = told[-1]
+def test_progress_is_called_and_its_exception_stops_training():
+    reports = []
+    glimpse.train("phong", "procedural:10", samples=2, schedule="joint", effort="brief", progress=reports.append)
+    done = [progress.done for progress in reports]
+    assert len(reports) > 2 and done == sorted(set(done)) and done[-1] == reports[-1].total
+    last = reports[-1]
     assert last.samples == 2 and np.isfinite(last.loss) and isinstance(last.phase, str) and "loss" in repr(last)
 
     def stop(progress):
         raise LookupError("enough")
 
-    begin = time.monotonic()
+    start = time.monotonic()
     with pytest.raises(LookupError, match="enough"):
         glimpse.train("neural", "procedural:20", effort="long", progress=stop)
-    assert time.monotonic() - begin < 30
+    assert time.monotonic() - start < 30
 
 
-def test_a_run_that_was_ended_goes_on_to_the_same_bytes(tmp_path):
+def test_resumed_run_gives_same_bytes(tmp_path):
     options = {"samples": 3, "schedule": "joint", "effort": "brief", "seed": 3}
-    whole = glimpse.train("phong", "procedural:10", **options)
+    uninterrupted = glimpse.train("phong", "procedural:10", **options)
     folder = tmp_path / "run"
 
     def stop(progress):
@@ -77,43 +77,44 @@ def test_a_run_that_was_ended_goes_on_to_the_same_bytes(tmp_path):
         glimpse.train("phong", "procedural:10", checkpoint=folder, **options)
     with pytest.raises(glimpse.GlimpseError, match="checkpoint.bin"):
         glimpse.train("phong", "procedural:11", checkpoint=folder, resume=True, **options)
-    told = []
-    again = glimpse.train("phong", "procedural:10", checkpoint=folder, resume=True, progress=told.append, **options)
-    assert again == whole and told[0].done > 1 and not folder.exists()
+    reports = []
+    options.update(checkpoint=folder, resume=True, progress=reports.append)
+    resumed = glimpse.train("phong", "procedural:10", **options)
+    assert resumed == uninterrupted and reports[0].done > 1 and not folder.exists()
 
 
 INTERRUPTED = """
     import sys, time
     import glimpse_brdf as glimpse
 
-    def tell(progress):
-        if progress.done > 3 and not told:
-            told.append(progress.done)
+    def report(progress):
+        if progress.done > 3 and not reports:
+            reports.append(progress.done)
             print("ready", flush=True)
 
-    told = []
+    reports = []
     try:
-        glimpse.train("neural", "procedural:40", effort="long", checkpoint=sys.argv[1], progress=tell)
+        glimpse.train("neural", "procedural:40", effort="long", checkpoint=sys.argv[1], progress=report)
     except KeyboardInterrupt:
         print("interrupted", flush=True)
 """
 
 
-def test_ctrl_c_ends_a_run_at_once_and_leaves_a_checkpoint(tmp_path):
-    words = [sys.executable, "-c", textwrap.dedent(INTERRUPTED), str(tmp_path / "run")]
-    with subprocess.Popen(words, text=True, stdout=subprocess.PIPE) as process:
+def test_ctrl_c_stops_training_and_saves_checkpoint(tmp_path):
+    command = [sys.executable, "-c", textwrap.dedent(INTERRUPTED), str(tmp_path / "run")]
+    with subprocess.Popen(command, text=True, stdout=subprocess.PIPE) as process:
         assert process.stdout.readline() == "ready\n"
-        begin = time.monotonic()
+        start = time.monotonic()
         os.kill(process.pid, signal.SIGINT)
         assert process.stdout.readline() == "interrupted\n"
-        seconds = time.monotonic() - begin
+        seconds = time.monotonic() - start
         process.wait()
-    print(f"ended after {seconds:.2f} s")
+    print(f"stopped after {seconds:.2f} s")
     assert seconds < 2
     assert (tmp_path / "run/checkpoint.bin").exists()
 
 
-def test_ctrl_c_ends_a_judgment():
+def test_ctrl_c_stops_evaluation():
     code = """
         import glimpse_brdf as glimpse, os, signal, threading, time
         recipe = glimpse.train("phong", "procedural:4", samples=2, schedule="joint", effort="brief")
@@ -123,34 +124,34 @@ def test_ctrl_c_ends_a_judgment():
         except KeyboardInterrupt:
             print("interrupted")
     """
-    begin = time.monotonic()
-    done = subprocess.run([sys.executable, "-c", textwrap.dedent(code)], text=True, capture_output=True)
-    assert done.stdout == "interrupted\n", done.stderr
-    # It would take hours.
-    assert time.monotonic() - begin < 120
+    start = time.monotonic()
+    process = subprocess.run([sys.executable, "-c", textwrap.dedent(code)], text=True, capture_output=True)
+    assert process.stdout == "interrupted\n", process.stderr
+    # Without Ctrl-C, the evaluation takes hours.
+    assert time.monotonic() - start < 120
 
 
-def test_other_threads_run_meanwhile():
-    ticks, over = [], threading.Event()
+def test_other_threads_run_during_training():
+    ticks, finished = [], threading.Event()
 
     def tick():
-        while not over.is_set():
+        while not finished.is_set():
             ticks.append(time.monotonic())
             time.sleep(0.005)
 
     thread = threading.Thread(target=tick)
     thread.start()
-    begin = time.monotonic()
+    start = time.monotonic()
     glimpse.train("neural", "procedural:10", samples=4, schedule="joint", effort="brief")
     end = time.monotonic()
-    over.set()
+    finished.set()
     thread.join()
-    inside = [at for at in ticks if begin < at < end]
-    longest = np.diff([begin, *inside, end]).max()
-    assert len(inside) > 10 and longest < 1
+    during_training = [at for at in ticks if start < at < end]
+    longest_gap = np.diff([start, *during_training, end]).max()
+    assert len(during_training) > 10 and longest_gap < 1
 
 
-def test_arrays_to_train_on(tmp_path):
+def test_trains_on_arrays(tmp_path):
     tables = [
         glimpse.Material.from_function(lambda i, o, k=k: np.full((len(i), 3), 0.02 * (k + 1)), f"gray-{k}")
         for k in range(3)
@@ -158,58 +159,63 @@ def test_arrays_to_train_on(tmp_path):
     recipe = glimpse.train("phong", tables, samples=2, effort="brief", schedule="joint")
     assert recipe.trained_on == ["gray-0", "gray-1", "gray-2"]
     assert recipe.provenance["data"] == "3 materials of a program"
-    # The very same tables in a folder of files are the same materials.
+    # Training on files of the same tables gives the same pattern.
     for table in tables:
         table.save(tmp_path / f"{table.name}.binary")
-    again = glimpse.train("phong", tmp_path, samples=2, effort="brief", schedule="joint")
-    np.testing.assert_array_equal(again.directions, recipe.directions)
+    from_files = glimpse.train("phong", tmp_path, samples=2, effort="brief", schedule="joint")
+    np.testing.assert_array_equal(from_files.directions, recipe.directions)
     mixed = glimpse.train("linear", ["procedural:8", *tables], samples=2, effort="brief", share=[1, 3])
     assert len(mixed.trained_on) == 11
-    verdict = glimpse.evaluate(recipe, [tables[0], "procedural:2:9"])
-    assert verdict["trained_on"] == ["gray-0"] and verdict["namesakes_trained_on"] == []
+    report = glimpse.evaluate(recipe, [tables[0], "procedural:2:9"])
+    assert report["trained_on"] == ["gray-0"] and report["namesakes_trained_on"] == []
 
 
-def test_a_judgment_is_the_trainers(trainer, tmp_path, trained):
+def test_evaluate_matches_command(trainer, tmp_path, trained):
     recipe = trained["neural"]
     recipe.save(tmp_path / "a.recipe")
-    for options, words in [
+    for options, arguments in [
         ({}, []),
-        ({"first": 4, "noise": 0.05, "seeds": 2, "seed": 3}, ["--first", 4, "--noise", 0.05, "--seeds", 2, "--seed", 3]),
+        (
+            {"first": 4, "noise": 0.05, "seeds": 2, "seed": 3},
+            ["--first", 4, "--noise", 0.05, "--seeds", 2, "--seed", 3],
+        ),
     ]:
-        told = json.loads(trainer("evaluate", "--recipe", "a.recipe", "--test", "procedural:5:8", "--json", *words))
-        found = glimpse.evaluate(recipe, "procedural:5:8", **options)
+        command = ["evaluate", "--recipe", "a.recipe", "--test", "procedural:5:8", "--json", *arguments]
+        expected = json.loads(trainer(*command))
+        report = glimpse.evaluate(recipe, "procedural:5:8", **options)
         for key in ["method", "model", "samples", "seeds", "trained_on", "namesakes_trained_on"]:
-            assert found[key] == told[key], key
+            assert report[key] == expected[key], key
         for key in ["loss", "dssim", "l2", "psnr", "delta_e", "loss_standard_error", "loss_spread"]:
-            assert found[key] == pytest.approx(told[key], rel=1e-9), key
-        for one, other in zip(found["materials"], told["materials"], strict=True) if sys.version_info >= (3, 10) else ():
-            assert one["name"] == other["name"] and one["loss"] == pytest.approx(other["loss"], rel=1e-9)
-            assert one["delta_e"] == pytest.approx(other["delta_e"], rel=1e-9) and one["delta_e"] > 0
+            assert report[key] == pytest.approx(expected[key], rel=1e-9), key
+        assert len(report["materials"]) == len(expected["materials"])
+        for a, b in zip(report["materials"], expected["materials"]):
+            assert a["name"] == b["name"] and a["loss"] == pytest.approx(b["loss"], rel=1e-9)
+            assert a["delta_e"] == pytest.approx(b["delta_e"], rel=1e-9) and a["delta_e"] > 0
 
 
-def test_what_cannot_be_trained():
-    def refusal(*args, **options):
+def test_rejects_invalid_training():
+    def train_error(*args, **options):
         with pytest.raises(glimpse.GlimpseError) as error:
             glimpse.train(*args, **options)
-        # Nothing of the command line.
+        # Messages name Python's parameters, not options of the command line.
         assert "--" not in str(error.value)
         return str(error.value)
 
-    assert_names(refusal("phong", missing=1.5), "missing", 1.5)
-    assert_names(refusal("disney"), "phong", "cook-torrance", "linear", "neural")
-    assert_names(refusal("phong", "procedural:3", samples=0), 0)
-    assert_names(refusal("phong", schedule="joint", missing=0.5), "missing")
-    assert_names(refusal("phong", schedule="joint", bases=3), "bases")
-    assert_names(refusal("linear", schedule="joint", eta=-1), "eta")
-    assert_names(refusal("phong", resume=True), "resume")
-    assert_names(refusal("phong", share=[1]), "share")
+    assert_names(train_error("phong", missing=1.5), "missing", 1.5)
+    assert_names(train_error("disney"), "phong", "cook-torrance", "linear", "neural")
+    assert_names(train_error("phong", "procedural:3", samples=0), 0)
+    assert_names(train_error("phong", schedule="joint", missing=0.5), "missing")
+    assert_names(train_error("phong", schedule="joint", bases=3), "bases")
+    assert_names(train_error("linear", schedule="joint", eta=-1), "eta")
+    assert_names(train_error("phong", resume=True), "resume")
+    assert_names(train_error("phong", share=[1]), "share")
     for share in ([1], [1, 0]):
-        assert_names(refusal("phong", ["procedural:2", "procedural:3"], share=share), "share")
-    assert_names(refusal("phong", ["procedural:2", "procedural:2"]), "procedural:2")
-    refusal("phong", [])
-    assert_names(refusal("phong", effort="hasty"), "brief", "quick")
-    assert "max_theta_i" in refusal("phong", max_theta_i_degrees=95)
-    far = refusal("phong", max_theta_i_degrees=30, min_separation_degrees=80)
+        assert_names(train_error("phong", ["procedural:2", "procedural:3"], share=share), "share")
+    assert_names(train_error("phong", ["procedural:2", "procedural:2"]), "procedural:2")
+    train_error("phong", [])
+    assert_names(train_error("phong", effort="hasty"), "brief", "quick")
+    assert "max_theta_i" in train_error("phong", max_theta_i_degrees=95)
+    far = train_error("phong", max_theta_i_degrees=30, min_separation_degrees=80)
     assert_names(far, "min_separation_degrees", "max_theta_i_degrees", "60.0")
     with pytest.raises(FileNotFoundError):
         glimpse.train("phong", "nowhere/")

@@ -1,4 +1,4 @@
-"""A program that a strict type checker looks at; nobody runs it."""
+"""A program for the strict type checker. It is never run."""
 
 from pathlib import Path
 from typing import Optional
@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 
-def tell(progress: glimpse.Progress) -> None:
+def report(progress: glimpse.Progress) -> None:
     best: Optional[float] = progress.best
     print(progress.phase, progress.done / progress.total, best)
 
@@ -19,14 +19,14 @@ def gray(incoming: npt.NDArray[np.float64], outgoing: npt.NDArray[np.float64]) -
 
 def scan(path: Path) -> float:
     material = glimpse.Material.from_function(gray, "gray")
-    recipe: glimpse.Recipe = glimpse.train("neural", [material, "procedural:9"], progress=tell, effort="quick")
+    recipe: glimpse.Recipe = glimpse.train("neural", [material, "procedural:9"], progress=report, effort="quick")
     plan: glimpse.Plan = recipe.plan("travel", speed_degrees_per_second=[20, 10, 20, 10])
     readings: npt.NDArray[np.float32] = material(plan.directions)
     fitted: glimpse.FittedMaterial = recipe.fit(readings, plan.directions, quantity="brdf")
-    for suspect in fitted.suspects:
-        print(suspect.sample, suspect.z)
+    for outlier in fitted.outliers:
+        print(outlier.sample, outlier.z, outlier.measured, outlier.predicted, outlier.excluded)
     fitted.save(path, "rgl", overwrite=True)
-    verdict = glimpse.evaluate(recipe, "procedural:3:1")
+    evaluation = glimpse.evaluate(recipe, "procedural:3:1")
     at: npt.NDArray[np.float64] = glimpse.directions()
     loss: float = glimpse.loss(gray(at[:, 0], at[:, 1]), fitted)
-    return loss + verdict["loss"] + verdict["materials"][0]["delta_e"] + (fitted.predicted_loss or 0.0)
+    return loss + evaluation["loss"] + evaluation["materials"][0]["delta_e"] + (fitted.predicted_loss or 0.0)

@@ -1,26 +1,29 @@
 """Glimpse: learn a material's BRDF from a handful of readings.
 
-A :class:`Recipe` says where to measure and how to fit; :func:`train` makes one. Its :meth:`Recipe.plan` says where
-the arms of a machine go, its :meth:`Recipe.fit` makes a :class:`FittedMaterial` of what was read there. Every
-:class:`Material` is called with directions and answers with its BRDF.
+A :class:`Recipe` holds the directions to measure and the method that fits the readings; :func:`train` makes one.
+:meth:`Recipe.plan` plans the movement of a machine's arms, and :meth:`Recipe.fit` fits readings to a
+:class:`FittedMaterial`. Calling a :class:`Material` with directions returns its BRDF.
 
 Directions are unit vectors from the surface, z along its normal: the incoming one to the light, the outgoing one to
 the sensor. Arrays of pairs have the shape (n, 2, 3), incoming first. A BRDF is linear RGB in sr^-1, not times the
 cosine, an array (n, 3). The :func:`loss` between two BRDFs is the mean over :func:`directions` and channels of
-abs(ln(1 + y cos) - ln(1 + f cos)); ``trainer/docs/losses.md`` defines it. What goes wrong is raised as :class:`GlimpseError`, a ValueError; files that are missing, may
-not be opened, or would be written over, as Python's own FileNotFoundError, PermissionError and FileExistsError.
+abs(ln(1 + y cos) - ln(1 + f cos)); ``trainer/docs/losses.md`` defines it.
 
-Work is done on all cores, without the GIL; the environment's RAYON_NUM_THREADS says on how many. Ctrl-C ends it.
+Errors are raised as :class:`GlimpseError`, a ValueError. Missing, inaccessible and existing files raise Python's
+FileNotFoundError, PermissionError and FileExistsError.
+
+Computations run on all cores without the GIL. The environment variable RAYON_NUM_THREADS sets the number of threads.
+Ctrl-C interrupts them.
 """
 
 from ._glimpse_brdf import (
     FittedMaterial,
     GlimpseError,
     Material,
+    Outlier,
     Plan,
     Progress,
     Recipe,
-    Outlier,
     __version__,
     directions,
     directions_from_degrees,
@@ -36,10 +39,10 @@ __all__ = [
     "FittedMaterial",
     "GlimpseError",
     "Material",
+    "Outlier",
     "Plan",
     "Progress",
     "Recipe",
-    "Outlier",
     "__version__",
     "directions",
     "directions_from_degrees",

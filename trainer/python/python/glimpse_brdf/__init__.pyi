@@ -1,4 +1,4 @@
-"""Types of the module; what each thing is and takes, its docstring says: help(glimpse_brdf.train)."""
+"""Types of the module. Docstrings describe classes and functions, such as help(glimpse_brdf.train)."""
 
 import os
 from typing import Any, Callable, Iterable, Literal, Optional, Sequence, TypedDict, Union, final
@@ -22,10 +22,10 @@ __all__ = [
     "FittedMaterial",
     "GlimpseError",
     "Material",
+    "Outlier",
     "Plan",
     "Progress",
     "Recipe",
-    "Suspect",
     "__version__",
     "directions",
     "directions_from_degrees",
@@ -40,7 +40,7 @@ __all__ = [
 class GlimpseError(ValueError): ...
 
 @type_check_only
-class _Expectation(TypedDict):
+class _ExpectedLoss(TypedDict):
     loss: float
     standard_error: Optional[float]
     materials: int
@@ -91,7 +91,7 @@ class _Residual(TypedDict):
     worst_sample: int
 
 @type_check_only
-class _Scores(TypedDict):
+class _MaterialReport(TypedDict):
     name: str
     loss: float
     dssim: float
@@ -101,7 +101,7 @@ class _Scores(TypedDict):
     predicted_loss: Optional[float]
 
 @type_check_only
-class _Verdict(TypedDict):
+class _Report(TypedDict):
     method: str
     model: str
     samples: int
@@ -113,7 +113,7 @@ class _Verdict(TypedDict):
     loss_standard_error: Optional[float]
     seeds: int
     loss_spread: float
-    materials: list[_Scores]
+    materials: list[_MaterialReport]
     trained_on: Optional[list[str]]
     namesakes_trained_on: Optional[list[str]]
 
@@ -144,22 +144,22 @@ class FittedMaterial(Material):
     @property
     def residual(self) -> Optional[_Residual]: ...
     @property
-    def fates(self) -> list[Literal["used", "missing", "saturated", "left out"]]: ...
+    def statuses(self) -> list[Literal["used", "missing", "saturated", "excluded"]]: ...
     @property
-    def suspects(self) -> list[Suspect]: ...
+    def outliers(self) -> list[Outlier]: ...
 
 @final
-class Suspect:
+class Outlier:
     @property
     def sample(self) -> int: ...
     @property
     def z(self) -> float: ...
     @property
-    def read(self) -> list[float]: ...
+    def measured(self) -> list[float]: ...
     @property
-    def expected(self) -> list[float]: ...
+    def predicted(self) -> list[float]: ...
     @property
-    def left_out(self) -> bool: ...
+    def excluded(self) -> bool: ...
 
 @final
 class Plan:
@@ -202,7 +202,7 @@ class Recipe:
     @property
     def checksum(self) -> str: ...
     @property
-    def takes_missing(self) -> bool: ...
+    def tolerates_missing(self) -> bool: ...
     @property
     def directions(self) -> _Floats: ...
     @property
@@ -212,7 +212,7 @@ class Recipe:
     @property
     def expected_loss(self) -> Optional[float]: ...
     @property
-    def expectation(self) -> Optional[_Expectation]: ...
+    def expectation(self) -> Optional[_ExpectedLoss]: ...
     @property
     def limits(self) -> Optional[_Limits]: ...
     @property
@@ -294,7 +294,7 @@ def evaluate(
     levels: int = 0,
     seeds: int = 5,
     seed: int = 0,
-) -> _Verdict: ...
+) -> _Report: ...
 def train(
     model: _Model,
     materials: Optional[_Materials] = None,
