@@ -1,4 +1,4 @@
-//! What the tables are: mean, median and principal components of the columns.
+//! The values of the tables: mean, median and principal components of the columns.
 
 use std::f64::consts::PI;
 
@@ -10,7 +10,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::{SET, basis, rows};
 
-/// The columns' values at all nodes, less their mean.
+/// Returns the values of the columns at all nodes, minus their mean.
 fn centered() -> DMatrix<f64> {
     let count = SET.columns.count();
     let mut matrix = DMatrix::from_fn(Grid::LEN, count, |node, column| {
@@ -23,7 +23,7 @@ fn centered() -> DMatrix<f64> {
     matrix
 }
 
-/// The components of a basis, a column each.
+/// Returns the components of a basis, one per matrix column.
 fn components(rows: &[Vec<f64>]) -> DMatrix<f64> {
     DMatrix::from_fn(rows.len(), rows[0].len() - 2, |node, k| rows[node][2 + k])
 }
@@ -37,31 +37,31 @@ fn half_difference(angles: Angles<f64>, turn: f64) -> HalfDifference<f32> {
 }
 
 #[test]
-fn columns_hold_the_mapped_materials() {
+fn columns_are_mapped_materials() {
     for node in (0..Grid::LEN).step_by(37) {
         let angles = Grid::angles(node);
         let at = HalfDifference::from_angles(angles);
         let weight = at.cos_theta_i().max(0.0) * at.cos_theta_o().max(0.0);
-        let mut found = [[[0.0; 3]; 2]; 6];
-        for (material, found) in SET.materials.iter().zip(&mut found) {
+        let mut brdf = [[[0.0; 3]; 2]; 6];
+        for (material, brdf) in SET.materials.iter().zip(&mut brdf) {
             let at = [0.0, PI].map(|turn| half_difference(angles, turn));
-            material.brdf_batch(&at, found);
+            material.brdf_batch(&at, brdf);
         }
         for (column, value) in SET.columns.at_node(node).iter().enumerate() {
-            let [one, other] = found[column / 3].map(|brdf| f64::from(brdf[column % 3]));
+            let [one, other] = brdf[column / 3].map(|brdf| f64::from(brdf[column % 3]));
             let expected = (0.5 * (one + other) * weight / EPSILON).ln_1p();
             let error = (f64::from(*value) - expected).abs();
-            // Materials are evaluated in single precision, in lanes or not.
+            // Materials are evaluated in single precision, on lanes or as scalars.
             assert!(
                 error < 1e-4,
-                "node {node}, column {column}: {value} and not {expected}"
+                "node {node}, column {column}: {value} instead of {expected}"
             );
         }
     }
 }
 
 #[test]
-fn mean_and_median_are_those_of_the_columns() {
+fn tables_have_mean_and_median_of_columns() {
     for (node, row) in rows(&basis(5)).iter().enumerate() {
         let mut values: Vec<f64> = SET
             .columns
@@ -83,9 +83,9 @@ fn mean_and_median_are_those_of_the_columns() {
 }
 
 #[test]
-fn components_are_orthogonal_and_as_long_as_singular_values() {
+fn components_are_orthogonal_with_lengths_of_singular_values() {
     let centered = centered();
-    // In double precision and by another route than training's.
+    // Computed in double precision and by a different method than in training.
     let gram = centered.tr_mul(&centered);
     let mut expected: Vec<f64> = gram
         .symmetric_eigenvalues()
@@ -100,54 +100,56 @@ fn components_are_orthogonal_and_as_long_as_singular_values() {
         .collect();
     let components = components.select_rows(&valid);
     let products = components.tr_mul(&components);
-    let (mut obliqueness, mut stretch) = (0.0_f64, 0.0_f64);
+    let (mut max_cosine, mut max_error) = (0.0_f64, 0.0_f64);
     for i in 0..components.ncols() {
         let length = products[(i, i)].sqrt();
-        stretch = stretch.max((length - expected[i]).abs() / expected[i]);
+        max_error = max_error.max((length - expected[i]).abs() / expected[i]);
         for j in 0..i {
             let cosine = products[(i, j)] / (length * products[(j, j)].sqrt());
-            obliqueness = obliqueness.max(cosine.abs());
+            max_cosine = max_cosine.max(cosine.abs());
         }
     }
     println!(
-        "singular values {:.1} to {:.1}: lengths {stretch:.1e} off, cosines up to {obliqueness:.1e}",
+        "singular values {:.1} to {:.1}: lengths {max_error:.1e} off, cosines up to {max_cosine:.1e}",
         expected[0],
         expected[components.ncols() - 1]
     );
-    assert!(stretch < 1e-4, "{stretch}");
-    assert!(obliqueness < 1e-4, "{obliqueness}");
+    assert!(max_error < 1e-4, "{max_error}");
+    assert!(max_cosine < 1e-4, "{max_cosine}");
 }
 
 #[test]
-fn all_components_reproduce_the_columns() {
+fn all_components_reproduce_columns() {
     let count = SET.columns.count();
-    // There are at most one less than columns, as the mean is taken out.
+    // At most the number of columns minus one, because the mean is subtracted.
     let basis = basis(usize::MAX);
     assert_eq!(basis.components(), count - 1);
     let rows = rows(&basis);
     let components = components(&rows);
     let centered = centered();
-    // Least squares, each component scaled to length 1.
+    // Least squares with components scaled to length 1.
     let scales = DVector::from_iterator(
         count - 1,
         components.column_iter().map(|column| 1.0 / column.norm()),
     );
     let unit = &components * DMatrix::from_diagonal(&scales);
-    let normal = unit.tr_mul(&unit).cholesky().expect("they are independent");
+    let normal = unit
+        .tr_mul(&unit)
+        .cholesky()
+        .expect("the components are independent");
     let coefficients = DMatrix::from_diagonal(&scales) * normal.solve(&unit.tr_mul(&centered));
 
     let mut largest = [0.0_f64; 2];
-    let left = (&components * &coefficients - &centered).amax();
-    largest[0] = largest[0].max(left);
+    largest[0] = (&components * &coefficients - &centered).amax();
     for (index, material) in SET.materials.iter().enumerate() {
-        let found = [0, 1, 2].map(|channel| {
+        let coefficients = [0, 1, 2].map(|channel| {
             coefficients
                 .column(3 * index + channel)
                 .iter()
                 .copied()
                 .collect()
         });
-        let reconstruction = basis.reconstruct(&found);
+        let reconstruction = basis.reconstruct(&coefficients);
         for node in (0..Grid::LEN).step_by(11) {
             let angles = Grid::angles(node);
             let at = HalfDifference::from_angles(angles);
@@ -161,13 +163,13 @@ fn all_components_reproduce_the_columns() {
             reconstruction.evaluate(&at[..1], &mut brdf);
             for channel in 0..3 {
                 let expected = 0.5 * f64::from(both[0][channel] + both[1][channel]);
-                let found = f64::from(brdf[0][channel]);
-                // Relative, where the mapping is.
-                let error = (found - expected).abs() / (expected + EPSILON / weight);
+                let actual = f64::from(brdf[0][channel]);
+                // Relative to the scale of the mapping.
+                let error = (actual - expected).abs() / (expected + EPSILON / weight);
                 largest[1] = largest[1].max(error);
                 assert!(
                     error < 1e-3,
-                    "material {index}, node {node}: {found} and not {expected}"
+                    "material {index}, node {node}: {actual} instead of {expected}"
                 );
             }
         }

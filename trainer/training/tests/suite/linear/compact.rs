@@ -1,4 +1,4 @@
-//! The compact basis: what it loses, and what it holds exactly.
+//! The compact basis: its loss against the whole basis, and its exact properties.
 
 use std::sync::LazyLock;
 
@@ -12,31 +12,36 @@ use glimpse_training::linear::{COMPACT_NODES, ReducedBasis, to_compact_bytes};
 use super::{SET, basis};
 
 /// The compact basis of the bundled recipes.
-const BASIS: &[u8] = include_bytes!("../../../../recipes/linear.basis24");
+const BUNDLED: &[u8] = include_bytes!("../../../../recipes/linear.basis24");
 const COMPONENTS: usize = 8;
-/// Bytes of a compact basis before its nodes.
-const HEAD: usize = 14 + 16 + 4 * COMPONENTS;
+/// The number of bytes of a compact basis before its nodes.
+const HEADER: usize = 14 + 16 + 4 * COMPONENTS;
+/// The number of bytes of a node.
 const NODE: usize = 4 + COMPONENTS;
 
 static WHOLE: LazyLock<Basis> = LazyLock::new(|| basis(COMPONENTS));
 static COMPACT: LazyLock<Vec<u8>> =
     LazyLock::new(|| to_compact_bytes(&WHOLE, COMPONENTS, COMPACT_NODES));
 
-/// The coefficients of a material that was measured at many directions, m for each channel.
+/// Fits coefficients to a material measured at many directions, m for each channel.
 fn coefficients(material: usize) -> Vec<f32> {
     let angles = uniform_valid(2000, 5);
-    let places: Vec<Angles<f64>> = angles.iter().map(angles_to_f64).collect();
+    let pattern: Vec<Angles<f64>> = angles.iter().map(angles_to_f64).collect();
     let material = &SET.materials[material];
     let measured: Vec<[f32; 3]> = angles.iter().map(|angles| material.brdf(*angles)).collect();
-    let found = ReducedBasis::new(&WHOLE, &places)
+    let coefficients = ReducedBasis::new(&WHOLE, &pattern)
         .fit(&[4.0; COMPONENTS], &measured)
-        .expect("there is a solution");
-    found.iter().flatten().map(|value| *value as f32).collect()
+        .expect("the system is regular");
+    coefficients
+        .iter()
+        .flatten()
+        .map(|value| *value as f32)
+        .collect()
 }
 
-/// The mean difference of ln(f w + e) between the whole basis and a compact one.
+/// Returns the mean absolute difference of ln(f w + e) between the whole basis and a compact one.
 fn loss(compact: &[u8], material: usize) -> f64 {
-    let compact = linear::Basis::parse(compact).expect("it is a basis");
+    let compact = linear::Basis::parse(compact).expect("the bytes are a basis");
     let values = coefficients(material);
     let mut channels = values.chunks(COMPONENTS);
     let channels = [(); 3].map(|()| channels.next().expect("three channels"));
@@ -49,78 +54,82 @@ fn loss(compact: &[u8], material: usize) -> f64 {
     whole.evaluate(&at, &mut expected);
     let mut sum = 0.0;
     for (at, expected) in at.iter().zip(&expected) {
-        let found = compact.brdf(channels, at).expect("a BRDF");
+        let actual = compact
+            .brdf(channels, at)
+            .expect("the directions are valid");
         let weight = f64::from(at.cos_theta_i() * at.cos_theta_o());
         let logarithm = |f: f32| (f64::from(f) * weight + EPSILON).ln();
-        for (found, expected) in found.into_iter().zip(expected) {
-            sum += (logarithm(found) - logarithm(*expected)).abs();
+        for (actual, expected) in actual.into_iter().zip(expected) {
+            sum += (logarithm(actual) - logarithm(*expected)).abs();
         }
     }
     sum / (3 * at.len()) as f64
 }
 
 #[test]
-fn a_compact_basis_says_what_the_whole_one_says() {
+fn compact_basis_approximates_whole_basis() {
     let count = SET.materials.len();
     let losses: Vec<f64> = (0..count).map(|index| loss(&COMPACT, index)).collect();
     println!("{losses:.4?}");
-    // Every other one is a network of random weights, rougher than any material.
+    // Every other material is a network with random weights, which is rougher than real materials.
     for (material, loss) in losses.iter().enumerate() {
         let bound = if material % 2 == 0 { 0.08 } else { 0.02 };
         assert!(*loss < bound, "material {material}: {losses:?}");
     }
 }
 
-/// The host looks a compact basis up as a device does: the same BRDF of these values.
-fn assert_looked_up_alike(compact: &[u8], values: &[f32]) {
-    let device = linear::Basis::parse(compact).expect("it is a basis");
-    let basis = Basis::from_compact_bytes(compact).expect("it is a basis");
+/// Asserts that host and device compute the same BRDF from a compact basis.
+fn assert_host_matches_device(compact: &[u8], values: &[f32]) {
+    let device = linear::Basis::parse(compact).expect("the bytes are a basis");
+    let basis = Basis::from_compact_bytes(compact).expect("the bytes are a basis");
     let mut channels = values.chunks(basis.components());
     let channels = [(); 3].map(|()| channels.next().expect("three channels"));
     let host = basis.reconstruct_values(values).expect("3 m values");
     for angles in uniform_valid(2000, 8) {
         let at = HalfDifference::from_angles(angles);
         let weight = f64::from(at.cos_theta_i()) * f64::from(at.cos_theta_o());
-        let expected = device.brdf(channels, &at).expect("a BRDF");
-        let found = host.brdf(&angles, weight);
-        for (found, expected) in found.into_iter().zip(expected) {
-            // Relative to what the logarithm sees.
-            let error = (found - expected).abs() / (expected + (EPSILON / weight) as f32);
-            assert!(error < 1e-4, "{found}, {expected} at {angles:?}");
+        let expected = device
+            .brdf(channels, &at)
+            .expect("the directions are valid");
+        let actual = host.brdf(&angles, weight);
+        for (actual, expected) in actual.into_iter().zip(expected) {
+            // Relative to the argument of the logarithm.
+            let error = (actual - expected).abs() / (expected + (EPSILON / weight) as f32);
+            assert!(error < 1e-4, "{actual} instead of {expected} at {angles:?}");
         }
     }
 }
 
 #[test]
-fn a_compact_basis_is_looked_up_as_on_a_device() {
-    assert_looked_up_alike(&COMPACT, &coefficients(2));
+fn host_evaluates_compact_basis_like_device() {
+    assert_host_matches_device(&COMPACT, &coefficients(2));
 }
 
-/// Of 24 components, and trained: the first ones count for most, as those of a material do.
+/// Tests the trained basis of 24 components. The coefficients decrease with the index, like those of materials.
 #[test]
-fn the_basis_that_comes_along_is_looked_up_as_on_a_device() {
-    let components = Basis::from_compact_bytes(BASIS)
-        .expect("it is a basis")
+fn host_evaluates_bundled_basis_like_device() {
+    let components = Basis::from_compact_bytes(BUNDLED)
+        .expect("the bytes are a basis")
         .components();
     assert_eq!(components, 24);
     let values = (0..3 * components).map(|index| {
         let component = index % components;
         (1.7 * index as f32).sin() / (1.0 + component as f32)
     });
-    assert_looked_up_alike(BASIS, &values.collect::<Vec<_>>());
+    assert_host_matches_device(BUNDLED, &values.collect::<Vec<_>>());
 }
 
-/// Its slopes add up to what changes on the way.
+/// The integral of the derivatives along a line is the difference of the values at its ends.
 #[test]
-fn slopes_over_a_compact_basis_add_up() {
-    let basis = Basis::from_compact_bytes(&COMPACT).expect("it is a basis");
+fn compact_basis_derivatives_integrate_to_differences() {
+    let basis = Basis::from_compact_bytes(&COMPACT).expect("the bytes are a basis");
     assert_eq!(basis.to_bytes(), *COMPACT);
     assert_eq!(basis.whole_checksum(), WHOLE.whole_checksum());
     let host = basis
         .reconstruct_values(&coefficients(2))
         .expect("3 m values");
     let [from, to] = [[0.1, 0.2, 0.4], [0.5, 0.6, 1.9]];
-    let place = |share: f32| {
+    let position = |share: f32| {
         let [theta_h, theta_d, phi_d] =
             std::array::from_fn(|axis| from[axis] + share * (to[axis] - from[axis]));
         Angles {
@@ -132,17 +141,17 @@ fn slopes_over_a_compact_basis_add_up() {
     const STEPS: u32 = 2_000;
     let mut sum = [0.0; 3];
     for step in 0..STEPS {
-        let middle = place((step as f32 + 0.5) / STEPS as f32);
-        let found = host.brdf_with_derivative(&middle);
-        for (sum, found) in sum.iter_mut().zip(found) {
-            for (axis, slope) in found.tangent.into_iter().enumerate() {
+        let middle = position((step as f32 + 0.5) / STEPS as f32);
+        let brdf = host.brdf_with_derivative(&middle);
+        for (sum, channel) in sum.iter_mut().zip(brdf) {
+            for (axis, slope) in channel.tangent.into_iter().enumerate() {
                 *sum += slope * f64::from(to[axis] - from[axis]) / f64::from(STEPS);
             }
         }
     }
     let brdf = |share| {
-        host.brdf_with_derivative(&place(share))
-            .map(|found| found.value)
+        host.brdf_with_derivative(&position(share))
+            .map(|channel| channel.value)
     };
     for ((before, after), sum) in brdf(0.0).into_iter().zip(brdf(1.0)).zip(sum) {
         let change = after - before;
@@ -154,7 +163,7 @@ fn slopes_over_a_compact_basis_add_up() {
 }
 
 #[test]
-fn left_out_components_are_missed() {
+fn fewer_components_have_higher_loss() {
     let fewer = to_compact_bytes(&WHOLE, 2, COMPACT_NODES);
     assert_eq!(
         linear::Basis::parse(&fewer).map(|basis| basis.components()),
@@ -170,26 +179,26 @@ fn left_out_components_are_missed() {
 }
 
 #[test]
-fn it_names_the_whole_basis_and_its_own_shape() {
-    let compact = linear::Basis::parse(&COMPACT).expect("it is a basis");
+fn compact_basis_has_checksum_of_whole_basis_and_its_shape() {
+    let compact = linear::Basis::parse(&COMPACT).expect("the bytes are a basis");
     assert_eq!(compact.of(), Basis::checksum(&WHOLE.to_bytes()));
     assert_eq!(compact.components(), COMPONENTS);
     assert_eq!(compact.nodes(), COMPACT_NODES);
-    let nodes = COMPACT_NODES.count().expect("some");
-    assert_eq!(COMPACT.len(), HEAD + nodes * NODE);
-    // 24 components have to fit into 600 KiB.
+    let nodes = COMPACT_NODES.count().expect("the nodes are valid");
+    assert_eq!(COMPACT.len(), HEADER + nodes * NODE);
+    // 24 components must fit into 600 KiB.
     assert!(14 + 16 + 4 * 24 + nodes * (4 + 24) <= 600 * 1024);
-    // No more components than there are.
+    // The number of components is limited to that of the whole basis.
     let all = linear::Basis::parse(&COMPACT).map(|basis| basis.components());
     assert_eq!(all, Ok(WHOLE.components()));
 }
 
-/// Where phi_d means nothing, nodes that differ in it only have the same bytes.
+/// Nodes that differ in phi_d only have equal bytes if phi_d has no effect on the direction.
 #[test]
-fn an_azimuth_at_a_pole_does_not_matter() {
+fn nodes_at_poles_are_equal_for_all_phi_d() {
     let [rows, columns] = [COMPACT_NODES.theta_d, COMPACT_NODES.phi_d].map(usize::from);
     let mut different = 0;
-    for (index, run) in COMPACT[HEAD..].chunks(columns * NODE).enumerate() {
+    for (index, run) in COMPACT[HEADER..].chunks(columns * NODE).enumerate() {
         let same = run.chunks(NODE).all(|node| node == &run[..NODE]);
         if index < rows || index % rows == 0 {
             assert!(same, "run {index}");
@@ -201,7 +210,7 @@ fn an_azimuth_at_a_pole_does_not_matter() {
 }
 
 #[test]
-fn a_device_s_values_are_three_runs() {
+fn device_coefficients_are_grouped_by_channel() {
     let values = coefficients(1);
     let channel = |index: usize| {
         let run = &values[COMPONENTS * index..][..COMPONENTS];
@@ -212,7 +221,7 @@ fn a_device_s_values_are_three_runs() {
     for count in [0, COMPONENTS, 3 * COMPONENTS - 1] {
         let error = CoefficientCountError {
             expected: 3 * COMPONENTS,
-            found: count,
+            actual: count,
         };
         assert_eq!(WHOLE.reconstruct_values(&values[..count]), Err(error));
     }

@@ -1,5 +1,5 @@
-//! The tables of the model Linear: grid, columns, principal components, their file, and the samples
-//! that the method NJR15 picks by them. (`meta_gradient` and `burn_witness` hold the training.)
+//! The tables of the model Linear: grid, columns, principal components, files, and the patterns of the method NJR15.
+//! (`meta_gradient` and `burn_reference` test the training.)
 
 mod basis;
 mod compact;
@@ -17,7 +17,7 @@ use rand_chacha::ChaCha8Rng;
 
 use crate::support::network;
 
-/// A few materials of both kinds, and their columns.
+/// Networks and procedural materials, with their columns.
 pub(crate) struct Set {
     pub(crate) materials: Vec<Box<dyn Material>>,
     pub(crate) columns: Columns,
@@ -36,14 +36,13 @@ pub(crate) static SET: LazyLock<Set> = LazyLock::new(|| {
     }
 });
 
-/// The basis of all columns, with m components.
+/// Returns the basis of all columns with a number of components.
 pub(crate) fn basis(components: usize) -> Basis {
     let all: Vec<usize> = (0..SET.columns.count()).collect();
     principal_components(&SET.columns, &all, components)
 }
 
-/// A basis's table, read from the bytes of its file: mean, ln(median w + e) and components, node
-/// by node.
+/// Reads a basis's table from the bytes of its file: mean, ln(median w + e) and components of each node.
 pub(crate) fn rows(basis: &Basis) -> Vec<Vec<f64>> {
     let bytes = basis.to_bytes();
     let words = bytes[24..].as_chunks::<4>().0.iter();

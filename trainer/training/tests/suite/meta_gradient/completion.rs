@@ -1,5 +1,5 @@
-//! Schedule prior: its gradient against differences of its loss, the same bits on any number of
-//! threads, and a recipe that fits as what was trained does.
+//! Schedule prior: gradients against differences of the loss, equal bits on any number of threads, and recipes that fit like
+//! the trained nets.
 
 use std::ops::{ControlFlow, Range};
 use std::path::Path;
@@ -32,7 +32,7 @@ use crate::support::{assert_independent_of_threads, procedural, run_bits};
 
 const SAMPLES: usize = 5;
 const STEPS: usize = 4;
-/// The pattern's place among the groups.
+/// The index of the pattern in [`Groups::each`].
 const PATTERN: usize = 2;
 const MODELS: [ModelKind; 4] = [
     ModelKind::Linear,
@@ -41,14 +41,17 @@ const MODELS: [ModelKind; 4] = [
     ModelKind::Neural,
 ];
 
-/// Calls a function with a small objective of a model, and a plan of a few steps.
-fn with_objective<T>(model: ModelKind, of: impl FnOnce(&CompletionObjective<'_>, &Plan) -> T) -> T {
+/// Calls a function with a small objective and a plan of a few steps.
+fn with_objective<T>(
+    model: ModelKind,
+    function: impl FnOnce(&CompletionObjective<'_>, &Plan) -> T,
+) -> T {
     let augmentation_options = AugmentationOptions {
         missing: 0.5,
         noise: Noise {
             multiplicative: 0.02,
             additive: 0.001,
-            // The derivative does not see a sensor's steps.
+            // Quantization of a sensor has no derivative.
             levels: 0,
         },
         ..AugmentationOptions::default()
@@ -97,19 +100,19 @@ fn with_objective<T>(model: ModelKind, of: impl FnOnce(&CompletionObjective<'_>,
         },
         pattern: None,
     };
-    of(&objective, &plan)
+    function(&objective, &plan)
 }
 
-/// Brings all samples nearer to the normal: where the arms get to.
-fn raise(values: &mut Groups<Vec<f32>>) {
+/// Moves all samples closer to the normal, within the limits of the arms.
+fn move_toward_normal(values: &mut Groups<Vec<f32>>) {
     for logits in values.pattern.chunks_mut(3) {
         logits[0] -= 1.0;
         logits[1] -= 1.0;
     }
 }
 
-/// Along the gradient of each group by itself, the loss changes as fast as the gradient is long.
-fn gradient_is_that_of_the_loss(model: ModelKind) {
+/// Asserts that the derivative of the loss along the gradient of each group is the squared norm of that gradient.
+fn assert_gradient_matches_loss(model: ModelKind) {
     with_objective(model, |objective, plan| {
         let phase_index = plan.phases.len() - 1;
         let at = OuterStep {
@@ -118,38 +121,39 @@ fn gradient_is_that_of_the_loss(model: ModelKind) {
             step: 1,
         };
         let mut values = objective.initial_values(0);
-        // A start that hears of the readings: steps by themselves jump where a sample changes sides.
+        // Larger weights of the init net: its output depends on the readings, and gradient steps alone are discontinuous
+        // where a residual changes sign.
         values.init_net.iter_mut().for_each(|weight| *weight *= 5.0);
-        // All samples where the arms get to: the barrier is in the gradient and not in the loss.
-        raise(&mut values);
+        // All samples are within the limits: the barrier contributes to the gradient but not to the loss.
+        move_toward_normal(&mut values);
         let pattern = Pattern::from_logits_within(&values.pattern, objective.limits);
         assert!(pattern.valid().iter().all(|valid| *valid));
         let mut compared = 0;
         for group in [0, 1, 3, 4, PATTERN] {
-            // With a place, a descent's steps jump: where a sample changes sides. That is what they are
-            // short for here; `pattern.rs` holds their own derivative by places against differences.
+            // As a function of the pattern, gradient steps are discontinuous where a residual changes sign. The steps
+            // are therefore short here; `pattern.rs` tests their derivative by the directions.
             if group == PATTERN {
                 values.hyperparameters.fill(-30.0);
             }
             let (loss, gradient) = objective.gradient(&values, at);
             assert!(loss > 0.0 && loss.is_finite());
-            let along = gradient.each()[group].clone();
-            let square: f64 = along.iter().map(|by| f64::from(*by).powi(2)).sum();
+            let direction = gradient.each()[group].clone();
+            let square: f64 = direction.iter().map(|by| f64::from(*by).powi(2)).sum();
             if square == 0.0 {
                 continue;
             }
-            // So far that the loss changes by a few thousandths of itself, but no value by much.
-            let largest = along.iter().fold(0.0_f32, |most, by| most.max(by.abs()));
+            // The loss changes by a few thousandths, and each value by at most 0.004.
+            let largest = direction.iter().fold(0.0_f32, |max, by| max.max(by.abs()));
             let step = (2e-3 * f64::from(loss) / square).min(0.004 / f64::from(largest));
-            let moved = |sign: f64| {
+            let loss_at = |sign: f64| {
                 let mut values: Groups<Vec<f32>> = values.clone();
                 let list = values.each_mut().into_iter().nth(group);
-                for (value, by) in list.into_iter().flatten().zip(&along) {
+                for (value, by) in list.into_iter().flatten().zip(&direction) {
                     *value += (sign * step * f64::from(*by)) as f32;
                 }
                 f64::from(objective.gradient(&values, at).0)
             };
-            let slope = (moved(1.0) - moved(-1.0)) / (2.0 * step);
+            let slope = (loss_at(1.0) - loss_at(-1.0)) / (2.0 * step);
             let error = (slope - square).abs() / square;
             println!("{model}, group {group}: {slope:.4e} and {square:.4e}");
             assert!(error < 0.03, "{model}, group {group}: {slope} and {square}");
@@ -161,57 +165,57 @@ fn gradient_is_that_of_the_loss(model: ModelKind) {
 }
 
 #[test]
-fn linear_s_gradient_is_that_of_the_loss() {
-    gradient_is_that_of_the_loss(ModelKind::Linear);
+fn linear_gradient_matches_loss() {
+    assert_gradient_matches_loss(ModelKind::Linear);
 }
 
 #[test]
-fn phong_s_gradient_is_that_of_the_loss() {
-    gradient_is_that_of_the_loss(ModelKind::Phong);
+fn phong_gradient_matches_loss() {
+    assert_gradient_matches_loss(ModelKind::Phong);
 }
 
 #[test]
-fn cook_torrance_s_gradient_is_that_of_the_loss() {
-    gradient_is_that_of_the_loss(ModelKind::CookTorrance);
+fn cook_torrance_gradient_matches_loss() {
+    assert_gradient_matches_loss(ModelKind::CookTorrance);
 }
 
 #[test]
-fn neural_s_gradient_is_that_of_the_loss() {
-    gradient_is_that_of_the_loss(ModelKind::Neural);
+fn neural_gradient_matches_loss() {
+    assert_gradient_matches_loss(ModelKind::Neural);
 }
 
-/// Samples change places, and what each of them says of a material goes with them.
+/// The weights of samples are permuted together with their directions.
 #[test]
-fn samples_in_order_say_together_what_they_said_before() {
+fn reordering_samples_preserves_the_loss() {
     with_objective(ModelKind::Linear, |objective, _| {
         let mut values = objective.initial_values(0);
-        raise(&mut values);
+        move_toward_normal(&mut values);
         let ordered = objective.reorder_samples(values.clone());
         assert_ne!(ordered.pattern, values.pattern);
-        let places = |values: &Groups<Vec<f32>>| {
-            let mut places: Vec<[u32; 3]> = values
+        let sorted_samples = |values: &Groups<Vec<f32>>| {
+            let mut samples: Vec<[u32; 3]> = values
                 .pattern
                 .as_chunks()
                 .0
                 .iter()
                 .map(|logits: &[f32; 3]| logits.map(f32::to_bits))
                 .collect();
-            places.sort_unstable();
-            places
+            samples.sort_unstable();
+            samples
         };
-        assert_eq!(places(&ordered), places(&values));
+        assert_eq!(sorted_samples(&ordered), sorted_samples(&values));
         let (before, after) = (
             objective.validation_loss(&values),
             objective.validation_loss(&ordered),
         );
         assert!((after / before - 1.0).abs() < 1e-4, "{before} and {after}");
-        // What comes first is what tells most by itself, and once in order they stay so.
+        // Reordering is idempotent.
         assert_eq!(objective.reorder_samples(ordered.clone()), ordered);
     });
 }
 
-/// A run that is saved in a directory, if one is given.
-fn run<'a>(
+/// Returns a run, with checkpoints if a directory is given.
+fn outer_loop<'a>(
     objective: &'a CompletionObjective<'_>,
     plan: &'a Plan,
     model: ModelKind,
@@ -228,7 +232,7 @@ fn run<'a>(
     }
 }
 
-/// Checkpoints that are written where a run is stopped only.
+/// Returns options for checkpoints that are written only when a run stops.
 fn checkpoints(directory: &Path) -> CheckpointOptions {
     CheckpointOptions {
         directory: directory.to_owned(),
@@ -238,21 +242,20 @@ fn checkpoints(directory: &Path) -> CheckpointOptions {
 }
 
 #[test]
-fn every_model_trains_the_same_on_any_number_of_threads() {
+fn training_is_independent_of_threads() {
     for model in MODELS {
         let bits = assert_independent_of_threads(model.name(), || {
             with_objective(model, |objective, plan| {
-                let run = run(objective, plan, model, None);
-                run_bits(&run)
+                run_bits(&outer_loop(objective, plan, model, None))
             })
         });
         assert!(bits.len() > 100 && bits.iter().all(|bits| f32::from_bits(*bits).is_finite()));
     }
 }
 
-/// Stopped in its last phase and resumed, a run comes to the same numbers.
+/// The run is stopped in its last phase.
 #[test]
-fn a_resumed_run_comes_to_the_same_numbers() {
+fn resumed_run_matches_uninterrupted_run() {
     let scratch = tempfile::tempdir().expect("a temporary directory");
     let options = |checkpoints| Options {
         completion_options: CompletionOptions {
@@ -264,8 +267,8 @@ fn a_resumed_run_comes_to_the_same_numbers() {
         checkpoints,
         ..Options::new(ModelKind::Phong, 2, Schedule::Prior, Effort::Brief, 3)
     };
-    let go_on = &mut |_: &_| ControlFlow::Continue(());
-    let whole = train(&options(None), procedural(10, 3), go_on).expect("it is trained");
+    let never_stop = &mut |_: &_| ControlFlow::Continue(());
+    let expected = train(&options(None), procedural(10, 3), never_stop).expect("training succeeds");
     let options = options(Some(checkpoints(&scratch.path().join("checkpoint"))));
     let stopped = train(
         &options,
@@ -276,78 +279,79 @@ fn a_resumed_run_comes_to_the_same_numbers() {
         },
     );
     assert!(matches!(stopped, Err(TrainError::Stopped(_))));
-    let resumed = train(&options, procedural(10, 3), go_on);
-    assert_eq!(resumed.expect("it is trained"), whole);
+    let resumed = train(&options, procedural(10, 3), never_stop);
+    assert_eq!(resumed.expect("training succeeds"), expected);
 }
 
-/// Stopped where patterns were tried and samples are about to be put in order, or just after that.
+/// The run is stopped before the phase that reorders samples, or after its first step.
 #[test]
-fn a_run_resumed_where_samples_are_put_in_order_comes_to_the_same_numbers() {
+fn run_resumed_at_sample_reordering_matches_uninterrupted_run() {
     with_objective(ModelKind::Linear, |objective, plan| {
-        let tried = plan.phases.len() - 1;
+        let last = plan.phases.len() - 1;
         assert!(
-            plan.phases[tried].initialization == Initialization::BestReordered
-                && plan.phases[tried].samples_ordered
+            plan.phases[last].initialization == Initialization::BestReordered
+                && plan.phases[last].samples_ordered
         );
         let run = |directory: Option<&Path>, until| {
-            let run = run(objective, plan, ModelKind::Linear, directory);
-            run.run(&mut |progress| match progress.done == until {
+            let outer_loop = outer_loop(objective, plan, ModelKind::Linear, directory);
+            outer_loop.run(&mut |progress| match progress.done == until {
                 true => ControlFlow::Break(()),
                 false => ControlFlow::Continue(()),
             })
         };
-        let whole = run(None, usize::MAX).expect("nothing stops it");
-        for until in [tried * STEPS, tried * STEPS + 1] {
+        let expected = run(None, usize::MAX).expect("the run is not stopped");
+        for until in [last * STEPS, last * STEPS + 1] {
             let scratch = tempfile::tempdir().expect("a temporary directory");
             let stopped = run(Some(scratch.path()), until);
             assert!(matches!(stopped, Err(RunError::Stopped(done)) if done == until));
-            let resumed = run(Some(scratch.path()), usize::MAX).expect("nothing stops it");
-            assert_eq!(resumed.values, whole.values, "stopped after {until} steps");
+            let resumed = run(Some(scratch.path()), usize::MAX).expect("the run is not stopped");
+            assert_eq!(
+                resumed.values, expected.values,
+                "stopped after {until} steps"
+            );
         }
     });
 }
 
-/// What bytes cost: a recipe's coefficients are those of the weights that were trained, but for a
-/// hundredth.
+/// The relative error of quantized weights is below 0.01 in the coefficients.
 #[test]
-fn a_recipe_completes_as_what_was_trained() {
+fn packed_recipe_matches_trained_net() {
     let model = ModelKind::Linear;
     let options = Options::new(model, SAMPLES, Schedule::Prior, Effort::Brief, 1);
     let learned = train(&options, procedural(12, 3), &mut |_| {
         ControlFlow::Continue(())
     });
-    let learned = learned.expect("it is trained");
+    let learned = learned.expect("training succeeds");
     let file = pack_recipe(&learned, &options, "procedural:12:3");
-    let file = file.expect("it is a recipe");
+    let file = file.expect("the result is a valid recipe");
     let recipe = file.recipe();
-    let LearnedFit::Completed(completion, _) = &learned.fit else {
+    let LearnedFit::Completed(net, _) = &learned.fit else {
         panic!("{learned:?}");
     };
     let (mut error, mut size) = (0.0, 0.0);
     for material in Procedural::set(6, 77) {
-        let found = scan(&recipe, &mut |angles| material.brdf(angles)).expect("it is fitted");
-        let mut batch = Batch::new(completion.shape, 1);
-        for (sample, (angles, center)) in learned.pattern.iter().zip(&completion.center).enumerate()
-        {
+        let outcome = scan(&recipe, &mut |angles| material.brdf(angles)).expect("the fit succeeds");
+        let mut batch = Batch::new(net.shape, 1);
+        for (sample, (angles, center)) in learned.pattern.iter().zip(&net.center).enumerate() {
             let at = HalfDifference::from_angles(*angles);
             let weight = at.cos_theta_i() * at.cos_theta_o();
             let reading = material.brdf(*angles);
-            let reading = reading.map(|y| standardized(y, weight, *center, completion.scale));
+            let reading = reading.map(|y| standardized(y, weight, *center, net.scale));
             batch.set(0, sample, Some(reading));
         }
         batch.complete(&CompletionWeights {
-            shape: completion.shape,
-            coefficient_net: &completion.weights,
+            shape: net.shape,
+            coefficient_net: &net.weights,
             init_net: &[],
         });
         let expected = batch.coefficients(0);
-        assert_eq!(found.values.len(), expected.len());
-        for (found, expected) in found.values.iter().zip(expected) {
-            error += f64::from(found - expected).powi(2);
+        assert_eq!(outcome.values.len(), expected.len());
+        for (actual, expected) in outcome.values.iter().zip(expected) {
+            error += f64::from(actual - expected).powi(2);
             size += f64::from(expected).powi(2);
         }
     }
     let error = (error / size).sqrt();
-    println!("bytes move coefficients by {error:.1e}");
+    println!("relative error of coefficients by quantization {error:.1e}");
     assert!(error > 0.0 && error < 0.01, "{error}");
 }

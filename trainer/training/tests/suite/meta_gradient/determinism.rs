@@ -1,4 +1,4 @@
-//! Training gives the same bits on any number of threads.
+//! Training gives equal bits on any number of threads.
 
 use std::marker::PhantomData;
 
@@ -20,7 +20,7 @@ use crate::support::{assert_independent_of_threads, procedural, run_bits};
 
 const STEPS: usize = 5;
 
-/// The bits of each step's loss, and of what is learned in the end.
+/// Returns the bits of each step's loss and of the learned values.
 fn train<M: LaneModel>(inner_samples: InnerSamples) -> Vec<u32> {
     let materials = procedural(12, 3);
     let tasks = TaskSet {
@@ -79,11 +79,11 @@ fn train<M: LaneModel>(inner_samples: InnerSamples) -> Vec<u32> {
     run_bits(&run)
 }
 
-fn trains_the_same_on_any_number_of_threads<M: LaneModel>() {
+fn assert_training_is_independent_of_threads<M: LaneModel>() {
     for inner in [
         InnerSamples::Pattern,
         InnerSamples::Fresh(20),
-        // So many that threads share one list.
+        // Long enough to be split among threads.
         InnerSamples::Fresh(600),
         InnerSamples::Fixed(8),
     ] {
@@ -96,16 +96,16 @@ fn trains_the_same_on_any_number_of_threads<M: LaneModel>() {
 }
 
 #[test]
-fn phong_trains_the_same_on_any_number_of_threads() {
-    trains_the_same_on_any_number_of_threads::<Phong>();
+fn phong_training_is_independent_of_threads() {
+    assert_training_is_independent_of_threads::<Phong>();
 }
 
 #[test]
-fn cook_torrance_trains_the_same_on_any_number_of_threads() {
-    trains_the_same_on_any_number_of_threads::<CookTorrance>();
+fn cook_torrance_training_is_independent_of_threads() {
+    assert_training_is_independent_of_threads::<CookTorrance>();
 }
 
 #[test]
-fn neural_trains_the_same_on_any_number_of_threads() {
-    trains_the_same_on_any_number_of_threads::<Neural>();
+fn neural_training_is_independent_of_threads() {
+    assert_training_is_independent_of_threads::<Neural>();
 }

@@ -1,4 +1,4 @@
-//! Nothing that training computes overflows single precision.
+//! Overflow of single precision in training.
 
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::{CookTorrance, CookTorranceParameters, ParameterSet};
@@ -11,8 +11,11 @@ use rand_chacha::ChaCha8Rng;
 
 use glimpse_gradcheck::parameters;
 
-/// All that comes out of gradient and product at some samples.
-fn everything(theta: &CookTorranceParameters<Dual<f32>>, samples: &SampleOctets<'_>) -> Vec<f32> {
+/// Returns all outputs of gradient and product.
+fn gradient_and_product(
+    theta: &CookTorranceParameters<Dual<f32>>,
+    samples: &SampleOctets<'_>,
+) -> Vec<f32> {
     let mut gradient = CookTorranceParameters::filled(0.0);
     let values = parameters(theta.iter().map(|dual| dual.value), 0.0);
     let loss = CookTorrance::partial_gradient(&values, samples, 0..1, &mut gradient);
@@ -29,7 +32,7 @@ fn everything(theta: &CookTorranceParameters<Dual<f32>>, samples: &SampleOctets<
     lists.chain(derivatives).chain([loss]).collect()
 }
 
-/// An angle whose distance from 0 or pi/2 is down to 1e-8 of pi/2.
+/// Returns a random angle whose distance from 0 or pi/2 may be as small as 1e-8 pi/2.
 fn angle(random: &mut ChaCha8Rng) -> f32 {
     let distance = std::f32::consts::FRAC_PI_2 * 10.0_f32.powf(random.random_range(-8.0..0.0));
     if random.random() {
@@ -40,9 +43,9 @@ fn angle(random: &mut ChaCha8Rng) -> f32 {
 }
 
 #[test]
-fn cook_torrance_stays_finite_at_extremes() {
+fn cook_torrance_is_finite_at_extremes() {
     let mut random = ChaCha8Rng::seed_from_u64(1);
-    let mut judged = 0;
+    let mut valid = 0;
     for _ in 0..20_000 {
         let list: [Dual<f32>; 8] = std::array::from_fn(|_| Dual {
             value: random.random_range(-12.0..12.0),
@@ -55,13 +58,13 @@ fn cook_torrance_stays_finite_at_extremes() {
                 phi_d: random.random_range(0.0..std::f32::consts::TAU),
             })
         });
-        // Samples below the horizon are computed as well, and have no weight.
+        // Samples below the horizon are also computed, with weight 0.
         let weights = Octet(at.map(|at| f32::from(u8::from(at.is_valid()))));
-        judged += at.iter().filter(|at| at.is_valid()).count();
+        valid += at.iter().filter(|at| at.is_valid()).count();
         let measured = [0; 3].map(|_| Octet([random.random_range(-12.0..12.0f32).exp(); WIDTH]));
         let best = InstructionSet::detect();
         for instruction_set in [best, InstructionSet::Portable] {
-            let found = everything(
+            let outputs = gradient_and_product(
                 &parameters(list, Dual::from_value(0.0)),
                 &SampleOctets {
                     at: &[Octet::transpose(&at)],
@@ -73,10 +76,10 @@ fn cook_torrance_stays_finite_at_extremes() {
                 },
             );
             assert!(
-                found.iter().all(|value| value.is_finite()),
-                "{found:?} at {at:?} for {list:?}"
+                outputs.iter().all(|value| value.is_finite()),
+                "{outputs:?} at {at:?} for {list:?}"
             );
         }
     }
-    assert!(judged > 40_000, "only {judged} samples are valid");
+    assert!(valid > 40_000, "only {valid} samples are valid");
 }

@@ -1,4 +1,4 @@
-//! Central differences of the unrolled loss.
+//! The meta-gradient against central differences of the unrolled loss.
 
 use std::cell::RefCell;
 
@@ -12,7 +12,7 @@ use crate::problem::{
 use glimpse_gradcheck::cases::{NAMES, cook_torrance, is_too_steep, neural, phong};
 use glimpse_gradcheck::{Differences, scale_of};
 
-/// What has been compared so far.
+/// The comparisons of all problems.
 struct Compared {
     initial: Differences,
     step_sizes: Differences,
@@ -23,43 +23,43 @@ impl Compared {
     /// Compares the meta-gradient of `problem` by the parameters at `indices`, their step sizes,
     /// and all variables of the inner samples.
     fn compare<M: Model>(&mut self, problem: &Problem, indices: &[usize]) -> Result<(), String> {
-        let found = problem.meta_gradient::<M>();
+        let gradient = problem.meta_gradient::<M>();
         let loss = problem.loss::<M>().0;
-        if (found.loss - loss).abs() > 1e-14 {
-            return Err(format!("the loss is {} and not {loss}", found.loss));
+        if (gradient.loss - loss).abs() > 1e-14 {
+            return Err(format!("the loss is {} instead of {loss}", gradient.loss));
         }
 
-        let initial_scale = scale_of(&found.initial);
-        let step_size_scale = scale_of(&found.step_sizes);
+        let initial_scale = scale_of(&gradient.initial);
+        let step_size_scale = scale_of(&gradient.step_sizes);
         for index in indices.iter().copied() {
-            let what = format!("initial parameter {index}");
-            let slope = found.initial[index];
+            let name = format!("initial parameter {index}");
+            let slope = gradient.initial[index];
             self.initial
-                .compare(&what, slope, initial_scale, |offset| {
+                .compare(&name, slope, initial_scale, |offset| {
                     let mut problem = problem.clone();
                     problem.initial[index] += offset;
                     problem.loss::<M>()
                 })?;
-            let what = format!("step size {index}");
-            let slope = found.step_sizes[index];
+            let name = format!("step size {index}");
+            let slope = gradient.step_sizes[index];
             self.step_sizes
-                .compare(&what, slope, step_size_scale, |offset| {
+                .compare(&name, slope, step_size_scale, |offset| {
                     let mut problem = problem.clone();
                     problem.step_sizes[index] += offset;
                     problem.loss::<M>()
                 })?;
         }
 
-        let by_samples = gradient_by_variables(&found);
+        let by_samples = gradient_by_variables(&gradient);
         let scale = scale_of(by_samples.as_flattened());
         for (index, slopes) in by_samples.iter().enumerate() {
             if is_too_steep(M::KIND, problem.inner[index]) {
                 self.samples.discard(NAMES.len());
                 continue;
             }
-            for (variable, (slope, name)) in slopes.iter().zip(NAMES).enumerate() {
-                let what = format!("{name} of inner sample {index}");
-                self.samples.compare(&what, *slope, scale, |offset| {
+            for (variable, (slope, variable_name)) in slopes.iter().zip(NAMES).enumerate() {
+                let name = format!("{variable_name} of inner sample {index}");
+                self.samples.compare(&name, *slope, scale, |offset| {
                     let mut problem = problem.clone();
                     problem.inner[index][variable] += offset;
                     problem.loss::<M>()
@@ -70,7 +70,7 @@ impl Compared {
     }
 }
 
-/// Compares `cases` random problems, each by `count` parameters.
+/// Compares `cases` random problems, by `count` parameters of each.
 fn compare_many<M: Model>(
     cases: usize,
     count: usize,
@@ -89,52 +89,52 @@ fn compare_many<M: Model>(
         ..ProptestConfig::default()
     };
     let indices = prop::collection::vec(0..M::PARAMETERS, count);
-    let outcome = TestRunner::new(config).run(&(problems, indices), |(problem, indices)| {
+    let result = TestRunner::new(config).run(&(problems, indices), |(problem, indices)| {
         let mut compared = compared.borrow_mut();
         compared
             .compare::<M>(&problem, &indices)
             .map_err(TestCaseError::fail)
     });
-    if let Err(error) = outcome {
+    if let Err(error) = result {
         panic!("{error}");
     }
-    let name = M::KIND.name();
+    let model = M::KIND.name();
     let Compared {
         initial,
         step_sizes,
         samples,
     } = compared.into_inner();
-    initial.conclude(&format!("{name} by initial parameters"), cases * count / 4);
-    step_sizes.conclude(&format!("{name} by step sizes"), cases * count / 4);
-    // Of eight variables the three measured values have no slope; see `problem::gradient_by_variables`.
-    // Nor has Cook-Torrance by dy, which it does not read.
-    let least = match M::KIND {
+    initial.conclude(&format!("{model} by initial parameters"), cases * count / 4);
+    step_sizes.conclude(&format!("{model} by step sizes"), cases * count / 4);
+    // Of eight variables, the three measured values have derivative 0; see `problem::gradient_by_variables`.
+    // Cook-Torrance does not depend on dy either.
+    let min_variables = match M::KIND {
         ModelKind::CookTorrance => 3,
         _ => 4,
     };
     samples.conclude(
-        &format!("{name} by inner samples"),
-        cases * SAMPLES[0] * least,
+        &format!("{model} by inner samples"),
+        cases * SAMPLES[0] * min_variables,
     );
 }
 
-/// Inner and outer samples.
+/// The numbers of inner and outer samples.
 const SAMPLES: [usize; 2] = [5, 7];
 
 #[test]
-fn phong_agrees_with_differences() {
+fn phong_matches_finite_differences() {
     let problems = problems::<Phong>(phong(), PHONG_STEPS, 8, SAMPLES);
     compare_many::<Phong>(200, 14, 5e-5, problems);
 }
 
 #[test]
-fn cook_torrance_agrees_with_differences() {
+fn cook_torrance_matches_finite_differences() {
     let problems = problems::<CookTorrance>(cook_torrance(), COOK_TORRANCE_STEPS, 8, SAMPLES);
     compare_many::<CookTorrance>(200, 16, 1e-4, problems);
 }
 
 #[test]
-fn neural_agrees_with_differences() {
+fn neural_matches_finite_differences() {
     let problems = problems::<Neural>(neural(), NEURAL_STEPS, 5, SAMPLES);
     compare_many::<Neural>(40, 60, 1e-4, problems);
 }

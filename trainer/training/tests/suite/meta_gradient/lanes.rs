@@ -1,4 +1,4 @@
-//! The numbers of training, on f32 lanes, against the same in f64.
+//! The meta-gradient on f32 lanes against f64.
 
 use glimpse_core::geometry::HalfDifference;
 use glimpse_core::model::{CookTorrance, Model, Neural, Phong, Sample, SampleGradient};
@@ -18,12 +18,12 @@ use rand_chacha::ChaCha8Rng;
 use crate::problem::LossGradient;
 use crate::support::{procedural, to_f64};
 
-/// Largest distance of a gradient in f32 from the one in f64, relative to its length.
+/// The largest permitted distance between gradients in f32 and f64, relative to the norm in f64.
 const TOLERANCE: f64 = 1e-4;
 
 const STEPS: usize = 20;
 
-/// Octets taken apart into samples in f64; lanes without weight are left out.
+/// Converts octets to samples in f64, and drops lanes with weight 0.
 pub(crate) fn unpack(samples: &SampleOctets<'_>) -> Vec<Sample<f64>> {
     let mut list = Vec::new();
     for octet in 0..samples.octets() {
@@ -59,7 +59,7 @@ pub(crate) fn unpack(samples: &SampleOctets<'_>) -> Vec<Sample<f64>> {
     list
 }
 
-/// The meta-gradient in f64; `inner` are the samples of each step.
+/// Computes the meta-gradient in f64. `inner` are the samples of each step, or of all steps.
 fn exact<M: Model>(
     setting: &Setting,
     inner: &[Vec<Sample<f64>>],
@@ -68,24 +68,24 @@ fn exact<M: Model>(
     let lists: Vec<&[Sample<f64>]> = inner.iter().map(Vec::as_slice).collect();
     let (initial, step_sizes) = (to_f64(&setting.initial), to_f64(&setting.step_sizes));
     let inner_loop = InnerLoop::<M, f64>::new(&initial, &step_sizes, STEPS);
-    let none = match inner {
+    let by_samples = match inner {
         [single] => vec![SampleGradient::zero(); single.len()],
         _ => Vec::new(),
     };
-    LossGradient::compute(&inner_loop, &lists, outer, none)
+    LossGradient::compute(&inner_loop, &lists, outer, by_samples)
 }
 
-/// The distance of `found` from `exact`, relative to the length of `exact`.
-fn distance(found: &[f64], exact: &[f64]) -> f64 {
-    assert_eq!(found.len(), exact.len());
+/// Returns the distance of `actual` from `exact`, relative to the norm of `exact`.
+fn distance(actual: &[f64], exact: &[f64]) -> f64 {
+    assert_eq!(actual.len(), exact.len());
     let norm = |list: &mut dyn Iterator<Item = f64>| list.map(|x| x * x).sum::<f64>().sqrt();
-    let difference = norm(&mut found.iter().zip(exact).map(|(a, b)| a - b));
+    let difference = norm(&mut actual.iter().zip(exact).map(|(a, b)| a - b));
     let length = norm(&mut exact.iter().copied());
     assert!(length > 0.0, "the gradient vanishes");
     difference / length
 }
 
-/// A gradient by samples, flat: half and difference vector and measured values of each.
+/// Returns a gradient by a sample as a flat list: half vector, difference vector and measured values.
 fn flat<T: Copy>(by: &SampleGradient<T>) -> [T; 8] {
     let [red, green, blue] = by.measured;
     [
@@ -93,7 +93,7 @@ fn flat<T: Copy>(by: &SampleGradient<T>) -> [T; 8] {
     ]
 }
 
-/// Materials, their pool, and a inner_loop: what one task is made of.
+/// Materials, their pool, initial parameters and step sizes of a task.
 struct Setting {
     materials: Vec<Box<dyn Material>>,
     pool: Pool,
@@ -104,8 +104,8 @@ struct Setting {
 
 impl Setting {
     fn new<M: Model>(seed: u64) -> Self {
-        // (In sets 0 to 11 one unit is within rounding of its kink, at one sample of 300: f64 goes to the
-        // other side, and that sample's derivatives are other ones.)
+        // Not sets 0 to 11: there, a unit of the network is within rounding of its kink at one sample of 300, so f64
+        // takes the other branch and the derivatives of that sample differ.
         let materials = procedural(4, seed + 20);
         let pool = Pool::new(&materials, 1024, seed);
         let mut random = ChaCha8Rng::seed_from_u64(seed);
@@ -125,25 +125,25 @@ impl Setting {
     }
 }
 
-/// Largest distances found: loss, initial parameters, step sizes, samples.
+/// The largest distances: loss, initial parameters, step sizes, samples.
 #[derive(Default)]
 struct Distances([f64; 4]);
 
 impl Distances {
     fn add(
         &mut self,
-        found: &LossGradient<f32, SampleGradient<Octet>>,
+        actual: &LossGradient<f32, SampleGradient<Octet>>,
         exact: &LossGradient<f64, SampleGradient<f64>>,
     ) {
         let mut distances = [
-            (f64::from(found.loss) - exact.loss).abs() / exact.loss,
-            distance(&to_f64(&found.initial), &exact.initial),
-            distance(&to_f64(&found.step_sizes), &exact.step_sizes),
+            (f64::from(actual.loss) - exact.loss).abs() / exact.loss,
+            distance(&to_f64(&actual.initial), &exact.initial),
+            distance(&to_f64(&actual.step_sizes), &exact.step_sizes),
             0.0,
         ];
-        if !found.samples.is_empty() {
+        if !actual.samples.is_empty() {
             let by_sample = |sample: usize| {
-                let octets = flat(&found.samples[sample / WIDTH]);
+                let octets = flat(&actual.samples[sample / WIDTH]);
                 octets.map(|octet| f64::from(octet.0[sample % WIDTH]))
             };
             let all: Vec<f64> = (0..exact.samples.len()).flat_map(by_sample).collect();
@@ -151,22 +151,22 @@ impl Distances {
             distances[3] = distance(&all, &expected);
         }
         for (largest, distance) in self.0.iter_mut().zip(distances) {
-            // Written so that a NaN fails as well.
+            // This form also fails for NaN.
             assert!(distance <= TOLERANCE, "distances {distances:?}");
             *largest = largest.max(distance);
         }
     }
 
-    fn report(&self, what: &str) {
+    fn report(&self, name: &str) {
         let [loss, initial, step_sizes, samples] = self.0;
         println!(
-            "{what}: loss {loss:.1e}, initial parameters {initial:.1e}, step sizes \
+            "{name}: loss {loss:.1e}, initial parameters {initial:.1e}, step sizes \
              {step_sizes:.1e}, samples {samples:.1e}"
         );
     }
 }
 
-/// All that this machine has, each once.
+/// Returns all instruction sets of this machine.
 fn instruction_sets() -> Vec<InstructionSet> {
     let best = InstructionSet::detect();
     let all = [
@@ -178,8 +178,11 @@ fn instruction_sets() -> Vec<InstructionSet> {
     all[..=last].to_vec()
 }
 
-/// Samples to be computed on given lanes.
-fn on(instruction_set: InstructionSet, samples: SampleOctets<'_>) -> SampleOctets<'_> {
+/// Returns samples for computation with an instruction set.
+fn with_instruction_set(
+    instruction_set: InstructionSet,
+    samples: SampleOctets<'_>,
+) -> SampleOctets<'_> {
     SampleOctets {
         instruction_set,
         ..samples
@@ -191,28 +194,29 @@ fn compare_patterns<M: LaneModel>() {
         let mut distances = Distances::default();
         for seed in 0..12 {
             let mut setting = Setting::new::<M>(seed);
-            // Whole octets and others, for lanes of all widths and several chunks, and one sample
-            // below the horizon, which has no weight.
+            // Full and partial octets, for all widths of lanes and several chunks, and one sample below the horizon,
+            // which has weight 0.
             let count = [8, 13, 1, 24, 64, 300][seed as usize % 6];
-            let mut places = sobol_valid(count, seed as u32);
+            let mut directions = sobol_valid(count, seed as u32);
             if count == 24 {
-                places[23].theta_h = 1.5;
-                places[23].theta_d = 1.5;
+                directions[23].theta_h = 1.5;
+                directions[23].theta_d = 1.5;
             }
-            let pattern = Pattern::new(places);
+            let pattern = Pattern::new(directions);
             let [partner, material, ..] = &setting.materials[..] else {
-                panic!("two materials");
+                panic!("fewer than two materials");
             };
             let augmentation = Augmentation::random(2.0, 1, &mut setting.random);
             let inner = pattern.measure_augmented(&**material, &**partner, &augmentation);
             let pool = &setting.pool;
             let outer = pool.draw_augmented(1, &augmentation, 250, &mut setting.random);
-            let [inner, outer] = [inner.octets(), outer.octets()].map(|samples| on(set, samples));
+            let [inner, outer] =
+                [inner.octets(), outer.octets()].map(|samples| with_instruction_set(set, samples));
             let exact = exact::<M>(&setting, &[unpack(&inner)], &unpack(&outer));
             let inner_loop = setting.inner_loop::<M>();
-            let found =
+            let actual =
                 LossGradient::compute(&inner_loop, &[&inner], &outer, inner.zero_derivatives());
-            distances.add(&found, &exact);
+            distances.add(&actual, &exact);
         }
         distances.report(&format!("{}, pattern, {}", M::KIND.name(), set.name()));
     }
@@ -223,52 +227,54 @@ fn compare_draws<M: LaneModel>() {
         let mut distances = Distances::default();
         for seed in 0..10 {
             let mut setting = Setting::new::<M>(seed);
-            // Fresh samples at each step, or a single list for all of them; enough of them for
-            // several chunks, or few.
+            // One list of samples for each step, or a single list for all steps, with one or several chunks.
             let lists = [STEPS, 1][seed as usize % 2];
             let counts = [[30, 250], [270, 2_000]][seed as usize / 5];
             let mut draw = |count| setting.pool.draw(2, count, &mut setting.random);
             let outer = draw(counts[1]);
             let draws: Vec<DrawnSamples<'_>> = (0..lists).map(|_| draw(counts[0])).collect();
-            let outer = on(set, outer.octets());
-            let lists: Vec<_> = draws.iter().map(|draw| on(set, draw.octets())).collect();
+            let outer = with_instruction_set(set, outer.octets());
+            let lists: Vec<_> = draws
+                .iter()
+                .map(|draw| with_instruction_set(set, draw.octets()))
+                .collect();
             let samples: Vec<_> = lists.iter().map(unpack).collect();
             let inner_loop = setting.inner_loop::<M>();
             let inner: Vec<_> = lists.iter().collect();
-            let found = LossGradient::compute(&inner_loop, &inner, &outer, Vec::new());
+            let actual = LossGradient::compute(&inner_loop, &inner, &outer, Vec::new());
             let exact = exact::<M>(&setting, &samples, &unpack(&outer));
-            distances.add(&found, &exact);
+            distances.add(&actual, &exact);
         }
         distances.report(&format!("{}, draws, {}", M::KIND.name(), set.name()));
     }
 }
 
 #[test]
-fn phong_on_a_pattern_agrees_with_double_precision() {
+fn phong_on_pattern_matches_f64() {
     compare_patterns::<Phong>();
 }
 
 #[test]
-fn cook_torrance_on_a_pattern_agrees_with_double_precision() {
+fn cook_torrance_on_pattern_matches_f64() {
     compare_patterns::<CookTorrance>();
 }
 
 #[test]
-fn neural_on_a_pattern_agrees_with_double_precision() {
+fn neural_on_pattern_matches_f64() {
     compare_patterns::<Neural>();
 }
 
 #[test]
-fn phong_on_draws_agrees_with_double_precision() {
+fn phong_on_draws_matches_f64() {
     compare_draws::<Phong>();
 }
 
 #[test]
-fn cook_torrance_on_draws_agrees_with_double_precision() {
+fn cook_torrance_on_draws_matches_f64() {
     compare_draws::<CookTorrance>();
 }
 
 #[test]
-fn neural_on_draws_agrees_with_double_precision() {
+fn neural_on_draws_matches_f64() {
     compare_draws::<Neural>();
 }

@@ -1,5 +1,5 @@
-//! The meta-gradient of the model Linear over a batch of materials. (`burn_witness` and
-//! `linear_differences` check that of one material.)
+//! The meta-gradient of the model Linear over a batch of materials. (`burn_reference` and `linear_finite_differences` test
+//! that of one material.)
 
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::LazyLock;
@@ -19,10 +19,10 @@ use rand_chacha::ChaCha8Rng;
 use super::pattern::{BARRIER, logits_with_one_below};
 use crate::support::{boxed, network, task_gradient, to_f64};
 
-/// The number of materials, each of which has three columns.
+/// The number of materials; each has three columns.
 pub(super) const MATERIALS: usize = 6;
 
-/// Materials that are networks, and their columns.
+/// Networks, the same networks as materials, and their columns.
 pub(super) struct Set {
     pub(super) networks: Vec<NeuralBrdf>,
     pub(super) materials: Vec<Box<dyn Material>>,
@@ -45,21 +45,20 @@ fn plan(schedule: Schedule, samples: usize) -> Plan {
     Plan::new(schedule, effort, model, samples, MATERIALS)
 }
 
-/// Asserts that slopes in single precision are these.
-fn assert_close(what: &str, found: &[f32], expected: &[f64]) {
-    assert_eq!(found.len(), expected.len(), "{what}");
-    let largest = expected.iter().fold(0.0_f64, |most, by| most.max(by.abs()));
-    for (index, (found, expected)) in to_f64(found).iter().zip(expected).enumerate() {
-        // Written so that a NaN fails as well.
-        let is_close = (found - expected).abs() <= 1e-4 * largest;
-        assert!(is_close, "{what} {index}: {found} and not {expected}");
+/// Asserts that a gradient in single precision matches the expected one.
+fn assert_close(name: &str, actual: &[f32], expected: &[f64]) {
+    assert_eq!(actual.len(), expected.len(), "{name}");
+    let largest = expected.iter().fold(0.0_f64, |max, by| max.max(by.abs()));
+    for (index, (actual, expected)) in to_f64(actual).iter().zip(expected).enumerate() {
+        // This form also fails for NaN.
+        let is_close = (actual - expected).abs() <= 1e-4 * largest;
+        assert!(is_close, "{name} {index}: {actual} instead of {expected}");
     }
 }
 
-/// A batch's gradient is the mean of its tasks', each with the basis of the other folds' materials; a sample
-/// below the horizon has the barrier's slopes.
+/// Each task uses the basis of the other folds' materials. A sample below the horizon has the gradient of the barrier.
 #[test]
-fn a_batch_has_the_mean_of_its_tasks_gradients_and_the_barrier() {
+fn batch_gradient_is_the_mean_of_its_tasks_plus_the_barrier() {
     const COMPONENTS: usize = 5;
     const SEED: u64 = 3;
     const FOLDS: usize = 5;
@@ -91,11 +90,11 @@ fn a_batch_has_the_mean_of_its_tasks_gradients_and_the_barrier() {
         let count = if seed % 2 == 0 { 7 } else { 3 };
         let logits = logits_with_one_below(count, &mut random);
         let pattern = Pattern::from_logits(logits.as_flattened());
-        let places: Vec<Angles<f64>> = pattern
+        let valid_angles: Vec<Angles<f64>> = pattern
             .valid_angles()
             .map(|at| angles_to_f64(&at))
             .collect();
-        assert_eq!(places.len(), count);
+        assert_eq!(valid_angles.len(), count);
         let range = 0.5_f32.ln()..100.0_f32.ln();
         let log_precision = [0.0; COMPONENTS].map(|_| random.random_range(range.clone()));
         let precision = log_precision.map(|log| f64::from(log).exp());
@@ -106,21 +105,21 @@ fn a_batch_has_the_mean_of_its_tasks_gradients_and_the_barrier() {
                 (random.random_range(0..MATERIALS), directions)
             })
             .collect();
-        let found = objective.batch_gradient(&pattern, &log_precision, &tasks);
-        let (found, gradient) = found.expect("it can be factorized");
+        let result = objective.batch_gradient(&pattern, &log_precision, &tasks);
+        let (batch_loss, gradient) = result.expect("the system is regular");
         assert!(gradient.initial.is_empty());
 
         let (mut loss, mut by_precision) = (0.0, [0.0; COMPONENTS]);
         let mut by_angles = vec![[0.0; 3]; count];
         for (material, directions) in &tasks {
-            let (basis, of_fold) = &folds[material % FOLDS];
+            let (outer_basis, basis) = &folds[material % FOLDS];
             let outer = OuterSamples {
-                basis,
+                basis: outer_basis,
                 directions,
                 values: &values[*material],
             };
             let network = &set.networks[*material];
-            let task = task_gradient(network, of_fold, &places, &precision, &outer);
+            let task = task_gradient(network, basis, &valid_angles, &precision, &outer);
             let share = 1.0 / tasks.len() as f64;
             loss += share * task.loss;
             for ((sum, by), p) in by_precision
@@ -135,34 +134,39 @@ fn a_batch_has_the_mean_of_its_tasks_gradients_and_the_barrier() {
                 *sum += share * by;
             }
         }
-        let error = f64::from(found) - loss;
-        assert!(error.abs() < 1e-6, "seed {seed}: the loss is {error:e} off");
-        let what = format!("seed {seed}, logarithm of precision");
-        assert_close(&what, &gradient.hyperparameters, &by_precision);
+        let error = f64::from(batch_loss) - loss;
+        assert!(
+            error.abs() < 1e-6,
+            "seed {seed}: the error of the loss is {error:e}"
+        );
+        let name = format!("seed {seed}, logarithm of precision");
+        assert_close(&name, &gradient.hyperparameters, &by_precision);
 
         // theta = range sigmoid(logit)
-        let mut of_valid = by_angles.into_iter();
+        let mut valid_gradients = by_angles.into_iter();
         let all = pattern.angles().iter().zip(pattern.valid());
         let by_logits: Vec<[f64; 3]> = all
             .map(|(angles, is_valid)| {
                 let at = [angles.theta_h, angles.theta_d, angles.phi_d].map(f64::from);
                 let by_angles = match is_valid {
-                    true => of_valid.next().expect("it was measured"),
+                    true => valid_gradients
+                        .next()
+                        .expect("one gradient per valid sample"),
                     false => [2.0 * BARRIER * at[0], 2.0 * BARRIER * at[1], 0.0],
                 };
                 let ranges = [FRAC_PI_2, FRAC_PI_2, PI];
                 [0, 1, 2].map(|i| by_angles[i] * at[i] * (1.0 - at[i] / ranges[i]))
             })
             .collect();
-        let what = format!("seed {seed}, logit");
-        assert_close(&what, &gradient.pattern, by_logits.as_flattened());
+        let name = format!("seed {seed}, logit");
+        assert_close(&name, &gradient.pattern, by_logits.as_flattened());
     }
 }
 
-/// A pattern of one sample may go below the horizon on its way. Nothing is measured then, and the
-/// barrier alone pulls it back: no number goes missing.
+/// A pattern of one sample may move below the horizon during training. Without a measurement, the fit is the mean, and the
+/// barrier is the only gradient.
 #[test]
-fn linear_without_a_sample_above_the_horizon_is_the_mean_and_is_pulled_back() {
+fn batch_gradient_without_valid_samples_is_the_barrier() {
     let set = &*SET;
     let plan = plan(Schedule::Paper, 1);
     let objective = LinearObjective::new(&set.materials, &set.columns, Prior::PAPER, &plan, 3);
@@ -177,15 +181,15 @@ fn linear_without_a_sample_above_the_horizon_is_the_mean_and_is_pulled_back() {
     let tasks = [(0, vec![0, 1, 2]), (1, vec![3])];
     let (loss, gradient) = objective
         .batch_gradient(&pattern, &log_precision, &tasks)
-        .expect("it is no error");
+        .expect("a pattern without valid samples is permitted");
     assert!(loss.is_finite() && loss > 0.0, "{loss}");
     assert!(gradient.hyperparameters.iter().all(|slope| *slope == 0.0));
     let [theta_h, theta_d, phi_d] = gradient.pattern[..] else {
-        panic!("one sample has three logits");
+        panic!("one sample must have three logits");
     };
     assert!(
         theta_h > 0.0 && theta_d > 0.0,
-        "Adam goes down: {theta_h}, {theta_d}"
+        "descent must reduce both angles: {theta_h}, {theta_d}"
     );
     assert_eq!(phi_d, 0.0);
 }

@@ -1,5 +1,5 @@
-//! The gradient of the model Linear's loss against central differences: basis look-ups, measurements,
-//! mapping, ridge solve and outer loss, written a second time on numbers that record their kinks.
+//! The gradient of the model Linear's loss against central differences. Basis lookup, measurement, mapping, ridge solve and
+//! outer loss are implemented again here, on numbers that record branches.
 
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::linear::{EPSILON, map, unmap};
@@ -19,7 +19,7 @@ use rand_chacha::ChaCha8Rng;
 use super::linear::{MATERIALS, SET};
 use crate::support::{angles_from_array, task_gradient};
 
-/// A network's BRDF, every branch on the way recorded.
+/// Returns a network's BRDF, and records each branch.
 fn brdf(network: &NeuralBrdf, at: &HalfDifference<Traced>) -> [Traced; 3] {
     let weights = network.parameters().iter();
     let weights = weights.map(|weight| Traced((*weight).into()));
@@ -32,7 +32,7 @@ fn traced(at: HalfDifference<f64>) -> HalfDifference<Traced> {
     HalfDifference { hx, hz, dx, dy, dz }
 }
 
-/// Records a number as the branches that lead to it.
+/// Records the bits of a number as branches.
 fn record(number: usize) {
     for bit in 0..usize::BITS {
         let sign = if number >> bit & 1 == 1 { 1.0 } else { -1.0 };
@@ -40,63 +40,62 @@ fn record(number: usize) {
     }
 }
 
-/// The basis at a place: mean, median BRDF, weight and components.
-struct Place {
+/// A row of the basis: mean, median BRDF, weight and components at a direction.
+struct BasisRow {
     mean: Traced,
     median: Traced,
     weight: Traced,
-    row: Vec<f64>,
+    components: Vec<f64>,
 }
 
-fn place(basis: &Basis, angles: [f64; 3]) -> Place {
-    // The cell that the place is in: interpolation has kinks at its faces.
+fn basis_row(basis: &Basis, angles: [f64; 3]) -> BasisRow {
+    // The cell of the direction: interpolation has kinks at the faces of cells.
     record(Grid::corners(angles_from_array(angles))[0].node);
-    let found = basis.look_up(angles_from_array(angles));
+    let values = basis.look_up(angles_from_array(angles));
     let at = traced(HalfDifference::from_angles(angles_from_array(angles)));
     let weight = at.cos_theta_i() * at.cos_theta_o();
-    // ln(median w + e) undone.
-    let above = Traced(found.log_median[0]).exp() - Traced(EPSILON);
-    Place {
-        mean: Traced(found.mean[0]),
-        median: above.relu() / weight,
+    // The inverse of ln(median w + e).
+    let median = Traced(values.log_median[0]).exp() - Traced(EPSILON);
+    BasisRow {
+        mean: Traced(values.mean[0]),
+        median: median.relu() / weight,
         weight,
-        row: found.components.iter().map(|entry| entry[0]).collect(),
+        components: values.components.iter().map(|entry| entry[0]).collect(),
     }
 }
 
-/// One material, and where and how it is measured and judged.
+/// The measurement and the outer loss of one material.
 #[derive(Clone, Copy)]
 struct Task<'a> {
     network: &'a NeuralBrdf,
     basis: &'a Basis,
-    /// Where the loss is taken, and the material there.
+    /// The directions of the outer loss, and the material's BRDF at them.
     outer: &'a [Angles<f32>],
     values: &'a [[f32; 3]],
     directions: &'a [u32],
 }
 
 impl Task<'_> {
-    /// The outer loss for samples at these angles, every branch on the way recorded.
+    /// Returns the outer loss of samples at these angles, and records each branch.
     fn loss(&self, samples: &[[f64; 3]], precision: &[f64]) -> Traced {
-        let places: Vec<Place> = samples
+        let rows: Vec<BasisRow> = samples
             .iter()
-            .map(|each| place(self.basis, *each))
+            .map(|each| basis_row(self.basis, *each))
             .collect();
         let (count, components) = (samples.len(), precision.len());
-        let a = DMatrix::from_fn(count, components, |j, k| places[j].row[k]);
+        let a = DMatrix::from_fn(count, components, |j, k| rows[j].components[k]);
         let mapped: Vec<[f64; 3]> = samples
             .iter()
-            .zip(&places)
-            .map(|(angles, place)| {
+            .zip(&rows)
+            .map(|(angles, row)| {
                 let at = traced(HalfDifference::from_angles(angles_from_array(*angles)));
-                brdf(self.network, &at)
-                    .map(|brdf| (map(brdf, place.median, place.weight) - place.mean).0)
+                brdf(self.network, &at).map(|brdf| (map(brdf, row.median, row.weight) - row.mean).0)
             })
             .collect();
         let normal =
             a.transpose() * &a + DMatrix::from_diagonal(&DVector::from_row_slice(precision));
         let right = a.transpose() * DMatrix::from_fn(count, 3, |j, channel| mapped[j][channel]);
-        let coefficients = normal.lu().solve(&right).expect("it is regular");
+        let coefficients = normal.lu().solve(&right).expect("the system is regular");
 
         let share = Traced(1.0 / (3.0 * self.directions.len() as f64));
         let mut loss = Traced(0.0);
@@ -104,15 +103,22 @@ impl Task<'_> {
             let index = *direction as usize;
             let angles = angles_to_f64(&self.outer[index]);
             let at = traced(HalfDifference::from_angles(angles));
-            let place = place(self.basis, [angles.theta_h, angles.theta_d, angles.phi_d]);
+            let basis_row = basis_row(self.basis, [angles.theta_h, angles.theta_d, angles.phi_d]);
             let modeled = [0, 1, 2].map(|channel| {
-                // Training keeps these rows in single precision.
-                let row = place.row.iter().map(|entry| f64::from(*entry as f32));
+                // Training stores these rows in single precision.
+                let row = basis_row
+                    .components
+                    .iter()
+                    .map(|entry| f64::from(*entry as f32));
                 let sum: f64 = row
                     .zip(coefficients.column(channel).iter())
                     .map(|(a, c)| a * c)
                     .sum();
-                unmap(Traced(sum) + place.mean, place.median, place.weight)
+                unmap(
+                    Traced(sum) + basis_row.mean,
+                    basis_row.median,
+                    basis_row.weight,
+                )
             });
             let measured = self.values[index].map(|value| Traced(value.into()));
             loss = loss
@@ -124,7 +130,7 @@ impl Task<'_> {
     }
 }
 
-/// Precisions between 0.5 and 100.
+/// Returns random precisions between 0.5 and 100.
 fn precisions(components: usize, random: &mut ChaCha8Rng) -> Vec<f64> {
     let range = 0.5_f64.ln()..100.0_f64.ln();
     (0..components)
@@ -132,7 +138,7 @@ fn precisions(components: usize, random: &mut ChaCha8Rng) -> Vec<f64> {
         .collect()
 }
 
-/// Compares the slopes of one material's loss, in double precision, for n samples and m components.
+/// Compares the gradient of one material's loss with differences, in double precision, for n samples and m components.
 fn compare(samples: usize, components: usize) {
     let set = &*SET;
     let all: Vec<usize> = (0..set.columns.count()).collect();
@@ -161,15 +167,16 @@ fn compare(samples: usize, components: usize) {
             .map(|angles| [angles.theta_h, angles.theta_d, angles.phi_d])
             .collect();
 
-        let places: Vec<Angles<f64>> = pattern.iter().copied().map(angles_from_array).collect();
-        let judge = OuterBasis::new(basis.clone(), &outer);
-        let judged = OuterSamples {
-            basis: &judge,
+        let sample_angles: Vec<Angles<f64>> =
+            pattern.iter().copied().map(angles_from_array).collect();
+        let outer_basis = OuterBasis::new(basis.clone(), &outer);
+        let outer_samples = OuterSamples {
+            basis: &outer_basis,
             directions: &directions,
             values: &values,
         };
         let network = &set.networks[index];
-        let found = task_gradient(network, &basis, &places, &precision, &judged);
+        let gradient = task_gradient(network, &basis, &sample_angles, &precision, &outer_samples);
 
         let task = Task {
             network,
@@ -180,52 +187,55 @@ fn compare(samples: usize, components: usize) {
         };
         let expected = task.loss(&pattern, &precision).0;
         assert!(
-            (found.loss - expected).abs() < 1e-11,
-            "{} and not {expected}",
-            found.loss
+            (gradient.loss - expected).abs() < 1e-11,
+            "{} instead of {expected}",
+            gradient.loss
         );
-        let check = |outcome: Result<(), String>| {
-            if let Err(error) = outcome {
+        let check = |result: Result<(), String>| {
+            if let Err(error) = result {
                 panic!("n = {samples}, m = {components}, seed {seed}, {error}");
             }
         };
-        let scale = scale_of(found.by_angles.as_flattened());
-        for (index, slope) in found.by_angles.as_flattened().iter().enumerate() {
-            let what = format!("angle {index}");
-            check(by_angles.compare(&what, *slope, scale, |offset| {
+        let scale = scale_of(gradient.by_angles.as_flattened());
+        for (index, slope) in gradient.by_angles.as_flattened().iter().enumerate() {
+            let name = format!("angle {index}");
+            check(by_angles.compare(&name, *slope, scale, |offset| {
                 let mut pattern = pattern.clone();
                 pattern[index / 3][index % 3] += offset;
                 task.loss(&pattern, &precision)
             }));
         }
-        let logarithmic = found.by_precision.iter().zip(&precision);
+        let logarithmic = gradient.by_precision.iter().zip(&precision);
         let slopes: Vec<f64> = logarithmic.map(|(slope, p)| slope * p).collect();
         let scale = scale_of(&slopes);
         for (index, slope) in slopes.iter().enumerate() {
-            let what = format!("ln of precision {index}");
-            check(by_precision.compare(&what, *slope, scale, |offset| {
+            let name = format!("ln of precision {index}");
+            check(by_precision.compare(&name, *slope, scale, |offset| {
                 let mut precision = precision.clone();
                 precision[index] *= offset.exp();
                 task.loss(&pattern, &precision)
             }));
         }
     }
-    let name = format!("linear, n = {samples}, m = {components}");
-    by_angles.conclude(&format!("{name}, by angles"), SEEDS * 3 * samples * 9 / 10);
+    let problem = format!("linear, n = {samples}, m = {components}");
+    by_angles.conclude(
+        &format!("{problem}, by angles"),
+        SEEDS * 3 * samples * 9 / 10,
+    );
     by_precision.conclude(
-        &format!("{name}, by precisions"),
+        &format!("{problem}, by precisions"),
         SEEDS * components * 9 / 10,
     );
 }
 
 #[test]
-fn linear_agrees_with_differences_where_samples_are_few() {
+fn linear_matches_finite_differences_for_few_samples() {
     compare(3, 5);
     compare(8, 12);
 }
 
 #[test]
-fn linear_agrees_with_differences_where_samples_are_many() {
+fn linear_matches_finite_differences_for_many_samples() {
     compare(8, 5);
     compare(20, 12);
     compare(5, 5);

@@ -1,5 +1,7 @@
-//! The meta-gradient on lanes, on any number of threads, by a pattern's logits and over a batch. (`burn_reference`
-//! compares it with an independent program, `finite_differences` and `linear_finite_differences` with finite_differences of the loss.)
+//! The meta-gradient on lanes, on different numbers of threads, by a pattern's logits, and over a batch.
+//!
+//! `finite_differences` and `linear_finite_differences` compare it with differences of the loss, and `burn_reference` with
+//! an independent implementation.
 
 mod completion;
 mod determinism;

@@ -1,4 +1,4 @@
-//! A pattern: its logits, what is measured at it, and the gradient by logits.
+//! Patterns: logits, measurements, and the gradient by logits.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -17,7 +17,7 @@ use crate::support::{angles_from_array, network, to_f64};
 
 pub(crate) const BARRIER: f64 = 0.005;
 
-/// Angles of a sample's logits.
+/// Returns the angles of a sample's logits.
 fn angles(logits: [f64; 3]) -> [f64; 3] {
     let ranges = [FRAC_PI_2, FRAC_PI_2, PI];
     std::array::from_fn(|i| ranges[i] / (1.0 + (-logits[i]).exp()))
@@ -31,8 +31,8 @@ fn is_valid(logits: [f64; 3]) -> bool {
     at(logits).cos_theta_i() > 0.0 && at(logits).cos_theta_o() > 0.0
 }
 
-/// The augmentation of the first of two materials with the other.
-fn varied(
+/// Returns the BRDF of the first material, augmented with the second.
+fn augmented(
     materials: [&dyn Material; 2],
     augmentation: &Augmentation,
     logits: [f64; 3],
@@ -51,10 +51,10 @@ fn varied(
     })
 }
 
-/// Valid samples and one whose directions are below the horizon, as logits.
+/// Returns the logits of valid samples and of one sample below the horizon.
 pub(crate) fn logits_with_one_below(valid: usize, random: &mut ChaCha8Rng) -> Vec<[f32; 3]> {
-    let places = sobol_valid(valid, random.random()).into_iter();
-    let mut logits: Vec<_> = places.map(logits_from_angles).collect();
+    let valid_samples = sobol_valid(valid, random.random()).into_iter();
+    let mut logits: Vec<_> = valid_samples.map(logits_from_angles).collect();
     let below = [
         random.random_range(1.5..2.5),
         random.random_range(1.5..2.5),
@@ -64,9 +64,9 @@ pub(crate) fn logits_with_one_below(valid: usize, random: &mut ChaCha8Rng) -> Ve
     logits
 }
 
-/// A varied measurement holds the samples above the horizon, in equal weights, with the values of the augmentation.
+/// Samples below the horizon are excluded.
 #[test]
-fn a_varied_measurement_has_the_values_of_the_variation_in_equal_weights() {
+fn augmented_measurement_has_augmented_values_and_equal_weights() {
     for seed in 0..20 {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let network = network(&mut random);
@@ -81,16 +81,16 @@ fn a_varied_measurement_has_the_values_of_the_variation_in_equal_weights() {
         let valid: Vec<[f64; 3]> = wide.filter(|logits| is_valid(*logits)).collect();
         assert_eq!((samples.len(), valid.len()), (7, 7));
         for (sample, logits) in samples.iter().zip(valid) {
-            let (found, expected) = (sample.at, at(logits));
+            let (actual, expected) = (sample.at, at(logits));
             let coordinates = |at: HalfDifference<f64>| [at.hx, at.hz, at.dx, at.dy, at.dz];
-            for (found, expected) in coordinates(found).into_iter().zip(coordinates(expected)) {
-                assert!((found - expected).abs() < 1e-6, "seed {seed}: {sample:?}");
+            for (actual, expected) in coordinates(actual).into_iter().zip(coordinates(expected)) {
+                assert!((actual - expected).abs() < 1e-6, "seed {seed}: {sample:?}");
             }
-            let expected = varied(materials, &augmentation, logits);
-            for (found, expected) in sample.measured.into_iter().zip(expected) {
+            let expected = augmented(materials, &augmentation, logits);
+            for (actual, expected) in sample.measured.into_iter().zip(expected) {
                 assert!(
-                    (found - expected).abs() <= 1e-4 * expected.abs(),
-                    "seed {seed}: {found} and not {expected}"
+                    (actual - expected).abs() <= 1e-4 * expected.abs(),
+                    "seed {seed}: {actual} instead of {expected}"
                 );
             }
             assert!((sample.weight - 1.0 / 21.0).abs() < 1e-8);
@@ -113,30 +113,30 @@ fn random_gradient(random: &mut ChaCha8Rng) -> SampleGradient<Octet> {
 }
 
 #[test]
-fn an_invalid_sample_has_the_barrier_s_slope_and_nothing_else() {
+fn invalid_sample_has_the_gradient_of_the_barrier() {
     let mut random = ChaCha8Rng::seed_from_u64(1);
     let logits = logits_with_one_below(7, &mut random);
     let pattern = Pattern::from_logits(logits.as_flattened());
     let measured = pattern.measure(&Procedural::new(0, 0));
-    // Whatever the gradient by the samples is.
+    // The gradient by the samples must not matter.
     let by_logits = to_f64(&measured.gradient_by_logits(&[random_gradient(&mut random)]));
-    let mut places = logits.iter().map(|each| each.map(f64::from));
-    let index = places.clone().position(|logits| !is_valid(logits));
+    let mut samples = logits.iter().map(|each| each.map(f64::from));
+    let index = samples.clone().position(|logits| !is_valid(logits));
     let index = index.expect("a sample is below the horizon");
-    let [theta_h, theta_d, _] = angles(places.nth(index).expect("it is there"));
+    let [theta_h, theta_d, _] = angles(samples.nth(index).expect("the index is valid"));
     // d(0.005 theta^2) / d(logit), theta = pi/2 sigmoid(logit)
     let slope = |theta: f64| 2.0 * BARRIER * theta * theta * (1.0 - theta / FRAC_PI_2);
     let expected = [slope(theta_h), slope(theta_d), 0.0];
-    for (found, expected) in by_logits[3 * index..].iter().zip(expected) {
-        assert!((found - expected).abs() <= 1e-6 * expected);
+    for (actual, expected) in by_logits[3 * index..].iter().zip(expected) {
+        assert!((actual - expected).abs() <= 1e-6 * expected);
     }
     let barrier = BARRIER * (theta_h * theta_h + theta_d * theta_d);
     assert!((f64::from(pattern.barrier()) - barrier).abs() < 1e-6 * barrier);
 }
 
-/// Whatever the gradient by places is, its chain to the logits is right.
+/// Tests the chain rule from directions to logits with random gradients by the directions.
 #[test]
-fn the_chain_carries_places() {
+fn gradient_by_logits_follows_the_chain_rule() {
     let mut largest = 0.0_f64;
     for seed in 0..50 {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
@@ -144,29 +144,29 @@ fn the_chain_carries_places() {
         let pattern = Pattern::from_logits(logits.as_flattened());
         let by = random_gradient(&mut random);
         let measured = pattern.measure(&network(&mut random));
-        let found = to_f64(&measured.gradient_by_logits(&[by]));
+        let by_logits = to_f64(&measured.gradient_by_logits(&[by]));
 
-        let found = found.as_chunks::<3>().0.iter();
-        for (lane, (found, logits)) in found.zip(&logits).enumerate() {
+        let by_logits = by_logits.as_chunks::<3>().0.iter();
+        for (lane, (actual, logits)) in by_logits.zip(&logits).enumerate() {
             let logits = logits.map(f64::from);
             if !is_valid(logits) {
                 continue;
             }
-            // Places, each times its slope.
+            // The sum of coordinates times their derivatives.
             let product = |logits: [f64; 3]| {
                 let at = at(logits);
-                let place = [at.hx, at.hz, at.dx, at.dy, at.dz];
+                let coordinates = [at.hx, at.hz, at.dx, at.dy, at.dz];
                 let slopes = [by.at.hx, by.at.hz, by.at.dx, by.at.dy, by.at.dz];
-                let places = place.iter().zip(slopes);
-                places.map(|(x, by)| x * f64::from(by.0[lane])).sum::<f64>()
+                let terms = coordinates.iter().zip(slopes);
+                terms.map(|(x, by)| x * f64::from(by.0[lane])).sum::<f64>()
             };
-            for (i, found) in found.iter().enumerate() {
+            for (i, actual) in actual.iter().enumerate() {
                 let at = |offset: f64| {
                     let mut logits = logits;
                     logits[i] += offset;
                     product(logits)
                 };
-                let error = (found - (at(1e-4) - at(-1e-4)) / 2e-4).abs();
+                let error = (actual - (at(1e-4) - at(-1e-4)) / 2e-4).abs();
                 largest = largest.max(error);
                 assert!(
                     error < 1e-4,
@@ -175,23 +175,23 @@ fn the_chain_carries_places() {
             }
         }
     }
-    println!("the chain to the logits: largest error {largest:.1e}");
+    println!("chain rule to the logits: largest error {largest:.1e}");
 }
 
 #[test]
-fn angles_and_logits_are_each_other_s_inverse() {
-    for place in sobol_valid(1000, 1) {
-        let logits = logits_from_angles(place);
-        let found = angles_from_logits(logits);
+fn angles_and_logits_round_trip() {
+    for original in sobol_valid(1000, 1) {
+        let logits = logits_from_angles(original);
+        let actual = angles_from_logits(logits);
         let expected = angles(logits.map(f64::from));
-        let found = [found.theta_h, found.theta_d, found.phi_d];
-        let place = [place.theta_h, place.theta_d, place.phi_d];
+        let actual = [actual.theta_h, actual.theta_d, actual.phi_d];
+        let original = [original.theta_h, original.theta_d, original.phi_d];
         let ranges = [FRAC_PI_2, FRAC_PI_2, PI];
         for i in 0..3 {
-            assert!((f64::from(found[i]) - expected[i]).abs() < 1e-6);
-            // Within a thousandth of the ends, angles are moved inside.
-            let moved = f64::from(place[i]).clamp(1e-3 * ranges[i], (1.0 - 1e-3) * ranges[i]);
-            assert!((f64::from(found[i]) - moved).abs() < 1e-6);
+            assert!((f64::from(actual[i]) - expected[i]).abs() < 1e-6);
+            // Angles within 0.001 of the ends of the range are clamped.
+            let clamped = f64::from(original[i]).clamp(1e-3 * ranges[i], (1.0 - 1e-3) * ranges[i]);
+            assert!((f64::from(actual[i]) - clamped).abs() < 1e-6);
         }
     }
 }
