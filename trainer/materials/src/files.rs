@@ -262,8 +262,8 @@ mod tests {
         ] {
             let error = result.unwrap_err();
             assert_eq!(error.kind(), io::ErrorKind::NotADirectory);
-            let named = file.display().to_string();
-            assert!(error.to_string().contains(&named), "{error}");
+            let path = file.display().to_string();
+            assert!(error.to_string().contains(&path), "{error}");
         }
         assert!(has_content(&file, b"kept"));
         for other in [&b"keep"[..], b"kept longer", b""] {
@@ -331,7 +331,7 @@ mod tests {
     #[test]
     fn failed_write_leaves_no_file() {
         let scratch = tempfile::tempdir().unwrap();
-        let directory = scratch.path().join("taken");
+        let directory = scratch.path().join("directory");
         std::fs::create_dir_all(directory.join("inside")).unwrap();
         assert!(write_atomic(&directory, b"one").is_err());
         assert_eq!(std::fs::read_dir(scratch.path()).unwrap().count(), 1);

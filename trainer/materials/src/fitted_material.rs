@@ -211,7 +211,7 @@ impl FittedMaterial {
         read_fields(path).is_ok()
     }
 
-    /// Returns the path of `material.json` in a directory, or None if there is no such file.
+    /// Returns the path of `material.json` in a directory, or None if the file does not exist.
     pub(super) fn find_in(directory: &Path) -> Option<PathBuf> {
         let path = directory.join(FILE_NAME);
         path.is_file().then_some(path)

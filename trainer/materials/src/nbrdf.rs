@@ -194,12 +194,12 @@ fn read_npy(path: &Path, shape: &[u64]) -> Result<Vec<f32>, SourceError> {
             array.order()
         )));
     }
-    let kind = array.dtype().descr();
+    let descr = array.dtype().descr();
     // The header states the byte order, and `npyz` converts big-endian values.
-    if !["'<f4'", "'>f4'"].contains(&&kind[..]) {
+    if !["'<f4'", "'>f4'"].contains(&&descr[..]) {
         return Err(damaged(format!(
             "its `descr` is {}, and must be that of 32-bit floats ('<f4'); save it that way with numpy.save",
-            escaped(&kind)
+            escaped(&descr)
         )));
     }
     let values = shape.iter().product::<u64>() as usize * size_of::<f32>();

@@ -132,9 +132,9 @@ mod tests {
         for name in ["README.md", "a.binary", "a_fc1.npy", "no-ending"] {
             std::fs::write(at(name), "").unwrap();
         }
-        let found = || SkippedEntries::scan(scratch.path()).unwrap();
-        assert!(found().is_empty());
-        assert_eq!(found().to_string(), "");
+        let scan = || SkippedEntries::scan(scratch.path()).unwrap();
+        assert!(scan().is_empty());
+        assert_eq!(scan().to_string(), "");
         for name in ["B.BSDF", "c.Binary", "mean.npy", ".bsdf"] {
             std::fs::write(at(name), "").unwrap();
         }
@@ -147,9 +147,9 @@ mod tests {
             uppercase: ["B.BSDF", "c.Binary"].map(str::to_owned).into(),
             unrecognized: [".bsdf", "mean.npy"].map(str::to_owned).into(),
         };
-        assert_eq!(found(), expected);
+        assert_eq!(scan(), expected);
         // The fourth directory exceeds `MAX_NAMES`.
-        let text = found().to_string();
+        let text = scan().to_string();
         for name in ["s1", "s2", "s3", "B.BSDF", "c.Binary", ".bsdf", "mean.npy"] {
             assert!(text.contains(name), "no {name} in {text}");
         }
@@ -165,12 +165,15 @@ mod tests {
         for name in [&b"gr\xfcn.binary"[..], b"gr\xfcn.txt"] {
             std::fs::write(scratch.path().join(OsStr::from_bytes(name)), "").unwrap();
         }
-        let found = SkippedEntries::scan(scratch.path()).unwrap();
+        let skipped = SkippedEntries::scan(scratch.path()).unwrap();
         let expected = SkippedEntries {
             not_utf8: vec!["gr\u{fffd}n.binary".to_owned()],
             ..SkippedEntries::default()
         };
-        assert_eq!(found, expected);
-        assert!(found.to_string().contains("gr\u{fffd}n.binary"), "{found}");
+        assert_eq!(skipped, expected);
+        assert!(
+            skipped.to_string().contains("gr\u{fffd}n.binary"),
+            "{skipped}"
+        );
     }
 }

@@ -6,13 +6,13 @@ use super::table::{Basis, Reconstruction};
 /// The number of coefficients does not match the basis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "{found} coefficients, and this basis needs {expected}; use the basis of the recipe of the fit, and all coefficients"
+    "{actual} coefficients, and this basis needs {expected}; use the basis of the recipe of the fit, and all coefficients"
 )]
 pub struct CoefficientCountError {
     /// Three times the number of the basis's components.
     pub expected: usize,
     /// The number of coefficients.
-    pub found: usize,
+    pub actual: usize,
 }
 
 impl Basis {
@@ -25,7 +25,7 @@ impl Basis {
         if values.len() != 3 * components {
             return Err(CoefficientCountError {
                 expected: 3 * components,
-                found: values.len(),
+                actual: values.len(),
             });
         }
         let channel = |index: usize| {

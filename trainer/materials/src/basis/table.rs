@@ -40,8 +40,8 @@ pub enum BasisError {
     },
     /// The file is damaged, or is not the basis of the recipe.
     #[error(
-        "{} is not the basis of this recipe ({what}); put the file that was written with the \
-         recipe beside it", path.display()
+        "{} is not the basis of this recipe ({what}); replace it with the file that was written with the recipe",
+        path.display()
     )]
     Damaged {
         /// The file.

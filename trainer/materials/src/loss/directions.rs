@@ -6,7 +6,7 @@ use glimpse_core::geometry::{Angles, HalfDifference};
 
 /// The number of directions of the loss.
 pub const DIRECTIONS: usize = 40_503;
-/// The number of candidates, of which [`DIRECTIONS`] are valid.
+/// The number of candidates. [`DIRECTIONS`] of them are valid.
 const CANDIDATES: u32 = 65_536;
 /// The plastic ratio: the root x of x^3 = x + 1. 1/x and 1/x^2 are the steps of an additive recurrence that fills the unit
 /// square evenly (the R2 sequence).
@@ -92,10 +92,10 @@ mod tests {
                 let inside = |point: &&[f64; 3]| point.iter().zip(corner).all(|(x, end)| *x < end);
                 points.iter().filter(inside).count() as f64 / points.len() as f64
             };
-            let (found, expected) = (fraction(&points), fraction(&grid));
+            let (actual, expected) = (fraction(&points), fraction(&grid));
             assert!(
-                (found - expected).abs() < 0.02 * expected,
-                "{corner:?}: {found}, {expected}"
+                (actual - expected).abs() < 0.02 * expected,
+                "{corner:?}: {actual}, {expected}"
             );
         }
     }

@@ -14,10 +14,10 @@ const CHANNELS: [&str; 3] = ["red", "green", "blue"];
 #[derive(Debug, thiserror::Error)]
 pub enum TabulateError {
     /// The number of values differs from that of [`table_nodes`].
-    #[error("{found} values for {expected} directions; give one for each, in their order")]
+    #[error("{actual} values for {expected} directions; give one for each, in their order")]
     Count {
         /// The number of values.
-        found: usize,
+        actual: usize,
         /// The number of directions.
         expected: usize,
     },
@@ -93,7 +93,7 @@ impl MerlTable {
         let nodes: Vec<_> = indexed_nodes().collect();
         if nodes.len() != brdf.len() {
             return Err(TabulateError::Count {
-                found: brdf.len(),
+                actual: brdf.len(),
                 expected: nodes.len(),
             });
         }
@@ -187,7 +187,7 @@ mod tests {
             Err(error) => error,
         };
         let error = rejection(&brdf[1..]);
-        assert!(matches!(error, TabulateError::Count { found, .. } if found == count - 1));
+        assert!(matches!(error, TabulateError::Count { actual, .. } if actual == count - 1));
         for invalid in [f32::INFINITY, -1.0, -1e-9] {
             brdf[3][1] = invalid;
             let error = rejection(&brdf);

@@ -163,7 +163,11 @@ impl Densities {
     /// Maps a point so that the density becomes uniform. The new y is the integral below the row, and the new x is the
     /// fraction of the row's integral before the point.
     #[inline(always)]
-    pub(super) fn make_uniform<S: RealScalar>(&self, point: [S; 2], position: &SlicePosition<S>) -> [S; 2] {
+    pub(super) fn make_uniform<S: RealScalar>(
+        &self,
+        point: [S; 2],
+        position: &SlicePosition<S>,
+    ) -> [S; 2] {
         let TableShape { columns, rows } = self.grid;
         let cell = Cell::new(point, self.grid);
         // Density and integrals, interpolated between the two slices.
@@ -187,7 +191,10 @@ impl Densities {
         let row_integral = mix(low, high, cell.y);
         // A row without density is never sampled, and its points are mapped to x = 0.
         let divisor = row_integral.if_positive(row_integral, S::constant(1.0));
-        [integral_before / divisor, below + cell.y * trapezoid(low, high, cell.y)]
+        [
+            integral_before / divisor,
+            below + cell.y * trapezoid(low, high, cell.y),
+        ]
     }
 
     /// Returns the points that the mapping of the first slice takes to the nodes of a grid of `side` x `side` nodes, x

@@ -14,9 +14,9 @@
 //! BRDF times cos(theta_o) = M(s) D / (4 sigma), clamped to at least 0, because interpolation of the measurement may be
 //! negative. It is not reciprocal.
 
-mod real_scalar;
 mod distribution;
 mod normals;
+mod real_scalar;
 mod sample_point;
 mod tensor_file;
 #[cfg(test)]
@@ -31,8 +31,8 @@ use std::path::Path;
 
 use glimpse_core::geometry::{Angles, HalfDifference};
 
+use self::distribution::{Cell, Densities, SlicePosition, TableShape};
 use self::real_scalar::{RealScalar, unit_theta};
-use self::distribution::{SlicePosition, Cell, Densities, TableShape};
 use self::tensor_file::TensorFile;
 use super::mapped::map;
 use super::name;

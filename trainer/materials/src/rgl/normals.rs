@@ -48,12 +48,17 @@ impl Normals {
         for (value, theta) in normals.iter_mut().zip(&thetas) {
             let lower_limit = MIN_NDF * theta.cos().max(MIN_COSINE);
             // The area is 0 for a black BRDF.
-            let normalized = if total_area > 0.0 { *value / total_area } else { 0.0 };
+            let normalized = if total_area > 0.0 {
+                *value / total_area
+            } else {
+                0.0
+            };
             *value = normalized.max(lower_limit);
         }
         let sigma = (0..SIGMA.columns).into_par_iter();
-        let sigma = sigma
-            .map(|column| projected_area(&normals, &thetas, theta(coordinate(column, SIGMA.columns))) as f32);
+        let sigma = sigma.map(|column| {
+            projected_area(&normals, &thetas, theta(coordinate(column, SIGMA.columns))) as f32
+        });
         let twice = |row: Vec<f32>| row.repeat(2);
         Ok(Self {
             ndf: twice(normals.iter().map(|value| *value as f32).collect()),

@@ -70,7 +70,10 @@ impl<'a> TensorFile<'a> {
         for _ in 0..count {
             let (name, field) = header.field(bytes.len())?;
             if fields.insert(name, field).is_some() {
-                return Err(format!("it has two fields named {}; get it again", escaped(name)));
+                return Err(format!(
+                    "it has two fields named {}; get it again",
+                    escaped(name)
+                ));
             }
         }
         let file = Self { bytes, fields };
@@ -259,7 +262,7 @@ impl<'a> Header<'a> {
                 escaped(&format!("{shape:?}"))
             )
         })?;
-        // A dimension exceeds the length of the file only if there are no values.
+        // Only a field without values can have a dimension above the length of the file.
         let shape = shape.into_iter().map(|length| length as usize).collect();
         Ok((
             name,

@@ -7,7 +7,7 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::Tensors;
-use super::distribution::{SlicePosition, Densities, TableShape};
+use super::distribution::{Densities, SlicePosition, TableShape};
 use glimpse_kernels::Dual;
 
 /// Returns tables of independent random values.
@@ -81,7 +81,10 @@ fn derivatives_agree_with_differences() {
             }
         }
     }
-    assert!(above_horizon > 5_000, "{above_horizon} directions above the horizon");
+    assert!(
+        above_horizon > 5_000,
+        "{above_horizon} directions above the horizon"
+    );
     assert!(
         at_kinks * 200 < compared,
         "{at_kinks} kinks, {compared} compared"

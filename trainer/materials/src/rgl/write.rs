@@ -14,9 +14,9 @@
 
 use rayon::prelude::*;
 
-use super::real_scalar::unit_theta;
 use super::distribution::{Cell, Densities, TableShape};
 use super::normals::{NDF, Normals, SIGMA};
+use super::real_scalar::unit_theta;
 use super::sample_point::{SamplePoint, coordinate, luminance, solid_angle, times_cosine};
 use super::tensor_file::{Values, write};
 use crate::{Brdf, NotFinite};
@@ -43,8 +43,9 @@ pub fn to_rgl(description: &str, brdf: &(impl Brdf + ?Sized)) -> Result<Vec<u8>,
         .map(|theta| Slice::new(brdf, f64::from(*theta), &normals))
         .collect::<Result<_, _>>()?;
     let nodes = theta_i.len();
-    let joined =
-        |field: fn(&Slice) -> &Vec<f32>| -> Vec<f32> { slices.iter().flat_map(field).copied().collect() };
+    let joined = |field: fn(&Slice) -> &Vec<f32>| -> Vec<f32> {
+        slices.iter().flat_map(field).copied().collect()
+    };
     let (vndf, luminance, rgb) = (
         joined(|slice| &slice.vndf),
         joined(|slice| &slice.luminance),
@@ -122,10 +123,16 @@ struct Slice {
 }
 
 impl Slice {
-    fn new(brdf: &(impl Brdf + ?Sized), theta_i: f64, normals: &Normals) -> Result<Self, NotFinite> {
+    fn new(
+        brdf: &(impl Brdf + ?Sized),
+        theta_i: f64,
+        normals: &Normals,
+    ) -> Result<Self, NotFinite> {
         let ndf = |point: [f64; 2]| NDF.evaluate(&normals.ndf, &Cell::new(point, NDF));
-        let area: f64 =
-            SIGMA.evaluate(&normals.sigma, &Cell::new([unit_theta(theta_i), 0.5], SIGMA));
+        let area: f64 = SIGMA.evaluate(
+            &normals.sigma,
+            &Cell::new([unit_theta(theta_i), 0.5], SIGMA),
+        );
         let vndf = node_density(theta_i, ndf);
         let points = Densities::new(VNDF, vndf.clone()).grid_points(SIDE);
         let directions: Vec<SamplePoint> = points
@@ -191,10 +198,8 @@ fn node_density(theta_i: f64, ndf: impl Fn([f64; 2]) -> f64) -> Vec<f32> {
         })
         .unzip();
     let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
-    let [visible_scale, constant_scale] = [
-        VISIBLE / mean(&visible),
-        (1.0 - VISIBLE) / mean(&constant),
-    ];
+    let [visible_scale, constant_scale] =
+        [VISIBLE / mean(&visible), (1.0 - VISIBLE) / mean(&constant)];
     let both = visible.iter().zip(&constant);
     both.map(|(visible, constant)| (visible_scale * visible + constant_scale * constant) as f32)
         .collect()
@@ -204,6 +209,6 @@ fn node_density(theta_i: f64, ndf: impl Fn([f64; 2]) -> f64) -> Vec<f32> {
 /// the BRDF times cosine is nearly 0 and relative errors are large.
 fn horizon_weight(cos_o: f64) -> f64 {
     let above = 1.0 / (1.0 + (-(cos_o + 0.12) / 0.04).exp());
-    let near = 1.5 * (-(cos_o / 0.2).powi(2)).exp();
-    (0.05 + above) * (1.0 + near)
+    let near_horizon = 1.5 * (-(cos_o / 0.2).powi(2)).exp();
+    (0.05 + above) * (1.0 + near_horizon)
 }

@@ -82,10 +82,10 @@ mod tests {
             let directions = angles.iter().copied().map(HalfDifference::from_angles);
             directions.filter(condition).count() as f32 / angles.len() as f32
         };
-        let near = fraction(&|at| at.cos_theta_o() > 0.5_f32.sqrt());
+        let within_45 = fraction(&|at| at.cos_theta_o() > 0.5_f32.sqrt());
         // Half of the disc is within 45 degrees of its center, and a quarter of the sky has cos(theta_i) above 0.75.
         let high = fraction(&|at| at.cos_theta_i() > 0.75);
-        assert!((near - 0.5).abs() < 0.02, "{near}");
+        assert!((within_45 - 0.5).abs() < 0.02, "{within_45}");
         assert!((high - 0.25).abs() < 0.02, "{high}");
         assert!(
             angles

@@ -1,5 +1,4 @@
-//! Every reader, and every length that a file may be cut to: one message with the file, what is wrong and the
-//! remedy, and never a part of a file taken for the whole.
+//! Damaged files of every format: each is rejected with one message that names the file, the defect and what to do.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -14,7 +13,7 @@ use crate::folder::{self, Folder};
 use crate::rgl::isotropic;
 use crate::{angles, network};
 
-/// A file's name, its valid bytes, and how it is read.
+/// A file's name, its valid bytes, and its reader.
 struct Case {
     name: &'static str,
     bytes: Vec<u8>,
@@ -26,13 +25,17 @@ const PAB: &str = "#sample_name \"card\"\n#colorimetry: CIE-XYZ\n#format: theta 
                    10 90 0.13 0.14 0.15\n";
 
 fn cases() -> Vec<Case> {
-    let values = vec![0.25; ModelKind::Phong.parameters().expect("it has some")];
-    let fitted = FittedBrdf::new(ModelKind::Phong, values, None).expect("as many values");
+    let count = ModelKind::Phong.parameters();
+    let values = vec![0.25; count.expect("the model has parameters")];
+    let fitted = FittedBrdf::new(ModelKind::Phong, values, None);
+    let fitted = fitted.expect("the number of values is right");
     let fitted = FittedMaterial::new("felt".into(), fitted);
-    let nothing = BTreeMap::<&str, &str>::new();
-    let json = fitted.expect("it is one").to_json(None, nothing);
+    let metadata = BTreeMap::<&str, &str>::new();
+    let json = fitted
+        .expect("the values are finite")
+        .to_json(None, metadata);
     let [_, (_, b1), ..] = to_nbrdf(network(1).parameters());
-    let json = json.expect("it is JSON").into_bytes();
+    let json = json.expect("the material is serialized").into_bytes();
     let case = |name, bytes, read| Case { name, bytes, read };
     vec![
         case("felt.bsdf", isotropic(), |path| {
@@ -50,7 +53,8 @@ fn cases() -> Vec<Case> {
     ]
 }
 
-/// The message about a file that is damaged; its siblings, of a network, are there.
+/// Returns the description of a damaged file's defect, or None if the file can be read. The other files of a network are
+/// valid.
 fn damage(case: &Case, bytes: &[u8]) -> Option<String> {
     let folder = Folder::new();
     if case.name.ends_with(".npy") {
@@ -63,62 +67,65 @@ fn damage(case: &Case, bytes: &[u8]) -> Option<String> {
 }
 
 #[test]
-fn no_length_but_its_own_is_a_file() {
+fn rejects_every_other_length() {
     for case in &cases() {
-        let (name, whole) = (case.name, &case.bytes[..]);
-        assert_eq!(damage(case, whole), None, "{name}");
-        // The line break after a JSON may be missing.
-        let needless = usize::from(name == "material.json");
-        for length in 0..whole.len() - needless {
-            let what = damage(case, &whole[..length]);
+        let (name, valid) = (case.name, &case.bytes[..]);
+        assert_eq!(damage(case, valid), None, "{name}");
+        // The line break at the end of JSON is optional.
+        let optional = usize::from(name == "material.json");
+        for length in 0..valid.len() - optional {
+            let what = damage(case, &valid[..length]);
             assert!(
                 what.is_some(),
                 "{name}: {length} of {} bytes are read",
-                whole.len()
+                valid.len()
             );
         }
-        for more in [&b"0"[..], b"0\n", &[0; 8]] {
-            let what = damage(case, &[whole, more].concat());
-            assert!(what.is_some(), "{name}: {more:?} more are read");
+        for suffix in [&b"0"[..], b"0\n", &[0; 8]] {
+            let what = damage(case, &[valid, suffix].concat());
+            assert!(
+                what.is_some(),
+                "{name}: a file with {suffix:?} appended is read"
+            );
         }
     }
 }
 
 #[test]
-fn no_byte_takes_a_reader_further_than_a_message() {
+fn changed_bytes_are_read_or_rejected() {
     for case in &cases() {
-        let (mut read, mut refused) = (0, 0);
-        for place in 0..case.bytes.len().min(600) {
+        let (mut read, mut rejected) = (0, 0);
+        for index in 0..case.bytes.len().min(600) {
             for change in [0x01, 0x20, 0x80, 0xff] {
                 let mut other = case.bytes.clone();
-                other[place] ^= change;
+                other[index] ^= change;
                 match damage(case, &other) {
                     None => read += 1,
-                    Some(_) => refused += 1,
+                    Some(_) => rejected += 1,
                 }
             }
         }
-        println!("{}: {refused} refused, {read} read", case.name);
+        println!("{}: {rejected} rejected, {read} read", case.name);
         assert!(
-            refused > 100 && read > 0,
-            "{}: {refused}, {read}",
+            rejected > 100 && read > 0,
+            "{}: {rejected}, {read}",
             case.name
         );
     }
 }
 
 #[test]
-fn other_dialects_are_named_with_what_they_say() {
+fn error_names_the_invalid_field_and_value() {
     let cases = cases();
     let case = |name: &str| {
         let case = cases.iter().find(|case| case.name == name);
-        case.expect("it is there")
+        case.expect("the case exists")
     };
     let array = |from: &str, to: &str| {
         let bytes = &case("felt_b1.npy").bytes;
         let mut windows = bytes[..128].windows(from.len());
         let at = windows.position(|window| window == from.as_bytes());
-        let at = at.expect("it is in the header");
+        let at = at.expect("the header contains the text");
         let mut other = bytes.clone();
         other.splice(at..at + from.len(), to.bytes());
         other
@@ -131,7 +138,7 @@ fn other_dialects_are_named_with_what_they_say() {
     let mut big_endian = case("felt.bsdf").bytes.clone();
     big_endian[14..18].reverse();
     let long = "x".repeat(100_000);
-    for (name, bytes, named) in [
+    for (name, bytes, words) in [
         (
             "felt_b1.npy",
             array("<f4", "<f8"),
@@ -176,20 +183,20 @@ fn other_dialects_are_named_with_what_they_say() {
         ),
         ("material.json", json("0.25", "1e300"), &["0", "values"]),
     ] {
-        let what = damage(case(name), &bytes).expect("it is refused");
-        assert_names(&what, named);
+        let what = damage(case(name), &bytes).expect("the file is rejected");
+        assert_names(&what, words);
         assert!(what.len() < 500, "{} bytes of {name}", what.len());
     }
 }
 
-/// What a stranger's file names is read no further than it may reach.
+/// An untrusted file may refer to an endless device.
 #[cfg(unix)]
 #[test]
-fn a_device_is_no_basis() {
+fn rejects_a_device_as_basis() {
     let text = r#"{"format": "glimpse-material", "version": 1, "name": "felt", "model": "linear",
         "basis": {"file": "/dev/zero", "checksum": "00000001"}, "values": [1, 1, 1]}"#;
     let folder = Folder::new();
     let path = folder.write("material.json", text);
-    let error = FittedMaterial::read(&path).expect_err("it is refused");
+    let error = FittedMaterial::read(&path).expect_err("the file is rejected");
     assert_names(&error.to_string(), &["/dev/zero"]);
 }

@@ -1,4 +1,4 @@
-//! The derivatives of networks, as materials, against central differences.
+//! Derivatives of network materials against central differences.
 
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::{Model, Neural, NeuralParameters, ParameterSet};
@@ -8,7 +8,7 @@ use glimpse_materials::sampling::uniform_valid;
 
 use crate::network;
 
-/// The network's BRDF in double precision, every branch recorded.
+/// Returns the network's BRDF in f64, with every branch recorded.
 fn brdf(weights: &NeuralParameters<f32>, [theta_h, theta_d, phi_d]: [f64; 3]) -> [Traced; 3] {
     let theta = parameters(
         weights.iter().map(|value| Traced((*value).into())),
@@ -24,24 +24,24 @@ fn brdf(weights: &NeuralParameters<f32>, [theta_h, theta_d, phi_d]: [f64; 3]) ->
 }
 
 #[test]
-fn a_network_s_derivatives_agree_with_differences() {
-    // Single precision is all that the derivatives are found in.
+fn network_derivatives_agree_with_differences() {
+    // The derivatives are computed in f32.
     let mut differences = Differences::new(2e-4, 1e-4);
     for seed in 0..20 {
         let network = network(seed);
         for angles in uniform_valid(100, seed) {
             let (values, derivative) = network.brdf_with_derivative(angles);
             assert_eq!(values, network.brdf(angles));
-            let place = [angles.theta_h, angles.theta_d, angles.phi_d].map(f64::from);
+            let center = [angles.theta_h, angles.theta_d, angles.phi_d].map(f64::from);
             let slopes = derivative.map(|by_angles| by_angles.map(f64::from));
             let scale = 100.0 * scale_of(slopes.as_flattened());
             for (channel, by_angles) in slopes.iter().enumerate() {
                 for (i, slope) in by_angles.iter().enumerate() {
                     let outcome =
                         differences.compare(&format!("angle {i}"), *slope, scale, |offset| {
-                            let mut place = place;
-                            place[i] += offset;
-                            brdf(network.parameters(), place)[channel]
+                            let mut moved = center;
+                            moved[i] += offset;
+                            brdf(network.parameters(), moved)[channel]
                         });
                     if let Err(error) = outcome {
                         panic!("network {seed} at {angles:?}: {error}");

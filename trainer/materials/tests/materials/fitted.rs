@@ -1,4 +1,4 @@
-//! FittedBrdf materials: their file, their derivatives, and where they are found.
+//! Fitted materials: their file, derivatives, and discovery in directories.
 
 use std::fs;
 use std::sync::LazyLock;
@@ -13,7 +13,7 @@ use rand_chacha::ChaCha8Rng;
 use crate::common::assert_names;
 use crate::folder::Folder;
 
-/// Four components of which each node has other values.
+/// A basis of four components with different values at each node.
 static BASIS: LazyLock<Basis> = LazyLock::new(|| {
     let node = |node: usize| {
         let wave = |k: f32| 0.1 * (k * node as f32).sin();
@@ -35,11 +35,12 @@ fn fitted(model: ModelKind, seed: u64) -> FittedMaterial {
     let values = (0..count).map(|_| random.random_range(-0.5..0.5_f32));
     let name = format!("{model} {seed}");
     let fitted = FittedBrdf::new(model, values.collect(), Some(&BASIS));
-    FittedMaterial::new(name, fitted.expect("as many values")).expect("it is finite")
+    FittedMaterial::new(name, fitted.expect("the number of values is right"))
+        .expect("the values are finite")
 }
 
 #[test]
-fn what_is_written_is_read_again_bit_by_bit() {
+fn file_keeps_every_bit() {
     let scratch = Folder::new();
     let bytes = BASIS.to_bytes();
     scratch.write("a.basis", &bytes);
@@ -47,32 +48,38 @@ fn what_is_written_is_read_again_bit_by_bit() {
     for (seed, model) in (0..).zip(MODELS) {
         let material = fitted(model, seed);
         let basis = (model == ModelKind::Linear).then_some(&basis);
-        let about = serde_json::json!({ "residual": 0.5 });
+        let metadata = serde_json::json!({ "residual": 0.5 });
         let folder = scratch.at(model.name());
-        fs::create_dir(&folder).expect("it is made");
-        let text = material.to_json(basis, about).expect("it is JSON");
+        fs::create_dir(&folder).expect("the directory is created");
+        let text = material
+            .to_json(basis, metadata)
+            .expect("the material is serialized");
         let path = scratch.write(&format!("{model}/material.json"), text);
 
         // By its file, by its folder, and by the folder above, by the name that it has.
         for source in [&path, &folder] {
             let source = Source(source.display().to_string());
-            let found = source.load().expect("it loads");
-            let [found] = &found[..] else {
+            let loaded = source.load().expect("the source is loaded");
+            let [loaded] = &loaded[..] else {
                 panic!("not one material in {source}")
             };
-            assert_eq!(found.name(), format!("{model} {seed}"));
+            assert_eq!(loaded.name(), format!("{model} {seed}"));
             for angles in uniform_valid(200, seed) {
-                assert_eq!(found.brdf(angles), material.brdf(angles));
+                assert_eq!(loaded.brdf(angles), material.brdf(angles));
             }
-            let files = source.files().expect("they are there");
+            let files = source.files().expect("the files are listed");
             assert_eq!(files.len(), if basis.is_some() { 2 } else { 1 });
         }
-        let found = FittedMaterial::read(&path).expect("it is read");
-        assert_eq!(found.fitted(), material.fitted());
+        let read = FittedMaterial::read(&path).expect("the file is read");
+        assert_eq!(read.fitted(), material.fitted());
     }
     let all = Source(scratch.path().display().to_string());
-    assert_eq!(all.load().expect("they load").len(), 4);
-    assert!(all.skipped_entries().expect("it can be listed").is_empty());
+    assert_eq!(all.load().expect("the directory is loaded").len(), 4);
+    assert!(
+        all.skipped_entries()
+            .expect("the directory is listed")
+            .is_empty()
+    );
 }
 
 #[test]
@@ -82,7 +89,9 @@ fn derivatives_agree_with_differences() {
         let mut wrong = 0;
         for angles in uniform_valid(200, seed) {
             let (value, slopes) = material.brdf_with_derivative(angles);
-            let scale = value.iter().fold(0.1_f32, |most, f| most.max(f.abs()));
+            let scale = value
+                .iter()
+                .fold(0.1_f32, |largest, f| largest.max(f.abs()));
             let step = 2e-3_f32;
             let moved = |axis: usize, step: f32| {
                 let mut angles = angles;
@@ -99,55 +108,55 @@ fn derivatives_agree_with_differences() {
             });
             for (axis, by_axis) in differences.into_iter().enumerate() {
                 for (difference, slopes) in by_axis.into_iter().zip(slopes) {
-                    let apart = (difference - slopes[axis]).abs();
-                    wrong += usize::from(apart > 0.02 * (slopes[axis].abs() + scale));
+                    let error = (difference - slopes[axis]).abs();
+                    wrong += usize::from(error > 0.02 * (slopes[axis].abs() + scale));
                 }
             }
         }
         println!("{model}: {wrong} of 1800");
-        // Where a step leads over a kink: of a network, and of an interpolation, which has many.
-        let most = if model == ModelKind::Linear { 450 } else { 90 };
-        assert!(wrong < most, "{model}: {wrong} of 1800");
+        // Steps across a kink have large errors. Networks have kinks, and interpolation has many.
+        let max_wrong = if model == ModelKind::Linear { 450 } else { 90 };
+        assert!(wrong < max_wrong, "{model}: {wrong} of 1800");
     }
 }
 
 #[test]
-fn what_is_damaged_is_named() {
+fn error_names_the_invalid_field() {
     let folder = Folder::new();
     let json = |model, basis: Option<&BasisFile>| {
         let json = fitted(model, 1).to_json(basis, serde_json::json!({}));
-        json.expect("it is JSON")
+        json.expect("the material is serialized")
     };
-    let good = json(ModelKind::Phong, None);
+    let valid = json(ModelKind::Phong, None);
     let basis = BasisFile::new("none.basis".to_owned(), 7);
     let linear = json(ModelKind::Linear, Some(&basis));
-    for (text, named) in [
+    for (text, words) in [
         ("{".to_owned(), &[][..]),
         (
-            good.replace("glimpse-material", "other"),
+            valid.replace("glimpse-material", "other"),
             &["format", "glimpse-material"],
         ),
-        (good.replace("\"version\": 1", "\"version\": 2"), &["2"]),
-        (good.replace("phong 1", "../phong"), &["name", "../phong"]),
-        (good.replace("\"phong\"", "\"blinn\""), &["model", "blinn"]),
+        (valid.replace("\"version\": 1", "\"version\": 2"), &["2"]),
+        (valid.replace("phong 1", "../phong"), &["name", "../phong"]),
+        (valid.replace("\"phong\"", "\"blinn\""), &["model", "blinn"]),
         (
-            good.replace("\"phong\"", "\"neural\""),
+            valid.replace("\"phong\"", "\"neural\""),
             &["values", "675", "7"],
         ),
-        (good.replace("\"phong\"", "\"linear\""), &["basis"]),
-        (good.replacen("[\n    ", "[\n    1e99, ", 1), &["values"]),
+        (valid.replace("\"phong\"", "\"linear\""), &["basis"]),
+        (valid.replacen("[\n    ", "[\n    1e99, ", 1), &["values"]),
         (linear.clone(), &["none.basis"]),
         (linear.replace("00000007", "seven"), &["checksum"]),
     ] {
         let path = folder.write("material.json", text);
-        let error = FittedMaterial::read(&path).expect_err("it is damaged");
+        let error = FittedMaterial::read(&path).expect_err("the file is damaged");
         assert!(matches!(
             &error,
             SourceError::Damaged { .. } | SourceError::Read { .. }
         ));
         assert_names(&error.to_string(), &["material.json"]);
-        assert_names(&error.to_string(), named);
+        assert_names(&error.to_string(), words);
     }
-    let path = folder.write("material.json", good);
+    let path = folder.write("material.json", valid);
     assert!(FittedMaterial::read(&path).is_ok());
 }

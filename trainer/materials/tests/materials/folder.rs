@@ -1,4 +1,4 @@
-//! A temporary folder of files of materials, and what reading them comes to.
+//! A temporary directory of material files, and helpers to read them.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -6,12 +6,12 @@ use std::path::{Path, PathBuf};
 use glimpse_materials::{Material, NeuralBrdf, Source, SourceError, to_nbrdf};
 use tempfile::TempDir;
 
-/// A temporary folder, in which files have names.
+/// A temporary directory.
 pub(crate) struct Folder(TempDir);
 
 impl Folder {
     pub(crate) fn new() -> Self {
-        Self(tempfile::tempdir().expect("a temporary directory"))
+        Self(tempfile::tempdir().expect("a temporary directory is created"))
     }
 
     pub(crate) fn path(&self) -> &Path {
@@ -22,26 +22,26 @@ impl Folder {
         self.path().join(name)
     }
 
-    /// Writes a file; returns its path.
+    /// Writes a file and returns its path.
     pub(crate) fn write(&self, name: &str, bytes: impl AsRef<[u8]>) -> PathBuf {
-        fs::write(self.at(name), bytes).expect("it is written");
+        fs::write(self.at(name), bytes).expect("the file is written");
         self.at(name)
     }
 
-    /// Writes a network's six files as the code under test does.
+    /// Writes a network's six files with the code under test.
     pub(crate) fn write_network(&self, name: &str, network: &NeuralBrdf) {
-        for (ending, bytes) in to_nbrdf(network.parameters()) {
-            self.write(&format!("{name}{ending}"), bytes);
+        for (suffix, bytes) in to_nbrdf(network.parameters()) {
+            self.write(&format!("{name}{suffix}"), bytes);
         }
     }
 }
 
-/// The materials of a source.
+/// Reads the materials of a source.
 pub(crate) fn load(path: &Path) -> Result<Vec<Box<dyn Material>>, SourceError> {
     Source(path.display().to_string()).load()
 }
 
-/// The message about a file that is damaged, which names it; None if it is read.
+/// Returns the description of a damaged file's defect, or None if the file can be read.
 pub(crate) fn damage<T>(read: Result<T, SourceError>, file: &Path) -> Option<String> {
     match read.err()? {
         SourceError::Damaged { path, what } => {

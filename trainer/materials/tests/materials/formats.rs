@@ -1,4 +1,4 @@
-//! What is written is read again: how much is lost, and which format a file has whatever it is called.
+//! Accuracy of written files, and detection of formats.
 
 use std::f32::consts::{FRAC_PI_2, PI};
 use std::fs;
@@ -14,46 +14,45 @@ use glimpse_materials::{
 use crate::common::assert_names;
 use crate::folder::{Folder, damage, load};
 use crate::rgl::isotropic;
-use crate::{Made, network};
+use crate::{FunctionMaterial, network};
 
 /// Reads the bytes of a tensor file.
 fn measurement(bytes: &[u8]) -> RglMeasurement {
     let folder = Folder::new();
     let path = folder.write("written_rgb.bsdf", bytes);
-    RglMeasurement::read(&path).expect("it is read")
+    RglMeasurement::read(&path).expect("the file is read")
 }
 
-/// The message about a file with this name and these bytes.
-fn refusal(name: &str, bytes: &[u8]) -> String {
+/// Returns the description of the defect of a file with this name and these bytes.
+fn defect(name: &str, bytes: &[u8]) -> String {
     let folder = Folder::new();
     let path = folder.write(name, bytes);
-    damage(load(&path), &path).expect("it is refused")
+    damage(load(&path), &path).expect("the file is rejected")
 }
 
 #[test]
-fn a_tensor_file_is_the_brdf_but_for_little() {
+fn tensor_file_is_close_to_the_brdf() {
     let mut losses = Vec::new();
     for material in &Procedural::set(12, 5) {
-        let bytes = to_rgl("made up", material as &dyn Material).expect("it is finite");
+        let bytes = to_rgl("test", material as &dyn Material).expect("the BRDF is finite");
         let read = measurement(&bytes);
         losses.push(loss_between(&read as &dyn Material, material));
-        // What the loss hardly looks at: light that leaves along the surface, beside that which
-        // leaves upwards.
-        let (mut error, mut whole) = (0.0, 0.0);
+        // Grazing outgoing directions have little weight in the loss.
+        let (mut error, mut total) = (0.0, 0.0);
         for angles in uniform_valid(20_000, 6) {
             let at = HalfDifference::from_angles(angles);
             if !(0.01..0.1).contains(&at.cos_theta_o()) {
                 continue;
             }
-            let [expected, found] = [material.brdf(angles), read.brdf(angles)];
-            for (expected, found) in expected.iter().zip(found) {
-                error += f64::from((found - expected).abs());
-                whole += f64::from(*expected);
+            let [expected, actual] = [material.brdf(angles), read.brdf(angles)];
+            for (expected, actual) in expected.iter().zip(actual) {
+                error += f64::from((actual - expected).abs());
+                total += f64::from(*expected);
             }
         }
         assert!(
-            error < 0.03 * whole,
-            "{}: {error} of {whole}",
+            error < 0.03 * total,
+            "{}: {error} of {total}",
             material.name()
         );
     }
@@ -63,25 +62,26 @@ fn a_tensor_file_is_the_brdf_but_for_little() {
 }
 
 #[test]
-fn nothing_is_black_in_every_format() {
-    let black = Made(|_| [0.0; 3]);
+fn black_brdf_stays_black() {
+    let black = FunctionMaterial(|_| [0.0; 3]);
     let black: &dyn Material = &black;
-    let read = measurement(&to_rgl("black", black).expect("it is finite"));
+    let read = measurement(&to_rgl("black", black).expect("the BRDF is finite"));
     assert_eq!(loss_between(&read as &dyn Material, black), 0.0);
-    let table = to_merl(black).expect("it is finite");
+    let table = to_merl(black).expect("the BRDF is finite");
     let values = table[12..].as_chunks().0.iter().copied();
     let mut values = values.map(f64::from_le_bytes);
     assert!(values.all(|value| [0.0, -1.0].contains(&value)));
 }
 
 #[test]
-fn what_is_not_finite_is_not_written() {
-    let broken =
-        Made(|angles: Angles<f32>| [0.1, 0.1, if angles.theta_h > 0.5 { f32::NAN } else { 0.1 }]);
-    let broken: &dyn Material = &broken;
+fn rejects_non_finite_brdf() {
+    let nan_material = FunctionMaterial(|angles: Angles<f32>| {
+        [0.1, 0.1, if angles.theta_h > 0.5 { f32::NAN } else { 0.1 }]
+    });
+    let nan_material: &dyn Material = &nan_material;
     for error in [
-        to_rgl("", broken).expect_err("NaN"),
-        to_merl(broken).expect_err("NaN"),
+        to_rgl("", nan_material).expect_err("the BRDF is NaN"),
+        to_merl(nan_material).expect_err("the BRDF is NaN"),
     ] {
         let [theta_h, ..] = error.angles;
         assert!(
@@ -92,22 +92,22 @@ fn what_is_not_finite_is_not_written() {
 }
 
 #[test]
-fn a_network_is_the_same_to_the_bit() {
+fn network_files_keep_every_bit() {
     let folder = Folder::new();
     let network = network(4);
     folder.write_network("felt", &network);
-    let read = NeuralBrdf::read(&folder.at("felt_fc1.npy")).expect("it is read");
+    let read = NeuralBrdf::read(&folder.at("felt_fc1.npy")).expect("the file is read");
     let [read, written] = [&read, &network].map(|network| network.parameters().iter());
     assert!(read.map(|x| x.to_bits()).eq(written.map(|x| x.to_bits())));
 }
 
 #[test]
-fn nodes_of_a_table_are_the_brdf() {
+fn merl_nodes_hold_the_brdf() {
     let material = Procedural::set(4, 9).remove(3);
-    let table = to_merl(&material as &dyn Material).expect("it is finite");
+    let table = to_merl(&material as &dyn Material).expect("the BRDF is finite");
     let (values, _) = table[12..].as_chunks();
     let scale = [1.0, 1.15, 1.66].map(|factor| factor / 1500.0);
-    let mut above = 0;
+    let mut compared = 0;
     for h in (0..90).step_by(7) {
         for d in (0..90).step_by(5) {
             for phi in (0..180).step_by(11) {
@@ -121,47 +121,47 @@ fn nodes_of_a_table_are_the_brdf() {
                 if at.cos_theta_i().min(at.cos_theta_o()) < 1e-6 {
                     continue;
                 }
-                above += 1;
+                compared += 1;
                 let brdf = material.brdf(angles);
                 for (channel, (expected, scale)) in brdf.iter().zip(scale).enumerate() {
                     let index = phi + 180 * (d + 90 * h) + channel * 90 * 90 * 180;
-                    let found = f64::from_le_bytes(values[index]) * scale;
-                    let error = (found / f64::from(*expected) - 1.0).abs();
-                    // In f32, both angles and values.
-                    assert!(error < 2e-6, "{found} and {expected} at {angles:?}");
+                    let stored = f64::from_le_bytes(values[index]) * scale;
+                    let error = (stored / f64::from(*expected) - 1.0).abs();
+                    // Angles and values are rounded to f32.
+                    assert!(error < 2e-6, "{stored} and {expected} at {angles:?}");
                 }
             }
         }
     }
-    assert!(above > 1000, "{above} nodes");
+    assert!(compared > 1000, "{compared} nodes");
 }
 
 #[test]
-fn a_format_is_told_by_what_is_in_a_file() {
+fn detects_format_from_content() {
     let folder = Folder::new();
-    write_merl(&folder.at("table"), &Made(|_| [0.1; 3])).expect("it is written");
+    write_merl(&folder.at("table"), &FunctionMaterial(|_| [0.1; 3])).expect("the file is written");
     folder.write("tensors", isotropic());
     for (file, names) in [
         ("table", ["a.binary", "b.bsdf", "c.table", "d"]),
         ("tensors", ["e.binary", "f.bsdf", "g.tensors", "h"]),
     ] {
         for name in names {
-            fs::copy(folder.at(file), folder.at(name)).expect("it is copied");
-            let read = load(&folder.at(name)).expect("it is read");
-            let without_ending = name.trim_end_matches(".binary").trim_end_matches(".bsdf");
-            assert_eq!(read[0].name(), without_ending);
+            fs::copy(folder.at(file), folder.at(name)).expect("the file is copied");
+            let read = load(&folder.at(name)).expect("the file is read");
+            let stem = name.trim_end_matches(".binary").trim_end_matches(".bsdf");
+            assert_eq!(read[0].name(), stem);
         }
     }
-    // Of a directory only what ends like a material is read.
-    let names = load(folder.path()).expect("they are read");
+    // In a directory, only files with a material's extension are read.
+    let names = load(folder.path()).expect("the directory is read");
     let names: Vec<&str> = names.iter().map(|each| each.name()).collect();
     assert_eq!(names, ["a", "b", "e", "f"]);
 }
 
 #[test]
-fn other_dialects_are_named() {
+fn error_names_unsupported_formats() {
     let zemax = b"# a comment\r\n\r\nSource  Measured\r\nSymmetry  PlaneSymmetrical\r\n";
-    for (name, bytes, named) in [
+    for (name, bytes, words) in [
         ("a.bsdf", &b"SCATFUN\x01\0\0\0\0"[..], &["layerlab"][..]),
         ("a.bsdf", zemax, &["Zemax"]),
         (
@@ -176,17 +176,17 @@ fn other_dialects_are_named() {
         ("a.binary", b"SCATFUN\x01", &["layerlab"]),
         ("a.binary", b"\0\0\0\x5a\0\0\0\x5a\0\0\0\xb4", &[]),
     ] {
-        assert_names(&refusal(name, bytes), named);
+        assert_names(&defect(name, bytes), words);
     }
 }
 
 #[test]
-fn nothing_is_allocated_on_a_header_s_word() {
-    // 4 GB of header, and 2^62 values.
+fn header_sizes_do_not_cause_allocations() {
+    // A header of 4 GB, and 2^62 values.
     let long = b"\x93NUMPY\x02\x00\xff\xff\xff\xff{'descr'";
     let many = b"\x93NUMPY\x01\x00\x76\x00{'descr': '<f4', 'fortran_order': False, 'shape': \
                  (4611686018427387904,), }";
     for bytes in [&long[..], many] {
-        refusal("felt_fc1.npy", bytes);
+        defect("felt_fc1.npy", bytes);
     }
 }

@@ -1,4 +1,4 @@
-//! Materials: look-ups, their derivatives, files, and what is said of files that are damaged.
+//! Tests of materials: look-ups, derivatives, files, and error messages for damaged files.
 
 #[path = "../../../tests/suite/common.rs"]
 mod common;
@@ -18,23 +18,23 @@ use glimpse_materials::{Material, NeuralBrdf};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-/// A network with random weights, whose outputs are on nearly everywhere.
+/// Returns a network with random weights. Its outputs are positive at nearly all directions.
 fn network(seed: u64) -> NeuralBrdf {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
-    let list = (0..Neural::PARAMETERS).map(|_| random.random_range(-1.0..1.0f32));
-    let mut weights: NeuralParameters<f32> = glimpse_gradcheck::parameters(list, 0.0);
+    let random_weights = (0..Neural::PARAMETERS).map(|_| random.random_range(-1.0..1.0f32));
+    let mut weights: NeuralParameters<f32> = glimpse_gradcheck::parameters(random_weights, 0.0);
     let scales = [0.8, 0.3, 0.4, 0.3, 0.4, 0.4];
     glimpse_gradcheck::cases::scale_layers(&mut weights, scales);
     weights[672..].iter_mut().for_each(|bias| *bias += 1.0);
     NeuralBrdf::new(format!("network-{seed}"), weights)
 }
 
-/// A material that is a function.
-struct Made<F>(F);
+/// A material given by a function.
+struct FunctionMaterial<F>(F);
 
-impl<F: Fn(Angles<f32>) -> [f32; 3] + Send + Sync> Material for Made<F> {
+impl<F: Fn(Angles<f32>) -> [f32; 3] + Send + Sync> Material for FunctionMaterial<F> {
     fn name(&self) -> &str {
-        "made"
+        "function"
     }
     fn brdf(&self, angles: Angles<f32>) -> [f32; 3] {
         self.0(angles)
@@ -44,7 +44,7 @@ impl<F: Fn(Angles<f32>) -> [f32; 3] + Send + Sync> Material for Made<F> {
     }
 }
 
-/// Angles from radians in double precision.
+/// Converts angles in radians from f64.
 fn angles([theta_h, theta_d, phi_d]: [f64; 3]) -> Angles<f32> {
     Angles {
         theta_h: theta_h as f32,

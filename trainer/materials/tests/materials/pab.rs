@@ -1,72 +1,73 @@
-//! PAB-Opto's text: read as it is written, and refused by field and line.
+//! PAB-Opto files: written and read, and errors that name field and line.
 
 use glimpse_materials::loss::loss_between;
 use glimpse_materials::{Material, PabSet, Procedural, Source, SourceError, pab_suffixes, to_pab};
 
-use crate::Made;
+use crate::FunctionMaterial;
 use crate::common::assert_names;
 use crate::folder::{Folder, damage, load};
 
 /// Writes a set of files into a folder.
 fn write(folder: &Folder, name: &str, material: &dyn Material) {
-    let texts = to_pab(name, material).expect("it is finite");
-    for (ending, text) in pab_suffixes().zip(texts) {
-        folder.write(&format!("{name}{ending}"), text);
+    let texts = to_pab(name, material).expect("the BRDF is finite");
+    for (suffix, text) in pab_suffixes().zip(texts) {
+        folder.write(&format!("{name}{suffix}"), text);
     }
 }
 
 #[test]
-fn what_is_written_is_read() {
-    // Gray, a fabric, and a highlight.
+fn written_files_are_read() {
+    // A constant BRDF, a fabric, and a material with a highlight.
     let set = Procedural::set(40, 2);
-    let of_kind = |kind: &str| set.iter().find(|each| each.name().contains(kind));
-    let [fabric, rubber] = ["fabric", "rubber"].map(|kind| of_kind(kind).expect("there is one"));
-    let gray = Made(|_| [0.3, 0.2, 0.1]);
+    let of_class = |class: &str| set.iter().find(|each| each.name().contains(class));
+    let [fabric, rubber] =
+        ["fabric", "rubber"].map(|class| of_class(class).expect("the set has all classes"));
+    let constant = FunctionMaterial(|_| [0.3, 0.2, 0.1]);
     let materials: [(&str, &dyn Material, f64); 3] = [
-        ("gray", &gray, 1e-3),
+        ("constant", &constant, 1e-3),
         ("fabric", fabric, 0.01),
         ("rubber", rubber, 0.02),
     ];
     let folder = Folder::new();
-    for (name, material, most) in materials {
+    for (name, material, max_loss) in materials {
         write(&folder, name, material);
         let path = folder.at(&format!("{name}_in40.txt"));
-        let set = PabSet::read(&path).expect("it is read");
+        let set = PabSet::read(&path).expect("the file is read");
         let loss = loss_between(&set, material);
-        assert!(loss < most, "{name}: {loss}");
+        assert!(loss < max_loss, "{name}: {loss}");
         let files = Source(path.display().to_string()).files();
-        let count = files.expect("they are listed").len();
+        let count = files.expect("the files are listed").len();
         assert_eq!(count, pab_suffixes().count());
     }
 
-    // As a material they are tabulated once more, which takes seconds.
-    let read = load(&folder.at("rubber_in00.txt")).expect("it is read");
+    // Loading as a material resamples the values, which takes seconds.
+    let read = load(&folder.at("rubber_in00.txt")).expect("the file is read");
     assert_eq!(read[0].name(), "rubber");
     let loss = loss_between(&*read[0], rubber);
     assert!(loss < 0.02, "{loss}");
 }
 
 #[test]
-fn only_files_of_the_same_sample_are_read_together() {
+fn reads_only_files_of_the_same_sample() {
     let folder = Folder::new();
-    write(&folder, "one", &Made(|_| [0.3; 3]));
-    write(&folder, "other", &Made(|_| [0.1; 3]));
+    write(&folder, "one", &FunctionMaterial(|_| [0.3; 3]));
+    write(&folder, "other", &FunctionMaterial(|_| [0.1; 3]));
     folder.write("notes.txt", "notes");
     folder.write("broken.txt", b"\xff\xfe");
     for (name, value) in [("one", 0.3), ("other", 0.1)] {
         let path = folder.at(&format!("{name}_in00.txt"));
-        let read = PabSet::read(&path).expect("it is read");
-        let loss = loss_between(&read, &Made(move |_| [value; 3]));
+        let read = PabSet::read(&path).expect("the file is read");
+        let loss = loss_between(&read, &FunctionMaterial(move |_| [value; 3]));
         assert!(loss < 1e-3, "{name}: {loss}");
     }
 }
 
 #[test]
-fn damage_is_told_by_field_and_line() {
+fn error_names_field_and_line() {
     const HEADER: &str = "#colorimetry: CIE-XYZ\n#format: theta phi BRDF\n#intheta 30\n#inphi 0\n";
     let line = "10 0 0.1 0.1 0.1\n";
     let with = |from: &str, to: &str| HEADER.replace(from, to) + line;
-    for (text, named) in [
+    for (text, words) in [
         (
             with("CIE-XYZ", "spectral"),
             &["colorimetry", "spectral"][..],
@@ -85,18 +86,18 @@ fn damage_is_told_by_field_and_line() {
         let folder = Folder::new();
         let path = folder.write("a.dat", &text);
         let what = damage(load(&path), &path);
-        assert_names(&what.unwrap_or_else(|| panic!("{text} is read")), named);
+        assert_names(&what.unwrap_or_else(|| panic!("{text} is read")), words);
     }
-    // Two azimuths, and one incidence twice.
-    for (second, named) in [
+    // Two azimuths, and two files of the same incidence.
+    for (second, words) in [
         (with("inphi 0", "inphi 90"), &["inphi", "0", "90"][..]),
         (HEADER.to_owned() + line, &["30"]),
     ] {
         let folder = Folder::new();
         let path = folder.write("a.dat", HEADER.to_owned() + line);
         folder.write("b.dat", second);
-        let error = load(&path).err().expect("it is refused");
+        let error = load(&path).err().expect("the files are rejected");
         assert!(matches!(error, SourceError::Damaged { .. }), "{error}");
-        assert_names(&error.to_string(), named);
+        assert_names(&error.to_string(), words);
     }
 }

@@ -1,4 +1,4 @@
-//! RGL's measurements: looked up against closed formulas, refused when damaged or of another kind.
+//! RGL measurements: look-ups against closed formulas, and rejection of damaged and unsupported files.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -9,11 +9,11 @@ use glimpse_materials::{Material, RglMeasurement};
 use crate::common::assert_names;
 use crate::folder::{Folder, damage};
 
-/// One field of a tensor file.
+/// A field of a tensor file.
 #[derive(Clone)]
 pub(crate) struct Field {
     name: &'static str,
-    kind: u8,
+    type_code: u8,
     shape: Vec<u64>,
     values: Vec<u8>,
 }
@@ -22,7 +22,7 @@ impl Field {
     fn floats(name: &'static str, shape: &[usize], values: &[f32]) -> Self {
         Self {
             name,
-            kind: 10,
+            type_code: 10,
             shape: shape.iter().map(|length| *length as u64).collect(),
             values: values.iter().flat_map(|v| v.to_le_bytes()).collect(),
         }
@@ -31,41 +31,40 @@ impl Field {
     fn bytes(name: &'static str, values: &[u8]) -> Self {
         Self {
             name,
-            kind: 1,
+            type_code: 1,
             shape: vec![values.len() as u64],
             values: values.to_vec(),
         }
     }
 }
 
-/// A tensor file, written out by hand; `lie` may change where a field is said to begin.
-fn tensor_file(fields: &[Field], lie: impl Fn(&str, u64) -> u64) -> Vec<u8> {
+/// Encodes a tensor file independently of the code under test. `stated_offset` maps a field's name and true offset to the
+/// offset in the header.
+fn tensor_file(fields: &[Field], stated_offset: impl Fn(&str, u64) -> u64) -> Vec<u8> {
     let header: usize = fields
         .iter()
         .map(|field| 2 + field.name.len() + 2 + 1 + 8 + 8 * field.shape.len())
         .sum();
     let mut bytes = b"tensor_file\0\x01\x00".to_vec();
     bytes.extend((fields.len() as u32).to_le_bytes());
-    let mut begin = bytes.len() + header;
+    let mut offset = bytes.len() + header;
     for field in fields {
         bytes.extend((field.name.len() as u16).to_le_bytes());
         bytes.extend(field.name.as_bytes());
         bytes.extend((field.shape.len() as u16).to_le_bytes());
-        bytes.push(field.kind);
-        bytes.extend(lie(field.name, begin as u64).to_le_bytes());
+        bytes.push(field.type_code);
+        bytes.extend(stated_offset(field.name, offset as u64).to_le_bytes());
         bytes.extend(field.shape.iter().flat_map(|length| length.to_le_bytes()));
-        begin += field.values.len();
+        offset += field.values.len();
     }
     fields.iter().for_each(|field| bytes.extend(&field.values));
     bytes
 }
 
-/// A measurement that is a closed formula: everything in it is linear in each coordinate, so that
-/// interpolation is exact.
+/// A measurement given by closed formulas. They are linear in each coordinate, so that interpolation is exact.
 ///
-/// The density of visible normals at node k of theta_i is p_k(u) q(v), p_k = 1 + b_k (2 u - 1) and
-/// q = 1 + a (2 v - 1); the mapping that makes it uniform is x = u + b_k (u^2 - u),
-/// y = v + a (v^2 - v).
+/// The density of visible normals at node k of theta_i is p_k(u) q(v), with p_k = 1 + b_k (2 u - 1) and
+/// q = 1 + a (2 v - 1). The mapping that makes it uniform is x = u + b_k (u^2 - u), y = v + a (v^2 - v).
 struct Formula;
 
 const THETA_I: [f32; 3] = [0.0, 0.6, 1.5];
@@ -86,10 +85,10 @@ impl Formula {
         0.3 + 0.1 * k + (0.2 + 0.3 * c) * x + (0.4 - 0.1 * k) * y + 0.5 * c * x * y
     }
 
-    /// Its tables for so many nodes of phi_i, all alike.
+    /// Returns the fields for the given nodes of phi_i. The tables of all phi_i are equal.
     fn fields(phi_i: &[f32]) -> Vec<Field> {
         let phis = phi_i.len();
-        // Values of a function of the unit square.
+        // Tabulates a function on the unit square.
         let table = |rows: usize, columns: usize, f: &dyn Fn(f64, f64) -> f64| -> Vec<f32> {
             (0..rows * columns)
                 .map(|index| {
@@ -101,7 +100,7 @@ impl Formula {
         };
         let density = |k: usize| {
             table(6, 9, &|u, v| {
-                // Of any scale.
+                // Densities may have any scale.
                 (k + 1) as f64 * (1.0 + B[k] * (2.0 * u - 1.0)) * (1.0 + A * (2.0 * v - 1.0))
             })
         };
@@ -120,7 +119,7 @@ impl Formula {
         ]
     }
 
-    /// The BRDF times cos(theta_o).
+    /// Returns the BRDF times cos(theta_o).
     fn evaluate(theta_i: f64, theta_h: f64, phi: f64, channel: usize) -> f64 {
         let unit = |theta: f64| (theta / FRAC_PI_2).sqrt();
         let (u, v) = (unit(theta_h), (phi + PI) / TAU);
@@ -138,51 +137,52 @@ impl Formula {
 fn read(bytes: &[u8]) -> RglMeasurement {
     let folder = Folder::new();
     let path = folder.write("formula_rgb.bsdf", bytes);
-    RglMeasurement::read(&path).expect("it is read")
+    RglMeasurement::read(&path).expect("the file is read")
 }
 
-/// Asserts that a file with these bytes is refused by its path, and that the message names these.
-fn assert_refused(bytes: &[u8], named: &[&str]) {
+/// Asserts that a file with these bytes is rejected, and that the message contains the given words.
+fn assert_rejected(bytes: &[u8], words: &[&str]) {
     let folder = Folder::new();
     let path = folder.write("formula_rgb.bsdf", bytes);
     match damage(RglMeasurement::read(&path), &path) {
-        Some(what) => assert_names(&what, named),
-        None => panic!("the damaged file was read: {named:?}"),
+        Some(what) => assert_names(&what, words),
+        None => panic!("the damaged file was read: {words:?}"),
     }
 }
 
-fn whole_file(fields: &[Field]) -> Vec<u8> {
-    tensor_file(fields, |_, at| at)
+/// Encodes a valid tensor file.
+fn valid_file(fields: &[Field]) -> Vec<u8> {
+    tensor_file(fields, |_, offset| offset)
 }
 
-/// The file of an isotropic measurement.
+/// Returns the file of an isotropic measurement.
 pub(crate) fn isotropic() -> Vec<u8> {
-    whole_file(&Formula::fields(&[0.0]))
+    valid_file(&Formula::fields(&[0.0]))
 }
 
-/// The file of one that is anisotropic.
+/// Returns the file of an anisotropic measurement.
 pub(crate) fn anisotropic() -> Vec<u8> {
-    whole_file(&Formula::fields(&[-1.0, 0.0, 1.0]))
+    valid_file(&Formula::fields(&[-1.0, 0.0, 1.0]))
 }
 
-/// The file of one that is spectral.
+/// Returns the file of a spectral measurement.
 pub(crate) fn spectral() -> Vec<u8> {
     let mut fields = Formula::fields(&[0.0]);
     let rgb = fields.iter_mut().find(|field| field.name == "rgb");
-    rgb.expect("it is there").name = "spectra";
-    whole_file(&fields)
+    rgb.expect("the field exists").name = "spectra";
+    valid_file(&fields)
 }
 
 #[test]
-fn look_ups_are_the_formula() {
+fn lookups_match_the_formula() {
     let material = read(&isotropic());
     assert_eq!(material.name(), "formula_rgb");
-    let circle = read(&whole_file(&Formula::fields(&[-3.1, 3.1])));
+    let two_phi_i = read(&valid_file(&Formula::fields(&[-3.1, 3.1])));
     let mut largest = 0.0_f64;
     for angles in uniform_valid(20_000, 1) {
-        let found = material.brdf(angles);
-        assert_eq!(found, circle.brdf(angles));
-        // In double precision, from where the angles in single precision are.
+        let brdf = material.brdf(angles);
+        assert_eq!(brdf, two_phi_i.brdf(angles));
+        // The formula in f64, at the angles rounded to f32.
         let at = HalfDifference::from_angles(glimpse_core::geometry::Angles {
             theta_h: f64::from(angles.theta_h),
             theta_d: f64::from(angles.theta_d),
@@ -197,10 +197,10 @@ fn look_ups_are_the_formula() {
         if cos_o < 1e-6 {
             continue;
         }
-        for (channel, found) in found.into_iter().enumerate() {
+        for (channel, value) in brdf.into_iter().enumerate() {
             let expected =
                 Formula::evaluate(theta_i, f64::from(angles.theta_h), phi, channel) / cos_o;
-            largest = largest.max((f64::from(found) / expected - 1.0).abs());
+            largest = largest.max((f64::from(value) / expected - 1.0).abs());
         }
     }
     println!("largest relative error: {largest:.1e}");
@@ -208,42 +208,42 @@ fn look_ups_are_the_formula() {
 }
 
 #[test]
-fn below_the_horizon_and_where_interpolation_overshoots_it_is_0() {
+fn brdf_is_0_below_the_horizon_and_for_negative_values() {
     let mut fields = Formula::fields(&[0.0]);
-    let material = read(&whole_file(&fields));
-    for place in [[1.0, 1.0, 0.0], [1.0, 1.0, PI], [1.5, 1.5, 0.1]] {
-        let (brdf, derivative) = material.brdf_with_derivative(crate::angles(place));
+    let material = read(&valid_file(&fields));
+    for below in [[1.0, 1.0, 0.0], [1.0, 1.0, PI], [1.5, 1.5, 0.1]] {
+        let (brdf, derivative) = material.brdf_with_derivative(crate::angles(below));
         assert_eq!((brdf, derivative), ([0.0; 3], [[0.0; 3]; 3]));
     }
-    // At the horizon itself what is stored is divided by next to nothing.
+    // At the horizon, stored values are divided by a cosine near 0.
     for step in -5..5 {
         let theta = PI / 4.0 + 1e-8 * f64::from(step);
         let brdf = material.brdf(crate::angles([theta, PI / 4.0, PI]));
         assert!(brdf.iter().all(|value| value.is_finite()), "{brdf:?}");
     }
     let rgb = fields.iter_mut().find(|field| field.name == "rgb");
-    *rgb.expect("it is there") = Field::floats("rgb", &[1, 3, 3, 4, 5], &[-0.01; 180]);
-    let negative = read(&whole_file(&fields));
+    *rgb.expect("the field exists") = Field::floats("rgb", &[1, 3, 3, 4, 5], &[-0.01; 180]);
+    let negative = read(&valid_file(&fields));
     let (brdf, derivative) = negative.brdf_with_derivative(crate::angles([0.3, 0.3, 0.3]));
     assert_eq!((brdf, derivative), ([0.0; 3], [[0.0; 3]; 3]));
 }
 
-/// A file in which one field is another one, or is missing.
-fn with(name: &str, field: Option<Field>) -> Vec<u8> {
+/// Returns a file with one field replaced or removed.
+fn with_field(name: &str, field: Option<Field>) -> Vec<u8> {
     let mut fields = Formula::fields(&[0.0]);
     let index = fields.iter().position(|field| field.name == name);
-    let index = index.expect("it is there");
+    let index = index.expect("the field exists");
     match field {
         Some(field) => fields[index] = field,
         None => {
             fields.remove(index);
         }
     }
-    whole_file(&fields)
+    valid_file(&fields)
 }
 
 #[test]
-fn what_its_fields_must_be_is_said() {
+fn rejects_invalid_fields() {
     let floats = |name, shape: &[usize], value: f32| {
         Some(Field::floats(
             name,
@@ -254,9 +254,9 @@ fn what_its_fields_must_be_is_said() {
     for name in [
         "phi_i", "theta_i", "sigma", "ndf", "vndf", "rgb", "jacobian",
     ] {
-        assert_refused(&with(name, None), &[name]);
+        assert_rejected(&with_field(name, None), &[name]);
     }
-    for (name, field, named) in [
+    for (name, field, words) in [
         ("ndf", floats("ndf", &[24], 1.0), &["ndf", "2", "[24]"][..]),
         (
             "jacobian",
@@ -300,28 +300,35 @@ fn what_its_fields_must_be_is_said() {
         ("rgb", floats("spectra", &[1, 3, 3, 4, 5], 1.0), &["RGB"]),
         ("description", floats("rgb", &[1], 1.0), &["rgb"]),
     ] {
-        assert_refused(&with(name, field), named);
+        assert_rejected(&with_field(name, field), words);
     }
 }
 
 #[test]
-fn lies_of_the_header_are_found() {
+fn rejects_inconsistent_headers() {
     let fields = Formula::fields(&[0.0]);
-    let whole = whole_file(&fields);
-    let length = whole.len() as u64;
-    let lie =
-        |name: &str, to: u64| tensor_file(&fields, |field, at| if field == name { to } else { at });
-    for begin in [length, length - 8, u64::MAX, u64::MAX - 95] {
-        let [begins, ends] = [begin, length].map(|number| number.to_string());
-        assert_refused(&lie("ndf", begin), &["ndf", "[3, 8]", &begins, &ends]);
+    let valid = valid_file(&fields);
+    let length = valid.len() as u64;
+    let moved = |name: &str, to: u64| {
+        tensor_file(
+            &fields,
+            |field, offset| if field == name { to } else { offset },
+        )
+    };
+    for offset in [length, length - 8, u64::MAX, u64::MAX - 95] {
+        let numbers = [offset, length].map(|number| number.to_string());
+        assert_rejected(
+            &moved("ndf", offset),
+            &["ndf", "[3, 8]", &numbers[0], &numbers[1]],
+        );
     }
-    for begin in [0, 17] {
-        assert_refused(&lie("ndf", begin), &["ndf"]);
+    for offset in [0, 17] {
+        assert_rejected(&moved("ndf", offset), &["ndf"]);
     }
     let jacobian = length - 1;
-    assert_refused(&lie("jacobian", jacobian - 1), &["jacobian", "rgb"]);
+    assert_rejected(&moved("jacobian", jacobian - 1), &["jacobian", "rgb"]);
 
-    // Shapes beyond all memory, also where their product is 0 or wraps around.
+    // Shapes that exceed memory, and products of dimensions that are 0 or overflow.
     for shape in [
         vec![u64::MAX],
         vec![1 << 32, 1 << 32],
@@ -331,23 +338,23 @@ fn lies_of_the_header_are_found() {
         let mut fields = fields.clone();
         fields[4].shape.clone_from(&shape);
         let shape = format!("{shape:?}");
-        assert_refused(&whole_file(&fields), &["ndf", &shape]);
+        assert_rejected(&valid_file(&fields), &["ndf", &shape]);
     }
-    for kind in [0, 12, 255] {
+    for type_code in [0, 12, 255] {
         let mut fields = fields.clone();
-        fields[4].kind = kind;
-        let kind = kind.to_string();
-        assert_refused(&whole_file(&fields), &["ndf", &kind]);
+        fields[4].type_code = type_code;
+        let type_code = type_code.to_string();
+        assert_rejected(&valid_file(&fields), &["ndf", &type_code]);
     }
 
     let patched = |at: usize, bytes: &[u8]| {
-        let mut file = whole.clone();
+        let mut file = valid.clone();
         file[at..at + bytes.len()].copy_from_slice(bytes);
         file
     };
-    assert_refused(&patched(3, b"z"), &[]);
-    assert_refused(&patched(12, &[2, 1]), &["2.1", "1.0"]);
-    assert_refused(&patched(18, &[255, 255]), &[]);
-    assert_refused(b"", &[]);
-    assert_refused(&patched(20, &[0xff]), &[]);
+    assert_rejected(&patched(3, b"z"), &[]);
+    assert_rejected(&patched(12, &[2, 1]), &["2.1", "1.0"]);
+    assert_rejected(&patched(18, &[255, 255]), &[]);
+    assert_rejected(b"", &[]);
+    assert_rejected(&patched(20, &[0xff]), &[]);
 }

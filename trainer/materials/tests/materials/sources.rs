@@ -1,4 +1,4 @@
-//! Where materials come from, and what is said when they do not.
+//! Sources of materials, and their errors.
 
 use std::fs;
 use std::path::Path;
@@ -20,11 +20,11 @@ const ARRAYS: [(&str, &[u64]); 6] = [
     ("b3", &[3]),
 ];
 
-/// A `.npy` file, format 1.0, written out by hand.
-fn npy(kind: &str, shape: &[u64], data: &[u8]) -> Vec<u8> {
+/// Encodes a `.npy` file of version 1.0 independently of the code under test.
+fn npy(descr: &str, shape: &[u64], data: &[u8]) -> Vec<u8> {
     let shape: String = shape.iter().map(|length| format!("{length}, ")).collect();
-    let header = format!("{{'descr': '{kind}', 'fortran_order': False, 'shape': ({shape}), }}");
-    // With the ten bytes before it and the line's end a multiple of 64 bytes.
+    let header = format!("{{'descr': '{descr}', 'fortran_order': False, 'shape': ({shape}), }}");
+    // With the ten bytes before it and the line break, the length is a multiple of 64 bytes.
     let header = format!("{header:117}\n");
     let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
     bytes.extend_from_slice(&(header.len() as u16).to_le_bytes());
@@ -40,7 +40,7 @@ fn floats(values: &[f32]) -> Vec<u8> {
         .collect()
 }
 
-/// Writes a network's six files, written out by hand.
+/// Writes a network's six files independently of the code under test.
 fn write_network(folder: &Folder, name: &str, network: &NeuralBrdf) {
     let mut rest = &network.parameters()[..];
     for ((array, shape), length) in ARRAYS.into_iter().zip(Neural::LAYERS) {
@@ -51,25 +51,25 @@ fn write_network(folder: &Folder, name: &str, network: &NeuralBrdf) {
     }
 }
 
-/// The names of the materials of a source.
+/// Returns the names of a source's materials.
 fn names(path: &Path) -> Result<Vec<String>, SourceError> {
     let materials = load(path)?;
     let names = materials.iter().map(|each| each.name().to_owned());
     Ok(names.collect())
 }
 
-/// Asserts that a source is refused for a file that is damaged, and that the message names these.
-fn assert_damaged(source: &Path, file: &Path, named: &[&str]) {
-    let what = damage(load(source), file).expect("it is refused");
-    assert_names(&what, named);
+/// Asserts that a source is rejected because of a damaged file, and that the message contains the given words.
+fn assert_damaged(source: &Path, file: &Path, words: &[&str]) {
+    let what = damage(load(source), file).expect("the source is rejected");
+    assert_names(&what, words);
 }
 
 #[test]
-fn a_directory_is_read_sorted_and_other_files_are_passed_over() {
+fn directory_is_sorted_and_other_files_are_ignored() {
     let folder = Folder::new();
     write_network(&folder, "a_late-one", &network(1));
     write_network(&folder, "an-early-one", &network(2));
-    write_merl(&folder.at("a-table.binary"), &network(3)).expect("it is written");
+    write_merl(&folder.at("a-table.binary"), &network(3)).expect("the file is written");
     folder.write("a_measurement_rgb.bsdf", isotropic());
     for other in [
         "README.md",
@@ -79,15 +79,18 @@ fn a_directory_is_read_sorted_and_other_files_are_passed_over() {
         ".bsdf",
         ".binary.swp",
     ] {
-        folder.write(other, b"something else");
+        folder.write(other, b"other content");
     }
-    fs::create_dir(folder.at("deeper.binary")).expect("it is made");
+    fs::create_dir(folder.at("deeper.binary")).expect("the directory is created");
     let expected = ["a-table", "a_late-one", "a_measurement_rgb", "an-early-one"];
-    assert_eq!(names(folder.path()).expect("they are read"), expected);
+    assert_eq!(
+        names(folder.path()).expect("the directory is read"),
+        expected
+    );
 }
 
 #[test]
-fn one_file_is_one_material_whichever_of_six_it_is() {
+fn any_file_of_a_material_loads_it() {
     let folder = Folder::new();
     let network = network(1);
     write_network(&folder, "green-felt", &network);
@@ -95,23 +98,23 @@ fn one_file_is_one_material_whichever_of_six_it_is() {
         .map(|(array, _)| folder.at(&format!("green-felt_{array}.npy")))
         .to_vec();
     for path in &paths {
-        let read = NeuralBrdf::read(path).expect("it is read");
+        let read = NeuralBrdf::read(path).expect("the file is read");
         assert_eq!(read.parameters(), network.parameters());
     }
     paths.push(folder.at("green-felt.binary"));
-    write_merl(&paths[6], &network).expect("it is written");
+    write_merl(&paths[6], &network).expect("the file is written");
     paths.push(folder.write("green-felt.bsdf", isotropic()));
     for path in paths {
-        assert_eq!(names(&path).expect("it is read"), ["green-felt"]);
+        assert_eq!(names(&path).expect("the file is read"), ["green-felt"]);
     }
 }
 
 #[test]
-fn two_of_the_same_name_are_refused() {
+fn rejects_duplicate_names() {
     let folder = Folder::new();
     folder.write("felt.bsdf", isotropic());
     write_network(&folder, "felt", &network(1));
-    let assert_twice = |expected: [&str; 2]| match names(folder.path()) {
+    let assert_duplicate = |expected: [&str; 2]| match names(folder.path()) {
         Err(SourceError::DuplicateName {
             name,
             first,
@@ -122,33 +125,33 @@ fn two_of_the_same_name_are_refused() {
         }
         other => panic!("{other:?}"),
     };
-    assert_twice(["felt.bsdf", "felt_fc1.npy"]);
-    folder.write("felt.binary", b"not even looked at");
-    assert_twice(["felt.binary", "felt.bsdf"]);
+    assert_duplicate(["felt.bsdf", "felt_fc1.npy"]);
+    folder.write("felt.binary", b"not read");
+    assert_duplicate(["felt.binary", "felt.bsdf"]);
 }
 
 #[test]
-fn measurements_of_other_kinds_are_not_left_out_in_silence() {
+fn unsupported_measurements_are_errors() {
     let folder = Folder::new();
     folder.write("a_rgb.bsdf", isotropic());
-    for (file, bytes, named) in [
+    for (file, bytes, words) in [
         ("brushed_rgb.bsdf", anisotropic(), &["3", "phi_i"][..]),
         ("a_spec.bsdf", spectral(), &["RGB"]),
     ] {
         let file = folder.write(file, bytes);
         for source in [folder.path(), &file] {
-            assert_damaged(source, &file, named);
+            assert_damaged(source, &file, words);
         }
-        fs::remove_file(&file).expect("it can be removed");
+        fs::remove_file(&file).expect("the file is removed");
     }
 }
 
 #[test]
-fn procedural_sets_are_counted_and_seeded() {
-    // Name and a value of each.
+fn procedural_sets_follow_count_and_seed() {
+    // The name and one value of each material.
     let set = |text: &str| -> Vec<(String, [f32; 3])> {
-        let source: Source = text.parse().expect("it parses");
-        let materials = source.load().expect("it loads");
+        let source: Source = text.parse().expect("the source is valid");
+        let materials = source.load().expect("the source is loaded");
         let each = materials.iter();
         each.map(|each| (each.name().to_owned(), each.brdf(angles([0.2, 0.7, 1.5]))))
             .collect()
@@ -157,12 +160,12 @@ fn procedural_sets_are_counted_and_seeded() {
     assert_eq!(set("procedural:7"), set("procedural")[..7]);
     assert_eq!(set("procedural:7:0"), set("procedural:7"));
     assert_ne!(set("procedural:7:1"), set("procedural:7"));
-    let source: Source = "procedural:7:1".parse().expect("it parses");
+    let source: Source = "procedural:7:1".parse().expect("the source is valid");
     assert_eq!(source.to_string(), "procedural:7:1");
 }
 
 #[test]
-fn misspelt_procedural_sets_are_refused_when_parsed_and_when_loaded() {
+fn parsing_and_loading_reject_invalid_procedural_sets() {
     for text in [
         "procedural:",
         "procedural:0",
@@ -175,7 +178,7 @@ fn misspelt_procedural_sets_are_refused_when_parsed_and_when_loaded() {
     ] {
         for error in [text.parse::<Source>().err(), names(Path::new(text)).err()] {
             assert!(
-                matches!(&error, Some(SourceError::InvalidProcedural(named)) if named == text),
+                matches!(&error, Some(SourceError::InvalidProcedural(source)) if source == text),
                 "{text}: {error:?}"
             );
         }
@@ -183,48 +186,48 @@ fn misspelt_procedural_sets_are_refused_when_parsed_and_when_loaded() {
 }
 
 #[test]
-fn what_is_not_there_is_said_so() {
+fn missing_path_is_an_error() {
     for path in ["nowhere/at-all", "procedural-10", "procedurals"] {
-        let source: Source = path.parse().expect("it parses");
+        let source: Source = path.parse().expect("the source is valid");
         assert_eq!(source.0, path);
-        let found = names(Path::new(path));
+        let result = names(Path::new(path));
         assert!(
-            matches!(&found, Err(SourceError::NotFound(named)) if named == Path::new(path)),
-            "{found:?}"
+            matches!(&result, Err(SourceError::NotFound(missing)) if missing == Path::new(path)),
+            "{result:?}"
         );
     }
 }
 
 #[test]
-fn what_is_no_material_is_said_so() {
+fn directory_or_file_without_material_is_an_error() {
     let folder = Folder::new();
     let assert_empty = || {
-        let found = names(folder.path());
+        let result = names(folder.path());
         assert!(
-            matches!(&found, Err(SourceError::Empty(path)) if path == folder.path()),
-            "{found:?}"
+            matches!(&result, Err(SourceError::Empty(path)) if path == folder.path()),
+            "{result:?}"
         );
     };
     assert_empty();
     let notes = folder.write("notes.txt", b"notes");
     assert_empty();
-    let found = names(&notes);
+    let result = names(&notes);
     assert!(
-        matches!(&found, Err(SourceError::UnknownFormat(path)) if *path == notes),
-        "{found:?}"
+        matches!(&result, Err(SourceError::UnknownFormat(path)) if *path == notes),
+        "{result:?}"
     );
 }
 
 #[test]
-fn a_damaged_network_is_refused_by_its_file() {
+fn error_names_the_damaged_file_of_a_network() {
     let folder = Folder::new();
     write_network(&folder, "felt", &network(1));
     let file = folder.at("felt_b2.npy");
-    let good = fs::read(&file).expect("it is there");
+    let valid = fs::read(&file).expect("the file exists");
     let mut values = [0.5_f32; 21];
     values[4] = f32::NAN;
-    let short = good[..good.len() - 1].to_vec();
-    for (bytes, named) in [
+    let short = valid[..valid.len() - 1].to_vec();
+    for (bytes, words) in [
         (npy("<f4", &[21], &floats(&values)), &["4", "NaN"][..]),
         (npy("<f4", &[22], &floats(&[0.5; 22])), &["[21]", "[22]"]),
         (npy("<i4", &[21], &[0; 84]), &["32"]),
@@ -232,16 +235,16 @@ fn a_damaged_network_is_refused_by_its_file() {
         (b"not NumPy at all".to_vec(), &["NumPy"]),
         (Vec::new(), &["NumPy"]),
     ] {
-        fs::write(&file, bytes).expect("it is written");
-        assert_damaged(folder.path(), &file, named);
+        fs::write(&file, bytes).expect("the file is written");
+        assert_damaged(folder.path(), &file, words);
     }
 
-    // A set that lacks one of its files, also the first one, is not overlooked.
-    fs::write(&file, good).expect("it is written");
+    // A missing file of a network is an error, including the first file.
+    fs::write(&file, valid).expect("the file is written");
     for missing in ["felt_b2.npy", "felt_fc1.npy"] {
         let hidden = folder.at("hidden");
-        fs::rename(folder.at(missing), &hidden).expect("it can be renamed");
+        fs::rename(folder.at(missing), &hidden).expect("the file is renamed");
         assert_damaged(folder.path(), &folder.at(missing), &[]);
-        fs::rename(&hidden, folder.at(missing)).expect("it can be renamed");
+        fs::rename(&hidden, folder.at(missing)).expect("the file is renamed");
     }
 }
